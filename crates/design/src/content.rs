@@ -44,6 +44,14 @@ pub struct DesignBody {
     pub definition: Option<Arc<DefinitionFile>>,
 }
 
+impl DesignBody {
+    /// A body of which only the file is known: nothing can be simulated of it before it is read.
+    pub fn of_file(reference: String) -> Self {
+        let rigid = RigidBody { name: String::new(), tip_in_body: None, sensors: Vec::new() };
+        Self { reference, mesh: None, rigid, definition: None }
+    }
+}
+
 /// The CRF, where it is, and where its own study judges it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CrfPlacement {

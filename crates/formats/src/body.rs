@@ -1,13 +1,12 @@
 //! Bodies, `*.body.ron`: a tool or CRF with its sensors.
 
 use super::error::FormatError;
-use super::ron_text;
+use super::ron_text::{self, RonWriter, Version};
 use super::tool_definition::{OnMismatch, ToolDefinition};
 use data_encoding::BASE64;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::HashMap;
-use std::fmt::Write;
 use std::sync::Arc;
 use trackwright_design::DesignBody;
 use trackwright_design::definition::{DefinitionFile, DefinitionKind};
@@ -39,7 +38,8 @@ impl BodyFile {
 #[derive(Deserialize)]
 #[serde(rename = "Body", deny_unknown_fields)]
 struct BodyEntry {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     name: String,
     mesh: Option<String>,
     mesh_unit: Option<MeshUnit>,
@@ -59,12 +59,6 @@ struct BodyEntry {
 struct DefinitionEntry {
     kind: DefinitionKind,
     file: String,
-}
-
-impl ron_text::Versioned for BodyEntry {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 #[derive(Deserialize)]
@@ -188,39 +182,26 @@ fn read_sensor(index: usize, entry: SensorEntry) -> Result<Sensor, FormatError> 
 
 /// Writes a body, one sensor a line.
 pub fn write(body: &BodyFile) -> String {
-    let mut out = String::from("(\n    version: 1,\n");
-    push_field(&mut out, "name", &ron_text::string(&body.rigid.name));
-    if let Some(mesh) = &body.mesh {
-        push_field(&mut out, "mesh", &ron_text::string(&mesh.file));
-        if let Some(unit) = mesh.unit {
-            // As in Rust: `Inch`, `Factor(2.5)`.
-            push_field(&mut out, "mesh_unit", &format!("{unit:?}"));
+    RonWriter::file(|out| {
+        out.string("name", &body.rigid.name);
+        if let Some(mesh) = &body.mesh {
+            out.string("mesh", &mesh.file);
+            mesh.unit.into_iter().for_each(|unit| out.plain("mesh_unit", unit));
         }
-    }
-    if let Some(tip) = &body.rigid.tip_in_body {
-        push_field(&mut out, "tip", &ron_text::tuple(tip.coords.as_slice()));
-    }
-    out.push_str("    sensors: [\n");
-    for sensor in &body.rigid.sensors {
-        push_sensor(&mut out, sensor);
-    }
-    out.push_str("    ],\n");
-    if let Some(definition) = &body.definition {
-        // As in Rust: `NdiOptical`.
-        let kind = definition.kind;
-        let file = BASE64.encode(&definition.bytes);
-        push_field(&mut out, "tool_definition", &format!("(kind: {kind:?}, file: \"{file}\")"));
-    }
-    out.push_str(")\n");
-    out
+        if let Some(tip) = &body.rigid.tip_in_body {
+            out.field("tip", ron_text::tuple(tip.coords.as_slice()));
+        }
+        out.list("sensors", |out| {
+            body.rigid.sensors.iter().for_each(|sensor| out.line(sensor_line(sensor)));
+        });
+        if let Some(definition) = &body.definition {
+            let (kind, file) = (definition.kind, BASE64.encode(&definition.bytes));
+            out.field("tool_definition", format_args!("(kind: {kind:?}, file: \"{file}\")"));
+        }
+    })
 }
 
-fn push_field(out: &mut String, name: &str, value: &str) {
-    // Writing to a string cannot fail.
-    let _ = writeln!(out, "    {name}: {value},");
-}
-
-fn push_sensor(out: &mut String, sensor: &Sensor) {
+fn sensor_line(sensor: &Sensor) -> String {
     let position = ron_text::tuple(sensor.position_in_body.coords.as_slice());
     let (kind, turn) = match &sensor.orientation {
         SensorOrientation::Marker => ("Marker", String::new()),
@@ -236,13 +217,13 @@ fn push_sensor(out: &mut String, sensor: &Sensor) {
         format!(", coil: (diameter: {:?}, length: {:?})", coil.diameter_mm, coil.length_mm)
     });
     let name = ron_text::string(&sensor.name);
-    let _ =
-        writeln!(out, "        (name: {name}, kind: {kind}, position: {position}{turn}{coil}),");
+    format!("(name: {name}, kind: {kind}, position: {position}{turn}{coil}),")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
     use proptest::prelude::*;
     use trackwright_geometry::limits::MAX_LENGTH_MM;
@@ -263,11 +244,6 @@ mod tests {
         parse(text.as_bytes()).unwrap_err().to_string()
     }
 
-    fn example_with(from: &str, to: &str) -> String {
-        assert!(EXAMPLE.contains(from), "{from}");
-        EXAMPLE.replace(from, to)
-    }
-
     #[test]
     fn the_example_of_the_contract_is_read_and_normalised() {
         let body = parse(EXAMPLE.as_bytes()).unwrap();
@@ -281,13 +257,11 @@ mod tests {
 
     #[test]
     fn absent_fields_are_absent_and_unknown_ones_refused() {
-        let text = example_with("tip: (0.0, 0.0, 0.0),", "tip: None,");
+        let text = EXAMPLE.replace("tip: (0.0, 0.0, 0.0),", "tip: None,");
         let body = parse(text.as_bytes()).unwrap();
         assert_eq!(body.rigid.tip_in_body, None);
-        let text = example_with(
-            "tip: (0.0, 0.0, 0.0),",
-            "maker: (name: \"x\", years: [1, 2], kind: Own(3)),",
-        );
+        let maker = "maker: (name: \"x\", years: [1, 2], kind: Own(3)),";
+        let text = EXAMPLE.replace("tip: (0.0, 0.0, 0.0),", maker);
         assert_eq!(
             error(&text),
             "line 5, column 5: found the unknown field `maker`, expected `version` or `name` or \
@@ -303,84 +277,46 @@ mod tests {
 
     #[test]
     fn every_wrong_field_is_named_with_what_was_found_and_expected() {
-        for (from, to, message) in [
-            ("version: 1", "version: 2", "version is 2, expected 1; a newer trackwright wrote it"),
-            ("version: 1", "version: 0", "version is 0, expected 1"),
-            ("version: 1,", "", "line 10, column 1: found no field `version`, expected it"),
-            (
-                "axis: (0, 0, 2)",
-                "axis: (0, 0, 0)",
-                "sensors[0] \"shaft\": axis is (0, 0, 0), expected a direction",
-            ),
-            (
-                "axis: (0, 0, 2)",
-                "axis: (0, NaN, 2)",
-                "sensors[0] \"shaft\": axis is (0, NaN, 2), expected a direction",
-            ),
-            (
-                ", axis: (0, 0, 2)",
-                "",
-                "sensors[0] \"shaft\": axis is missing, expected one with kind FiveDof",
-            ),
-            (
-                "rotation: (2.0, 0.0, 0.0, 0.0)",
-                "rotation: (0, 0, 0, 0)",
-                "sensors[1] \"handle\": rotation is (0, 0, 0, 0), expected a quaternion (w, x, y, z)",
-            ),
-            (
-                "position: (12.0, 0.0, 150.0)",
-                "position: (inf, 0.0, 150.0)",
-                "sensors[1] \"handle\": position is (inf, 0, 150), expected finite numbers",
-            ),
-            (
-                "\"handle\"",
-                "\"shaft\"",
-                "sensors[1]: name is \"shaft\", the name of sensors[0], expected each name once",
-            ),
-            ("\"handle\"", "\" \"", "sensors[1]: name is empty, expected a name"),
-            (
-                "diameter: 0.8",
-                "diameter: 0",
-                "sensors[1] \"handle\": coil.diameter is 0, expected a length above zero",
-            ),
-            (
-                "tip: (0.0, 0.0, 0.0),",
-                "mesh_unit: Factor(0),",
-                "mesh_unit is 0 mm, expected a length above zero",
-            ),
-            (
-                "mesh: Some(\"../../assets/meshes/pointer.glb\")",
-                "mesh_unit: Inch",
-                "mesh is missing, expected one with mesh_unit",
-            ),
-            (
-                "tip: (0.0, 0.0, 0.0)",
-                "tip: (0.0, 1e999, 0.0)",
-                "line 5, column 16: found `1e999`, expected a number of at most 1e30",
-            ),
-        ] {
-            assert_eq!(error(&example_with(from, to)), message);
-        }
-    }
-
-    #[test]
-    fn broken_syntax_is_found_at_its_line_and_column() {
-        for (from, to, start) in [
-            ("kind: FiveDof", "kind: SevenDof", "line 7, column "),
-            ("name: \"Pointer\",", "name: \"Pointer\"", "line 4, column "),
-            ("axis: (0, 0, 2)", "axis: (0, 2)", "line 7, column "),
-            ("position: (0.0, 0.0, 120.0)", "position: (0.0, 0.0, \"a\")", "line 7, column "),
-        ] {
-            let message = error(&example_with(from, to));
-            assert!(message.starts_with(start), "{message}");
-            assert!(message.contains("found ") && message.contains("expected "), "{message}");
-        }
+        let cases = r#"
+            version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
+            version: 1 => version: 0 | version is 0, expected 1
+            version: 1, => | line 10, column 1: found no field `version`, expected it
+            axis: (0, 0, 2) => axis: (0, 0, 0)
+                | sensors[0] "shaft": axis is (0, 0, 0), expected a direction
+            axis: (0, 0, 2) => axis: (0, NaN, 2)
+                | sensors[0] "shaft": axis is (0, NaN, 2), expected a direction
+            , axis: (0, 0, 2) =>
+                | sensors[0] "shaft": axis is missing, expected one with kind FiveDof
+            rotation: (2.0, 0.0, 0.0, 0.0) => rotation: (0, 0, 0, 0)
+                | sensors[1] "handle": rotation is (0, 0, 0, 0), expected a quaternion (w, x, y, z)
+            position: (12.0, 0.0, 150.0) => position: (inf, 0.0, 150.0)
+                | sensors[1] "handle": position is (inf, 0, 150), expected finite numbers
+            "handle" => "shaft"
+                | sensors[1]: name is "shaft", the name of sensors[0], expected each name once
+            "handle" => " " | sensors[1]: name is empty, expected a name
+            diameter: 0.8 => diameter: 0
+                | sensors[1] "handle": coil.diameter is 0, expected a length above zero
+            tip: (0.0, 0.0, 0.0), => mesh_unit: Factor(0),
+                | mesh_unit is 0 mm, expected a length above zero
+            mesh: Some("../../assets/meshes/pointer.glb") => mesh_unit: Inch
+                | mesh is missing, expected one with mesh_unit
+            tip: (0.0, 0.0, 0.0) => tip: (0.0, 1e999, 0.0)
+                | line 5, column 16: found `1e999`, expected a number of at most 1e30
+            kind: FiveDof => kind: SevenDof | line 7, column …
+            name: "Pointer", => name: "Pointer" | line 4, column …
+            axis: (0, 0, 2) => axis: (0, 2) | line 7, column …
+            position: (0.0, 0.0, 120.0) => position: (0.0, 0.0, "a") | line 7, column …
+            (version: 1, name: "x", sensors: [])
+                | sensors is empty, expected at least one sensor
+        "#;
+        assert_refused(EXAMPLE, cases, |text| {
+            let message = error(text);
+            assert!(message.contains(" is ") || message.contains("found "), "{message}");
+            assert!(message.contains("expected "), "{message}");
+            message
+        });
         let message = error(&EXAMPLE[..EXAMPLE.len() / 2]);
         assert!(message.contains("found the end of the file"), "{message}");
-        assert_eq!(
-            error("(version: 1, name: \"x\", sensors: [])"),
-            "sensors is empty, expected at least one sensor"
-        );
         let message = parse(b"(\n  \xff").unwrap_err().to_string();
         assert_eq!(message, "line 2, column 3: found a byte that is not UTF-8, expected text");
     }

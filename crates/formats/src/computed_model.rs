@@ -2,9 +2,8 @@
 
 use super::error::FormatError;
 use super::generator::{self, GeneratorEntry};
-use super::ron_text;
+use super::ron_text::{self, RonWriter};
 use serde::Deserialize;
-use std::fmt::Write;
 use std::sync::Arc;
 use trackwright_field::DistortionModel;
 use trackwright_field::computed::FieldSource;
@@ -86,47 +85,42 @@ impl HarmonicEntry {
     }
 }
 
-// Writing to a string cannot fail.
-
 /// Writes what stands in the place of polynomials, if anything does.
-pub(super) fn push(out: &mut String, model: &DistortionModel) {
+pub(super) fn write(out: &mut RonWriter, model: &DistortionModel) {
     match model.computed().map(|computed| computed.source()) {
-        Some(FieldSource::Kriging(kriging)) => {
-            out.push_str(
-                "    kriging: (\n        // One a row of the process.\n        weights: [\n",
-            );
-            for weights in kriging.weights() {
-                let _ = writeln!(out, "            {},", ron_text::tuple(weights));
-            }
-            out.push_str("        ],\n    ),\n");
+        Some(FieldSource::Kriging(kriging)) => out.fields("kriging", |out| {
+            out.line("// One a row of the process.");
+            out.list("weights", |out| {
+                let lines = kriging.weights().iter().map(|weights| ron_text::tuple(weights));
+                lines.for_each(|line| out.line(line + ","));
+            });
+        }),
+        Some(FieldSource::Harmonic(model)) => {
+            out.fields("harmonic", |out| write_harmonic(out, model));
         }
-        Some(FieldSource::Harmonic(model)) => push_harmonic(out, model),
         Some(FieldSource::Of(_)) | None => {}
     }
 }
 
-fn push_harmonic(out: &mut String, model: &HarmonicModel) {
-    let _ = writeln!(
-        out,
-        "    harmonic: (\n        center_mm: {},\n        scale_mm: {},\n        degree: {},\n        generator: (",
-        ron_text::tuple(model.center_mm().coords.as_slice()),
-        shortest(model.scale_mm()),
-        model.degree(),
-    );
-    generator::push_parts(out, 3, model.generator());
-    out.push_str("        ),\n        // One list a coil.\n        coefficients: [\n");
-    let coils = model.generator().coils.len();
-    let each = model.coefficients().len() / coils;
-    for coefficients in model.coefficients().chunks_exact(each) {
-        let numbers: Vec<_> = coefficients.iter().map(|v| shortest(*v)).collect();
-        let _ = writeln!(out, "            [{}],", numbers.join(", "));
-    }
-    out.push_str("        ],\n    ),\n");
+fn write_harmonic(out: &mut RonWriter, model: &HarmonicModel) {
+    out.field("center_mm", ron_text::tuple(model.center_mm().coords.as_slice()));
+    out.field("scale_mm", shortest(model.scale_mm()));
+    out.field("degree", model.degree());
+    out.fields("generator", |out| generator::write_parts(out, model.generator()));
+    out.line("// One list a coil.");
+    out.list("coefficients", |out| {
+        let each = model.coefficients().len() / model.generator().coils.len();
+        for coefficients in model.coefficients().chunks_exact(each) {
+            let numbers: Vec<_> = coefficients.iter().map(|v| shortest(*v)).collect();
+            out.line(format_args!("[{}],", numbers.join(", ")));
+        }
+    });
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use crate::environment::{parse, write};
+    use crate::test_cases::assert_refused;
     use nalgebra::{Point3, Vector3};
     use std::sync::Arc;
     use trackwright_field::computed::FieldSource;
@@ -184,19 +178,19 @@ pub(super) mod tests {
     #[test]
     fn what_is_no_model_is_refused_with_its_field_and_what_was_expected() {
         let [kriging, harmonic] = environments().map(|e| write(&e));
-        for (text, from, to, part) in [
-            (&harmonic, "degree: 1,", "degree: 2,", "27 coefficients, expected 72"),
-            (&harmonic, "degree: 1,", "degree: 99,", "degree is 99, expected 1 to 10"),
-            (&harmonic, "scale_mm: 433", "scale_mm: 0", "scale is 0 mm"),
-            (&harmonic, "map: Distortion", "map: Correction", "model.map is Correction"),
-            (&kriging, "trend: None", "trend: Model", "no process without a trend"),
-            (&kriging, "weights: [", "weights: [(0, 0, 0, 0, 0, 0), ", "kriging.weights is 13"),
-            (&kriging, "weights: [", "weights: [(NaN, 0, 0, 0, 0, 0), ", "kriging.weights[0]"),
-        ] {
-            assert!(text.contains(from), "{from}");
-            let found = parse(text.replacen(from, to, 1).as_bytes());
-            let message = found.unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
-        }
+        let refusal = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
+        let cases = r#"
+            degree: 1, => degree: 2, | …27 coefficients, expected 72…
+            degree: 1, => degree: 99, | …degree is 99, expected 1 to 10…
+            scale_mm: 433 => scale_mm: 0 | …scale is 0 mm…
+            map: Distortion => map: Correction | …model.map is Correction…
+        "#;
+        assert_refused(&harmonic, cases, refusal);
+        let cases = r#"
+            trend: None => trend: Model | …no process without a trend…
+            weights: [ => weights: [(0, 0, 0, 0, 0, 0), | …kriging.weights is 13…
+            weights: [ => weights: [(NaN, 0, 0, 0, 0, 0), | …kriging.weights[0]…
+        "#;
+        assert_refused(&kriging, cases, refusal);
     }
 }

@@ -1,78 +1,43 @@
 //! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
 
+mod anatomy;
 mod layer_fields;
 mod procedure;
 #[cfg(test)]
 mod tests;
 
 use super::body::BodyFile;
-use super::design_anatomy::{self, AnatomyEntry};
 use super::error::FormatError;
-use super::ron_text::{self, PoseEntry};
+use super::ron_text::{self, PoseEntry, RonWriter, Version};
+use anatomy::AnatomyEntry;
 use layer_fields::UnknownLayers;
 use procedure::ProcedureEntry;
-use ron::extensions::Extensions;
-use ron::ser::PrettyConfig;
 use serde::Deserialize;
-use std::fmt::Write;
 use trackwright_design::{
-    Anatomy, CrfPlacement, Design, DesignBody, Procedure, Slide, Target, ToolPlacement, View,
+    BodyRole, CrfPlacement, Design, DesignBody, Slide, Target, ToolPlacement, View,
 };
 use trackwright_geometry::limits::length_problem;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::requirement::Requirement;
 
-/// What a design file holds: the design with its bodies by file name only, and its view.
+/// What a design file holds: the design, of whose bodies only the files are known, and its view.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DesignFile {
-    pub name: String,
-    pub environment: String,
-    pub crf: Option<CrfReference>,
-    pub tool_body: String,
-    pub crf_from_tool: Pose,
-    pub motion: Option<Motion>,
-    pub orientation_weight_mm: Option<f64>,
-    pub requirement: Option<Requirement>,
-    pub procedure: Procedure,
-    pub anatomy: Vec<Anatomy>,
-    pub slides: Vec<Slide>,
+    pub design: Design,
     pub view: View,
-}
-
-/// A CRF by its file's name.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CrfReference {
-    pub body: String,
-    pub tracker_from_crf: Pose,
-    pub targets: Vec<Target>,
-    pub motion: Option<Motion>,
-    pub requirement: Option<Requirement>,
 }
 
 impl DesignFile {
     /// What a design's own file holds of it.
     pub fn of(design: &Design, view: &View) -> Self {
-        Self {
-            name: design.name.clone(),
-            environment: design.environment.clone(),
-            crf: design.crf.as_ref().map(|crf| CrfReference {
-                body: crf.body.reference.clone(),
-                tracker_from_crf: crf.tracker_from_crf,
-                targets: crf.targets.clone(),
-                motion: crf.motion,
-                requirement: crf.requirement,
-            }),
-            tool_body: design.tool.body.reference.clone(),
-            crf_from_tool: design.tool.crf_from_tool,
-            motion: design.motion,
-            orientation_weight_mm: design.orientation_weight_mm,
-            requirement: design.requirement,
-            procedure: design.procedure.clone(),
-            anatomy: design.anatomy.clone(),
-            slides: design.slides.clone(),
-            view: view.clone(),
+        let mut design = design.clone();
+        for role in BodyRole::ALL {
+            if let Some(body) = design.body_mut(role) {
+                *body = DesignBody::of_file(std::mem::take(&mut body.reference));
+            }
         }
+        Self { design, view: view.clone() }
     }
 
     /// The design with the bodies that `body` has for their references, the tool's first.
@@ -80,45 +45,24 @@ impl DesignFile {
     /// # Errors
     /// Those of `body`.
     pub fn into_design<E>(
-        self,
+        mut self,
         mut body: impl FnMut(&str) -> Result<BodyFile, E>,
     ) -> Result<(Design, View), E> {
-        let mut inlined = |reference: String| {
-            let BodyFile { rigid, mesh, definition } = body(&reference)?;
-            Ok(DesignBody { reference, mesh, rigid, definition })
-        };
-        let tool =
-            ToolPlacement { body: inlined(self.tool_body)?, crf_from_tool: self.crf_from_tool };
-        let crf = match self.crf {
-            None => None,
-            Some(crf) => Some(CrfPlacement {
-                body: inlined(crf.body)?,
-                tracker_from_crf: crf.tracker_from_crf,
-                targets: crf.targets,
-                motion: crf.motion,
-                requirement: crf.requirement,
-            }),
-        };
-        let design = Design {
-            name: self.name,
-            environment: self.environment,
-            crf,
-            tool,
-            motion: self.motion,
-            orientation_weight_mm: self.orientation_weight_mm,
-            requirement: self.requirement,
-            procedure: self.procedure,
-            anatomy: self.anatomy,
-            slides: self.slides,
-        };
-        Ok((design, self.view))
+        for role in BodyRole::ALL {
+            if let Some(own) = self.design.body_mut(role) {
+                let BodyFile { rigid, mesh, definition } = body(&own.reference)?;
+                (own.rigid, own.mesh, own.definition) = (rigid, mesh, definition);
+            }
+        }
+        Ok((self.design, self.view))
     }
 }
 
 #[derive(Deserialize)]
 #[serde(rename = "Design", deny_unknown_fields)]
 struct DesignEntry {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     name: String,
     environment: String,
     crf: Option<CrfEntry>,
@@ -130,12 +74,6 @@ struct DesignEntry {
     anatomy: Option<Vec<AnatomyEntry>>,
     slides: Option<Vec<Slide>>,
     view: Option<View>,
-}
-
-impl ron_text::Versioned for DesignEntry {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 #[derive(Deserialize)]
@@ -184,39 +122,36 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     for (index, slide) in slides.iter().enumerate() {
         (slide.view.check()).map_err(|cause| FormatError::Slide { index, cause })?;
     }
-    Ok(DesignFile {
+    let design = Design {
         name: entry.name,
         environment: file_name("environment", entry.environment)?,
         crf: entry.crf.map(read_crf).transpose()?,
-        tool_body: file_name("tool.body", entry.tool.body)?,
-        crf_from_tool: entry.tool.pose.check("tool.pose")?,
+        tool: ToolPlacement {
+            body: DesignBody::of_file(file_name("tool.body", entry.tool.body)?),
+            crf_from_tool: entry.tool.pose.check("tool.pose")?,
+        },
         motion: entry.motion,
         orientation_weight_mm: entry.orientation_weight,
         requirement: entry.requirement,
         procedure: entry.procedure.map(ProcedureEntry::check).transpose()?.unwrap_or_default(),
-        anatomy: design_anatomy::read(entry.anatomy.unwrap_or_default())?,
+        anatomy: anatomy::read(entry.anatomy.unwrap_or_default())?,
         slides,
-        view,
-    })
+    };
+    Ok(DesignFile { design, view })
 }
 
-fn read_crf(entry: CrfEntry) -> Result<CrfReference, FormatError> {
+fn read_crf(entry: CrfEntry) -> Result<CrfPlacement, FormatError> {
     check_motion("crf.", entry.motion.as_ref())?;
     check_requirement("crf.requirement", entry.requirement.as_ref())?;
-    let read_target = |(index, target): (usize, TargetEntry)| {
+    let targets = entry.targets.unwrap_or_default().into_iter().enumerate();
+    let targets = targets.map(|(index, target)| {
         let field = format!("crf.targets[{index}] {:?}: position", target.name);
         Ok(Target { position_in_crf: ron_text::point(&field, target.position)?, name: target.name })
-    };
-    Ok(CrfReference {
-        body: file_name("crf.body", entry.body)?,
+    });
+    Ok(CrfPlacement {
+        body: DesignBody::of_file(file_name("crf.body", entry.body)?),
         tracker_from_crf: entry.pose.check("crf.pose")?,
-        targets: entry
-            .targets
-            .unwrap_or_default()
-            .into_iter()
-            .enumerate()
-            .map(read_target)
-            .collect::<Result<_, FormatError>>()?,
+        targets: targets.collect::<Result<_, FormatError>>()?,
         motion: entry.motion,
         requirement: entry.requirement,
     })
@@ -253,126 +188,82 @@ fn check_number(field: &str, value: f64, problem: Option<&'static str>) -> Resul
 }
 
 /// Writes a design; what is absent or has its default is left out.
-pub fn write(design: &DesignFile) -> String {
-    let mut out = Lines::default();
-    out.line(0, "(");
-    out.field(1, "version", "1");
-    out.field(1, "name", &ron_text::string(&design.name));
-    out.field(1, "environment", &ron_text::string(&design.environment));
-    if let Some(crf) = &design.crf {
-        out.line(1, "crf: (");
-        out.field(2, "body", &ron_text::string(&crf.body));
-        out.field(2, "pose", &ron_text::pose(&crf.tracker_from_crf));
-        if !crf.targets.is_empty() {
-            out.line(2, "targets: [");
+pub fn write(file: &DesignFile) -> String {
+    let DesignFile { design, view } = file;
+    RonWriter::file(|out| {
+        out.string("name", &design.name);
+        out.string("environment", &design.environment);
+        if let Some(crf) = &design.crf {
+            out.fields("crf", |out| write_crf(out, crf));
+        }
+        out.fields("tool", |out| {
+            out.string("body", &design.tool.body.reference);
+            out.field("pose", ron_text::pose(&design.tool.crf_from_tool));
+        });
+        write_motion(out, design.motion.as_ref());
+        if let Some(weight_mm) = design.orientation_weight_mm {
+            out.plain("orientation_weight", weight_mm);
+        }
+        write_requirement(out, design.requirement.as_ref());
+        procedure::write(out, &design.procedure);
+        if !design.anatomy.is_empty() {
+            out.list("anatomy", |out| {
+                design.anatomy.iter().for_each(|one| out.line(anatomy::line(one)));
+            });
+        }
+        if !design.slides.is_empty() {
+            out.list("slides", |out| {
+                design.slides.iter().for_each(|slide| out.item(|out| write_slide(out, slide)));
+            });
+        }
+        if view.is_worth_writing() {
+            out.value("view", view, 1);
+        }
+    })
+}
+
+fn write_crf(out: &mut RonWriter, crf: &CrfPlacement) {
+    out.string("body", &crf.body.reference);
+    out.field("pose", ron_text::pose(&crf.tracker_from_crf));
+    if !crf.targets.is_empty() {
+        out.list("targets", |out| {
             for target in &crf.targets {
                 let name = ron_text::string(&target.name);
                 let position = ron_text::tuple(target.position_in_crf.coords.as_slice());
-                out.line(3, &format!("(name: {name}, position: {position}),"));
+                out.line(format_args!("(name: {name}, position: {position}),"));
             }
-            out.line(2, "],");
-        }
-        out.motion(2, crf.motion.as_ref());
-        out.requirement(2, crf.requirement.as_ref());
-        out.line(1, "),");
+        });
     }
-    out.line(1, "tool: (");
-    out.field(2, "body", &ron_text::string(&design.tool_body));
-    out.field(2, "pose", &ron_text::pose(&design.crf_from_tool));
-    out.line(1, "),");
-    out.motion(1, design.motion.as_ref());
-    if let Some(weight_mm) = design.orientation_weight_mm {
-        out.field(1, "orientation_weight", &format!("{weight_mm:?}"));
-    }
-    out.requirement(1, design.requirement.as_ref());
-    procedure::write(&mut out, &design.procedure);
-    out.anatomy(1, &design.anatomy);
-    out.slides(1, &design.slides);
-    if design.view.is_worth_writing() {
-        out.view(1, "view", &design.view);
-    }
-    out.line(0, ")");
-    out.0
+    write_motion(out, crf.motion.as_ref());
+    write_requirement(out, crf.requirement.as_ref());
 }
 
-/// A file in the making.
-#[derive(Default)]
-struct Lines(String);
-
-impl Lines {
-    fn line(&mut self, depth: usize, text: &str) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.0, "{:1$}{text}", "", 4 * depth);
-    }
-
-    fn field(&mut self, depth: usize, name: &str, value: &str) {
-        self.line(depth, &format!("{name}: {value},"));
-    }
-
-    fn motion(&mut self, depth: usize, motion: Option<&Motion>) {
-        let Some(motion) = motion else { return };
-        self.line(depth, "motion: (");
-        for (axis, range) in motion.axes() {
-            if let Some(r) = range {
-                let range = format!("(min: {:?}, max: {:?}, step: {:?})", r.min, r.max, r.step);
-                self.field(depth + 1, axis, &range);
-            }
+fn write_motion(out: &mut RonWriter, motion: Option<&Motion>) {
+    let Some(motion) = motion else { return };
+    out.fields("motion", |out| {
+        let axes = motion.axes().into_iter();
+        for (axis, r) in axes.filter_map(|(axis, range)| Some((axis, range?))) {
+            let range = format_args!("(min: {:?}, max: {:?}, step: {:?})", r.min, r.max, r.step);
+            out.field(axis, range);
         }
-        self.line(depth, "),");
-    }
+    });
+}
 
-    fn requirement(&mut self, depth: usize, requirement: Option<&Requirement>) {
-        let Some(requirement) = requirement else {
-            return;
-        };
-        let bounds: Vec<_> = requirement
-            .bounds()
-            .into_iter()
-            .filter_map(|(name, limit)| limit.map(|limit| format!("{name}: {limit:?}")))
-            .collect();
-        self.field(depth, "requirement", &format!("({})", bounds.join(", ")));
-    }
+fn write_requirement(out: &mut RonWriter, requirement: Option<&Requirement>) {
+    let Some(requirement) = requirement else { return };
+    let bounds = requirement.bounds().into_iter();
+    let bounds = bounds.filter_map(|(name, limit)| limit.map(|limit| format!("{name}: {limit:?}")));
+    out.field("requirement", format_args!("({})", bounds.collect::<Vec<_>>().join(", ")));
+}
 
-    fn anatomy(&mut self, depth: usize, anatomy: &[Anatomy]) {
-        if anatomy.is_empty() {
-            return;
-        }
-        self.line(depth, "anatomy: [");
-        for one in anatomy {
-            self.line(depth + 1, &design_anatomy::line(one));
-        }
-        self.line(depth, "],");
+fn write_slide(out: &mut RonWriter, slide: &Slide) {
+    out.string("title", &slide.title);
+    if !slide.caption.is_empty() {
+        out.string("caption", &slide.caption);
     }
-
-    fn slides(&mut self, depth: usize, slides: &[Slide]) {
-        if slides.is_empty() {
-            return;
-        }
-        self.line(depth, "slides: [");
-        for slide in slides {
-            self.line(depth + 1, "(");
-            self.field(depth + 2, "title", &ron_text::string(&slide.title));
-            if !slide.caption.is_empty() {
-                self.field(depth + 2, "caption", &ron_text::string(&slide.caption));
-            }
-            if !slide.figures.is_empty() {
-                // Names, in a line.
-                let figures: Vec<_> = slide.figures.iter().map(|f| format!("{f:?}")).collect();
-                self.field(depth + 2, "figures", &format!("[{}]", figures.join(", ")));
-            }
-            self.view(depth + 2, "view", &slide.view);
-            self.line(depth + 1, "),");
-        }
-        self.line(depth, "],");
+    if !slide.figures.is_empty() {
+        // Names, in a line.
+        out.plain("figures", &slide.figures);
     }
-
-    /// A view: numbers, flags and names, all of which RON can hold.
-    fn view(&mut self, depth: usize, name: &str, view: &View) {
-        let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-        let config = PrettyConfig::new().new_line("\n").depth_limit(1);
-        if let Ok(text) = options.to_string_pretty(view, config) {
-            let indented = text.replace('\n', &format!("\n{:1$}", "", 4 * depth));
-            self.field(depth, name, &indented);
-        }
-    }
+    out.value("view", &slide.view, 1);
 }

@@ -3,12 +3,9 @@
 use super::computed_model::{self, HarmonicEntry, KrigingEntry};
 use super::error::FormatError;
 use super::process::{self, ProcessEntry};
-use super::ron_text;
-use super::support::{self, SupportEntry};
-use ron::extensions::Extensions;
-use ron::ser::PrettyConfig;
-use serde::{Deserialize, Serialize};
-use std::fmt::Write;
+use super::ron_text::{self, RonWriter, Version};
+use super::validity::{self, ValidityEntry};
+use serde::Deserialize;
 use trackwright_field::bernstein::coefficient_count;
 use trackwright_field::environment::{Jitter, Provenance};
 use trackwright_field::{DistortionModel, Environment};
@@ -17,22 +14,17 @@ use trackwright_geometry::volume::Volume;
 #[derive(Deserialize)]
 #[serde(rename = "Environment", deny_unknown_fields)]
 struct EnvironmentEntry {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     name: String,
     volume: Option<Volume>,
     jitter: Option<Jitter>,
     provenance: Option<Provenance>,
     model: DistortionModel,
-    support: Option<SupportEntry>,
+    support: Option<ValidityEntry>,
     process: Option<ProcessEntry>,
     kriging: Option<KrigingEntry>,
     harmonic: Option<HarmonicEntry>,
-}
-
-impl ron_text::Versioned for EnvironmentEntry {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 /// Reads an environment.
@@ -90,77 +82,54 @@ fn check_provenance(provenance: &Provenance) -> Result<(), FormatError> {
 
 /// Writes an environment, a coefficient's six values a line.
 pub fn write(environment: &Environment) -> String {
-    let mut out = String::from("(\n    version: 1,\n");
-    push_field(&mut out, 1, "name", &ron_text::string(&environment.name));
-    if let Some(volume) = &environment.volume {
-        push_field(&mut out, 1, "volume", &value(volume, 0));
-    }
-    if let Some(jitter) = &environment.jitter {
-        push_field(&mut out, 1, "jitter", &value(jitter, 0));
-    }
-    if let Some(provenance) = &environment.provenance {
-        push_field(&mut out, 1, "provenance", &value(provenance, 1));
-    }
-    out.push_str("    model: (\n");
-    push_model(&mut out, &environment.model);
-    out.push_str("    ),\n");
-    if let Some(support) = &environment.fit_validity {
-        support::push(&mut out, support.parts());
-    }
-    if let Some(process) = &environment.process {
-        process::push(&mut out, process);
-    }
-    computed_model::push(&mut out, &environment.model);
-    out.push_str(")\n");
-    out
+    RonWriter::file(|out| {
+        out.string("name", &environment.name);
+        if let Some(volume) = &environment.volume {
+            out.value("volume", volume, 0);
+        }
+        if let Some(jitter) = &environment.jitter {
+            out.value("jitter", jitter, 0);
+        }
+        if let Some(provenance) = &environment.provenance {
+            out.value("provenance", provenance, 1);
+        }
+        out.fields("model", |out| write_model(out, &environment.model));
+        if let Some(validity) = &environment.fit_validity {
+            validity::write(out, validity.parts());
+        }
+        if let Some(process) = &environment.process {
+            process::write(out, process);
+        }
+        computed_model::write(out, &environment.model);
+    })
 }
 
-fn push_model(out: &mut String, model: &DistortionModel) {
+fn write_model(out: &mut RonWriter, model: &DistortionModel) {
     let bounds = model.bounds();
     let [min, max] = [bounds.min_mm, bounds.max_mm].map(|p| ron_text::tuple(p.coords.as_slice()));
-    push_field(out, 2, "order", &model.order().to_string());
-    push_field(out, 2, "directions", &model.directions().len().to_string());
-    push_field(out, 2, "weighting", &value(&model.weighting(), 0));
-    push_field(out, 2, "map", &value(&model.map(), 0));
-    push_field(out, 2, "box", &format!("({min}, {max})"));
-    out.push_str("        coefficients: [\n");
-    let per_direction = coefficient_count(model.order());
-    for (index, coefficient) in model.coefficients().iter().enumerate() {
-        if index % per_direction == 0 {
-            let direction = model.directions().directions()[index / per_direction];
-            // Writing to a string cannot fail.
-            let _ = writeln!(
-                out,
-                "            // {} of {}: axis ({:.4}, {:.4}, {:.4})",
-                index / per_direction + 1,
-                model.directions().len(),
-                direction.x,
-                direction.y,
-                direction.z
-            );
+    let directions = model.directions().directions();
+    out.field("order", model.order());
+    out.field("directions", directions.len());
+    out.value("weighting", &model.weighting(), 0);
+    out.value("map", &model.map(), 0);
+    out.field("box", format_args!("({min}, {max})"));
+    out.list("coefficients", |out| {
+        let each = coefficient_count(model.order());
+        let (count, coefficients) = (directions.len(), model.coefficients().chunks(each));
+        for ((number, axis), coefficients) in (1..).zip(directions).zip(coefficients) {
+            out.line(format_args!(
+                "// {number} of {count}: axis ({:.4}, {:.4}, {:.4})",
+                axis.x, axis.y, axis.z
+            ));
+            coefficients.iter().for_each(|c| out.line(ron_text::tuple(c) + ","));
         }
-        let _ = writeln!(out, "            {},", ron_text::tuple(coefficient));
-    }
-    out.push_str("        ],\n");
-}
-
-fn push_field(out: &mut String, depth: usize, name: &str, value: &str) {
-    // Writing to a string cannot fail.
-    let _ = writeln!(out, "{:1$}{name}: {value},", "", 4 * depth);
-}
-
-/// A small value on one line, or with its fields on lines of their own.
-fn value<T: Serialize>(value: &T, depth: usize) -> String {
-    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    let config = PrettyConfig::new().new_line("\n").depth_limit(depth);
-    // Numbers, flags and names, all of which RON can hold.
-    let text = options.to_string_pretty(value, config).unwrap_or_default();
-    text.replace('\n', "\n    ")
+    });
 }
 
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use nalgebra::{Unit, Vector3};
     use std::sync::Arc;
     use trackwright_field::FitValidity;
@@ -213,6 +182,10 @@ pub(super) mod tests {
                 }),
             }),
         }
+    }
+
+    fn error(text: &str) -> String {
+        parse(text.as_bytes()).unwrap_err().to_string()
     }
 
     #[test]
@@ -313,17 +286,14 @@ pub(super) mod tests {
         let mut room = room();
         room.process = Some(Arc::new(process(true)));
         let text = write(&room);
-        for (from, to, part) in [
-            ("nugget: 1e-6", "nugget: 0", "process.kernel.nugget is 0"),
-            ("length_mm: 11", "length_mm: -11", "length_mm is -11"),
-            ("(0.6, 0.0, -0.8)", "(0.6, 0.0, 0.9)", "process.rows[0]"),
-            ("1000000)", "NaN)", "process.rows[1]"),
-            ("trend: Model", "trend: Mean", "`None` or `Model`"),
-        ] {
-            assert!(text.contains(from), "{from}");
-            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
-        }
+        let cases = r#"
+            nugget: 1e-6 => nugget: 0 | …process.kernel.nugget is 0…
+            length_mm: 11 => length_mm: -11 | …length_mm is -11…
+            (0.6, 0.0, -0.8) => (0.6, 0.0, 0.9) | …process.rows[0]…
+            1000000) => NaN) | …process.rows[1]…
+            trend: Model => trend: Mean | …`None` or `Model`…
+        "#;
+        assert_refused(&text, cases, error);
     }
 
     #[test]
@@ -331,42 +301,32 @@ pub(super) mod tests {
         let mut room = room();
         room.fit_validity = Some(support(&room));
         let text = write(&room);
-        for (from, to, part) in [
-            ("std_mm: [0.1,", "std_mm: [-0.1,", "position_std_mm holds -0.1"),
-            ("std_mm: [0.1,", "std_mm: [NaN,", "position_std_mm holds NaN"),
-            ("std_mm: [0.1,", "std_mm: [", "position_std_mm has 5 entries, expected 6"),
-            ("std_rad: [0,", "std_rad: [", "angle_std_rad has 5 entries, expected 6"),
-            ("leverage: [0.7,", "leverage: [inf,", "greatest_leverage holds inf"),
-            ("undetermined: [1e-17,", "undetermined: [", "greatest_undetermined has 5"),
-            (
-                "variance: [\n            [-9,",
-                "variance: [\n            [NaN,",
-                "variance holds NaN",
-            ),
-            (
-                "variance: [\n            [-9,",
-                "variance: [\n            [",
-                "variance has 26 entries",
-            ),
-            ("variance: [", "variance: [[],", "variance has 19 entries, expected 18"),
-            ("leverage: [\n", "leverage: [[],\n", "leverage has 7 entries, expected 6"),
-            ("undetermined: [\n", "undetermined: [[1],\n", "undetermined has 7 entries"),
-            ("origin: (-0.1,", "origin: (NaN,", "support.samples.origin is (NaN,"),
-            ("edge: 0.125", "edge: -0.125", "cells holds -0.125, expected an edge in mm"),
-            ("(0,4095,7,63)", "(0,4095,7,64)", "cells holds 64, expected bits"),
-            ("(0,4095,7,63)", "(0,-1,7,63)", "integer is out of bounds"),
-            ("variance:", "varience:", "found the unknown field `varience`, expected `variance`"),
-        ] {
-            assert!(text.contains(from), "{from}");
-            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
-        }
+        let cases = r#"
+            std_mm: [0.1, => std_mm: [-0.1, | …position_std_mm holds -0.1…
+            std_mm: [0.1, => std_mm: [NaN, | …position_std_mm holds NaN…
+            std_mm: [0.1, => std_mm: [ | …position_std_mm has 5 entries, expected 6…
+            std_rad: [0, => std_rad: [ | …angle_std_rad has 5 entries, expected 6…
+            leverage: [0.7, => leverage: [inf, | …greatest_leverage holds inf…
+            undetermined: [1e-17, => undetermined: [ | …greatest_undetermined has 5…
+            variance: [\n            [-9, => variance: [\n            [NaN, | …variance holds NaN…
+            variance: [\n            [-9, => variance: [\n            [ | …variance has 26 entries…
+            variance: [ => variance: [[], | …variance has 19 entries, expected 18…
+            leverage: [\n => leverage: [[],\n | …leverage has 7 entries, expected 6…
+            undetermined: [\n => undetermined: [[1],\n | …undetermined has 7 entries…
+            origin: (-0.1, => origin: (NaN, | …support.samples.origin is (NaN,…
+            edge: 0.125 => edge: -0.125 | …cells holds -0.125, expected an edge in mm…
+            (0,4095,7,63) => (0,4095,7,64) | …cells holds 64, expected bits…
+            (0,4095,7,63) => (0,-1,7,63) | …integer is out of bounds…
+            variance: => varience:
+                | …found the unknown field `varience`, expected `variance`…
+        "#;
+        assert_refused(&text, cases, error);
         let crowded =
             text.replacen("cells: [", &format!("cells: [{}", "(0,0,0,1),".repeat(4096)), 1);
-        let message = parse(crowded.as_bytes()).unwrap_err().to_string();
+        let message = error(&crowded);
         assert!(message.contains("cells has 4116 entries, expected 4096"), "{message}");
         room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
-        let message = parse(write(&room).as_bytes()).unwrap_err().to_string();
+        let message = error(&write(&room));
         assert!(message.contains("support: a model of order 0 has none"), "{message}");
     }
 
@@ -400,45 +360,28 @@ pub(super) mod tests {
     #[test]
     fn rooms_that_cannot_be_are_refused() {
         let text = write(&room());
-        for (from, to, part) in [
-            ("version: 1", "version: 3", "version is 3, expected 1; a newer trackwright wrote it"),
-            ("directions: 6", "directions: 12", "48 coefficients, expected 96"),
-            ("directions: 6", "directions: 7", "no set of 7 basis orientations"),
-            ("order: 1", "order: 99", "order is 99, expected 0 to"),
-            ("order: 1", "order: 99999999999", "order is 99999999999"),
-            ("(-40.0,", "(NaN,", "coefficient 0 is not finite"),
-            ("-300.5", "300.5", "box: min z is 300.5, max z is -0.1, expected min at most max"),
-            ("position_mm: 0.1", "position_mm: -0.1", "jitter.position_mm is -0.1"),
-            (
-                "distance_mm: 250.0",
-                "distance_mm: 0",
-                "jitter.growth.distance_mm is 0, expected a length above zero",
-            ),
-            (
-                "angle_exponent: 3.0",
-                "angle_exponent: -1",
-                "jitter.growth.angle_exponent is -1, expected 0 to 8",
-            ),
-            (
-                "position_exponent: 4.0",
-                "position_exponent: NaN",
-                "jitter.growth.position_exponent is NaN",
-            ),
-            (
-                "volume: AuroraCube",
-                "volume: Box(((0, 0, 0), (1, -1, 1)))",
-                "volume: min y is 0, max y is -1, expected min at most max",
-            ),
-            (
-                "volume: AuroraCube",
-                "volume: AuroraBall",
-                "`AuroraDome` or `AuroraTabletop` or `AuroraCompact` or `Box`",
-            ),
-            ("volume: AuroraCube", "volume: AuroraDome(480.0)", "found `(`"),
-        ] {
-            assert!(text.contains(from), "{from}");
-            let message = parse(text.replacen(from, to, 1).as_bytes()).unwrap_err().to_string();
-            assert!(message.contains(part), "{message}");
-        }
+        let cases = r#"
+            version: 1 => version: 3 | …version is 3, expected 1; a newer trackwright wrote it…
+            directions: 6 => directions: 12 | …48 coefficients, expected 96…
+            directions: 6 => directions: 7 | …no set of 7 basis orientations…
+            order: 1 => order: 99 | …order is 99, expected 0 to…
+            order: 1 => order: 99999999999 | …order is 99999999999…
+            (-40.0, => (NaN, | …coefficient 0 is not finite…
+            -300.5 => 300.5
+                | …box: min z is 300.5, max z is -0.1, expected min at most max…
+            position_mm: 0.1 => position_mm: -0.1 | …jitter.position_mm is -0.1…
+            distance_mm: 250.0 => distance_mm: 0
+                | …jitter.growth.distance_mm is 0, expected a length above zero…
+            angle_exponent: 3.0 => angle_exponent: -1
+                | …jitter.growth.angle_exponent is -1, expected 0 to 8…
+            position_exponent: 4.0 => position_exponent: NaN
+                | …jitter.growth.position_exponent is NaN…
+            volume: AuroraCube => volume: Box(((0, 0, 0), (1, -1, 1)))
+                | …volume: min y is 0, max y is -1, expected min at most max…
+            volume: AuroraCube => volume: AuroraBall
+                | …`AuroraDome` or `AuroraTabletop` or `AuroraCompact` or `Box`…
+            volume: AuroraCube => volume: AuroraDome(480.0) | …found `(`…
+        "#;
+        assert_refused(&text, cases, error);
     }
 }

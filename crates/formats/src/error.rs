@@ -32,13 +32,13 @@ pub enum FormatError {
     #[error("line {line}: found {found}, expected {expected}")]
     Line { line: u64, found: String, expected: String },
     #[error("line 1: found no column {}, expected {expected}", missing.join(", "))]
-    MissingColumns { missing: Vec<&'static str>, expected: &'static str },
+    MissingColumns { missing: Vec<String>, expected: &'static str },
     #[error("line 1: found numbers, expected names of columns above them: {expected}")]
     NoHeader { expected: &'static str },
     #[error("line 1: column {column:?} is in {unit}, expected mm and unit quaternions")]
     Unit { column: String, unit: String },
     #[error("line 1: found column {0} twice, expected it once")]
-    RepeatedColumn(&'static str),
+    RepeatedColumn(String),
     #[error("found no rows, expected at least one")]
     NoRows,
     /// A file's version is not one that this program reads.
@@ -93,6 +93,29 @@ impl FormatError {
     pub(super) fn number(field: impl Into<String>, found: f64, expected: &'static str) -> Self {
         Self::field(field, short(found), expected)
     }
+
+    /// A line that is not what it should be.
+    pub(super) fn line(line: u64, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self::Line { line, found: found.into(), expected: expected.into() }
+    }
+
+    /// A cell or value with its line.
+    pub(super) fn cell(
+        line: u64,
+        field: impl Into<String>,
+        found: impl Into<String>,
+        expected: &'static str,
+    ) -> Self {
+        Self::Cell { line, field: field.into(), found: found.into(), expected }
+    }
+}
+
+/// Longest piece of a line that an error quotes.
+const MAX_QUOTE: usize = 60;
+
+/// A line or cell between quotes, no more of it than an error has room for.
+pub(super) fn quoted(text: &str) -> String {
+    format!("{:?}", text.chars().take(MAX_QUOTE).collect::<String>())
 }
 
 fn written_by(found: u64, expected: u64) -> &'static str {

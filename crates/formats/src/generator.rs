@@ -1,23 +1,17 @@
 //! Field generators, `*.generator.ron`: the coils of a tracker.
 
 use super::error::FormatError;
-use super::ron_text;
+use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
-use std::fmt::Write;
 use trackwright_field::generator::{Coil, Generator, GeneratorError};
 
 #[derive(Deserialize)]
 #[serde(rename = "Generator", deny_unknown_fields)]
 struct GeneratorFile {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     name: String,
     coils: Vec<CoilEntry>,
-}
-
-impl ron_text::Versioned for GeneratorFile {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 /// A generator in a file of another kind, which has a version of its own.
@@ -79,39 +73,36 @@ impl CoilEntry {
 
 /// Writes a generator, one coil a line.
 pub fn write(generator: &Generator) -> String {
-    let mut out = String::from("(\n    version: 1,\n");
-    push_parts(&mut out, 1, generator);
-    out.push_str(")\n");
-    out
+    RonWriter::file(|out| write_parts(out, generator))
 }
 
 /// Name and coils as fields of a file.
-pub(super) fn push_parts(out: &mut String, depth: usize, generator: &Generator) {
-    let indent = 4 * depth;
-    // Writing to a string cannot fail.
-    let _ = writeln!(out, "{:indent$}name: {},", "", ron_text::string(&generator.name));
-    let _ = writeln!(out, "{:indent$}coils: [", "");
-    for coil in &generator.coils {
-        let text = match coil {
-            Coil::Dipole { at_mm, moment } => format!(
-                "Dipole(position: {}, moment: {})",
-                ron_text::tuple(at_mm.coords.as_slice()),
-                ron_text::tuple(moment.as_slice())
-            ),
-            Coil::SquareLoop { center_mm, normal, side_mm } => format!(
-                "SquareLoop(center: {}, normal: {}, side: {side_mm:?})",
-                ron_text::tuple(center_mm.coords.as_slice()),
-                ron_text::tuple(normal.as_slice())
-            ),
-        };
-        let _ = writeln!(out, "{:indent$}    {text},", "");
-    }
-    let _ = writeln!(out, "{:indent$}],", "");
+pub(super) fn write_parts(out: &mut RonWriter, generator: &Generator) {
+    out.string("name", &generator.name);
+    out.list("coils", |out| {
+        for coil in &generator.coils {
+            match coil {
+                Coil::Dipole { at_mm, moment } => {
+                    let position = ron_text::tuple(at_mm.coords.as_slice());
+                    let moment = ron_text::tuple(moment.as_slice());
+                    out.line(format_args!("Dipole(position: {position}, moment: {moment}),"));
+                }
+                Coil::SquareLoop { center_mm, normal, side_mm: side } => {
+                    let center = ron_text::tuple(center_mm.coords.as_slice());
+                    let normal = ron_text::tuple(normal.as_slice());
+                    out.line(format_args!(
+                        "SquareLoop(center: {center}, normal: {normal}, side: {side:?}),"
+                    ));
+                }
+            }
+        }
+    });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use trackwright_field::generator::MAX_COILS;
 
     const EXAMPLE: &str = r#"(
@@ -129,11 +120,6 @@ mod tests {
 
     fn error(text: &str) -> String {
         parse(text.as_bytes()).unwrap_err().to_string()
-    }
-
-    fn example_with(from: &str, to: &str) -> String {
-        assert!(EXAMPLE.contains(from), "{from}");
-        EXAMPLE.replacen(from, to, 1)
     }
 
     #[test]
@@ -170,51 +156,36 @@ mod tests {
 
     #[test]
     fn every_wrong_field_is_named_with_what_was_found_and_expected() {
-        for (from, to, message) in [
-            ("version: 1", "version: 2", "version is 2, expected 1; a newer trackwright wrote it"),
-            (
-                "(-120, 0, 0)",
-                "(NaN, 0, 0)",
-                "coils[1]: position is (NaN, 0, 0), expected finite numbers",
-            ),
-            (
-                "(-120, 0, 0)",
-                "(1e999, 0, 0)",
-                "line 6, column 27: found `1e999`, expected a number of at most 1e30",
-            ),
-            (
-                "(0, 0, 2)",
-                "(0, 0, 0)",
-                "coils[1]: moment is (0, 0, 0), expected a finite vector above zero",
-            ),
-            (
-                "(0, 0, 2)",
-                "(0, inf, 2)",
-                "coils[1]: moment is (0, inf, 2), expected a finite vector above zero",
-            ),
-            ("(0.0, 0.0, 3.0)", "(0, 0, 0)", "coils[4]: normal is (0, 0, 0), expected a direction"),
-            ("side: 70.0", "side: -70", "coils[4]: side is -70, expected a length above zero"),
-            ("side: 70.0", "side: NaN", "coils[4]: side is NaN, expected a length above zero"),
-            (
-                "center: (0.0, 68.55, 0.0)",
-                "center: (0.0, -inf, 0.0)",
-                "coils[4]: center is (0, -inf, 0), expected finite numbers",
-            ),
-            (
-                "        Dipole(position: (-120, 0, 0), moment: (0, 0, 2)),\n",
-                "",
-                "coils is 4, expected 5 to 32 coils",
-            ),
-        ] {
-            assert_eq!(error(&example_with(from, to)), message);
-        }
-        assert_eq!(
-            error("(version: 1, name: \"\", coils: [])"),
-            "coils is 0, expected 5 to 32 coils"
-        );
+        let cases = r#"
+            version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
+            (-120, 0, 0) => (NaN, 0, 0)
+                | coils[1]: position is (NaN, 0, 0), expected finite numbers
+            (-120, 0, 0) => (1e999, 0, 0)
+                | line 6, column 27: found `1e999`, expected a number of at most 1e30
+            (0, 0, 2) => (0, 0, 0)
+                | coils[1]: moment is (0, 0, 0), expected a finite vector above zero
+            (0, 0, 2) => (0, inf, 2)
+                | coils[1]: moment is (0, inf, 2), expected a finite vector above zero
+            (0.0, 0.0, 3.0) => (0, 0, 0)
+                | coils[4]: normal is (0, 0, 0), expected a direction
+            side: 70.0 => side: -70 | coils[4]: side is -70, expected a length above zero
+            side: 70.0 => side: NaN | coils[4]: side is NaN, expected a length above zero
+            center: (0.0, 68.55, 0.0) => center: (0.0, -inf, 0.0)
+                | coils[4]: center is (0, -inf, 0), expected finite numbers
+            Dipole(position: (-120, 0, 0), moment: (0, 0, 2)),\n =>
+                | coils is 4, expected 5 to 32 coils
+            (version: 1, name: "", coils: []) | coils is 0, expected 5 to 32 coils
+            version: 1, => version: 1, maker: Some((year: 2026)),
+                | line 2, column 17: found the unknown field `maker`, expected `version` or `name`
+                | or `coils`
+        "#;
+        assert_refused(EXAMPLE, cases, error);
         let one = "Dipole(position: (0, 0, 0), moment: (0, 0, 1)),";
         let many = format!("coils: [{}", one.repeat(MAX_COILS));
-        assert_eq!(error(&example_with("coils: [", &many)), "coils is 37, expected 5 to 32 coils");
+        assert_eq!(
+            error(&EXAMPLE.replace("coils: [", &many)),
+            "coils is 37, expected 5 to 32 coils"
+        );
     }
 
     #[test]
@@ -227,7 +198,7 @@ mod tests {
             ("name: \"Planar\",", "name: \"Planar\"", 4, "expected"),
             ("    name: \"Planar\",\n", "", 10, "found no field `name`"),
         ] {
-            let message = error(&example_with(from, to));
+            let message = error(&EXAMPLE.replacen(from, to, 1));
             assert!(message.starts_with(&format!("line {line}, ")), "{message}");
             assert!(message.contains(part), "{message}");
         }
@@ -237,15 +208,5 @@ mod tests {
         assert!(error("").contains("end of the file"));
         let message = parse(b"(\n  \xff").unwrap_err().to_string();
         assert!(message.starts_with("line 2, column 3"), "{message}");
-    }
-
-    #[test]
-    fn unknown_fields_are_refused() {
-        let text = example_with("version: 1,", "version: 1, maker: Some((year: 2026)),");
-        assert_eq!(
-            error(&text),
-            "line 2, column 17: found the unknown field `maker`, expected `version` or `name` or \
-             `coils`"
-        );
     }
 }

@@ -1,7 +1,7 @@
 //! The column of a measurement table that says which rows belong together.
 
-use super::error::{FormatError, text};
-use super::table::TableReader;
+use super::error::FormatError;
+use super::table::Table;
 use std::io::{self, Write};
 
 /// Columns that mean so by their name, the narrower grouping first.
@@ -43,8 +43,7 @@ fn column(
     name: Option<&str>,
     known: &[&'static str],
 ) -> Result<Option<GroupColumn>, FormatError> {
-    text(bytes)?;
-    let mut table = TableReader::new(bytes)?;
+    let table = Table::parse(bytes)?;
     let found = match name {
         Some(name) => Some(name),
         None => known.iter().copied().find(|known| table.header().has(known)),
@@ -53,20 +52,10 @@ fn column(
         return Ok(None);
     };
     let index = table.header().place(name)?;
-    let mut labels = Vec::new();
-    while let Some(row) = table.next_row()? {
-        match row.cell(index) {
-            "" => {
-                return Err(FormatError::Cell {
-                    line: row.line(),
-                    field: name.to_owned(),
-                    found: "empty".to_owned(),
-                    expected: "the name of the row's group",
-                });
-            }
-            label => labels.push(label.to_owned()),
-        }
-    }
+    let labels = table.read(|row| match row.cell(index) {
+        "" => Err(FormatError::cell(row.line(), name, "empty", "the name of the row's group")),
+        label => Ok(label.to_owned()),
+    })?;
     Ok(Some(GroupColumn { name: name.to_owned(), labels }))
 }
 

@@ -5,7 +5,6 @@ pub mod body;
 pub mod characterised;
 pub mod comparison_table;
 mod computed_model;
-mod design_anatomy;
 pub mod design_file;
 #[cfg(test)]
 mod document_tests;
@@ -39,14 +38,17 @@ pub mod recovery_file;
 mod ron_text;
 mod ron_tokens;
 pub mod signature;
-mod support;
+
 pub mod table;
 mod table_dialect;
+#[cfg(test)]
+mod test_cases;
 #[cfg(test)]
 mod tests;
 pub mod tool_definition;
 pub mod typed_number;
 mod utf8;
+mod validity;
 
 pub use body::BodyFile;
 pub use design_file::DesignFile;

@@ -4,6 +4,7 @@
 //! live poses of a tracker come there. So what `export` writes (`export/markups.rs`) comes back.
 
 use super::error::{FormatError, text};
+use super::table_dialect::quoted_cells;
 use nalgebra::Point3;
 use serde::Deserialize;
 
@@ -125,11 +126,9 @@ pub fn parse_fcsv(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         Some((_, "RAS" | "0")) => Axes::Ras,
         other => {
             let (line, found) = other.unwrap_or((1, "nothing"));
-            return Err(FormatError::Line {
-                line,
-                found: format!("{found:?} as coordinate system"),
-                expected: "# CoordinateSystem = LPS or RAS (1 or 0 in older files)".to_owned(),
-            });
+            let found = format!("{found:?} as coordinate system");
+            let expected = "# CoordinateSystem = LPS or RAS (1 or 0 in older files)";
+            return Err(FormatError::line(line, found, expected));
         }
     };
     let columns = comments(text).find_map(|(_, comment)| option(comment, "columns"));
@@ -139,7 +138,8 @@ pub fn parse_fcsv(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         if content.starts_with('#') || content.trim().is_empty() {
             continue;
         }
-        let record = cells(line, content)?;
+        let mut record = quoted_cells(line, content)?;
+        record.trim();
         if !is_defined(&record, names.len()) {
             continue;
         }
@@ -148,34 +148,13 @@ pub fn parse_fcsv(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
             let place = names.iter().position(|column| *column == name);
             let cell = place.and_then(|place| record.get(place)).unwrap_or("");
             let number = cell.parse().ok().filter(|value: &f64| value.is_finite());
-            *value = number.ok_or_else(|| FormatError::Cell {
-                line,
-                field: name.to_owned(),
-                found: format!("{cell:?}"),
-                expected: "a number in mm",
+            *value = number.ok_or_else(|| {
+                FormatError::cell(line, name, format!("{cell:?}"), "a number in mm")
             })?;
         }
         points.push(axes.point(at));
     }
     some(points)
-}
-
-/// Labels may be quoted. A row is a line, so that what is wrong has one.
-fn cells(line: u64, content: &str) -> Result<csv::StringRecord, FormatError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .buffer_capacity(content.len() + 1)
-        .trim(csv::Trim::All)
-        .from_reader(content.as_bytes());
-    let mut record = csv::StringRecord::new();
-    match reader.read_record(&mut record) {
-        Ok(_) => Ok(record),
-        Err(error) => Err(FormatError::Line {
-            line,
-            found: error.to_string(),
-            expected: "a row of cells with commas".to_owned(),
-        }),
-    }
 }
 
 /// Since Slicer 5 a row ends in two cells that no column names: whether the place is defined (2), and
@@ -207,6 +186,7 @@ mod tests {
     use crate::export::PatientAxes;
     use crate::export::markups::{self, MarkupPoint};
     use crate::points;
+    use crate::test_cases::assert_refused;
     use proptest::prelude::*;
     use trackwright_geometry::pose::Pose;
 
@@ -251,28 +231,24 @@ mod tests {
     #[test]
     fn what_is_no_point_is_named() {
         let said = |text: &str| points::parse(text.as_bytes()).unwrap_err().to_string();
-        for (from, to, expected) in [
-            ("\"LPS\"", "\"IJK\"", "markups[0].coordinateSystem is \"IJK\", expected LPS or RAS"),
-            ("\"coordinateSystem\": \"LPS\",", "", "markups[0].coordinateSystem is not there"),
-            ("\"mm\"", "\"m\"", "markups[0].coordinateUnits is \"m\", expected mm"),
-            ("2.0, 3.0]", "2.0]", "markups[0].controlPoints[0] \"nasion\" position is 2 numbers"),
-            ("\"markups\":", "\"other\":", "line 6"),
-            ("-1.5", "NaN", "line 3"),
-            ("-1.5", "1e999", "line 3"),
-        ] {
-            let error = said(&JSON.replace(from, to));
-            assert!(error.contains(expected), "{error}");
-        }
-        for (from, to, expected) in [
-            ("= LPS", "= IJK", "line 2: found \"IJK\" as coordinate system"),
-            ("# CoordinateSystem = LPS\n", "", "line 1: found \"nothing\" as coordinate system"),
-            ("-1.5", "left", "line 4: x is \"left\", expected a number"),
-            ("-1.5", "inf", "line 4: x is \"inf\""),
-            (",x,y,z,", ",r,a,s,", "line 4: x is \"\""),
-        ] {
-            let error = said(&FCSV.replace(from, to));
-            assert!(error.contains(expected), "{error}");
-        }
+        let cases = r#"
+            "LPS" => "IJK" | markups[0].coordinateSystem is "IJK", expected LPS or RAS
+            "coordinateSystem": "LPS", => | markups[0].coordinateSystem is not there…
+            "mm" => "m" | markups[0].coordinateUnits is "m", expected mm
+            2.0, 3.0] => 2.0] | markups[0].controlPoints[0] "nasion" position is 2 numbers…
+            "markups": => "other": | line 6…
+            -1.5 => NaN | line 3…
+            -1.5 => 1e999 | line 3…
+        "#;
+        assert_refused(JSON, cases, said);
+        let cases = r##"
+            = LPS => = IJK | line 2: found "IJK" as coordinate system…
+            # CoordinateSystem = LPS\n => | line 1: found "nothing" as coordinate system…
+            -1.5 => left | line 4: x is "left", expected a number…
+            -1.5 => inf | line 4: x is "inf"…
+            ,x,y,z, => ,r,a,s, | line 4: x is ""…
+        "##;
+        assert_refused(FCSV, cases, said);
         assert!(
             said("{\"markups\": []}").starts_with("the number of points that are defined is 0")
         );

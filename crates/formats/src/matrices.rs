@@ -1,6 +1,6 @@
 //! Poses as 4x4 or 3x4 matrices in text, row by row, one after the other; mm.
 
-use super::error::{FormatError, text};
+use super::error::{FormatError, quoted, text};
 use super::table_dialect::{decimal, number_cells};
 use nalgebra::{Matrix3, Matrix4, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -46,31 +46,26 @@ fn parse_sized(content: &str, size: usize) -> Result<Vec<Pose>, FormatError> {
             if cells.is_empty() {
                 first_line = line;
             }
-            let value = decimal(cell).ok_or_else(|| FormatError::Line {
-                line,
-                found: format!("{:?}", cell.chars().take(60).collect::<String>()),
-                expected: "a number of a 4x4 matrix".to_owned(),
-            })?;
-            cells.push(value);
+            let value = decimal(cell);
+            cells.push(value.ok_or_else(|| {
+                FormatError::line(line, quoted(cell), "a number of a 4x4 matrix")
+            })?);
             if cells.len() == size {
                 if size == 12 {
                     cells.extend(LAST_ROW);
                 }
-                poses.push(pose(&cells).map_err(|found| FormatError::Line {
-                    line: first_line,
-                    found,
-                    expected: "a rotation and a shift in mm above a row 0 0 0 1".to_owned(),
+                poses.push(pose(&cells).map_err(|found| {
+                    let expected = "a rotation and a shift in mm above a row 0 0 0 1";
+                    FormatError::line(first_line, found, expected)
                 })?);
                 cells.clear();
             }
         }
     }
     if !cells.is_empty() {
-        return Err(FormatError::Line {
-            line: last_line,
-            found: format!("the end of the file after {} numbers", cells.len()),
-            expected: format!("{size} for the matrix that begins in line {first_line}"),
-        });
+        let found = format!("the end of the file after {} numbers", cells.len());
+        let expected = format!("{size} for the matrix that begins in line {first_line}");
+        return Err(FormatError::line(last_line, found, expected));
     }
     if poses.is_empty() {
         return Err(FormatError::NoRows);
@@ -79,6 +74,10 @@ fn parse_sized(content: &str, size: usize) -> Result<Vec<Pose>, FormatError> {
 }
 
 const LAST_ROW: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+fn is_last_row(cells: &[f64]) -> bool {
+    cells.len() == 4 && cells.iter().zip(LAST_ROW).all(|(a, b)| (a - b).abs() <= MAX_OFF)
+}
 
 /// How many numbers a matrix has: 12 where no line is a last row, and lines are whole matrices or
 /// their rows.
@@ -90,11 +89,8 @@ fn numbers_each(content: &str) -> usize {
     };
     let rows = 1 + counts.clone().count();
     let is_last_row = |line: &str| {
-        let mut cells = number_cells(line);
-        let is_near = |(cell, expected): (&str, f64)| {
-            decimal(cell).is_some_and(|value| (value - expected).abs() <= MAX_OFF)
-        };
-        cells.clone().count() == 4 && cells.by_ref().zip(LAST_ROW).all(is_near)
+        let cells: Option<Vec<f64>> = number_cells(line).map(decimal).collect();
+        cells.is_some_and(|cells| is_last_row(&cells))
     };
     match first {
         _ if counts.any(|count| count != first) => 16,
@@ -107,12 +103,8 @@ fn numbers_each(content: &str) -> usize {
 /// The pose of a matrix, or what it is instead.
 fn pose(cells: &[f64]) -> Result<Pose, String> {
     let mut matrix = Matrix4::from_row_slice(cells);
-    let is_last_row = |row: [f64; 4]| {
-        let mut pairs = row.iter().zip(LAST_ROW);
-        pairs.all(|(a, b)| (a - b).abs() <= MAX_OFF)
-    };
     let [row, column] = [[12, 13, 14, 15], [3, 7, 11, 15]].map(|at| at.map(|k: usize| cells[k]));
-    if is_last_row(column) && !is_last_row(row) {
+    if is_last_row(&column) && !is_last_row(&row) {
         matrix.transpose_mut();
     }
     if cells.iter().any(|cell| !cell.is_finite()) {
@@ -136,6 +128,7 @@ fn pose(cells: &[f64]) -> Result<Pose, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use proptest::prelude::*;
 
     const QUARTER: &str = "0 -1 0 10\n1 0 0 20\n0 0 1 30\n0 0 0 1\n";
@@ -169,23 +162,15 @@ mod tests {
 
     #[test]
     fn what_is_no_matrix_is_named_with_its_line() {
-        for (text, expected) in [
-            (QUARTER.replace("20", "x"), "line 2: found \"x\""),
-            (format!("{QUARTER}1 0 0"), "line 5: found the end of the file after 3 numbers"),
-            (QUARTER.replace("0 0 0 1", "0 0 0 2"), "line 1: found a last row 0 0 0 2"),
-            (
-                QUARTER.replace("0 0 1 30", "0 0 -1 30"),
-                "line 1: found a 3x3 part that differs from a rotation by 2",
-            ),
-            (
-                QUARTER.replace("10", "nan"),
-                "line 1: found a matrix with a number that is not finite",
-            ),
-            ("\n# nothing\n".to_owned(), "found no rows"),
-        ] {
-            let error = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let cases = r#"
+            20 => x | line 2: found "x"…
+            0 0 0 1 => 0 0 0 2 | line 1: found a last row 0 0 0 2…
+            0 0 1 30 => 0 0 -1 30 | line 1: found a 3x3 part that differs from a rotation by 2…
+            10 => nan | line 1: found a matrix with a number that is not finite…
+            0 0 0 1 => 0 0 0 1\n1 0 0 | line 5: found the end of the file after 3 numbers…
+            \n# nothing\n | found no rows…
+        "#;
+        assert_refused(QUARTER, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 
     proptest! {

@@ -1,7 +1,7 @@
 //! Measurement tables: where sensors were, and where the tracker said they were.
 
 use super::error::{FormatError, text};
-use super::table::{PoseColumns, TableReader};
+use super::table::{PoseColumns, Table};
 use std::io::{self, Read, Write};
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright_geometry::number::shortest;
@@ -11,23 +11,10 @@ const EXPECTED: &str =
     "the columns of a measurement table (ideal_x, ideal_y, ideal_z, …, measured_x, …)";
 const EXPECTED_QUATERNIONS: &str =
     "all of ideal_qw … ideal_qz and measured_qw … measured_qz, or none of them";
-const POSITIONS: [&str; 6] =
-    ["ideal_x", "ideal_y", "ideal_z", "measured_x", "measured_y", "measured_z"];
-const QUATERNIONS: [&str; 8] = [
-    "ideal_qw",
-    "ideal_qx",
-    "ideal_qy",
-    "ideal_qz",
-    "measured_qw",
-    "measured_qx",
-    "measured_qy",
-    "measured_qz",
-];
-
 /// A measurement table that is read row by row. One with quaternions is taken to be of 5-DOF
 /// sensors, one without is position-only.
 pub struct MeasurementReader<R: Read> {
-    table: TableReader<R>,
+    table: Table<R>,
     ideal: PoseColumns,
     measured: PoseColumns,
 }
@@ -38,22 +25,9 @@ impl<R: Read> MeasurementReader<R> {
     /// # Errors
     /// Missing columns, or text that is no table.
     pub fn new(reader: R) -> Result<Self, FormatError> {
-        let table = TableReader::new(reader)?;
-        let header = table.header();
-        let [ix, iy, iz, mx, my, mz] = header.columns(POSITIONS, EXPECTED)?;
-        let quaternions = if QUATERNIONS.iter().any(|name| header.has(name)) {
-            Some(header.columns(QUATERNIONS, EXPECTED_QUATERNIONS)?)
-        } else {
-            None
-        };
-        let ideal = PoseColumns {
-            position: [ix, iy, iz],
-            rotation: quaternions.map(|[w, x, y, z, ..]| [w, x, y, z]),
-        };
-        let measured = PoseColumns {
-            position: [mx, my, mz],
-            rotation: quaternions.map(|[.., w, x, y, z]| [w, x, y, z]),
-        };
+        let table = Table::new(reader)?;
+        let [ideal, measured] =
+            table.header().poses(["ideal_", "measured_"], EXPECTED, EXPECTED_QUATERNIONS)?;
         Ok(Self { table, ideal, measured })
     }
 

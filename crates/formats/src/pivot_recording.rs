@@ -1,7 +1,7 @@
 //! What `pivot` reads: a tool's poses, or its markers, in one of several formats told apart by their
 //! first line.
 
-use super::error::{FormatError, text};
+use super::error::{FormatError, quoted, text};
 use super::table_dialect::{ColumnName, decimal, number_cells};
 use super::{jhu_cis, matrices, poses, recording};
 use nalgebra::Point3;
@@ -45,16 +45,13 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
             jhu_cis::parse_optpivot(bytes).map(PivotRecording::MarkersAndBase)
         }
         (true, false) => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
-        (false, _) if names_pose_columns(first) => {
-            poses::parse(bytes).map(PivotRecording::Poses)
+        (false, _) if names_pose_columns(first) => poses::parse(bytes).map(PivotRecording::Poses),
+        (false, _) => {
+            let expected = "the beginning of a recording: an NDI table, an Aurora log, a PLUS \
+                sequence, a live recording, a log of lines with Position: and Orientation:, 4x4 or \
+                3x4 matrices, a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file";
+            Err(FormatError::line(line, quoted(first), expected))
         }
-        (false, _) => Err(FormatError::Line {
-            line,
-            found: format!("{:?}", first.chars().take(60).collect::<String>()),
-            expected: "the beginning of a recording: an NDI table, an Aurora log, a PLUS sequence, a live recording, \
-                       a log of lines with Position: and Orientation:, 4x4 or 3x4 matrices, a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file"
-                .to_owned(),
-        }),
     }
 }
 

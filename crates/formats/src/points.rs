@@ -1,7 +1,7 @@
 //! Points: a table with columns `x, y, z`, plain rows of three numbers, markups of 3D Slicer, or a
 //! `ct-fiducials` file of the JHU course, told apart by what they begin with.
 
-use super::error::{FormatError, text};
+use super::error::{FormatError, quoted, text};
 use super::jhu_cis;
 use super::markups;
 use super::table::Table;
@@ -35,12 +35,15 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
         (true, false) => jhu_cis::parse_ct_fiducials(bytes),
         (false, _) => {
             let table = Table::parse(bytes)?;
-            let columns = table.columns(["x", "y", "z"], "the columns of points (x, y, z)")?;
-            let point = |row: super::table::Row| -> Result<Point3<f64>, FormatError> {
-                let [x, y, z] = columns.map(|column| row.number(column));
-                Ok(Point3::new(x?, y?, z?))
-            };
-            table.rows()?.map(point).collect()
+            let expected = "the columns of points (x, y, z)";
+            let columns = table.header().columns(&["x", "y", "z"], expected)?;
+            table.read(|row| {
+                let mut point = Point3::origin();
+                for (value, column) in point.iter_mut().zip(&columns) {
+                    *value = row.number(*column)?;
+                }
+                Ok(point)
+            })
         }
     }
 }
@@ -71,11 +74,7 @@ fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
                 .collect();
             match (values.as_slice(), cells(content).count()) {
                 ([x, y, z], 3) => Ok(Point3::new(*x, *y, *z)),
-                _ => Err(FormatError::Line {
-                    line,
-                    found: format!("{:?}", content.chars().take(60).collect::<String>()),
-                    expected: "x, y, z in mm".to_owned(),
-                }),
+                _ => Err(FormatError::line(line, quoted(content), "x, y, z in mm")),
             }
         })
         .collect()
@@ -84,6 +83,7 @@ fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use proptest::prelude::*;
 
     #[test]
@@ -103,13 +103,15 @@ mod tests {
 
     #[test]
     fn what_is_no_point_is_named() {
-        let said = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
-        assert_eq!(said(" \n"), "found no rows, expected at least one");
-        assert!(said("1 2 3\n4 5\n").starts_with("line 2: found \"4 5\", expected x, y, z"));
-        assert!(said("1 2 3 4\n").starts_with("line 1: found \"1 2 3 4\""));
-        assert!(said("1 2 3\n4 5 NaN\n").starts_with("line 2"));
-        assert!(said("x,y\n1,2\n").contains("found no column z"));
-        assert!(said("3, ct.txt\n1,2,3\n").contains("expected more points"));
+        let cases = r#"
+            \n | found no rows, expected at least one
+            1 2 3\n4 5\n | line 2: found "4 5", expected x, y, z…
+            1 2 3 4\n | line 1: found "1 2 3 4"…
+            1 2 3\n4 5 NaN\n | line 2…
+            x,y\n1,2\n | …found no column z…
+            3, ct.txt\n1,2,3\n | …expected more points…
+        "#;
+        assert_refused("", cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 
     proptest! {

@@ -1,7 +1,7 @@
 //! Pose tables: `x, y, z, qw, qx, qy, qz`, and what `distort` adds to them.
 
 use super::error::FormatError;
-use super::table::{PoseColumns, Table};
+use super::table::Table;
 use std::io::{self, Write};
 use trackwright_field::Validity;
 use trackwright_geometry::number::shortest;
@@ -15,10 +15,8 @@ const EXPECTED: &str = "the columns of a poses table (x, y, z, qw, qx, qy, qz)";
 /// Missing columns, cells that are no numbers, quaternions off unit length, no rows.
 pub fn parse(bytes: &[u8]) -> Result<Vec<Pose>, FormatError> {
     let table = Table::parse(bytes)?;
-    let [x, y, z, qw, qx, qy, qz] =
-        table.columns(["x", "y", "z", "qw", "qx", "qy", "qz"], EXPECTED)?;
-    let columns = PoseColumns { position: [x, y, z], rotation: Some([qw, qx, qy, qz]) };
-    table.rows()?.map(|row| row.pose(&columns)).collect()
+    let columns = table.header().pose("", EXPECTED)?;
+    table.read(|row| row.pose(&columns))
 }
 
 /// Whose poses of a table that has several.
@@ -36,28 +34,15 @@ pub enum WhosePoses {
 }
 
 impl WhosePoses {
-    fn columns(self) -> [&'static str; 7] {
+    /// What the names of their columns begin with.
+    fn begin(self) -> &'static str {
         match self {
-            Self::True => {
-                ["true_x", "true_y", "true_z", "true_qw", "true_qx", "true_qy", "true_qz"]
-            }
-            Self::Simulated => ["sim_x", "sim_y", "sim_z", "sim_qw", "sim_qx", "sim_qy", "sim_qz"],
-            Self::Ideal => {
-                ["ideal_x", "ideal_y", "ideal_z", "ideal_qw", "ideal_qx", "ideal_qy", "ideal_qz"]
-            }
-            Self::Measured => [
-                "measured_x",
-                "measured_y",
-                "measured_z",
-                "measured_qw",
-                "measured_qx",
-                "measured_qy",
-                "measured_qz",
-            ],
-            Self::Tool => {
-                ["tool_x", "tool_y", "tool_z", "tool_qw", "tool_qx", "tool_qy", "tool_qz"]
-            }
-            Self::Crf => ["crf_x", "crf_y", "crf_z", "crf_qw", "crf_qx", "crf_qy", "crf_qz"],
+            Self::True => "true_",
+            Self::Simulated => "sim_",
+            Self::Ideal => "ideal_",
+            Self::Measured => "measured_",
+            Self::Tool => "tool_",
+            Self::Crf => "crf_",
         }
     }
 }
@@ -69,15 +54,8 @@ impl WhosePoses {
 pub fn parse_of(bytes: &[u8], whose: WhosePoses) -> Result<Vec<Pose>, FormatError> {
     const EXPECTED: &str = "the columns of these poses (…_x, …_y, …_z, and …_qw, …_qx, …_qy, …_qz)";
     let table = Table::parse(bytes)?;
-    let [x, y, z, quaternion @ ..] = whose.columns();
-    let position = table.columns([x, y, z], EXPECTED)?;
-    let has_rotations = quaternion.iter().any(|name| table.has(name));
-    let rotation = match has_rotations {
-        true => Some(table.columns(quaternion, EXPECTED)?),
-        false => None,
-    };
-    let columns = PoseColumns { position, rotation };
-    table.rows()?.map(|row| row.pose(&columns)).collect()
+    let [columns] = table.header().poses([whose.begin()], EXPECTED, EXPECTED)?;
+    table.read(|row| row.pose(&columns))
 }
 
 /// Writes poses.

@@ -1,9 +1,8 @@
 //! How a person left the window, `preferences.ron`: no part of any design.
 
 use super::error::FormatError;
-use super::ron_text;
+use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
-use std::fmt::Write;
 
 /// Widest and highest window that is believed, logical pixels.
 const MOST_PX: u32 = 32_768;
@@ -50,7 +49,8 @@ impl Default for Preferences {
 #[derive(Deserialize)]
 #[serde(rename = "Preferences", deny_unknown_fields)]
 struct PreferencesEntry {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     #[serde(default)]
     window: Option<(u32, u32)>,
     is_maximised: bool,
@@ -58,12 +58,6 @@ struct PreferencesEntry {
     scale: f64,
     panels: ShownPanels,
     workspace: String,
-}
-
-impl ron_text::Versioned for PreferencesEntry {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 /// Reads preferences.
@@ -96,20 +90,17 @@ pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
 
 /// Writes preferences.
 pub fn write(preferences: &Preferences) -> String {
-    let mut out = String::from("(\n    version: 1,\n");
-    // Writing to a string cannot fail, here and below.
-    if let Some([width, height]) = preferences.window {
-        let _ = writeln!(out, "    window: ({width}, {height}),");
-    }
-    let _ = writeln!(out, "    is_maximised: {},", preferences.is_maximised);
-    let _ = writeln!(out, "    is_light: {},", preferences.is_light);
-    let _ = writeln!(out, "    scale: {:?},", preferences.scale);
-    let ShownPanels { left, right, history } = preferences.panels;
-    let _ = writeln!(out, "    panels: (left: {left}, right: {right}, history: {history}),");
-    let workspace = ron_text::string(&preferences.workspace);
-    let _ = writeln!(out, "    workspace: {workspace},");
-    out.push_str(")\n");
-    out
+    RonWriter::file(|out| {
+        if let Some([width, height]) = preferences.window {
+            out.field("window", format_args!("({width}, {height})"));
+        }
+        out.field("is_maximised", preferences.is_maximised);
+        out.field("is_light", preferences.is_light);
+        out.plain("scale", preferences.scale);
+        let ShownPanels { left, right, history } = preferences.panels;
+        out.field("panels", format_args!("(left: {left}, right: {right}, history: {history})"));
+        out.string("workspace", &preferences.workspace);
+    })
 }
 
 #[cfg(test)]

@@ -1,10 +1,9 @@
 //! The part of an environment that says what its measurements leave open of the field.
 
 use super::error::FormatError;
-use super::ron_text;
+use super::ron_text::{self, RonWriter};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
-use std::fmt::Write;
 use std::sync::Arc;
 use trackwright_field::gaussian::{
     Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
@@ -131,58 +130,45 @@ impl RowEntry {
     }
 }
 
-// Writing to a string cannot fail.
-
-/// Writes a process as the last field of an environment, a row a line.
-pub(super) fn push(out: &mut String, process: &GaussianField) {
-    let scale = |i: usize| {
-        let scale = &process.kernel.scales[i];
+/// Writes a process as a field of an environment, a row a line.
+pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
+    let scales = process.kernel.scales.each_ref().map(|scale| {
         let sine = match scale.axis_sine.is_finite() {
             true => shortest(scale.axis_sine),
             false => "inf".to_owned(),
         };
-        format!(
-            "(length_mm: {}, axis_sine: {sine}, variance: {})",
-            shortest(scale.length_mm),
-            shortest(scale.variance)
-        )
-    };
-    let trend = match process.trend {
-        Trend::None => "None",
-        Trend::Model => "Model",
-    };
-    let amplitude = &process.amplitude;
-    let _ = write!(
-        out,
-        "    process: (\n        trend: {trend},\n        kernel: (scales: ({}, {}), nugget: {}),\n        \
-         amplitude: (center_mm: {}, half_mm: {}, log_variance: {}),\n        covariance: (\n",
-        scale(0),
-        scale(1),
-        shortest(process.kernel.nugget),
-        ron_text::tuple(&amplitude.center_mm),
-        ron_text::tuple(&amplitude.half_mm),
-        ron_text::tuple(&amplitude.log_variance),
-    );
-    for line in &process.component_covariance {
-        let _ = writeln!(out, "            {},", ron_text::tuple(line));
-    }
-    let sensors = process.sensor_variance.map_or_else(String::new, |variance| {
-        format!("        sensor_variance: Some({}),\n", ron_text::tuple(&variance))
+        let [length, variance] = [scale.length_mm, scale.variance].map(shortest);
+        format!("(length_mm: {length}, axis_sine: {sine}, variance: {variance})")
     });
-    let _ = writeln!(
-        out,
-        "        ),\n        has_rotations: {},\n        measured_rows: {},\n        left_out_rms_mm: {},\n{sensors}        \
-         // Position in mm, axis, error in mm and rad, noise of an outlier.\n        rows: [",
-        process.has_rotations,
-        process.measured_rows,
-        shortest(process.left_out_rms_mm),
-    );
-    for row in &process.rows {
-        let position = ron_text::tuple(row.point.position_mm.coords.as_slice());
-        let axis = ron_text::tuple(row.point.axis.as_slice());
-        let error = ron_text::tuple(&row.error);
-        let noise = shortest(row.noise_factor);
-        let _ = writeln!(out, "            ({position}, {axis}, {error}, {noise}),");
-    }
-    out.push_str("        ],\n    ),\n");
+    let nugget = shortest(process.kernel.nugget);
+    let amplitude = &process.amplitude;
+    out.fields("process", |out| {
+        out.plain("trend", process.trend);
+        out.field("kernel", format_args!("(scales: ({}), nugget: {nugget})", scales.join(", ")));
+        let [center, half] = [&amplitude.center_mm, &amplitude.half_mm].map(|v| ron_text::tuple(v));
+        let log_variance = ron_text::tuple(&amplitude.log_variance);
+        out.field(
+            "amplitude",
+            format_args!("(center_mm: {center}, half_mm: {half}, log_variance: {log_variance})"),
+        );
+        out.fields("covariance", |out| {
+            let lines = process.component_covariance.iter().map(|line| ron_text::tuple(line));
+            lines.for_each(|line| out.line(line + ","));
+        });
+        out.field("has_rotations", process.has_rotations);
+        out.field("measured_rows", process.measured_rows);
+        out.field("left_out_rms_mm", shortest(process.left_out_rms_mm));
+        if let Some(variance) = &process.sensor_variance {
+            out.field("sensor_variance", format_args!("Some({})", ron_text::tuple(variance)));
+        }
+        out.line("// Position in mm, axis, error in mm and rad, noise of an outlier.");
+        out.list("rows", |out| {
+            for row in &process.rows {
+                let position = ron_text::tuple(row.point.position_mm.coords.as_slice());
+                let axis = ron_text::tuple(row.point.axis.as_slice());
+                let (error, noise) = (ron_text::tuple(&row.error), shortest(row.noise_factor));
+                out.line(format_args!("({position}, {axis}, {error}, {noise}),"));
+            }
+        });
+    });
 }

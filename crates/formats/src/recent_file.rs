@@ -2,22 +2,16 @@
 
 use super::error::FormatError;
 use super::recovery_file::{PathEntry, path_text};
-use super::ron_text;
+use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
-use std::fmt::Write;
 use std::path::PathBuf;
 
 #[derive(Deserialize)]
 #[serde(rename = "Recent", deny_unknown_fields)]
 struct RecentEntry {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     designs: Vec<PathEntry>,
-}
-
-impl ron_text::Versioned for RecentEntry {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 /// The files, the last opened first.
@@ -31,11 +25,9 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<PathBuf>, FormatError> {
 
 /// Writes the list, one file a line.
 pub fn write(designs: &[PathBuf]) -> String {
-    let mut out = String::from("(\n    version: 1,\n    designs: [\n");
-    for design in designs {
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "        {},", path_text(design));
-    }
-    out.push_str("    ],\n)\n");
-    out
+    RonWriter::file(|out| {
+        out.list("designs", |out| {
+            designs.iter().for_each(|design| out.line(path_text(design) + ","));
+        });
+    })
 }

@@ -15,7 +15,7 @@ pub fn parse(bytes: &[u8]) -> Result<RecordedTable, FormatError> {
     let set = measurements::parse(bytes)?;
     if set.content == MeasurementContent::PositionOnly {
         return Err(FormatError::MissingColumns {
-            missing: vec!["ideal_qw", "measured_qw"],
+            missing: ["ideal_qw", "measured_qw"].map(str::to_owned).into(),
             expected: "a table with quaternions: how the tool was turned",
         });
     }

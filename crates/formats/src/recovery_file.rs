@@ -6,12 +6,11 @@
 use super::body::{self, BodyFile};
 use super::design_file::{self, DesignFile};
 use super::error::FormatError;
-use super::ron_text;
+use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use trackwright_design::{Design, View};
+use trackwright_design::{Design, DesignBody, View};
 
 /// What a recovery file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +53,8 @@ pub struct FileStamp {
 #[derive(Deserialize)]
 #[serde(rename = "Recovery", deny_unknown_fields)]
 struct RecoveryEntry {
-    version: u64,
+    #[serde(rename = "version")]
+    _version: Version,
     written_unix_ms: u64,
     process: u32,
     is_dirty: bool,
@@ -83,12 +83,6 @@ struct StampEntry {
 pub(super) enum PathEntry {
     Text(String),
     Bytes(Vec<u8>),
-}
-
-impl ron_text::Versioned for RecoveryEntry {
-    fn version(&self) -> u64 {
-        self.version
-    }
 }
 
 impl RecoveryFile {
@@ -138,35 +132,32 @@ fn part<T>(part: &'static str, parsed: Result<T, FormatError>) -> Result<T, Form
 /// Writes a recovery file.
 pub fn write(file: &RecoveryFile) -> String {
     let design = design_file::write(&DesignFile::of(&file.design, &file.view));
-    let body =
-        |body: &trackwright_design::DesignBody| ron_text::string(&body::write(&BodyFile::of(body)));
+    let body = |body: &DesignBody| body::write(&BodyFile::of(body));
     let origin = match &file.origin {
         RecoveryOrigin::BuiltIn(name) => format!("BuiltIn({})", ron_text::string(name)),
         RecoveryOrigin::File(path) => format!("File({})", path_text(path)),
     };
-    let mut out = String::from("(\n    version: 1,\n");
-    // Writing to a string cannot fail, here and below.
-    let _ = writeln!(out, "    written_unix_ms: {},", file.written_unix_ms);
-    let _ = writeln!(out, "    process: {},", file.process);
-    let _ = writeln!(out, "    is_dirty: {},", file.is_dirty);
-    let _ = writeln!(out, "    origin: {origin},");
-    let _ = writeln!(out, "    design: {},", ron_text::string(&design));
-    let _ = writeln!(out, "    tool_body: {},", body(&file.design.tool.body));
-    if let Some(crf) = &file.design.crf {
-        let _ = writeln!(out, "    crf_body: {},", body(&crf.body));
-    }
-    out.push_str("    stamps: [\n");
-    for (path, stamp) in &file.stamps {
-        let FileStamp { length, modified_ns, taken_ns, hash } = stamp;
-        let _ = writeln!(
-            out,
-            "        (file: {}, stamp: (length: {length}, modified_ns: {modified_ns}, \
-             taken_ns: {taken_ns}, hash: {hash})),",
-            path_text(path)
-        );
-    }
-    out.push_str("    ],\n)\n");
-    out
+    RonWriter::file(|out| {
+        out.field("written_unix_ms", file.written_unix_ms);
+        out.field("process", file.process);
+        out.field("is_dirty", file.is_dirty);
+        out.field("origin", origin);
+        out.string("design", &design);
+        out.string("tool_body", &body(&file.design.tool.body));
+        if let Some(crf) = &file.design.crf {
+            out.string("crf_body", &body(&crf.body));
+        }
+        out.list("stamps", |out| {
+            for (path, stamp) in &file.stamps {
+                let FileStamp { length, modified_ns, taken_ns, hash } = stamp;
+                out.line(format_args!(
+                    "(file: {}, stamp: (length: {length}, modified_ns: {modified_ns}, \
+                     taken_ns: {taken_ns}, hash: {hash})),",
+                    path_text(path)
+                ));
+            }
+        });
+    })
 }
 
 impl PathEntry {
@@ -212,6 +203,7 @@ fn path_of_bytes(bytes: Vec<u8>) -> PathBuf {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use proptest::prelude::*;
 
     fn file_of(design: &str) -> RecoveryFile {
@@ -256,21 +248,14 @@ pub(super) mod tests {
     #[test]
     fn what_is_wrong_is_named_with_the_part_that_it_is_in() {
         let good = String::from_utf8(good()).unwrap();
-        for (from, to, message) in [
-            ("version: 1,\n    w", "version: 2,\n    w", "version is 2, expected 1"),
-            ("crf_body:", "crf:", "line 9, column 5: found the unknown field `crf`, expected "),
-            (
-                "design: \"(\\n    version: 1",
-                "design: \"(\\n    version: 3",
-                "design: version is 3, expected 1",
-            ),
-            ("tool_body: \"(", "tool_body: \"", "tool_body: line "),
-        ] {
-            assert!(good.contains(from), "{from} in {good}");
-            let error = parse(good.replace(from, to).as_bytes()).unwrap_err();
-            let error = error.to_string();
-            assert!(error.starts_with(message), "{error}");
-        }
+        let cases = r#"
+            version: 1,\n    w => version: 2,\n    w | version is 2, expected 1…
+            crf_body: => crf: | line 9, column 5: found the unknown field `crf`, expected …
+            design: "(\\n    version: 1 => design: "(\\n    version: 3
+                | design: version is 3, expected 1…
+            tool_body: "( => tool_body: " | tool_body: line …
+        "#;
+        assert_refused(&good, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 
     proptest! {

@@ -7,9 +7,10 @@ use super::ron_tokens::{place, stated_version, too_large_number};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
-use std::fmt::Write;
+use ron::ser::PrettyConfig;
+use serde::de::{DeserializeOwned, Deserializer, Error};
+use serde::{Deserialize, Serialize};
+use std::fmt::{Display, Write};
 use trackwright_geometry::limits::{position_problem, short};
 use trackwright_geometry::number;
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_to_array};
@@ -20,21 +21,25 @@ pub(super) const VERSION: u64 = 1;
 /// Longest piece of a file that an error quotes.
 const MAX_QUOTE: usize = 24;
 
-/// What every file of the program's own begins with.
-pub(super) trait Versioned {
-    fn version(&self) -> u64;
+/// The version of a file of the program's own, which has to be the one that it reads.
+pub(super) struct Version;
+
+impl<'de> Deserialize<'de> for Version {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        check_version(u64::deserialize(deserializer)?).map_err(D::Error::custom)?;
+        Ok(Self)
+    }
 }
 
-/// Reads a versioned file; `Some(…)` may be left out.
+/// Reads a file with a [`Version`]; `Some(…)` may be left out.
 ///
 /// A field that is not known is an error, as one that is mistyped would else have its default and
 /// nobody would notice. `T` and all that it is made of say so by `deny_unknown_fields`.
-pub(super) fn parse<T: DeserializeOwned + Versioned>(bytes: &[u8]) -> Result<T, FormatError> {
+pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FormatError> {
     let text = text(bytes)?;
     // Another version may have other fields; it is the version that is wrong then.
-    check_version(stated_version(text))?;
+    stated_version(text).map_or(Ok(()), check_version)?;
     let entry: T = from_text(text)?;
-    check_version(Some(entry.version()))?;
     if let Some(range) = too_large_number(text) {
         let (line, column) = place(text, range.start);
         return Err(FormatError::Syntax {
@@ -52,21 +57,16 @@ pub(super) fn from_text<T: DeserializeOwned>(text: &str) -> Result<T, FormatErro
     options.from_str(text).map_err(|error| located(text, &error))
 }
 
-fn check_version(found: Option<u64>) -> Result<(), FormatError> {
+fn check_version(found: u64) -> Result<(), FormatError> {
     match found {
-        Some(found) if found != VERSION => Err(FormatError::Version { found, expected: VERSION }),
-        _ => Ok(()),
+        VERSION => Ok(()),
+        found => Err(FormatError::Version { found, expected: VERSION }),
     }
 }
 
 /// What is wrong with a field that is none of those that are known.
 pub(super) fn unknown_field(found: &str, known: &[&str]) -> String {
-    let near = nearest(found, known);
-    let expected = match near.is_empty() {
-        true => one_of(known),
-        false => one_of(&near),
-    };
-    format!("found the unknown field {}, expected {expected}", shown(found))
+    format!("found the unknown field {}, expected {}", shown(found), nearest_of(found, known))
 }
 
 /// A RON error in this program's words.
@@ -100,12 +100,7 @@ fn located(text: &str, error: &SpannedError) -> FormatError {
             format!("found {count} elements, expected {expected}")
         }
         E::NoSuchEnumVariant { expected, found, .. } => {
-            let near = nearest(found, expected);
-            let expected = match near.is_empty() {
-                true => one_of(expected),
-                false => one_of(&near),
-            };
-            format!("found {}, expected {expected}", shown(found))
+            format!("found {}, expected {}", shown(found), nearest_of(found, expected))
         }
         E::NoSuchStructField { expected, found, .. } => unknown_field(found, expected),
         E::ExpectedDifferentStructName { expected, found } => {
@@ -129,7 +124,10 @@ fn located(text: &str, error: &SpannedError) -> FormatError {
     FormatError::Syntax { line: at.line, column: at.col, problem }
 }
 
-fn one_of(names: &[&str]) -> String {
+/// The known names that are like one that is none of them, or all.
+fn nearest_of(found: &str, known: &[&str]) -> String {
+    let near = nearest(found, known);
+    let names = if near.is_empty() { known } else { &near };
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ")
 }
 
@@ -222,6 +220,78 @@ pub(super) fn pose(pose: &Pose) -> String {
         tuple(pose.translation.vector.as_slice()),
         tuple(&quaternion_to_array(&pose.rotation))
     )
+}
+
+/// A file in the making, four spaces a level.
+#[derive(Default)]
+pub(super) struct RonWriter {
+    text: String,
+    depth: usize,
+}
+
+impl RonWriter {
+    /// A file with its version and these fields.
+    pub(super) fn file(fields: impl FnOnce(&mut Self)) -> String {
+        let mut out = Self::default();
+        out.block("(", ")", |out| {
+            out.field("version", VERSION);
+            fields(out);
+        });
+        out.text
+    }
+
+    pub(super) fn line(&mut self, text: impl Display) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.text, "{:1$}{text}", "", 4 * self.depth);
+    }
+
+    /// Lines within a first and a last one.
+    fn block(&mut self, first: &str, last: &str, inside: impl FnOnce(&mut Self)) {
+        self.line(first);
+        self.depth += 1;
+        inside(self);
+        self.depth -= 1;
+        self.line(last);
+    }
+
+    pub(super) fn field(&mut self, name: &str, value: impl Display) {
+        self.line(format_args!("{name}: {value},"));
+    }
+
+    /// A field of text.
+    pub(super) fn string(&mut self, name: &str, text: &str) {
+        self.field(name, string(text));
+    }
+
+    /// A field of names or numbers as Rust writes them: `Inch`, `Factor(2.5)`, `0.5`.
+    pub(super) fn plain(&mut self, name: &str, value: impl std::fmt::Debug) {
+        self.field(name, format_args!("{value:?}"));
+    }
+
+    /// A field with fields of its own, a line each.
+    pub(super) fn fields(&mut self, name: &str, fields: impl FnOnce(&mut Self)) {
+        self.block(&format!("{name}: ("), "),", fields);
+    }
+
+    /// A list, an item a line.
+    pub(super) fn list(&mut self, name: &str, items: impl FnOnce(&mut Self)) {
+        self.block(&format!("{name}: ["), "],", items);
+    }
+
+    /// An item of a list with fields of its own.
+    pub(super) fn item(&mut self, fields: impl FnOnce(&mut Self)) {
+        self.block("(", "),", fields);
+    }
+
+    /// A value as `ron` writes it, so many levels of its fields on lines of their own.
+    pub(super) fn value(&mut self, name: &str, value: &impl Serialize, levels: usize) {
+        let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+        let config = PrettyConfig::new().new_line("\n").depth_limit(levels);
+        // Numbers, flags and names, all of which RON can hold.
+        let text = options.to_string_pretty(value, config).unwrap_or_default();
+        let indent = format!("\n{:1$}", "", 4 * self.depth);
+        self.field(name, text.replace('\n', &indent));
+    }
 }
 
 /// Text between quotes.

@@ -16,38 +16,25 @@ pub(super) enum Token {
     /// Between quotes, with them.
     Quoted,
     Sign(char),
+    /// Only with [`Tokens::with_comments`].
+    Comment,
 }
 
-/// The tokens of a text without its comments. Any text has some, whether it is RON or not.
+/// The tokens of a text. Any text has some, whether it is RON or not.
 pub(super) struct Tokens<'a> {
     text: &'a str,
     at: usize,
 }
 
 impl<'a> Tokens<'a> {
-    pub(super) fn of(text: &'a str) -> Self {
+    /// All but comments.
+    pub(super) fn of(text: &'a str) -> impl Iterator<Item = (Token, Range<usize>)> + use<'a> {
+        Self::with_comments(text).filter(|(token, _)| *token != Token::Comment)
+    }
+
+    /// All of them.
+    pub(super) fn with_comments(text: &'a str) -> Self {
         Self { text, at: 0 }
-    }
-
-    fn rest(&self) -> &'a str {
-        &self.text[self.at..]
-    }
-
-    /// Goes on to the next token.
-    fn skip(&mut self) {
-        loop {
-            let rest = self.rest();
-            let trimmed = rest.trim_start();
-            self.at += rest.len() - trimmed.len();
-            let comment = if trimmed.starts_with("//") {
-                trimmed.find('\n').unwrap_or(trimmed.len())
-            } else if trimmed.starts_with("/*") {
-                block_comment(trimmed)
-            } else {
-                return;
-            };
-            self.at += comment;
-        }
     }
 }
 
@@ -55,10 +42,13 @@ impl Iterator for Tokens<'_> {
     type Item = (Token, Range<usize>);
 
     fn next(&mut self) -> Option<Self::Item> {
-        self.skip();
-        let rest = self.rest();
+        let rest = self.text[self.at..].trim_start();
         let first = rest.chars().next()?;
         let (token, length) = match first {
+            '/' if rest.starts_with("//") => {
+                (Token::Comment, rest.find('\n').unwrap_or(rest.len()))
+            }
+            '/' if rest.starts_with("/*") => (Token::Comment, block_comment(rest)),
             '"' => (Token::Quoted, quoted(rest, '"')),
             '\'' => (Token::Quoted, quoted(rest, '\'')),
             _ if is_number(rest) => (Token::Number, number(rest)),
@@ -68,8 +58,8 @@ impl Iterator for Tokens<'_> {
             },
             sign => (Token::Sign(sign), sign.len_utf8()),
         };
-        let start = self.at;
-        self.at += length;
+        let start = self.text.len() - rest.len();
+        self.at = start + length;
         Some((token, start..self.at))
     }
 }

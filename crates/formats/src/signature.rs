@@ -1,5 +1,6 @@
 //! What kind of document a file is by how it begins: what may take the place of what.
 
+use super::ron_tokens::{Token, Tokens};
 use super::tool_definition::{kind_of, kind_of_extension};
 use std::fmt;
 use trackwright_design::definition::DefinitionKind;
@@ -94,7 +95,7 @@ impl Signature {
             let key = key.split([':', ',']).next().unwrap_or_default();
             return Self::Json(key.trim().trim_matches('"').to_owned());
         }
-        let fields = RonText::new(text).fields;
+        let (fields, _) = fields_and_comments(text);
         if let Some(kind) = document_kind(&fields) {
             return Self::Kind(kind);
         }
@@ -122,10 +123,10 @@ const UNWRITTEN: [&str; 2] = ["mounting", "keep_out"];
 /// Whether a document in RON has comments that the program did not write, or fields that it does not.
 pub fn holds_more_than_written(document: &[u8]) -> bool {
     let text = String::from_utf8_lossy(document);
-    let ron = RonText::new(&text);
-    let is_by_hand = ron.comments.iter().any(|comment| !is_own_comment(comment));
-    let is_unwritten = ron.fields.iter().any(|field| UNWRITTEN.contains(field));
-    (is_by_hand || is_unwritten) && document_kind(&ron.fields).is_some()
+    let (fields, comments) = fields_and_comments(&text);
+    let is_by_hand = comments.iter().any(|comment| !is_own_comment(comment));
+    let is_unwritten = fields.iter().any(|field| UNWRITTEN.contains(field));
+    (is_by_hand || is_unwritten) && document_kind(&fields).is_some()
 }
 
 fn is_own_comment(comment: &str) -> bool {
@@ -158,60 +159,24 @@ fn document_kind(fields: &[&str]) -> Option<&'static str> {
 }
 
 /// The fields of a RON text's outermost struct, and its comments.
-#[derive(Debug, Default)]
-struct RonText<'a> {
-    fields: Vec<&'a str>,
-    comments: Vec<&'a str>,
-}
-
-impl<'a> RonText<'a> {
-    fn new(text: &'a str) -> Self {
-        let mut found = Self::default();
-        let mut depth = 0_usize;
-        let mut rest = text;
-        while let Some(c) = rest.chars().next() {
-            let end = match c {
-                '"' => end_of_string(rest),
-                '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
-                '/' if rest.starts_with("/*") => rest.find("*/").map_or(rest.len(), |end| end + 2),
-                '(' | '[' | '{' => {
-                    depth += 1;
-                    1
+fn fields_and_comments(text: &str) -> (Vec<&str>, Vec<&str>) {
+    let (mut fields, mut comments) = (Vec::new(), Vec::new());
+    let mut depth = 0_usize;
+    let mut tokens = Tokens::with_comments(text).peekable();
+    while let Some((token, range)) = tokens.next() {
+        match token {
+            Token::Comment => comments.push(&text[range]),
+            Token::Sign('(' | '[' | '{') => depth += 1,
+            Token::Sign(')' | ']' | '}') => depth = depth.saturating_sub(1),
+            Token::Word if depth == 1 => {
+                if tokens.peek().is_some_and(|(next, _)| *next == Token::Sign(':')) {
+                    fields.push(&text[range]);
                 }
-                ')' | ']' | '}' => {
-                    depth = depth.saturating_sub(1);
-                    1
-                }
-                _ if c.is_alphabetic() || c == '_' => {
-                    let is_inside = |c: char| c.is_alphanumeric() || c == '_';
-                    let end = rest.find(|c| !is_inside(c)).unwrap_or(rest.len());
-                    if depth == 1 && rest[end..].trim_start().starts_with(':') {
-                        found.fields.push(&rest[..end]);
-                    }
-                    end
-                }
-                _ => c.len_utf8(),
-            };
-            if rest.starts_with("//") || rest.starts_with("/*") {
-                found.comments.push(&rest[..end]);
             }
-            rest = &rest[end..];
-        }
-        found
-    }
-}
-
-/// Behind the closing quote.
-fn end_of_string(text: &str) -> usize {
-    let mut is_escaped = false;
-    for (at, c) in text.char_indices().skip(1) {
-        match c {
-            '"' if !is_escaped => return at + 1,
-            '\\' => is_escaped = !is_escaped,
-            _ => is_escaped = false,
+            _ => {}
         }
     }
-    text.len()
+    (fields, comments)
 }
 
 /// The name of the first element that is no declaration or comment.

@@ -1,9 +1,8 @@
 //! The part of an environment that keeps model validity.
 
 use super::error::FormatError;
-use super::ron_text;
+use super::ron_text::{self, RonWriter};
 use serde::Deserialize;
-use std::fmt::Write;
 use trackwright_field::DistortionModel;
 use trackwright_field::validity::{Cell, Cells, FitValidity, FitValidityParts};
 use trackwright_geometry::number::shortest;
@@ -52,66 +51,49 @@ impl SupportEntry {
     }
 }
 
-/// Writes a support as the last field of an environment.
-pub(super) fn push(out: &mut String, parts: &FitValidityParts) {
-    out.push_str("    support: (\n");
-    push_list(out, "position_std_mm", &stds(&parts.position_std_mm));
-    if let Some(std) = &parts.angle_std_rad {
-        push_list(out, "angle_std_rad", &stds(std));
-    }
-    push_list(out, "greatest_leverage", &numbers(&parts.greatest_leverage));
-    push_list(out, "greatest_undetermined", &numbers(&parts.greatest_undetermined));
-    push_forms(out, "variance", &parts.variance);
-    push_forms(out, "leverage", &parts.leverage);
-    push_forms(out, "undetermined", &parts.undetermined);
-    push_cells(out, &parts.cells);
-    out.push_str("    ),\n");
+/// Writes a support as a field of an environment.
+pub(super) fn write(out: &mut RonWriter, parts: &FitValidityParts) {
+    let stds = |std: &[Option<f64>]| {
+        list(std.iter().map(|s| s.map_or_else(|| "None".to_owned(), shortest)))
+    };
+    let numbers = |values: &[f64]| list(values.iter().copied().map(shortest));
+    out.fields("support", |out| {
+        out.field("position_std_mm", stds(&parts.position_std_mm));
+        if let Some(std) = &parts.angle_std_rad {
+            out.field("angle_std_rad", stds(std));
+        }
+        out.field("greatest_leverage", numbers(&parts.greatest_leverage));
+        out.field("greatest_undetermined", numbers(&parts.greatest_undetermined));
+        let forms = [
+            ("variance", &parts.variance),
+            ("leverage", &parts.leverage),
+            ("undetermined", &parts.undetermined),
+        ];
+        for (name, forms) in forms.into_iter().filter(|(_, forms)| !forms.is_empty()) {
+            out.list(name, |out| {
+                forms.iter().for_each(|form| out.line(numbers(form) + ","));
+            });
+        }
+        out.fields("samples", |out| write_cells(out, &parts.cells));
+    });
 }
 
-fn stds(std: &[Option<f64>]) -> Vec<String> {
-    std.iter().map(|s| s.map_or_else(|| "None".to_owned(), shortest)).collect()
+fn list(values: impl Iterator<Item = String>) -> String {
+    format!("[{}]", values.collect::<Vec<_>>().join(","))
 }
 
-fn numbers(values: &[f64]) -> Vec<String> {
-    values.iter().copied().map(shortest).collect()
-}
-
-// Writing to a string cannot fail.
-
-fn push_list(out: &mut String, name: &str, values: &[String]) {
-    let _ = writeln!(out, "        {name}: [{}],", values.join(","));
-}
-
-/// A line each; left out without any.
-fn push_forms(out: &mut String, name: &str, forms: &[Vec<f64>]) {
-    if forms.is_empty() {
-        return;
-    }
-    let _ = writeln!(out, "        {name}: [");
-    for form in forms {
-        let _ = writeln!(out, "            [{}],", numbers(form).join(","));
-    }
-    out.push_str("        ],\n");
-}
-
-fn push_cells(out: &mut String, cells: &Cells) {
-    let origin = ron_text::tuple(cells.origin_mm().coords.as_slice());
-    let _ = writeln!(
-        out,
-        "        samples: (\n            origin: {origin},\n            edge: {:?},\n            cells: [",
-        cells.edge_mm()
-    );
-    for line in cells.cells().chunks(CELLS_A_LINE) {
-        let line: Vec<_> = line
-            .iter()
-            .map(|c| {
+fn write_cells(out: &mut RonWriter, cells: &Cells) {
+    out.field("origin", ron_text::tuple(cells.origin_mm().coords.as_slice()));
+    out.plain("edge", cells.edge_mm());
+    out.list("cells", |out| {
+        for line in cells.cells().chunks(CELLS_A_LINE) {
+            let cells = line.iter().map(|c| {
                 let [i, j, k] = c.index;
                 format!("({i},{j},{k},{})", c.directions)
-            })
-            .collect();
-        let _ = writeln!(out, "                {},", line.join(","));
-    }
-    out.push_str("            ],\n        ),\n");
+            });
+            out.line(cells.collect::<Vec<_>>().join(",") + ",");
+        }
+    });
 }
 
 const CELLS_A_LINE: usize = 8;

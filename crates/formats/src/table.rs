@@ -5,6 +5,7 @@ use super::table_dialect::{ColumnName, DecimalMark, Dialect, first_line};
 use super::utf8::{self, Utf8Reader};
 use csv::StringRecord;
 use nalgebra::Vector3;
+use std::array::from_fn;
 use std::cell::Cell;
 use std::io::{self, Cursor, Read};
 use trackwright_geometry::number;
@@ -13,16 +14,12 @@ use trackwright_geometry::pose::{Pose, pose_from_parts};
 /// How far a quaternion's length may be from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// A table that has been split into cells. Columns nobody asks for are ignored.
-#[derive(Clone, Debug)]
-pub struct Table {
-    header: Header,
-    records: Vec<StringRecord>,
-    marks: Marks,
-}
+/// What the names of a pose's columns end in.
+const POSE: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
-/// A table that is split into cells row by row, so that it is never in memory as a whole.
-pub struct TableReader<R: Read> {
+/// A table that is split into cells row by row, so that it is never in memory as a whole. Columns
+/// nobody asks for are ignored.
+pub struct Table<R: Read> {
     header: Header,
     reader: csv::Reader<io::Chain<Cursor<Vec<u8>>, Utf8Reader<R>>>,
     record: StringRecord,
@@ -41,73 +38,35 @@ struct Marks {
     seen: Cell<Option<DecimalMark>>,
 }
 
-/// A column's name and its place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Column {
-    name: &'static str,
-    index: usize,
-}
-
 /// One row and where it stands.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
     line: u64,
     record: &'a StringRecord,
+    header: &'a Header,
     marks: &'a Marks,
 }
 
 /// Three columns of a position and, where there are any, four of a quaternion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseColumns {
-    pub position: [Column; 3],
-    pub rotation: Option<[Column; 4]>,
+    pub position: [usize; 3],
+    pub rotation: Option<[usize; 4]>,
 }
 
-impl Table {
-    /// Splits a table into cells.
+impl<'a> Table<&'a [u8]> {
+    /// Reads the header of a table that is in memory.
     ///
     /// # Errors
-    /// Text that is no table, rows of different lengths, or no rows.
-    pub fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
+    /// Text that is no table.
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, FormatError> {
         // A byte that is no text is named before anything else.
         text(bytes)?;
-        let mut reader = TableReader::new(bytes)?;
-        let mut records = Vec::new();
-        while reader.next_record()? {
-            records.push(reader.record.clone());
-        }
-        Ok(Self { header: reader.header, records, marks: reader.marks })
-    }
-
-    pub fn has(&self, name: &str) -> bool {
-        self.header.has(name)
-    }
-
-    /// See [`Header::columns`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn columns<const N: usize>(
-        &self,
-        names: [&'static str; N],
-        expected: &'static str,
-    ) -> Result<[Column; N], FormatError> {
-        self.header.columns(names, expected)
-    }
-
-    /// The rows, at least one.
-    ///
-    /// # Errors
-    /// [`FormatError::NoRows`].
-    pub fn rows(&self) -> Result<impl Iterator<Item = Row<'_>>, FormatError> {
-        if self.records.is_empty() {
-            return Err(FormatError::NoRows);
-        }
-        Ok(self.records.iter().map(|record| Row::of(record, &self.marks)))
+        Self::new(bytes)
     }
 }
 
-impl<R: Read> TableReader<R> {
+impl<R: Read> Table<R> {
     /// Reads the header.
     ///
     /// # Errors
@@ -125,13 +84,8 @@ impl<R: Read> TableReader<R> {
             Ok(header) => Header(header.iter().map(ColumnName::parse).collect()),
             Err(error) => return Err(error_of(error)),
         };
-        Ok(Self {
-            header,
-            reader,
-            record: StringRecord::new(),
-            has_rows: false,
-            marks: Marks { dialect, seen: Cell::new(None) },
-        })
+        let marks = Marks { dialect, seen: Cell::new(None) };
+        Ok(Self { header, reader, record: StringRecord::new(), has_rows: false, marks })
     }
 
     pub fn header(&self) -> &Header {
@@ -143,39 +97,43 @@ impl<R: Read> TableReader<R> {
     /// # Errors
     /// Text that is no table, a row of another length than the header, or no rows at all.
     pub fn next_row(&mut self) -> Result<Option<Row<'_>>, FormatError> {
-        if self.next_record()? {
-            self.has_rows = true;
-            return Ok(Some(Row::of(&self.record, &self.marks)));
-        }
-        match self.has_rows {
-            true => Ok(None),
-            false => Err(FormatError::NoRows),
-        }
-    }
-
-    fn next_record(&mut self) -> Result<bool, FormatError> {
         let line = self.reader.position().line();
         self.reader.get_mut().get_mut().1.begin_row(line);
-        let is_there = self.reader.read_record(&mut self.record).map_err(error_of)?;
-        if is_there && self.record.len() != self.header.0.len() {
-            let (found, expected) = (self.record.len(), self.header.0.len());
-            let is_doubled = self.marks.dialect.separator == b',' && found > expected;
-            return Err(FormatError::Line {
-                line: line_of(&self.record),
-                found: format!("{found} cells"),
-                expected: match is_doubled {
-                    true => format!(
-                        "{expected}, as in line 1 (with decimal commas, semicolons between cells)"
-                    ),
-                    false => format!("{expected}, as in line 1"),
-                },
-            });
+        if !self.reader.read_record(&mut self.record).map_err(error_of)? {
+            return if self.has_rows { Ok(None) } else { Err(FormatError::NoRows) };
         }
-        Ok(is_there)
+        self.has_rows = true;
+        let line = self.record.position().map_or(0, csv::Position::line);
+        let (found, expected) = (self.record.len(), self.header.0.len());
+        if found != expected {
+            let advice = match self.marks.dialect.separator == b',' && found > expected {
+                true => " (with decimal commas, semicolons between cells)",
+                false => "",
+            };
+            let expected = format!("{expected}, as in line 1{advice}");
+            return Err(FormatError::line(line, format!("{found} cells"), expected));
+        }
+        Ok(Some(Row { line, record: &self.record, header: &self.header, marks: &self.marks }))
+    }
+
+    /// What `read` makes of each row, at least one.
+    ///
+    /// # Errors
+    /// Those of [`Self::next_row`] and of `read`.
+    pub fn read<T>(
+        mut self,
+        read: impl Fn(&Row) -> Result<T, FormatError>,
+    ) -> Result<Vec<T>, FormatError> {
+        let mut all = Vec::new();
+        while let Some(row) = self.next_row()? {
+            all.push(read(&row)?);
+        }
+        Ok(all)
     }
 }
 
 impl Header {
+    /// Whether there is a column of this name.
     pub fn has(&self, name: &str) -> bool {
         self.places(name).next().is_some()
     }
@@ -195,10 +153,9 @@ impl Header {
     /// None such, or several.
     pub fn place(&self, name: &str) -> Result<usize, FormatError> {
         let mut places = self.places(name);
-        let wrong = |found: &str| FormatError::Line {
-            line: 1,
-            found: format!("{found} column {name:?}"),
-            expected: "one column that says which rows belong together".to_owned(),
+        let wrong = |found: &str| {
+            let expected = "one column that says which rows belong together";
+            FormatError::line(1, format!("{found} column {name:?}"), expected)
         };
         match (places.next(), places.next()) {
             (Some(index), None) => Ok(index),
@@ -211,12 +168,13 @@ impl Header {
     ///
     /// # Errors
     /// Names all that are missing, and what was expected; or one that is there twice.
-    pub fn columns<const N: usize>(
+    pub fn columns<N: AsRef<str>>(
         &self,
-        names: [&'static str; N],
+        names: &[N],
         expected: &'static str,
-    ) -> Result<[Column; N], FormatError> {
-        let missing: Vec<_> = names.into_iter().filter(|name| !self.has(name)).collect();
+    ) -> Result<Vec<usize>, FormatError> {
+        let names = names.iter().map(AsRef::as_ref);
+        let missing: Vec<_> = names.clone().filter(|name| !self.has(name)).collect();
         if !missing.is_empty() {
             let is_number = |column: &ColumnName| {
                 let cell = column.written.replacen(',', ".", 1);
@@ -225,29 +183,69 @@ impl Header {
             if self.0.len() > 1 && self.0.iter().all(is_number) {
                 return Err(FormatError::NoHeader { expected });
             }
+            let missing = missing.into_iter().map(str::to_owned).collect();
             return Err(FormatError::MissingColumns { missing, expected });
         }
-        let mut columns = names.map(|name| Column { name, index: 0 });
-        for column in &mut columns {
-            let mut places = self.places(column.name);
-            column.index = places.next().unwrap_or_default();
+        let column = |name: &str| {
+            let mut places = self.places(name);
+            let index = places.next().unwrap_or_default();
             if places.next().is_some() {
-                return Err(FormatError::RepeatedColumn(column.name));
+                return Err(FormatError::RepeatedColumn(name.to_owned()));
             }
-            let ColumnName { written, unit, .. } = &self.0[column.index];
-            if let Some(unit) = unit {
-                return Err(FormatError::Unit { column: written.clone(), unit: unit.clone() });
+            let ColumnName { written, unit, .. } = &self.0[index];
+            match unit {
+                Some(unit) => {
+                    Err(FormatError::Unit { column: written.clone(), unit: unit.clone() })
+                }
+                None => Ok(index),
             }
-        }
-        Ok(columns)
+        };
+        names.map(column).collect()
+    }
+
+    /// Whether any column of a pose is there, by what the names of these begin with.
+    pub fn has_pose(&self, begin: &str) -> bool {
+        POSE.iter().any(|end| self.has(&format!("{begin}{end}")))
+    }
+
+    /// The columns of a whole pose.
+    ///
+    /// # Errors
+    /// As [`Self::columns`].
+    pub fn pose(&self, begin: &str, expected: &'static str) -> Result<PoseColumns, FormatError> {
+        let columns = self.columns(&POSE.map(|end| format!("{begin}{end}")), expected)?;
+        let rotation = Some(from_fn(|k| columns[3 + k]));
+        Ok(PoseColumns { position: from_fn(|k| columns[k]), rotation })
+    }
+
+    /// The columns of several poses, which may all be positions alone.
+    ///
+    /// # Errors
+    /// As [`Self::columns`]; rotations are there for all or for none.
+    pub fn poses<const N: usize>(
+        &self,
+        begins: [&str; N],
+        expected: &'static str,
+        expected_rotations: &'static str,
+    ) -> Result<[PoseColumns; N], FormatError> {
+        let names = |ends: &[&str]| -> Vec<String> {
+            let each = begins.iter().flat_map(|begin| ends.iter().map(move |end| (begin, end)));
+            each.map(|(begin, end)| format!("{begin}{end}")).collect()
+        };
+        let positions = self.columns(&names(&POSE[..3]), expected)?;
+        let rotations = names(&POSE[3..]);
+        let rotations = match rotations.iter().any(|name| self.has(name)) {
+            true => Some(self.columns(&rotations, expected_rotations)?),
+            false => None,
+        };
+        Ok(from_fn(|i| PoseColumns {
+            position: from_fn(|k| positions[3 * i + k]),
+            rotation: rotations.as_ref().map(|columns| from_fn(|k| columns[4 * i + k])),
+        }))
     }
 }
 
 impl<'a> Row<'a> {
-    fn of(record: &'a StringRecord, marks: &'a Marks) -> Self {
-        Self { line: line_of(record), record, marks }
-    }
-
     /// Where the row begins.
     pub fn line(&self) -> u64 {
         self.line
@@ -262,31 +260,30 @@ impl<'a> Row<'a> {
     ///
     /// # Errors
     /// Names line and column of anything else.
-    pub fn number(&self, column: Column) -> Result<f64, FormatError> {
-        let cell = self.cell(column.index);
+    pub fn number(&self, column: usize) -> Result<f64, FormatError> {
+        let cell = self.cell(column);
+        let wrong = |found: String, expected| {
+            Err(FormatError::cell(self.line, self.name(column), found, expected))
+        };
         let mark = DecimalMark::of(cell);
         if mark.is_some() && self.marks.dialect.may_have_decimal_commas() {
             let other = self.marks.seen.get().filter(|seen| mark != Some(*seen));
             if other.is_some() {
-                return Err(self.cell_error(
-                    column.name,
-                    format!("{cell:?}"),
-                    "the decimal mark of the rows before, a comma or a point",
-                ));
+                let expected = "the decimal mark of the rows before, a comma or a point";
+                return wrong(format!("{cell:?}"), expected);
             }
             self.marks.seen.set(mark);
         }
         match self.marks.dialect.number(cell) {
             Some(value) if value.is_finite() => Ok(value),
-            _ => Err(self.cell_error(
-                column.name,
-                match cell {
-                    "" => "empty".to_owned(),
-                    _ => format!("{cell:?}"),
-                },
-                "a finite number",
-            )),
+            _ if cell.is_empty() => wrong("empty".to_owned(), "a finite number"),
+            _ => wrong(format!("{cell:?}"), "a finite number"),
         }
+    }
+
+    /// What the program calls a column.
+    fn name(&self, column: usize) -> &'a str {
+        &self.header.0[column].plain
     }
 
     /// A pose; the rotation is none where there are no columns for it.
@@ -305,34 +302,24 @@ impl<'a> Row<'a> {
         match number::rotation(quaternion).filter(|_| is_unit) {
             Some(rotation) => Ok(pose_from_parts(position, rotation)),
             None => {
-                let [w, .., z] = rotation_columns;
-                Err(self.cell_error(
-                    &format!("length of the quaternion {} … {}", w.name, z.name),
-                    length.to_string(),
-                    match length > 2.0 {
-                        true => "1 within 0.001: a unit quaternion, no angles",
-                        false => "1 within 0.001",
-                    },
-                ))
+                let [w, .., z] = rotation_columns.map(|column| self.name(column));
+                let expected = match length > 2.0 {
+                    true => "1 within 0.001: a unit quaternion, no angles",
+                    false => "1 within 0.001",
+                };
+                let field = format!("length of the quaternion {w} … {z}");
+                Err(FormatError::cell(self.line, field, length.to_string(), expected))
             }
         }
     }
 
-    fn numbers<const N: usize>(&self, columns: &[Column; N]) -> Result<[f64; N], FormatError> {
+    fn numbers<const N: usize>(&self, columns: &[usize; N]) -> Result<[f64; N], FormatError> {
         let mut values = [0.0; N];
         for (value, &column) in values.iter_mut().zip(columns) {
             *value = self.number(column)?;
         }
         Ok(values)
     }
-
-    fn cell_error(&self, field: &str, found: String, expected: &'static str) -> FormatError {
-        FormatError::Cell { line: self.line, field: field.to_owned(), found, expected }
-    }
-}
-
-fn line_of(record: &StringRecord) -> u64 {
-    record.position().map_or(0, csv::Position::line)
 }
 
 /// The text is UTF-8 and rows may have any length, so that beside the reader's own failures hardly
@@ -342,10 +329,8 @@ fn error_of(error: csv::Error) -> FormatError {
     let found = error.to_string();
     match error.into_kind() {
         csv::ErrorKind::Io(cause) => utf8::error_of(&cause),
-        _ => FormatError::Line {
-            line,
-            found,
-            expected: "cells with a comma, a semicolon or a tab between them".to_owned(),
-        },
+        _ => {
+            FormatError::line(line, found, "cells with a comma, a semicolon or a tab between them")
+        }
     }
 }

@@ -1,10 +1,9 @@
 //! How a table is written: what is between its cells, its decimal mark, and names of columns that
 //! are not quite the plain ones.
 
+use super::error::FormatError;
+use super::utf8::Utf8Reader;
 use std::io::{self, Read};
-
-/// Longest first line that is looked at; a header has some hundred letters.
-const MAX_HEAD: usize = 1 << 16;
 
 /// Units that columns of a table have anyway.
 const OWN_UNITS: [&str; 5] = ["mm", "millimetres", "millimeters", "1", "-"];
@@ -112,6 +111,25 @@ fn has_decimal_commas(line: &str) -> bool {
     line.contains(',') && cells.clone().count() > 1 && cells.all(is_decimal)
 }
 
+/// The cells of a line with commas between them, some of them in quotes.
+///
+/// # Errors
+/// None that a line of text is known to give; they name the line.
+pub(super) fn quoted_cells(line: u64, content: &str) -> Result<csv::StringRecord, FormatError> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .buffer_capacity(content.len() + 1)
+        .from_reader(content.as_bytes());
+    let mut record = csv::StringRecord::new();
+    match reader.read_record(&mut record) {
+        Ok(_) => Ok(record),
+        Err(error) => {
+            let expected = "a row of cells with commas between them";
+            Err(FormatError::line(line, error.to_string(), expected))
+        }
+    }
+}
+
 impl ColumnName {
     pub(super) fn parse(written: &str) -> Self {
         let lower = written.trim().to_lowercase();
@@ -146,7 +164,7 @@ fn split_unit(name: &str) -> Option<(&str, &str)> {
 
 /// The first line with its end, and not more; a spreadsheet's own line about the separator, before it,
 /// becomes an empty one, so that lines keep their numbers.
-pub(super) fn first_line(reader: &mut impl Read) -> io::Result<Vec<u8>> {
+pub(super) fn first_line<R: Read>(reader: &mut Utf8Reader<R>) -> io::Result<Vec<u8>> {
     let mut first = line(reader)?;
     let is_about_separator = first.get(..4).is_some_and(|head| head.eq_ignore_ascii_case(b"sep="));
     if is_about_separator {
@@ -156,17 +174,16 @@ pub(super) fn first_line(reader: &mut impl Read) -> io::Result<Vec<u8>> {
     Ok(first)
 }
 
-fn line(reader: &mut impl Read) -> io::Result<Vec<u8>> {
-    let mut line = Vec::new();
-    let mut byte = [0];
-    while line.len() < MAX_HEAD && reader.read(&mut byte)? == 1 {
-        line.push(byte[0]);
+fn line<R: Read>(reader: &mut Utf8Reader<R>) -> io::Result<Vec<u8>> {
+    let mut all = Vec::new();
+    loop {
+        let next = reader.rest_of_line()?;
+        all.extend_from_slice(next);
         // Empty lines before the header are none of it.
-        if byte[0] == b'\n' && line.iter().any(|b| !b.is_ascii_whitespace()) {
-            break;
+        if next.is_empty() || !next.trim_ascii().is_empty() {
+            return Ok(all);
         }
     }
-    Ok(line)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Every parser on every kind of rubbish: an error, never a panic; and tables in detail.
 
 use super::*;
+use crate::test_cases::assert_refused;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
@@ -159,34 +160,24 @@ fn a_table_without_quaternions_is_position_only_and_with_some_of_them_an_error()
 
 #[test]
 fn wrong_tables_name_line_and_column() {
-    for (from, to, expected) in [
-        ("first,1,", "first,one,", "line 2: x is \"one\", expected a finite number"),
-        ("first,1,", "first,,", "line 2: x is empty, expected a finite number"),
-        ("first,1,", "first,NaN,", "line 2: x is \"NaN\", expected a finite number"),
-        ("first,1,", "first,-inf,", "line 2: x is \"-inf\", expected a finite number"),
-        ("first,1,", "first,1e999,", "line 2: x is \"1e999\", expected a finite number"),
-        (
-            "0,-1,0,0",
-            "0,-1.0011,0,0",
-            "line 2: length of the quaternion qw … qz is 1.0011, expected 1 within 0.001",
-        ),
-        (
-            "0,-1,0,0",
-            "0,0,0,0",
-            "line 2: length of the quaternion qw … qz is 0, expected 1 within 0.001",
-        ),
-        ("first,1", "1", "line 2: found 7 cells, expected 8, as in line 1"),
-        ("first,1,2,3,0,-1,0,0\n", "", "found no rows, expected at least one"),
-        ("note", "x", "line 1: found column x twice, expected it once"),
-        (
-            "qx,qy",
-            "qx,q2",
-            "line 1: found no column qy, expected the columns of a poses table (x, y, z, qw, qx, qy, qz)",
-        ),
-    ] {
-        assert!(POSES.contains(from), "{from}");
-        assert_eq!(message(poses::parse(POSES.replace(from, to).as_bytes())), expected);
-    }
+    let cases = r#"
+        first,1, => first,one, | line 2: x is "one", expected a finite number
+        first,1, => first,, | line 2: x is empty, expected a finite number
+        first,1, => first,NaN, | line 2: x is "NaN", expected a finite number
+        first,1, => first,-inf, | line 2: x is "-inf", expected a finite number
+        first,1, => first,1e999, | line 2: x is "1e999", expected a finite number
+        0,-1,0,0 => 0,-1.0011,0,0
+            | line 2: length of the quaternion qw … qz is 1.0011, expected 1 within 0.001
+        0,-1,0,0 => 0,0,0,0
+            | line 2: length of the quaternion qw … qz is 0, expected 1 within 0.001
+        first,1 => 1 | line 2: found 7 cells, expected 8, as in line 1
+        first,1,2,3,0,-1,0,0\n => | found no rows, expected at least one
+        note => x | line 1: found column x twice, expected it once
+        qx,qy => qx,q2
+            | line 1: found no column qy, expected the columns of a poses table
+            | (x, y, z, qw, qx, qy, qz)
+    "#;
+    assert_refused(POSES, cases, |text| message(poses::parse(text.as_bytes())));
     assert!(message(poses::parse(b"")).starts_with("line 1: found no column x, y, z, qw"));
 }
 
@@ -228,27 +219,19 @@ fn calibration_files_are_split_into_their_markers() {
 
 #[test]
 fn wrong_calibration_files_name_the_line() {
-    let cut = &CALBODY[..CALBODY.len() - 9];
-    assert_eq!(
-        message(jhu_cis::parse_calbody(cut.as_bytes())),
-        "line 4: found the end of the file, expected more points: line 1 says \
-         \"1, 1, 2, pa1-calbody.txt\""
-    );
-    let text = CALBODY.replace("7,8,9", "7,8");
-    let expected = "line 4: found \"7,8\", expected x, y, z in mm";
-    assert_eq!(message(jhu_cis::parse_calbody(text.as_bytes())), expected);
-    let text = format!("{CALBODY}1,2,3\n");
-    assert!(
-        message(jhu_cis::parse_calbody(text.as_bytes())).starts_with("line 6: found \"1,2,3\"")
-    );
-    assert!(
-        message(jhu_cis::parse_calbody(CALREADINGS.as_bytes())).contains("expected three counts")
-    );
-    assert!(
-        message(jhu_cis::parse_calreadings(CALBODY.as_bytes())).contains("expected four counts")
-    );
+    let calbody = |text: &str| message(jhu_cis::parse_calbody(text.as_bytes()));
+    let calreadings = |text: &str| message(jhu_cis::parse_calreadings(text.as_bytes()));
+    let cases = r#"
+        10,11,12\n => | line 4: found the end of the file, expected more points: line 1 says
+            | "1, 1, 2, pa1-calbody.txt"
+        7,8,9 => 7,8 | line 4: found "7,8", expected x, y, z in mm
+        10,11,12\n => 10,11,12\n1,2,3\n | line 6: found "1,2,3"…
+    "#;
+    assert_refused(CALBODY, cases, calbody);
+    assert!(calbody(CALREADINGS).contains("expected three counts"));
+    assert!(calreadings(CALBODY).contains("expected four counts"));
     let huge = CALREADINGS.replace("1, 1, 1, 2", "1, 1, 4000000000, 4000000000");
-    assert!(message(jhu_cis::parse_calreadings(huge.as_bytes())).contains("counts of at most"));
+    assert!(calreadings(&huge).contains("counts of at most"));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! What a step of the design procedure is decided on: its figures as they were on that day.
 
+use serde::Deserialize;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_simulation::figures::Figures;
 use trackwright_simulation::requirement::Requirement;
@@ -65,7 +66,8 @@ pub struct DecidedFigures {
 }
 
 /// Millimetres.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(rename = "Position", deny_unknown_fields)]
 pub struct PositionFigures {
     pub rms: f64,
     pub mean: f64,
@@ -74,7 +76,8 @@ pub struct PositionFigures {
 }
 
 /// Degrees.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(rename = "Angle", deny_unknown_fields)]
 pub struct AngleFigures {
     pub rms: f64,
     pub p95: f64,

@@ -68,9 +68,10 @@ fn other_designs(own_file: &Path) -> Vec<(PathBuf, Vec<PathBuf>)> {
         .into_iter()
         .filter_map(|file| {
             let design = design_file::parse(&Place::Disk.read(&file, Kind::DESIGN).ok()?).ok()?;
-            let bodies = std::iter::once(design.tool_body)
-                .chain(design.crf.map(|crf| crf.body))
-                .map(|reference| absolute(&Place::Disk.resolve(&file, &reference)))
+            let bodies = design
+                .design
+                .bodies()
+                .map(|(_, body)| absolute(&Place::Disk.resolve(&file, &body.reference)))
                 .collect();
             Some((file, bodies))
         })

@@ -1,6 +1,8 @@
 //! The procedure within a design file: further rooms, and what was decided at each step.
 
-use super::{FormatError, Lines, file_name, ron_text};
+use super::{file_name, write_requirement};
+use crate::error::FormatError;
+use crate::ron_text::{self, RonWriter};
 use serde::Deserialize;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{Day, Decision, Procedure};
@@ -37,26 +39,9 @@ struct RowEntry {
     no_figures: Option<String>,
     trials: Option<usize>,
     without_field: Option<usize>,
-    position: Option<PositionEntry>,
-    angle: Option<AngleEntry>,
+    position: Option<PositionFigures>,
+    angle: Option<AngleFigures>,
     met: Option<bool>,
-}
-
-#[derive(Deserialize)]
-#[serde(rename = "Position", deny_unknown_fields)]
-struct PositionEntry {
-    rms: f64,
-    mean: f64,
-    p95: f64,
-    max: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(rename = "Angle", deny_unknown_fields)]
-struct AngleEntry {
-    rms: f64,
-    p95: f64,
-    max: f64,
 }
 
 #[derive(Deserialize)]
@@ -119,22 +104,13 @@ impl RowEntry {
         };
         let figures = match self.no_figures {
             Some(why) => Err(why),
-            None => {
-                let position = self.position.ok_or_else(|| missing("position"))?;
-                let angle = self.angle.ok_or_else(|| missing("angle"))?;
-                Ok(DecidedFigures {
-                    trials: self.trials.ok_or_else(|| missing("trials"))?,
-                    without_field: self.without_field.unwrap_or(0),
-                    position_mm: PositionFigures {
-                        rms: position.rms,
-                        mean: position.mean,
-                        p95: position.p95,
-                        max: position.max,
-                    },
-                    angle_deg: AngleFigures { rms: angle.rms, p95: angle.p95, max: angle.max },
-                    met: self.met,
-                })
-            }
+            None => Ok(DecidedFigures {
+                position_mm: self.position.ok_or_else(|| missing("position"))?,
+                angle_deg: self.angle.ok_or_else(|| missing("angle"))?,
+                trials: self.trials.ok_or_else(|| missing("trials"))?,
+                without_field: self.without_field.unwrap_or(0),
+                met: self.met,
+            }),
         };
         Ok(DecidedRow {
             room: RoomName { name: self.room, file: self.file },
@@ -192,107 +168,100 @@ fn decision(
 }
 
 /// Writes it where there is anything of it.
-pub(super) fn write(out: &mut Lines, procedure: &Procedure) {
+pub(super) fn write(out: &mut RonWriter, procedure: &Procedure) {
     if procedure.is_empty() {
         return;
     }
-    out.line(1, "procedure: (");
-    if !procedure.further_rooms.is_empty() {
-        let rooms = procedure.further_rooms.iter();
-        let rooms: Vec<_> = rooms.map(|room| ron_text::string(room)).collect();
-        out.field(2, "rooms", &format!("[{}]", rooms.join(", ")));
-    }
-    for (step, decision) in procedure.decisions() {
-        out.line(2, &format!("{}: (", step.key()));
-        out.field(3, "date", &ron_text::string(&decision.date.to_string()));
-        if !decision.note.is_empty() {
-            out.field(3, "note", &ron_text::string(&decision.note));
+    out.fields("procedure", |out| {
+        if !procedure.further_rooms.is_empty() {
+            let rooms = procedure.further_rooms.iter();
+            let rooms: Vec<_> = rooms.map(|room| ron_text::string(room)).collect();
+            out.field("rooms", format_args!("[{}]", rooms.join(", ")));
         }
-        match &decision.basis {
-            DecisionBasis::Studies(studies) => write_studies(out, studies),
-            DecisionBasis::Recording(recording) => write_recording(out, recording),
+        for (step, decision) in procedure.decisions() {
+            out.fields(step.key(), |out| {
+                out.string("date", &decision.date.to_string());
+                if !decision.note.is_empty() {
+                    out.string("note", &decision.note);
+                }
+                match &decision.basis {
+                    DecisionBasis::Studies(studies) => write_studies(out, studies),
+                    DecisionBasis::Recording(recording) => write_recording(out, recording),
+                }
+            });
         }
-        out.line(2, "),");
-    }
-    out.line(1, "),");
+    });
 }
 
-fn write_studies(out: &mut Lines, studies: &DecidedStudies) {
-    out.requirement(3, studies.requirement.as_ref());
-    out.line(3, "rows: [");
-    for row in &studies.rows {
-        out.line(4, "(");
-        write_room(out, 5, &row.room);
-        if let Some(target) = &row.target {
-            out.field(5, "target", &ron_text::string(target));
+fn write_studies(out: &mut RonWriter, studies: &DecidedStudies) {
+    write_requirement(out, studies.requirement.as_ref());
+    out.list("rows", |out| {
+        for row in &studies.rows {
+            out.item(|out| {
+                write_room(out, &row.room);
+                if let Some(target) = &row.target {
+                    out.string("target", target);
+                }
+                match &row.figures {
+                    Err(why) => out.string("no_figures", why),
+                    Ok(figures) => write_figures(out, figures),
+                }
+            });
         }
-        match &row.figures {
-            Err(why) => out.field(5, "no_figures", &ron_text::string(why)),
-            Ok(figures) => write_figures(out, figures),
-        }
-        out.line(4, "),");
-    }
-    out.line(3, "],");
+    });
 }
 
-fn write_room(out: &mut Lines, depth: usize, room: &RoomName) {
-    out.field(depth, "room", &ron_text::string(&room.name));
-    out.field(depth, "file", &ron_text::string(&room.file));
+fn write_room(out: &mut RonWriter, room: &RoomName) {
+    out.string("room", &room.name);
+    out.string("file", &room.file);
 }
 
-fn write_figures(out: &mut Lines, figures: &DecidedFigures) {
+fn write_figures(out: &mut RonWriter, figures: &DecidedFigures) {
     let (p, a) = (&figures.position_mm, &figures.angle_deg);
-    out.field(5, "trials", &figures.trials.to_string());
+    out.field("trials", figures.trials);
     if figures.without_field > 0 {
-        out.field(5, "without_field", &figures.without_field.to_string());
+        out.field("without_field", figures.without_field);
     }
-    let position =
-        format!("(rms: {:?}, mean: {:?}, p95: {:?}, max: {:?})", p.rms, p.mean, p.p95, p.max);
-    out.field(5, "position", &position);
-    let angle = format!("(rms: {:?}, p95: {:?}, max: {:?})", a.rms, a.p95, a.max);
-    out.field(5, "angle", &angle);
+    let (rms, mean, p95, max) = (p.rms, p.mean, p.p95, p.max);
+    let position = format_args!("(rms: {rms:?}, mean: {mean:?}, p95: {p95:?}, max: {max:?})");
+    out.field("position", position);
+    let angle = format_args!("(rms: {:?}, p95: {:?}, max: {:?})", a.rms, a.p95, a.max);
+    out.field("angle", angle);
     if let Some(met) = figures.met {
-        out.field(5, "met", &met.to_string());
+        out.field("met", met);
     }
 }
 
-fn write_recording(out: &mut Lines, decided: &DecidedRecording) {
+fn write_recording(out: &mut RonWriter, decided: &DecidedRecording) {
     let recording = &decided.recording;
-    write_room(out, 3, &decided.room);
-    out.field(3, "table", &ron_text::string(&recording.table));
+    write_room(out, &decided.room);
+    out.string("table", &recording.table);
     if let Some(table) = &recording.crf_table {
-        out.field(3, "crf_table", &ron_text::string(table));
+        out.string("crf_table", table);
     }
     if recording.frame != RecordedFrame::default() {
-        out.field(3, "frame", &format!("{:?}", recording.frame));
+        out.plain("frame", recording.frame);
     }
     if recording.is_registered {
-        out.field(3, "registered", "true");
+        out.field("registered", true);
     }
     if recording.averaged != 1 {
-        out.field(3, "averaged", &recording.averaged.to_string());
+        out.field("averaged", recording.averaged);
     }
     if recording.truth_std_mm.to_bits() != 0 {
-        out.field(3, "truth_mm", &format!("{:?}", recording.truth_std_mm));
+        out.plain("truth_mm", recording.truth_std_mm);
     }
     if let Some(whole) = &recording.whole {
-        out.field(3, "tool", &ron_text::string(whole));
+        out.string("tool", whole);
     }
-    out.field(3, "poses", &decided.poses.to_string());
-    out.field(3, "used", &decided.used.to_string());
-    let numbers = [
-        ("measured_rms", Some(decided.measured_rms_mm)),
-        ("predicted_rms", Some(decided.predicted_rms_mm)),
-        ("residual_rms", Some(decided.residual_rms_mm)),
-        ("explained", decided.explained),
-        ("slope", decided.slope),
-    ];
-    for (name, value) in numbers {
-        if let Some(value) = value {
-            out.field(3, name, &format!("{value:?}"));
-        }
-    }
-    out.field(3, "statement", &ron_text::string(&decided.statement));
+    out.field("poses", decided.poses);
+    out.field("used", decided.used);
+    out.plain("measured_rms", decided.measured_rms_mm);
+    out.plain("predicted_rms", decided.predicted_rms_mm);
+    out.plain("residual_rms", decided.residual_rms_mm);
+    decided.explained.into_iter().for_each(|value| out.plain("explained", value));
+    decided.slope.into_iter().for_each(|value| out.plain("slope", value));
+    out.string("statement", &decided.statement);
 }
 
 #[cfg(test)]

@@ -1,9 +1,9 @@
 //! Wavefront OBJ: positions, normals, faces of any number of corners, groups. Materials are in
 //! another file and not read; points, lines, curves and texture coordinates are passed over.
 
-use super::builder::{Builder, in_mm};
+use super::builder::Builder;
 use super::polygon::Cutter;
-use super::stl::{lines, quote};
+use super::stl::{lines, point_mm, quote, vector};
 use super::{MAX_TRIANGLES, MeshError};
 use nalgebra::{Point3, Vector3};
 use std::borrow::Cow;
@@ -72,16 +72,14 @@ impl Reader {
         let (keyword, rest) = content.split_once(char::is_whitespace).unwrap_or((content, ""));
         match keyword {
             "v" => {
-                let mut position = vector(rest, line)?;
-                for value in position.iter_mut() {
-                    *value = in_mm(*value, mm_per_unit)?;
-                }
+                // What follows (a weight, a colour) is passed over.
+                let position = point_mm(&mut rest.split_whitespace(), line, mm_per_unit)?;
                 check_count(self.vertices.len(), "vertices", line)?;
-                let vertex = self.builder.vertex(position.into());
+                let vertex = self.builder.vertex(position);
                 self.vertices.push(vertex);
             }
             "vn" => {
-                let normal = vector(rest, line)?;
+                let normal = vector(&mut rest.split_whitespace(), line)?;
                 check_count(self.normals.len(), "normals", line)?;
                 let unit = normal.try_normalize(f64::MIN_POSITIVE);
                 self.normals.push(unit.filter(|n| n.iter().all(|v| v.is_finite())));
@@ -139,21 +137,6 @@ impl Reader {
 /// A file can have more numbers than the limit on triangles lets anything use.
 fn check_count(count: usize, what: &'static str, line: usize) -> Result<(), MeshError> {
     if count < MAX_TRIANGLES { Ok(()) } else { Err(MeshError::TooLargeAt { line, what }) }
-}
-
-/// Three numbers; what follows (a weight, a colour) is passed over.
-fn vector(rest: &str, line: usize) -> Result<Vector3<f64>, MeshError> {
-    let mut words = rest.split_whitespace();
-    let mut vector = Vector3::zeros();
-    for value in vector.iter_mut() {
-        let word = words.next();
-        *value = word.and_then(|word| word.parse().ok()).ok_or_else(|| MeshError::Line {
-            line,
-            found: word.map_or_else(|| "the end of the line".to_owned(), quote),
-            expected: "a number",
-        })?;
-    }
-    Ok(vector)
 }
 
 /// An index as OBJ has them, from 1, or from -1 backwards from the latest; as one from 0.

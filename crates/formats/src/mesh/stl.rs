@@ -6,7 +6,7 @@
 
 use super::builder::{Builder, in_mm};
 use super::{MAX_TRIANGLES, MeshError};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use trackwright_geometry::mesh::SurfaceMesh;
 
 /// A binary file's header, before the count of triangles.
@@ -108,9 +108,9 @@ fn push(builder: &mut Builder, corners_mm: [Point3<f64>; 3], line: usize) -> Res
     }
 }
 
-/// Where in a text the reader is.
+/// What of a text the reader is within.
 #[derive(Clone, Copy, PartialEq)]
-enum Place {
+enum Within {
     Outside,
     Facet,
     Loop,
@@ -121,7 +121,7 @@ fn parse_text(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshError> 
     let text = String::from_utf8_lossy(bytes);
     let text = text.trim_start_matches('\u{feff}');
     let mut builder = Builder::default();
-    let mut place = Place::Outside;
+    let mut within = Within::Outside;
     let mut corners = Vec::with_capacity(3);
     let mut solids = 0;
     let mut is_ended = true;
@@ -134,8 +134,8 @@ fn parse_text(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshError> 
             let error = |found: &str, expected| {
                 Err(MeshError::Line { line, found: found.to_owned(), expected })
             };
-            match (word.to_ascii_lowercase().as_str(), place) {
-                ("solid", Place::Outside) => {
+            match (word.to_ascii_lowercase().as_str(), within) {
+                ("solid", Within::Outside) => {
                     solids += 1;
                     is_ended = false;
                     let name = content.trim_start()[word.len()..].trim();
@@ -146,44 +146,44 @@ fn parse_text(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, MeshError> 
                     }
                     break;
                 }
-                ("endsolid", Place::Outside) => {
+                ("endsolid", Within::Outside) => {
                     is_ended = true;
                     break;
                 }
-                ("facet", Place::Outside) if !is_ended => {
-                    place = Place::Facet;
+                ("facet", Within::Outside) if !is_ended => {
+                    within = Within::Facet;
                     // The normal, or whatever stands there.
                     while words.clone().next().is_some_and(|w| !is_word(w, "outer")) {
                         words.next();
                     }
                 }
-                ("outer", Place::Facet) => {}
-                ("loop", Place::Facet) => {
-                    place = Place::Loop;
+                ("outer", Within::Facet) => {}
+                ("loop", Within::Facet) => {
+                    within = Within::Loop;
                     corners.clear();
                 }
-                ("vertex", Place::Loop) => corners.push(corner(&mut words, line, mm_per_unit)?),
-                ("endloop", Place::Loop) => {
+                ("vertex", Within::Loop) => corners.push(point_mm(&mut words, line, mm_per_unit)?),
+                ("endloop", Within::Loop) => {
                     let &[a, b, c] = corners.as_slice() else {
                         return error(&format!("{} corners", corners.len()), "three");
                     };
                     push(&mut builder, [a, b, c], line)?;
-                    place = Place::Facet;
+                    within = Within::Facet;
                 }
-                ("endfacet", Place::Facet) => place = Place::Outside,
-                (_, place) => {
-                    let expected = match place {
-                        Place::Outside if is_ended => "`solid`",
-                        Place::Outside => "`facet` or `endsolid`",
-                        Place::Facet => "`outer loop` or `endfacet`",
-                        Place::Loop => "`vertex` or `endloop`",
+                ("endfacet", Within::Facet) => within = Within::Outside,
+                (_, within) => {
+                    let expected = match within {
+                        Within::Outside if is_ended => "`solid`",
+                        Within::Outside => "`facet` or `endsolid`",
+                        Within::Facet => "`outer loop` or `endfacet`",
+                        Within::Loop => "`vertex` or `endloop`",
                     };
                     return error(&quote(word), expected);
                 }
             }
         }
     }
-    if !is_ended || place != Place::Outside {
+    if !is_ended || within != Within::Outside {
         return Err(MeshError::Line {
             line: last_line,
             found: "the end of the file".to_owned(),
@@ -197,23 +197,34 @@ fn is_word(found: &str, word: &str) -> bool {
     found.eq_ignore_ascii_case(word)
 }
 
-fn corner<'a>(
+/// The next three words as numbers in millimetres.
+pub(super) fn point_mm<'a>(
     words: &mut impl Iterator<Item = &'a str>,
     line: usize,
     mm_per_unit: f64,
 ) -> Result<Point3<f64>, MeshError> {
-    let mut point = Point3::origin();
+    let mut point = Point3::from(vector(words, line)?);
     for value in point.iter_mut() {
+        *value = in_mm(*value, mm_per_unit)?;
+    }
+    Ok(point)
+}
+
+/// The next three words as numbers.
+pub(super) fn vector<'a>(
+    words: &mut impl Iterator<Item = &'a str>,
+    line: usize,
+) -> Result<Vector3<f64>, MeshError> {
+    let mut vector = Vector3::zeros();
+    for value in vector.iter_mut() {
         let word = words.next();
-        let number = word.and_then(|word| word.parse::<f64>().ok());
-        let number = number.ok_or_else(|| MeshError::Line {
+        *value = word.and_then(|word| word.parse().ok()).ok_or_else(|| MeshError::Line {
             line,
             found: word.map_or_else(|| "the end of the line".to_owned(), quote),
             expected: "a number",
         })?;
-        *value = in_mm(number, mm_per_unit)?;
     }
-    Ok(point)
+    Ok(vector)
 }
 
 /// The lines of a text that ends them as Unix, Windows or old Macs do, or as each in places.

@@ -1,6 +1,7 @@
 //! STL and OBJ by hand: what is read from them, and what is refused.
 
 use super::*;
+use crate::test_cases::assert_refused;
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;
 use std::fmt::Write;
@@ -198,42 +199,29 @@ fn triangles_whose_corners_are_no_numbers_are_left_out_and_counted() {
 #[test]
 fn wrong_text_is_named_with_its_line() {
     let text = text_stl("x", &SQUARE);
-    for (from, to, message) in [
-        ("2e0 0e0 0e0", "2e0 0,5 0e0", "line 5: found `0,5`, expected a number"),
-        ("2e0 0e0 0e0", "2e0", "line 5: found the end of the line, expected a number"),
-        ("    endloop\n", "", "line 7: found `endfacet`, expected `vertex` or `endloop`"),
-        ("      vertex 2e0 0e0 0e0\n", "", "line 6: found 2 corners, expected three"),
-        (
-            "endsolid x\n",
-            "",
-            "line 16: found the end of the file, expected `endsolid`: it is cut short",
-        ),
-        ("endsolid x\n", "endsolid x\nrubbish\n", "line 17: found `rubbish`, expected `solid`"),
-    ] {
-        assert!(text.contains(from), "{from}");
-        assert_eq!(error(text.replacen(from, to, 1).as_bytes(), "stl"), message);
-    }
-    for (from, to, message) in [
-        ("v 2 2 0", "v 2 2", "line 5: found the end of the line, expected a number"),
-        ("v 2 2 0", "v 2 x 0", "line 5: found `x`, expected a number"),
-        ("3/1 4/1", "3/1 5/1", "line 10: found position `5` of 4 so far, expected one of them"),
-        ("3/1 4/1", "3/1 0/1", "line 10: found position `0` of 4 so far, expected one of them"),
-        ("-1 -4", "-1 -6", "line 13: found position `-6` of 5 so far, expected one of them"),
-        (
-            "3/1 4/1",
-            "3/1 4//6148914691236517206",
-            "line 10: found normal `6148914691236517206` of 0 so far, expected one of them",
-        ),
-        (
-            "-1 -4",
-            "-9223372036854775808 -4",
-            "line 13: found position `-9223372036854775808` of 5 so far, expected one of them",
-        ),
-        ("f -1 -4 -3", "f -1 -4", "line 13: found a face of 2 corners, expected three or more"),
-    ] {
-        assert!(OBJ.contains(from), "{from}");
-        assert_eq!(error(OBJ.replacen(from, to, 1).as_bytes(), "obj"), message);
-    }
+    let cases = r#"
+        2e0 0e0 0e0 => 2e0 0,5 0e0 | line 5: found `0,5`, expected a number
+        2e0 0e0 0e0 => 2e0 | line 5: found the end of the line, expected a number
+        endloop\n => | line 7: found `endfacet`, expected `vertex` or `endloop`
+        vertex 2e0 0e0 0e0\n => | line 6: found 2 corners, expected three
+        endsolid x\n =>
+            | line 16: found the end of the file, expected `endsolid`: it is cut short
+        endsolid x\n => endsolid x\nrubbish\n | line 17: found `rubbish`, expected `solid`
+    "#;
+    assert_refused(&text, cases, |text| error(text.as_bytes(), "stl"));
+    let cases = r#"
+        v 2 2 0 => v 2 2 | line 5: found the end of the line, expected a number
+        v 2 2 0 => v 2 x 0 | line 5: found `x`, expected a number
+        3/1 4/1 => 3/1 5/1 | line 10: found position `5` of 4 so far, expected one of them
+        3/1 4/1 => 3/1 0/1 | line 10: found position `0` of 4 so far, expected one of them
+        -1 -4 => -1 -6 | line 13: found position `-6` of 5 so far, expected one of them
+        3/1 4/1 => 3/1 4//6148914691236517206
+            | line 10: found normal `6148914691236517206` of 0 so far, expected one of them
+        -1 -4 => -9223372036854775808 -4
+            | line 13: found position `-9223372036854775808` of 5 so far, expected one of them
+        f -1 -4 -3 => f -1 -4 | line 13: found a face of 2 corners, expected three or more
+    "#;
+    assert_refused(OBJ, cases, |text| error(text.as_bytes(), "obj"));
 }
 
 #[test]

@@ -2,8 +2,8 @@
 //! Seconds, ms` and seven cells a sensor, `X, Y, Z, qo, qx, qy, qz`; a sensor that is missing has
 //! seven zeros.
 
-use super::{pose, quoted};
-use crate::error::{FormatError, text};
+use super::pose;
+use crate::error::{FormatError, quoted, text};
 use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
 
 /// Cells before those of the first sensor.
@@ -30,19 +30,14 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let mut lines = (1..).zip(text.trim_end().lines()).peekable();
     let expected =
         "Sample, Hour, Minutes, Seconds, ms, and X, Y, Z, qo, qx, qy, qz for each sensor";
-    let (header_line, header) =
-        lines.by_ref().find(|(_, line)| is_header(line)).ok_or_else(|| FormatError::Line {
-            line: 1,
-            found: quoted(text.lines().next().unwrap_or("")),
-            expected: format!("a line that names the columns: {expected}"),
-        })?;
+    let found = lines.by_ref().find(|(_, line)| is_header(line));
+    let (header_line, header) = found.ok_or_else(|| {
+        let found = quoted(text.lines().next().unwrap_or(""));
+        FormatError::line(1, found, format!("a line that names the columns: {expected}"))
+    })?;
     let names = cells(header);
     if names.len() <= BEFORE || !(names.len() - BEFORE).is_multiple_of(EACH) {
-        return Err(FormatError::Line {
-            line: header_line,
-            found: format!("{} columns", names.len()),
-            expected: expected.to_owned(),
-        });
+        return Err(FormatError::line(header_line, format!("{} columns", names.len()), expected));
     }
     let mut tracks: Vec<ToolTrack> = names[BEFORE..]
         .chunks(EACH)
@@ -67,20 +62,15 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
             // The number that the file ends in may lack digits.
             cells.pop();
         } else if cells.len() != names.len() {
-            return Err(FormatError::Line {
-                line,
-                found: format!("{} cells", cells.len()),
-                expected: format!("{}, as the line that names them has", names.len()),
-            });
+            let expected = format!("{}, as the line that names them has", names.len());
+            return Err(FormatError::line(line, format!("{} cells", cells.len()), expected));
         }
         let mut numbers = Vec::with_capacity(cells.len());
         for (cell, name) in cells.iter().zip(&names) {
-            numbers.push(cell.parse::<f64>().map_err(|_| FormatError::Cell {
-                line,
-                field: (*name).to_owned(),
-                found: quoted(cell),
-                expected: "a number",
-            })?);
+            let number = cell.parse::<f64>();
+            numbers.push(
+                number.map_err(|_| FormatError::cell(line, *name, quoted(cell), "a number"))?,
+            );
         }
         let time_s = clock.seconds(&numbers);
         let frame = numbers.first().filter(|n| **n >= 0.0).map(|n| *n as u64);
@@ -139,6 +129,7 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use trackwright_geometry::pose::Pose;
 
     const LOG: &str = "Test Date: \nday, month\n2, 2 \n\nSample:,Hour,Minutes,Seconds,ms,Xa,Ya,Za,qoa,qxa,qya,qza,Xb,Yb,Zb,qob,qxb,qyb,qzb\n\
@@ -161,16 +152,16 @@ mod tests {
 
     #[test]
     fn what_is_no_such_log_is_named_with_its_line() {
-        for (text, expected) in [
-            (String::new(), "line 1: found \"\", expected a line that names"),
-            (LOG.replace(",qzb", ""), "line 5: found 18 columns"),
-            (LOG.replace("0.8 , 0.6 , 0, 0, ", ""), "line 6: found 15 cells"),
-            (LOG.replace("10.5", "ten"), "line 6: Xb is \"ten\""),
-            (LOG.lines().take(5).collect::<Vec<_>>().join("\n"), "found no rows"),
-        ] {
-            let error = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let refusal = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
+        assert!(refusal("").starts_with("line 1: found \"\", expected a line that names"));
+        let heading: Vec<_> = LOG.lines().take(5).collect();
+        assert_eq!(refusal(&heading.join("\n")), FormatError::NoRows.to_string());
+        let cases = r#"
+            ,qzb => | line 5: found 18 columns…
+            0.8 , 0.6 , 0, 0, => | line 6: found 15 cells…
+            10.5 => ten | line 6: Xb is "ten"…
+        "#;
+        assert_refused(LOG, cases, refusal);
     }
 
     #[test]

@@ -1,8 +1,7 @@
 //! Sequences of PLUS, `.igs.mha` or `.seq.mha`: a heading `Key = Value`, with the transforms of each
 //! frame among its keys. Images behind the heading are left alone.
 
-use super::quoted;
-use crate::error::FormatError;
+use crate::error::{FormatError, quoted};
 use crate::matrices;
 use std::collections::BTreeMap;
 use trackwright_geometry::pose::Pose;
@@ -78,10 +77,8 @@ impl Frame<'_> {
         let Some((line, numbers)) = self.transforms.get(name) else {
             return Ok(Err(Unusable::Missing));
         };
-        let none = |found: String| FormatError::Line {
-            line: *line,
-            found,
-            expected: format!("16 numbers of a 4x4 matrix for {name}"),
+        let none = |found: String| {
+            FormatError::line(*line, found, format!("16 numbers of a 4x4 matrix for {name}"))
         };
         match matrices::parse_4x4(numbers.as_bytes()) {
             Ok(poses) => match poses.as_slice() {
@@ -110,21 +107,15 @@ fn frames(bytes: &[u8]) -> Result<BTreeMap<u64, Frame<'_>>, FormatError> {
         let content = raw
             .get(..raw.len().min(MAX_LINE))
             .and_then(|raw| std::str::from_utf8(raw).ok())
-            .ok_or_else(|| FormatError::Line {
-                line,
-                found: "bytes that are not text".to_owned(),
-                expected: "a line of the heading".to_owned(),
+            .ok_or_else(|| {
+                FormatError::line(line, "bytes that are not text", "a line of the heading")
             })?;
         let content = content.trim_start_matches('\u{feff}').trim();
         let Some((key, value)) = content.split_once('=') else {
             if content.is_empty() {
                 continue;
             }
-            return Err(FormatError::Line {
-                line,
-                found: quoted(content),
-                expected: "Key = Value".to_owned(),
-            });
+            return Err(FormatError::line(line, quoted(content), "Key = Value"));
         };
         let (key, value) = (key.trim(), value.trim());
         if key == LAST_KEY {
@@ -150,11 +141,8 @@ fn frames(bytes: &[u8]) -> Result<BTreeMap<u64, Frame<'_>>, FormatError> {
             }
         }
     }
-    Err(FormatError::Line {
-        line: last_line,
-        found: "the end of the file".to_owned(),
-        expected: format!("{LAST_KEY}, the last key of the heading"),
-    })
+    let expected = format!("{LAST_KEY}, the last key of the heading");
+    Err(FormatError::line(last_line, "the end of the file", expected))
 }
 
 /// `StylusToTracker` of `StylusToTrackerTransform`; older files have no such ending.
@@ -165,6 +153,7 @@ fn tool_name(name: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use proptest::prelude::*;
 
     const HEADING: &str = "ObjectType = Image\nDimSize = 0 0 2\n\
@@ -192,15 +181,13 @@ mod tests {
 
     #[test]
     fn what_is_no_such_heading_is_named_with_its_line() {
-        for (text, expected) in [
-            (HEADING.replace("ElementDataFile", "Other"), "line 11: found the end of the file"),
-            (HEADING.replace("DimSize = ", "DimSize "), "line 2: found \"DimSize 0 0 2\""),
-            (HEADING.replace("5 0 0 1 6", "x 0 0 1 6"), "line 3: found \"1 0 0 4 0 1 0 x"),
-            ("ObjectType = Image\nElementDataFile = LOCAL\n".to_owned(), "found no rows"),
-        ] {
-            let error = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let cases = r#"
+            ElementDataFile => Other | line 11: found the end of the file…
+            DimSize = => DimSize | line 2: found "DimSize 0 0 2"…
+            5 0 0 1 6 => x 0 0 1 6 | line 3: found "1 0 0 4 0 1 0 x…
+            ObjectType = Image\nElementDataFile = LOCAL\n | found no rows…
+        "#;
+        assert_refused(HEADING, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 
     #[test]

@@ -5,12 +5,13 @@
 //! unit quaternion, as measured. No count and no end have to be written, so that what a crash leaves
 //! is a recording up to its last line.
 
-use super::{pose, quoted};
-use crate::error::{FormatError, text};
-use std::collections::HashMap;
+use super::pose;
+use super::rows::Tools;
+use crate::error::{FormatError, quoted, text};
+use crate::table_dialect::quoted_cells;
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::{Pose, pose_to_array};
-use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
+use trackwright_simulation::recording::{Recording, TrackSample, Unusable};
 
 /// The first line.
 pub const HEADER: &str = "received_s,time_s,tool,state,x,y,z,qw,qx,qy,qz";
@@ -75,33 +76,31 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
         Some(end) => text.split_at(end + 1),
         None => ("", text),
     };
-    let mut tools = Tools::default();
     let mut lines = (1..).zip(whole.lines());
     match lines.next() {
         Some((_, header)) if is_header(header) => {}
         other => {
-            return Err(FormatError::Line {
-                line: 1,
-                found: quoted(other.map_or(cut, |(_, line)| line)),
-                expected: HEADER.to_owned(),
-            });
+            let found = quoted(other.map_or(cut, |(_, line)| line));
+            return Err(FormatError::line(1, found, HEADER));
         }
     }
+    let mut tools = Tools::default();
+    let mut last = None;
     for (line, content) in lines.filter(|(_, content)| !content.trim().is_empty()) {
-        let row = Row { line, cells: cells(content) };
-        let (tool, sample) = row.sample()?;
-        tools.push(tool, sample);
+        let (tool, sample) = Row { line, cells: quoted_cells(line, content)? }.sample()?;
+        tools.push(&tool, sample);
+        last = Some(tool);
     }
     if !cut.is_empty() {
-        let cells = cells(cut);
+        let cells = quoted_cells(0, cut)?;
         // The last cell may lack letters.
-        let tool = cells.get(2).filter(|_| cells.len() > 3).cloned();
-        tools.push_cut(tool);
+        let own = cells.get(2).filter(|_| cells.len() > 3).map(str::to_owned);
+        if let Some(tool) = own.or(last) {
+            let sample = TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) };
+            tools.push(&tool, sample);
+        }
     }
-    if tools.tracks.is_empty() {
-        return Err(FormatError::NoRows);
-    }
-    Ok(Recording { tools: tools.tracks })
+    tools.finish()
 }
 
 /// Without the beginning of a character that the file ends in.
@@ -114,86 +113,36 @@ fn whole_characters(bytes: &[u8]) -> &[u8] {
     }
 }
 
-#[derive(Default)]
-struct Tools {
-    tracks: Vec<ToolTrack>,
-    by_name: HashMap<String, usize>,
-    last: Option<usize>,
-}
-
-impl Tools {
-    fn push(&mut self, tool: String, sample: TrackSample) {
-        let next = self.tracks.len();
-        let index = *self.by_name.entry(tool.clone()).or_insert(next);
-        if index == next {
-            self.tracks.push(ToolTrack { name: tool, samples: Vec::new() });
-        }
-        if let Some(track) = self.tracks.get_mut(index) {
-            track.samples.push(sample);
-        }
-        self.last = Some(index);
-    }
-
-    fn push_cut(&mut self, tool: Option<String>) {
-        let before = self.last.and_then(|index| self.tracks.get(index));
-        if let Some(name) = tool.or_else(|| before.map(|track| track.name.clone())) {
-            self.push(name, TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
-        }
-    }
-}
-
-/// Splits a line, with quotes taken off.
-fn cells(line: &str) -> Vec<String> {
-    let mut cells = vec![String::new()];
-    let mut is_quoted = false;
-    let mut rest = line.chars().peekable();
-    while let Some(c) = rest.next() {
-        let Some(cell) = cells.last_mut() else { break };
-        match c {
-            '"' if is_quoted && rest.peek() == Some(&'"') => {
-                rest.next();
-                cell.push('"');
-            }
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => cells.push(String::new()),
-            _ => cell.push(c),
-        }
-    }
-    cells
-}
-
 struct Row {
     line: u64,
-    cells: Vec<String>,
+    cells: csv::StringRecord,
 }
 
 impl Row {
     fn number(&self, column: usize) -> Result<Option<f64>, FormatError> {
-        let cell = self.cells.get(column).map_or("", String::as_str);
+        let cell = self.cells.get(column).unwrap_or("");
         if cell.is_empty() {
             return Ok(None);
         }
         let value = cell.parse().ok().filter(|value: &f64| value.is_finite());
-        value.map(Some).ok_or_else(|| FormatError::Cell {
-            line: self.line,
-            field: HEADER.split(',').nth(column).unwrap_or("").to_owned(),
-            found: quoted(cell),
-            expected: "a number",
+        value.map(Some).ok_or_else(|| {
+            let name = HEADER.split(',').nth(column).unwrap_or("");
+            FormatError::cell(self.line, name, quoted(cell), "a number")
         })
     }
 
-    fn sample(self) -> Result<(String, TrackSample), FormatError> {
-        let [received, time, tool, state, ..] = self.cells.as_slice() else {
-            return Err(self.wrong_length());
-        };
+    fn sample(&self) -> Result<(String, TrackSample), FormatError> {
+        let cell = |column: usize| self.cells.get(column).unwrap_or("");
+        let [received, time, tool, state] = [0, 1, 2, 3].map(cell);
         if self.cells.len() != CELLS || received.is_empty() {
-            return Err(self.wrong_length());
+            let found = format!("{} cells", self.cells.len());
+            return Err(FormatError::line(self.line, found, format!("{CELLS}: {HEADER}")));
         }
         let mut numbers = [None; 7];
         for (number, column) in numbers.iter_mut().zip(CELLS - 7..) {
             *number = self.number(column)?;
         }
-        let measured = match (state.as_str(), numbers) {
+        let measured = match (state, numbers) {
             (GOOD, [Some(x), Some(y), Some(z), Some(w), Some(qx), Some(qy), Some(qz)]) => {
                 pose([x, y, z], [w, qx, qy, qz])
             }
@@ -204,21 +153,14 @@ impl Row {
         // The sender's own time, where it states any: the network's delays are not in it.
         let at = if time.is_empty() { 0 } else { 1 };
         let sample = TrackSample { frame: None, time_s: self.number(at)?, pose: measured };
-        Ok((tool.clone(), sample))
-    }
-
-    fn wrong_length(&self) -> FormatError {
-        FormatError::Line {
-            line: self.line,
-            found: format!("{} cells", self.cells.len()),
-            expected: format!("{CELLS}: {HEADER}"),
-        }
+        Ok((tool.to_owned(), sample))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use proptest::prelude::*;
     use trackwright_geometry::pose::pose_from_array;
 
@@ -281,16 +223,15 @@ mod tests {
     #[test]
     fn what_is_no_such_table_is_named_with_its_line() {
         let whole = String::from_utf8(table(&samples())).unwrap();
-        for (text, expected) in [
-            (String::new(), "line 1: found \"\", expected received_s"),
-            (format!("{HEADER}\n"), "found no rows"),
-            (whole.replace("-300,", ""), "line 2: found 10 cells, expected 11"),
-            (whole.replace("-300,", "far,"), "line 2: z is \"far\", expected a number"),
-            (whole.replace("-300,", "NaN,"), "line 2: z is \"NaN\", expected a number"),
-        ] {
-            let error = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let refusal = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
+        assert!(refusal("").starts_with("line 1: found \"\", expected received_s"));
+        assert_eq!(refusal(&format!("{HEADER}\n")), FormatError::NoRows.to_string());
+        let cases = r#"
+            -300, => | line 2: found 10 cells, expected 11…
+            -300, => far, | line 2: z is "far", expected a number
+            -300, => NaN, | line 2: z is "NaN", expected a number
+        "#;
+        assert_refused(&whole, cases, refusal);
         // Numbers that are no pose are no error, but no pose either.
         let found = parse(whole.replacen("0.5,0.5,", "0.1,0.1,", 1).as_bytes()).unwrap();
         assert_eq!(found.tools[0].samples[0].pose, Err(Unusable::NoPose));

@@ -5,9 +5,10 @@ pub mod igs_mha;
 pub mod live_table;
 pub mod ndi_combined;
 pub mod ndi_table;
+mod rows;
 pub mod sensor_log;
 
-use super::error::{FormatError, text};
+use super::error::{FormatError, quoted, text};
 use nalgebra::Vector3;
 use trackwright_geometry::number;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -52,22 +53,10 @@ fn reader_of(bytes: &[u8]) -> Option<Reader> {
 /// Those of the format that the first lines belong to, or that there is none.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let Some(reader) = reader_of(bytes) else {
-        return Err(FormatError::Line {
-            line: 1,
-            found: format!(
-                "{:?}",
-                text(bytes)?
-                    .lines()
-                    .next()
-                    .unwrap_or("")
-                    .chars()
-                    .take(60)
-                    .collect::<String>()
-            ),
-            expected: "the first lines of an NDI table, an Aurora log, a PLUS sequence, a log of lines with Position: and \
-                       Orientation:, or a live recording"
-                .to_owned(),
-        });
+        let expected = "the first lines of an NDI table, an Aurora log, a PLUS sequence, a log of \
+            lines with Position: and Orientation:, or a live recording";
+        let first = text(bytes)?.lines().next().unwrap_or("");
+        return Err(FormatError::line(1, quoted(first), expected));
     };
     reader(bytes)
 }
@@ -81,9 +70,4 @@ fn pose(at_mm: [f64; 3], quaternion: [f64; 4]) -> Result<Pose, Unusable> {
     }
     let rotation = number::rotation(quaternion).ok_or(Unusable::NoPose)?;
     Ok(pose_from_parts(Vector3::from(at_mm), rotation))
-}
-
-/// A line short enough to be quoted.
-fn quoted(line: &str) -> String {
-    format!("{:?}", line.chars().take(60).collect::<String>())
 }

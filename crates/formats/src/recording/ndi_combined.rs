@@ -5,21 +5,9 @@
 //! tools at once, each behind what is known of it: `#Tools, ToolInfo, Frame#, PortHandle, …` (its CSV
 //! file). A tool that was not seen has the status `Missing` and empty cells.
 
-use super::{pose, quoted};
-use crate::error::{FormatError, text};
-use std::collections::HashMap;
-use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
-
-/// Where there is no number the program may write −3.697314e28 all the same.
-const MISSING_BELOW: f64 = -1e27;
-
-/// Statuses of a sample that the tracker stands by: the combined API's word, and ToolBox's.
-const GOOD: [&str; 2] = ["Enabled", "OK"];
-
-const MISSING: &str = "Missing";
-
-/// Cells of a pose, in the order in which they stand.
-const POSE: [&str; 7] = ["q0", "qx", "qy", "qz", "tx", "ty", "tz"];
+use super::rows::{POSE, Row, SEPARATORS, ToolColumns, Tools, rows};
+use crate::error::{FormatError, quoted, text};
+use trackwright_simulation::recording::Recording;
 
 /// Cells of a marker: its status and its place.
 const MARKER: usize = 4;
@@ -31,20 +19,14 @@ pub fn is_header(line: &str) -> bool {
 
 struct Header {
     separator: char,
-    /// All tools stand in a row.
-    is_wide: bool,
     columns: Columns,
-    /// Of the number of markers, from the same cell; in a row of one tool it may be missing.
+    /// Of the number of markers, from a tool's first cell, where all tools stand in a row.
     markers: Option<usize>,
 }
 
-/// Places of a tool's cells, from the first of its own.
-#[derive(Clone, Copy)]
 struct Columns {
-    frame: usize,
     handle: usize,
-    status: usize,
-    pose: [usize; 7],
+    tool: ToolColumns,
 }
 
 /// What stands at the front of lines that were printed: `[2 alerts] [buttons: 0 ] `.
@@ -62,12 +44,14 @@ fn header(line: &str) -> Option<Header> {
     if !is_wide && !line.to_ascii_lowercase().starts_with("frame#") {
         return None;
     }
-    let separator = line.chars().find(|c| ['\t', ';', ','].contains(c))?;
-    let names: Vec<String> =
-        line.split(separator).map(|cell| cell.trim().to_ascii_lowercase()).collect();
+    let separator = line.chars().find(|c| SEPARATORS.contains(c))?;
+    let names: Vec<&str> = line.split(separator).map(str::trim).collect();
     // Of all tools only the first is named, behind their number and its information.
     let first = if is_wide { 2 } else { 0 };
-    let named = |name: &str| names.iter().skip(first).position(|cell| cell == name);
+    let named = |name: &str| {
+        let mut own = names.iter().skip(first);
+        own.position(|cell| cell.eq_ignore_ascii_case(name))
+    };
     let mut pose = [0; 7];
     for (column, name) in pose.iter_mut().zip(POSE) {
         *column = named(name)?;
@@ -78,13 +62,15 @@ fn header(line: &str) -> Option<Header> {
     }
     Some(Header {
         separator,
-        is_wide,
-        markers,
+        markers: markers.filter(|_| is_wide),
         columns: Columns {
-            frame: named("frame#")?,
             handle: named("toolhandle").or_else(|| named("porthandle"))?,
-            status: named("transformstatus")?,
-            pose,
+            tool: ToolColumns {
+                frame: Some(named("frame#")?),
+                time: None,
+                state: named("transformstatus")?,
+                pose,
+            },
         },
     })
 }
@@ -96,186 +82,81 @@ fn header(line: &str) -> Option<Header> {
 /// change from row to row where all stand in one, no rows.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let text = text(bytes)?;
-    // A row whose line ends is whole.
-    let is_ended = text.ends_with('\n');
-    let mut lines = (1..).zip(text.lines()).peekable();
-    let header =
-        lines.by_ref().find_map(|(_, line)| header(line)).ok_or_else(|| FormatError::Line {
-            line: 1,
-            found: quoted(text.lines().next().unwrap_or("")),
-            expected:
-                "a line that names the columns: Frame#, ToolHandle, Face, TransformStatus, q0, …"
-                    .to_owned(),
-        })?;
+    let mut lines = (1..).zip(text.lines());
+    let header = lines.by_ref().find_map(|(_, line)| header(line)).ok_or_else(|| {
+        let found = quoted(text.lines().next().unwrap_or(""));
+        let names = "Frame#, ToolHandle, Face, TransformStatus, q0, …";
+        FormatError::line(1, found, format!("a line that names the columns: {names}"))
+    })?;
     let mut tools = Tools::default();
-    while let Some((line, content)) = lines.next() {
-        // What was printed may be begun anew.
-        if content.trim().is_empty() || is_header(content) {
-            continue;
-        }
-        let row = Row {
-            line,
-            cells: without_brackets(content).split(header.separator).map(str::trim).collect(),
-            has_decimal_commas: header.separator != ',',
-            is_cut: !is_ended && lines.peek().is_none(),
-        };
-        match header.markers.filter(|_| header.is_wide) {
-            Some(markers) => row.read_tools(&header.columns, markers, &mut tools)?,
-            None => row.read_tool(&header.columns, &mut tools)?,
+    // What was printed may be begun anew.
+    let lines = lines.filter(|(_, line)| !is_header(line));
+    let lines = lines.map(|(line, content)| (line, without_brackets(content)));
+    // A row whose line ends is whole.
+    for row in rows(lines, header.separator, text.ends_with('\n')) {
+        match header.markers {
+            Some(markers) => read_tools(&row, &header.columns, markers, &mut tools)?,
+            None => read_tool(&row, &header.columns, &mut tools)?,
         }
     }
-    match tools.tracks.is_empty() {
-        true => Err(FormatError::NoRows),
-        false => Ok(Recording { tools: tools.tracks }),
+    tools.finish()
+}
+
+/// The tool of a row.
+fn read_tool(row: &Row, columns: &Columns, tools: &mut Tools) -> Result<(), FormatError> {
+    // Whose row it is stands in a cell that another follows.
+    if !(row.is_cut && row.cells.len() <= columns.handle + 1) {
+        tools.push(row.cell(columns.handle)?, row.sample(0, &columns.tool)?);
     }
+    Ok(())
 }
 
-/// Tools as they turn up.
-#[derive(Default)]
-struct Tools {
-    tracks: Vec<ToolTrack>,
-    by_name: HashMap<String, usize>,
-}
-
-impl Tools {
-    fn add(&mut self, name: &str, sample: TrackSample) {
-        let place = *self.by_name.entry(name.to_owned()).or_insert_with(|| {
-            self.tracks.push(ToolTrack { name: name.to_owned(), samples: Vec::new() });
-            self.tracks.len() - 1
-        });
-        self.tracks[place].samples.push(sample);
-    }
-}
-
-struct Row<'a> {
-    line: u64,
-    cells: Vec<&'a str>,
-    has_decimal_commas: bool,
-    /// The file may end within it.
-    is_cut: bool,
-}
-
-impl Row<'_> {
-    /// The tool of a row.
-    fn read_tool(&self, columns: &Columns, tools: &mut Tools) -> Result<(), FormatError> {
-        // Whose row it is stands in a cell that another follows.
-        if self.is_cut && self.cells.len() <= columns.handle + 1 {
+/// All tools of a row, each as long as its markers make it.
+fn read_tools(
+    row: &Row,
+    columns: &Columns,
+    markers: usize,
+    tools: &mut Tools,
+) -> Result<(), FormatError> {
+    // The number of tools stands in front; what is there is what counts.
+    let mut info = 1;
+    while info < row.cells.len() {
+        let first = info + 1;
+        if row.is_cut && row.cells.len() <= first + columns.handle + 1 {
             return Ok(());
         }
-        let handle = self.cell(columns.handle)?;
-        tools.add(handle, self.sample(0, columns)?);
-        Ok(())
-    }
-
-    /// All tools of a row, each as long as its markers make it.
-    fn read_tools(
-        &self,
-        columns: &Columns,
-        markers: usize,
-        tools: &mut Tools,
-    ) -> Result<(), FormatError> {
-        // The number of tools stands in front; what is there is what counts.
-        let mut info = 1;
-        while info < self.cells.len() {
-            let first = info + 1;
-            if self.is_cut && self.cells.len() <= first + columns.handle + 1 {
-                return Ok(());
-            }
-            let handle = self.cell(first + columns.handle)?;
-            let info_of_tool = self.cell(info)?;
-            let name = format!("{handle} {info_of_tool}");
-            let name: Vec<&str> = name.split_whitespace().collect();
-            tools.add(&name.join(" "), self.sample(first, columns)?);
-            let count = first + markers;
-            if self.is_cut && self.cells.len() <= count + 1 {
-                return Ok(());
-            }
-            let found = self.cell(count)?;
-            let seen: usize = found.parse().map_err(|_| FormatError::Cell {
-                line: self.line,
-                field: "#Markers".to_owned(),
-                found: quoted(found),
-                expected: "a number of markers",
-            })?;
-            info = seen
-                .checked_mul(MARKER)
-                .and_then(|cells| cells.checked_add(count + 1))
-                .filter(|next| self.is_cut || *next <= self.cells.len())
-                .ok_or_else(|| FormatError::Line {
-                    line: self.line,
-                    found: format!("{} cells", self.cells.len()),
-                    expected: format!("{seen} markers of {MARKER} cells behind cell {}", count + 1),
-                })?;
+        let name = format!("{} {}", row.cell(first + columns.handle)?, row.cell(info)?);
+        let name: Vec<&str> = name.split_whitespace().collect();
+        tools.push(&name.join(" "), row.sample(first, &columns.tool)?);
+        let count = first + markers;
+        if row.is_cut && row.cells.len() <= count + 1 {
+            return Ok(());
         }
-        Ok(())
-    }
-
-    /// What is said of the tool whose cells begin there.
-    fn sample(&self, first: usize, columns: &Columns) -> Result<TrackSample, FormatError> {
-        let last = columns.pose.iter().copied().fold(columns.status, usize::max);
-        // The last cell of a row that is cut may lack digits.
-        if self.is_cut && self.cells.len() <= first + last + 1 {
-            return Ok(TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
-        }
-        let status = self.cell(first + columns.status)?;
-        let mut numbers = [Some(0.0); 7];
-        for ((number, column), name) in numbers.iter_mut().zip(columns.pose).zip(POSE) {
-            *number = self.number(first + column, name)?;
-        }
-        let pose = match numbers {
-            _ if status == MISSING => Err(Unusable::Missing),
-            // What is missing has a status too, and that says more.
-            _ if !status.is_empty() && !GOOD.contains(&status) => {
-                Err(Unusable::State(status.to_owned()))
-            }
-            [Some(w), Some(qx), Some(qy), Some(qz), Some(x), Some(y), Some(z)] => {
-                pose([x, y, z], [w, qx, qy, qz])
-            }
-            _ => Err(Unusable::Missing),
-        };
-        let frame = self.number(first + columns.frame, "Frame#")?;
-        Ok(TrackSample {
-            // A counter of 32 bits, exact in a double.
-            frame: frame.filter(|frame| *frame >= 0.0).map(|frame| frame as u64),
-            time_s: None,
-            pose,
-        })
-    }
-
-    fn cell(&self, column: usize) -> Result<&str, FormatError> {
-        self.cells.get(column).copied().ok_or_else(|| FormatError::Line {
-            line: self.line,
-            found: format!("{} cells", self.cells.len()),
-            expected: format!("{} at least", column + 1),
-        })
-    }
-
-    /// `None` where nothing was measured.
-    fn number(&self, column: usize, name: &str) -> Result<Option<f64>, FormatError> {
-        let cell = self.cell(column)?;
-        if cell.is_empty() {
-            return Ok(None);
-        }
-        let value = match self.has_decimal_commas {
-            true => cell.replace(',', ".").parse(),
-            false => cell.parse(),
-        };
-        let value: f64 = value.map_err(|_| FormatError::Cell {
-            line: self.line,
-            field: name.to_owned(),
-            found: quoted(cell),
-            expected: "a number",
+        let found = row.cell(count)?;
+        let seen: usize = found.parse().map_err(|_| {
+            FormatError::cell(row.line, "#Markers", quoted(found), "a number of markers")
         })?;
-        Ok((value > MISSING_BELOW || value.is_nan()).then_some(value))
+        info = seen
+            .checked_mul(MARKER)
+            .and_then(|cells| cells.checked_add(count + 1))
+            .filter(|next| row.is_cut || *next <= row.cells.len())
+            .ok_or_else(|| {
+                let found = format!("{} cells", row.cells.len());
+                let cells = format!("{seen} markers of {MARKER} cells behind cell {}", count + 1);
+                FormatError::line(row.line, found, cells)
+            })?;
     }
+    Ok(())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use nalgebra::Vector3;
     use proptest::prelude::*;
     use trackwright_geometry::pose::Pose;
+    use trackwright_simulation::recording::{ToolTrack, TrackSample, Unusable};
 
     /// As the program prints it, a line a tool.
     const PRINTED: &str = "[alerts] [buttons] Frame#,ToolHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,#Markers,State,Tx,Ty,Tz\n\
@@ -340,27 +221,24 @@ mod tests {
 
     #[test]
     fn what_is_no_such_file_is_named_with_its_line() {
-        for (text, expected) in [
-            (String::new(), "line 1: found \"\", expected a line that names"),
-            ("Frame#,ToolHandle\n".to_owned(), "line 1: found \"Frame#,ToolHandle\""),
-            (PRINTED.lines().next().unwrap().to_owned(), "found no rows"),
-            (PRINTED.replace("1.5", "one"), "line 2: tx is \"one\", expected a number"),
-            (
-                PRINTED.replace("100,Port:2,0,Missing,,,,,,,,,", "100,Port:2,0,Missing,"),
-                "line 3: qx is \"Missing\", expected a number",
-            ),
-            (PRINTED.replace("101,Port:1,1,", "101,Port:1,\n1,"), "line 4: found 3 cells"),
-            (WRITTEN.replace("0.1,1,OK", "0.1,one,OK"), "line 2: #Markers is \"one\""),
-            // A marker more than there are cells.
-            (
-                WRITTEN.replace("0.25,0", "0.25,1"),
-                "line 3: found 29 cells, expected 1 markers of 4",
-            ),
-            (WRITTEN.replace("0.25,0", "0.25,18446744073709551615"), "line 3: found 29 cells"),
-        ] {
-            let error = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let refusal = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
+        assert!(refusal("").starts_with("line 1: found \"\", expected a line that names"));
+        assert_eq!(refusal(PRINTED.lines().next().unwrap()), FormatError::NoRows.to_string());
+        let cases = r#"
+            Frame#,ToolHandle\n | line 1: found "Frame#,ToolHandle"…
+            1.5 => one | line 2: Tx is "one", expected a number
+            100,Port:2,0,Missing,,,,,,,,, => 100,Port:2,0,Missing,
+                | line 3: Qx is "Missing", expected a number
+            101,Port:1,1, => 101,Port:1,\n1, | line 4: found 3 cells…
+        "#;
+        assert_refused(PRINTED, cases, refusal);
+        // The last two have a marker more than there are cells.
+        let cases = r#"
+            0.1,1,OK => 0.1,one,OK | line 2: #Markers is "one"…
+            0.25,0 => 0.25,1 | line 3: found 29 cells, expected 1 markers of 4…
+            0.25,0 => 0.25,18446744073709551615 | line 3: found 29 cells…
+        "#;
+        assert_refused(WRITTEN, cases, refusal);
     }
 
     #[test]

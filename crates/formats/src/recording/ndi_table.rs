@@ -3,37 +3,19 @@
 //! The header has `Tools`, then for each tool its port with `Frame`, `Face`, `State`, `Q0`…`Tz`,
 //! `Error`, `Markers`, and four cells a marker; rows repeat the port.
 
-use super::{pose, quoted};
-use crate::error::{FormatError, text};
-use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
-
-/// NDI writes −3.697314e28 where there is no number.
-const MISSING_BELOW: f64 = -1e27;
-
-/// The state of a sample that the tracker stands by.
-const GOOD: &str = "OK";
-
-/// The columns of a pose: scalar first, then mm.
-const POSE: [&str; 7] = ["Q0", "Qx", "Qy", "Qz", "Tx", "Ty", "Tz"];
+use super::rows::{POSE, SEPARATORS, ToolColumns, rows};
+use crate::error::{FormatError, quoted, text};
+use trackwright_simulation::recording::{Recording, ToolTrack};
 
 /// Whether a line is the header of such a table.
 pub fn is_header(line: &str) -> bool {
     line.trim_start().starts_with("Tools") && separator_of(line).is_some()
 }
 
-/// What is between the cells: the one of these that the header has after `Tools`.
+/// What is between the cells: the one that the header has after `Tools`.
 fn separator_of(header: &str) -> Option<char> {
     let after = header.trim_start().strip_prefix("Tools")?;
-    after.chars().find(|c| ['\t', ';', ','].contains(c))
-}
-
-/// Where a tool's cells are.
-struct Columns {
-    name: String,
-    frame: Option<usize>,
-    time: Option<usize>,
-    state: usize,
-    pose: [usize; 7],
+    after.chars().find(|c| SEPARATORS.contains(c))
 }
 
 /// Reads a table.
@@ -43,34 +25,20 @@ struct Columns {
 /// numbers, no rows.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let text = text(bytes)?;
-    let mut lines = (1..).zip(text.lines()).peekable();
-    // A row whose line ends is whole, also one that ends in empty cells.
-    let is_ended = text.ends_with('\n');
+    let mut lines = (1..).zip(text.lines());
     let (_, header) = lines.next().unwrap_or((1, ""));
-    let no_header = || FormatError::Line {
-        line: 1,
-        found: quoted(header),
-        expected: "the header of an NDI table: Tools, Port …, Frame, State, Q0, …".to_owned(),
+    let no_header = || {
+        let expected = "the header of an NDI table: Tools, Port …, Frame, State, Q0, …";
+        FormatError::line(1, quoted(header), expected)
     };
     let separator = separator_of(header).ok_or_else(no_header)?;
     let cells: Vec<&str> = header.split(separator).map(str::trim).collect();
-    let tools = columns(&cells).ok_or_else(no_header)?;
-    let mut tracks: Vec<ToolTrack> = tools
-        .iter()
-        .map(|tool| ToolTrack { name: tool.name.clone(), samples: Vec::new() })
-        .collect();
-    while let Some((line, content)) = lines.next() {
-        if content.trim().is_empty() {
-            continue;
-        }
-        let row = Row {
-            line,
-            cells: content.split(separator).map(str::trim).collect(),
-            has_decimal_commas: separator != ',',
-            is_cut: !is_ended && lines.peek().is_none(),
-        };
-        for (tool, track) in tools.iter().zip(&mut tracks) {
-            track.samples.push(row.sample(tool)?);
+    let (mut tracks, columns): (Vec<ToolTrack>, Vec<_>) =
+        tools(&cells).ok_or_else(no_header)?.into_iter().unzip();
+    // A row whose line ends is whole, also one that ends in empty cells.
+    for row in rows(lines, separator, text.ends_with('\n')) {
+        for (columns, track) in columns.iter().zip(&mut tracks) {
+            track.samples.push(row.sample(0, columns)?);
         }
     }
     if tracks.first().is_none_or(|track| track.samples.is_empty()) {
@@ -79,106 +47,41 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     Ok(Recording { tools: tracks })
 }
 
-/// Each tool's columns, from its port to the next one's; `None` where there is no tool or one has no
-/// pose.
-fn columns(header: &[&str]) -> Option<Vec<Columns>> {
+/// Each tool and its columns, from its port to the next one's; `None` where there is no tool or one
+/// has no pose.
+fn tools(header: &[&str]) -> Option<Vec<(ToolTrack, ToolColumns)>> {
     let ports: Vec<usize> = (1..header.len()).filter(|&k| header[k].starts_with("Port")).collect();
-    let tools: Option<Vec<Columns>> = ports
+    let ends = ports.iter().copied().skip(1).chain([header.len()]);
+    let tools: Option<Vec<_>> = ports
         .iter()
-        .zip(ports.iter().skip(1).chain([&header.len()]))
-        .map(|(&from, &to)| {
+        .zip(ends)
+        .map(|(&from, to)| {
             let named = |name: &str| (from..to).find(|&k| header[k].starts_with(name));
             let mut pose = [0; 7];
             for (column, name) in pose.iter_mut().zip(POSE) {
                 *column = named(name)?;
             }
-            Some(Columns {
-                name: header[from].split_whitespace().collect::<Vec<_>>().join(" "),
+            let name = header[from].split_whitespace().collect::<Vec<_>>().join(" ");
+            let columns = ToolColumns {
                 frame: named("Frame"),
                 time: named("Time"),
                 state: named("State")?,
                 pose,
-            })
+            };
+            Some((ToolTrack { name, samples: Vec::new() }, columns))
         })
         .collect();
     tools.filter(|tools| !tools.is_empty())
 }
 
-struct Row<'a> {
-    line: u64,
-    cells: Vec<&'a str>,
-    has_decimal_commas: bool,
-    /// The file may end within it.
-    is_cut: bool,
-}
-
-impl Row<'_> {
-    fn cell(&self, column: usize) -> Result<&str, FormatError> {
-        self.cells.get(column).copied().ok_or_else(|| FormatError::Line {
-            line: self.line,
-            found: format!("{} cells", self.cells.len()),
-            expected: format!("{} at least, as the header has", column + 1),
-        })
-    }
-
-    /// `None` where nothing was measured.
-    fn number(&self, column: usize, name: &'static str) -> Result<Option<f64>, FormatError> {
-        let cell = self.cell(column)?;
-        if cell.is_empty() {
-            return Ok(None);
-        }
-        let value = match self.has_decimal_commas {
-            true => cell.replace(',', ".").parse(),
-            false => cell.parse(),
-        };
-        let value: f64 = value.map_err(|_| FormatError::Cell {
-            line: self.line,
-            field: name.to_owned(),
-            found: quoted(cell),
-            expected: "a number",
-        })?;
-        Ok((value > MISSING_BELOW || value.is_nan()).then_some(value))
-    }
-
-    fn sample(&self, tool: &Columns) -> Result<TrackSample, FormatError> {
-        // The last cell of a row that is cut may lack digits.
-        let last = tool.pose.iter().copied().fold(tool.state, usize::max);
-        if self.is_cut && self.cells.len() <= last + 1 {
-            return Ok(TrackSample { frame: None, time_s: None, pose: Err(Unusable::Cut) });
-        }
-        let state = self.cell(tool.state)?;
-        let mut numbers = [Some(0.0); 7];
-        for ((number, column), name) in numbers.iter_mut().zip(tool.pose).zip(POSE) {
-            *number = self.number(column, name)?;
-        }
-        let pose = match numbers {
-            // What is missing has a state too, and that says more.
-            _ if !state.is_empty() && state != GOOD => Err(Unusable::State(state.to_owned())),
-            [Some(w), Some(qx), Some(qy), Some(qz), Some(x), Some(y), Some(z)] => {
-                pose([x, y, z], [w, qx, qy, qz])
-            }
-            _ => Err(Unusable::Missing),
-        };
-        let counted = |column: Option<usize>, name| match column {
-            Some(column) => self.number(column, name),
-            None => Ok(None),
-        };
-        let frame = counted(tool.frame, "Frame")?;
-        Ok(TrackSample {
-            // A counter of 32 bits, exact in a double.
-            frame: frame.filter(|frame| *frame >= 0.0).map(|frame| frame as u64),
-            time_s: counted(tool.time, "Time")?,
-            pose,
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
     use nalgebra::Vector3;
     use proptest::prelude::*;
     use trackwright_geometry::pose::Pose;
+    use trackwright_simulation::recording::Unusable;
 
     const TSV: &str = "Tools\tPort 1: A  s/n:1\tFrame\tFace\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tError\tMarkers\tState\tTx\tTy\tTz\tPort 2: B\tFrame\tFace\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tError\tMarkers\n\
         2\tPort 1: A  s/n:1\t8\t1\tOK\t1\t0\t0\t0\t1.5\t2\t3\t0.1\t1\tOK\t9\t9\t9\tPort 2: B\t9\t1\tBad Fit\t-3.697314E28\t0\t0\t0\t0\t0\t0\t0\t0\n\
@@ -210,19 +113,15 @@ mod tests {
 
     #[test]
     fn what_is_no_such_table_is_named_with_its_line() {
-        for (text, expected) in [
-            ("Tools\tFrame\n", "line 1: found \"Tools\\tFrame\""),
-            ("Tools\n", "line 1: found \"Tools\""),
-            (TSV.lines().next().unwrap(), "found no rows"),
-            (&TSV.replace("1.5", "one"), "line 2: Tx is \"one\""),
-            (
-                &TSV.replace("Bad Fit\t-3.697314E28\t0\t0\t0\t0\t0\t0\t0\t0", "Bad Fit"),
-                "line 2: found 22 cells",
-            ),
-        ] {
-            let error = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let header = TSV.lines().next().unwrap();
+        assert_eq!(parse(header.as_bytes()), Err(FormatError::NoRows));
+        let cases = r#"
+            Tools\tFrame\n | line 1: found "Tools\tFrame"…
+            Tools\n | line 1: found "Tools"…
+            1.5 => one | line 2: Tx is "one"…
+            Bad Fit\t-3.697314E28\t0\t0\t0\t0\t0\t0\t0\t0 => Bad Fit | line 2: found 22 cells…
+        "#;
+        assert_refused(TSV, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 
     #[test]

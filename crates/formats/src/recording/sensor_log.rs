@@ -4,12 +4,13 @@
 //! Such a file does not say which of four numbers is a quaternion's scalar. Its sign does where
 //! programs keep it from being negative, as nearly all do; else the log is refused.
 
-use super::{pose, quoted};
-use crate::error::{FormatError, text};
+use super::pose;
+use super::rows::Tools;
+use crate::error::{FormatError, quoted, text};
 use nalgebra::{Matrix3, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::svd3::svd3;
-use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
+use trackwright_simulation::recording::{Recording, TrackSample, Unusable};
 
 /// Samples that tell the order of quaternions by their signs.
 const MIN_SIGNED: usize = 20;
@@ -61,27 +62,18 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
             // As a program that crashed leaves it.
             None if lines.peek().is_none() => {}
             None => {
-                return Err(FormatError::Line {
-                    line,
-                    found: quoted(content),
-                    expected: "a sample: Position: x y z Orientation: …".to_owned(),
-                });
+                let expected = "a sample: Position: x y z Orientation: …";
+                return Err(FormatError::line(line, quoted(content), expected));
             }
         }
     }
     let scalar = scalar(&samples)?;
-    let mut tools: Vec<ToolTrack> = Vec::new();
+    let mut tools = Tools::default();
     for sample in samples {
-        let track = TrackSample { frame: None, time_s: sample.time_s, pose: sample.pose(scalar) };
-        match tools.iter_mut().find(|tool| tool.name == sample.sensor) {
-            Some(tool) => tool.samples.push(track),
-            None => tools.push(ToolTrack { name: sample.sensor, samples: vec![track] }),
-        }
+        let pose = sample.pose(scalar);
+        tools.push(&sample.sensor, TrackSample { frame: None, time_s: sample.time_s, pose });
     }
-    match tools.is_empty() {
-        true => Err(FormatError::NoRows),
-        false => Ok(Recording { tools }),
-    }
+    tools.finish()
 }
 
 /// Labels, each with what stands behind it.
@@ -120,13 +112,10 @@ fn scalar(samples: &[Sample]) -> Result<Scalar, FormatError> {
     let four: Vec<[f64; 4]> =
         samples.iter().filter_map(|sample| sample.orientation.as_slice().try_into().ok()).collect();
     let wrong = |found: String| {
-        Err(FormatError::Line {
-            line: samples.first().map_or(1, |sample| sample.line),
-            found,
-            expected: "quaternions of which the signs tell the scalar, rotation matrices (9 numbers), or a poses table \
-                       with the columns x, y, z, qw, qx, qy, qz"
-                .to_owned(),
-        })
+        let expected = "quaternions of which the signs tell the scalar, rotation matrices \
+            (9 numbers), or a poses table with the columns x, y, z, qw, qx, qy, qz";
+        let line = samples.first().map_or(1, |sample| sample.line);
+        Err(FormatError::line(line, found, expected))
     };
     if let Some(angles) = samples.iter().find(|s| s.orientation.len() == 3) {
         return wrong(format!(

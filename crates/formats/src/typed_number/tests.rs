@@ -2,6 +2,7 @@
 
 use super::NumberUnit::*;
 use super::*;
+use crate::test_cases::assert_refused;
 use proptest::prelude::*;
 
 #[test]
@@ -78,54 +79,43 @@ fn units_are_the_fields_own_unless_said() {
 
 #[test]
 fn errors_say_what_is_wrong_and_where() {
-    for (text, unit, message) in [
-        ("", Plain, "found nothing, expected a number"),
-        (" \t\u{a0}", Plain, "found nothing, expected a number"),
-        ("12 +", Plain, "column 5: found the end, expected a number"),
-        ("−−x", Plain, "column 3: found `x`, expected a number"),
-        ("12 34", Plain, "column 4: found `34`, expected an operator or the end"),
-        ("(1+2", Plain, "column 1: found no `)` for this `(`, expected one"),
-        ("(1 2)", Plain, "column 4: found `2`, expected an operator or `)`"),
-        ("1)", Plain, "column 2: found `)`, expected an operator or the end"),
-        ("()", Plain, "column 2: found `)`, expected a number"),
-        ("5 / (2-2)", Plain, "column 5: found a division by zero, expected another divisor"),
-        ("0/0", Plain, "column 3: found a division by zero, expected another divisor"),
-        ("1e999", Plain, "column 1: found a number that is too large, expected one below 1.8e308"),
-        (
-            "1e300*1e300",
-            Plain,
-            "column 1: found a number that is too large, expected one below 1.8e308",
-        ),
-        ("1.2.3", Plain, "column 4: found `.`, expected one decimal point or comma"),
-        ("1,234,567", Plain, "column 6: found `,`, expected one decimal point or comma"),
-        ("1.234,5", Plain, "column 6: found `,`, expected one decimal point or comma"),
-        ("5,", Plain, "column 3: found the end, expected a digit"),
-        (".", Plain, "column 2: found the end, expected a digit"),
-        ("nan", Plain, "column 1: found `nan`, expected a number"),
-        ("5e", Millimetre, "column 2: found `e`, expected µm, mm, cm, m or in"),
-        ("5 MM", Millimetre, "column 3: found `MM`, expected µm, mm, cm, m or in"),
-        ("5 mm", Plain, "column 3: found a length (µm, mm, cm, m, in), expected a plain number"),
-        (
-            "5 rad",
-            Millimetre,
-            "column 3: found an angle (°, deg, rad, mrad), expected a length (µm, mm, cm, m, in)",
-        ),
-        ("5 mm cm", Millimetre, "column 6: found `cm`, expected an operator or the end"),
-        ("(5 mm) cm", Millimetre, "column 8: found a second unit, `cm`, expected one"),
-        (
-            "5 mm * 2 mm",
-            Millimetre,
-            "column 8: found a length (µm, mm, cm, m, in), expected a plain number",
-        ),
-        (
-            "5 / 2 mm",
-            Millimetre,
-            "column 5: found a length (µm, mm, cm, m, in), expected a plain number",
-        ),
-        ("٣", Plain, "column 1: found `٣`, expected a number"),
-        ("1💥", Plain, "column 2: found `💥`, expected an operator or the end"),
-    ] {
-        assert_eq!(parse(text, unit).unwrap_err().to_string(), message, "{text:?}");
+    for empty in ["", " \t\u{a0}"] {
+        assert_eq!(parse(empty, Plain), Err(TypedNumberError::Empty));
+    }
+    let plain = r#"
+        12 + | column 5: found the end, expected a number
+        −−x | column 3: found `x`, expected a number
+        12 34 | column 4: found `34`, expected an operator or the end
+        (1+2 | column 1: found no `)` for this `(`, expected one
+        (1 2) | column 4: found `2`, expected an operator or `)`
+        1) | column 2: found `)`, expected an operator or the end
+        () | column 2: found `)`, expected a number
+        5 / (2-2) | column 5: found a division by zero, expected another divisor
+        0/0 | column 3: found a division by zero, expected another divisor
+        1e999 | column 1: found a number that is too large, expected one below 1.8e308
+        1e300*1e300 | column 1: found a number that is too large, expected one below 1.8e308
+        1.2.3 | column 4: found `.`, expected one decimal point or comma
+        1,234,567 | column 6: found `,`, expected one decimal point or comma
+        1.234,5 | column 6: found `,`, expected one decimal point or comma
+        5, | column 3: found the end, expected a digit
+        . | column 2: found the end, expected a digit
+        nan | column 1: found `nan`, expected a number
+        5 mm | column 3: found a length (µm, mm, cm, m, in), expected a plain number
+        ٣ | column 1: found `٣`, expected a number
+        1💥 | column 2: found `💥`, expected an operator or the end
+    "#;
+    let lengths = r#"
+        5e | column 2: found `e`, expected µm, mm, cm, m or in
+        5 MM | column 3: found `MM`, expected µm, mm, cm, m or in
+        5 rad
+            | column 3: found an angle (°, deg, rad, mrad), expected a length (µm, mm, cm, m, in)
+        5 mm cm | column 6: found `cm`, expected an operator or the end
+        (5 mm) cm | column 8: found a second unit, `cm`, expected one
+        5 mm * 2 mm | column 8: found a length (µm, mm, cm, m, in), expected a plain number
+        5 / 2 mm | column 5: found a length (µm, mm, cm, m, in), expected a plain number
+    "#;
+    for (cases, unit) in [(plain, Plain), (lengths, Millimetre)] {
+        assert_refused("", cases, |text| parse(text, unit).unwrap_err().to_string());
     }
 }
 

@@ -1,10 +1,10 @@
 //! Decisions in design files: the same to the bit once written, refused where they cannot be.
 
 use super::super::{DesignFile, parse, write};
+use crate::test_cases::assert_refused;
 use proptest::prelude::*;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
-use trackwright_design::{Day, Decision, Procedure, View};
-use trackwright_geometry::pose::Pose;
+use trackwright_design::{Day, Decision, Procedure};
 use trackwright_procedure::{
     AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
     PositionFigures, RoomName, Step,
@@ -12,20 +12,9 @@ use trackwright_procedure::{
 use trackwright_simulation::requirement::Requirement;
 
 fn design(procedure: Procedure) -> DesignFile {
-    DesignFile {
-        name: "Pointer".into(),
-        environment: "or.env.ron".into(),
-        crf: None,
-        tool_body: "pointer.body.ron".into(),
-        crf_from_tool: Pose::identity(),
-        motion: None,
-        orientation_weight_mm: None,
-        requirement: None,
-        procedure,
-        anatomy: Vec::new(),
-        slides: Vec::new(),
-        view: View::default(),
-    }
+    let mut file = parse(DECIDED.as_bytes()).unwrap();
+    file.design.procedure = procedure;
+    file
 }
 
 /// With a decision on the tool and one on what was built.
@@ -81,7 +70,7 @@ const DECIDED: &str = r#"(
 #[test]
 fn decisions_are_read_as_they_stand_and_written_as_they_were() {
     let design = parse(DECIDED.as_bytes()).unwrap();
-    let procedure = &design.procedure;
+    let procedure = &design.design.procedure;
     assert_eq!(procedure.further_rooms, ["ward.env.ron"]);
     let steps: Vec<_> = procedure.decisions().map(|(step, _)| step).collect();
     assert_eq!(steps, [Step::Tool, Step::Built]);
@@ -105,105 +94,50 @@ fn a_procedure_that_nobody_began_leaves_no_trace_in_the_file() {
     let text = write(&design(Procedure::default()));
     assert!(!text.contains("procedure"), "{text}");
     let empty = text.replace("    tool: (", "    procedure: (),\n    tool: (");
-    assert!(parse(empty.as_bytes()).unwrap().procedure.is_empty());
+    assert!(parse(empty.as_bytes()).unwrap().design.procedure.is_empty());
 }
 
 #[test]
 fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
-    for (from, to, message) in [
-        (
-            "\"2005-10-26\"",
-            "\"2005-02-30\"",
-            "procedure.tool.date is \"2005-02-30\", expected a day such as 2005-10-26",
-        ),
-        (
-            "\"2005-10-27\"",
-            "\"yesterday\"",
-            "procedure.built.date is \"yesterday\", expected a day such as 2005-10-26",
-        ),
-        (
-            "rms: 0.48591",
-            "rms: NaN",
-            "procedure.tool.rows[0].position.rms is NaN, expected zero or more",
-        ),
-        (
-            "max: 0.3",
-            "max: 1e999",
-            "line 22, column 56: found `1e999`, expected a number of at most 1e30",
-        ),
-        (
-            "p95: 0.2",
-            "p95: -0.2",
-            "procedure.tool.rows[0].angle.p95 is -0.2, expected zero or more",
-        ),
-        (
-            "position_rms: 1.0",
-            "position_rms: -inf",
-            "procedure.tool.requirement.position_rms is -inf, expected zero or more",
-        ),
-        (
-            "met: true",
-            "met: false",
-            "procedure.tool.rows[0].met is false, expected what figures and requirement say",
-        ),
-        (
-            "                    met: true,\n",
-            "",
-            "procedure.tool.rows[0].met is absent, expected whether the requirement was met",
-        ),
-        (
-            "            requirement: (position_rms: 1.0),\n",
-            "",
-            "procedure.tool.rows[0].met is true, expected none without a requirement",
-        ),
-        ("trials: 3375", "trials: 0", "procedure.tool.rows[0].trials is 0, expected one at least"),
-        (
-            "without_field: 12",
-            "without_field: 3375",
-            "procedure.tool.rows[0].without_field is 3375, expected fewer than the trials",
-        ),
-        (
-            "trials: 3375,",
-            "no_figures: \"none\",",
-            "procedure.tool.rows is without figures, expected those of a room at least",
-        ),
-        (
-            "file: \"or.env.ron\",\n                    trials",
-            "file: \" \",\n                    trials",
-            "procedure.tool.rows[0].file is empty, expected a file",
-        ),
-        (
-            "rooms: [\"ward.env.ron\"]",
-            "rooms: [\"a\", \"\"]",
-            "procedure.rooms[1] is empty, expected a file",
-        ),
-        ("used: 45", "used: 92", "procedure.built.used is 92, expected no more than poses"),
-        (
-            "table: \"built.csv\"",
-            "table: \"built.csv\", averaged: 0",
-            "procedure.built.averaged is 0, expected one reading at least",
-        ),
-        ("slope: 1.1", "slope: -inf", "procedure.built.slope is -inf, expected a finite number"),
-        (
-            "residual_rms: 1.67",
-            "residual_rms: -1.67",
-            "procedure.built.residual_rms is -1.67, expected zero or more",
-        ),
-    ] {
-        assert!(DECIDED.contains(from), "{from}");
-        let error = parse(DECIDED.replace(from, to).as_bytes()).unwrap_err();
-        assert_eq!(error.to_string(), message);
-    }
-    // More than a machine counts, and figures left out.
-    for (from, to, part) in [
-        ("trials: 3375", "trials: 99999999999999999999999", "line 19"),
-        ("trials: 3375,", "", "rows[0].trials is absent"),
-        ("met: true", "met: 1", "line 23"),
-    ] {
-        let error = parse(DECIDED.replace(from, to).as_bytes()).unwrap_err();
-        let message = error.to_string();
-        assert!(message.contains(part), "{to}: {message}");
-    }
+    let cases = r#"
+        "2005-10-26" => "2005-02-30"
+            | procedure.tool.date is "2005-02-30", expected a day such as 2005-10-26
+        "2005-10-27" => "yesterday"
+            | procedure.built.date is "yesterday", expected a day such as 2005-10-26
+        rms: 0.48591 => rms: NaN
+            | procedure.tool.rows[0].position.rms is NaN, expected zero or more
+        max: 0.3 => max: 1e999
+            | line 22, column 56: found `1e999`, expected a number of at most 1e30
+        p95: 0.2 => p95: -0.2
+            | procedure.tool.rows[0].angle.p95 is -0.2, expected zero or more
+        position_rms: 1.0 => position_rms: -inf
+            | procedure.tool.requirement.position_rms is -inf, expected zero or more
+        met: true => met: false
+            | procedure.tool.rows[0].met is false, expected what figures and requirement say
+        met: true,\n =>
+            | procedure.tool.rows[0].met is absent, expected whether the requirement was met
+        requirement: (position_rms: 1.0),\n =>
+            | procedure.tool.rows[0].met is true, expected none without a requirement
+        trials: 3375 => trials: 0 | procedure.tool.rows[0].trials is 0, expected one at least
+        without_field: 12 => without_field: 3375
+            | procedure.tool.rows[0].without_field is 3375, expected fewer than the trials
+        trials: 3375, => no_figures: "none",
+            | procedure.tool.rows is without figures, expected those of a room at least
+        file: "or.env.ron",\n                    trials => file: " ",\n                    trials
+            | procedure.tool.rows[0].file is empty, expected a file
+        rooms: ["ward.env.ron"] => rooms: ["a", ""]
+            | procedure.rooms[1] is empty, expected a file
+        used: 45 => used: 92 | procedure.built.used is 92, expected no more than poses
+        table: "built.csv" => table: "built.csv", averaged: 0
+            | procedure.built.averaged is 0, expected one reading at least
+        slope: 1.1 => slope: -inf | procedure.built.slope is -inf, expected a finite number
+        residual_rms: 1.67 => residual_rms: -1.67
+            | procedure.built.residual_rms is -1.67, expected zero or more
+        trials: 3375 => trials: 99999999999999999999999 | …line 19…
+        trials: 3375, => | …rows[0].trials is absent…
+        met: true => met: 1 | …line 23…
+    "#;
+    assert_refused(DECIDED, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
 }
 
 fn positive() -> impl Strategy<Value = f64> {

@@ -1,6 +1,7 @@
 //! Geometries as text, and images within property lists.
 
 use super::*;
+use crate::test_cases::assert_refused;
 
 #[test]
 fn text_geometries_are_one_body_and_stay_as_they_are_until_it_changes() {
@@ -48,54 +49,34 @@ fn text_geometries_are_one_body_and_stay_as_they_are_until_it_changes() {
 
 #[test]
 fn wrong_text_geometries_are_named_with_their_place() {
-    for (from, to, message) in [
-        (
-            "count=3",
-            "count=4",
-            "geometry.count is 4, with 3 [fiducial…] sections, expected the number of these, one at least",
-        ),
-        ("count=3", "count=-3", "line 3: geometry.count is \"-3\", expected a count"),
-        ("x=-23.69", "x=-23,69", "line 11: fiducial1.x is \"-23,69\", expected a number of mm"),
-        ("x=-23.69", "x=NaN", "fiducial1.x is NaN, expected a number of mm"),
-        ("x=-23.69", "w=1", "fiducial1.x is missing, expected a number of mm"),
-        ("x=-23.69", "y=1", "line 12: found y again, expected each key of a section once"),
-        (
-            "[fiducial1]",
-            "[fiducial0]",
-            "line 10: found [fiducial0] again, expected each section once",
-        ),
-        (
-            "[fiducial1]",
-            "fiducial1",
-            "line 10: found \"fiducial1\", expected a [section] or a key=value within one",
-        ),
-        ("[fiducial2]", "[fiducial3]", "fiducial2.x is missing, expected a number of mm"),
-    ] {
-        assert!(INI.contains(from), "{from}");
-        assert_eq!(read(INI.replacen(from, to, 1).as_bytes(), "ini").unwrap_err(), message);
-    }
-    for (from, to, message) in [
-        (
-            "\"count\": 3",
-            "\"count\": 2",
-            "count is 2, with 3 fiducials, expected the number of fiducials",
-        ),
-        ("-23.69", "\"a\"", "fiducials[1].x is \"a\", expected a number of mm"),
-        (
-            "\"fiducials\"",
-            "\"tools\"",
-            "fiducials is missing beside `tools`, which is a tracker's configuration, expected the markers of a tool",
-        ),
-        ("\"id\": 7", "\"id\": 7.5", "id is 7.5, expected a whole number"),
-        (
-            "\"id\": 7,",
-            "\"id\": 7",
-            "line 4, column 2: found no JSON (expected `,` or `}`), expected an object",
-        ),
-    ] {
-        assert!(JSON.contains(from), "{from}");
-        assert_eq!(read(JSON.replacen(from, to, 1).as_bytes(), "json").unwrap_err(), message);
-    }
+    let cases = r#"
+        count=3 => count=4
+            | geometry.count is 4, with 3 [fiducial…] sections, expected the number of these, one
+            | at least
+        count=3 => count=-3 | line 3: geometry.count is "-3", expected a count
+        x=-23.69 => x=-23,69 | line 11: fiducial1.x is "-23,69", expected a number of mm
+        x=-23.69 => x=NaN | fiducial1.x is NaN, expected a number of mm
+        x=-23.69 => w=1 | fiducial1.x is missing, expected a number of mm
+        x=-23.69 => y=1 | line 12: found y again, expected each key of a section once
+        [fiducial1] => [fiducial0]
+            | line 10: found [fiducial0] again, expected each section once
+        [fiducial1] => fiducial1
+            | line 10: found "fiducial1", expected a [section] or a key=value within one
+        [fiducial2] => [fiducial3] | fiducial2.x is missing, expected a number of mm
+    "#;
+    assert_refused(INI, cases, |text| read(text.as_bytes(), "ini").unwrap_err());
+    let cases = r#"
+        "count": 3 => "count": 2
+            | count is 2, with 3 fiducials, expected the number of fiducials
+        -23.69 => "a" | fiducials[1].x is "a", expected a number of mm
+        "fiducials" => "tools"
+            | fiducials is missing beside `tools`, which is a tracker's configuration, expected the
+            | markers of a tool
+        "id": 7 => "id": 7.5 | id is 7.5, expected a whole number
+        "id": 7, => "id": 7
+            | line 4, column 2: found no JSON (expected `,` or `}`), expected an object
+    "#;
+    assert_refused(JSON, cases, |text| read(text.as_bytes(), "json").unwrap_err());
     let deep = format!("{{\"fiducials\": {}", "[".repeat(MAX_BYTES / 2));
     assert!(read(deep.as_bytes(), "json").unwrap_err().contains("recursion limit"));
     let many = format!(
@@ -143,18 +124,15 @@ fn a_tool_file_gives_its_image_and_keeps_everything_around_it() {
 fn property_lists_without_a_sound_image_are_refused_and_nesting_costs_nothing() {
     let image = optical_image();
     let text = plist_of(&image);
-    for (from, to, message) in [
-        ("ROMData", "RomData", "ROMData is missing, expected an NDI image in base64"),
-        ("TkRJ", "T*RJ", "ROMData is no base64 from its letter 2 on, expected base64"),
-        ("<plist version=\"1.0\">", "<html>", "line 3, column 1: found <html>, expected <plist>"),
-        ("<key>data</key>", "<key>ROMData</key>", "found ROMData twice, expected it once"),
-        ("</data>", "<b/></data>", "found more than text in it, expected its end tag"),
-        ("</dict>", "</dixt>", "found no XML"),
-    ] {
-        assert!(text.contains(from), "{from}");
-        let found = read(text.replacen(from, to, 1).as_bytes(), "tool").unwrap_err();
-        assert!(found.contains(message), "{found}");
-    }
+    let cases = r#"
+        ROMData => RomData | ROMData is missing, expected an NDI image in base64…
+        TkRJ => T*RJ | ROMData is no base64 from its letter 2 on, expected base64…
+        <plist version="1.0"> => <html> | line 3, column 1: found <html>, expected <plist>…
+        <key>data</key> => <key>ROMData</key> | …found ROMData twice, expected it once…
+        </data> => <b/></data> | …found more than text in it, expected its end tag…
+        </dict> => </dixt> | …found no XML…
+    "#;
+    assert_refused(&text, cases, |text| read(text.as_bytes(), "tool").unwrap_err());
     let deep = format!("<plist>{}", "<array>".repeat(MAX_BYTES / 8));
     assert!(read(deep.as_bytes(), "tool").unwrap_err().contains("cut short"));
     let huge = plist_of(&vec![0; MAX_BYTES]);

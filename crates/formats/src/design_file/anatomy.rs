@@ -1,7 +1,7 @@
 //! The anatomy of a design's file: which meshes are shown beside its bodies, and where.
 
-use super::error::FormatError;
-use super::ron_text::{self, PoseEntry};
+use crate::error::FormatError;
+use crate::ron_text::{self, PoseEntry};
 use serde::Deserialize;
 use std::collections::HashMap;
 use trackwright_design::{Anatomy, AnatomyFrame};
@@ -88,8 +88,9 @@ pub(super) fn line(anatomy: &Anatomy) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::design_file::{DesignFile, parse, write};
+    use super::super::{DesignFile, parse, write};
     use super::*;
+    use crate::test_cases::assert_refused;
 
     fn design(anatomy: &str) -> String {
         format!(
@@ -113,9 +114,9 @@ mod tests {
             frame_from_mesh: Pose::identity(),
             color: None,
         };
-        assert_eq!(least.anatomy, std::slice::from_ref(&head));
+        assert_eq!(least.design.anatomy, std::slice::from_ref(&head));
         let mut all = least;
-        all.anatomy.push(Anatomy {
+        all.design.anatomy.push(Anatomy {
             name: "the \"table\"\n".into(),
             mesh: MeshReference {
                 file: "../scans/a b.stl".into(),
@@ -127,35 +128,25 @@ mod tests {
         });
         let text = write(&all);
         assert_eq!(parse(text.as_bytes()).unwrap(), all, "{text}");
-        all.anatomy.clear();
+        all.design.anatomy.clear();
         assert!(!write(&all).contains("anatomy"));
     }
 
     #[test]
     fn what_is_wrong_with_a_mesh_is_said_with_its_name() {
-        for (anatomy, why) in [
-            (r#"(name: "", mesh: "a.stl")"#, "anatomy[0]: name is empty, expected a name"),
-            (
-                r#"(name: "a", mesh: "a.stl"), (name: "a", mesh: "b.stl")"#,
-                "anatomy[1]: name is \"a\", the name of anatomy[0], expected each name once",
-            ),
-            (r#"(name: "a", mesh: " ")"#, "anatomy[0] \"a\": mesh is empty, expected a file"),
-            (
-                r#"(name: "a", mesh: "a.stl", mesh_unit: Factor(-1))"#,
-                "anatomy[0] \"a\": mesh_unit is -1 mm, expected a length above zero",
-            ),
-            (
-                r#"(name: "a", mesh: "a.stl", color: (0, NaN, 0))"#,
-                "anatomy[0] \"a\": color is NaN, expected red, green and blue from 0 to 1",
-            ),
-            (
-                r#"(name: "a", mesh: "a.stl", pose: (position: (0, inf, 0), rotation: (1, 0, 0, 0)))"#,
-                "anatomy[0] \"a\": pose.position is (0, inf, 0), expected finite numbers",
-            ),
-        ] {
-            assert_eq!(read(anatomy).unwrap_err(), why);
-        }
-        let on = read(r#"(name: "a", mesh: "a.stl", on: Table)"#).unwrap_err();
-        assert!(on.contains("found `Table`, expected `Crf` or `Tracker`"), "{on}");
+        let cases = r#"
+            (name: "", mesh: "a.stl") | anatomy[0]: name is empty, expected a name
+            (name: "a", mesh: "a.stl"), (name: "a", mesh: "b.stl")
+                | anatomy[1]: name is "a", the name of anatomy[0], expected each name once
+            (name: "a", mesh: " ") | anatomy[0] "a": mesh is empty, expected a file
+            (name: "a", mesh: "a.stl", mesh_unit: Factor(-1))
+                | anatomy[0] "a": mesh_unit is -1 mm, expected a length above zero
+            (name: "a", mesh: "a.stl", color: (0, NaN, 0))
+                | anatomy[0] "a": color is NaN, expected red, green and blue from 0 to 1
+            (name: "a", mesh: "a.stl", pose: (position: (0, inf, 0), rotation: (1, 0, 0, 0)))
+                | anatomy[0] "a": pose.position is (0, inf, 0), expected finite numbers
+            (name: "a", mesh: "a.stl", on: Table) | …found `Table`, expected `Crf` or `Tracker`…
+        "#;
+        assert_refused("", cases, |anatomy| read(anatomy).unwrap_err());
     }
 }
