@@ -9,7 +9,7 @@ use trackwright_geometry::number::shortest;
 
 #[derive(Deserialize)]
 #[serde(rename = "Support", deny_unknown_fields)]
-pub(super) struct SupportEntry {
+pub(super) struct ValidityEntry {
     position_std_mm: Vec<Option<f64>>,
     angle_std_rad: Option<Vec<Option<f64>>>,
     greatest_leverage: Vec<f64>,
@@ -31,7 +31,7 @@ struct CellsEntry {
     cells: Vec<(u32, u32, u32, u64)>,
 }
 
-impl SupportEntry {
+impl ValidityEntry {
     pub(super) fn check(self, model: &DistortionModel) -> Result<FitValidity, FormatError> {
         let origin = ron_text::point("support.samples.origin", self.samples.origin)?;
         let cells = self.samples.cells.into_iter();
@@ -51,7 +51,7 @@ impl SupportEntry {
     }
 }
 
-/// Writes a support as a field of an environment.
+/// Writes the validity of a fit as a field of an environment.
 pub(super) fn write(out: &mut RonWriter, parts: &FitValidityParts) {
     let stds = |std: &[Option<f64>]| {
         list(std.iter().map(|s| s.map_or_else(|| "None".to_owned(), shortest)))
