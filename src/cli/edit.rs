@@ -3,9 +3,10 @@
 use super::output;
 use std::path::Path;
 use trackwright_editor::app;
-use trackwright_editor::diagnostics::ExplainLine;
-use trackwright_editor::measure::{self, Started};
-use trackwright_editor::preflight::{self, Missing};
+use trackwright_editor::app::measure;
+use trackwright_editor::app::measure::process::Started;
+use trackwright_editor::app::preflight::{self, Missing};
+use trackwright_editor::runner::diagnostics::ExplainLine;
 
 /// How it went with the editor.
 pub enum Opened {

@@ -9,11 +9,12 @@ use std::path::PathBuf;
 use std::str::FromStr;
 use trackwright_design::MissingLayer;
 use trackwright_design::view::{Layers, View};
-use trackwright_editor::field::TableRole;
+use trackwright_editor::app::picture::{ComparedDesigns, Desk, StudyTrial};
+use trackwright_editor::app::{picture, preflight};
+use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::palette::Theme;
-use trackwright_editor::picture::{ComparedDesigns, Desk, StudyTrial};
-use trackwright_editor::state::{Selected, Selection, Workspace};
-use trackwright_editor::{picture, preflight};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::field::desk::TableRole;
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
 use trackwright_project::{Files, World};
 
@@ -307,7 +308,7 @@ fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {
 }
 
 fn face_slice(world: &mut World, size: [u32; 2]) {
-    let camera = trackwright_editor::camera::opening_camera(world, size.map(f64::from));
+    let camera = trackwright_editor::viewport::camera::opening_camera(world, size.map(f64::from));
     let mut view = world.document.view().clone();
     view.slice.face(&camera, world.environment.model.bounds());
     world.document.set_view(view);
@@ -325,7 +326,7 @@ fn aim(view: &mut View, name: ViewName, world: &World, size: [u32; 2]) {
         view.camera = None;
         return;
     };
-    let mut camera: OrbitCamera = trackwright_editor::camera::OrbitRig::default().camera;
+    let mut camera: OrbitCamera = trackwright_editor::viewport::camera::OrbitRig::default().camera;
     match name {
         ViewName::Overview => {
             view.camera = None;

@@ -9,8 +9,8 @@ use indicatif::ProgressBar;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use trackwright_editor::film::{FilmMove, film};
-use trackwright_editor::picture::{Desk, Picture, PictureError};
+use trackwright_editor::app::film::{FilmMove, film};
+use trackwright_editor::app::picture::{Desk, Picture, PictureError};
 use trackwright_formats::signature::MP4;
 use trackwright_project::{
     self, ENCODER, FrameFolder, Output, StoreError, VideoError, VideoFile, VideoShape, World,

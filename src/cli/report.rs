@@ -108,9 +108,9 @@ fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
 /// The slides as pictures.
 #[cfg(feature = "editor")]
 fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
-    use trackwright_editor::picture::{self, Desk};
-    use trackwright_editor::preflight;
-    use trackwright_editor::state::Workspace;
+    use trackwright_editor::app::picture::{self, Desk};
+    use trackwright_editor::app::preflight;
+    use trackwright_editor::shell::window::Workspace;
 
     let slides = &world.document.design().slides;
     if slides.is_empty() {

@@ -10,14 +10,15 @@ use std::cell::RefCell;
 use std::fs;
 use std::rc::Rc;
 use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
-use trackwright_editor::commands::Command;
-use trackwright_editor::meshes::MeshRequest;
+use trackwright_editor::document::meshes::MeshRequest;
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::scene::anatomy::AnatomyRoot;
-use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewRequest};
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::anatomy_ui::anatomy_ui;
-use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
-use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::commands::Command;
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::workspaces::design::anatomy_ui::anatomy_ui;
+use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
 use trackwright_project::MeshOwner;
@@ -95,7 +96,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)

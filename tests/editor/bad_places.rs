@@ -10,11 +10,12 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 use tempfile::TempDir;
 use trackwright_design::Edit;
-use trackwright_editor::autosave::{AutosavePlugin, RecoveryFolder};
-use trackwright_editor::document::{DocumentPlugin, Notice};
-use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, StatePlugin};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright_editor::wake::Waker;
+use trackwright_editor::StatePlugin;
+use trackwright_editor::document::apply::{DocumentPlugin, Notice};
+use trackwright_editor::document::autosave::{AutosavePlugin, RecoveryFolder};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 
 fn app_of(world: trackwright_project::World) -> App {

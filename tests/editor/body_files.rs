@@ -14,15 +14,15 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::body_files::{BodyFileRequest, BodyLoading};
-use trackwright_editor::commands::Command;
-use trackwright_editor::document::Notice;
-use trackwright_editor::state::{
-    EditRequest, FileRequest, OpenWorld, Selected, Selection, Workspace,
-};
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::body_file_ui::{BodyFileView, body_file_ui};
-use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::body_files::{BodyFileRequest, BodyLoading};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::commands::Command;
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::design::body_file_ui::{BodyFileView, body_file_ui};
 use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
@@ -90,7 +90,7 @@ fn press(app: &mut App, said: &[&str], button: &str) {
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
     let mut harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         if let Some(answered) = dialog_ui(ui, &mut question) {
             sink.replace(Some(answered));
         }
@@ -115,7 +115,7 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
     let harness = Harness::builder().with_size(egui::vec2(276.0, 600.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
         sink.borrow_mut().extend(body_file_ui(ui, &view));
     });

@@ -11,21 +11,23 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::decide::against::{Against, Found};
-use trackwright_editor::decide::baseline_ghost::BaselineGhostPlugin;
-use trackwright_editor::decide::desk::DecideDesk;
-use trackwright_editor::decide::judged::Judged;
-use trackwright_editor::decide::{DecidePlugin, DecideRequest};
-use trackwright_editor::document::WorldGeneration;
-use trackwright_editor::field::FieldRequest;
-use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
-use trackwright_editor::ui::decide::{DecideView, baseline_ui, steps_ui, table_ui};
+use trackwright_editor::document::apply::WorldGeneration;
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::decide::against::{Against, Found};
+use trackwright_editor::workspaces::decide::baseline_ghost::BaselineGhostPlugin;
+use trackwright_editor::workspaces::decide::desk::DecideDesk;
+use trackwright_editor::workspaces::decide::judged::Judged;
+use trackwright_editor::workspaces::decide::panels::{DecideView, baseline_ui, steps_ui, table_ui};
+use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
+use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
 use trackwright_simulation::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
 use trackwright_simulation::{CancelToken, Figures, Requirement, run};
 
-pub(super) fn decide_app() -> App {
+pub(crate) fn decide_app() -> App {
     let mut app = create_app();
     app.add_plugins(DecidePlugin);
     app.insert_resource(OpenWorld(
@@ -37,7 +39,7 @@ pub(super) fn decide_app() -> App {
 }
 
 /// Updates until nothing is computed any more.
-pub(super) fn rest(app: &mut App) {
+pub(crate) fn rest(app: &mut App) {
     let start = Instant::now();
     loop {
         settle(app);
@@ -52,16 +54,16 @@ pub(super) fn rest(app: &mut App) {
     }
 }
 
-pub(super) fn ask(app: &mut App, asked: DecideRequest) {
+pub(crate) fn ask(app: &mut App, asked: DecideRequest) {
     app.world_mut().write_message(asked);
     rest(app);
 }
 
-pub(super) fn desk(app: &App) -> &DecideDesk {
+pub(crate) fn desk(app: &App) -> &DecideDesk {
     app.world().resource::<DecideDesk>()
 }
 
-pub(super) fn found(app: &App) -> &Found {
+pub(crate) fn found(app: &App) -> &Found {
     let serial = desk(app).pinned.as_ref().unwrap().serial;
     app.world().resource::<Against>().found(serial).unwrap().1
 }
@@ -75,7 +77,7 @@ fn studied(app: &App) -> Figures {
 }
 
 /// Moves the tool's first sensor along its shaft.
-pub(super) fn move_sensor(app: &mut App, by_mm: f64) {
+pub(crate) fn move_sensor(app: &mut App, by_mm: f64) {
     let world = &app.world().resource::<OpenWorld>().0;
     let mut sensors = world.document.design().tool.body.rigid.sensors.clone();
     sensors[0].position_in_body.z += by_mm;
@@ -223,7 +225,7 @@ fn hear<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
 }
 
 /// Draws a panel of the desk and uses it.
-pub(super) fn look(
+pub(crate) fn look(
     app: &App,
     panel: impl Fn(&mut egui::Ui, &DecideView) -> Vec<DecideRequest>,
     use_it: impl FnOnce(&mut Harness),
@@ -243,7 +245,7 @@ pub(super) fn look(
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
     let mut harness = Harness::builder().with_size(egui::vec2(1200.0, 700.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui, &view));
     });
     use_it(&mut harness);

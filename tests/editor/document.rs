@@ -3,11 +3,11 @@
 use super::app::{create_app, design, request};
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::document::{WorldGeneration, title};
-use trackwright_editor::state::{
-    EditRequest, FileRequest, OpenWorld, Results, Selected, Selection,
-};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::document::apply::{WorldGeneration, title};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 
 fn move_sensor(app: &mut App, z_mm: f64) {

@@ -6,14 +6,13 @@ use bevy::picking::pointer::{PointerAction, PointerButton};
 use bevy::prelude::*;
 use trackwright_design::view::{FreePlane, Layers};
 use trackwright_design::{BodyRole, Thing, Things, View};
-use trackwright_editor::camera::OrbitRig;
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Hovered, Selected, Selection};
+use trackwright_editor::layers::slice::SliceHandle;
 use trackwright_editor::scene::{BodyRoot, SensorMark};
-use trackwright_editor::slice::SliceHandle;
-use trackwright_editor::state::{
-    ActiveDrag, DragReadout, EditRequest, Hovered, OpenWorld, Selected, Selection, ViewRequest,
-    ViewportRect,
-};
-use trackwright_editor::ui::scene_menu::SceneMenu;
+use trackwright_editor::shell::window::{DragReadout, ViewportRect};
+use trackwright_editor::viewport::camera::OrbitRig;
+use trackwright_editor::viewport::scene_menu::SceneMenu;
 
 #[test]
 fn a_drag_along_the_shaft_is_one_undo_step() {

@@ -7,11 +7,13 @@ use bevy::window::FileDragAndDrop;
 use std::fs;
 use std::path::Path;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::document::{Notice, WorldGeneration};
-use trackwright_editor::drops::{DropsPlugin, HoveringFiles, words};
-use trackwright_editor::field::FieldPlugin;
-use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::document::apply::{Notice, WorldGeneration};
+use trackwright_editor::document::drops::{DropsPlugin, HoveringFiles, words};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::field::FieldPlugin;
 use trackwright_geometry::pose::Pose;
 
 pub fn app() -> (tempfile::TempDir, App) {

@@ -7,13 +7,15 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use trackwright_design::view::Layers;
 use trackwright_design::{BodyRole, Edit, View};
-use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::layers::{ColorBars, LayersPlugin, are_idle};
-use trackwright_editor::state::{
-    EditRequest, OpenWorld, Results, Selected, Selection, ViewRequest, Workspace,
-};
-use trackwright_editor::study::{ShownDesign, StudyRequest};
-use trackwright_editor::wake::Waker;
+use trackwright_editor::runner::diagnostics::Diagnostics;
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{Requirement, Work};

@@ -9,13 +9,16 @@ use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
-use trackwright_editor::field::samples::SampleScale;
-use trackwright_editor::field::{FieldDesk, FieldRequest, FieldSettings, RoomToSave, TableRole};
-use trackwright_editor::materials::PaintMaterial;
-use trackwright_editor::state::OpenWorld;
-use trackwright_editor::ui::field::{
-    comparison_ui, rooms_ui, selection_ui, settings_ui, tables_ui, worth_ui,
-};
+use trackwright_editor::document::requests::OpenWorld;
+use trackwright_editor::scene::materials::paint::PaintMaterial;
+use trackwright_editor::workspaces::field::desk::{FieldDesk, FieldSettings, TableRole};
+use trackwright_editor::workspaces::field::panels::rooms::rooms_ui;
+use trackwright_editor::workspaces::field::panels::selection::selection_ui;
+use trackwright_editor::workspaces::field::panels::settings::settings_ui;
+use trackwright_editor::workspaces::field::panels::table::tables_ui;
+use trackwright_editor::workspaces::field::panels::worth::{comparison_ui, worth_ui};
+use trackwright_editor::workspaces::field::samples::SampleScale;
+use trackwright_editor::workspaces::field::{FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::volume::Volume;
 
@@ -26,7 +29,7 @@ fn look(
 ) -> Vec<FieldRequest> {
     let asked = RefCell::new(Vec::new());
     let mut harness = Harness::builder().with_size(egui::vec2(360.0, 1100.0)).build_ui(|ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         asked.borrow_mut().extend(panel(ui));
     });
     harness.run_steps(2);
@@ -230,7 +233,13 @@ fn a_selection_is_drawn_and_links_its_table() {
     );
     assert_eq!(asked, [FieldRequest::ShowSelection(true)]);
     let asked = look(
-        |ui| trackwright_editor::ui::field::selection_window(ui.ctx(), fitted).0,
+        |ui| {
+            trackwright_editor::workspaces::field::panels::selection::selection_window(
+                ui.ctx(),
+                fitted,
+            )
+            .0
+        },
         |harness| {
             harness.get_by_label("chosen");
             harness.get_by_label_contains("chosen: order 1");

@@ -11,18 +11,20 @@ use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
-use trackwright_editor::document::Notice;
-use trackwright_editor::field::desk::FieldCounts;
-use trackwright_editor::field::kind::{FieldKind, GeneratorName};
-use trackwright_editor::field::samples::SamplesPlugin;
-use trackwright_editor::field::{
-    FieldDesk, FieldPlugin, FieldRequest, FieldSettings, RoomToSave, SampleValue, SamplesShown,
-    TableRole,
+use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::scene::materials::paint::PaintMaterial;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::field::desk::FieldCounts;
+use trackwright_editor::workspaces::field::desk::{
+    FieldDesk, FieldSettings, SampleValue, SamplesShown, TableRole,
 };
-use trackwright_editor::materials::PaintMaterial;
-use trackwright_editor::state::{EditRequest, OpenWorld, Results, Workspace};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright_editor::wake::Waker;
+use trackwright_editor::workspaces::field::kind::{FieldKind, GeneratorName};
+use trackwright_editor::workspaces::field::samples::SamplesPlugin;
+use trackwright_editor::workspaces::field::{FieldPlugin, FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_project::RoomSource;
 use trackwright_simulation::{FigureRow, figure_rows};

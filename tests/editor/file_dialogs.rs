@@ -7,9 +7,10 @@ use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use trackwright_design::BodyRole;
-use trackwright_editor::meshes::MeshRequest;
-use trackwright_editor::state::FileRequest;
-use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, SystemChoice, dialog_ui};
+use trackwright_editor::document::meshes::MeshRequest;
+use trackwright_editor::document::requests::FileRequest;
+use trackwright_editor::shell::dialogs::file_dialog::SystemChoice;
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
 use trackwright_project::Starter;
 
 type Answers = Rc<RefCell<Vec<DialogAnswer>>>;
@@ -19,7 +20,7 @@ fn shown(dialog: Dialog) -> (Harness<'static>, Rc<RefCell<Dialog>>, Answers) {
     let (answers, dialog) = (Answers::default(), Rc::new(RefCell::new(dialog)));
     let (sink, open) = (Rc::clone(&answers), Rc::clone(&dialog));
     let harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(dialog_ui(ui, &mut open.borrow_mut()));
     });
     (harness, dialog, answers)

@@ -6,12 +6,11 @@ use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::Point3;
 use trackwright_design::{BodyRole, HandleAxes, Thing, Things, View};
-use trackwright_editor::camera::OrbitRig;
-use trackwright_editor::gizmo::{GizmoAxes, HoveredHandle, ShownGizmo, gizmo_of};
-use trackwright_editor::state::{
-    ActiveDrag, DragReadout, EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
-    ViewportRect, Workspace,
-};
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect, Workspace};
+use trackwright_editor::viewport::camera::OrbitRig;
+use trackwright_editor::viewport::gizmo::{GizmoAxes, HoveredHandle, ShownGizmo, gizmo_of};
 use trackwright_geometry::gizmo::Handle;
 use trackwright_geometry::orbit::Axis;
 

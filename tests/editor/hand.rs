@@ -6,8 +6,10 @@ use bevy::picking::pointer::{Location, PointerAction, PointerButton, PointerId, 
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowRef};
 use trackwright_design::{BodyRole, Design};
-use trackwright_editor::camera::OrbitRig;
-use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, ViewportRect};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::window::ViewportRect;
+use trackwright_editor::viewport::camera::OrbitRig;
 
 /// The sensor in the straight part of the pointer's shaft.
 pub const SHAFT: usize = 0;

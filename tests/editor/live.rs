@@ -13,13 +13,19 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use trackwright_calibration::coverage::CoveragePlan;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::live::cells::CellsPlugin;
-use trackwright_editor::live::{LiveDesk, LivePlugin, LivePoses, LiveRequest};
-use trackwright_editor::state::{EditRequest, OpenWorld, Results, Workspace};
-use trackwright_editor::study::{LIVE, ShownDesign, StudyPlugin};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright_editor::ui::live::{collecting_ui, recording_ui, tools_ui, tracker_ui};
-use trackwright_editor::wake::Waker;
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::document::shown::{LIVE, ShownDesign};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::live::cells::CellsPlugin;
+use trackwright_editor::workspaces::live::desk::{LiveDesk, LivePoses};
+use trackwright_editor::workspaces::live::panels::collecting::collecting_ui;
+use trackwright_editor::workspaces::live::panels::tools::tools_ui;
+use trackwright_editor::workspaces::live::panels::tracker::{recording_ui, tracker_ui};
+use trackwright_editor::workspaces::live::{LivePlugin, LiveRequest};
+use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright_openigtlink::relay::{Reason, ToolState};
@@ -382,7 +388,7 @@ fn the_live_panels_show_and_request() {
     let sink = std::rc::Rc::clone(&asked);
     let desk = desk(&app);
     let mut harness = Harness::builder().with_size(egui::vec2(224.0, 700.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         let mut asked = tracker_ui(ui, desk);
         asked.extend(tools_ui(ui, desk, &design));
         asked.extend(recording_ui(ui, desk));
@@ -416,7 +422,7 @@ fn a_failed_recording_can_be_followed_by_another() {
     let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
     let sink = std::rc::Rc::clone(&asked);
     let mut harness = Harness::builder().with_size(egui::vec2(224.0, 300.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(recording_ui(ui, desk));
     });
     harness.run_steps(2);

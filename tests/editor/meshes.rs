@@ -14,16 +14,16 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::body_files::{BodyFilesPlugin, BodyLoading};
-use trackwright_editor::document::DocumentPlugin;
-use trackwright_editor::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
-use trackwright_editor::state::{
-    EditRequest, FileRequest, OpenWorld, Selected, Selection, StatePlugin,
-};
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
-use trackwright_editor::ui::mesh_ui::{MeshView, mesh_ui};
-use trackwright_editor::wake::Waker;
+use trackwright_editor::StatePlugin;
+use trackwright_editor::document::apply::DocumentPlugin;
+use trackwright_editor::document::body_files::{BodyFilesPlugin, BodyLoading};
+use trackwright_editor::document::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::workspaces::design::mesh_ui::{MeshView, mesh_ui};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 /// What the thread wakes the window with.
@@ -109,7 +109,7 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
     let harness = Harness::builder().with_size(egui::vec2(276.0, 500.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
         sink.borrow_mut().extend(mesh_ui(ui, &view));
     });

@@ -6,12 +6,11 @@ use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, UnitQuaternion};
 use trackwright_design::{BodyRole, Design, Edit};
-use trackwright_editor::camera::OrbitRig;
-use trackwright_editor::motion::MotionBall;
-use trackwright_editor::state::{
-    ActiveDrag, DragReadout, EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
-    ViewportRect,
-};
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::layers::motion::MotionBall;
+use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
+use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_simulation::motion_outline::{HandlePath, MotionHandle, RangeEnd};
 
 /// The axes of the built-in design, each with the same ranges.

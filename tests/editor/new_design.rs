@@ -4,9 +4,10 @@ use super::app::{create_app, request};
 use bevy::prelude::*;
 use std::fs;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::document::{WorldGeneration, title};
-use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::document::apply::{WorldGeneration, title};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 use trackwright_project::Starter;
 

@@ -1,7 +1,7 @@
 //! What is written over pictures.
 
 use super::app::environment;
-use trackwright_editor::overlay::caption;
+use trackwright_editor::viewport::overlay::legend::caption;
 use trackwright_field::environment::{HoldoutProvenance, Provenance};
 use trackwright_field::fit::{FitMethod, Residuals};
 

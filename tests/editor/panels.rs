@@ -9,20 +9,21 @@ use std::rc::Rc;
 use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Edit};
-use trackwright_editor::commands::Command;
-use trackwright_editor::solver::Extent;
-use trackwright_editor::state::{
-    EditRequest, FileRequest, Results, Selected, Selection, Stamped, ViewRequest, Workspace,
-};
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::dialogs::{Dialog, DialogAnswer, dialog_ui};
-use trackwright_editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright_editor::ui::motion_ui::motion_ui;
-use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright_editor::ui::result::{ResultView, result_ui};
-use trackwright_editor::ui::slice_ui::{SlicePanelView, slice_settings_ui};
-use trackwright_editor::ui::top_bar::{TopBarView, top_bar_ui};
-use trackwright_editor::ui::widgets::signed;
+use trackwright_editor::document::requests::{EditRequest, FileRequest, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::layers::slice_ui::{SlicePanelView, slice_settings_ui};
+use trackwright_editor::runner::results::{Results, Stamped};
+use trackwright_editor::runner::solver::Extent;
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::commands::Command;
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::shell::top_bar::{TopBarView, top_bar_ui};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::widgets::basic::signed;
+use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
+use trackwright_editor::workspaces::design::motion_ui::motion_ui;
+use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
@@ -34,7 +35,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harne
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)

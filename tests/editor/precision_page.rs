@@ -11,10 +11,12 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use trackwright_accuracy::precision::{Settings, What};
 use trackwright_design::Edit;
-use trackwright_editor::precision::{PrecisionPage, PrecisionPlugin, PrecisionRequest};
-use trackwright_editor::state::EditRequest;
-use trackwright_editor::ui::precision_ui::precision_ui;
-use trackwright_editor::wake::Waker;
+use trackwright_editor::document::requests::EditRequest;
+use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::workspaces::study::precision::{
+    PrecisionPage, PrecisionPlugin, PrecisionRequest,
+};
+use trackwright_editor::workspaces::study::precision_ui::precision_ui;
 
 /// What the measuring thread wakes the window with.
 #[derive(Resource)]

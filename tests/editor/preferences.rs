@@ -4,11 +4,14 @@ use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowResized};
 use std::fs;
 use std::path::Path;
-use trackwright_editor::document::Notice;
+use trackwright_editor::StatePlugin;
+use trackwright_editor::document::apply::Notice;
 use trackwright_editor::palette::Theme;
-use trackwright_editor::preferences::{InterfaceScale, PreferencesPlugin, Recalled, fitting};
-use trackwright_editor::state::{StatePlugin, Workspace};
-use trackwright_editor::ui::PanelsShown;
+use trackwright_editor::shell::layout::PanelsShown;
+use trackwright_editor::shell::preferences::{
+    InterfaceScale, PreferencesPlugin, Recalled, fitting,
+};
+use trackwright_editor::shell::window::Workspace;
 use trackwright_formats::preferences_file::Preferences;
 
 const FILE: &str = "preferences.ron";

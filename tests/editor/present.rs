@@ -10,11 +10,15 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_design::view::CameraView;
 use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure};
-use trackwright_editor::present::{PresentPlugin, PresentRequest, Presenter};
-use trackwright_editor::state::{EditRequest, OpenWorld, Results, ViewRequest, Workspace};
-use trackwright_editor::study::{ShownDesign, StudyPlugin, StudyRequest};
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::present::{StageView, slides_ui, stage_ui};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::shown::ShownDesign;
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::present::panels::{StageView, slides_ui, stage_ui};
+use trackwright_editor::workspaces::present::{PresentPlugin, PresentRequest, Presenter};
+use trackwright_editor::workspaces::study::StudyPlugin;
+use trackwright_editor::workspaces::study::desk::StudyRequest;
 
 fn slide(title: &str, azimuth_rad: f64) -> Slide {
     let mut slide = Slide {
@@ -156,7 +160,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
     let sink = Rc::clone(&asked);
     let figures = app.world().resource::<Results>().study.as_ref();
     let harness = Harness::builder().with_size(egui::vec2(996.0, 560.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         let view = StageView {
             document: document(app),
             environment: &app.world().resource::<OpenWorld>().0.environment,

@@ -7,13 +7,14 @@ use bevy::window::{PrimaryWindow, RequestRedraw};
 use nalgebra::Point3;
 use trackwright_design::view::{Layers, Quantity};
 use trackwright_design::{BodyRole, Thing, View};
-use trackwright_editor::camera::OrbitRig;
-use trackwright_editor::diagnostics::Diagnostics;
+use trackwright_editor::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::ColorBars;
-use trackwright_editor::probe::{Probe, ProbeLooks, ProbePlugin};
-use trackwright_editor::state::{
-    ActiveDrag, OpenWorld, Results, Selected, Selection, ViewRequest, ViewportRect,
-};
+use trackwright_editor::layers::probe::{Probe, ProbeLooks, ProbePlugin};
+use trackwright_editor::runner::diagnostics::Diagnostics;
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::window::ViewportRect;
+use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_simulation::{ArrowPlan, ArrowSensor, CancelToken, SliceOutcome, sample_arrows};
 
 fn app(change: impl FnOnce(&mut View)) -> App {

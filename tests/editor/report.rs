@@ -5,10 +5,11 @@ use bevy::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
 use trackwright_design::Edit;
-use trackwright_editor::document::Notice;
-use trackwright_editor::report::{ReportJob, ReportPlugin, ReportProgram};
-use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
+use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::report::{ReportJob, ReportPlugin, ReportProgram};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::figure_rows;
 

@@ -9,16 +9,17 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_design::view::View;
 use trackwright_design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
-use trackwright_editor::commands::Command;
-use trackwright_editor::sensor_commands::SensorCommand;
-use trackwright_editor::state::{EditRequest, Selected, Selection, ViewRequest};
-use trackwright_editor::tool::SceneTool;
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::history_ui::history_ui;
-use trackwright_editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright_editor::ui::row_page::{RowPage, row_page_ui};
-use trackwright_editor::ui::widgets::{NumberChange, NumberField, number_ui};
+use trackwright_editor::document::requests::{EditRequest, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::commands::Command;
+use trackwright_editor::viewport::sensor_commands::SensorCommand;
+use trackwright_editor::viewport::tool::SceneTool;
+use trackwright_editor::widgets::basic::{NumberChange, NumberField, number_ui};
+use trackwright_editor::workspaces::design::history_ui::history_ui;
+use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
+use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::workspaces::design::row_page::{RowPage, row_page_ui};
 
 type Asked<T> = Rc<RefCell<Vec<T>>>;
 
@@ -28,7 +29,7 @@ fn harness<'a, T: 'a>(panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a) -> (Harne
     let sink = Rc::clone(&asked);
     let mut panel = panel;
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)

@@ -3,11 +3,13 @@
 use super::app::{create_app, request};
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Design, Document, Edit, MirrorPlane};
-use trackwright_editor::commands::{Command, CommandsPlugin, RunCommand};
-use trackwright_editor::sensor_commands::SensorCommand;
-use trackwright_editor::state::{EditRequest, OpenWorld, Selected, Selection, Workspace};
-use trackwright_editor::ui::PanelsShown;
-use trackwright_editor::ui::row_page::{RowDirection, RowPage};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::commands::{Command, CommandsPlugin, RunCommand};
+use trackwright_editor::shell::layout::PanelsShown;
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::viewport::sensor_commands::SensorCommand;
+use trackwright_editor::workspaces::design::row_page::{RowDirection, RowPage};
 use trackwright_geometry::surface::Surface;
 
 fn app() -> App {

@@ -5,12 +5,13 @@ use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::commands::CommandsPlugin;
-use trackwright_editor::shortcuts::ShortcutsPlugin;
-use trackwright_editor::state::{ActiveDrag, EditRequest, OpenWorld, Selection};
-use trackwright_editor::ui::command_ui::CommandPages;
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright_editor::ui::row_page::RowPage;
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
+use trackwright_editor::document::selection::Selection;
+use trackwright_editor::shell::command_palette::CommandPages;
+use trackwright_editor::shell::commands::CommandsPlugin;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
+use trackwright_editor::workspaces::design::row_page::RowPage;
 use trackwright_geometry::pose::Pose;
 
 fn key(app: &mut App, key: &Key, state: ButtonState) {

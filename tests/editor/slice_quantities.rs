@@ -3,7 +3,8 @@
 use super::app::{create_app, settle};
 use bevy::prelude::*;
 use trackwright_design::view::Quantity;
-use trackwright_editor::state::{OpenWorld, Results, ViewRequest};
+use trackwright_editor::document::requests::{OpenWorld, ViewRequest};
+use trackwright_editor::runner::results::Results;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::validity::FitValidityAt;
 

@@ -4,10 +4,11 @@ use super::app::{create_app, request, settle, wait_for_answer};
 use std::sync::{Arc, Mutex};
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
-use trackwright_editor::document::Notice;
-use trackwright_editor::solve::slice_plan;
-use trackwright_editor::state::{ActiveDrag, EditRequest, OpenWorld, Results, ViewRequest};
+use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::runner::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::runner::solve::slice_plan;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
 

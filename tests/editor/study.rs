@@ -15,18 +15,21 @@ use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::commands::CommandsPlugin;
 use trackwright_editor::convert;
-use trackwright_editor::diagnostics::Diagnostics;
-use trackwright_editor::document::Notice;
+use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::document::shown::ShownDesign;
+use trackwright_editor::runner::diagnostics::Diagnostics;
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::BodyRoot;
-use trackwright_editor::shortcuts::ShortcutsPlugin;
-use trackwright_editor::state::{EditRequest, FileRequest, OpenWorld, Results, Workspace};
-use trackwright_editor::study::{
-    LogJob, ModeKind, ShownDesign, StudyDesk, StudyPlugin, StudyRequest,
-};
-use trackwright_editor::ui::dialogs::{Dialog, Dialogs};
-use trackwright_editor::wake::Waker;
+use trackwright_editor::shell::commands::CommandsPlugin;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
+use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces::study::StudyPlugin;
+use trackwright_editor::workspaces::study::desk::{ModeKind, StudyDesk, StudyRequest};
+use trackwright_editor::workspaces::study::log::LogJob;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, look, run, trial_pose,

@@ -6,12 +6,15 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
-use trackwright_editor::commands::Command;
-use trackwright_editor::study::{ModeKind, RotationForm, ShownTrial, StudyRequest};
-use trackwright_editor::ui::PanelAction;
-use trackwright_editor::ui::study_charts_ui::{StudyChartsView, share, study_charts_ui};
-use trackwright_editor::ui::timeline_ui::{TimelineView, timeline_ui};
-use trackwright_editor::ui::trial_ui::{TrialView, trial_ui};
+use trackwright_editor::document::shown::ShownTrial;
+use trackwright_editor::shell::PanelAction;
+use trackwright_editor::shell::commands::Command;
+use trackwright_editor::workspaces::study::desk::{ModeKind, RotationForm, StudyRequest};
+use trackwright_editor::workspaces::study::study_charts_ui::{
+    StudyChartsView, share, study_charts_ui,
+};
+use trackwright_editor::workspaces::study::timeline_ui::{TimelineView, timeline_ui};
+use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_simulation::{
     CancelToken, ChartedProfile, Mode, Scenario, look, run_profiled, trial_offsets, trial_pose,
@@ -26,7 +29,7 @@ fn harness<'a>(
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
-        trackwright_editor::ui::theme::apply(ui.ctx());
+        trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
     (harness, asked)

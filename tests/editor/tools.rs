@@ -6,12 +6,12 @@ use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashSet;
 use trackwright_design::{BodyRole, Design, Thing, View};
-use trackwright_editor::commands::{Command, CommandsPlugin, RunCommand};
-use trackwright_editor::pick::Surfaces;
-use trackwright_editor::state::{
-    EditRequest, OpenWorld, PointerHint, Selected, Selection, ViewRequest,
-};
-use trackwright_editor::tool::SceneTool;
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::shell::commands::{Command, CommandsPlugin, RunCommand};
+use trackwright_editor::shell::window::PointerHint;
+use trackwright_editor::viewport::picking::Surfaces;
+use trackwright_editor::viewport::tool::SceneTool;
 
 /// A hand with a tool in it.
 fn hand_with(tool: SceneTool) -> Hand {

@@ -4,8 +4,8 @@ use super::app::{create_scene_app, request, settle};
 use bevy::prelude::*;
 use trackwright_design::Edit;
 use trackwright_design::view::Layers;
-use trackwright_editor::diagnostics::Diagnostics;
-use trackwright_editor::state::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_geometry::pose::Pose;
 
 fn app() -> App {

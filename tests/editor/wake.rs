@@ -2,7 +2,7 @@
 
 use bevy::prelude::*;
 use bevy_egui::{EguiInput, egui};
-use trackwright_editor::wake::WakePlugin;
+use trackwright_editor::runner::wake::WakePlugin;
 
 fn told(app: &App, entity: Entity) -> usize {
     app.world().get::<EguiInput>(entity).unwrap().events.len()

@@ -7,7 +7,7 @@ use crate::pixels::{Picture, is_near};
 use crate::support::program::text;
 use trackwright_editor::palette;
 use trackwright_editor::palette::ThemedColor;
-use trackwright_editor::ui::theme;
+use trackwright_editor::widgets::theme;
 
 const SIZES: [[u16; 2]; 2] = [[1280, 720], [1440, 900]];
 

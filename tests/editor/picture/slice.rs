@@ -7,7 +7,7 @@ use crate::support::program::{succeed, text};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_design::BodyRole;
 use trackwright_design::view::{ColorMap, Quantity, SliceAxis, SliceView};
-use trackwright_editor::solve::slice_plan;
+use trackwright_editor::runner::solve::slice_plan;
 use trackwright_geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
 use trackwright_geometry::orbit::OrbitCamera;
 use trackwright_project::World;

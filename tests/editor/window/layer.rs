@@ -3,7 +3,7 @@
 use super::harness::Window;
 use super::places::{in_inspector, in_outliner, tool_sensor};
 use crate::copied::Copied;
-use trackwright_editor::solve::slice_plan;
+use trackwright_editor::runner::solve::slice_plan;
 
 #[test]
 fn a_slice_is_evaluated_only_while_on() {

@@ -7,10 +7,10 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use trackwright_design::BodyRole;
-use trackwright_editor::state::{Selected, Selection};
-use trackwright_editor::ui::inspector::{InspectorView, inspector_ui};
-use trackwright_editor::ui::outliner::{OutlinerView, outliner_ui};
-use trackwright_editor::ui::theme;
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::widgets::theme;
+use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
+use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_geometry::orbit::OrbitCamera;
 use trackwright_project::World;
 

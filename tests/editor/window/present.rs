@@ -4,7 +4,7 @@
 use super::harness::Window;
 use super::screen::SIZE;
 use crate::copied::Copied;
-use trackwright_editor::ui::theme;
+use trackwright_editor::widgets::theme;
 
 /// Points of a stage's height, and where the title begins: see the stage's own layout.
 const STAGE_POINTS: f64 = 560.0;

@@ -1,18 +1,20 @@
 //! The selected sensor's body painted by the study's tip RMS if the sensor sat there: coarse at
 //! first, better while one looks.
 
-use super::ColorBars;
-use super::latest::Latest;
 use crate::convert;
-use crate::diagnostics::Diagnostics;
-use crate::document::WorldGeneration;
-use crate::materials::PaintMaterial;
+use crate::document::apply::WorldGeneration;
+use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::selection::{Selected, Selection};
+use crate::layers::ColorBars;
+use crate::layers::color_bar::ColorBar;
+use crate::runner::diagnostics::Diagnostics;
+use crate::runner::latest::Latest;
+use crate::runner::wake::Waker;
 use crate::scene::BodyRoot;
 use crate::scene::bodies::{mesh_of, shown_mesh};
-use crate::state::{
-    ActiveDrag, ColorBar, EditorSystems, OpenWorld, Selected, Selection, Workspace,
-};
-use crate::wake::Waker;
+use crate::scene::materials::paint::PaintMaterial;
+use crate::schedule::EditorSystems;
+use crate::shell::window::Workspace;
 use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_design::BodyRole;
@@ -130,7 +132,7 @@ impl Plugin for PlacementPlugin {
     }
 }
 
-pub(super) fn is_idle(world: &World) -> bool {
+pub(crate) fn is_idle(world: &World) -> bool {
     world.get_resource::<PlacementLayer>().is_none_or(|layer| layer.latest.is_idle())
 }
 

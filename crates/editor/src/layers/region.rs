@@ -1,13 +1,14 @@
 //! Where in the tracker's volume the design meets its requirement: the surface around it.
 
-use super::ColorBars;
-use super::latest::Latest;
-use super::shell::{Shell, ShellLook};
-use crate::diagnostics::Diagnostics;
-use crate::document::WorldGeneration;
+use crate::document::apply::WorldGeneration;
+use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::layers::ColorBars;
+use crate::layers::region_surface::{Shell, ShellLook};
 use crate::palette;
-use crate::state::{ActiveDrag, EditorSystems, OpenWorld};
-use crate::wake::Waker;
+use crate::runner::diagnostics::Diagnostics;
+use crate::runner::latest::Latest;
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use trackwright_simulation::usable_region::{
     RegionBasis, RegionError, UsableRegion, usable_region,
@@ -70,7 +71,7 @@ impl Plugin for RegionPlugin {
     }
 }
 
-pub(super) fn is_idle(world: &World) -> bool {
+pub(crate) fn is_idle(world: &World) -> bool {
     world.get_resource::<RegionLayer>().is_none_or(|layer| layer.latest.is_idle())
 }
 
@@ -143,7 +144,7 @@ fn hear(
 /// `requirement met with 95 % in 34 % of the volume, 42,669 cm³; in the room's own field 61 %`.
 fn in_words(region: &UsableRegion) -> String {
     let percent = |part: f64| format!("{:.0} %", part * 100.0);
-    let volume = crate::ui::widgets::count(region.volume_cm3.round() as usize);
+    let volume = crate::widgets::basic::count(region.volume_cm3.round() as usize);
     let (with, own) = match region.upper_share {
         Some(_) => {
             (" with 95 %", format!("; in the room's own field {}", percent(region.own_fraction)))

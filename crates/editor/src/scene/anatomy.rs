@@ -1,12 +1,14 @@
 //! The design's anatomy: meshes that are looked through and nothing else. They are no part of what
 //! can be picked, which the core's surfaces of the bodies alone are.
 
-use super::bodies::anatomy_look;
-use crate::materials::GlowMaterial;
+use crate::convert;
+use crate::document::requests::OpenWorld;
+use crate::document::shown::ShownDesign;
 use crate::palette::Rgb;
-use crate::state::{EditorSystems, OpenWorld};
-use crate::study::ShownDesign;
-use crate::{convert, light_drawing};
+use crate::scene::bodies::anatomy_look;
+use crate::scene::materials::glow::GlowMaterial;
+use crate::schedule::EditorSystems;
+use crate::viewport::light_drawing;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use light_drawing::Shapes;

@@ -1,9 +1,10 @@
 //! The tracker's axes at its origin, and a ground grid that fades with distance.
 
 use crate::convert;
+use crate::document::requests::OpenWorld;
 use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};
-use crate::state::{EditorSystems, OpenWorld};
+use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use trackwright_scene::ground;
 

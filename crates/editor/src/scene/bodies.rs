@@ -1,11 +1,14 @@
 //! Meshes of tool and CRF, and the anatomy that the CRF sits on.
 
-use super::BodyRoot;
-use super::body_meshes::BodyMeshes;
-use crate::materials::{GlowMaterial, LitMaterial};
-use crate::state::{EditorSystems, OpenWorld};
-use crate::study::ShownDesign;
-use crate::{convert, light_drawing, palette};
+use crate::document::requests::OpenWorld;
+use crate::document::shown::ShownDesign;
+use crate::scene::BodyRoot;
+use crate::scene::body_meshes::BodyMeshes;
+use crate::scene::materials::glow::GlowMaterial;
+use crate::scene::materials::lit::LitMaterial;
+use crate::schedule::EditorSystems;
+use crate::viewport::light_drawing;
+use crate::{convert, palette};
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
@@ -18,7 +21,7 @@ pub use trackwright_scene::shown_mesh;
 const ANATOMY_ALPHA: [f32; 2] = [0.13, 0.62];
 
 /// How anatomy of this colour looks.
-pub(super) fn anatomy_look(color: palette::Rgb) -> GlowMaterial {
+pub(crate) fn anatomy_look(color: palette::Rgb) -> GlowMaterial {
     let [middle, rim] = ANATOMY_ALPHA;
     GlowMaterial::translucent(color, middle, rim)
 }

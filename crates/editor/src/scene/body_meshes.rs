@@ -1,8 +1,8 @@
 //! The bodies' meshes as the renderer has them: made once, for body and ghost alike.
 
 use crate::convert;
-use crate::light_drawing::Shapes;
 use crate::scene::bodies::is_same_mesh;
+use crate::viewport::light_drawing::Shapes;
 use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_design::BodyRole;

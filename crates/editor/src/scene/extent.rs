@@ -1,6 +1,6 @@
 //! How much room things take, for cameras that frame them.
 
-use crate::state::{Selected, Selection};
+use crate::document::selection::{Selected, Selection};
 use nalgebra::Point3;
 use trackwright_design::Design;
 use trackwright_project::World;

@@ -1,8 +1,9 @@
 //! The field generator, where the tracker's frame has its origin.
 
 use crate::convert;
-use crate::materials::LitMaterial;
-use crate::state::{EditorSystems, OpenWorld};
+use crate::document::requests::OpenWorld;
+use crate::scene::materials::lit::LitMaterial;
+use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 
 /// Draws the generator while its layer is on.

@@ -6,6 +6,7 @@ pub mod bodies;
 pub mod body_meshes;
 pub mod extent;
 pub mod generator;
+pub mod materials;
 pub mod screen_size;
 pub mod sensors;
 pub mod shapes;

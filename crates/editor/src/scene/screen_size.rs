@@ -1,7 +1,7 @@
 //! Glyphs that keep their size on the screen within bounds.
 
-use crate::camera::OrbitRig;
 use crate::convert;
+use crate::viewport::camera::OrbitRig;
 use bevy::prelude::*;
 use nalgebra::Point3;
 pub use trackwright_scene::sensor_look::SizeBounds;

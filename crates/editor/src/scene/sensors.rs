@@ -4,12 +4,15 @@
 //! A coil is drawn at its true size within bounds on the screen. What a shaft hides of it shines
 //! through, dimmed and still amber.
 
-use super::screen_size::{ScreenSized, SizeBounds};
-use super::shapes::GlyphShapes;
-use super::{BodyRoot, SensorMark};
-use crate::materials::{GlowMaterial, Shown};
-use crate::state::{EditorSystems, Hovered, OpenWorld, Results, Selected, Selection};
-use crate::study::ShownDesign;
+use crate::document::requests::OpenWorld;
+use crate::document::selection::{Hovered, Selected, Selection};
+use crate::document::shown::ShownDesign;
+use crate::runner::results::Results;
+use crate::scene::materials::glow::{GlowMaterial, Shown};
+use crate::scene::screen_size::{ScreenSized, SizeBounds};
+use crate::scene::shapes::GlyphShapes;
+use crate::scene::{BodyRoot, SensorMark};
+use crate::schedule::EditorSystems;
 use crate::{convert, palette};
 use bevy::prelude::*;
 use nalgebra::Point3;
@@ -70,7 +73,7 @@ impl Plugin for SensorsPlugin {
                 mark_outside.run_if(resource_changed::<Results>),
             )
                 .chain()
-                .after(super::bodies::BodiesSystems)
+                .after(crate::scene::bodies::BodiesSystems)
                 .in_set(EditorSystems::Draw),
         );
     }

@@ -1,9 +1,10 @@
 //! The outline of the tracker's measurement volume with brackets at its corners or rims, and the
 //! model's box, dashed.
 
+use crate::document::requests::OpenWorld;
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
-use crate::state::{EditorSystems, OpenWorld};
+use crate::schedule::EditorSystems;
 use crate::{convert, palette};
 use bevy::prelude::*;
 use nalgebra::Point3;

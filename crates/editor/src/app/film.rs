@@ -1,0 +1,77 @@
+//! Moving pictures of the 3D view without a window: one app paints every frame, each of them the
+//! picture that `picture` would take there.
+
+use crate::app::picture::{Desk, Picture, PictureError, Studio};
+use crate::shell::window::Workspace;
+use crate::viewport::camera::OrbitRig;
+use crate::workspaces::study::desk::StudyRequest;
+use trackwright_project::World;
+
+/// What moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilmMove {
+    /// The camera goes round its focus once, about the scene's vertical. The frame after the last one
+    /// would be the first, so that it can be played in a loop.
+    Turntable,
+    /// The tool goes through so many trials of its range of motion, in the order in which the Study
+    /// workspace plays them; the last frame shows the last one.
+    Motion { trials: usize },
+}
+
+/// Paints so many frames and hands each on as it comes.
+///
+/// Ask [`preflight::adapter`](crate::app::preflight::adapter) first, as for a picture.
+///
+/// # Errors
+/// See [`PictureError`], and those of `take`, which end it.
+pub fn film<E: From<PictureError>>(
+    world: World,
+    size: [u32; 2],
+    mut desk: Desk,
+    what: FilmMove,
+    frames: usize,
+    mut take: impl FnMut(usize, Picture) -> Result<(), E>,
+) -> Result<(), E> {
+    if matches!(what, FilmMove::Motion { .. }) && !desk.workspace.shows_trials() {
+        desk.workspace = Workspace::Study;
+    }
+    let mut studio = Studio::open(world, size, desk)?;
+    let first = studio.app.world().resource::<OrbitRig>().camera;
+    for frame in 0..frames {
+        match what {
+            FilmMove::Turntable => {
+                let part = frame as f64 / frames as f64;
+                studio.app.world_mut().resource_mut::<OrbitRig>().camera = first.turned(part);
+            }
+            FilmMove::Motion { trials } => {
+                let trial = trial_of(frame, frames, trials);
+                studio.show(StudyRequest::Show(Some(trial)))?;
+            }
+        }
+        take(frame, studio.picture()?)?;
+    }
+    Ok(())
+}
+
+/// The trial that a frame shows: the first one in the first frame, the last one in the last.
+fn trial_of(frame: usize, frames: usize, trials: usize) -> usize {
+    let part = frame as f64 / frames.saturating_sub(1).max(1) as f64;
+    (part * trials.saturating_sub(1) as f64).round() as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_begins_with_the_first_trial_ends_with_the_last_and_goes_on_evenly() {
+        let trials = |frames, trials| -> Vec<usize> {
+            (0..frames).map(|k| trial_of(k, frames, trials)).collect()
+        };
+        assert_eq!(trials(5, 5), [0, 1, 2, 3, 4]);
+        assert_eq!(trials(3, 101), [0, 50, 100]);
+        assert_eq!(trials(4, 2), [0, 0, 1, 1]);
+        assert_eq!(trials(1, 9), [0]);
+        assert_eq!(trials(3, 1), [0, 0, 0]);
+    }
+}

@@ -1,0 +1,136 @@
+//! A graphics adapter that fails: the program ends, says so, and loses nothing.
+//!
+//! Everything that is drawn lives on the adapter. Instead of an empty window that still takes
+//! edits, the next start offers what was not saved.
+
+use bevy::app::AppExit;
+use bevy::prelude::*;
+use bevy::render::error_handler::{ErrorType, RenderError, RenderErrorHandler, RenderErrorPolicy};
+use std::any::Any;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Ends the program when the adapter fails, and tells [`Failure`] why.
+pub struct LostDevicePlugin;
+
+/// Why the program ended by itself, for whoever started it: kept beyond the app.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Failure(Arc<Mutex<Option<String>>>);
+
+impl Failure {
+    /// The first thing that went wrong.
+    pub fn reason(&self) -> Option<String> {
+        let reason = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        reason.clone()
+    }
+
+    fn tell(&self, reason: String) {
+        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert(reason);
+    }
+}
+
+impl Plugin for LostDevicePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Failure>().insert_resource(RenderErrorHandler(end));
+    }
+}
+
+/// What is unsaved is written when the app is dropped: see [`Autosave`](crate::document::autosave::Autosave).
+fn end(error: &RenderError, main_world: &mut World, _: &mut World) -> RenderErrorPolicy {
+    main_world.resource::<Failure>().tell(words(error));
+    main_world.write_message(AppExit::error());
+    RenderErrorPolicy::StopRendering
+}
+
+fn words(error: &RenderError) -> String {
+    let what = match error.ty {
+        ErrorType::DeviceLost => "the graphics adapter was lost",
+        ErrorType::OutOfMemory => "the graphics adapter has no memory left",
+        ErrorType::Validation | ErrorType::Internal => "the graphics adapter refused to draw",
+    };
+    in_words(what, &error.description)
+}
+
+/// What panics of the renderer name, which is how an adapter that went away within a frame shows.
+const OF_THE_ADAPTER: [&str; 3] = ["wgpu", "Validation Error", "device is lost"];
+
+/// What a panic says.
+pub(crate) fn panic_in_words(panic: &(dyn Any + Send)) -> String {
+    let text = panic
+        .downcast_ref::<String>()
+        .map(String::as_str)
+        .or_else(|| panic.downcast_ref::<&str>().copied())
+        .unwrap_or_default();
+    let what = match OF_THE_ADAPTER.iter().any(|name| text.contains(name)) {
+        true => "the graphics adapter failed",
+        false => "the editor stopped at a fault of its own",
+    };
+    in_words(what, text)
+}
+
+fn in_words(what: &str, description: &str) -> String {
+    let mut lines = description.lines().map(str::trim);
+    match lines.find(|line| !line.is_empty()) {
+        Some(why) => format!("{what} ({why})"),
+        None => what.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app;
+    use crate::document::autosave::RecoveryFolder;
+    use crate::document::requests::{EditRequest, OpenWorld};
+    use bevy::app::PluginsState;
+    use bevy::render::renderer::RenderDevice;
+    use trackwright_design::{BodyRole, Edit};
+
+    /// A window's frames one after the other, of which the last has no adapter any more.
+    fn lose_the_adapter(mut app: App) -> AppExit {
+        while app.plugins_state() == PluginsState::Adding {
+            bevy::tasks::tick_global_task_pools_on_main_thread();
+        }
+        app.finish();
+        app.cleanup();
+        app.update();
+        let mut sensor = {
+            let open = app.world().resource::<OpenWorld>();
+            open.0.document.design().tool.body.rigid.sensors[0].clone()
+        };
+        sensor.position_in_body.z += 7.0;
+        app.world_mut().write_message(EditRequest::Apply(Edit::SetSensor {
+            body: BodyRole::Tool,
+            index: 0,
+            sensor,
+        }));
+        app.update();
+        let device = app.world().resource::<RenderDevice>();
+        device.wgpu_device().destroy();
+        for _ in 0..20 {
+            app.update();
+            if let Some(exit) = app.should_exit() {
+                return exit;
+            }
+        }
+        panic!("it went on");
+    }
+
+    #[test]
+    fn a_lost_adapter_ends_the_program_with_the_reason_and_what_is_unsaved_is_recovered() {
+        let folder = tempfile::tempdir().unwrap();
+        let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+        let before_mm = world.document.design().tool.body.rigid.sensors[0].position_in_body.z;
+        let (mut app, _) = app::offscreen(world, UVec2::new(320, 240), true, |app| {
+            app.insert_resource(RecoveryFolder(folder.path().to_owned()));
+        });
+        app.set_runner(lose_the_adapter);
+        let error = app::run(app).unwrap_err();
+        let said = error.to_string();
+        assert!(said.starts_with("the graphics adapter"), "{said}");
+        let left = trackwright_project::leftovers(folder.path()).unwrap();
+        let world = left.first().expect("a recovery file").open().unwrap();
+        let after_mm = world.document.design().tool.body.rigid.sensors[0].position_in_body.z;
+        assert!((after_mm - before_mm - 7.0).abs() < 1e-12);
+    }
+}

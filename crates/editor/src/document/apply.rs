@@ -1,0 +1,538 @@
+//! Applies requests to the open document, and does what the File menu asks for.
+
+use crate::document::autosave::Leftovers;
+use crate::document::recent::RecentDesigns;
+use crate::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice, ViewRequest};
+use crate::document::selection::{Selected, Selection};
+use crate::runner::results::Results;
+use crate::schedule::EditorSystems;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use bevy::prelude::*;
+use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
+use std::path::{Path, PathBuf};
+use trackwright_design::{AnatomyEdit, Design, Edit, Origin};
+use trackwright_formats::printable::printable;
+use trackwright_project::{SaveReport, Starter, StoreError};
+use trackwright_simulation::comparison::REQUIRED;
+
+/// Applies [`EditRequest`], [`ViewRequest`] and [`FileRequest`] in [`EditorSystems::Edit`], keeps
+/// the window's title, and asks before anything unsaved is lost.
+pub struct DocumentPlugin;
+
+/// How many worlds were opened; grows when another design takes the place of the open one.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorldGeneration(pub u64);
+
+/// One line for the status bar: why an edit was refused, or what was saved where.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub enum Notice {
+    #[default]
+    Nothing,
+    Done(String),
+    Refused(String),
+}
+
+/// What to go on with once the design is saved.
+#[derive(Resource, Default)]
+struct AfterSave(Option<FileRequest>);
+
+impl Plugin for DocumentPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<WorldGeneration>()
+            .init_resource::<Notice>()
+            .init_resource::<AfterSave>()
+            .init_resource::<Leftovers>()
+            .init_resource::<RecentDesigns>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Selection>()
+            .init_resource::<Results>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<FileRequest>()
+            .add_message::<WindowCloseRequested>()
+            .add_message::<WindowFocused>()
+            .add_systems(
+                Update,
+                (
+                    ask_before_closing,
+                    notice_changed_files.run_if(on_message::<WindowFocused>),
+                    apply_edits,
+                    apply_views,
+                    apply_files,
+                    drop_lost_selection,
+                )
+                    .chain()
+                    .in_set(EditorSystems::Edit),
+            )
+            // After the results: no later frame may come to correct it.
+            .add_systems(Update, show_title.in_set(EditorSystems::Draw));
+    }
+}
+
+fn ask_before_closing(
+    mut closed: MessageReader<WindowCloseRequested>,
+    mut files: MessageWriter<FileRequest>,
+) {
+    if closed.read().last().is_some() {
+        files.write(FileRequest::Quit);
+    }
+}
+
+/// Whoever comes back to the window may have changed its files elsewhere.
+fn notice_changed_files(
+    mut focused: MessageReader<WindowFocused>,
+    world: Option<Res<OpenWorld>>,
+    mut dialogs: ResMut<Dialogs>,
+) {
+    let is_back = focused.read().last().is_some_and(|window| window.focused);
+    let (true, Some(world), None) = (is_back, world, &dialogs.current) else {
+        return;
+    };
+    let changes = trackwright_project::changes(&world.0);
+    if !changes.is_empty() {
+        dialogs.show(Dialog::changed_on_disk(&changes, false));
+    }
+}
+
+fn apply_edits(
+    mut requests: MessageReader<EditRequest>,
+    world: Option<ResMut<OpenWorld>>,
+    mut selection: ResMut<Selection>,
+    mut notice: ResMut<Notice>,
+    mut dialogs: ResMut<Dialogs>,
+) {
+    let Some(mut world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        // The world counts as changed only if it did: the scene is rebuilt from that.
+        let document = &mut world.bypass_change_detection().0.document;
+        let before = document.shared_design();
+        let outcome = match request.clone() {
+            EditRequest::Begin(label) => {
+                document.begin(label);
+                Ok(false)
+            }
+            EditRequest::Apply(edit) => document.apply(edit),
+            EditRequest::Commit => Ok(document.commit()),
+            EditRequest::Cancel => Ok(document.cancel()),
+            EditRequest::Undo => Ok(document.undo().is_some()),
+            EditRequest::Redo => Ok(document.redo().is_some()),
+            EditRequest::JumpTo(state) => Ok(document.jump_to(state)),
+        };
+        match outcome {
+            Ok(is_changed) => {
+                notice.set_if_neq(Notice::Nothing);
+                if is_changed {
+                    let after = document.shared_design();
+                    let selected = selected_after(&selection, request, &before, &after);
+                    selection.set_if_neq(selected);
+                    world.set_changed();
+                    refresh(&mut world, &mut dialogs);
+                }
+            }
+            Err(error) => {
+                notice.set_if_neq(Notice::Refused(error.to_string()));
+            }
+        }
+    }
+}
+
+/// What is selected after a request changed the design: the sensors that it added, and after a
+/// removal the body that is left; else what was selected before, as far as it is there.
+fn selected_after(
+    selection: &Selection,
+    request: &EditRequest,
+    before: &Design,
+    after: &Design,
+) -> Selection {
+    let mut followed = selection.clone();
+    followed.follow(before, after);
+    match request {
+        EditRequest::Apply(
+            Edit::Arrange { body, .. }
+            | Edit::AddSensor { body, .. }
+            | Edit::AddSensors { body, .. },
+        ) => {
+            let count = |design: &Design| design.body(*body).map_or(0, |b| b.rigid.sensors.len());
+            let added = count(before)..count(after);
+            if !added.is_empty() {
+                return Selection::of_sensors(*body, added);
+            }
+        }
+        EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Add(_))) => {
+            let added = after.anatomy.len().checked_sub(1);
+            return Selection::of(added.map(Selected::Anatomy));
+        }
+        EditRequest::Apply(Edit::RemoveSensor { body, .. } | Edit::RemoveSensors { body, .. })
+            if followed.primary().is_none() =>
+        {
+            return Selection::of(Some(Selected::Body(*body)));
+        }
+        _ => {}
+    }
+    followed
+}
+
+/// Another room or mesh is read when an edit, or its undo, names it.
+fn refresh(world: &mut OpenWorld, dialogs: &mut Dialogs) {
+    if let Err(error) = trackwright_project::refresh_environment(&mut world.0) {
+        dialogs.show(Dialog::error("The room cannot be opened", &error));
+    }
+    if let Err(error) = trackwright_project::refresh_meshes(&mut world.0) {
+        dialogs.show(Dialog::error("The mesh cannot be opened", &error));
+    }
+}
+
+fn apply_views(mut requests: MessageReader<ViewRequest>, world: Option<ResMut<OpenWorld>>) {
+    let Some(mut world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        if let ViewRequest::Set(view) = request
+            && world.bypass_change_detection().0.document.set_view(view.clone())
+        {
+            world.set_changed();
+        }
+    }
+}
+
+/// What the file commands work on.
+#[derive(bevy::ecs::system::SystemParam)]
+struct Desk<'w> {
+    world: Option<ResMut<'w, OpenWorld>>,
+    generation: ResMut<'w, WorldGeneration>,
+    selection: ResMut<'w, Selection>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    after_save: ResMut<'w, AfterSave>,
+    leftovers: ResMut<'w, Leftovers>,
+    recent: ResMut<'w, RecentDesigns>,
+    exit: MessageWriter<'w, AppExit>,
+}
+
+fn apply_files(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
+    let requests: Vec<FileRequest> = requests.read().cloned().collect();
+    for request in requests {
+        desk.answer(request);
+    }
+}
+
+impl Desk<'_> {
+    fn answer(&mut self, request: FileRequest) {
+        // Whoever asks for something else no longer waits for a save to be done.
+        let goes_on = matches!(
+            request,
+            FileRequest::SaveAs(_) | FileRequest::SaveShared(_) | FileRequest::SaveOver
+        );
+        if !goes_on {
+            self.after_save.0 = None;
+        }
+        match request {
+            FileRequest::ShowNew
+            | FileRequest::New(_)
+            | FileRequest::ShowOpen
+            | FileRequest::Open(_)
+            | FileRequest::OpenBuiltIn(_)
+            | FileRequest::Reload
+            | FileRequest::Quit
+                if self.is_dirty() =>
+            {
+                let file = self.name();
+                self.dialogs.show(Dialog::unsaved(file, request));
+            }
+            FileRequest::Discard(then) => self.go_on(*then),
+            FileRequest::SaveThen(then) => {
+                self.after_save.0 = Some(*then);
+                self.save();
+            }
+            FileRequest::Save => self.save(),
+            FileRequest::SaveShared(choice) => self.save_shared(choice),
+            FileRequest::ShowSaveAs => self.show_save_as(),
+            FileRequest::SaveAs(path) => self.save_as(&path),
+            FileRequest::Recover => self.recover(),
+            FileRequest::DropLeftover => self.drop_leftover(),
+            FileRequest::KeepMine => self.accept_changes(),
+            FileRequest::SaveOver => {
+                self.accept_changes();
+                self.save();
+            }
+            other => self.go_on(other),
+        }
+    }
+
+    /// Does what loses the open document, which was saved or given up.
+    fn go_on(&mut self, request: FileRequest) {
+        match request {
+            FileRequest::ShowNew => self.dialogs.show(Dialog::New),
+            FileRequest::New(starter) => {
+                self.open(trackwright_project::open_builtin(starter.name()));
+            }
+            FileRequest::Reload => self.reload(),
+            FileRequest::ShowOpen => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::open(folder));
+            }
+            FileRequest::Open(path) => self.open(trackwright_project::open_design(&path)),
+            FileRequest::OpenBuiltIn(name) => self.open(trackwright_project::open_builtin(&name)),
+            FileRequest::Quit => {
+                self.exit.write(AppExit::Success);
+            }
+            _ => {}
+        }
+    }
+
+    fn open(&mut self, opened: Result<trackwright_project::World, StoreError>) {
+        match opened {
+            Ok(opened) => {
+                let Some(world) = &mut self.world else { return };
+                *self.notice = what_is_missing(&opened);
+                world.0 = opened;
+                self.generation.0 += 1;
+                *self.selection = Selection::default();
+                self.remember();
+            }
+            Err(error) => self.dialogs.show(Dialog::error("The design cannot be opened", &error)),
+        }
+    }
+
+    fn recover(&mut self) {
+        let Some(leftover) = self.leftovers.0.first() else {
+            return;
+        };
+        let opened = leftover.open();
+        let is_open = opened.is_ok();
+        self.open(opened);
+        if is_open {
+            // The file stays until this session has written its own.
+            let leftover = self.leftovers.0.remove(0);
+            self.leftovers.1.push(leftover);
+        }
+    }
+
+    fn drop_leftover(&mut self) {
+        if self.leftovers.0.is_empty() {
+            return;
+        }
+        if let Err(error) = self.leftovers.0.remove(0).discard() {
+            *self.notice = Notice::Refused(error.to_string());
+        }
+        if let Some(next) = Dialog::recover(&self.leftovers.0) {
+            self.dialogs.show(next);
+        }
+    }
+
+    fn reload(&mut self) {
+        let Some(world) = &self.world else { return };
+        match world.0.document.origin().clone() {
+            Origin::File(path) => self.open(trackwright_project::open_design(&path)),
+            Origin::BuiltIn(name) => self.open(trackwright_project::open_builtin(name)),
+        }
+    }
+
+    fn accept_changes(&mut self) {
+        if let Some(world) = &mut self.world {
+            trackwright_project::accept_changes(&mut world.0);
+        }
+    }
+
+    /// A body without its mesh is drawn by its sensors, and that is said.
+    fn remember(&mut self) {
+        if let Some(world) = &self.world
+            && let Origin::File(path) = world.0.document.origin()
+        {
+            self.recent.remember(path);
+        }
+    }
+
+    fn save(&mut self) {
+        let Some(world) = &self.world else { return };
+        if matches!(world.0.document.origin(), Origin::BuiltIn(_)) {
+            self.show_save_as();
+            return;
+        }
+        let shared = trackwright_project::shared_bodies(&world.0);
+        if !shared.is_empty() {
+            self.dialogs.show(Dialog::shared_bodies(&shared));
+            return;
+        }
+        self.write(trackwright_project::save);
+    }
+
+    fn save_as(&mut self, path: &Path) {
+        let path = with_extension(path);
+        self.write(|world| trackwright_project::save_as(world, &path));
+    }
+
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut trackwright_project::World) -> Result<SaveReport, StoreError>,
+    ) {
+        let Some(world) = &mut self.world else { return };
+        match write(&mut world.0) {
+            Ok(report) => {
+                let name = file_name(world.0.document.origin());
+                let kept = report.kept.iter().map(|kept| format!("; {kept}"));
+                *self.notice = Notice::Done(format!("Saved {name}{}", kept.collect::<String>()));
+                self.remember();
+                if let Some(then) = self.after_save.0.take() {
+                    self.go_on(then);
+                }
+            }
+            Err(StoreError::ChangedOnDisk { .. }) => {
+                let changes = trackwright_project::changes(&world.0);
+                self.dialogs.show(Dialog::changed_on_disk(&changes, true));
+            }
+            Err(error) => {
+                self.after_save.0 = None;
+                self.dialogs.show(Dialog::not_saved(&error));
+            }
+        }
+    }
+
+    fn save_shared(&mut self, choice: SharedChoice) {
+        match choice {
+            SharedChoice::Overwrite => self.write(trackwright_project::save),
+            SharedChoice::Copy => self.write(trackwright_project::save_with_copies),
+        }
+    }
+
+    fn show_save_as(&mut self) {
+        let Some(world) = &self.world else { return };
+        let name = default_file_name(world.0.document.origin());
+        let folder = self.folder();
+        self.dialogs.show(Dialog::save_as(folder, &name));
+    }
+
+    fn is_dirty(&self) -> bool {
+        self.world.as_ref().is_some_and(|w| w.0.document.is_dirty())
+    }
+
+    fn name(&self) -> String {
+        self.world.as_ref().map(|w| file_name(w.0.document.origin())).unwrap_or_default()
+    }
+
+    fn folder(&self) -> PathBuf {
+        match &self.world {
+            Some(world) => file_folder(&world.0),
+            None => working_folder(),
+        }
+    }
+}
+
+/// What a design that was opened is shown without: meshes that could not be read, layers of slides
+/// that are gone.
+pub(crate) fn what_is_missing(world: &trackwright_project::World) -> Notice {
+    let meshes = world.mesh_problems();
+    let meshes = meshes.iter().map(ToString::to_string);
+    let layers = world.document.missing_layers(&world.environment);
+    let missing: Vec<String> = meshes.chain(layers).collect();
+    match missing.is_empty() {
+        true => Notice::Nothing,
+        false => Notice::Refused(missing.join("; ")),
+    }
+}
+
+/// Where dialogs begin: the folder of the open file, else the working folder.
+pub fn file_folder(world: &trackwright_project::World) -> PathBuf {
+    let of_file = match world.document.origin() {
+        Origin::File(path) => path.parent().map(Path::to_path_buf),
+        Origin::BuiltIn(_) => None,
+    };
+    of_file.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(working_folder)
+}
+
+fn working_folder() -> PathBuf {
+    std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/"))
+}
+
+/// What the file of a design is called, or would be.
+pub fn default_file_name(origin: &Origin) -> String {
+    match origin {
+        Origin::File(path) => {
+            path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+        }
+        Origin::BuiltIn(_) if Starter::of(origin).is_some() => {
+            format!("untitled{DESIGN_EXTENSION}")
+        }
+        Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
+    }
+}
+
+/// What design files are called.
+pub const DESIGN_EXTENSION: &str = ".design.ron";
+
+/// The path with the extension of designs where a person left it out.
+fn with_extension(path: &Path) -> PathBuf {
+    let name = path.as_os_str().to_string_lossy();
+    if name.ends_with(".ron") {
+        path.to_path_buf()
+    } else {
+        PathBuf::from(format!("{name}{DESIGN_EXTENSION}"))
+    }
+}
+
+/// What a person calls the file that a document came from.
+pub fn file_name(origin: &Origin) -> String {
+    match origin {
+        Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
+        Origin::BuiltIn(name) => format!("{name} (built in)"),
+        Origin::File(path) => path
+            .file_name()
+            .map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
+    }
+}
+
+/// Nothing is selected that is not there, whoever selected it.
+fn drop_lost_selection(world: Option<Res<OpenWorld>>, mut selection: ResMut<Selection>) {
+    let Some(world) = world else { return };
+    let design = world.0.document.design();
+    let mut kept = selection.clone();
+    kept.follow(design, design);
+    selection.set_if_neq(kept);
+}
+
+fn show_title(
+    world: Option<Res<OpenWorld>>,
+    results: Res<Results>,
+    window: Option<Single<&mut Window, With<PrimaryWindow>>>,
+) {
+    let (Some(world), Some(mut window)) = (world, window) else {
+        return;
+    };
+    let title = printable(&title(&world.0.document, &results)).into_owned();
+    if window.title != title {
+        window.title = title;
+    }
+}
+
+/// `pointer.design.ron * — 0.49 mm RMS — trackwright`.
+pub fn title(document: &trackwright_design::Document, results: &Results) -> String {
+    let mut title = file_name(document.origin());
+    if document.is_dirty() {
+        title.push_str(" *");
+    }
+    if let Some(study) = &results.study {
+        let rms = REQUIRED[0];
+        let expected = results.expected_of_study().and_then(|e| e.of(rms));
+        let (rms_mm, kind) = match expected {
+            Some((expected_mm, _)) => (expected_mm, " expected"),
+            None => (study.value.figures.position_mm.rms, ""),
+        };
+        title.push_str(&format!(" — {rms_mm:.2} mm RMS{kind}"));
+    }
+    title + " — trackwright"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_without_extension_becomes_a_design() {
+        assert_eq!(with_extension(Path::new("a/b")), Path::new("a/b.design.ron"));
+        assert_eq!(with_extension(Path::new("a/b.design.ron")), Path::new("a/b.design.ron"));
+    }
+}

@@ -1,0 +1,282 @@
+//! Bodies from files and back: makers' tool definitions and body files, read by a thread of its
+//! own, asked about where a checksum does not match, and given to the design as one undo step;
+//! and the selected body written as such a file, once what is lost was read.
+
+use crate::document::apply::{Notice, WorldGeneration, file_folder};
+use crate::document::meshes::{name_of, selected_body};
+use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::selection::{Selected, Selection};
+use crate::runner::job::{Ended, Job};
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::commands::CommandsSystems;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use std::path::{Path, PathBuf};
+use trackwright_design::{BodyRole, Edit, Origin};
+use trackwright_formats::tool_definition::OnMismatch;
+use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError};
+
+/// Does what [`BodyFileRequest`] asks for, in [`EditorSystems::Input`].
+pub struct BodyFilesPlugin;
+
+/// Asks for something with a body file or a tool definition.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum BodyFileRequest {
+    /// Shows the dialog that chooses a file to be the tool or the CRF.
+    ShowOpen(BodyRole),
+    /// A file was dropped: for the body under selection, or whichever the person says.
+    Drop(PathBuf),
+    Open {
+        body: BodyRole,
+        file: PathBuf,
+        on_mismatch: OnMismatch,
+    },
+    /// Gives the reading up.
+    GiveUp,
+    /// Shows the dialog that chooses where a body is written, and as what.
+    ShowSave(BodyRole),
+    /// Says what is lost, or writes where nothing is.
+    Save {
+        body: BodyRole,
+        file: PathBuf,
+    },
+    /// Writes: the person knows what is lost.
+    Write {
+        body: BodyRole,
+        file: PathBuf,
+    },
+}
+
+impl BodyFileRequest {
+    pub fn open(body: BodyRole, file: PathBuf) -> Self {
+        Self::Open { body, file, on_mismatch: OnMismatch::Refuse }
+    }
+}
+
+/// The file that is being read, if any.
+#[derive(Resource, Default)]
+pub struct BodyLoading(Option<Loading>);
+
+struct Loading {
+    file: PathBuf,
+    body: BodyRole,
+    job: Job<Result<ImportedBody, StoreError>>,
+    /// What was open when it began.
+    generation: WorldGeneration,
+    origin: Origin,
+}
+
+impl BodyLoading {
+    /// The body that a file is read for, and the file.
+    pub fn of(&self) -> Option<(BodyRole, &Path)> {
+        let loading = self.0.as_ref()?;
+        Some((loading.body, &loading.file))
+    }
+}
+
+fn is_loading(loading: Res<BodyLoading>) -> bool {
+    loading.0.is_some()
+}
+
+impl Plugin for BodyFilesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<BodyLoading>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<Selection>()
+            .init_resource::<Notice>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Waker>()
+            .add_message::<BodyFileRequest>()
+            .add_message::<EditRequest>()
+            .add_message::<RequestRedraw>()
+            .add_systems(
+                Update,
+                (
+                    answer.run_if(on_message::<BodyFileRequest>),
+                    // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                    hear.run_if(is_loading.and_then(not(on_message::<BodyFileRequest>))),
+                )
+                    .chain()
+                    .after(CommandsSystems)
+                    .in_set(EditorSystems::Input),
+            );
+    }
+}
+
+/// What the requests work on.
+#[derive(SystemParam)]
+struct Hand<'w> {
+    loading: ResMut<'w, BodyLoading>,
+    world: Option<ResMut<'w, OpenWorld>>,
+    generation: Res<'w, WorldGeneration>,
+    selection: ResMut<'w, Selection>,
+    waker: Res<'w, Waker>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    edits: MessageWriter<'w, EditRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+fn answer(mut requests: MessageReader<BodyFileRequest>, mut hand: Hand) {
+    for request in requests.read() {
+        hand.answer(request.clone());
+    }
+    hand.redraw.write(RequestRedraw);
+}
+
+fn hear(mut hand: Hand) {
+    // Listening alone is no change.
+    let loading = &mut hand.loading.bypass_change_detection().0;
+    let Some(ended) = loading.as_mut().and_then(|it| it.job.hear()) else {
+        return;
+    };
+    if let Some(loading) = hand.loading.0.take() {
+        hand.take(loading, ended);
+    }
+    hand.redraw.write(RequestRedraw);
+}
+
+impl Hand<'_> {
+    fn answer(&mut self, request: BodyFileRequest) {
+        let Some(world) = &self.world else { return };
+        let design = world.0.document.design();
+        match request {
+            BodyFileRequest::ShowOpen(body) => {
+                let folder = file_folder(&world.0);
+                self.dialogs.show(Dialog::open_body(folder, body));
+            }
+            BodyFileRequest::Drop(file) => {
+                match (selected_body(&self.selection), design.crf.is_some()) {
+                    (Some(body), _) => self.open(body, file, OnMismatch::Refuse),
+                    (None, false) => self.open(BodyRole::Tool, file, OnMismatch::Refuse),
+                    (None, true) => self.dialogs.show(Dialog::ToolOrCrf { file }),
+                }
+            }
+            BodyFileRequest::Open { body, file, on_mismatch } => self.open(body, file, on_mismatch),
+            BodyFileRequest::GiveUp => {
+                self.loading.0 = None;
+                *self.notice = Notice::Nothing;
+            }
+            BodyFileRequest::ShowSave(body) => {
+                let Some(own) = design.body(body) else {
+                    *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
+                    return;
+                };
+                let folder = file_folder(&world.0);
+                let name = trackwright_project::definition_name(own, &folder);
+                self.dialogs.show(Dialog::save_body(folder, &name, body));
+            }
+            BodyFileRequest::Save { body, file } => self.save(body, &file, false),
+            BodyFileRequest::Write { body, file } => self.save(body, &file, true),
+        }
+    }
+
+    /// What was being read before is given up.
+    fn open(&mut self, body: BodyRole, file: PathBuf, on_mismatch: OnMismatch) {
+        let Some(world) = &self.world else { return };
+        let wanted = BodyImport::of_file(&world.0, body, &file, on_mismatch);
+        let Ok(Some(wanted)) = wanted else {
+            *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
+            return;
+        };
+        match Job::start("body", &self.waker, move |_| wanted.read()) {
+            Ok(job) => {
+                *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
+                self.loading.0 = Some(Loading {
+                    file,
+                    body,
+                    job,
+                    generation: *self.generation,
+                    origin: world.0.document.origin().clone(),
+                });
+            }
+            Err(error) => {
+                *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
+            }
+        }
+    }
+
+    /// Puts what was read into the design, unless something else is open by now or its bytes are
+    /// ones to ask about.
+    fn take(&mut self, loading: Loading, ended: Ended<Result<ImportedBody, StoreError>>) {
+        *self.notice = Notice::Nothing;
+        let Some(world) = &mut self.world else { return };
+        let is_same =
+            loading.generation == *self.generation && loading.origin == *world.0.document.origin();
+        if !is_same {
+            return;
+        }
+        let Loading { file, body, .. } = loading;
+        let taken = match ended {
+            Ended::Done(Ok(taken)) => taken,
+            Ended::Done(Err(error)) if error.is_checksum() => {
+                let text = error.to_string();
+                self.dialogs.show(Dialog::Checksum { body, file, text });
+                return;
+            }
+            Ended::Done(Err(error)) => {
+                self.dialogs.show(Dialog::error(NOT_USABLE, &error));
+                return;
+            }
+            Ended::Lost => {
+                self.dialogs.show(Dialog::Error {
+                    title: NOT_USABLE.to_owned(),
+                    text: format!("{}: the reading ended badly", file.display()),
+                });
+                return;
+            }
+        };
+        if world.0.document.design().body(body) == Some(&taken.body) {
+            let name = name_of(&file);
+            *self.notice = Notice::Done(format!("The {body} is what {name} says already"));
+        } else {
+            // Nothing that is shown changes before the edit does it.
+            world.bypass_change_detection().0.keep_body(&taken);
+            self.edits
+                .write(EditRequest::Apply(Edit::SetBody { body, content: Box::new(taken.body) }));
+        }
+        let selected = Selection::of(Some(Selected::Body(body)));
+        self.selection.set_if_neq(selected);
+    }
+
+    /// Writes a body, once what is lost by it, and that something else is, was agreed to.
+    fn save(&mut self, body: BodyRole, file: &Path, is_agreed: bool) {
+        let Some(world) = &self.world else { return };
+        let export = match BodyExport::of(&world.0, body, file) {
+            Ok(Some(export)) => export,
+            Ok(None) => {
+                *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
+                return;
+            }
+            Err(error) => {
+                self.dialogs.show(Dialog::error(NOT_WRITTEN, &error));
+                return;
+            }
+        };
+        let (notes, exists) = (export.notes(), file.exists());
+        if !is_agreed && (exists || !notes.is_empty()) {
+            self.dialogs.show(Dialog::WriteBody {
+                body,
+                file: file.to_owned(),
+                kind: export.kind_name(),
+                notes,
+                exists,
+            });
+            return;
+        }
+        match export.write() {
+            Ok(()) => {
+                let (kind, file) = (export.kind_name(), file.display());
+                *self.notice = Notice::Done(format!("Wrote the {body} as {kind} to {file}"));
+            }
+            Err(error) => self.dialogs.show(Dialog::error(NOT_WRITTEN, &error)),
+        }
+    }
+}
+
+const NO_SUCH_BODY: &str = "the design has no such body";
+const NOT_USABLE: &str = "The tool definition cannot be used";
+const NOT_WRITTEN: &str = "The tool definition cannot be written";

@@ -1,0 +1,349 @@
+//! Meshes for bodies and the anatomy: read by a thread of its own, asked about where their size is
+//! doubtful, and given to the design as one undo step.
+
+use crate::document::apply::{Notice, WorldGeneration, file_folder};
+use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use crate::document::selection::{Selected, Selection};
+use crate::runner::job::{Ended, Job};
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::commands::CommandsSystems;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use trackwright_design::{
+    Anatomy, AnatomyEdit, AnatomyFrame, BodyRole, Design, Edit, Origin, fresh_name,
+};
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::pose::Pose;
+use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError};
+
+/// Gives bodies meshes, and the design its anatomy, when [`MeshRequest`] asks, in
+/// [`EditorSystems::Input`].
+pub struct MeshesPlugin;
+
+/// Asks for something with a mesh.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum MeshRequest {
+    /// Shows the dialog that chooses a file.
+    ShowLoad(MeshOwner),
+    /// A file was dropped: for the body under selection, or whichever the person says.
+    Drop(PathBuf),
+    Load {
+        whose: MeshOwner,
+        file: PathBuf,
+        /// `None` is that of the format, and asked about where the size is doubtful.
+        unit: Option<MeshUnit>,
+    },
+    /// Reads the present mesh in another unit, or in that of its format.
+    SetUnit { whose: MeshOwner, unit: Option<MeshUnit> },
+    /// Gives the reading up.
+    GiveUp,
+}
+
+impl MeshRequest {
+    pub fn load(whose: impl Into<MeshOwner>, file: PathBuf) -> Self {
+        Self::Load { whose: whose.into(), file, unit: None }
+    }
+}
+
+/// The mesh that is being read, if any.
+#[derive(Resource, Default)]
+pub struct MeshLoading(Option<Loading>);
+
+struct Loading {
+    file: PathBuf,
+    whose: MeshOwner,
+    /// The anatomy's name: its place in the list may be another one by then.
+    name: Option<String>,
+    /// Whether the person knows the size.
+    is_settled: bool,
+    job: Job<Result<ImportedMesh, StoreError>>,
+    /// What was open when it began.
+    generation: WorldGeneration,
+    origin: Origin,
+}
+
+impl MeshLoading {
+    /// Whose a mesh is going to be, and its file.
+    pub fn of(&self) -> Option<(MeshOwner, &Path)> {
+        let loading = self.0.as_ref()?;
+        Some((loading.whose, &loading.file))
+    }
+}
+
+/// The body that commands about bodies are about: the selected one, else the tool.
+pub fn body_of_selection(selection: &Selection) -> BodyRole {
+    selected_body(selection).unwrap_or(BodyRole::Tool)
+}
+
+/// The body that is selected, or whose sensor or tip is.
+pub(crate) fn selected_body(selection: &Selection) -> Option<BodyRole> {
+    match selection.primary()? {
+        Selected::Body(body) | Selected::Sensor(body, _) | Selected::Tip(body) => Some(body),
+        Selected::Anatomy(_) => None,
+    }
+}
+
+fn is_loading(loading: Res<MeshLoading>) -> bool {
+    loading.0.is_some()
+}
+
+impl Plugin for MeshesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<MeshLoading>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<Selection>()
+            .init_resource::<Notice>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Waker>()
+            .add_message::<MeshRequest>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<RequestRedraw>()
+            .add_systems(
+                Update,
+                (
+                    answer.run_if(on_message::<MeshRequest>),
+                    // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                    hear.run_if(is_loading.and_then(not(on_message::<MeshRequest>))),
+                )
+                    .chain()
+                    .after(CommandsSystems)
+                    .in_set(EditorSystems::Input),
+            );
+    }
+}
+
+/// What the requests work on.
+#[derive(SystemParam)]
+struct Hand<'w> {
+    loading: ResMut<'w, MeshLoading>,
+    world: Option<ResMut<'w, OpenWorld>>,
+    generation: Res<'w, WorldGeneration>,
+    selection: ResMut<'w, Selection>,
+    waker: Res<'w, Waker>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    edits: MessageWriter<'w, EditRequest>,
+    views: MessageWriter<'w, ViewRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+fn answer(mut requests: MessageReader<MeshRequest>, mut hand: Hand) {
+    for request in requests.read() {
+        hand.answer(request.clone());
+    }
+    hand.redraw.write(RequestRedraw);
+}
+
+fn hear(mut hand: Hand) {
+    let ended = hand.loading.0.as_mut().and_then(|it| it.job.hear());
+    let (Some(ended), true) = (ended, hand.loading.0.is_some()) else {
+        return;
+    };
+    if let Some(loading) = hand.loading.0.take() {
+        hand.take(&loading, ended);
+    }
+    hand.redraw.write(RequestRedraw);
+}
+
+impl Hand<'_> {
+    fn answer(&mut self, request: MeshRequest) {
+        match request {
+            MeshRequest::ShowLoad(whose) => {
+                let Some(world) = &self.world else { return };
+                let folder = mesh_folder(&world.0, whose);
+                self.dialogs.show(Dialog::load_mesh(folder, whose));
+            }
+            MeshRequest::Drop(file) => {
+                let Some(world) = &self.world else { return };
+                let has_crf = world.0.document.design().crf.is_some();
+                match selected_body(&self.selection) {
+                    Some(body) => self.load(body.into(), file, None),
+                    None => self.dialogs.show(Dialog::WhoseMesh { file, has_crf }),
+                }
+            }
+            MeshRequest::Load { whose, file, unit } => self.load(whose, file, unit),
+            MeshRequest::SetUnit { whose, unit } => {
+                let Some(world) = &self.world else { return };
+                let wanted = MeshImport::in_unit(&world.0, whose, unit);
+                let file = match &wanted {
+                    Ok(Some(wanted)) => wanted.file().to_owned(),
+                    _ => return,
+                };
+                self.start(wanted, file, true);
+            }
+            MeshRequest::GiveUp => {
+                self.loading.0 = None;
+                *self.notice = Notice::Nothing;
+            }
+        }
+    }
+
+    fn load(&mut self, whose: MeshOwner, file: PathBuf, unit: Option<MeshUnit>) {
+        let Some(world) = &self.world else { return };
+        let wanted = MeshImport::of_file(&world.0, whose, &file, unit);
+        self.start(wanted, file, unit.is_some());
+    }
+
+    /// What was being read for a body before is given up.
+    fn start(
+        &mut self,
+        wanted: Result<Option<MeshImport>, StoreError>,
+        file: PathBuf,
+        is_settled: bool,
+    ) {
+        let (Ok(Some(wanted)), Some(world)) = (wanted, &self.world) else {
+            *self.notice = Notice::Refused("the design has no such body".to_owned());
+            return;
+        };
+        let whose = wanted.whose;
+        match Job::start("mesh", &self.waker, move |_| wanted.read()) {
+            Ok(job) => {
+                *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
+                self.loading.0 = Some(Loading {
+                    file,
+                    whose,
+                    name: anatomy_at(world.0.document.design(), whose).map(|a| a.name.clone()),
+                    is_settled,
+                    job,
+                    generation: *self.generation,
+                    origin: world.0.document.origin().clone(),
+                });
+            }
+            Err(error) => {
+                *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
+            }
+        }
+    }
+
+    /// Gives the body or the anatomy what was read, unless something else is open by now or its size
+    /// is one to ask about.
+    fn take(&mut self, loading: &Loading, ended: Ended<Result<ImportedMesh, StoreError>>) {
+        *self.notice = Notice::Nothing;
+        let Some(world) = &mut self.world else { return };
+        let is_same =
+            loading.generation == *self.generation && loading.origin == *world.0.document.origin();
+        if !is_same {
+            return;
+        }
+        let read = match ended {
+            Ended::Done(Ok(read)) => read,
+            Ended::Done(Err(error)) => {
+                let title = "The mesh cannot be used";
+                self.dialogs.show(Dialog::error(title, &error));
+                return;
+            }
+            Ended::Lost => {
+                self.dialogs.show(Dialog::Error {
+                    title: "The mesh cannot be used".to_owned(),
+                    text: format!("{}: the reading ended badly", loading.file.display()),
+                });
+                return;
+            }
+        };
+        let doubt = read.report.suggestion.filter(|_| !loading.is_settled);
+        let design = world.0.document.design();
+        let edit = edit_of(design, loading, &read.wanted.reference);
+        // Unless it is read again, nothing that is shown changes before the edit does it.
+        if world.bypass_change_detection().0.keep_mesh(read) {
+            world.set_changed();
+        }
+        if let Some(sizes) = doubt {
+            self.dialogs.show(Dialog::MeshUnit {
+                whose: loading.whose,
+                file: loading.file.clone(),
+                sizes,
+            });
+            return;
+        }
+        let Some(edit) = edit else {
+            *self.notice = Notice::Refused("the anatomy is not there any more".to_owned());
+            return;
+        };
+        let mut view = world.0.document.view().clone();
+        self.edits.write(EditRequest::Apply(edit));
+        match loading.whose {
+            MeshOwner::Body(role) => {
+                let body = Selection::of(Some(Selected::Body(role)));
+                self.selection.set_if_neq(body);
+            }
+            // Nobody adds what is not to be seen.
+            MeshOwner::Anatomy(_) if !view.layers.anatomy => {
+                view.layers.anatomy = true;
+                self.views.write(ViewRequest::Set(view));
+            }
+            MeshOwner::Anatomy(_) => {}
+        }
+    }
+}
+
+/// The edit that gives a mesh to whom it was read for; `None` where that is gone meanwhile.
+fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<Edit> {
+    let mesh = mesh.clone();
+    Some(match loading.whose {
+        MeshOwner::Body(body) => Edit::SetMesh { body, mesh: Some(mesh) },
+        MeshOwner::Anatomy(Some(_)) => {
+            let name = loading.name.as_ref()?;
+            let index = design.anatomy.iter().position(|a| a.name == *name)?;
+            let anatomy = design.anatomy[index].clone();
+            Edit::Anatomy(AnatomyEdit::Set {
+                index,
+                anatomy: Box::new(Anatomy { mesh, ..anatomy }),
+            })
+        }
+        MeshOwner::Anatomy(None) => {
+            let stem = loading.file.file_stem().unwrap_or_default().to_string_lossy();
+            let name = match stem.trim() {
+                "" => "anatomy",
+                stem => stem,
+            };
+            let taken: HashSet<String> = design.anatomy.iter().map(|a| a.name.clone()).collect();
+            Edit::Anatomy(AnatomyEdit::Add(Box::new(Anatomy {
+                name: match taken.contains(name) {
+                    true => fresh_name(name, &taken),
+                    false => name.to_owned(),
+                },
+                mesh,
+                on: match design.crf {
+                    Some(_) => AnatomyFrame::Crf,
+                    None => AnatomyFrame::Tracker,
+                },
+                frame_from_mesh: Pose::identity(),
+                color: None,
+            })))
+        }
+    })
+}
+
+/// The anatomy that a mesh is read for, where it is in the design already.
+fn anatomy_at(design: &Design, whose: MeshOwner) -> Option<&Anatomy> {
+    match whose {
+        MeshOwner::Anatomy(index) => design.anatomy.get(index?),
+        MeshOwner::Body(_) => None,
+    }
+}
+
+/// Beside the present mesh, or that of the anatomy that came last, if it is on the disk; else beside
+/// the design.
+fn mesh_folder(world: &trackwright_project::World, whose: MeshOwner) -> PathBuf {
+    let last = world.document.design().anatomy.len().checked_sub(1);
+    let whose = match whose {
+        MeshOwner::Anatomy(None) => MeshOwner::Anatomy(last),
+        other => other,
+    };
+    let own = MeshImport::in_unit(world, whose, None).ok().flatten();
+    own.and_then(|own| Some(own.file().parent()?.to_path_buf()))
+        .filter(|folder| folder.is_absolute() && folder.is_dir())
+        .unwrap_or_else(|| file_folder(world))
+}
+
+/// A file's name without its folder.
+pub fn name_of(file: &Path) -> String {
+    file.file_name()
+        .map_or_else(|| file.display().to_string(), |name| name.to_string_lossy().into_owned())
+}

@@ -1,0 +1,12 @@
+//! The open document: requests, edits, files, recovery.
+
+pub mod apply;
+pub mod autosave;
+pub mod body_files;
+pub mod drops;
+pub mod meshes;
+pub mod recent;
+pub mod report;
+pub mod requests;
+pub mod selection;
+pub mod shown;

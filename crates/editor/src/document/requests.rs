@@ -1,0 +1,113 @@
+//! The open document, and requests to change it, its view or its files.
+//!
+//! The document in [`OpenWorld`] is the only truth. Plugins read it and write [`EditRequest`],
+//! [`ViewRequest`] or [`FileRequest`]; they never change it themselves.
+
+use bevy::prelude::*;
+use std::path::PathBuf;
+use trackwright_design::Edit;
+use trackwright_design::view::View;
+pub use trackwright_geometry::orbit::Axis;
+use trackwright_project::{Starter, World as StoreWorld};
+
+/// The one open document with its room and meshes.
+#[derive(Resource)]
+pub struct OpenWorld(pub StoreWorld);
+
+/// Asks for a change of the design; the only way in which it changes.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum EditRequest {
+    /// Opens an undo step of many edits (a drag), with the label that undo shows.
+    Begin(String),
+    Apply(Edit),
+    /// Closes the undo step.
+    Commit,
+    /// Takes back everything since `Begin`, to the bit.
+    Cancel,
+    Undo,
+    Redo,
+    /// Undoes or redoes until the design is in this state of its history.
+    JumpTo(usize),
+}
+
+/// Asks for a change of how the design is looked at.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a view is asked for some sixty times a second at most"
+)]
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum ViewRequest {
+    Set(View),
+    /// The camera glides to what is selected, or to everything.
+    FrameSelection,
+    LookAlong(Axis),
+}
+
+/// Asks for work with files; what may lose something asks the person first.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum FileRequest {
+    /// Shows what a new design can begin as.
+    ShowNew,
+    /// Opens a new design that was never saved.
+    New(Starter),
+    /// Shows the dialog that chooses a file to open.
+    ShowOpen,
+    Open(PathBuf),
+    OpenBuiltIn(String),
+    Save,
+    /// Shows the dialog that chooses where to save.
+    ShowSaveAs,
+    SaveAs(PathBuf),
+    /// Closes the window.
+    Quit,
+    /// Goes on with what would lose the open document: the person gave it up.
+    Discard(Box<FileRequest>),
+    /// Saves, and goes on once that is done.
+    SaveThen(Box<FileRequest>),
+    /// Saves although other designs use a body that changed.
+    SaveShared(SharedChoice),
+    /// Opens the newest of what crashed sessions left.
+    Recover,
+    /// Gives the newest of it up.
+    DropLeftover,
+    /// Reads the design again: somebody else changed its files.
+    Reload,
+    /// Goes on with what is open although its files were changed; the next save writes over them.
+    KeepMine,
+    /// Saves over files that somebody else changed.
+    SaveOver,
+    /// Shows the dialog that chooses a table of poses.
+    ShowReadInput,
+    ReadInput(PathBuf),
+    /// Shows the dialog that chooses where the log of the study goes.
+    ShowWriteLog,
+    WriteLog(PathBuf),
+    /// Shows the dialog that chooses where the design's report goes.
+    ShowWriteReport,
+    WriteReport(PathBuf),
+}
+
+/// What becomes of a changed body that other designs use too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SharedChoice {
+    /// The body's file changes, for all of them.
+    Overwrite,
+    /// This design gets a body file of its own.
+    Copy,
+}
+
+/// Whether a drag in the scene is under way.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ActiveDrag(pub bool);
+
+/// Registers requests to the open document.
+pub struct RequestsPlugin;
+
+impl Plugin for RequestsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<ActiveDrag>()
+            .add_message::<EditRequest>()
+            .add_message::<ViewRequest>()
+            .add_message::<FileRequest>();
+    }
+}

@@ -1,0 +1,81 @@
+//! The ellipsoid that holds 95 % of where the tracker's jitter puts the tip, around the ghost's.
+
+use crate::layers::magnification::ShownErrors;
+use crate::scene::materials::glow::GlowMaterial;
+use crate::scene::shapes::GlyphShapes;
+use crate::schedule::EditorSystems;
+use crate::{convert, palette};
+use bevy::prelude::*;
+use nalgebra::{Matrix3, Vector3};
+use trackwright_design::BodyRole;
+use trackwright_geometry::pose::Pose;
+
+const ALPHA: f32 = 0.10;
+const RIM_ALPHA: f32 = 0.9;
+const RIM: f32 = 3.0;
+const ORDER_MM: f32 = 150.0;
+
+/// Draws the ellipsoid while its layer is on and the room states its jitter.
+pub struct TipScatterPlugin;
+
+#[derive(Component)]
+struct TipScatter;
+
+impl Plugin for TipScatterPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_systems(
+            Update,
+            show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
+        );
+    }
+}
+
+fn show(
+    mut commands: Commands,
+    errors: ShownErrors,
+    mut drawn: Query<(Entity, &mut Transform), With<TipScatter>>,
+    shapes: Res<GlyphShapes>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    let Some(place) = place(&errors) else {
+        for (entity, _) in &drawn {
+            commands.entity(entity).despawn();
+        }
+        return;
+    };
+    if let Some((_, mut transform)) = drawn.iter_mut().next() {
+        transform.set_if_neq(place);
+        return;
+    }
+    let material =
+        GlowMaterial::translucent(palette::GHOST, ALPHA, RIM_ALPHA).rim(RIM).order(ORDER_MM);
+    commands.spawn((
+        Name::new("tip scatter"),
+        TipScatter,
+        Mesh3d(shapes.sphere.clone()),
+        MeshMaterial3d(materials.add(material)),
+        place,
+    ));
+}
+
+/// Of the unit sphere: `None` while the layer is off or nothing is known.
+fn place(errors: &ShownErrors) -> Option<Transform> {
+    if !errors.layers().tip_scatter {
+        return None;
+    }
+    let scatter = errors.results.scatter.as_ref()?.as_ref().ok()?;
+    let tool = errors.tool()?;
+    let times = errors.times();
+    let tracker_from_crf =
+        errors.shown.design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
+    let axes_mm = scatter.ellipsoid.semi_axes_in_crf_mm.map(|axis| tracker_from_crf * axis);
+    let lengths = axes_mm.map(|axis| axis.norm());
+    // A sphere of no size has no axes.
+    let unit = |k: usize| axes_mm[k].try_normalize(0.0);
+    let turn = match (unit(0), unit(1)) {
+        (Some(a), Some(b)) => Matrix3::from_columns(&[a, b, a.cross(&b)]),
+        _ => Matrix3::identity(),
+    };
+    let tip = tool.ghost(times).world_from_body * tool.tip_in_tool;
+    Some(convert::ellipsoid(&tip, &turn, &Vector3::from(lengths.map(|length| length * times))))
+}

@@ -1,0 +1,189 @@
+//! Counts what the editor does, and tells whoever asked for it, one line an event.
+
+use crate::document::requests::OpenWorld;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use bevy::prelude::*;
+use trackwright_design::Document;
+use trackwright_simulation::{ExpectedRow, FigureRow, Work};
+
+/// What was done since the start.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct Diagnostics {
+    /// Frames of the window.
+    pub frames: u64,
+    pub work: Work,
+    pub poses: u64,
+    pub studies: u64,
+    pub studies_cancelled: u64,
+    /// Studies whose expected figures were computed.
+    pub expected: u64,
+    /// Studies that were kept trial by trial.
+    pub profiles: u64,
+    pub slices: u64,
+    /// Poses that were looked up for the region of supported field.
+    pub support_evaluations: u64,
+    /// Results that came too late to be shown.
+    pub dropped: u64,
+    /// Meshes and pictures that were made or changed, and so go to the graphics card.
+    pub uploads: u64,
+}
+
+/// Gets one line an event, without a line break.
+pub type ExplainLine = Box<dyn FnMut(&str) + Send + Sync>;
+
+/// Where events are told; absent where nobody asked.
+#[derive(Resource)]
+pub struct Explain(pub ExplainLine);
+
+impl Explain {
+    pub fn line(&mut self, text: &str) {
+        (self.0)(text);
+    }
+
+    /// The counters of the work done so far.
+    pub fn counters(&mut self, diagnostics: &Diagnostics) {
+        let Work { study_evaluations, pose_evaluations, slice_evaluations, frame_fits, .. } =
+            diagnostics.work;
+        self.line(&format!(
+            "counters frames={} uploads={} studies={} studies_cancelled={} expected={} poses={} slices={} \
+             study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
+             slice_evaluations={slice_evaluations} frame_fits={frame_fits}",
+            diagnostics.frames,
+            diagnostics.uploads,
+            diagnostics.studies,
+            diagnostics.studies_cancelled,
+            diagnostics.expected,
+            diagnostics.poses,
+            diagnostics.slices,
+        ));
+    }
+
+    /// The figures as the result panel shows them.
+    pub fn figures(&mut self, revision: u64, rows: &[FigureRow]) {
+        for row in rows {
+            self.line(&format!(
+                "result revision={revision} {}={}{}",
+                row.label, row.value, row.unit
+            ));
+        }
+    }
+
+    /// Those that are to be expected, likewise.
+    pub fn expected(&mut self, revision: u64, rows: &[ExpectedRow]) {
+        for row in rows {
+            self.line(&format!(
+                "result revision={revision} {}={}{} {}",
+                row.label(),
+                row.value,
+                row.figure.unit(),
+                row.interval_words()
+            ));
+        }
+    }
+}
+
+/// Counts frames and tells them, and what became of the document and its dialogs in them.
+pub struct DiagnosticsPlugin;
+
+impl Plugin for DiagnosticsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Diagnostics>().add_systems(
+            Last,
+            (
+                tell_document.run_if(resource_exists::<Explain>),
+                count_uploads::<Mesh>.run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
+                count_uploads::<Image>.run_if(resource_exists::<Messages<AssetEvent<Image>>>),
+                count_frame,
+            )
+                .chain(),
+        );
+    }
+}
+
+/// One line when the document is another one than in the last frame, one when a dialog opens or
+/// closes.
+fn tell_document(
+    mut explain: ResMut<Explain>,
+    world: Option<Res<OpenWorld>>,
+    dialogs: Option<Res<Dialogs>>,
+    mut last: Local<[Option<String>; 2]>,
+) {
+    let document = world.map(|world| document_line(&world.0.document));
+    let dialog = dialogs.map(|dialogs| dialog_line(dialogs.current.as_ref()));
+    for (now, last) in [document, dialog].into_iter().zip(last.iter_mut()) {
+        if now != *last {
+            if let Some(line) = &now {
+                explain.line(line);
+            }
+            *last = now;
+        }
+    }
+}
+
+fn document_line(document: &Document) -> String {
+    let label = |label: Option<&str>| label.unwrap_or("none").to_owned();
+    format!(
+        "document revision={} dirty={} undo={} redo={}",
+        document.revision(),
+        document.is_dirty(),
+        label(document.undo_label()),
+        label(document.redo_label()),
+    )
+}
+
+/// What the dialog says; an error in its own words.
+fn dialog_line(dialog: Option<&Dialog>) -> String {
+    let what = match dialog {
+        None => "none",
+        Some(Dialog::Open(_)) => "open",
+        Some(Dialog::SaveAs(_)) => "save as",
+        Some(Dialog::ReadInput(_)) => "read input",
+        Some(Dialog::WriteLog(_)) => "write log",
+        Some(Dialog::Report(_)) => "write report",
+        Some(Dialog::PinDesign(_)) => "pin a design",
+        Some(Dialog::AddDesign(_)) => "add a design",
+        Some(Dialog::OpenRecorded { .. }) => "open recorded poses",
+        Some(Dialog::Record(_)) => "record",
+        Some(Dialog::Unsaved { .. }) => "unsaved changes",
+        Some(Dialog::SharedBodies { .. }) => "shared bodies",
+        Some(Dialog::Overwrite { .. }) => "overwrite",
+        Some(Dialog::Recover { .. }) => "recover",
+        Some(Dialog::ChangedOnDisk { .. }) => "changed on disk",
+        Some(Dialog::Table { .. }) => "open measurements",
+        Some(Dialog::WhichTable { .. }) => "which table",
+        Some(Dialog::SaveRoom { .. }) => "save room",
+        Some(Dialog::ReplaceRoom { .. }) => "replace room",
+        Some(Dialog::New) => "new",
+        Some(Dialog::Mesh { .. }) => "load mesh",
+        Some(Dialog::WhoseMesh { .. }) => "whose mesh",
+        Some(Dialog::MeshUnit { .. }) => "mesh unit",
+        Some(Dialog::OpenBody { .. }) => "open tool definition",
+        Some(Dialog::SaveBody { .. }) => "save tool definition",
+        Some(Dialog::ToolOrCrf { .. }) => "tool or CRF",
+        Some(Dialog::Checksum { .. }) => "checksum",
+        Some(Dialog::WriteBody { .. }) => "write tool definition",
+        Some(Dialog::NotSaved { text }) => return format!("dialog not saved: {text}"),
+        Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
+    };
+    format!("dialog {what}")
+}
+
+fn count_uploads<A: Asset>(
+    mut events: MessageReader<AssetEvent<A>>,
+    mut diagnostics: ResMut<Diagnostics>,
+) {
+    let uploads = events
+        .read()
+        .filter(|event| matches!(event, AssetEvent::Added { .. } | AssetEvent::Modified { .. }))
+        .count() as u64;
+    if uploads > 0 {
+        diagnostics.uploads += uploads;
+    }
+}
+
+fn count_frame(mut diagnostics: ResMut<Diagnostics>, explain: Option<ResMut<Explain>>) {
+    diagnostics.frames += 1;
+    if let Some(mut explain) = explain {
+        explain.line(&format!("frame {}", diagnostics.frames));
+    }
+}

@@ -1,0 +1,66 @@
+//! The newest results that the panels and the scene show.
+
+use crate::runner::solver::{Extent, Scatter};
+use crate::workspaces::study::desk::ModeKind;
+use bevy::prelude::*;
+use std::time::Duration;
+use trackwright_simulation::{ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome};
+
+/// The newest results that the panels and the scene show.
+#[derive(Resource, Default)]
+pub struct Results {
+    pub study: Option<Stamped<Outcome>>,
+    /// What is to be expected of the study, of its revision or an older one; its value is `None` where
+    /// the room keeps no measurements to draw fields from.
+    pub expected: Option<Stamped<Option<Box<Expected>>>>,
+    /// What the study's figures are of.
+    pub extent: Option<Extent>,
+    /// The mode that the study's figures are of.
+    pub mode: Option<ModeKind>,
+    /// The study trial by trial; `None` outside the Study workspace, and where there are too many
+    /// trials. While something is dragged it stays what it was.
+    pub profile: Option<Stamped<ChartedProfile>>,
+    /// Of the shown trial, or of the design's own pose.
+    pub pose: Option<Stamped<PoseDetail>>,
+    /// The trial that `pose` is of, from 0; `None` for the design's own pose.
+    pub pose_trial: Option<usize>,
+    /// Which trials `pose_trial` counts; that of the desk where they are still looked at.
+    pub pose_serial: u64,
+    /// Of the same pose; `None` while its layer is off.
+    pub scatter: Option<Scatter>,
+    pub slice: Option<Stamped<SliceOutcome>>,
+    /// Why there are no figures, in words.
+    pub problem: Option<String>,
+}
+
+impl Results {
+    /// Whether the study's figures are of all its trials.
+    pub fn is_whole(&self) -> bool {
+        self.extent == Some(Extent::Whole)
+    }
+
+    /// What is to be expected of the study that is shown, once that is known.
+    pub fn expected_of_study(&self) -> Option<&Expected> {
+        let (study, expected) = self.study.as_ref().zip(self.expected.as_ref())?;
+        let is_of_it = self.is_whole() && study.revision == expected.revision;
+        expected.value.as_deref().filter(|_| is_of_it)
+    }
+}
+
+/// A result and what it belongs to.
+#[derive(Clone, Debug)]
+pub struct Stamped<T> {
+    /// The document's revision that it was computed for.
+    pub revision: u64,
+    pub value: T,
+    pub took: Duration,
+}
+
+/// Owns [`Results`].
+pub struct ResultsPlugin;
+
+impl Plugin for ResultsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Results>();
+    }
+}

@@ -1,0 +1,372 @@
+//! Hands changed designs to the solver and shows what comes back, never an older result over a
+//! newer one.
+
+use crate::document::apply::WorldGeneration;
+use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::shown::WantedTrial;
+use crate::runner::diagnostics::{Diagnostics, Explain};
+use crate::runner::results::{Results, Stamped};
+use crate::runner::solver::{
+    Answer, Extent, Job, PoseWish, SliceWish, Solved, Solver, Stamp, StudyOf, StudyWish,
+};
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::window::Workspace;
+use crate::workspaces::study::desk::{ModeKind, StudyDesk};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use std::sync::Arc;
+use trackwright_design::view::View;
+use trackwright_field::Environment;
+pub use trackwright_scene::slice::slice_plan;
+use trackwright_simulation::preview::preview;
+use trackwright_simulation::{Quantity, SlicePlan, StudyError, expected_rows, figure_rows};
+
+/// Computes in the background what the open design comes to.
+///
+/// Runs in [`EditorSystems::Solve`]; needs [`OpenWorld`], and does nothing until there is one.
+pub struct SolverPlugin;
+
+/// The solver thread, and what it was asked for last.
+#[derive(Resource)]
+pub struct SolverHandle {
+    pub solver: Solver,
+    submitted: Option<Submitted>,
+    /// The study whose expected figures were asked for last, by its stamp and serial.
+    expected: Option<(Stamp, u64)>,
+    slice: Option<SliceKey>,
+    newest: Newest,
+}
+
+/// What pose and study were last asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Submitted {
+    stamp: Stamp,
+    wish: PoseWish,
+    extent: Extent,
+    /// Whether the study is kept trial by trial.
+    profile: bool,
+}
+
+/// The revisions of the newest pose and study that were answered, errors included.
+#[derive(Clone, Copy, Debug, Default)]
+struct Newest {
+    pose: u64,
+    study: u64,
+}
+
+/// What a slice depends on: equal keys have equal slices.
+#[derive(Clone, Debug)]
+struct SliceKey {
+    generation: u64,
+    environment: Arc<Environment>,
+    wish: SliceWish,
+    /// The design's, for a quantity that depends on it.
+    revision: Option<u64>,
+}
+
+impl PartialEq for SliceKey {
+    fn eq(&self, other: &Self) -> bool {
+        self.generation == other.generation
+            && Arc::ptr_eq(&self.environment, &other.environment)
+            && self.wish == other.wish
+            && self.revision == other.revision
+    }
+}
+
+impl Plugin for SolverPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Diagnostics>()
+            .init_resource::<Results>()
+            .init_resource::<ActiveDrag>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<StudyDesk>()
+            .init_resource::<Workspace>()
+            .init_resource::<Waker>();
+        match Solver::start() {
+            Ok(solver) => {
+                let waker = app.world().resource::<Waker>().clone();
+                if waker.is_any() {
+                    solver.wake_with(Box::new(move || waker.wake()));
+                }
+                app.insert_resource(SolverHandle {
+                    solver,
+                    submitted: None,
+                    expected: None,
+                    slice: None,
+                    newest: Newest::default(),
+                })
+                // Answers are shown before new work is handed over: what a frame shows then never
+                // depends on whether a short job was faster than the frame that asked for it.
+                .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
+            }
+            Err(error) => {
+                let problem = format!("cannot start the solver's thread: {error}");
+                app.world_mut().resource_mut::<Results>().problem = Some(problem);
+            }
+        }
+    }
+}
+
+/// What is looked at, and in which workspace.
+#[derive(SystemParam)]
+struct LookedAt<'w> {
+    desk: Res<'w, StudyDesk>,
+    wanted: Option<Res<'w, WantedTrial>>,
+    workspace: Res<'w, Workspace>,
+}
+
+fn submit(
+    mut handle: ResMut<SolverHandle>,
+    world: Option<Res<OpenWorld>>,
+    generation: Res<WorldGeneration>,
+    drag: Res<ActiveDrag>,
+    looked_at: LookedAt,
+    mut results: ResMut<Results>,
+    mut explain: Option<ResMut<Explain>>,
+) {
+    let Some(world) = world else { return };
+    let LookedAt { desk, wanted, workspace } = looked_at;
+    let document = &world.0.document;
+    let stamp = Stamp { generation: generation.0, revision: document.revision() };
+    let wish = PoseWish {
+        scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
+        trial: wanted.as_ref().and_then(|wanted| wanted.number),
+        serial: desk.serial(),
+    };
+    let profile = *workspace == Workspace::Study;
+    let last = handle.submitted;
+    let is_new = last.is_none_or(|s| s.stamp != stamp);
+    let is_wish_new = last.is_none_or(|s| s.wish != wish);
+    let is_study_new = last.is_none_or(|s| s.wish.serial != wish.serial || (profile && !s.profile));
+    if !profile && last.is_some_and(|s| s.profile) {
+        // What is not looked at is not kept.
+        results.profile = None;
+    }
+    // The preview of a drag that has ended gives way to the whole.
+    // After Escape the button may still be down, and nothing moves any more.
+    let is_moving = drag.0 && document.is_in_step();
+    let is_preview_old =
+        !is_moving && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
+    let key = slice_key(stamp, &world.0.environment, document.view());
+    let is_slice_new = handle.slice != key;
+    // The hand gets the figures of the room's own field at once, and those that are to be expected
+    // when it rests. In a room without measurements there are none.
+    let of_study = (stamp, desk.serial());
+    let has_process = world.0.environment.process.is_some();
+    let is_run = is_new || is_study_new || is_preview_old;
+    let is_expected_new =
+        has_process && !is_moving && (is_run || handle.expected != Some(of_study));
+    if !(is_run || is_wish_new || is_slice_new || is_expected_new) {
+        if let Some(submitted) = &mut handle.submitted {
+            submitted.profile = profile;
+        }
+        return;
+    }
+    let scenario = Arc::new(trackwright_project::resolve(document.design(), &world.0.environment));
+    if last.is_some_and(|s| s.stamp.generation != stamp.generation) {
+        *results = Results::default();
+        handle.newest = Newest::default();
+    }
+    if is_new || is_wish_new {
+        let posed = match (&wanted, wish.trial) {
+            (Some(wanted), Some(_)) => {
+                Arc::new(trackwright_project::resolve(&wanted.design, &world.0.environment))
+            }
+            _ => Arc::clone(&scenario),
+        };
+        handle.solver.submit(stamp, Job::Pose(posed, wish));
+    }
+    let mut extent = last.map_or(Extent::Whole, |s| s.extent);
+    if is_run {
+        let kind = desk.kind(scenario.motion.is_some());
+        let is_previewed = is_moving && kind == ModeKind::Motion;
+        let part = is_previewed.then(|| preview(&scenario)).flatten();
+        let (mode, whole) = match part {
+            Some(part) => (part.mode, Extent::PreviewOf(part.whole_trials)),
+            None => (desk.mode(&scenario), Extent::Whole),
+        };
+        extent = whole;
+        let wish = StudyWish {
+            mode,
+            of: StudyOf { kind, extent },
+            // A preview's trials are not those of the whole.
+            profile: profile && extent == Extent::Whole,
+        };
+        handle.solver.submit(stamp, Job::Study(Arc::clone(&scenario), wish));
+    }
+    if is_run {
+        handle.expected = None;
+        if last.is_none_or(|s| s.wish.serial != wish.serial) || !has_process {
+            results.expected = None;
+        }
+    }
+    if is_expected_new {
+        let job = Job::Expected(Arc::clone(&scenario), desk.mode(&scenario));
+        handle.solver.submit(stamp, job);
+        handle.expected = Some(of_study);
+        if let Some(explain) = explain.as_deref_mut() {
+            explain.line(&format!("expected revision={} computing", stamp.revision));
+        }
+    }
+    handle.submitted = Some(Submitted { stamp, wish, extent, profile });
+    if is_slice_new {
+        match &key {
+            Some(key) => {
+                let job = Job::Slice(scenario, key.wish);
+                handle.solver.submit(stamp, job);
+            }
+            None => {
+                // A layer that is off costs nothing, not even the memory of its map.
+                handle.solver.drop_slice();
+                results.slice = None;
+            }
+        }
+        handle.slice = key;
+    }
+}
+
+fn slice_key(stamp: Stamp, environment: &Arc<Environment>, view: &View) -> Option<SliceKey> {
+    view.layers.slice.then(|| SliceKey {
+        generation: stamp.generation,
+        environment: Arc::clone(environment),
+        wish: SliceWish {
+            plan: slice_plan(environment, &view.slice),
+            quantity: view.slice.quantity,
+            support: view.layers.support && environment.fit_validity.is_some(),
+        },
+        revision: view.slice.quantity.needs_tool().then_some(stamp.revision),
+    })
+}
+
+fn show(
+    mut handle: ResMut<SolverHandle>,
+    generation: Res<WorldGeneration>,
+    mut results: ResMut<Results>,
+    mut diagnostics: ResMut<Diagnostics>,
+    mut explain: Option<ResMut<Explain>>,
+) {
+    for answer in handle.solver.answers() {
+        let stamp = answer.stamp;
+        let wanted = Wanted {
+            slice: (handle.slice.as_ref()).map(|key| (key.wish.plan, key.wish.quantity)),
+            profile: handle.submitted.is_some_and(|s| s.profile),
+        };
+        let is_study = matches!(answer.result, Solved::Study(Ok(_), _));
+        let is_expected = matches!(answer.result, Solved::Expected(_));
+        count(&answer, &mut diagnostics);
+        let is_shown = stamp.generation == generation.0
+            && accept(answer, wanted, &mut handle.newest, &mut results);
+        if !is_shown {
+            diagnostics.dropped += 1;
+        }
+        if let Some(explain) = explain.as_deref_mut() {
+            if is_shown
+                && is_study
+                && let Some(study) = &results.study
+            {
+                explain.figures(stamp.revision, &figure_rows(&study.value.figures));
+            }
+            if is_expected {
+                let shown = results.expected.as_ref().filter(|_| is_shown);
+                if let Some(expected) = shown.and_then(|shown| shown.value.as_deref()) {
+                    explain.expected(stamp.revision, &expected_rows(expected));
+                }
+                explain.line(&format!("expected revision={} answered", stamp.revision));
+            }
+            explain.counters(&diagnostics);
+        }
+    }
+}
+
+fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
+    match &answer.result {
+        Solved::Pose(value, scatter, _) => {
+            diagnostics.poses += 1;
+            diagnostics.work += value.work;
+            if let Some(Ok(scatter)) = scatter.as_deref() {
+                diagnostics.work += scatter.work;
+            }
+        }
+        Solved::Study(Ok((value, profile)), _) => {
+            diagnostics.studies += 1;
+            diagnostics.profiles += u64::from(profile.is_some());
+            diagnostics.work += value.work;
+        }
+        Solved::Study(Err(StudyError::Cancelled), _) => diagnostics.studies_cancelled += 1,
+        Solved::Expected(Ok(Some(_))) => diagnostics.expected += 1,
+        Solved::Expected(_) | Solved::Study(Err(_), _) | Solved::Slice(Err(_) | Ok(None), _) => {}
+        Solved::Slice(Ok(Some(value)), _) => {
+            diagnostics.slices += 1;
+            diagnostics.work += value.work;
+        }
+    }
+}
+
+/// What is wanted now, whatever it was when an answer was asked for.
+struct Wanted {
+    slice: Option<(SlicePlan, Quantity)>,
+    profile: bool,
+}
+
+/// Takes an answer unless a newer one is shown.
+fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Results) -> bool {
+    let revision = answer.stamp.revision;
+    let took = answer.took;
+    let stamped_is_new = |newest: &mut u64| {
+        let is_new = revision >= *newest;
+        *newest = revision.max(*newest);
+        is_new
+    };
+    match answer.result {
+        Solved::Pose(value, scatter, wish) => {
+            let is_new = stamped_is_new(&mut newest.pose);
+            if is_new {
+                results.scatter = scatter.map(|scatter| *scatter);
+                results.pose_trial = wish.trial;
+                results.pose_serial = wish.serial;
+                results.pose = Some(Stamped { revision, value: *value, took });
+            }
+            is_new
+        }
+        Solved::Study(Err(StudyError::Cancelled), _)
+        | Solved::Expected(Err(_))
+        | Solved::Slice(Err(_), _) => false,
+        Solved::Expected(Ok(value)) => {
+            // One for an older study has been dropped, with the newer one's submission.
+            results.expected = Some(Stamped { revision, value, took });
+            true
+        }
+        Solved::Study(result, of) => {
+            let is_new = stamped_is_new(&mut newest.study);
+            if is_new {
+                results.extent = Some(of.extent);
+                results.mode = Some(of.kind);
+                results.problem = result.as_ref().err().map(ToString::to_string);
+                let (study, profile) = result.ok().unzip();
+                // A preview leaves the profile as it was: it has none of its own.
+                if of.extent == Extent::Whole {
+                    let profile = profile.flatten().filter(|_| wanted.profile);
+                    results.profile =
+                        profile.map(|value| Stamped { revision, value: *value, took });
+                }
+                results.study = study.map(|value| Stamped { revision, value, took });
+            }
+            is_new
+        }
+        Solved::Slice(Ok(None), quantity) => {
+            let is_wanted = wanted.slice.is_some_and(|(_, q)| q == quantity);
+            if is_wanted {
+                results.slice = None;
+            }
+            is_wanted
+        }
+        Solved::Slice(Ok(Some(value)), quantity) => {
+            let is_wanted = wanted.slice == Some((value.plan, quantity));
+            if is_wanted {
+                results.slice = Some(Stamped { revision, value, took });
+            }
+            is_wanted
+        }
+    }
+}

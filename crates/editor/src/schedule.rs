@@ -1,0 +1,37 @@
+//! The phases of a frame.
+
+use bevy::prelude::*;
+
+/// Phases of a frame, in order, chained in [`Update`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum EditorSystems {
+    /// Turns keys and pointer into requests.
+    Input,
+    /// Applies requests to the open document.
+    Edit,
+    /// Hands changed designs to the solver thread and takes its results.
+    Solve,
+    /// Turns results into what glyphs and maps are made of.
+    Sample,
+    /// Writes entities, cameras and meshes.
+    Draw,
+}
+
+/// Chains [`EditorSystems`] in [`Update`].
+pub struct SchedulePlugin;
+
+impl Plugin for SchedulePlugin {
+    fn build(&self, app: &mut App) {
+        app.configure_sets(
+            Update,
+            (
+                EditorSystems::Input,
+                EditorSystems::Edit,
+                EditorSystems::Solve,
+                EditorSystems::Sample,
+                EditorSystems::Draw,
+            )
+                .chain(),
+        );
+    }
+}

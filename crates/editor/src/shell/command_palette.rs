@@ -1,0 +1,242 @@
+//! Commands found by name, and the sheet of all keys.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::shell::command_table::COMMANDS;
+use crate::shell::commands::{Command, CommandInfo, Group};
+use crate::widgets::basic::quiet_ui;
+use crate::widgets::theme;
+use bevy::prelude::Resource;
+use bevy_egui::egui::{
+    self, Align, Align2, Context, Grid, Id, Key, Layout, Modifiers, Response, RichText, ScrollArea,
+    TextEdit, Ui, vec2,
+};
+
+const WIDTH: f32 = 520.0;
+const LIST_HEIGHT: f32 = 380.0;
+const ROW_HEIGHT: f32 = 24.0;
+
+/// Below the top bar, where the eye is anyway.
+const DROP: f32 = 72.0;
+
+/// The palette and the sheet, of which one at most is open.
+#[derive(Resource, Default)]
+pub struct CommandPages {
+    open: Option<Page>,
+    /// What is searched for.
+    text: String,
+    /// Which of what was found Enter takes.
+    chosen: usize,
+    wants_focus: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Page {
+    Palette,
+    Shortcuts,
+}
+
+impl CommandPages {
+    pub fn show_palette(&mut self) {
+        self.show(Page::Palette);
+    }
+
+    pub fn show_shortcuts(&mut self) {
+        self.show(Page::Shortcuts);
+    }
+
+    pub fn is_any_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    fn show(&mut self, page: Page) {
+        *self = Self { open: Some(page), wants_focus: true, ..Self::default() };
+    }
+
+    fn close(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// The commands whose name, group or purpose has every word that is searched for, those first
+/// whose name begins with it.
+pub fn found(text: &str) -> Vec<&'static CommandInfo> {
+    let text = text.to_lowercase();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let mut found: Vec<_> = COMMANDS
+        .iter()
+        .filter(|info| {
+            let keys: String = info.keys.iter().map(|keys| format!(" {keys}")).collect();
+            let all = format!("{} {} {}{keys}", info.name, info.group.name(), info.about);
+            let all = all.to_lowercase();
+            words.iter().all(|word| all.contains(word))
+        })
+        .collect();
+    let rank = |info: &CommandInfo| {
+        let name = info.name.to_lowercase();
+        if name.starts_with(text.trim()) {
+            0
+        } else if words.iter().all(|word| name.contains(word)) {
+            1
+        } else {
+            2
+        }
+    };
+    found.sort_by_key(|info| rank(info));
+    found
+}
+
+/// Draws whichever page is open; the command that was chosen.
+pub fn command_pages_ui(
+    ctx: &Context,
+    pages: &mut CommandPages,
+    is_available: impl Fn(Command) -> bool,
+) -> Option<Command> {
+    let page = pages.open?;
+    let title = match page {
+        Page::Palette => "All commands",
+        Page::Shortcuts => "Keyboard shortcuts",
+    };
+    let mut chosen = None;
+    let area =
+        egui::Modal::default_area(Id::new(title)).anchor(Align2::CENTER_TOP, vec2(0.0, DROP));
+    let modal = egui::Modal::new(Id::new(title))
+        .area(area)
+        .backdrop_color(palette::SHADOW.color32_alpha(110))
+        .show(ctx, |ui| {
+            ui.set_width(WIDTH);
+            match page {
+                Page::Palette => chosen = palette_ui(ui, pages, &is_available),
+                Page::Shortcuts => shortcuts_ui(ui, pages),
+            }
+        });
+    if modal.should_close() || chosen.is_some() {
+        pages.close();
+    }
+    chosen
+}
+
+fn search_ui(ui: &mut Ui, pages: &mut CommandPages, hint: &str) -> Response {
+    let before = pages.text.clone();
+    let field =
+        ui.add(TextEdit::singleline(&mut pages.text).desired_width(f32::INFINITY).hint_text(hint));
+    field.widget_info(|| {
+        egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "search")
+    });
+    if pages.wants_focus {
+        field.request_focus();
+        pages.wants_focus = false;
+    }
+    if pages.text != before {
+        pages.chosen = 0;
+    }
+    field
+}
+
+fn palette_ui(
+    ui: &mut Ui,
+    pages: &mut CommandPages,
+    is_available: &impl Fn(Command) -> bool,
+) -> Option<Command> {
+    // Before the field sees them: a single line has no use for them.
+    let (up, down) = ui.input_mut(|input| {
+        let mut pressed = |key| input.count_and_consume_key(Modifiers::NONE, key);
+        (pressed(Key::ArrowUp), pressed(Key::ArrowDown))
+    });
+    let field = search_ui(ui, pages, "name of a command");
+    let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+    let commands = found(&pages.text);
+    let last = commands.len().saturating_sub(1);
+    pages.chosen = (pages.chosen + down).saturating_sub(up).min(last);
+    let mut answer = None;
+    ui.add_space(6.0);
+    ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        if commands.is_empty() {
+            quiet_ui(ui, "no command has all of these words");
+        }
+        for (index, info) in commands.iter().enumerate() {
+            let is_chosen = index == pages.chosen;
+            let row = command_row_ui(ui, info, is_chosen, is_available(info.command));
+            if is_chosen && (up > 0 || down > 0) {
+                row.scroll_to_me(None);
+            }
+            if row.clicked() || (is_chosen && is_entered) {
+                answer = Some(info.command);
+            }
+        }
+    });
+    answer.filter(|command| is_available(*command))
+}
+
+fn command_row_ui(
+    ui: &mut Ui,
+    info: &CommandInfo,
+    is_chosen: bool,
+    is_available: bool,
+) -> Response {
+    let keys = info.keys.first().map(ToString::to_string);
+    let color = match is_available {
+        true => palette::TEXT,
+        false => palette::TEXT_QUIET,
+    };
+    let button =
+        egui::Button::selectable(is_chosen, RichText::new(info.name).color(color.color32()))
+            .min_size(vec2(ui.available_width(), ROW_HEIGHT))
+            .shortcut_text(keys.unwrap_or_default());
+    ui.add(button).on_hover_text(info.about)
+}
+
+fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages) {
+    search_ui(ui, pages, "key or command");
+    ui.add_space(6.0);
+    let commands = found(&pages.text);
+    ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
+        for group in Group::ALL {
+            let with_keys: Vec<_> = commands
+                .iter()
+                .filter(|info| info.group == group && !info.keys.is_empty())
+                .collect();
+            if with_keys.is_empty() {
+                continue;
+            }
+            crate::widgets::basic::section_ui(ui, group.name());
+            Grid::new(("shortcuts", group.name()))
+                .num_columns(2)
+                .spacing([18.0, 4.0])
+                .min_col_width(120.0)
+                .show(ui, |ui| {
+                    for info in with_keys {
+                        keys_ui(ui, info);
+                        ui.label(info.name).on_hover_text(info.about);
+                        ui.end_row();
+                    }
+                });
+        }
+    });
+    ui.add_space(6.0);
+    ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+        quiet_ui(ui, "Esc closes");
+    });
+}
+
+fn keys_ui(ui: &mut Ui, info: &CommandInfo) {
+    let keys: Vec<String> = info.keys.iter().map(ToString::to_string).collect();
+    let text = RichText::new(keys.join(", ")).font(theme::body_font());
+    ui.label(text.color(palette::TEXT_STRONG.color32()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_found_by_any_words_of_it_and_first_by_the_beginning_of_its_name() {
+        let first = |text: &str| found(text).first().map(|info| info.command);
+        assert_eq!(first("sa"), Some(Command::Save));
+        assert_eq!(first("true errors"), Some(Command::ToggleMagnification));
+        assert_eq!(first("ctrl+shift+z"), Some(Command::Redo));
+        assert_eq!(first("xyzzy"), None);
+        assert_eq!(found("").len(), COMMANDS.len());
+    }
+}

@@ -1,0 +1,305 @@
+//! Window and layout as a person left them: put back when the window opens, and written by a
+//! thread of its own when they change.
+
+use crate::document::apply::Notice;
+use crate::palette::Theme;
+use crate::schedule::EditorSystems;
+use crate::shell::layout::PanelsShown;
+use crate::shell::window::{Presentation, Workspace};
+use crate::viewport::egui_camera::EguiCamera;
+use bevy::app::AppExit;
+use bevy::ecs::system::{NonSendMarker, SystemParam};
+use bevy::prelude::*;
+use bevy::window::{Monitor, PrimaryWindow, RequestRedraw, WindowResized};
+use bevy::winit::WINIT_WINDOWS;
+use bevy_egui::{EguiContexts, EguiPlugin};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+use trackwright_formats::preferences_file::{Preferences, SCALES, ShownPanels};
+use trackwright_project::{read_preferences, write_preferences};
+
+/// How long nothing changes before it is written: a window's edge is dragged for seconds.
+const QUIET: Duration = Duration::from_millis(700);
+
+/// Sizes that commands step through.
+const STEPS: [f64; 10] = [0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0];
+
+/// Frames until egui has taken a new scale over: its own, then the size of the window in it, then
+/// what is laid out in that.
+const SETTLING_FRAMES: usize = 3;
+
+/// How large everything is that egui draws; 1 is as the program has it.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct InterfaceScale(pub f64);
+
+impl Default for InterfaceScale {
+    fn default() -> Self {
+        Self(1.0)
+    }
+}
+
+impl InterfaceScale {
+    /// The next larger (1) or smaller (-1) size.
+    pub fn step(&mut self, direction: i32) {
+        let now = self.0;
+        let next = match direction {
+            1.. => STEPS.into_iter().find(|step| *step > now),
+            _ => STEPS.into_iter().rev().find(|step| *step < now),
+        };
+        if let Some(next) = next {
+            self.0 = next.clamp(SCALES[0], SCALES[1]);
+        }
+    }
+}
+
+/// What was read when the program began. Insert it before the plugins; without it nothing is
+/// kept, as in pictures.
+#[derive(Resource, Clone, Debug)]
+pub struct Recalled {
+    folder: PathBuf,
+    pub preferences: Preferences,
+    /// Why they are not those that were left.
+    pub problem: Option<String>,
+    /// Another version's file stays as it is.
+    is_kept: bool,
+}
+
+impl Recalled {
+    /// Preferences of a state folder; the program's own where there are none or they cannot be
+    /// used.
+    pub fn in_folder(folder: PathBuf) -> Self {
+        let (preferences, problem, is_kept) = match read_preferences(&folder) {
+            Ok(preferences) => (preferences.unwrap_or_default(), None, true),
+            Err(error) => {
+                let problem = format!("Window and layout are the program's own: {error}");
+                (Preferences::default(), Some(problem), !error.is_other_version())
+            }
+        };
+        Self { folder, preferences, problem, is_kept }
+    }
+}
+
+/// Puts [`Recalled`] into effect and keeps it up to date; applies [`InterfaceScale`].
+pub struct PreferencesPlugin;
+
+/// The thread that writes.
+#[derive(Resource)]
+struct Keeper {
+    sender: Option<Sender<Preferences>>,
+    thread: Option<JoinHandle<()>>,
+    /// As they were sent last.
+    last: Preferences,
+}
+
+impl Plugin for PreferencesPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Notice>()
+            .init_resource::<InterfaceScale>()
+            .init_resource::<PanelsShown>()
+            .init_resource::<Theme>()
+            .init_resource::<Workspace>()
+            .init_resource::<Presentation>()
+            .add_message::<RequestRedraw>()
+            .add_message::<WindowResized>()
+            .add_message::<AppExit>();
+        if app.is_plugin_added::<EguiPlugin>() {
+            app.add_systems(Update, scale_interface.in_set(EditorSystems::Draw));
+        }
+        let Some(recalled) = app.world().get_resource::<Recalled>().cloned() else {
+            return;
+        };
+        apply(app, &recalled);
+        let Some(keeper) = Keeper::start(&recalled) else {
+            return;
+        };
+        app.insert_resource(keeper).add_systems(
+            Update,
+            (shrink_to_screen.run_if(any_with_component::<Monitor>), keep.run_if(has_changed))
+                .chain()
+                .in_set(EditorSystems::Draw),
+        );
+        app.add_systems(Last, finish.run_if(on_message::<AppExit>));
+    }
+}
+
+fn apply(app: &mut App, recalled: &Recalled) {
+    let preferences = &recalled.preferences;
+    let theme = match preferences.is_light {
+        true => Theme::Light,
+        false => Theme::Dark,
+    };
+    theme.apply();
+    let workspace = Workspace::ALL
+        .into_iter()
+        .find(|workspace| workspace.name() == preferences.workspace)
+        // Nobody wants to begin without panels.
+        .filter(|workspace| *workspace != Workspace::Present);
+    let ShownPanels { left, right, history } = preferences.panels;
+    app.insert_resource(theme)
+        .insert_resource(workspace.unwrap_or_default())
+        .insert_resource(InterfaceScale(preferences.scale))
+        .insert_resource(PanelsShown { left, right, history });
+    if let Some(problem) = &recalled.problem {
+        app.insert_resource(Notice::Refused(problem.clone()));
+    }
+}
+
+impl Keeper {
+    /// `None` where nothing may be written, or there is no thread for it.
+    fn start(recalled: &Recalled) -> Option<Self> {
+        if !recalled.is_kept {
+            return None;
+        }
+        let (sender, changes) = channel();
+        let folder = recalled.folder.clone();
+        let thread = std::thread::Builder::new()
+            .name("preferences".into())
+            .spawn(move || write(&folder, &changes));
+        Some(Self {
+            sender: Some(sender),
+            thread: Some(thread.ok()?),
+            last: recalled.preferences.clone(),
+        })
+    }
+}
+
+/// Writes what it is told once there was quiet. What cannot be written only costs a few clicks at
+/// the next start, and is tried again with the next change.
+fn write(folder: &Path, changes: &Receiver<Preferences>) {
+    while let Ok(mut newest) = changes.recv() {
+        while let Ok(next) = changes.recv_timeout(QUIET) {
+            newest = next;
+        }
+        let _ = write_preferences(folder, &newest);
+    }
+}
+
+/// Everything that is remembered, as it is now.
+#[derive(SystemParam)]
+struct Now<'w, 's> {
+    panels: Res<'w, PanelsShown>,
+    theme: Res<'w, Theme>,
+    workspace: Res<'w, Workspace>,
+    scale: Res<'w, InterfaceScale>,
+    window: Query<'w, 's, (Entity, &'static Window), With<PrimaryWindow>>,
+}
+
+fn has_changed(now: Now, mut resized: MessageReader<WindowResized>) -> bool {
+    let is_resized = resized.read().last().is_some();
+    is_resized
+        || now.panels.is_changed()
+        || now.theme.is_changed()
+        || now.workspace.is_changed()
+        || now.scale.is_changed()
+}
+
+/// `NonSendMarker`: the window system is asked from the main thread.
+fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
+    let before = &keeper.last;
+    let (mut window, mut is_maximised) = (before.window, before.is_maximised);
+    if let Ok((entity, shown)) = now.window.single() {
+        is_maximised = is_window_maximised(entity);
+        // A maximised window comes back to the size that it had before.
+        if !is_maximised {
+            let size = shown.resolution.size().round().as_uvec2();
+            window = Some([size.x.max(1), size.y.max(1)]);
+        }
+    }
+    let PanelsShown { left, right, history, .. } = *now.panels;
+    let preferences = Preferences {
+        window,
+        is_maximised,
+        is_light: *now.theme == Theme::Light,
+        scale: now.scale.0,
+        panels: ShownPanels { left, right, history },
+        workspace: now.workspace.name().to_owned(),
+    };
+    if preferences == keeper.last {
+        return;
+    }
+    if let Some(sender) = &keeper.sender {
+        // A thread that is gone has panicked, and that was reported.
+        let _ = sender.send(preferences.clone());
+    }
+    keeper.last = preferences;
+}
+
+/// `false` where the window system does not say.
+fn is_window_maximised(window: Entity) -> bool {
+    WINIT_WINDOWS.with_borrow(|windows| {
+        windows.get_window(window).is_some_and(|window| window.is_maximized())
+    })
+}
+
+/// A window that was left on a larger screen is brought onto this one, once the screens are known.
+fn shrink_to_screen(
+    monitors: Query<&Monitor>,
+    window: Option<Single<&mut Window, With<PrimaryWindow>>>,
+    mut is_done: Local<bool>,
+) {
+    let (Some(mut window), false) = (window, *is_done) else {
+        return;
+    };
+    *is_done = true;
+    let screens = monitors
+        .iter()
+        .map(|monitor| Vec2::new(monitor.physical_width as f32, monitor.physical_height as f32));
+    let size = window.resolution.size();
+    let scale = window.scale_factor();
+    let fitting = fitting(size, screens.map(|physical| physical / scale));
+    if fitting != size {
+        window.resolution.set(fitting.x, fitting.y);
+    }
+}
+
+/// Height of a slide in egui's points: what is written on it is read from the back of a room, on a
+/// window of any size.
+const STAGE_POINTS: f64 = 560.0;
+
+/// A size that is on the largest of the screens as a whole.
+pub fn fitting(size: Vec2, screens: impl Iterator<Item = Vec2>) -> Vec2 {
+    screens
+        .max_by(|a, b| (a.x * a.y).total_cmp(&(b.x * b.y)))
+        .map_or(size, |screen| size.min(screen))
+}
+
+fn scale_interface(
+    scale: Res<InterfaceScale>,
+    workspace: Res<Workspace>,
+    camera: Option<Single<&Camera, With<EguiCamera>>>,
+    mut contexts: EguiContexts,
+    mut redraw: MessageWriter<RequestRedraw>,
+    mut unsettled: Local<usize>,
+) -> Result {
+    // Slides grow with the window, which may change its size at any time.
+    if scale.is_changed() || workspace.is_changed() || *workspace == Workspace::Present {
+        let ctx = contexts.ctx_mut()?;
+        // Unknown before the first frame.
+        let target_px = camera.and_then(|camera| camera.logical_target_size());
+        let zoom = match (*workspace, target_px) {
+            (Workspace::Present, Some(px)) => (f64::from(px.y) / STAGE_POINTS).max(0.5),
+            _ => 1.0,
+        };
+        let zoom = (scale.0 * zoom) as f32;
+        // A pixel more or less is no other size.
+        if (ctx.zoom_factor() / zoom - 1.0).abs() > 2e-3 {
+            ctx.set_zoom_factor(zoom);
+            *unsettled = SETTLING_FRAMES;
+        }
+    }
+    if *unsettled > 0 {
+        *unsettled -= 1;
+        redraw.write(RequestRedraw);
+    }
+    Ok(())
+}
+
+fn finish(mut keeper: ResMut<Keeper>) {
+    keeper.sender = None;
+    if let Some(thread) = keeper.thread.take() {
+        // A panic of the thread has been reported by the panic hook.
+        let _ = thread.join();
+    }
+}

@@ -1,0 +1,16 @@
+//! The 3D view: camera, picking, drags, handles, overlay.
+
+pub mod ball_handle;
+pub mod camera;
+pub mod drag_edits;
+pub mod egui_camera;
+pub mod fine_pointer;
+pub mod gizmo;
+pub mod light_drawing;
+pub mod overlay;
+pub mod picking;
+pub mod pointer_hint;
+pub mod scene_menu;
+pub mod sensor_commands;
+pub mod sensor_drag;
+pub mod tool;

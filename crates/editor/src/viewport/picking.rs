@@ -1,0 +1,236 @@
+//! Which entity is under the pointer: handles and sensors by their distance on the screen, bodies
+//! by the core's own surfaces.
+//!
+//! A backend for Bevy's picking, whose events the observers of drags and selection receive. It
+//! works in f64 on the document, so that a coil inside a shaft can be picked and nothing has to
+//! be marked as not to be picked.
+
+use crate::document::requests::OpenWorld;
+use crate::scene::bodies::mesh_of;
+use crate::scene::{BodyRoot, SensorMark, sensors};
+use crate::viewport::ball_handle::{BallHandle, HANDLE_PX};
+use crate::viewport::camera::MainCamera;
+use crate::viewport::camera::{OrbitRig, Sight};
+use crate::viewport::gizmo::{CurrentGizmo, GizmoHandle};
+use bevy::ecs::system::SystemParam;
+use bevy::picking::PickingSystems;
+use bevy::picking::backend::{HitData, PointerHits};
+use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
+use bevy::prelude::*;
+use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
+use trackwright_design::{BodyRole, Design};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
+use trackwright_simulation::body::Sensor;
+
+/// How near to a sensor's axis the pointer takes hold of it, in pixels.
+const REACH_PX: f64 = 9.0;
+
+/// Answers Bevy's picking from the core's geometry.
+pub struct PickPlugin;
+
+/// The surfaces of both bodies, made once a mesh.
+#[derive(Resource, Default)]
+pub struct Surfaces([Option<MeshSurface>; 2]);
+
+/// A mesh and its surface; none where the mesh has no area.
+type MeshSurface = (Arc<SurfaceMesh>, Option<Arc<Surface>>);
+
+impl Plugin for PickPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Surfaces>()
+            .add_message::<PointerHits>()
+            .add_message::<PointerInput>()
+            .add_systems(
+                PreUpdate,
+                (
+                    make_surfaces.run_if(resource_exists_and_changed::<OpenWorld>),
+                    pick.run_if(resource_exists::<OpenWorld>),
+                )
+                    .chain()
+                    .in_set(PickingSystems::Backend),
+            );
+    }
+}
+
+impl Surfaces {
+    /// The surface of a body; `None` where it has no mesh with an area.
+    pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
+        self.0[role as usize].as_ref()?.1.as_ref()
+    }
+
+    /// The nearest point of a body on a ray of the tracker frame.
+    pub fn under(&self, design: &Design, ray: &Ray) -> Option<Point3<f64>> {
+        let (role, hit) = self.hit(design, ray, &BodyRole::ALL)?;
+        Some(design.tracker_from_body(role)? * hit.position_mm)
+    }
+
+    /// Which of some bodies a ray of the tracker frame meets first, and where, in its frame.
+    pub fn hit(
+        &self,
+        design: &Design,
+        ray: &Ray,
+        roles: &[BodyRole],
+    ) -> Option<(BodyRole, SurfacePoint)> {
+        let hits = roles.iter().filter_map(|role| {
+            let pose = design.tracker_from_body(*role)?;
+            let in_body = ray.transformed_by(&pose.inverse());
+            let hit = self.of(*role)?.cast(&in_body)?;
+            let distance = (hit.position_mm - in_body.origin_mm).norm();
+            Some((distance, (*role, hit)))
+        });
+        let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, hit)| hit)
+    }
+}
+
+fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
+    for role in BodyRole::ALL {
+        let mesh = mesh_of(&world.0, role);
+        let has = surfaces.0[role as usize].as_ref().map(|(mesh, _)| mesh);
+        let is_current = match (has, mesh) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        if !is_current {
+            surfaces.0[role as usize] =
+                mesh.map(|mesh| (Arc::clone(mesh), Surface::new(mesh).map(Arc::new)));
+        }
+    }
+}
+
+/// What can be picked.
+#[derive(SystemParam)]
+pub struct Targets<'w, 's> {
+    surfaces: Res<'w, Surfaces>,
+    sensors: Query<'w, 's, (Entity, &'static SensorMark)>,
+    roots: Query<'w, 's, (Entity, &'static BodyRoot)>,
+    handles: Query<'w, 's, (Entity, &'static BallHandle)>,
+    gizmo: Option<Res<'w, CurrentGizmo>>,
+    gizmo_handles: Query<'w, 's, (Entity, &'static GizmoHandle)>,
+}
+
+fn pick(
+    pointers: Query<(&PointerId, &PointerLocation)>,
+    sight: Sight,
+    targets: Targets,
+    camera: Option<Single<Entity, With<MainCamera>>>,
+    mut inputs: MessageReader<PointerInput>,
+    mut hits: MessageWriter<PointerHits>,
+) {
+    let presses: Vec<(PointerId, Vec2)> = inputs
+        .read()
+        .filter(|input| matches!(input.action, PointerAction::Press(_)))
+        .map(|input| (input.pointer_id, input.location.position))
+        .collect();
+    let Some(camera) = camera else { return };
+    for (id, location) in &pointers {
+        let Some(location) = location.location() else {
+            continue;
+        };
+        // Between two slow frames a pointer can press and move on: what counts is where it
+        // pressed.
+        let pressed = presses.iter().rev().find(|press| press.0 == *id);
+        let at = pressed.map_or(location.position, |press| press.1);
+        if !sight.contains(at) {
+            continue;
+        }
+        let picks = targets
+            .under(&sight, at)
+            .into_iter()
+            .map(|(entity, depth)| (entity, HitData::new(*camera, depth as f32, None, None)))
+            .collect();
+        hits.write(PointerHits::new(*id, picks, 0.0));
+    }
+}
+
+impl Targets<'_, '_> {
+    /// The sensor under a place in the window, be there a handle of the gizmo before it or not.
+    pub fn sensor_under(&self, sight: &Sight, at: Vec2) -> Option<Entity> {
+        let under = self.under(sight, at).into_iter();
+        under
+            .filter(|(entity, _)| self.sensors.contains(*entity))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(entity, _)| entity)
+    }
+
+    /// Everything under a place in the window, with a depth that orders it.
+    fn under(&self, sight: &Sight, at: Vec2) -> Vec<(Entity, f64)> {
+        let (Some(world), Some(design), Some(pixel), Some(ray)) =
+            (&sight.world, sight.design(), sight.pixel(at), sight.ray(at))
+        else {
+            return Vec::new();
+        };
+        let view = world.0.document.view();
+        // Whoever selected something reaches for its handles, whatever lies behind them.
+        let held = self.gizmo.as_ref().and_then(|gizmo| {
+            let (handle, distance) = gizmo.0?.gizmo.under(pixel, &sight.eye())?;
+            let entity = self.gizmo_handles.iter().find(|(_, own)| own.0 == handle)?.0;
+            Some((entity, distance - GIZMO_BEFORE))
+        });
+        let handles = self.handles.iter().filter_map(|(entity, handle)| {
+            let distance = distance_px(&sight.rig, pixel, [handle.at_mm; 2])?;
+            (distance <= HANDLE_PX).then_some((entity, distance))
+        });
+        // In front of every body, the nearest on the screen first.
+        let sensors = self.sensors.iter().filter_map(|(entity, mark)| {
+            let sensor = design.body(mark.body)?.rigid.sensors.get(mark.index)?;
+            if [&view.hidden, &view.locked]
+                .iter()
+                .any(|things| things.has_sensor(mark.body, &sensor.name))
+            {
+                return None;
+            }
+            let pose = design.tracker_from_body(mark.body)?;
+            let distance = sensor_distance_px(&sight.rig, pixel, sensor, &pose)?;
+            Some((entity, distance))
+        });
+        let bodies = self.roots.iter().filter_map(|(entity, BodyRoot(role))| {
+            if view.hidden.has_body(*role) || view.locked.has_body(*role) {
+                return None;
+            }
+            let pose = design.tracker_from_body(*role)?;
+            let in_body = ray.transformed_by(&pose.inverse());
+            let hit = self.surfaces.of(*role)?.cast(&in_body)?;
+            let depth = (hit.position_mm - in_body.origin_mm).norm();
+            Some((entity, BODIES_FROM + depth))
+        });
+        let things = handles.chain(sensors).chain(bodies);
+        held.into_iter().chain(things).collect()
+    }
+}
+
+/// How far the pointer is from a coil as it is drawn; `None` where that is out of reach.
+fn sensor_distance_px(
+    rig: &OrbitRig,
+    pixel: [f64; 2],
+    sensor: &Sensor,
+    tracker_from_body: &Pose,
+) -> Option<f64> {
+    let (across, along) = sensors::drawn_size(sensor);
+    let middle = tracker_from_body * sensor.position_in_body;
+    let mm_per_px = rig.mm_per_px(&middle);
+    let radius_px = across.mm(mm_per_px) / mm_per_px / 2.0;
+    // A ball's ends are both at its middle.
+    let half_mm = match sensor.axis_in_body() {
+        Some(axis) => axis.into_inner() * along.mm(mm_per_px) / 2.0,
+        None => Vector3::zeros(),
+    };
+    let axis = tracker_from_body.rotation * half_mm;
+    let distance = distance_px(rig, pixel, [middle - axis, middle + axis])?;
+    (distance <= REACH_PX.max(radius_px + 2.0)).then_some(distance)
+}
+
+/// How far the handles of the gizmo are before everything else.
+const GIZMO_BEFORE: f64 = 1000.0;
+
+/// Depth at which bodies begin: sensors come before all of them.
+const BODIES_FROM: f64 = 1000.0;
+
+/// Distance on the screen from a pixel to a segment of the tracker frame.
+fn distance_px(rig: &OrbitRig, pixel: [f64; 2], ends_mm: [Point3<f64>; 2]) -> Option<f64> {
+    rig.camera.distance_px(pixel, ends_mm, rig.view_px)
+}

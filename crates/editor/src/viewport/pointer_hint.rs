@@ -1,0 +1,141 @@
+//! What the pointer can do now with a handle or a tool, in words for the status line.
+
+use crate::document::requests::OpenWorld;
+use crate::schedule::EditorSystems;
+use crate::shell::window::PointerHint;
+use crate::viewport::ball_handle::{BallWords, HoveredBall};
+use crate::viewport::gizmo::drag::{HeldHandle, name_of};
+use crate::viewport::gizmo::{CurrentGizmo, HoveredHandle};
+use crate::viewport::tool::{SceneTool, ToolAim};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use trackwright_design::{BodyRole, HandleAxes};
+use trackwright_geometry::gizmo::{Handle, HandleKind};
+use trackwright_geometry::movement::{STEP_DEG, STEP_MM};
+
+/// Keeps [`PointerHint`].
+pub struct PointerHintPlugin;
+
+impl Plugin for PointerHintPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<PointerHint>().init_resource::<HoveredBall>().add_systems(
+            Update,
+            say.run_if(is_due)
+                .in_set(EditorSystems::Draw)
+                .after(crate::viewport::gizmo::GizmoSystems)
+                .after(crate::viewport::tool::AimSystems),
+        );
+    }
+}
+
+fn is_due(
+    hovered: Res<HoveredHandle>,
+    held: Res<HeldHandle>,
+    current: Res<CurrentGizmo>,
+    tool: Res<SceneTool>,
+    aim: Res<ToolAim>,
+    ball: Res<HoveredBall>,
+) -> bool {
+    ball.is_changed()
+        || hovered.is_changed()
+        || held.is_changed()
+        || current.is_changed()
+        || tool.is_changed()
+        || aim.is_changed()
+}
+
+/// Balls that are dragged say themselves what that does.
+#[derive(SystemParam)]
+struct Balls<'w, 's> {
+    hovered: Res<'w, HoveredBall>,
+    words: Query<'w, 's, &'static BallWords>,
+}
+
+impl Balls<'_, '_> {
+    fn words(&self) -> Option<String> {
+        let words = self.words.get(self.hovered.0?).ok()?;
+        Some(words.0.clone())
+    }
+}
+
+/// The handles of what is selected.
+#[derive(SystemParam)]
+struct Gizmo<'w> {
+    world: Option<Res<'w, OpenWorld>>,
+    hovered: Res<'w, HoveredHandle>,
+    held: Res<'w, HeldHandle>,
+    current: Res<'w, CurrentGizmo>,
+}
+
+impl Gizmo<'_> {
+    fn words(&self) -> Option<String> {
+        let design = self.world.as_ref()?.0.document.design();
+        let shown = self.current.0?;
+        match (self.held.handle(), self.hovered.0) {
+            (Some(handle), _) => Some(holding(handle)),
+            (None, Some(handle)) => {
+                let whose = match shown.axes {
+                    HandleAxes::Own => "its",
+                    HandleAxes::Tracker => "the tracker's",
+                };
+                Some(over(handle, whose, &name_of(design, shown.target)))
+            }
+            (None, None) => None,
+        }
+    }
+}
+
+fn say(
+    tool: Res<SceneTool>,
+    aim: Res<ToolAim>,
+    gizmo: Gizmo,
+    balls: Balls,
+    mut hint: ResMut<PointerHint>,
+) {
+    let text = match *tool {
+        SceneTool::Select => gizmo.words().or_else(|| balls.words()),
+        tool => Some(with_tool(tool, &aim)),
+    };
+    hint.set_if_neq(PointerHint(text));
+}
+
+/// Before a drag: what will move and how.
+fn over(handle: Handle, whose: &str, name: &str) -> String {
+    let axis = format!("{whose} {}", handle.axis.name());
+    let step = step(handle);
+    match handle.kind {
+        HandleKind::Arrow => format!(
+            "Drag to move the {name} along {axis} · Ctrl snaps to {step} · Shift moves finely"
+        ),
+        HandleKind::Ring => format!(
+            "Drag to turn the {name} about {axis} · Ctrl snaps to {step} · Shift turns finely"
+        ),
+    }
+}
+
+fn holding(handle: Handle) -> String {
+    let step = step(handle);
+    format!("Esc takes the drag back · Shift goes finely · Ctrl snaps to {step}")
+}
+
+fn step(handle: Handle) -> String {
+    match handle.kind {
+        HandleKind::Arrow => format!("{STEP_MM:.0}\u{2009}mm"),
+        HandleKind::Ring => format!("{STEP_DEG:.0}°"),
+    }
+}
+
+fn with_tool(tool: SceneTool, aim: &ToolAim) -> String {
+    let what = |role: Option<BodyRole>| {
+        let on = role.map_or_else(|| "a body".to_owned(), |role| format!("the {role}"));
+        match tool {
+            SceneTool::SetTip => format!("Click puts the tip of {on} there"),
+            _ => format!("Click puts a sensor on {on} · Shift+click goes on"),
+        }
+    };
+    match &aim.0 {
+        None => format!("{} · Esc ends", what(None)),
+        Some(Ok(point)) => format!("{} · Esc ends", what(Some(point.body))),
+        Some(Err(miss)) => format!("Nothing to click on here: {miss} · Esc ends"),
+    }
+}

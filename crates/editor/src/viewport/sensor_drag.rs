@@ -1,0 +1,399 @@
+//! Taking hold of a sensor and sliding it along its body.
+//!
+//! Picking says which sensor; everything else happens on the core's surface in f64. A drag is
+//! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
+
+use crate::document::requests::ActiveDrag;
+use crate::document::selection::{Hovered, Selected, Selection};
+use crate::scene::bodies::mesh_of;
+use crate::scene::{BodyRoot, SensorMark};
+use crate::schedule::EditorSystems;
+use crate::shell::window::ViewportRect;
+use crate::viewport::camera::Sight;
+use crate::viewport::drag_edits::DragEdits;
+use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
+use crate::viewport::gizmo::GizmoHandle;
+use crate::viewport::picking::{Surfaces, Targets};
+use crate::viewport::scene_menu::SceneMenu;
+use crate::viewport::tool::SceneTool;
+use bevy::ecs::system::SystemParam;
+use bevy::picking::events::{Click, Drag, DragEnd, DragStart, Out, Over, Pointer};
+use bevy::picking::pointer::PointerButton;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
+use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
+use trackwright_design::{BodyRole, Edit};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::{Ray, Surface};
+use trackwright_geometry::surface_drag::{Grid, PlaneDrag, SurfaceDrag};
+use trackwright_simulation::body::Sensor;
+
+/// With Ctrl places are rounded to this.
+const SNAP_MM: f64 = 1.0;
+
+/// Hovering, selecting and dragging in the 3D view.
+pub struct DragPlugin;
+
+/// The sensor that is held.
+#[derive(Resource, Default)]
+pub struct HeldSensor(Option<Held>);
+
+struct Held {
+    body: BodyRole,
+    index: usize,
+    start: Sensor,
+    /// Those that are selected with it and go along.
+    others: Vec<(usize, Sensor)>,
+    tracker_from_body: Pose,
+    on_surface: Option<(Arc<Surface>, SurfaceDrag)>,
+    in_plane: PlaneDrag,
+    long_axis: Vector3<f64>,
+    pointer: FinePointer,
+}
+
+impl Held {
+    /// The held sensor where it is now, and the others as it takes them along.
+    fn edit(&self, sensor: Sensor, start: &Pose, now: &Pose) -> Edit {
+        let (body, index) = (self.body, self.index);
+        if self.others.is_empty() {
+            return Edit::SetSensor { body, index, sensor };
+        }
+        let others = self.others.iter();
+        let sensors = others
+            .map(|(index, other)| (*index, other.carried(start, now)))
+            .chain([(index, sensor)])
+            .collect();
+        Edit::SetSensors { body, sensors }
+    }
+}
+
+impl Plugin for DragPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<HeldSensor>()
+            .init_resource::<SceneMenu>()
+            .init_resource::<SceneTool>()
+            .add_observer(on_over.run_if(resource_equals(SceneTool::Select)))
+            .add_observer(on_out)
+            .add_observer(on_click.run_if(resource_equals(SceneTool::Select)))
+            .add_observer(on_menu_click)
+            .add_observer(on_drag_start)
+            .add_observer(on_drag.run_if(resource_equals(SceneTool::Select)))
+            .add_observer(on_drag_end)
+            .add_systems(
+                Update,
+                let_go_on_escape
+                    .run_if(resource_exists::<ButtonInput<KeyCode>>)
+                    .in_set(EditorSystems::Input),
+            )
+            .add_systems(
+                EguiPrimaryContextPass,
+                show_cursor.run_if(resource_equals(SceneTool::Select)),
+            );
+    }
+}
+
+/// What can be selected in the scene.
+#[derive(SystemParam)]
+struct Things<'w, 's> {
+    sensors: Query<'w, 's, &'static SensorMark>,
+    roots: Query<'w, 's, &'static BodyRoot>,
+}
+
+impl Things<'_, '_> {
+    /// What an entity under the pointer stands for.
+    fn of(&self, entity: Entity) -> Option<Selected> {
+        let sensor = self.sensors.get(entity).ok();
+        sensor
+            .map(|mark| Selected::Sensor(mark.body, mark.index))
+            .or_else(|| Some(Selected::Body(self.roots.get(entity).ok()?.0)))
+    }
+}
+
+fn on_over(
+    over: On<Pointer<Over>>,
+    things: Things,
+    mut hovered: ResMut<Hovered>,
+    mut redraws: MessageWriter<RequestRedraw>,
+) {
+    if let Some(selected) = things.of(over.original_event_target()) {
+        hovered.set_if_neq(Hovered(Some(selected)));
+        redraws.write(RequestRedraw);
+    }
+}
+
+fn on_out(
+    out: On<Pointer<Out>>,
+    things: Things,
+    mut hovered: ResMut<Hovered>,
+    mut redraws: MessageWriter<RequestRedraw>,
+) {
+    let left = things.of(out.original_event_target());
+    if left.is_some() && hovered.0 == left {
+        hovered.0 = None;
+        redraws.write(RequestRedraw);
+    }
+}
+
+/// Held with a click they add to what is selected, or take away from it.
+const ADD_KEYS: [KeyCode; 4] =
+    [KeyCode::ControlLeft, KeyCode::ControlRight, KeyCode::ShiftLeft, KeyCode::ShiftRight];
+
+/// What a click means.
+#[derive(SystemParam)]
+struct Clicks<'w> {
+    view: Option<Res<'w, ViewportRect>>,
+    keys: Option<Res<'w, ButtonInput<KeyCode>>>,
+    drag: Res<'w, ActiveDrag>,
+}
+
+impl Clicks<'_> {
+    /// Whether it is one in the 3D view, and not the end of a drag.
+    fn counts(&self, at: Vec2) -> bool {
+        self.view.as_ref().is_some_and(|view| view.contains(at)) && !self.drag.0
+    }
+
+    fn adds(&self) -> bool {
+        self.keys.as_ref().is_some_and(|keys| keys.any_pressed(ADD_KEYS))
+    }
+}
+
+/// Handles are there to be dragged: a click goes through them to a sensor.
+#[derive(SystemParam)]
+struct Handles<'w, 's> {
+    handles: Query<'w, 's, (), With<GizmoHandle>>,
+    targets: Targets<'w, 's>,
+    sight: Sight<'w>,
+}
+
+impl Handles<'_, '_> {
+    fn seen_through(&self, target: Entity, at: Vec2) -> Entity {
+        let behind = self.handles.contains(target).then(|| {
+            let sensor = self.targets.sensor_under(&self.sight, at);
+            sensor.unwrap_or(target)
+        });
+        behind.unwrap_or(target)
+    }
+}
+
+/// A click selects what is under it; beside everything, nothing.
+fn on_click(
+    mut click: On<Pointer<Click>>,
+    things: Things,
+    windows: Query<&Window>,
+    handles: Handles,
+    clicks: Clicks,
+    mut selection: ResMut<Selection>,
+    mut redraws: MessageWriter<RequestRedraw>,
+) {
+    if click.button != PointerButton::Primary || !clicks.counts(click.pointer_location.position) {
+        return;
+    }
+    let at = click.pointer_location.position;
+    let target = handles.seen_through(click.original_event_target(), at);
+    let selected = things.of(target);
+    if selected.is_some() || windows.contains(target) {
+        click.propagate(false);
+        let mut after = selection.clone();
+        match selected {
+            Some(what) if clicks.adds() => after.toggle(what),
+            _ => after = Selection::of(selected),
+        }
+        selection.set_if_neq(after);
+        redraws.write(RequestRedraw);
+    }
+}
+
+/// The other button shows what can be done to a sensor, and to those that are selected with it.
+fn on_menu_click(
+    mut click: On<Pointer<Click>>,
+    sensors: Query<&SensorMark>,
+    clicks: Clicks,
+    mut selection: ResMut<Selection>,
+    mut menu: ResMut<SceneMenu>,
+    mut redraws: MessageWriter<RequestRedraw>,
+) {
+    let at = click.pointer_location.position;
+    let Ok(mark) = sensors.get(click.entity) else {
+        return;
+    };
+    if click.button != PointerButton::Secondary || !clicks.counts(at) {
+        return;
+    }
+    click.propagate(false);
+    let mut after = selection.clone();
+    after.take(Selected::Sensor(mark.body, mark.index));
+    selection.set_if_neq(after);
+    menu.set_if_neq(SceneMenu(Some(at)));
+    redraws.write(RequestRedraw);
+}
+
+fn on_drag_start(mut drag: On<Pointer<DragStart>>, sensors: Query<&SensorMark>) {
+    // The drag begins beyond the dead zone, in `on_drag`.
+    if sensors.contains(drag.entity) {
+        drag.propagate(false);
+    }
+}
+
+/// What a drag reads.
+#[derive(SystemParam)]
+struct Grip<'w> {
+    sight: Sight<'w>,
+    surfaces: Res<'w, Surfaces>,
+    keys: DragKeys<'w>,
+}
+
+impl Grip<'_> {
+    /// The ray under a place in the window, in a body's frame.
+    fn ray(&self, at: Vec2, tracker_from_body: &Pose) -> Option<Ray> {
+        let ray = self.sight.ray(at)?;
+        Some(ray.transformed_by(&tracker_from_body.inverse()))
+    }
+
+    /// Takes hold of a sensor with the pointer at `at`.
+    fn take(&self, mark: &SensorMark, at: Vec2, selection: &Selection) -> Option<Held> {
+        let world = &self.sight.world.as_ref()?.0;
+        // Where the body is shown; the sensor moves within its body, so what is edited is the same.
+        let design = self.sight.design()?;
+        let sensors = &design.body(mark.body)?.rigid.sensors;
+        let start = sensors.get(mark.index)?.clone();
+        let others = match selection.sensors() {
+            Some((body, indices)) if body == mark.body && indices.contains(&mark.index) => indices
+                .into_iter()
+                .filter(|index| *index != mark.index)
+                .filter_map(|index| Some((index, sensors.get(index)?.clone())))
+                .collect(),
+            _ => Vec::new(),
+        };
+        let tracker_from_body = design.tracker_from_body(mark.body)?;
+        let ray = self.ray(at, &tracker_from_body)?;
+        let pose = start.body_from_sensor();
+        let long_axis = mesh_of(world, mark.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
+        let on_surface = self.surfaces.of(mark.body).map(|surface| {
+            let grabbed = surface.under(&ray, &start.position_in_body);
+            (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, long_axis))
+        });
+        let forward = self.sight.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
+        Some(Held {
+            body: mark.body,
+            index: mark.index,
+            others,
+            in_plane: PlaneDrag::new(pose, &ray, tracker_from_body.rotation.inverse() * forward),
+            start,
+            tracker_from_body,
+            on_surface,
+            long_axis,
+            pointer: FinePointer::new(at),
+        })
+    }
+
+    /// Where the held sensor is with the pointer at `at`.
+    fn pose(&self, held: &mut Held, at: Vec2) -> Option<Pose> {
+        let snap_mm = self.keys.is_snapping().then_some(SNAP_MM);
+        let is_off = self.keys.is_off();
+        let at = held.pointer.at(at, self.keys.is_fine());
+        let ray = self.ray(at, &held.tracker_from_body)?;
+        match &mut held.on_surface {
+            Some((surface, drag)) if !is_off => {
+                let near = drag.start_body_from_sensor().translation.vector;
+                let hit = surface.under(&ray, &Point3::from(near));
+                let grid = snap_mm.map(|step_mm| Grid::at(surface, &hit, step_mm));
+                Some(drag.pose_at(&hit, grid))
+            }
+            _ => held.in_plane.pose_at(&ray, snap_mm),
+        }
+    }
+}
+
+fn on_drag(
+    mut drag: On<Pointer<Drag>>,
+    sensors: Query<&SensorMark>,
+    grip: Grip,
+    mut selection: ResMut<Selection>,
+    mut held: ResMut<HeldSensor>,
+    mut edits: DragEdits,
+) {
+    let Ok(mark) = sensors.get(drag.entity) else {
+        return;
+    };
+    drag.propagate(false);
+    let at = drag.pointer_location.position;
+    if drag.button != PointerButton::Primary
+        || drag.distance.length() < DEAD_ZONE_PX && !edits.is_active()
+    {
+        return;
+    }
+    if held.0.is_none() {
+        // After Escape the button is still down: that drag is over.
+        if edits.is_active() {
+            return;
+        }
+        let Some(taken) = grip.take(mark, at - drag.distance, &selection) else {
+            return;
+        };
+        edits.begin(match taken.others.len() {
+            0 => format!("Move sensor {}", taken.start.name),
+            others => format!("Move {} sensors", others + 1),
+        });
+        let mut after = selection.clone();
+        after.take(Selected::Sensor(mark.body, mark.index));
+        selection.set_if_neq(after);
+        held.0 = Some(taken);
+    }
+    let Some(held) = &mut held.0 else { return };
+    let Some(pose) = grip.pose(held, at) else {
+        return;
+    };
+    let start = held.start.body_from_sensor();
+    let sensor = held.start.moved(&start, &pose);
+    let text = readout_text(held, &sensor);
+    edits.apply(held.edit(sensor, &start, &pose), at, text);
+}
+
+fn on_drag_end(
+    mut drag: On<Pointer<DragEnd>>,
+    sensors: Query<&SensorMark>,
+    mut held: ResMut<HeldSensor>,
+    mut edits: DragEdits,
+) {
+    if !sensors.contains(drag.entity) || drag.button != PointerButton::Primary {
+        return;
+    }
+    drag.propagate(false);
+    edits.end(held.0.take().is_some());
+}
+
+fn let_go_on_escape(
+    keys: Res<ButtonInput<KeyCode>>,
+    mut held: ResMut<HeldSensor>,
+    mut edits: DragEdits,
+) {
+    if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some() {
+        edits.cancel();
+    }
+}
+
+/// Where the sensor is along its body, and how far that is from where it was.
+fn readout_text(held: &Held, sensor: &Sensor) -> String {
+    let along = |sensor: &Sensor| sensor.position_in_body.coords.dot(&held.long_axis);
+    let moved_mm = (sensor.position_in_body - held.start.position_in_body).norm();
+    format!("{:.2}\u{2009}mm along   moved {:.2}\u{2009}mm", along(sensor), moved_mm)
+        .replace('-', "\u{2212}")
+}
+
+/// A hand over what can be dragged.
+fn show_cursor(
+    mut contexts: EguiContexts,
+    hovered: Res<Hovered>,
+    active: Res<ActiveDrag>,
+) -> Result {
+    let icon = match hovered.0 {
+        _ if active.0 => egui::CursorIcon::Grabbing,
+        Some(Selected::Sensor(..)) => egui::CursorIcon::Grab,
+        Some(_) => egui::CursorIcon::PointingHand,
+        None => return Ok(()),
+    };
+    contexts.ctx_mut()?.set_cursor_icon(icon);
+    Ok(())
+}

@@ -1,0 +1,56 @@
+//! The marks of a small chart: as few as can be read, at 1, 2 or 5 times a power of ten.
+
+use crate::widgets::basic::decimal;
+use crate::widgets::theme;
+use bevy_egui::egui::{TextStyle, Ui};
+use egui_plot::{GridInput, GridMark};
+use trackwright_report::plot::nice_step;
+
+/// Marks of an axis, at most so many steps apart from end to end.
+pub fn few_marks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
+    move |input: GridInput| {
+        let (low, high) = input.bounds;
+        let extent = high - low;
+        if !(extent > 0.0 && extent.is_finite()) {
+            return Vec::new();
+        }
+        let step_size = nice_step(extent / most as f64, false);
+        let (first, last) = ((low / step_size).ceil(), (high / step_size).floor());
+        let steps = (last - first).max(0.0) as usize;
+        (0..=steps).map(|k| GridMark { value: (first + k as f64) * step_size, step_size }).collect()
+    }
+}
+
+/// The value of a mark with as many decimals as its step needs.
+pub fn mark_text(mark: GridMark) -> String {
+    let decimals = (-mark.step_size.log10().floor()).clamp(0.0, 6.0) as usize;
+    decimal(mark.value, decimals)
+}
+
+/// Within it plots write their marks as small as labels.
+pub fn small_marks<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.scope(|ui| {
+        let styles = &mut ui.style_mut().text_styles;
+        styles.insert(TextStyle::Body, theme::label_font());
+        add(ui)
+    })
+    .inner
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn marks(bounds: (f64, f64), most: usize) -> Vec<String> {
+        let input = GridInput { bounds, base_step_size: 1.0 };
+        few_marks(most)(input).into_iter().map(mark_text).collect()
+    }
+
+    #[test]
+    fn marks_are_few_and_have_the_decimals_that_they_need() {
+        assert_eq!(marks((0.0, 1.1), 3), ["0.0", "0.5", "1.0"]);
+        assert_eq!(marks((0.0, 430.0), 3), ["0", "200", "400"]);
+        assert_eq!(marks((-21.0, 21.0), 4), ["\u{2212}20", "0", "20"]);
+        assert!(marks((1.0, 1.0), 3).is_empty());
+    }
+}

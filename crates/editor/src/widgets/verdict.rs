@@ -1,0 +1,37 @@
+//! How a verdict is written and coloured: never by colour alone.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{MET_SIGN, MISSED_SIGN, with_unit};
+use crate::widgets::theme;
+use bevy_egui::egui::Color32;
+use trackwright_simulation::BoundVerdict;
+use trackwright_simulation::expected::JudgedBound;
+
+/// Where a room cannot tell.
+const OPEN_SIGN: char = '?';
+
+/// The sign and the colour of a verdict.
+pub fn verdict_mark(verdict: BoundVerdict) -> (char, Color32) {
+    match verdict {
+        BoundVerdict::Met => (MET_SIGN, theme::verdict_color(Some(true))),
+        BoundVerdict::Missed => (MISSED_SIGN, theme::verdict_color(Some(false))),
+        BoundVerdict::CannotTell => (OPEN_SIGN, palette::ACCENT.color32()),
+    }
+}
+
+/// `? cannot tell`.
+pub fn verdict_text(verdict: BoundVerdict) -> String {
+    format!("{} {}", verdict_mark(verdict).0, verdict.label())
+}
+
+/// `✔ met: at most 1.00 mm`.
+pub fn bound_text(bound: &JudgedBound, unit: &str) -> String {
+    let limit = with_unit(&format!("{:.2}", bound.limit), unit);
+    format!("{} {}: at most {limit}", verdict_mark(bound.verdict).0, bound.label())
+}
+
+/// The colour of a figure that may be held against a bound.
+pub fn figure_color(verdict: Option<BoundVerdict>) -> Color32 {
+    verdict.map_or_else(|| theme::verdict_color(None), |verdict| verdict_mark(verdict).1)
+}

@@ -1,0 +1,119 @@
+//! Holds the open design against the baseline in its room: once edits rest, with what of each difference
+//! is one; while a hand moves something, by their figures alone.
+
+use crate::document::apply::WorldGeneration;
+use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::runner::latest::Newest;
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::workspaces::decide::desk::DecideDesk;
+use crate::workspaces::decide::is_shown;
+use bevy::prelude::*;
+use std::sync::Arc;
+use trackwright_field::OutsidePolicy;
+use trackwright_simulation::comparison::{Comparison, Settings, compare};
+use trackwright_simulation::{PoseDetail, look};
+
+/// Compares while the workspace is shown and something is pinned.
+pub struct AgainstPlugin;
+
+/// The newest comparison with the baseline.
+#[derive(Resource)]
+pub struct Against(Newest<Key, Found>);
+
+/// What a comparison depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Key {
+    pub generation: u64,
+    pub revision: u64,
+    /// Of the pinned design.
+    pub serial: u64,
+}
+
+/// The baseline in the design's room, and the design against it.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Row 0 is the baseline, row 1 the design.
+    pub comparison: Comparison,
+    /// The baseline at its own pose.
+    pub pose: PoseDetail,
+}
+
+impl Against {
+    /// What was found last for this baseline, perhaps of an older state of the design.
+    pub fn found(&self, serial: u64) -> Option<(Key, &Found)> {
+        let (key, found) = self.0.found()?;
+        (key.serial == serial).then_some((*key, found))
+    }
+
+    /// Whether nothing is computed or waits.
+    pub fn is_idle(&self) -> bool {
+        self.0.is_idle()
+    }
+}
+
+impl FromWorld for Against {
+    fn from_world(world: &mut World) -> Self {
+        let waker = world.get_resource_or_init::<Waker>().clone();
+        Self(Newest::new("baseline", waker))
+    }
+}
+
+impl Plugin for AgainstPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Against>().init_resource::<ActiveDrag>().add_systems(
+            Update,
+            (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
+                .chain()
+                .in_set(EditorSystems::Solve),
+        );
+    }
+}
+
+fn is_asked(against: Res<Against>) -> bool {
+    against.0.asked().is_some()
+}
+
+fn ask(
+    mut against: ResMut<Against>,
+    mut desk: ResMut<DecideDesk>,
+    world: Res<OpenWorld>,
+    generation: Res<WorldGeneration>,
+    drag: Res<ActiveDrag>,
+) {
+    let Some(pinned) = &desk.pinned else {
+        if against.0.asked().is_some() {
+            against.0.give_up();
+        }
+        return;
+    };
+    let key = Key {
+        generation: generation.0,
+        revision: world.0.document.revision(),
+        serial: pinned.serial,
+    };
+    if drag.0 || against.0.asked() == Some(&key) {
+        return;
+    }
+    let designs = [Arc::clone(&pinned.design), Arc::new(world.0.document.design().clone())];
+    let environment = Arc::clone(&world.0.environment);
+    desk.counts.baselines += 1;
+    against.0.ask(key, move |task| {
+        let pose = look(&trackwright_project::resolve(&designs[0], &environment));
+        let plan = trackwright_project::comparison_plan(
+            &[&designs[0], &designs[1]],
+            vec![environment],
+            |_| vec![0],
+            0,
+            OutsidePolicy::default(),
+        );
+        let comparison = compare(&plan, &Settings::default(), task).ok()?;
+        Some(Found { comparison, pose })
+    });
+}
+
+fn hear(mut against: ResMut<Against>) {
+    if against.bypass_change_detection().0.hear() {
+        against.set_changed();
+    }
+}

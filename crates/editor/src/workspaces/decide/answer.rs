@@ -1,0 +1,365 @@
+//! Does what the panels ask for, or starts the thread that does.
+
+use crate::document::apply::{Notice, WorldGeneration, file_folder};
+use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
+use crate::runner::job::{Ended, Job};
+use crate::runner::wake::Waker;
+use crate::scene::bodies::shown_mesh;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::window::Workspace;
+use crate::workspaces::decide::DecideRequest;
+use crate::workspaces::decide::desk::{DecideDesk, Pinned};
+use crate::workspaces::decide::judged::Judged;
+use crate::workspaces::decide::table::{Compare, Failure, Wanted, compared};
+use crate::workspaces::field::FieldRequest;
+use crate::workspaces::study::desk::StudyRequest;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
+use trackwright_design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
+use trackwright_procedure::Step;
+use trackwright_project::RoomSource;
+
+pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut hand: Hand) {
+    for request in requests.read() {
+        hand.answer(request.clone());
+    }
+    hand.redraw.write(RequestRedraw);
+}
+
+/// What the requests work on.
+#[derive(SystemParam)]
+pub(crate) struct Hand<'w> {
+    desk: ResMut<'w, DecideDesk>,
+    world: Option<Res<'w, OpenWorld>>,
+    generation: Res<'w, WorldGeneration>,
+    waker: Res<'w, Waker>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    workspace: ResMut<'w, Workspace>,
+    judged: Res<'w, Judged>,
+    edits: MessageWriter<'w, EditRequest>,
+    files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
+    study: MessageWriter<'w, StudyRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+impl Hand<'_> {
+    fn answer(&mut self, request: DecideRequest) {
+        match request {
+            DecideRequest::PinHere => self.pin_here(),
+            DecideRequest::ShowPin => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::pin_design(folder));
+            }
+            DecideRequest::Pin(file) => self.pin(file),
+            DecideRequest::Unpin => {
+                self.desk.pinned = None;
+                self.desk.pinning = None;
+            }
+            DecideRequest::ShowAddDesign => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::add_design(folder));
+            }
+            DecideRequest::AddDesign(file) => self.add_design(file),
+            DecideRequest::RemoveDesign(file) => self.desk.designs.retain(|other| *other != file),
+            DecideRequest::AddRoom(place) => self.add_room(place),
+            DecideRequest::RemoveRoom(file) => self.edit(ProcedureEdit::RemoveRoom(file)),
+            DecideRequest::ShowRecorded(body) => {
+                let folder = self.folder();
+                self.dialogs.show(Dialog::open_recorded(folder, body));
+            }
+            DecideRequest::Recorded(body, file) => self.recorded(body, &file),
+            DecideRequest::SetRecorded(recorded) => self.desk.recorded = Some(recorded),
+            DecideRequest::CloseRecorded => self.desk.recorded = None,
+            DecideRequest::SetNote(step, note) => self.desk.notes[step.number() - 1] = note,
+            DecideRequest::Decide(step) => self.decide(step),
+            DecideRequest::Withdraw(step) => self.edit(ProcedureEdit::Withdraw { step }),
+            DecideRequest::Compare => self.compare(),
+            DecideRequest::CancelCompare => {
+                if let Some(job) = &self.desk.comparing {
+                    job.cancel();
+                }
+            }
+            DecideRequest::OpenRow(row) => self.open_row(row),
+            DecideRequest::ShowAllFigures(all) => self.desk.shows_all_figures = all,
+        }
+    }
+
+    fn pin_here(&mut self) {
+        let Some(world) = &self.world else { return };
+        self.desk.serial += 1;
+        self.desk.pinning = None;
+        self.desk.pinned = Some(Pinned {
+            design: Arc::new(world.0.document.design().clone()),
+            file: None,
+            tool_mesh: shown_mesh(&world.0, BodyRole::Tool),
+            serial: self.desk.serial,
+            is_gone: false,
+        });
+    }
+
+    /// The baseline that is there stays until the new one is.
+    fn pin(&mut self, file: PathBuf) {
+        self.desk.serial += 1;
+        let serial = self.desk.serial;
+        let job = Job::start("pin", &self.waker, move |_| {
+            let world = trackwright_project::open_design(&file)?;
+            Ok(Pinned {
+                design: Arc::new(world.document.design().clone()),
+                tool_mesh: shown_mesh(&world, BodyRole::Tool),
+                file: Some(file),
+                serial,
+                is_gone: false,
+            })
+        });
+        match job {
+            Ok(job) => self.desk.pinning = Some(job),
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    fn add_design(&mut self, file: PathBuf) {
+        let is_known =
+            (self.desk.designs.iter()).any(|other| trackwright_project::is_same_file(other, &file));
+        let is_open = (self.world.as_ref()).is_some_and(|world| {
+            matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file))
+        });
+        if is_known || is_open {
+            *self.notice = Notice::Refused(format!("{} is in the table already", file.display()));
+        } else {
+            self.desk.designs.push(file);
+        }
+    }
+
+    fn edit(&mut self, edit: ProcedureEdit) {
+        self.edits.write(EditRequest::Apply(Edit::Procedure(edit)));
+    }
+
+    /// A design on the disk cannot refer to a built-in room.
+    fn add_room(&mut self, place: RoomSource) {
+        let Some(world) = &self.world else { return };
+        match trackwright_project::reference_to_room(&world.0, &place) {
+            Ok(Some(reference)) => self.edit(ProcedureEdit::AddRoom(reference)),
+            Ok(None) => {
+                *self.notice = Notice::Refused(
+                    "a design on the disk is judged in rooms on the disk: save a copy of this room first, in the \
+                     Field workspace"
+                        .to_owned(),
+                );
+            }
+            Err(error) => self.dialogs.show(Dialog::error("The room cannot be used", &error)),
+        }
+    }
+
+    /// In the tracker's frame, its truth known beforehand, as `characterize` writes such a table.
+    /// The tool's table begins a recording, the CRF's joins it.
+    fn recorded(&mut self, body: BodyRole, file: &Path) {
+        let Some(world) = &self.world else { return };
+        let reference = match trackwright_project::reference_to_file(&world.0, file) {
+            Ok(reference) => reference,
+            Err(error) => {
+                self.dialogs.show(Dialog::error("The recording cannot be used", &error));
+                return;
+            }
+        };
+        match (body, &mut self.desk.recorded) {
+            (BodyRole::Tool, recorded) => *recorded = Some(BuiltRecording::of(reference)),
+            (BodyRole::Crf, Some(recorded)) => {
+                recorded.crf_table = Some(reference);
+                // Both tables are the tracker's.
+                recorded.frame = RecordedFrame::Tracker;
+            }
+            (BodyRole::Crf, None) => {}
+        }
+    }
+
+    /// On what is shown, and only where that is of the design as it is.
+    fn decide(&mut self, step: Step) {
+        let Some((status, true)) = self.judged.found() else {
+            *self.notice = Notice::Refused("its figures are still being computed".to_owned());
+            return;
+        };
+        let note = self.desk.note(step).trim().to_owned();
+        if let (Some(objection), "") = (status.objection(step), note.as_str()) {
+            *self.notice =
+                Notice::Refused(format!("{step}: {objection}, so the decision needs a reason"));
+            return;
+        }
+        let decision = match (status.basis(step), trackwright_project::today()) {
+            (Ok(basis), Ok(date)) => Decision { date, note, basis },
+            (Err(why), _) => {
+                *self.notice = Notice::Refused(why.to_string());
+                return;
+            }
+            (_, Err(why)) => {
+                *self.notice = Notice::Refused(why.to_string());
+                return;
+            }
+        };
+        self.desk.notes[step.number() - 1].clear();
+        self.edit(ProcedureEdit::Decide { step, decision: Box::new(decision) });
+    }
+
+    fn compare(&mut self) {
+        let Some(world) = &self.world else { return };
+        if let Some(pinned) = &mut self.desk.pinned {
+            pinned.is_gone = pinned.file.as_deref().is_some_and(|file| !file.exists());
+        }
+        let wanted = Wanted {
+            open: Arc::new(world.0.document.design().clone()),
+            pinned: (self.desk.pinned.as_ref()).map(|pinned| Arc::clone(&pinned.design)),
+            files: self.desk.designs.clone(),
+            environment: Arc::clone(&world.0.environment),
+            rooms: trackwright_project::further_rooms(&world.0).unwrap_or_default(),
+            generation: self.generation.0,
+            revision: world.0.document.revision(),
+        };
+        let job = Job::start("compare", &self.waker, move |task| compared(wanted, task));
+        match job {
+            Ok(job) => {
+                self.desk.counts.tables += 1;
+                self.desk.comparing = Some(job);
+            }
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    /// A row of the open design in its own room leads to its worst trial; in another room, puts it
+    /// there; any other opens its design.
+    fn open_row(&mut self, row: usize) {
+        let Some(compared) = &self.desk.compared else {
+            return;
+        };
+        let Some(row) = compared.comparison.rows.get(row) else {
+            return;
+        };
+        let room = compared.rooms.get(row.room).cloned().flatten();
+        let file = match compared.designs.get(row.design) {
+            Some(Compare::File(file)) => file.clone(),
+            Some(Compare::Pinned) => match self.desk.pinned.as_ref().and_then(|p| p.file.clone()) {
+                Some(file) => file,
+                None => {
+                    *self.notice = Notice::Refused(
+                        "the baseline is an earlier state of the open design: undo leads to it"
+                            .to_owned(),
+                    );
+                    return;
+                }
+            },
+            Some(Compare::Open) => {
+                match room {
+                    Some(place) => {
+                        self.fields.write(FieldRequest::Assign(place));
+                    }
+                    None => {
+                        *self.workspace = Workspace::Study;
+                        self.study.write(StudyRequest::ShowWorst);
+                    }
+                }
+                return;
+            }
+            None => return,
+        };
+        self.desk.then_assign = room.map(|room| (file.clone(), room));
+        self.files.write(FileRequest::Open(file));
+    }
+
+    /// Where the dialog for designs begins: beside the open one.
+    fn folder(&self) -> PathBuf {
+        let beside = self.world.as_ref().and_then(|world| {
+            let Origin::File(file) = world.0.document.origin() else {
+                return None;
+            };
+            let folder = file.parent().filter(|f| !f.as_os_str().is_empty());
+            folder.map(Path::to_path_buf)
+        });
+        beside.unwrap_or_else(|| PathBuf::from("."))
+    }
+
+    fn no_thread(&mut self, error: &std::io::Error) {
+        *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
+    }
+}
+
+/// Another design is open: a recording and reasons of the last one are not its, and where a row was
+/// opened it goes into that row's room.
+pub(crate) fn turn_to_opened(
+    mut desk: ResMut<DecideDesk>,
+    world: Res<OpenWorld>,
+    mut fields: MessageWriter<FieldRequest>,
+) {
+    desk.recorded = None;
+    desk.notes = Default::default();
+    let Some((file, room)) = desk.then_assign.take() else {
+        return;
+    };
+    let is_it = matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file));
+    if is_it && trackwright_project::own_room(&world.0).ok().as_ref() != Some(&room) {
+        fields.write(FieldRequest::Assign(room));
+    }
+}
+
+/// The design was saved elsewhere: the recording stays the one that it was.
+pub(crate) fn follow_to_folder(
+    mut desk: ResMut<DecideDesk>,
+    world: Res<OpenWorld>,
+    mut last: Local<PathBuf>,
+) {
+    let folder = file_folder(&world.0);
+    if folder == *last {
+        return;
+    }
+    let old = std::mem::replace(&mut *last, folder);
+    let Some(recorded) = &desk.recorded else {
+        return;
+    };
+    let mut moved = recorded.clone();
+    for reference in moved.references_mut() {
+        // Joined to the old folder, an absolute one is itself.
+        if let Ok(now) = trackwright_project::reference_to_file(&world.0, &old.join(&*reference)) {
+            *reference = now;
+        }
+    }
+    desk.recorded = Some(moved);
+}
+
+/// Takes what the threads found.
+pub(crate) fn hear(
+    mut desk: ResMut<DecideDesk>,
+    mut dialogs: ResMut<Dialogs>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    const LOST: &str = "the work ended without an answer";
+    let desk = desk.bypass_change_detection();
+    if let Some(ended) = desk.comparing.as_mut().and_then(Job::hear) {
+        desk.comparing = None;
+        redraw.write(RequestRedraw);
+        match ended {
+            Ended::Done(Ok(found)) => desk.compared = Some(found),
+            Ended::Done(Err(Failure::Cancelled(_))) => {}
+            Ended::Lost => dialogs.show(Dialog::Error {
+                title: "There is no comparison".to_owned(),
+                text: LOST.to_owned(),
+            }),
+        }
+    }
+    if let Some(ended) = desk.pinning.as_mut().and_then(Job::hear) {
+        desk.pinning = None;
+        redraw.write(RequestRedraw);
+        match ended {
+            Ended::Done(Ok(pinned)) => desk.pinned = Some(pinned),
+            Ended::Done(Err(error)) => {
+                dialogs.show(Dialog::error("The design cannot be pinned", &error));
+            }
+            Ended::Lost => dialogs.show(Dialog::Error {
+                title: "The design cannot be pinned".to_owned(),
+                text: LOST.to_owned(),
+            }),
+        }
+    }
+}

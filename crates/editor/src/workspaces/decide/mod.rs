@@ -1,0 +1,127 @@
+//! The Decide workspace: the design beside a pinned baseline, and designs and rooms in one table.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`desk`] | the state: the baseline, the table's designs and rooms, what is under way |
+//! | `answer` | does what the panels ask for, or starts the thread that does |
+//! | [`against`] | keeps the design's figures beside the baseline's, once edits rest |
+//! | [`baseline_ghost`] | draws the baseline's tool as the tracker believes it to be |
+//! | [`judged`] | keeps where the design stands in its procedure, once edits rest |
+//! | [`table`] | what the table's thread does |
+
+pub mod against;
+pub mod answer;
+pub mod baseline_ghost;
+pub mod desk;
+pub mod judged;
+pub mod panels;
+pub mod table;
+
+use crate::document::apply::{Notice, WorldGeneration};
+use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::commands::CommandsSystems;
+use crate::shell::dialogs::Dialogs;
+use crate::shell::window::Workspace;
+use crate::workspaces::decide::desk::DecideDesk;
+use crate::workspaces::field::FieldRequest;
+use crate::workspaces::study::desk::StudyRequest;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use std::path::PathBuf;
+use trackwright_calibration::agreement::BuiltRecording;
+use trackwright_design::BodyRole;
+use trackwright_procedure::Step;
+use trackwright_project::RoomSource;
+
+/// Compares when [`DecideRequest`] asks, and holds the design against the baseline while the workspace
+/// is shown; nothing is read or computed before.
+pub struct DecidePlugin;
+
+/// Asks for something of the workspace.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum DecideRequest {
+    /// Holds the design against what it is now.
+    PinHere,
+    /// Shows the dialog that chooses a design to be held against.
+    ShowPin,
+    Pin(PathBuf),
+    Unpin,
+    /// Shows the dialog that chooses a design for the table.
+    ShowAddDesign,
+    AddDesign(PathBuf),
+    RemoveDesign(PathBuf),
+    /// Judges the design in a further room, which is kept in the design.
+    AddRoom(RoomSource),
+    /// By how the design refers to it.
+    RemoveRoom(String),
+    /// Shows the dialog that chooses a recording of the built tool, or of its CRF beside it.
+    ShowRecorded(BodyRole),
+    Recorded(BodyRole, PathBuf),
+    /// How the recording is to be taken.
+    SetRecorded(BuiltRecording),
+    CloseRecorded,
+    /// What is typed as the reason of a decision.
+    SetNote(Step, String),
+    Decide(Step),
+    Withdraw(Step),
+    Compare,
+    CancelCompare,
+    /// Opens what a row of the table is of.
+    OpenRow(usize),
+    /// All figures of the difference, or those that a requirement can be about.
+    ShowAllFigures(bool),
+}
+
+/// What the person is at, as a run condition.
+pub fn is_shown(workspace: Res<Workspace>) -> bool {
+    *workspace == Workspace::Decide
+}
+
+/// Whether nothing is computed for the workspace.
+pub fn is_idle(world: &World) -> bool {
+    let against = world.get_resource::<against::Against>();
+    let judged = world.get_resource::<judged::Judged>();
+    against.is_none_or(|of| of.is_idle()) && judged.is_none_or(|of| of.is_idle())
+}
+
+fn is_busy(desk: Res<DecideDesk>) -> bool {
+    desk.is_busy()
+}
+
+impl Plugin for DecidePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<DecideDesk>()
+            .init_resource::<Workspace>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<Notice>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Waker>()
+            .add_message::<DecideRequest>()
+            .add_message::<EditRequest>()
+            .add_message::<FileRequest>()
+            .add_message::<FieldRequest>()
+            .add_message::<StudyRequest>()
+            .add_message::<RequestRedraw>()
+            .add_plugins((against::AgainstPlugin, judged::JudgedPlugin))
+            .add_systems(
+                Update,
+                (
+                    (
+                        // First, since what is asked for is asked of the design that is open.
+                        answer::turn_to_opened.run_if(
+                            resource_exists::<OpenWorld>
+                                .and_then(resource_changed::<WorldGeneration>),
+                        ),
+                        answer::follow_to_folder.run_if(resource_exists_and_changed::<OpenWorld>),
+                        answer::answer.run_if(on_message::<DecideRequest>),
+                    )
+                        .chain()
+                        .after(CommandsSystems)
+                        .in_set(EditorSystems::Input),
+                    answer::hear.run_if(is_busy).in_set(EditorSystems::Solve),
+                ),
+            );
+    }
+}

@@ -1,0 +1,213 @@
+//! The design beside its baseline: every figure of both, and what of their difference is one.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{
+    decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
+};
+use crate::widgets::verdict::verdict_text;
+use crate::workspaces::decide::DecideRequest;
+use crate::workspaces::decide::against::Found;
+use crate::workspaces::decide::panels::DecideView;
+use crate::workspaces::design::result::interval_text;
+use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, Response, RichText, Ui};
+use trackwright_formats::printable::printable;
+use trackwright_simulation::Figures;
+use trackwright_simulation::comparison::{
+    Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
+};
+use trackwright_simulation::expected::study_verdict;
+use trackwright_simulation::figures::with_minus_signs;
+
+/// Draws the baseline and the differences from it.
+pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
+    let mut asked = Vec::new();
+    section_ui(ui, "Baseline");
+    match (&view.desk.pinned, &view.desk.pinning) {
+        (_, Some(_)) => {
+            quiet_ui(ui, "reading…");
+        }
+        (None, None) => {
+            let text = "Nothing is pinned. A pinned design stays beside this one, figure by figure and in the \
+                        scene.";
+            ui.add(Label::new(RichText::new(text).color(palette::TEXT_QUIET.color32())).wrap());
+        }
+        (Some(pinned), None) => {
+            let name = RichText::new(printable(&pinned.name())).color(palette::BASELINE.color32());
+            let about = match &pinned.file {
+                Some(file) => file.display().to_string(),
+                None => "A state of the open design".to_owned(),
+            };
+            ui.add(Label::new(name.strong()).wrap()).on_hover_text(about);
+            if pinned.is_gone {
+                warning_ui(
+                    ui,
+                    "Its file has been deleted or moved; it is compared as it was when it was pinned",
+                );
+            }
+        }
+    }
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        let here = ui
+            .add(main_button("Pin this state"))
+            .on_hover_text("Holds the design against what it is now");
+        if here.clicked() {
+            asked.push(DecideRequest::PinHere);
+        }
+        let file = ui.button("Pin a file…").on_hover_text("Holds the design against another one");
+        if file.clicked() {
+            asked.push(DecideRequest::ShowPin);
+        }
+        if view.desk.pinned.is_some() && ui.button("Unpin").clicked() {
+            asked.push(DecideRequest::Unpin);
+        }
+    });
+    if let Some(pinned) = &view.desk.pinned {
+        ui.add_space(6.0);
+        match view.found(pinned) {
+            None => {
+                quiet_ui(ui, "computing…");
+            }
+            Some((found, is_current)) => {
+                found_ui(ui, view, (found, is_current), &mut asked);
+            }
+        }
+    }
+    asked
+}
+
+fn found_ui(
+    ui: &mut Ui,
+    view: &DecideView,
+    (found, is_current): (&Found, bool),
+    asked: &mut Vec<DecideRequest>,
+) {
+    let rows = &found.comparison.rows;
+    let measured = |row: usize| rows.get(row).map(|row| row.measured.as_ref());
+    let before = match measured(0) {
+        Some(Ok(before)) => before,
+        Some(Err(why)) => {
+            warning_ui(ui, &format!("the baseline has no figures here: {why}"));
+            return;
+        }
+        None => return,
+    };
+    if let Some(Err(why)) = measured(1) {
+        warning_ui(ui, &format!("the design has no figures: {why}"));
+        return;
+    }
+    // While a hand moves something the figures follow it, and what of a difference is one does not.
+    let study = (view.results.study.as_ref()).filter(|_| view.results.is_whole());
+    let (now, expected, against) = match (is_current, measured(1)) {
+        (true, Some(Ok(now))) => {
+            let against = rows[1].against_baseline.as_ref();
+            (&now.figures, now.expected.as_ref(), against)
+        }
+        _ => match study {
+            Some(study) => (&study.value.figures, view.results.expected_of_study(), None),
+            None => {
+                quiet_ui(ui, "computing…");
+                return;
+            }
+        },
+    };
+    let differences = against.map(|against| against.differences.as_slice());
+    table_ui(ui, view.desk.shows_all_figures, [&before.figures, now], differences);
+    ui.add_space(4.0);
+    let mut all = view.desk.shows_all_figures;
+    if ui.checkbox(&mut all, "All figures").changed() {
+        asked.push(DecideRequest::ShowAllFigures(all));
+    }
+    ui.add_space(4.0);
+    for (name, figures, expected) in
+        [("baseline", &before.figures, before.expected.as_ref()), ("this design", now, expected)]
+    {
+        if let Some((value, ends)) = expected.and_then(|e| e.of(REQUIRED[0])) {
+            let value = with_unit(&decimal(value, 2), "mm");
+            fact_ui(
+                ui,
+                &format!("expected tip RMS, {name}"),
+                &format!("{value}, {}", interval_text(ends)),
+            );
+        }
+        if let Some(verdict) = study_verdict(figures, expected) {
+            fact_ui(ui, &format!("requirement, {name}"), &verdict_text(verdict));
+        }
+    }
+    if let Some(headline) = differences.and_then(<[Difference]>::first) {
+        let words = with_minus_signs(&difference_words(headline, "the baseline"));
+        let words = format!("Tip error RMS: {words}.");
+        ui.add_space(4.0);
+        ui.add(Label::new(RichText::new(words).color(palette::TEXT.color32())).wrap());
+    }
+    if let Some(Ok(now)) = measured(1).filter(|_| is_current) {
+        for note in notes(now, against) {
+            warning_ui(ui, &note);
+        }
+    }
+    if let Some(Some(why)) = found.comparison.rooms_unknown.first() {
+        warning_ui(ui, &format!("the room does not say how far its field may be off: {why}"));
+    }
+}
+
+fn table_ui(
+    ui: &mut Ui,
+    shows_all: bool,
+    figures: [&Figures; 2],
+    differences: Option<&[Difference]>,
+) {
+    let [before, now] = figures.map(|f| values(&f.position_mm, &f.angle_deg));
+    Grid::new("baseline figures").num_columns(5).spacing([7.0, 3.0]).show(ui, |ui| {
+        quiet_ui(ui, "");
+        for head in ["baseline", "this", "change", ""] {
+            right_ui(ui, head, palette::TEXT_QUIET.color32());
+        }
+        ui.end_row();
+        for (index, figure) in FIGURES.iter().enumerate() {
+            if !shows_all && !REQUIRED.contains(figure) {
+                continue;
+            }
+            // There is little room beside four columns: the unit stands once.
+            let name = figure.label().replace("95th percentile", "95 %").replace(" error", "");
+            let name = format!("{name}, {}", figure.unit());
+            ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+            let text = |value: f64| decimal(value, 3);
+            right_ui(ui, &text(before[index]), palette::BASELINE.color32());
+            right_ui(ui, &text(now[index]), palette::TEXT_STRONG.color32());
+            let change = signed(now[index] - before[index], 3);
+            match differences.and_then(|all| all.get(index)) {
+                None => {
+                    right_ui(ui, &change, palette::TEXT_QUIET.color32());
+                    quiet_ui(ui, "");
+                }
+                Some(difference) => {
+                    let (word, color) = verdict(difference.verdict);
+                    let about = with_minus_signs(&difference_words(difference, "the baseline"));
+                    right_ui(ui, &change, color);
+                    ui.label(RichText::new(word).color(color)).on_hover_text(about);
+                }
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// A difference in a word, and its colour.
+pub fn verdict(verdict: Verdict) -> (&'static str, Color32) {
+    match verdict {
+        Verdict::Better => ("better", palette::MET.color32()),
+        Verdict::Worse => ("worse", palette::MISSED.color32()),
+        Verdict::NotTold => ("cannot tell", palette::TEXT_QUIET.color32()),
+        Verdict::Negligible => ("no matter", palette::TEXT_QUIET.color32()),
+        Verdict::RoomUnknown => ("room unsure", palette::TEXT_QUIET.color32()),
+        Verdict::Unsettled => ("undetermined", palette::TEXT_QUIET.color32()),
+    }
+}
+
+pub(crate) fn right_ui(ui: &mut Ui, text: &str, color: Color32) -> Response {
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        ui.label(RichText::new(text).color(color))
+    })
+    .inner
+}

@@ -1,0 +1,240 @@
+//! Designs and rooms in one table: a row for every design in every room, a click opens it.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{
+    decimal, main_button, quiet_ui, short_name, signed, warning_ui, with_unit,
+};
+use crate::widgets::verdict::{verdict_mark, verdict_text};
+use crate::workspaces::decide::DecideRequest;
+use crate::workspaces::decide::panels::DecideView;
+use crate::workspaces::decide::panels::baseline_ui::{right_ui, verdict};
+use crate::workspaces::decide::table::{Compare, Compared};
+use crate::workspaces::design::result::interval_text;
+use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
+use std::path::Path;
+use trackwright_formats::comparison_table::Names;
+use trackwright_simulation::comparison::{
+    REQUIRED, Row, difference_words, notes, worst_place_words, worst_words,
+};
+use trackwright_simulation::figures::with_minus_signs;
+use trackwright_simulation::{Expected, expected_rows};
+
+/// Longest name that a row shows whole.
+const MOST_CHARS: usize = 34;
+
+/// Draws what is compared, and the table.
+pub fn table_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
+    let mut asked = Vec::new();
+    ui.add_space(4.0);
+    head_ui(ui, view, &mut asked);
+    ui.add_space(4.0);
+    let Some(compared) = &view.desk.compared else {
+        if view.desk.comparing.is_none() {
+            quiet_ui(
+                ui,
+                "Every design in every room of this one: figures, requirement, worst pose. This design and the \
+                 baseline are in it; add others, then compare.",
+            );
+        }
+        return asked;
+    };
+    let is_current =
+        compared.generation == view.generation && compared.revision == view.document.revision();
+    ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+        if !is_current {
+            warning_ui(ui, "This design has changed since; compare again");
+        }
+        for missing in &compared.missing {
+            warning_ui(ui, missing);
+        }
+        rows_ui(ui, compared, &mut asked);
+    });
+    asked
+}
+
+fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Compare").strong().color(palette::TEXT_STRONG.color32()));
+        ui.add_space(6.0);
+        if ui.button("Add design…").clicked() {
+            asked.push(DecideRequest::ShowAddDesign);
+        }
+        for file in &view.desk.designs {
+            let name = short_name(&file_stem(file), MOST_CHARS);
+            let chip = ui
+                .button(format!("{name}  ×"))
+                .on_hover_text(format!("{}\nTakes it out of the table", file.display()));
+            if chip.clicked() {
+                asked.push(DecideRequest::RemoveDesign(file.clone()));
+            }
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add_space(4.0);
+            match &view.desk.comparing {
+                None => {
+                    if ui.add(main_button("Compare")).clicked() {
+                        asked.push(DecideRequest::Compare);
+                    }
+                }
+                Some(job) => {
+                    if ui.button("Cancel").clicked() {
+                        asked.push(DecideRequest::CancelCompare);
+                    }
+                    let bar = ProgressBar::new(job.part() as f32);
+                    ui.add_sized(vec2(140.0, 14.0), bar.show_percentage());
+                }
+            }
+        });
+    });
+}
+
+const HEADS: [&str; 11] = [
+    "design",
+    "room",
+    "tip RMS",
+    "tip 95 %",
+    "tip max",
+    "angle RMS",
+    "angle max",
+    "expected tip RMS, 95\u{2009}%",
+    "required",
+    "tip RMS less the baseline's",
+    "worst pose",
+];
+
+fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
+    Grid::new("compared").num_columns(HEADS.len()).spacing([14.0, 3.0]).striped(true).show(
+        ui,
+        |ui| {
+            for (column, head) in HEADS.iter().enumerate() {
+                match column {
+                    0 | 1 | 9 | 10 => quiet_ui(ui, *head),
+                    _ => right_ui(ui, head, palette::TEXT_QUIET.color32()),
+                };
+            }
+            ui.end_row();
+            for (number, row) in compared.comparison.rows.iter().enumerate() {
+                row_ui(ui, compared, (number, row), asked);
+                ui.end_row();
+            }
+        },
+    );
+}
+
+fn row_ui(
+    ui: &mut Ui,
+    compared: &Compared,
+    (number, row): (usize, &Row),
+    asked: &mut Vec<DecideRequest>,
+) {
+    let names = &compared.names;
+    let what = compared.designs.get(row.design);
+    let name = match what {
+        Some(Compare::Open) => "this design".to_owned(),
+        _ => short_name(Names::of(&names.designs, row.design), MOST_CHARS),
+    };
+    let color = match what {
+        Some(Compare::Pinned) => palette::BASELINE.color32(),
+        _ => palette::TEXT_STRONG.color32(),
+    };
+    let room = Names::of(&names.rooms, row.room);
+    let about = about(what, compared.rooms.get(row.room).is_some_and(Option::is_some));
+    let button = Button::new(RichText::new(name).color(color)).frame(false);
+    let opened =
+        ui.add(button).on_hover_text(format!("{}\n{about}", Names::of(&names.designs, row.design)));
+    if opened.clicked() {
+        asked.push(DecideRequest::OpenRow(number));
+    }
+    ui.label(short_name(room, MOST_CHARS)).on_hover_text(room);
+    let measured = match &row.measured {
+        Ok(measured) => measured,
+        Err(why) => {
+            ui.label(RichText::new("no figures").color(palette::MISSED.color32()))
+                .on_hover_text(why.to_string());
+            return;
+        }
+    };
+    let figures = &measured.figures;
+    let (p, a) = (&figures.position_mm, &figures.angle_deg);
+    for (value, unit) in [(p.rms, "mm"), (p.p95, "mm"), (p.max, "mm"), (a.rms, "°"), (a.max, "°")]
+    {
+        let text = with_unit(&decimal(value, 3), unit);
+        right_ui(ui, &text, palette::TEXT.color32());
+    }
+    match &measured.expected {
+        Some(expected) => expected_ui(ui, expected),
+        None => {
+            quiet_ui(ui, "");
+        }
+    }
+    let (word, color) = match measured.verdict() {
+        None => ("none".to_owned(), palette::TEXT_QUIET.color32()),
+        Some(verdict) => (verdict_text(verdict), verdict_mark(verdict).1),
+    };
+    let expected = measured.expected.iter().flat_map(expected_rows);
+    let expected: Vec<String> = expected
+        .map(|row| {
+            let value = with_unit(&row.value, row.figure.unit());
+            format!("{} {value} {}", row.label(), row.interval_words())
+        })
+        .collect();
+    let required = right_ui(ui, &word, color);
+    if !expected.is_empty() {
+        required.on_hover_text(expected.join("\n"));
+    }
+    let rms = (row.against_baseline.as_ref()).and_then(|against| against.differences.first());
+    match rms {
+        None => {
+            quiet_ui(ui, if row.design == compared.comparison.baseline { "baseline" } else { "" });
+        }
+        Some(difference) => {
+            let (word, color) = verdict(difference.verdict);
+            let text = format!("{} {word}", with_unit(&signed(difference.difference, 3), "mm"));
+            let baseline = Names::of(&names.designs, compared.comparison.baseline);
+            ui.label(RichText::new(text).color(color))
+                .on_hover_text(with_minus_signs(&difference_words(difference, baseline)));
+        }
+    }
+    // Its size is that of the largest tip error.
+    let place = with_minus_signs(&worst_place_words(measured));
+    let worst = with_minus_signs(&worst_words(measured));
+    let notes = notes(measured, row.against_baseline.as_ref());
+    let text = match notes.is_empty() {
+        true => place,
+        false => format!("{place}  ({} to note)", notes.len()),
+    };
+    ui.label(RichText::new(text).color(palette::TEXT_QUIET.color32()))
+        .on_hover_text([&[worst], notes.as_slice()].concat().join("\n"));
+}
+
+/// The expected tip RMS and its interval.
+fn expected_ui(ui: &mut Ui, expected: &Expected) {
+    let text = match expected.of(REQUIRED[0]) {
+        Some((value, ends)) => {
+            let value = with_unit(&decimal(value, 2), "mm");
+            format!("{value}, {}", interval_text(ends))
+        }
+        None => String::new(),
+    };
+    right_ui(ui, &text, palette::TEXT.color32());
+}
+
+/// What a click on a row does.
+fn about(what: Option<&Compare>, is_other_room: bool) -> &'static str {
+    match (what, is_other_room) {
+        (Some(Compare::Open), false) => "Shows its worst trial in the Study workspace",
+        (Some(Compare::Open), true) => "Puts the design into this room",
+        (Some(Compare::Pinned), _) => "Opens the baseline's file",
+        (_, false) => "Opens this design",
+        (_, true) => "Opens this design and puts it into this room",
+    }
+}
+
+/// `shaver` of `folder/shaver.design.ron`.
+fn file_stem(file: &Path) -> String {
+    let name =
+        file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let stem = name.strip_suffix(".ron").unwrap_or(&name);
+    stem.strip_suffix(".design").unwrap_or(stem).to_owned()
+}

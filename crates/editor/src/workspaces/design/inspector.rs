@@ -1,0 +1,438 @@
+//! Numbers of what is selected, each of which can be typed.
+
+use crate::document::selection::{Selected, Selection};
+use crate::shell::commands::Command;
+use crate::shell::{PanelAction, number_edits};
+use crate::viewport::sensor_commands::SensorCommand;
+use crate::widgets::basic::{
+    FIELD_WIDTH, NumberChange, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
+};
+use crate::workspaces::design::anatomy_ui::anatomy_ui;
+use crate::workspaces::design::crf_study_ui::crf_study_ui;
+use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
+use crate::workspaces::design::outliner::{detail, sensor_trouble};
+use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_buttons_ui};
+use bevy_egui::egui::{self, ComboBox, TextEdit, Ui};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_design::{BodyRole, Design, DesignBody, Edit};
+use trackwright_field::environment::{OrientationWeight, OrientationWeightSource};
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::{BodyDetail, PoseDetail};
+use trackwright_simulation::{Coil, Determination, Sensor, SensorOrientation};
+
+/// What the inspector shows.
+pub struct InspectorView<'a> {
+    pub design: &'a Design,
+    pub selection: &'a Selection,
+    pub is_available: IsAvailable<'a>,
+    pub pose: Option<&'a PoseDetail>,
+    /// The weight that counts where the design says none.
+    pub derived_weight: OrientationWeight,
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// The coil that a sensor gets when a person gives it one, mm: a common 5-DOF coil.
+const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
+
+/// Draws what is selected, or the design where nothing is.
+pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> {
+    let mut actions = Vec::new();
+    match inspector.selection.primary() {
+        None => design_ui(ui, inspector, &mut actions),
+        Some(Selected::Body(role)) => body_ui(ui, inspector, role, &mut actions),
+        Some(Selected::Sensor(role, index)) => sensor_ui(ui, inspector, role, index, &mut actions),
+        Some(Selected::Tip(role)) => tip_ui(ui, inspector.design, role, &mut actions),
+        Some(Selected::Anatomy(index)) => {
+            anatomy_ui(ui, inspector.design, index, &mut actions);
+        }
+    }
+    actions
+}
+
+fn design_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelAction>) {
+    let design = inspector.design;
+    section_ui(ui, "Design");
+    if let Some(name) = text_row_ui(ui, "name", &design.name) {
+        actions.push(PanelAction::apply(Edit::SetName(name)));
+    }
+    weight_ui(ui, inspector, actions);
+    actions.extend(requirement_ui(ui, BodyRole::Tool, design.requirement.as_ref()));
+    actions.extend(motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
+}
+
+fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelAction>) {
+    let weight_mm = inspector.design.orientation_weight_mm;
+    ui.horizontal(|ui| {
+        let mut is_set = weight_mm.is_some();
+        let box_ = ui
+            .checkbox(&mut is_set, "orientation weight")
+            .on_hover_text("How much an axis counts against a position in frame fitting");
+        if box_.changed() {
+            let weight = is_set.then_some(inspector.derived_weight.value_mm);
+            actions.push(PanelAction::apply(Edit::SetOrientationWeight(weight)));
+        }
+        match weight_mm {
+            Some(weight_mm) => {
+                let field = NumberField::length("orientation weight in mm").positive();
+                let changes = right_ui(ui, |ui| number_ui(ui, &field, weight_mm));
+                number_edits(&changes, actions, "Change orientation weight", |v| {
+                    Some(Edit::SetOrientationWeight(Some(v)))
+                });
+            }
+            None => {
+                let derived_mm = inspector.derived_weight.value_mm;
+                right_ui(ui, |ui| quiet_ui(ui, length(derived_mm)));
+            }
+        }
+    });
+    if weight_mm.is_none() {
+        quiet_ui(ui, weight_source(inspector.derived_weight.source));
+    }
+}
+
+/// Where the weight comes from that counts while the design says none.
+fn weight_source(source: OrientationWeightSource) -> &'static str {
+    match source {
+        OrientationWeightSource::Jitter => {
+            "derived from the room's jitter, position by orientation"
+        }
+        OrientationWeightSource::Default | OrientationWeightSource::Design => {
+            "the default: the room states no jitter"
+        }
+    }
+}
+
+pub(crate) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add).inner
+}
+
+fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut Vec<PanelAction>) {
+    let design = inspector.design;
+    let Some(body) = design.body(role) else {
+        return;
+    };
+    section_ui(ui, &body.rigid.name);
+    if let Some(name) = text_row_ui(ui, "name", &body.rigid.name) {
+        actions.push(PanelAction::apply(Edit::SetBodyName { body: role, name }));
+    }
+    quiet_ui(ui, &body.reference);
+    let (title, pose) = match (role, &design.crf) {
+        (BodyRole::Crf, Some(crf)) => ("Pose in the tracker frame", crf.tracker_from_crf),
+        (_, None) => ("Pose in the tracker frame", design.tool.crf_from_tool),
+        (_, Some(_)) => ("Pose in the CRF", design.tool.crf_from_tool),
+    };
+    section_ui(ui, title);
+    pose_ui(ui, role, &pose, actions);
+    tip_of_body_ui(ui, role, body, actions);
+    if let Some(detail) = detail(inspector.pose, role) {
+        determination_ui(ui, &detail.determination);
+    }
+    if let (BodyRole::Crf, Some(crf)) = (role, &design.crf) {
+        crf_study_ui(ui, crf, actions);
+    }
+}
+
+fn pose_ui(ui: &mut Ui, role: BodyRole, pose: &Pose, actions: &mut Vec<PanelAction>) {
+    let label = format!("Move {}", role.name());
+    let edit = |pose: Pose| match role {
+        BodyRole::Tool => Edit::SetToolPose(pose),
+        BodyRole::Crf => Edit::SetCrfPose(pose),
+    };
+    vector_ui(ui, "position", &pose.translation.vector, actions, &label, |v| {
+        Some(edit(pose_from_parts(v, pose.rotation)))
+    });
+    rotation_ui(ui, &pose.rotation, actions, &label, |rotation| {
+        edit(pose_from_parts(pose.translation.vector, rotation))
+    });
+}
+
+fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut Vec<PanelAction>) {
+    section_ui(ui, "Tip");
+    let mut has_tip = body.rigid.tip_in_body.is_some();
+    if ui
+        .checkbox(&mut has_tip, "judged at a tip")
+        .on_hover_text("Without a tip the body is judged at its origin")
+        .changed()
+    {
+        actions.push(PanelAction::apply(Edit::SetTip {
+            body: role,
+            tip_in_body: has_tip.then(Point3::origin),
+        }));
+    }
+    if let Some(tip) = &body.rigid.tip_in_body {
+        tip_fields_ui(ui, role, tip, actions);
+    }
+}
+
+fn tip_ui(ui: &mut Ui, design: &Design, role: BodyRole, actions: &mut Vec<PanelAction>) {
+    let Some(body) = design.body(role) else {
+        return;
+    };
+    section_ui(ui, &format!("Tip of the {}", role.name()));
+    if let Some(tip) = &body.rigid.tip_in_body {
+        tip_fields_ui(ui, role, tip, actions);
+    }
+}
+
+fn tip_fields_ui(
+    ui: &mut Ui,
+    role: BodyRole,
+    tip_in_body: &Point3<f64>,
+    actions: &mut Vec<PanelAction>,
+) {
+    let label = format!("Move {} tip", role.name());
+    vector_ui(ui, "position", &tip_in_body.coords, actions, &label, |v| {
+        Some(Edit::SetTip { body: role, tip_in_body: Some(v.into()) })
+    });
+}
+
+fn sensor_ui(
+    ui: &mut Ui,
+    inspector: &InspectorView,
+    role: BodyRole,
+    index: usize,
+    actions: &mut Vec<PanelAction>,
+) {
+    let body = inspector.design.body(role);
+    let Some(sensor) = body.and_then(|b| b.rigid.sensors.get(index)) else {
+        return;
+    };
+    let set = |sensor: Sensor| Edit::SetSensor { body: role, index, sensor };
+    let changed = |orientation| set(Sensor { orientation, ..sensor.clone() });
+    section_ui(ui, &format!("Sensor on the {}", role.name()));
+    let selected = inspector.selection.all().count();
+    if selected > 1 {
+        quiet_ui(
+            ui,
+            format!(
+                "{selected} selected: the numbers are those of {}, arranging is done to all",
+                sensor.name
+            ),
+        );
+    }
+    if let Some(name) = text_row_ui(ui, "name", &sensor.name) {
+        actions.push(PanelAction::apply(set(Sensor { name, ..sensor.clone() })));
+    }
+    kind_ui(ui, &sensor.orientation, actions);
+    section_ui(ui, "Place in the body");
+    let label = format!("Move sensor {}", sensor.name);
+    let at = &sensor.position_in_body.coords;
+    vector_ui(ui, "position", at, actions, &label, |v| {
+        Some(set(Sensor { position_in_body: v.into(), ..sensor.clone() }))
+    });
+    match &sensor.orientation {
+        SensorOrientation::Marker => {}
+        SensorOrientation::FiveDof(axis) => {
+            axis_ui(ui, axis, actions, &label, |axis| changed(SensorOrientation::FiveDof(axis)));
+        }
+        SensorOrientation::SixDof(rotation) => {
+            rotation_ui(ui, rotation, actions, &label, |rotation| {
+                changed(SensorOrientation::SixDof(rotation))
+            });
+        }
+    }
+    if sensor.orientation != SensorOrientation::Marker {
+        coil_ui(ui, sensor, actions, set);
+    }
+    if let Some(detail) = detail(inspector.pose, role) {
+        reading_ui(ui, detail, index);
+    }
+    sensor_buttons_ui(ui, inspector.is_available, actions);
+}
+
+/// A choice is made for all selected sensors.
+fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<PanelAction>) {
+    let own = orientation.degrees_of_freedom();
+    row_ui(ui, "measures", |ui| {
+        ComboBox::from_id_salt("kind")
+            .selected_text(kind_name(own))
+            .width(2.0 * FIELD_WIDTH)
+            .show_ui(ui, |ui| {
+                for (kind, command) in [
+                    (5, SensorCommand::MakeFiveDof),
+                    (6, SensorCommand::MakeSixDof),
+                    (3, SensorCommand::MakeMarker),
+                ] {
+                    let choice = ui.selectable_label(own == kind, kind_name(kind));
+                    if choice.clicked() && own != kind {
+                        actions.push(PanelAction::Run(Command::Sensors(command)));
+                    }
+                }
+            });
+    });
+}
+
+fn kind_name(degrees_of_freedom: u8) -> &'static str {
+    match degrees_of_freedom {
+        3 => "position, a marker",
+        5 => "5 DOF, one axis",
+        _ => "6 DOF, full rotation",
+    }
+}
+
+fn coil_ui(
+    ui: &mut Ui,
+    sensor: &Sensor,
+    actions: &mut Vec<PanelAction>,
+    set: impl Fn(Sensor) -> Edit,
+) {
+    section_ui(ui, "Coil");
+    let with = |coil| set(Sensor { coil, ..sensor.clone() });
+    let mut is_known = sensor.coil.is_some();
+    if ui.checkbox(&mut is_known, "size is known").changed() {
+        actions.push(PanelAction::apply(with(is_known.then_some(NEW_COIL))));
+    }
+    let Some(coil) = sensor.coil else { return };
+    let label = format!("Change sensor {}", sensor.name);
+    type SetSize = fn(Coil, f64) -> Coil;
+    let sizes: [(&str, f64, SetSize); 2] = [
+        ("diameter", coil.diameter_mm, |coil, v| Coil { diameter_mm: v, ..coil }),
+        ("length", coil.length_mm, |coil, v| Coil { length_mm: v, ..coil }),
+    ];
+    for (name, value, change) in sizes {
+        row_ui(ui, name, |ui| {
+            let field = NumberField { min: 0.01, speed: 0.01, ..NumberField::length(name) };
+            let changes = number_ui(ui, &field, value);
+            number_edits(&changes, actions, &label, |v| Some(with(Some(change(coil, v)))));
+        });
+    }
+}
+
+/// What the tracker makes of a sensor at the design's own pose.
+fn reading_ui(ui: &mut Ui, detail: &BodyDetail, index: usize) {
+    let Some(sensor) = detail.sensors.get(index) else {
+        return;
+    };
+    section_ui(ui, "At this pose");
+    row_ui(ui, "position error", |ui| {
+        ui.label(length(sensor.error.position_mm.norm()));
+    });
+    if let Some(trouble) = sensor_trouble(detail, index) {
+        let text = match sensor.is_in_volume {
+            true => format!("The sensor is {trouble} of measured samples: a guess"),
+            false => format!("The sensor is {trouble}: the tracker does not see it"),
+        };
+        warning_ui(ui, &text);
+    }
+}
+
+fn determination_ui(ui: &mut Ui, determination: &Determination) {
+    if let Some(text) = determination_text(determination) {
+        ui.add_space(6.0);
+        warning_ui(ui, text);
+    }
+}
+
+/// What a body's sensors do not determine, in words.
+pub fn determination_text(determination: &Determination) -> Option<&'static str> {
+    match determination {
+        Determination::Full => None,
+        Determination::Poor { .. } => Some("The rotation is poorly determined: noise decides it"),
+        Determination::FreeAxis { .. } => {
+            Some("The rotation about one axis is not determined by the sensors")
+        }
+        Determination::FreeRotation => Some("No rotation is determined by the sensors"),
+    }
+}
+
+/// A row with its name at the left and its fields at the right.
+fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| {
+        ui.label(name);
+        right_ui(ui, add)
+    })
+    .inner
+}
+
+/// Three lengths, each a row.
+pub(crate) fn vector_ui(
+    ui: &mut Ui,
+    what: &str,
+    value_mm: &Vector3<f64>,
+    actions: &mut Vec<PanelAction>,
+    label: &str,
+    edit: impl Fn(Vector3<f64>) -> Option<Edit>,
+) {
+    for (k, axis) in AXES.into_iter().enumerate() {
+        row_ui(ui, axis, |ui| {
+            let name = format!("{what} {axis} in mm");
+            let changes = number_ui(ui, &NumberField::length(&name), value_mm[k]);
+            number_edits(&changes, actions, label, |v| {
+                let mut value_mm = *value_mm;
+                value_mm[k] = v;
+                edit(value_mm)
+            });
+        });
+    }
+}
+
+/// Turns about x, then y, then z, shown in degrees.
+pub(crate) fn rotation_ui(
+    ui: &mut Ui,
+    rotation: &UnitQuaternion<f64>,
+    actions: &mut Vec<PanelAction>,
+    label: &str,
+    edit: impl Fn(UnitQuaternion<f64>) -> Edit,
+) {
+    let (rx, ry, rz) = rotation.euler_angles();
+    let angles = [rx, ry, rz];
+    for (k, axis) in ["rx", "ry", "rz"].into_iter().enumerate() {
+        row_ui(ui, axis, |ui| {
+            let name = format!("rotation {axis} in degrees");
+            let changes = number_ui(ui, &NumberField::angle(&name), angles[k].to_degrees());
+            number_edits(&changes, actions, label, |v| {
+                let mut angles = angles;
+                angles[k] = v.to_radians();
+                let [rx, ry, rz] = angles;
+                Some(edit(UnitQuaternion::from_euler_angles(rx, ry, rz)))
+            });
+        });
+    }
+}
+
+/// A direction by its three components; what is typed is normalised.
+fn axis_ui(
+    ui: &mut Ui,
+    axis: &Unit<Vector3<f64>>,
+    actions: &mut Vec<PanelAction>,
+    label: &str,
+    edit: impl Fn(Unit<Vector3<f64>>) -> Edit,
+) {
+    for (k, name) in AXES.into_iter().enumerate() {
+        row_ui(ui, &format!("axis {name}"), |ui| {
+            let name = format!("axis {name}");
+            let changes: Vec<NumberChange> = number_ui(ui, &NumberField::plain(&name), axis[k]);
+            number_edits(&changes, actions, label, |v| {
+                let mut direction = axis.into_inner();
+                direction[k] = v;
+                // Three zeros are no direction; the field then shows the axis as it was.
+                Unit::try_new(direction, 1e-9).map(&edit)
+            });
+        });
+    }
+}
+
+/// A row with text; the new text once it was entered.
+pub(crate) fn text_row_ui(ui: &mut Ui, name: &str, value: &str) -> Option<String> {
+    row_ui(ui, name, |ui| {
+        let id = ui.make_persistent_id((name, value));
+        let mut text =
+            ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| value.to_owned());
+        let response = ui.add(
+            TextEdit::singleline(&mut text).id(id.with("edit")).desired_width(ui.available_width()),
+        );
+        response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), name)
+        });
+        if response.lost_focus() {
+            ui.data_mut(|data| data.remove::<String>(id));
+            let is_given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
+            return (!is_given_up && text != value).then_some(text);
+        }
+        if response.has_focus() {
+            ui.data_mut(|data| data.insert_temp(id, text));
+        }
+        None
+    })
+}

@@ -1,0 +1,172 @@
+//! The range of motion with its count of poses, and the requirement.
+
+use crate::shell::PanelAction;
+use crate::widgets::basic::{NumberField, counted, number_ui, quiet_ui, section_ui, warning_ui};
+use bevy_egui::egui::{self, Ui, vec2};
+use trackwright_design::{BodyRole, Edit};
+use trackwright_geometry::pose::Pose;
+use trackwright_simulation::{AxisRange, Motion, Requirement};
+
+/// Width of a field; three stand in a row.
+const NARROW: f32 = 66.0;
+/// Width of an axis's checkbox with its name.
+const AXIS_WIDTH: f32 = 44.0;
+
+/// Where an axis of a motion is.
+type AxisOf = fn(&mut Motion) -> &mut Option<AxisRange>;
+
+const AXES: [(&str, bool, AxisOf); 6] = [
+    ("x", true, |m| &mut m.x),
+    ("y", true, |m| &mut m.y),
+    ("z", true, |m| &mut m.z),
+    ("rx", false, |m| &mut m.rx),
+    ("ry", false, |m| &mut m.ry),
+    ("rz", false, |m| &mut m.rz),
+];
+
+/// What an axis moves through when it is switched on: mm, and degrees.
+const NEW_SHIFT: AxisRange = AxisRange { min: -50.0, max: 50.0, step: 50.0 };
+const NEW_TURN: AxisRange = AxisRange { min: -45.0, max: 45.0, step: 45.0 };
+
+/// Draws the six axes of the design's motion, or of the CRF's own study, and how many poses they make.
+pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<PanelAction> {
+    let mut actions = Vec::new();
+    section_ui(ui, "Range of motion");
+    let motion_before = motion.copied().unwrap_or_default();
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.allocate_space(vec2(AXIS_WIDTH, 1.0));
+        for head in ["from", "to", "step"] {
+            ui.allocate_ui_with_layout(
+                vec2(NARROW, 12.0),
+                egui::Layout::centered_and_justified(egui::Direction::LeftToRight),
+                |ui| quiet_ui(ui, head),
+            );
+        }
+    });
+    for (name, is_shift, axis_of) in AXES {
+        axis_ui(ui, (of, motion_before), name, is_shift, axis_of, &mut actions);
+    }
+    match motion.map(|m| m.grid(&Pose::identity())) {
+        None => quiet_ui(ui, "Does not move: judged at its own pose"),
+        Some(Ok(grid)) => quiet_ui(ui, counted(grid.trials(), "pose", "poses")),
+        Some(Err(error)) => warning_ui(ui, &error.to_string()),
+    };
+    actions
+}
+
+fn axis_ui(
+    ui: &mut Ui,
+    (of, motion): (BodyRole, Motion),
+    name: &str,
+    is_shift: bool,
+    axis_of: AxisOf,
+    actions: &mut Vec<PanelAction>,
+) {
+    let with = |range: Option<AxisRange>| {
+        let mut after = motion;
+        *axis_of(&mut after) = range;
+        let after = (after != Motion::default()).then_some(after);
+        match of {
+            BodyRole::Tool => Edit::SetMotion(after),
+            BodyRole::Crf => Edit::SetCrfMotion(after),
+        }
+    };
+    let mut before = motion;
+    let range = *axis_of(&mut before);
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let mut is_on = range.is_some();
+        let size = vec2(AXIS_WIDTH, ui.spacing().interact_size.y);
+        ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
+            ui.set_min_width(AXIS_WIDTH);
+            if ui.checkbox(&mut is_on, name).changed() {
+                let new = if is_shift { NEW_SHIFT } else { NEW_TURN };
+                actions.push(PanelAction::apply(with(is_on.then_some(new))));
+            }
+        });
+        let Some(range) = range else { return };
+        type Part = fn(&mut AxisRange) -> &mut f64;
+        let parts: [(&str, Part); 3] =
+            [("from", |r| &mut r.min), ("to", |r| &mut r.max), ("step", |r| &mut r.step)];
+        for (part, value_of) in parts {
+            let unit_name = if is_shift { "mm" } else { "degrees" };
+            let field_name = format!("{name} {part} in {unit_name}");
+            let field = if is_shift {
+                NumberField::length(&field_name)
+            } else {
+                NumberField::angle(&field_name)
+            };
+            // The ends of a range never pass each other.
+            let (min, max) = match part {
+                "from" => (field.min, range.max),
+                "to" => (range.min, field.max),
+                _ => (0.0, field.max),
+            };
+            let field = NumberField { decimals: 1, speed: 0.5, min, max, ..field.width(NARROW) };
+            let mut before = range;
+            let changes = number_ui(ui, &field, *value_of(&mut before));
+            crate::shell::number_edits(&changes, actions, "Change range of motion", |v| {
+                let mut range = range;
+                *value_of(&mut range) = v;
+                Some(with(Some(range)))
+            });
+        }
+    });
+}
+
+/// Where a bound of a requirement is.
+type BoundOf = fn(&mut Requirement) -> &mut Option<f64>;
+
+const BOUNDS: [(&str, bool, f64, BoundOf); 5] = [
+    ("tip error RMS", true, 1.0, |r| &mut r.position_rms_mm),
+    ("tip error 95th percentile", true, 1.5, |r| &mut r.position_p95_mm),
+    ("tip error max", true, 2.0, |r| &mut r.position_max_mm),
+    ("angle error RMS", false, 0.5, |r| &mut r.angle_rms_deg),
+    ("angle error max", false, 1.0, |r| &mut r.angle_max_deg),
+];
+
+/// Draws the five bounds that a design, or its CRF alone, can be held against.
+pub fn requirement_ui(
+    ui: &mut Ui,
+    of: BodyRole,
+    requirement: Option<&Requirement>,
+) -> Vec<PanelAction> {
+    let mut actions = Vec::new();
+    section_ui(ui, "Requirement: at most");
+    let before = requirement.copied().unwrap_or_default();
+    for (name, is_length, new, bound_of) in BOUNDS {
+        let with = |bound: Option<f64>| {
+            let mut after = before;
+            *bound_of(&mut after) = bound;
+            let after = (after != Requirement::default()).then_some(after);
+            match of {
+                BodyRole::Tool => Edit::SetRequirement(after),
+                BodyRole::Crf => Edit::SetCrfRequirement(after),
+            }
+        };
+        let mut unchanged = before;
+        let bound = *bound_of(&mut unchanged);
+        ui.horizontal(|ui| {
+            let mut is_on = bound.is_some();
+            if ui.checkbox(&mut is_on, name).changed() {
+                actions.push(PanelAction::apply(with(is_on.then_some(new))));
+            }
+            let Some(bound) = bound else { return };
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let field_name = format!("{name} at most");
+                let field = if is_length {
+                    NumberField::length(&field_name)
+                } else {
+                    NumberField::angle(&field_name)
+                };
+                let field = NumberField { speed: 0.01, ..field.positive() };
+                let changes = number_ui(ui, &field, bound);
+                crate::shell::number_edits(&changes, &mut actions, "Change requirement", |v| {
+                    Some(with(Some(v)))
+                });
+            });
+        });
+    }
+    actions
+}

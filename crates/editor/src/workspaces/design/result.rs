@@ -1,0 +1,257 @@
+//! What the study comes to: one large figure, and the others below it.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::runner::results::Results;
+use crate::runner::solver::Extent;
+use crate::widgets::basic::{counted, quiet_ui, signed, warning_ui, with_unit};
+use crate::widgets::theme;
+use crate::widgets::verdict::{bound_text, figure_color};
+use crate::workspaces::study::desk::ModeKind;
+use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
+use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::figures::{capitalised, with_separators};
+use trackwright_simulation::{Expected, FigureRow, Figures, Headline, figure_rows, headline};
+
+/// What the panel shows.
+pub struct ResultView<'a> {
+    pub results: &'a Results,
+    /// The large figure as it was before the last change, of the same kind.
+    pub before: Option<f64>,
+    /// The room keeps measurements, so that its figures have expected ones.
+    pub has_expected: bool,
+    /// The design changed and its figures are on their way.
+    pub is_computing: bool,
+    /// Where there is little room: the large figure, and one line of the others.
+    pub is_short: bool,
+}
+
+/// The rows of `figure_rows` that the panel shows; the command line prints all.
+const SHOWN: [&str; 8] = [
+    "tip error RMS",
+    "tip error mean",
+    "tip error 95th percentile",
+    "tip error max",
+    "angle error RMS",
+    "angle error mean",
+    "angle error 95th percentile",
+    "angle error max",
+];
+
+const DETERMINED: [&str; 2] = ["tip error RMS, determined part", "tip error max, determined part"];
+
+/// What is shown where the result stands below something else.
+const BRIEF: [&str; 4] = ["tip error RMS", "tip error max", "angle error RMS", "angle error max"];
+
+/// Draws the result.
+pub fn result_ui(ui: &mut Ui, result: &ResultView) {
+    rows_ui(ui, result, &SHOWN);
+}
+
+/// Draws the large figure and the few that decide.
+pub fn brief_result_ui(ui: &mut Ui, result: &ResultView) {
+    rows_ui(ui, result, &BRIEF);
+}
+
+fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
+    ui.spacing_mut().item_spacing.y = 2.0;
+    if let Some(problem) = &result.results.problem {
+        quiet_ui(ui, "no figures");
+        warning_ui(ui, problem);
+        return;
+    }
+    let Some(study) = &result.results.study else {
+        quiet_ui(ui, "computing…");
+        return;
+    };
+    let figures = &study.value.figures;
+    let expected = result.results.expected_of_study();
+    headline_ui(ui, &headline(figures, expected), result);
+    if result.is_short {
+        quiet_ui(ui, in_short(figures, expected));
+        counts_ui(ui, figures, result.results);
+        return;
+    }
+    ui.add_space(6.0);
+    if let Some(expected) = expected {
+        expected_ui(ui, expected);
+        ui.add_space(4.0);
+        quiet_ui(ui, OWN_FIELD);
+    }
+    let shown = match expected {
+        Some(_) => &BRIEF,
+        None => shown,
+    };
+    for row in figure_rows(figures) {
+        if shown.contains(&row.label) || DETERMINED.contains(&row.label) {
+            figure_ui(ui, &row);
+        }
+    }
+    if let Some(Ok(scatter)) = &result.results.scatter {
+        figure_ui(
+            ui,
+            &FigureRow {
+                label: "tip jitter RMS, this pose",
+                value: format!("{:.4}", scatter.rms_mm),
+                unit: "mm",
+            },
+        );
+    }
+    ui.add_space(4.0);
+    counts_ui(ui, figures, result.results);
+}
+
+/// Above the figures of the field that was fitted: what its measurements leave open is not in them.
+const OWN_FIELD: &str = "in the room's own field";
+
+/// The tip error in one line.
+fn in_short(figures: &Figures, expected: Option<&Expected>) -> String {
+    let error = &figures.position_mm;
+    let own = [error.rms, error.p95, error.max];
+    let [rms, p95, max, ..] = REQUIRED;
+    let of = |(figure, own)| {
+        let found = expected.and_then(|expected| expected.of(figure));
+        format!("{:.2}", found.map_or(own, |(value, _)| value))
+    };
+    let [rms, p95, max] = [(rms, own[0]), (p95, own[1]), (max, own[2])].map(of);
+    let max = with_unit(&max, "mm");
+    let kind = expected.map_or("", |_| "expected ");
+    format!("{kind}tip error: RMS {rms}, 95th percentile {p95}, max {max}")
+}
+
+/// `0.46–0.85`: without its unit, which stands beside it.
+pub(crate) fn interval_text([low, high]: [f64; 2]) -> String {
+    format!("{low:.2}–{high:.2}")
+}
+
+/// The expected figures with their intervals.
+fn expected_ui(ui: &mut Ui, expected: &Expected) {
+    for figure in REQUIRED {
+        let Some((value, interval)) = expected.of(figure) else {
+            continue;
+        };
+        ui.horizontal(|ui| {
+            quiet_ui(ui, figure.label());
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                quiet_ui(ui, interval_text(interval)).on_hover_text(INTERVAL);
+                ui.label(with_unit(&format!("{value:.2}"), figure.unit()));
+            });
+        });
+    }
+}
+
+/// What an interval is.
+const INTERVAL: &str =
+    "95 % interval: how far the figure may be off, from what the room's measurements leave open";
+
+fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
+    let is_pending = result.has_expected && headline.interval.is_none();
+    ui.horizontal(|ui| {
+        let name = headline.figure.label();
+        match headline.interval {
+            Some(_) => quiet_ui(ui, format!("expected {name}")),
+            None => quiet_ui(ui, name),
+        };
+        if result.is_computing {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                quiet_ui(ui, "computing…");
+            });
+        }
+    });
+    let unit = headline.figure.unit();
+    // What is not known for certain yet has no verdict.
+    let bound = headline.bound.filter(|_| !is_pending);
+    ui.horizontal(|ui| {
+        let color = figure_color(bound.map(|bound| bound.verdict));
+        let value = with_unit(&format!("{:.2}", headline.value), unit);
+        ui.label(RichText::new(value).font(theme::figure_font()).color(color));
+        if let Some(interval) = headline.interval {
+            let text = RichText::new(interval_text(interval)).color(palette::TEXT.color32());
+            ui.label(text).on_hover_text(INTERVAL);
+        }
+        if let Some(before) = result.before {
+            let change = headline.value - before;
+            let text = with_unit(&signed(change, 2), unit);
+            let color = if text.starts_with('±') {
+                palette::TEXT_QUIET
+            } else if change < 0.0 {
+                palette::MET
+            } else {
+                palette::MISSED
+            };
+            ui.label(RichText::new(text).color(color.color32()))
+                .on_hover_text("Change since the last edit began");
+        }
+    });
+    if is_pending {
+        quiet_ui(ui, OWN_FIELD);
+    }
+    if let Some(bound) = &bound {
+        let text = bound_text(bound, unit);
+        ui.label(RichText::new(text).color(figure_color(Some(bound.verdict))));
+    }
+}
+
+fn figure_ui(ui: &mut Ui, row: &FigureRow) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(row.label).color(palette::TEXT_QUIET.color32()));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.label(with_unit(&row.value, row.unit));
+        });
+    });
+}
+
+fn counts_ui(ui: &mut Ui, figures: &Figures, results: &Results) {
+    match results.extent {
+        Some(Extent::PreviewOf(whole)) => {
+            let part = counted(figures.trials, "trial", "trials");
+            warning_ui(
+                ui,
+                &format!("preview while dragging: {part} of {}", with_separators(whole)),
+            );
+        }
+        Some(Extent::Whole) | None => {
+            let trials = counted(figures.trials, "trial", "trials");
+            quiet_ui(ui, of_mode(trials, results.mode));
+        }
+    }
+    for text in warnings(figures) {
+        warning_ui(ui, &text);
+    }
+}
+
+/// Which mode the figures are of.
+fn of_mode(trials: String, mode: Option<ModeKind>) -> String {
+    match mode {
+        Some(mode) => format!("{}, {trials}", mode.name()),
+        None => trials,
+    }
+}
+
+/// What is not as it should be, in words.
+pub fn warnings(figures: &Figures) -> Vec<String> {
+    let mut texts = Vec::new();
+    let count = |n: usize| counted(n, "trial has", "trials have");
+    if figures.outside > 0 {
+        texts.push(format!("{} a sensor outside the model's box", count(figures.outside)));
+    }
+    if figures.out_of_volume > 0 {
+        texts
+            .push(format!("{} a sensor out of the tracker's volume", count(figures.out_of_volume)));
+    }
+    if figures.rejected > 0 {
+        texts.push(format!("{} left out", counted(figures.rejected, "trial was", "trials were")));
+    }
+    if let Some(free) = &figures.free_axis {
+        texts.push(capitalised(&free.statement()));
+    }
+    if figures.poorly_determined {
+        texts.push("A rotation is poorly determined: noise decides it".to_owned());
+    }
+    texts
+}
+
+/// A frame that sets the result apart from the inspector above.
+pub fn frame() -> egui::Frame {
+    theme::panel_frame(egui::Margin::symmetric(12, 8))
+}

@@ -1,0 +1,284 @@
+//! Does what the panels ask for, or starts the thread that does.
+
+use crate::document::apply::{Notice, WorldGeneration};
+use crate::document::requests::{EditRequest, OpenWorld};
+use crate::runner::job::Job;
+use crate::runner::wake::Waker;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::workspaces::field::desk::{FieldDesk, FieldSettings, Reading, TableRole};
+use crate::workspaces::field::work::{self, Compared};
+use crate::workspaces::field::{FieldRequest, RoomToSave};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use std::path::{Path, PathBuf};
+use trackwright_design::{Edit, Origin};
+use trackwright_field::Environment;
+use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomSource, RoomSummary};
+
+/// Rooms that are remembered as recently used.
+const MOST_RECENT: usize = 8;
+
+pub(crate) fn answer(mut requests: MessageReader<FieldRequest>, mut hand: Hand) {
+    for request in requests.read() {
+        hand.answer(request.clone());
+    }
+    // What was asked for shows in the panels, or in the scene after an edit.
+    hand.redraw.write(RequestRedraw);
+}
+
+/// What the requests work on.
+#[derive(SystemParam)]
+pub(crate) struct Hand<'w> {
+    desk: ResMut<'w, FieldDesk>,
+    world: Option<Res<'w, OpenWorld>>,
+    generation: Res<'w, WorldGeneration>,
+    waker: Res<'w, Waker>,
+    dialogs: ResMut<'w, Dialogs>,
+    notice: ResMut<'w, Notice>,
+    edits: MessageWriter<'w, EditRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
+}
+
+impl Hand<'_> {
+    fn answer(&mut self, request: FieldRequest) {
+        match request {
+            FieldRequest::ShowOpen(role) => {
+                let folder = self.table_folder();
+                self.dialogs.show(Dialog::open_table(folder, role));
+            }
+            FieldRequest::Open(role, file) => self.read(role, file),
+            FieldRequest::Drop(file) => {
+                let slot = &self.desk.training;
+                if slot.table.is_none() && slot.reading.is_none() {
+                    self.read(TableRole::Training, file);
+                } else {
+                    self.dialogs.show(Dialog::WhichTable { file });
+                }
+            }
+            FieldRequest::Close(role) => {
+                let slot = self.desk.slot_mut(role);
+                if slot.reading.take().is_none() {
+                    slot.table = None;
+                }
+            }
+            FieldRequest::TakeAsIs(file, is_taken) => {
+                match is_taken {
+                    true => self.desk.as_is.insert(file),
+                    false => self.desk.as_is.remove(&file),
+                };
+            }
+            FieldRequest::Set(settings) => self.set(settings),
+            FieldRequest::Show(shown) => self.desk.shown = shown,
+            FieldRequest::Fit => self.fit(),
+            FieldRequest::CancelFit => {
+                if let Some(job) = &self.desk.fitting {
+                    job.cancel();
+                }
+            }
+            FieldRequest::ShowSelection(is_open) => self.desk.is_selection_open = is_open,
+            FieldRequest::Try => self.compare(),
+            FieldRequest::CancelTry => {
+                if let Some(job) = &self.desk.comparing {
+                    job.cancel();
+                }
+            }
+            FieldRequest::ShowSave(room) => self.show_save(room),
+            FieldRequest::Save(room, file) => self.save(&room, &with_extension(&file)),
+            FieldRequest::Assign(place) => self.assign(place),
+        }
+    }
+
+    /// The table that is there stays until the new one is.
+    fn read(&mut self, role: TableRole, file: PathBuf) {
+        let how = self.desk.settings.reading();
+        let job = Job::start("measurements", &self.waker, {
+            let file = file.clone();
+            move |task| Files::default().read_table(&file, how, task)
+        });
+        match job {
+            Ok(job) => {
+                self.desk.counts.readings += 1;
+                self.desk.slot_mut(role).reading = Some(Reading { file, how, job });
+            }
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    /// Other sensors or another map make other samples of the same rows.
+    fn set(&mut self, settings: FieldSettings) {
+        self.desk.settings = settings;
+        let how = settings.reading();
+        for role in TableRole::ALL {
+            let slot = self.desk.slot(role);
+            let (file, was) = match (&slot.reading, &slot.table) {
+                (Some(reading), _) => (reading.file.clone(), reading.how),
+                (None, Some(table)) => (table.file.clone(), table.reading),
+                (None, None) => continue,
+            };
+            if was != how {
+                self.read(role, file);
+            }
+        }
+    }
+
+    fn fit(&mut self) {
+        if let Some(why) = self.desk.hindrance() {
+            *self.notice = Notice::Refused(why.to_owned());
+            return;
+        }
+        let (Some(training), held_out) =
+            (self.desk.training.table.clone(), self.desk.held_out.table.clone())
+        else {
+            return;
+        };
+        let settings = self.desk.settings;
+        let job = Job::start("fit", &self.waker, move |task| {
+            work::fit(&training, held_out.as_ref(), settings, task)
+        });
+        match job {
+            Ok(job) => {
+                self.desk.counts.fits += 1;
+                self.desk.fitting = Some(job);
+                self.notice.set_if_neq(Notice::Nothing);
+            }
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    fn compare(&mut self) {
+        let (Some(fitted), Some(world)) = (&self.desk.fitted, &self.world) else {
+            *self.notice = Notice::Refused("no fitted room to try".to_owned());
+            return;
+        };
+        let compared = Compared::new(world, *self.generation, fitted);
+        let job = Job::start("try", &self.waker, move |task| work::compare(compared, task));
+        match job {
+            Ok(job) => {
+                self.desk.counts.comparisons += 1;
+                self.desk.comparing = Some(job);
+            }
+            Err(error) => self.no_thread(&error),
+        }
+    }
+
+    fn show_save(&mut self, room: RoomToSave) {
+        let name = match &room {
+            RoomToSave::Copy(place) => place.file_name(),
+            RoomToSave::Fitted => match &self.desk.fitted {
+                Some(fitted) => format!("{}{ENVIRONMENT_EXTENSION}", fitted.environment.name),
+                None => {
+                    *self.notice = Notice::Refused("no fitted room to use".to_owned());
+                    return;
+                }
+            },
+        };
+        let folder = self.design_folder().unwrap_or_else(|| self.table_folder());
+        self.dialogs.show(Dialog::save_room(folder, &name, room));
+    }
+
+    fn save(&mut self, room: &RoomToSave, file: &Path) {
+        let Some(world) = &self.world else { return };
+        let saved = match room {
+            RoomToSave::Copy(place) => place.read(),
+            RoomToSave::Fitted => match &self.desk.fitted {
+                None => return,
+                Some(fitted) => Ok(Environment {
+                    name: trackwright_project::room_name(file),
+                    ..(*fitted.environment).clone()
+                }),
+            },
+        }
+        .and_then(|environment| {
+            let reference = trackwright_project::write_room_for(&world.0, file, &environment)?;
+            Ok((environment.name, reference))
+        });
+        match saved {
+            Ok((name, reference)) => {
+                self.put_into(&name, reference);
+                self.remember(RoomSource::File(
+                    file.canonicalize().unwrap_or_else(|_| file.to_owned()),
+                ));
+                *self.notice = Notice::Done(format!("Saved {}", file.display()));
+            }
+            Err(error) => self.dialogs.show(Dialog::error("The room cannot be saved", &error)),
+        }
+    }
+
+    fn assign(&mut self, place: RoomSource) {
+        let Some(world) = &self.world else { return };
+        let listed = self.desk.rooms.iter().find(|room| room.place == place);
+        let name = match listed {
+            Some(room) => Ok(room.summary.name.clone()),
+            None => place.read().map(|room| RoomSummary::of(&room).name),
+        };
+        let reference = name.and_then(|name| {
+            // A file that is gone or spoilt by now is no room to be put into.
+            if let RoomSource::File(_) = &place {
+                place.read()?;
+            }
+            Ok((name, trackwright_project::reference_to_room(&world.0, &place)?))
+        });
+        match reference {
+            Ok((name, Some(reference))) => {
+                self.put_into(&name, reference);
+                self.remember(place);
+            }
+            // The built-in world is out of reach of a design on the disk.
+            Ok((_, None)) => self.show_save(RoomToSave::Copy(place)),
+            Err(error) => self.dialogs.show(Dialog::error("The room cannot be opened", &error)),
+        }
+    }
+
+    /// One undo step with the room's name. The room that is left stays in the list, wherever it is.
+    fn put_into(&mut self, name: &str, reference: String) {
+        if let Some(left) = self.desk.own.clone() {
+            self.remember(left);
+        }
+        self.edits.write(EditRequest::Begin(format!("Use room {name}")));
+        self.edits.write(EditRequest::Apply(Edit::SetEnvironment(reference)));
+        self.edits.write(EditRequest::Commit);
+    }
+
+    fn remember(&mut self, place: RoomSource) {
+        let recent = &mut self.desk.recent;
+        recent.retain(|other| *other != place);
+        recent.insert(0, place);
+        recent.truncate(MOST_RECENT);
+    }
+
+    fn no_thread(&mut self, error: &std::io::Error) {
+        *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
+    }
+
+    /// Where the dialog for tables begins: beside the table that is open, else beside the design.
+    fn table_folder(&self) -> PathBuf {
+        let of_table = TableRole::ALL.into_iter().find_map(|role| {
+            let table = self.desk.slot(role).table.as_ref()?;
+            table.file.parent().map(Path::to_path_buf)
+        });
+        of_table
+            .or_else(|| self.design_folder())
+            .filter(|folder| !folder.as_os_str().is_empty())
+            .or_else(|| std::env::current_dir().ok())
+            .unwrap_or_else(|| PathBuf::from("/"))
+    }
+
+    /// `None` for a built-in design.
+    fn design_folder(&self) -> Option<PathBuf> {
+        match self.world.as_ref()?.0.document.origin() {
+            Origin::File(file) => file.parent().map(Path::to_path_buf),
+            Origin::BuiltIn(_) => None,
+        }
+    }
+}
+
+/// The path with the extension of environments where a person left it out.
+fn with_extension(path: &Path) -> PathBuf {
+    let name = path.as_os_str().to_string_lossy();
+    if name.ends_with(".ron") {
+        path.to_path_buf()
+    } else {
+        PathBuf::from(format!("{name}{ENVIRONMENT_EXTENSION}"))
+    }
+}

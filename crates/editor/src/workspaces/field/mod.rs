@@ -1,0 +1,146 @@
+//! The Field workspace: where a room is made from measurements, judged, and given to the design.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`desk`] | the state: tables, settings, the newest fit, rooms |
+//! | `answer` | does what the panels ask for, or starts the thread that does |
+//! | `hear` | takes what the threads found |
+//! | `rooms` | keeps the list of rooms while the workspace is shown |
+//! | [`samples`] | draws the measurements while the workspace is shown |
+//! | [`kind`] | the kinds of models that are offered |
+//! | [`work`] | what the threads do |
+
+pub mod answer;
+pub mod desk;
+pub mod hear;
+pub mod kind;
+pub mod panels;
+pub mod rooms;
+pub mod samples;
+pub mod work;
+
+use crate::document::apply::{Notice, WorldGeneration};
+use crate::document::drops::is_table;
+use crate::document::requests::EditRequest;
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::commands::CommandsSystems;
+use crate::shell::dialogs::Dialogs;
+use crate::shell::window::Workspace;
+use crate::workspaces::field::desk::{FieldDesk, FieldSettings, SamplesShown, TableRole};
+use bevy::prelude::*;
+use bevy::window::{FileDragAndDrop, RequestRedraw};
+use std::path::PathBuf;
+use trackwright_project::RoomSource;
+
+/// Makes rooms when [`FieldRequest`] asks; nothing is read or computed before.
+///
+/// Answers in [`EditorSystems::Input`], so that an assigned room is applied in the same frame, and
+/// takes results in [`EditorSystems::Solve`].
+pub struct FieldPlugin;
+
+/// Asks for something of the workspace.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum FieldRequest {
+    /// Shows the dialog that chooses a table.
+    ShowOpen(TableRole),
+    Open(TableRole, PathBuf),
+    /// A file was dropped: the first table, or whichever the person says.
+    Drop(PathBuf),
+    /// Puts a table away, or gives its reading up.
+    Close(TableRole),
+    /// Takes a table that is suspected of being another one as it stands, or no longer.
+    TakeAsIs(PathBuf, bool),
+    Set(FieldSettings),
+    Show(SamplesShown),
+    Fit,
+    CancelFit,
+    /// Shows or hides the window with Fig. 3 and its table.
+    ShowSelection(bool),
+    /// Computes the design's figures in the fitted room, without changing the design.
+    Try,
+    CancelTry,
+    /// Shows the dialog that chooses where a room is saved.
+    ShowSave(RoomToSave),
+    /// Saves a room and assigns it to the design.
+    Save(RoomToSave, PathBuf),
+    /// Puts the design into a room, as one undo step.
+    Assign(RoomSource),
+}
+
+/// A room that is no file of its own yet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RoomToSave {
+    /// The newest fit.
+    Fitted,
+    /// A built-in room, for a design that is on the disk.
+    Copy(RoomSource),
+}
+
+/// What the person is at, as a run condition.
+pub fn is_shown(workspace: Res<Workspace>) -> bool {
+    *workspace == Workspace::Field
+}
+
+fn is_busy(desk: Res<FieldDesk>) -> bool {
+    desk.is_busy()
+}
+
+impl Plugin for FieldPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<FieldDesk>()
+            .init_resource::<Workspace>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<Notice>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Waker>()
+            .add_message::<FieldRequest>()
+            .add_message::<EditRequest>()
+            .add_message::<FileDragAndDrop>()
+            .add_message::<RequestRedraw>()
+            .add_systems(
+                Update,
+                (
+                    (
+                        hear_drops.run_if(on_message::<FileDragAndDrop>),
+                        answer::answer.run_if(on_message::<FieldRequest>),
+                    )
+                        .chain()
+                        .after(CommandsSystems)
+                        .in_set(EditorSystems::Input),
+                    (
+                        hear::hear.run_if(is_busy),
+                        rooms::keep_list
+                            .run_if(is_shown.or_else(crate::workspaces::decide::is_shown)),
+                    )
+                        .chain()
+                        .in_set(EditorSystems::Solve),
+                ),
+            );
+    }
+}
+
+/// Tables that are dropped onto the window while the workspace is shown.
+fn hear_drops(
+    mut dropped: MessageReader<FileDragAndDrop>,
+    workspace: Res<Workspace>,
+    mut desk: ResMut<FieldDesk>,
+    mut requests: MessageWriter<FieldRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    let is_shown = *workspace == Workspace::Field;
+    for drop in dropped.read() {
+        let is_near = is_shown
+            && matches!(drop, FileDragAndDrop::HoveredFile { path_buf, .. } if is_table(path_buf));
+        if desk.is_drop_near != is_near {
+            desk.is_drop_near = is_near;
+            redraw.write(RequestRedraw);
+        }
+        if let (true, FileDragAndDrop::DroppedFile { path_buf, .. }) = (is_shown, drop)
+            && is_table(path_buf)
+        {
+            requests.write(FieldRequest::Drop(path_buf.clone()));
+            redraw.write(RequestRedraw);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! The panels of the Field workspace: pure functions from its desk to what the person asked for.
+
+pub mod rooms;
+pub mod selection;
+pub mod settings;
+pub mod table;
+pub mod worth;
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{MET_SIGN, quiet_ui, signed};
+use crate::widgets::theme;
+use bevy_egui::egui::{self, Color32, RichText, Ui, vec2};
+
+/// Width of the names in front of fields.
+const NAME_WIDTH: f32 = 92.0;
+
+/// A row of a name and what belongs to it.
+fn named_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| {
+        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
+        let layout = egui::Layout::left_to_right(egui::Align::Center);
+        ui.allocate_ui_with_layout(size, layout, |ui| {
+            ui.set_min_width(NAME_WIDTH);
+            ui.label(name);
+        });
+        add(ui)
+    })
+    .inner
+}
+
+/// The head of a table's column, at the column's right end.
+fn head_ui(ui: &mut Ui, text: &str) {
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        quiet_ui(ui, text);
+    });
+}
+
+/// A cell of a table of numbers, at the column's right end.
+fn cell_ui(ui: &mut Ui, text: impl Into<String>, color: Color32) -> egui::Response {
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        ui.label(RichText::new(text).color(color))
+    })
+    .inner
+}
+
+/// The colour of a change: less error is better. A sign stands beside it.
+fn change_color(text: &str) -> Color32 {
+    if text.starts_with('±') {
+        palette::TEXT_QUIET.color32()
+    } else if text.starts_with('+') {
+        palette::MISSED.color32()
+    } else {
+        palette::MET.color32()
+    }
+}
+
+/// A change of a figure with its sign and colour.
+fn change_ui(ui: &mut Ui, change: f64, decimals: usize) {
+    let text = signed(change, decimals);
+    let color = change_color(&text);
+    cell_ui(ui, text, color);
+}
+
+/// Something that is as it should be, with a sign before it.
+fn good_ui(ui: &mut Ui, text: &str) {
+    let color = theme::verdict_color(Some(true));
+    ui.add(egui::Label::new(RichText::new(format!("{MET_SIGN} {text}")).color(color)).wrap());
+}

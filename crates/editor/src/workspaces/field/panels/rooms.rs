@@ -1,0 +1,61 @@
+//! The rooms that the design could be put in, each with its held-out error.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{Mark, Row, THIN_SPACE, counted, length, quiet_ui, row_ui, section_ui};
+use crate::workspaces::field::FieldRequest;
+use crate::workspaces::field::desk::FieldDesk;
+use bevy_egui::egui::Ui;
+use trackwright_project::{RoomListing, RoomSource};
+
+/// Draws the list; a click puts the design into the room.
+pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
+    let mut asked = Vec::new();
+    section_ui(ui, "Rooms, held-out error");
+    if desk.rooms.is_empty() {
+        quiet_ui(ui, if desk.listing.is_some() { "reading…" } else { "none" });
+    }
+    for room in &desk.rooms {
+        let is_own = desk.own.as_ref() == Some(&room.place);
+        let worth = match (room.summary.samples, room.summary.held_out_rms_mm) {
+            (None, _) => "ideal".to_owned(),
+            (Some(_), None) => "none".to_owned(),
+            (Some(_), Some(rms_mm)) => length(rms_mm),
+        };
+        let mark = is_own.then_some((Mark::Dot, palette::ACCENT.color32()));
+        let name = match &room.place {
+            RoomSource::BuiltIn(_) => format!("{} (built in)", room.summary.name),
+            RoomSource::File(_) => room.summary.name.clone(),
+        };
+        let row = Row {
+            label: &name,
+            note: &worth,
+            is_selected: is_own,
+            mark: Some(mark.unwrap_or((Mark::Dot, palette::LINE.color32()))),
+            ..Row::default()
+        };
+        let response = row_ui(ui, &row).on_hover_text(about(room, is_own));
+        if response.clicked() && !is_own {
+            asked.push(FieldRequest::Assign(room.place.clone()));
+        }
+    }
+    asked
+}
+
+/// What the row has no room for.
+fn about(room: &RoomListing, is_own: bool) -> String {
+    let place = match &room.place {
+        RoomSource::BuiltIn(_) => "built in".to_owned(),
+        RoomSource::File(path) => path.display().to_string(),
+    };
+    let samples = match room.summary.samples {
+        None => "never measured".to_owned(),
+        Some(samples) => counted(samples, "sample", "samples"),
+    };
+    let held_out = match room.summary.held_out_rms_mm {
+        None => "no held-out error".to_owned(),
+        Some(rms_mm) => format!("held-out error {rms_mm:.2}{THIN_SPACE}mm RMS"),
+    };
+    let verb = if is_own { "The design is in this room" } else { "Puts the design into this room" };
+    format!("{verb}\n{place}\n{samples}, {held_out}")
+}

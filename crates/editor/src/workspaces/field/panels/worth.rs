@@ -1,0 +1,230 @@
+//! What the newest fit is worth, beside what it was made from, and the design's figures in it.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{
+    count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
+};
+use crate::widgets::theme;
+use crate::widgets::verdict::{verdict_mark, verdict_text};
+use crate::workspaces::field::desk::FieldDesk;
+use crate::workspaces::field::desk::{Comparison, Fitted};
+use crate::workspaces::field::kind::FieldKind;
+use crate::workspaces::field::panels::{cell_ui, change_ui, good_ui, head_ui};
+use crate::workspaces::field::{FieldRequest, RoomToSave};
+use bevy_egui::egui::{Grid, Label, RichText, Ui};
+use trackwright_calibration::fit_quality::FitQuality;
+use trackwright_field::selection::Candidate;
+use trackwright_report::room::{fit_warnings, harmonic_text, method_name};
+use trackwright_report::selection::{candidate_text, reason};
+use trackwright_simulation::comparison::{Figure, REQUIRED};
+use trackwright_simulation::own_study::OwnStudy;
+
+/// Draws what the newest fit is worth, and what can be done with it.
+pub fn worth_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
+    let mut asked = Vec::new();
+    section_ui(ui, "Fit quality");
+    let Some(fitted) = &desk.fitted else {
+        quiet_ui(ui, "Nothing is fitted yet");
+        return asked;
+    };
+    title_ui(ui, fitted);
+    if desk.is_outdated(fitted) {
+        warning_ui(ui, "Tables or settings have changed since this fit");
+    }
+    ui.add_space(2.0);
+    figures_ui(ui, fitted);
+    if fitted.held_out_quality.is_none() {
+        quiet_ui(ui, "Open held-out measurements to judge it on what it has not seen");
+    }
+    ui.add_space(4.0);
+    if fitted.asked.kind.is_polynomial() {
+        systems_ui(ui, fitted);
+    }
+    let warnings = fit_warnings(&fitted.fit);
+    for warning in warnings.iter().chain(&fitted.notes) {
+        warning_ui(ui, warning);
+    }
+    if warnings.is_empty() && fitted.settings.order > 0 {
+        good_ui(ui, "every coefficient is determined by its samples");
+    }
+    ui.add_space(6.0);
+    ui.horizontal(|ui| {
+        let use_it = ui
+            .add(main_button("Use in this design…"))
+            .on_hover_text("Saves the room to a file and puts the design into it");
+        if use_it.clicked() {
+            asked.push(FieldRequest::ShowSave(RoomToSave::Fitted));
+        }
+        match &desk.comparing {
+            Some(_) => {
+                if ui.button("Cancel").clicked() {
+                    asked.push(FieldRequest::CancelTry);
+                }
+                quiet_ui(ui, "computing…");
+            }
+            None => {
+                let try_it = ui
+                    .button("Try")
+                    .on_hover_text("Shows the design's figures in this room; the design stays");
+                if try_it.clicked() {
+                    asked.push(FieldRequest::Try);
+                }
+            }
+        }
+    });
+    asked
+}
+
+fn title_ui(ui: &mut Ui, fitted: &Fitted) {
+    let settings = &fitted.settings;
+    let candidate =
+        Candidate { order: settings.order, directions: settings.directions, ridge: settings.ridge };
+    let of_polynomials =
+        format!("{}, {}", candidate_text(&candidate), method_name(settings.method));
+    let title = match (&fitted.harmonic, fitted.asked.kind) {
+        (Some(harmonic), _) => harmonic_text(harmonic),
+        (None, FieldKind::SymmetricPolynomials) => format!("{of_polynomials}, symmetric"),
+        (None, FieldKind::Polynomials) => of_polynomials,
+        (None, kind) => kind.label(),
+    };
+    let title = RichText::new(title).color(palette::TEXT_STRONG.color32());
+    ui.add(Label::new(title).wrap());
+    if let Some(chosen) = &fitted.chosen {
+        let why = reason(&chosen.selection, chosen.by.as_deref(), chosen.tried.folds);
+        let why = RichText::new(why).font(theme::label_font()).color(palette::TEXT_QUIET.color32());
+        ui.add(Label::new(why).wrap());
+    }
+}
+
+/// A row of the table of figures: its name, and its value where a table has it.
+type FigureOf = (&'static str, &'static str, fn(&FitQuality) -> Option<[f64; 2]>);
+
+const FIGURES: [FigureOf; 4] = [
+    ("position RMS", "mm", |worth| {
+        Some([worth.before.rms.position_rms_mm, worth.after.rms.position_rms_mm])
+    }),
+    ("position max", "mm", |worth| {
+        Some([worth.before.position_max_mm, worth.after.position_max_mm])
+    }),
+    ("angle RMS", "°", |worth| {
+        Some([
+            worth.before.rms.angle_rms_rad?.to_degrees(),
+            worth.after.rms.angle_rms_rad?.to_degrees(),
+        ])
+    }),
+    ("angle max", "°", |worth| {
+        Some([worth.before.angle_max_rad?.to_degrees(), worth.after.angle_max_rad?.to_degrees()])
+    }),
+];
+
+/// Training and held-out error, before and after.
+fn figures_ui(ui: &mut Ui, fitted: &Fitted) {
+    let worths = [Some(&fitted.training_quality), fitted.held_out_quality.as_ref()];
+    Grid::new("worth").num_columns(5).spacing([8.0, 3.0]).show(ui, |ui| {
+        quiet_ui(ui, "");
+        quiet_ui(ui, "fitted");
+        head_ui(ui, "");
+        if worths[1].is_some() {
+            quiet_ui(ui, "held out");
+            head_ui(ui, "");
+        }
+        ui.end_row();
+        quiet_ui(ui, "");
+        for _ in worths.into_iter().flatten() {
+            head_ui(ui, "before");
+            head_ui(ui, "after");
+        }
+        ui.end_row();
+        for (name, unit, value) in FIGURES {
+            let values = worths.map(|worth| worth.and_then(value));
+            if values.iter().all(Option::is_none) {
+                continue;
+            }
+            ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+            for [before, after] in values.into_iter().flatten() {
+                let text = |value: f64| with_unit(&format!("{value:.2}"), unit);
+                cell_ui(ui, text(before), palette::TEXT_QUIET.color32());
+                cell_ui(ui, text(after), palette::TEXT_STRONG.color32());
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// Rank and condition of the systems.
+fn systems_ui(ui: &mut Ui, fitted: &Fitted) {
+    let systems = &fitted.fit.systems;
+    let by = |value: fn(&trackwright_field::fit::SystemReport) -> usize| {
+        systems.iter().map(value).min().unwrap_or(0)
+    };
+    let Some(first) = systems.first() else {
+        quiet_ui(ui, "order 0 has no coefficients");
+        return;
+    };
+    fact_ui(ui, "least rank", &format!("{} of {}", count(by(|s| s.rank)), count(first.unknowns)));
+    fact_ui(ui, "least samples", &count(by(|s| s.samples)));
+    let conditions = systems.iter().map(|s| s.condition);
+    let least = conditions.clone().fold(f64::INFINITY, f64::min);
+    let most = conditions.fold(0.0, f64::max);
+    let text = match systems.len() {
+        1 => format!("{most:.1}"),
+        _ => format!("{least:.1} to {most:.1}"),
+    };
+    fact_ui(ui, "condition", &text);
+}
+
+/// Draws the design's figures in the present room beside those in the fitted one.
+pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
+    section_ui(ui, "The design in this room");
+    if !is_current {
+        warning_ui(ui, "The design or its room has changed since");
+    }
+    Grid::new("comparison").num_columns(4).spacing([10.0, 3.0]).show(ui, |ui| {
+        quiet_ui(ui, "");
+        for head in ["present", "fitted", "change"] {
+            head_ui(ui, head);
+        }
+        ui.end_row();
+        let rooms = [&comparison.present, &comparison.tried];
+        for figure in REQUIRED {
+            let [present, tried] = rooms.map(|study| known(study, figure));
+            let name = figure.label().replace("95th percentile", "95 %");
+            ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+            let text = |value: f64| with_unit(&format!("{value:.2}"), figure.unit());
+            for ((value, interval), color) in
+                [(present, palette::TEXT_QUIET), (tried, palette::TEXT_STRONG)]
+            {
+                let cell = cell_ui(ui, text(value), color.color32());
+                if let Some([low, high]) = interval {
+                    cell.on_hover_text(format!("expected; 95 %: {} to {}", text(low), text(high)));
+                }
+            }
+            // An expected value and one of a room's own field are no change of each other.
+            if present.1.is_some() == tried.1.is_some() {
+                change_ui(ui, tried.0 - present.0, 2);
+            }
+            ui.end_row();
+        }
+        if let [Some(present), Some(tried)] = rooms.map(OwnStudy::verdict) {
+            ui.label(RichText::new("requirement").color(palette::TEXT_QUIET.color32()));
+            for verdict in [present, tried] {
+                cell_ui(ui, verdict_text(verdict), verdict_mark(verdict).1);
+            }
+            ui.end_row();
+        }
+    });
+}
+
+/// A figure that is to be expected with its interval, where the room can say it, else that of the room's
+/// own field.
+fn known(study: &OwnStudy, figure: Figure) -> (f64, Option<[f64; 2]>) {
+    let expected = study.expected.as_ref().and_then(|e| e.of(figure));
+    match expected {
+        Some((value, interval)) => (value, Some(interval)),
+        None => {
+            let figures = &study.figures;
+            (figure.of_study(&figures.position_mm, &figures.angle_deg), None)
+        }
+    }
+}

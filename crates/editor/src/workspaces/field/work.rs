@@ -1,0 +1,188 @@
+//! What the workspace's threads do: calls of the core in order, each told to one task.
+
+use crate::document::apply::WorldGeneration;
+use crate::document::requests::OpenWorld;
+use crate::workspaces::field::desk::{Comparison, FieldSettings, Fitted, Table};
+use std::sync::Arc;
+use trackwright_calibration::fit_quality::fit_quality;
+use trackwright_calibration::room_choice::{Chosen, ModelChoice, choose, row_groups};
+use trackwright_calibration::room_fit::{
+    FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
+};
+use trackwright_field::fit::FitSettings;
+use trackwright_field::selection::{SelectError, SelectSettings};
+use trackwright_project::room_name;
+use trackwright_report::room::support_note;
+use trackwright_report::selection::grouped_line;
+use trackwright_simulation::Scenario;
+use trackwright_simulation::own_study::{OwnStudy, mode_of, own_study};
+use trackwright_task::{Cancelled, Task};
+
+/// Part of the time that choosing takes, for the bar only: it tries hundreds of models.
+pub const CHOOSING_PART: f64 = 0.85;
+/// Parts of the rest at which the fit itself and its standard errors end; what the measurements
+/// leave open takes what is left.
+const FITTING_PART: f64 = 0.4;
+const SUPPORT_PART: f64 = 0.5;
+
+/// How work ended without what was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Failure {
+    Cancelled,
+    /// In the words of the command line.
+    Because(String),
+}
+
+/// Chooses what is open, fits, and judges.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn fit(
+    training: &Table,
+    held_out: Option<&Table>,
+    settings: FieldSettings,
+    task: &Task,
+) -> Result<Fitted, Failure> {
+    let mut notes = Vec::new();
+    let wanted = match settings.kind.is_polynomial() {
+        true => settings.model.wanted(&training.samples),
+        false => ModelChoice::Fixed(FitSettings::without_polynomials(settings.model.map)),
+    };
+    let (model, chosen, fitting) = match wanted {
+        ModelChoice::Fixed(model) => (model, None, task.clone()),
+        ModelChoice::Open(tried) => {
+            let choosing = task.stretch(0.0, CHOOSING_PART);
+            let chosen = choose_model(training, tried, &mut notes, &choosing)?;
+            let rest = task.stretch(CHOOSING_PART, 1.0);
+            (chosen.settings(), Some(chosen), rest)
+        }
+    };
+    let FittedRoom { environment, fit, support_left_out, harmonic } =
+        fit_model(training, held_out, &settings, model, &fitting)?;
+    notes.extend(support_left_out.as_ref().map(support_note));
+    Ok(Fitted {
+        training_quality: fit_quality(&fit.model, &training.samples),
+        held_out_quality: held_out.map(|table| fit_quality(&fit.model, &table.samples)),
+        training: Arc::clone(training),
+        held_out: held_out.map(Arc::clone),
+        asked: settings,
+        settings: model,
+        harmonic,
+        chosen,
+        notes,
+        fit,
+        environment: Arc::new(environment),
+    })
+}
+
+fn choose_model(
+    training: &Table,
+    tried: SelectSettings,
+    notes: &mut Vec<String>,
+    task: &Task,
+) -> Result<Chosen, Failure> {
+    let column = match &training.groups {
+        Ok(groups) => groups.as_ref().map(|groups| &groups.column),
+        // It names the file already.
+        Err(error) => return Err(Failure::Because(error.to_string())),
+    };
+    let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
+    let grouping = row_groups(&training.samples, column).map_err(|e| in_table(training, &e))?;
+    let places = grouping.as_ref().and_then(|g| g.places.as_ref());
+    notes.extend(places.map(grouped_line));
+    choose(&training.samples, grouping, tried, task).map_err(|error| match error {
+        SelectError::Cancelled(_) => Failure::Cancelled,
+        error => in_table(training, &error),
+    })
+}
+
+fn fit_model(
+    training: &Table,
+    held_out: Option<&Table>,
+    settings: &FieldSettings,
+    model: FitSettings,
+    task: &Task,
+) -> Result<FittedRoom, Failure> {
+    let room_model = settings.kind.model(settings.degree);
+    let Some(room_model) = room_model else {
+        return Err(Failure::Because(format!(
+            "{}: its generator is not built in",
+            settings.kind.label()
+        )));
+    };
+    let (name, held_out_name) = (training.name(), held_out.map(|table| table.name()));
+    let order = RoomOrder {
+        name: &room_name(&training.file.with_extension("")),
+        table: RoomTable { name: &name, samples: &training.samples },
+        held_out: held_out
+            .zip(held_out_name.as_deref())
+            .map(|(table, name)| RoomTable { name, samples: &table.samples }),
+        model: &room_model,
+        settings: model,
+        volume: settings.volume,
+        jitter: settings.jitter,
+        with_support: true,
+        // The window's tables have no column of sensors.
+        sensors: None,
+    };
+    let stage = |stage| match stage {
+        RoomStage::Fitting => task.stretch(0.0, FITTING_PART),
+        RoomStage::FitValidity => task.stretch(FITTING_PART, SUPPORT_PART),
+        RoomStage::Process => task.stretch(SUPPORT_PART, 1.0),
+    };
+    fit_room(&order, stage).map_err(|error| match error {
+        error if error.is_cancelled() => Failure::Cancelled,
+        RoomError::Fit(error) => in_table(training, &error),
+        error
+        @ (RoomError::FitValidity(_) | RoomError::Model(_) | RoomError::SharedRows { .. }) => {
+            Failure::Because(error.to_string())
+        }
+    })
+}
+
+/// As the command line says it: the file, then what is wrong.
+fn in_table(table: &Table, error: &dyn std::error::Error) -> Failure {
+    Failure::Because(format!("{}: {error}", table.file.display()))
+}
+
+/// What [`compare`] needs of the open design.
+pub struct Compared {
+    present: Scenario,
+    tried: Scenario,
+    room: Arc<Fitted>,
+    generation: u64,
+    revision: u64,
+}
+
+impl Compared {
+    pub fn new(world: &OpenWorld, generation: WorldGeneration, room: &Arc<Fitted>) -> Self {
+        let document = &world.0.document;
+        Self {
+            present: trackwright_project::resolve(document.design(), &world.0.environment),
+            tried: trackwright_project::resolve(document.design(), &room.environment),
+            room: Arc::clone(room),
+            generation: generation.0,
+            revision: document.revision(),
+        }
+    }
+}
+
+/// The figures of the design in the present room and in the fitted one.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn compare(compared: Compared, task: &Task) -> Result<Comparison, Failure> {
+    let study = |scenario: &Scenario| -> Result<OwnStudy, Failure> {
+        match own_study(scenario, &mode_of(scenario), &task.cancel) {
+            Ok(studied) => studied.map_err(|why| Failure::Because(why.to_string())),
+            Err(Cancelled) => Err(Failure::Cancelled),
+        }
+    };
+    Ok(Comparison {
+        present: study(&compared.present)?,
+        tried: study(&compared.tried)?,
+        room: compared.room,
+        generation: compared.generation,
+        revision: compared.revision,
+    })
+}

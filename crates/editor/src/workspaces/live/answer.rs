@@ -1,0 +1,103 @@
+//! Does what the panels of the workspace ask for.
+
+use crate::document::apply::{Notice, file_folder};
+use crate::document::requests::OpenWorld;
+use crate::runner::wake::Waker;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::workspaces::live::LiveRequest;
+use crate::workspaces::live::desk::{LiveDesk, LivePoses};
+use bevy::prelude::*;
+use std::path::Path;
+use trackwright_calibration::coverage::CoveragePlan;
+use trackwright_openigtlink::client::server_address;
+
+pub(crate) fn answer(
+    mut requests: MessageReader<LiveRequest>,
+    world: Option<Res<OpenWorld>>,
+    waker: Res<Waker>,
+    mut desk: ResMut<LiveDesk>,
+    mut poses: ResMut<LivePoses>,
+    mut dialogs: ResMut<Dialogs>,
+    mut notice: ResMut<Notice>,
+) {
+    let Some(world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        match request {
+            LiveRequest::SetServer(server) => server.trim().clone_into(&mut desk.server),
+            LiveRequest::SetPort(port) => desk.port = *port,
+            LiveRequest::Connect => connect(&world.0, &waker, &mut desk),
+            LiveRequest::Disconnect => {
+                desk.disconnect();
+                poses.take(None);
+            }
+            LiveRequest::Assign(tool, Some(role)) => {
+                desk.assigned.insert(tool.clone(), *role);
+            }
+            LiveRequest::Assign(tool, None) => {
+                desk.assigned.remove(tool);
+            }
+            LiveRequest::ShowRecord => {
+                let folder = file_folder(&world.0);
+                let name = free_name(&folder);
+                dialogs.show(Dialog::record(folder, &name));
+            }
+            LiveRequest::Record(file) => match record(&world.0, &mut desk, file) {
+                Ok(()) => {
+                    *notice = Notice::Done(format!("Recording in {}", file.display()));
+                }
+                Err(problem) => {
+                    dialogs.show(Dialog::Error {
+                        title: "Nothing can be recorded".to_owned(),
+                        text: problem,
+                    });
+                }
+            },
+            LiveRequest::StopRecording => {
+                if let Some(session) = &desk.session {
+                    // Without a file there is none that cannot be begun.
+                    let _ = session.record(None);
+                }
+                desk.collector.pause();
+            }
+            LiveRequest::StartOver => desk.collector.start_over(),
+        }
+    }
+}
+
+fn connect(world: &trackwright_project::World, waker: &Waker, desk: &mut LiveDesk) {
+    if desk.is_connected() {
+        return;
+    }
+    if let Err(expected) = server_address(&desk.server) {
+        desk.problem = Some(format!("{} is no server's address: {expected}", desk.server));
+        return;
+    }
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    if let Err(error) = desk.connect(&scenario, waker) {
+        desk.problem = Some(error.to_string());
+    }
+}
+
+fn record(
+    world: &trackwright_project::World,
+    desk: &mut LiveDesk,
+    file: &Path,
+) -> Result<(), String> {
+    let Some(session) = &desk.session else {
+        return Err("No tracker is heard: connect to its server first".to_owned());
+    };
+    session.record(Some(file)).map_err(|error| error.to_string())?;
+    desk.collect(CoveragePlan::of(&world.environment));
+    Ok(())
+}
+
+/// `recording-1.csv`, or with the first number that no file has: a recording is never written over.
+fn free_name(folder: &Path) -> String {
+    (1_u32..)
+        .map(|number| format!("recording-{number}.csv"))
+        .find(|name| !folder.join(name).exists())
+        .unwrap_or_default()
+}

@@ -1,0 +1,110 @@
+//! Looks at the session once a frame, and keeps it in the design's room.
+
+use crate::document::apply::{Notice, WorldGeneration};
+use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::shell::window::Workspace;
+use crate::workspaces::live::desk::{LiveDesk, LivePoses, RoomKey};
+use bevy::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// What is shown follows the session; while nothing is shown nothing of it is looked at but whether
+/// its recording failed, which is said wherever the person is.
+pub(crate) fn look(
+    mut desk: ResMut<LiveDesk>,
+    mut poses: ResMut<LivePoses>,
+    mut notice: ResMut<Notice>,
+    workspace: Res<Workspace>,
+) {
+    if let Some(why) = desk.collector.take_failure() {
+        *notice = Notice::Refused(format!("Nothing more is recorded: {why}"));
+    }
+    let is_shown = *workspace == Workspace::Live;
+    desk.is_shown.store(is_shown, Ordering::Relaxed);
+    if !is_shown {
+        return;
+    }
+    let Some(session) = &desk.session else { return };
+    let seen = session.state();
+    if poses.bypass_change_detection().take(Some(&seen)) {
+        poses.set_changed();
+    }
+    // Written every time: what is shown of it are counts, which change with every sample.
+    desk.seen = Some(seen);
+    if let Some(collected) = desk.collector.newer_than(desk.collected.as_ref()) {
+        desk.collected = collected;
+    }
+}
+
+/// Another design, room or choice of tools is compensated by once no drag is under way.
+pub(crate) fn keep_room(
+    mut desk: ResMut<LiveDesk>,
+    world: Option<Res<OpenWorld>>,
+    generation: Res<WorldGeneration>,
+    drag: Res<ActiveDrag>,
+) {
+    let Some(world) = world else { return };
+    if drag.0 {
+        return;
+    }
+    let key = RoomKey {
+        generation: generation.0,
+        revision: world.0.document.revision(),
+        environment: Arc::clone(&world.0.environment),
+        assigned: desk.assigned.clone(),
+    };
+    if desk.in_room.as_ref() == Some(&key) {
+        return;
+    }
+    let scenario = trackwright_project::resolve(world.0.document.design(), &world.0.environment);
+    let room = desk.room(&scenario);
+    if let Some(session) = &desk.session {
+        session.set_room(Some(room));
+    }
+    desk.in_room = Some(key);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackwright_calibration::coverage::CoveragePlan;
+    use trackwright_geometry::pose::Pose;
+    use trackwright_openigtlink::session::SessionEvent;
+
+    #[test]
+    fn a_recording_that_fails_is_said_once_in_any_workspace_and_nothing_more_is_counted() {
+        let mut app = App::new();
+        app.init_resource::<LiveDesk>()
+            .init_resource::<LivePoses>()
+            .init_resource::<Notice>()
+            .insert_resource(Workspace::Design)
+            .add_systems(Update, look);
+        let collector = app.world().resource::<LiveDesk>().collector.clone();
+        let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
+        let plan = CoveragePlan::of(&world.environment);
+        collector.begin(plan);
+        let measured = SessionEvent::Measured { tool: "Wand".to_owned(), pose: Pose::identity() };
+        collector.hear(&measured);
+        let samples = || {
+            let collected = collector.newer_than(None).flatten();
+            collected.map(|collected| collected.summary.samples)
+        };
+        assert_eq!(samples(), Some(1));
+        let why = "disk full".to_owned();
+        collector.hear(&SessionEvent::NotRecorded { why });
+        collector.hear(&measured);
+        assert_eq!(samples(), Some(1));
+
+        app.update();
+        let notice = std::mem::take(&mut *app.world_mut().resource_mut::<Notice>());
+        let said = Notice::Refused("Nothing more is recorded: disk full".to_owned());
+        assert_eq!(notice, said);
+        app.update();
+        assert_eq!(*app.world().resource::<Notice>(), Notice::Nothing);
+
+        // A recording begun anew goes on from where the other one was.
+        collector.begin(plan);
+        collector.hear(&measured);
+        assert_eq!(samples(), Some(2));
+    }
+}

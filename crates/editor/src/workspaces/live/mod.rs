@@ -1,0 +1,91 @@
+//! The Live workspace: a tracker heard over the network, its tools shown where they are, recorded,
+//! and sent on.
+//!
+//! | file | what it does |
+//! | --- | --- |
+//! | [`desk`] | the state: what was asked for, the session, what was last seen of it |
+//! | `answer` | does what the panels ask for |
+//! | `follow` | looks at the session once a frame, and keeps it in the design's room |
+//! | [`collected`] | where samples were taken, counted in the session's thread |
+//! | [`cells`] | draws that |
+
+pub mod answer;
+pub mod cells;
+pub mod collected;
+pub mod desk;
+pub mod follow;
+pub mod panels;
+
+use crate::document::apply::{Notice, WorldGeneration};
+use crate::document::requests::ActiveDrag;
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::commands::CommandsSystems;
+use crate::shell::dialogs::Dialogs;
+use crate::shell::window::Workspace;
+use crate::workspaces::live::desk::{LiveDesk, LivePoses};
+use bevy::prelude::*;
+use std::path::PathBuf;
+use trackwright_design::BodyRole;
+
+/// Hears a tracker when [`LiveRequest`] asks for it; no thread, socket or file is there before.
+///
+/// Answers in [`EditorSystems::Input`], follows the session there too, so that bodies are drawn in
+/// the frame in which they were heard.
+pub struct LivePlugin;
+
+/// Asks for something of the workspace.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum LiveRequest {
+    /// `HOST:PORT` of the tracker's server.
+    SetServer(String),
+    /// The port that poses are sent on at; `None` sends none on.
+    SetPort(Option<u16>),
+    Connect,
+    Disconnect,
+    /// Which body a tool is, none of them, or (`None`) whatever its name says.
+    Assign(String, Option<Option<BodyRole>>),
+    /// Shows the dialog that chooses where the recording goes.
+    ShowRecord,
+    Record(PathBuf),
+    StopRecording,
+    /// Forgets where samples were taken.
+    StartOver,
+}
+
+/// What the person is at, as a run condition.
+pub fn is_shown(workspace: Res<Workspace>) -> bool {
+    *workspace == Workspace::Live
+}
+
+fn is_connected(desk: Res<LiveDesk>) -> bool {
+    desk.is_connected()
+}
+
+impl Plugin for LivePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<LiveDesk>()
+            .init_resource::<LivePoses>()
+            .init_resource::<Workspace>()
+            .init_resource::<WorldGeneration>()
+            .init_resource::<ActiveDrag>()
+            .init_resource::<Notice>()
+            .init_resource::<Dialogs>()
+            .init_resource::<Waker>()
+            .add_message::<LiveRequest>()
+            .add_systems(
+                Update,
+                (
+                    answer::answer.run_if(on_message::<LiveRequest>),
+                    follow::look.run_if(is_connected),
+                )
+                    .chain()
+                    .after(CommandsSystems)
+                    .in_set(EditorSystems::Input),
+            )
+            .add_systems(
+                Update,
+                follow::keep_room.run_if(is_connected).in_set(EditorSystems::Solve),
+            );
+    }
+}

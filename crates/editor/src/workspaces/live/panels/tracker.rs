@@ -1,0 +1,141 @@
+//! The tracker's server, what is sent on, and the recording.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::widgets::basic::{
+    THIN_SPACE, count, counted, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
+};
+use crate::workspaces::design::inspector::text_row_ui;
+use crate::workspaces::live::LiveRequest;
+use crate::workspaces::live::desk::LiveDesk;
+use crate::workspaces::live::panels::state_ui;
+use bevy_egui::egui::{self, DragValue, Ui};
+use trackwright_openigtlink::codec::DEFAULT_PORT;
+use trackwright_openigtlink::session::{Link, SessionState};
+
+/// Where poses are sent on at first: the port after the tracker's, which is taken on one machine.
+const FIRST_PORT: u16 = DEFAULT_PORT + 1;
+
+/// Draws the connection; says how it is.
+pub fn tracker_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
+    let mut asked = Vec::new();
+    section_ui(ui, "Tracker");
+    let is_connected = desk.is_connected();
+    ui.add_enabled_ui(!is_connected, |ui| {
+        if let Some(server) = text_row_ui(ui, "server", &desk.server) {
+            asked.push(LiveRequest::SetServer(server));
+        }
+        asked.extend(port_ui(ui, desk.port));
+    });
+    ui.add_space(4.0);
+    if is_connected {
+        if ui.button("Disconnect").clicked() {
+            asked.push(LiveRequest::Disconnect);
+        }
+    } else if ui.add(main_button("Connect")).clicked() {
+        asked.push(LiveRequest::Connect);
+    }
+    if let Some(problem) = &desk.problem {
+        warning_ui(ui, problem);
+    }
+    match &desk.seen {
+        Some(seen) if is_connected => link_ui(ui, seen),
+        _ => {
+            quiet_ui(ui, "Hears poses over OpenIGTLink, as PLUS and 3D Slicer send them.");
+        }
+    }
+    asked
+}
+
+fn port_ui(ui: &mut Ui, port: Option<u16>) -> Option<LiveRequest> {
+    let mut is_sent = port.is_some();
+    let mut asked = None;
+    ui.horizontal(|ui| {
+        let about = "Compensated poses for 3D Slicer or any other client on this machine";
+        if ui.checkbox(&mut is_sent, "send on at port").on_hover_text(about).changed() {
+            asked = Some(LiveRequest::SetPort(is_sent.then_some(FIRST_PORT)));
+        }
+        let mut number = port.unwrap_or(FIRST_PORT);
+        let field = DragValue::new(&mut number).range(1024..=u16::MAX).speed(0.2);
+        if ui.add_enabled(is_sent, field).changed() {
+            asked = Some(LiveRequest::SetPort(Some(number)));
+        }
+    });
+    asked
+}
+
+fn link_ui(ui: &mut Ui, seen: &SessionState) {
+    match &seen.link {
+        Link::Connecting => state_ui(ui, "connecting…", palette::TEXT),
+        Link::Connected { server, .. } => {
+            state_ui(ui, &format!("connected to {server}"), palette::MET);
+        }
+        Link::Lost { why, .. } => {
+            state_ui(ui, &format!("lost: {why}; it is tried again"), palette::MISSED);
+        }
+    }
+    let messages = usize::try_from(seen.counts.messages).unwrap_or(usize::MAX);
+    fact_ui(ui, "messages", &count(messages));
+    let dropped: u64 = seen.counts.dropped.values().sum();
+    if dropped > 0 {
+        let dropped = usize::try_from(dropped).unwrap_or(usize::MAX);
+        let reasons: Vec<String> = (seen.counts.dropped.iter())
+            .map(|(reason, n)| {
+                format!("{}: {reason}", count(usize::try_from(*n).unwrap_or(usize::MAX)))
+            })
+            .collect();
+        let fact = ui.scope(|ui| fact_ui(ui, "poses that were not good", &count(dropped)));
+        fact.response.on_hover_text(reasons.join("\n"));
+    }
+    if let Some((address, clients)) = &seen.serving {
+        let clients = counted(*clients, "client", "clients");
+        fact_ui(ui, "sent on at", &address.to_string());
+        fact_ui(ui, "to", &clients);
+        if seen.latency.count > 0 {
+            let median_ms = 1e3 * seen.latency.median_s;
+            let p99_ms = 1e3 * seen.latency.p99_s;
+            let text = format!("{median_ms:.1}, 99 % {p99_ms:.1}{THIN_SPACE}ms");
+            fact_ui(ui, "adds, median", &text);
+        }
+    }
+}
+
+/// Draws the recording.
+pub fn recording_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
+    let mut asked = Vec::new();
+    section_ui(ui, "Recording");
+    let recording = (desk.seen.as_ref())
+        .and_then(|seen| seen.recording.as_ref())
+        .filter(|_| desk.is_connected());
+    let is_growing = recording.is_some_and(|recording| recording.failed.is_none());
+    if is_growing {
+        if ui.button("Stop recording").clicked() {
+            asked.push(LiveRequest::StopRecording);
+        }
+    } else {
+        ui.add_enabled_ui(desk.is_connected(), |ui| {
+            let about = "Poses as they are measured, a line each, whole whatever happens";
+            if ui.button("Record…").on_hover_text(about).clicked() {
+                asked.push(LiveRequest::ShowRecord);
+            }
+        });
+    }
+    let Some(recording) = recording else {
+        return asked;
+    };
+    let name = recording.file.file_name().unwrap_or_default().to_string_lossy();
+    ui.horizontal(|ui| {
+        if is_growing {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
+            ui.painter().circle_filled(rect.center(), 4.0, palette::MISSED.color32());
+        }
+        ui.add(egui::Label::new(name.as_ref()).truncate())
+            .on_hover_text(recording.file.display().to_string());
+    });
+    let samples = usize::try_from(recording.samples).unwrap_or(usize::MAX);
+    fact_ui(ui, "samples", &count(samples));
+    if let Some(why) = &recording.failed {
+        warning_ui(ui, &format!("Nothing more is recorded: {why}"));
+    }
+    asked
+}

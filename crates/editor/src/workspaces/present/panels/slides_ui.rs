@@ -1,0 +1,94 @@
+//! The panel in which slides are made.
+
+use crate::shell::PanelAction;
+use crate::widgets::basic::{Row, main_button, quiet_ui, row_ui, section_ui, warning_ui};
+use crate::workspaces::present::PresentRequest;
+use crate::workspaces::present::panels::StageView;
+use bevy_egui::egui::Ui;
+use trackwright_design::{Slide, SlideFigure};
+
+/// Draws the slides, and what the shown one has.
+pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PanelAction> {
+    let (slide, index, count) = view.slide();
+    let slides = &view.document.design().slides;
+    let mut asked = Vec::new();
+    section_ui(ui, "Slides");
+    ui.scope(|ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        for (number, slide) in slides.iter().enumerate() {
+            if row_ui(ui, &row_of(slide, number == index)).clicked() {
+                asked.push(PresentRequest::Show(number));
+            }
+        }
+    });
+    if slides.is_empty() {
+        quiet_ui(
+            ui,
+            "The design has no slides yet: it is shown with this one until the first is made.",
+        );
+    }
+    ui.horizontal(|ui| {
+        let about = "Another slide after this one, looked at as now";
+        if ui.button("Add").on_hover_text(about).clicked() {
+            asked.push(PresentRequest::Add);
+        }
+        ui.add_enabled_ui(!slides.is_empty(), |ui| {
+            if ui.button("Remove").clicked() {
+                asked.push(PresentRequest::Remove);
+            }
+        });
+        for (sign, by, is_possible) in [("⏶", -1, index > 0), ("⏷", 1, index + 1 < count)] {
+            ui.add_enabled_ui(is_possible && !slides.is_empty(), |ui| {
+                if ui.button(sign).on_hover_text("Moves it among the slides").clicked() {
+                    asked.push(PresentRequest::Move(by));
+                }
+            });
+        }
+    });
+    section_ui(ui, "View");
+    let is_kept = slides.get(index).is_some_and(|slide| is_looked_at_so(view, slide));
+    ui.horizontal(|ui| {
+        ui.add_enabled_ui(!is_kept, |ui| {
+            let about = "The slide is looked at as now: camera, layers, slice, magnification";
+            if ui.add(main_button("Keep this view")).on_hover_text(about).clicked() {
+                asked.push(PresentRequest::KeepView);
+            }
+            if ui.button("Back").on_hover_text("As the slide is looked at").clicked() {
+                asked.push(PresentRequest::BackToView);
+            }
+        });
+    });
+    for missing in &slide.view.missing_layers(view.document.design(), view.environment, true) {
+        warning_ui(ui, &format!("Shown without the {missing}."));
+    }
+    section_ui(ui, "Figures");
+    for figure in SlideFigure::ALL {
+        let mut is_on = slide.figures.contains(&figure);
+        if ui.checkbox(&mut is_on, figure.name()).changed() {
+            let mut changed = Slide::clone(&slide);
+            changed.figures.retain(|other| *other != figure);
+            if is_on {
+                changed.figures.push(figure);
+            }
+            asked.push(PresentRequest::Set(Box::new(changed)));
+        }
+    }
+    ui.add_space(6.0);
+    if ui.button("Done").on_hover_text("As others see it").clicked() {
+        asked.push(PresentRequest::ToggleEditing);
+    }
+    asked.into_iter().map(PanelAction::Present).collect()
+}
+
+fn is_looked_at_so(view: &StageView, slide: &Slide) -> bool {
+    let now = view.document.view();
+    match slide.view.camera {
+        Some(_) => slide.view == *now,
+        None => false,
+    }
+}
+
+fn row_of(slide: &Slide, is_selected: bool) -> Row<'_> {
+    let is_named = !slide.title.trim().is_empty();
+    Row { label: if is_named { &slide.title } else { "untitled" }, is_selected, ..Row::default() }
+}

@@ -1,0 +1,92 @@
+//! Input data: a table of poses that is dropped onto the window or chosen in a dialog.
+
+use crate::document::apply::{Notice, file_folder};
+use crate::document::drops::is_table;
+use crate::document::requests::{FileRequest, OpenWorld};
+use crate::schedule::EditorSystems;
+use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::widgets::basic::counted;
+use crate::workspaces::study::desk::StudyDesk;
+use crate::workspaces::study::is_study_shown;
+use bevy::prelude::*;
+use bevy::window::{FileDragAndDrop, RequestRedraw};
+use std::path::Path;
+use trackwright_project::Files;
+
+pub(crate) fn plugin(app: &mut App) {
+    app.init_resource::<StudyDesk>()
+        .init_resource::<Dialogs>()
+        .init_resource::<Notice>()
+        .add_message::<FileDragAndDrop>()
+        .add_message::<FileRequest>()
+        .add_message::<RequestRedraw>()
+        .add_systems(
+            Update,
+            (
+                read_dropped
+                    .run_if(on_message::<FileDragAndDrop>.and_then(is_study_shown))
+                    .in_set(EditorSystems::Input),
+                answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Edit),
+            ),
+        );
+}
+
+fn read_dropped(
+    mut dropped: MessageReader<FileDragAndDrop>,
+    mut files: MessageWriter<FileRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    for event in dropped.read() {
+        if let FileDragAndDrop::DroppedFile { path_buf, .. } = event
+            && is_table(path_buf)
+        {
+            files.write(FileRequest::ReadInput(path_buf.clone()));
+            redraw.write(RequestRedraw);
+        }
+    }
+}
+
+fn answer(
+    mut requests: MessageReader<FileRequest>,
+    world: Option<Res<OpenWorld>>,
+    mut desk: ResMut<StudyDesk>,
+    mut dialogs: ResMut<Dialogs>,
+    mut notice: ResMut<Notice>,
+) {
+    let Some(world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        match request {
+            FileRequest::ShowReadInput => {
+                dialogs.show(Dialog::read_input(file_folder(&world.0)));
+            }
+            FileRequest::ReadInput(path) => {
+                let has_crf = world.0.document.design().crf.is_some();
+                let mut suspected = String::new();
+                let read = Files::default().read_input(path, has_crf);
+                let taken = read.and_then(|found| {
+                    found.take(false, |_, suspicion| suspected += &format!("; {suspicion}"))
+                });
+                match taken {
+                    Ok(trials) => {
+                        let name = name_of(path);
+                        let rows = counted(trials.len(), "pose", "poses");
+                        *notice = Notice::Done(format!("Read {rows} from {name}{suspected}"));
+                        desk.take_input(name, trials.into());
+                    }
+                    Err(error) => {
+                        dialogs.show(Dialog::error("The input data cannot be read", &error));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name()
+        .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+}

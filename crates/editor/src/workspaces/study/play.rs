@@ -1,0 +1,123 @@
+//! Answers what is asked of the Study workspace, and plays trials one after the other.
+
+use crate::document::requests::{FileRequest, OpenWorld};
+use crate::runner::results::Results;
+use crate::schedule::EditorSystems;
+use crate::shell::window::Workspace;
+use crate::workspaces::study::are_trials_shown;
+use crate::workspaces::study::desk::{ModeKind, StudyDesk, StudyRequest};
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use trackwright_simulation::trial_count;
+
+/// Longest step of one frame, seconds: after the window was hidden playing goes on, and does not
+/// jump.
+const LONGEST_STEP_S: f64 = 1.0;
+
+pub(crate) fn plugin(app: &mut App) {
+    app.init_resource::<StudyDesk>()
+        .init_resource::<Workspace>()
+        .init_resource::<Results>()
+        .add_message::<StudyRequest>()
+        .add_message::<FileRequest>()
+        .add_message::<RequestRedraw>()
+        .add_systems(
+            Update,
+            (
+                advance.run_if(is_playing.and_then(are_trials_shown)),
+                answer.run_if(on_message::<StudyRequest>),
+            )
+                .chain()
+                .in_set(EditorSystems::Edit),
+        );
+}
+
+fn is_playing(desk: Res<StudyDesk>) -> bool {
+    desk.is_playing()
+}
+
+fn answer(
+    mut requests: MessageReader<StudyRequest>,
+    mut desk: ResMut<StudyDesk>,
+    world: Option<Res<OpenWorld>>,
+    results: Res<Results>,
+    mut files: MessageWriter<FileRequest>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    let Some(world) = world else {
+        requests.clear();
+        return;
+    };
+    for request in requests.read() {
+        let last = || last_trial(&world.0, &desk);
+        match *request {
+            StudyRequest::Choose(ModeKind::Input) if desk.input().is_none() => {
+                files.write(FileRequest::ShowReadInput);
+            }
+            StudyRequest::Choose(kind) => desk.choose(kind),
+            StudyRequest::Show(trial) => desk.show(trial),
+            StudyRequest::Step(by) => {
+                if let Some(last) = last() {
+                    let next = match desk.trial {
+                        Some(trial) => trial.saturating_add_signed(by).min(last),
+                        None if by < 0 => last,
+                        None => 0,
+                    };
+                    desk.show(Some(next));
+                }
+            }
+            StudyRequest::ShowWorst => {
+                let study = results.study.as_ref().filter(|_| results.is_whole());
+                if let (Some(study), Some(_)) = (study, last()) {
+                    desk.show(Some(study.value.figures.worst.trial));
+                }
+            }
+            StudyRequest::TogglePlay => {
+                desk.playing = match (desk.playing, last()) {
+                    (None, Some(last)) if last > 0 => Some(match desk.trial {
+                        Some(trial) if trial < last => trial as f64,
+                        // At the end it begins anew.
+                        _ => 0.0,
+                    }),
+                    _ => None,
+                };
+            }
+            StudyRequest::SetRate(rate_per_s) => desk.rate_per_s = rate_per_s,
+            StudyRequest::ShowSide(side) => desk.side = side,
+            StudyRequest::ShowRotation(form) => desk.rotation = form,
+            StudyRequest::ShowAxis(axis) => desk.axis = axis,
+            StudyRequest::CancelLog => continue,
+        }
+        if let Some(position) = desk.playing {
+            desk.trial = Some(position as usize);
+        }
+        redraw.write(RequestRedraw);
+    }
+}
+
+/// Runs before requests are answered: the frame that starts playing shows the first trial.
+fn advance(
+    time: Res<Time<Real>>,
+    mut desk: ResMut<StudyDesk>,
+    world: Option<Res<OpenWorld>>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    let last = world.and_then(|world| last_trial(&world.0, &desk));
+    let (Some(position), Some(last)) = (desk.playing, last) else {
+        desk.playing = None;
+        return;
+    };
+    let step = time.delta_secs_f64().min(LONGEST_STEP_S) * desk.rate_per_s;
+    let next = position + step;
+    desk.trial = Some((next as usize).min(last));
+    desk.playing = (next < last as f64).then_some(next);
+    // While it plays the next frame follows at once; the last one shows the last trial.
+    redraw.write(RequestRedraw);
+}
+
+/// `None` where there are no trials to go through, as for a single pose.
+fn last_trial(world: &trackwright_project::World, desk: &StudyDesk) -> Option<usize> {
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let trials = trial_count(&scenario, &desk.mode(&scenario))?;
+    (trials > 1).then(|| trials - 1)
+}

@@ -1,0 +1,285 @@
+//! Charts of a study: how many trials have which tip error, and how that goes with the motion.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::shell::PanelAction;
+use crate::widgets::axis_ticks::{few_marks, mark_text, small_marks};
+use crate::widgets::basic::{count, counted, decimal, length, quiet_ui, section_ui, with_unit};
+use crate::widgets::theme;
+use crate::workspaces::study::desk::StudyRequest;
+use bevy_egui::egui::{self, Response, RichText, Sense, Ui};
+use egui_plot::{
+    Bar, BarChart, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot, PlotPoints,
+    Points, VLine,
+};
+use std::ops::RangeInclusive;
+use trackwright_simulation::profile::{AxisProfile, ORIENTATION, POSITION};
+use trackwright_simulation::{ChartedProfile, Within};
+
+const HEIGHT: f32 = 92.0;
+
+/// Steps between marks, along and up.
+const STEPS: [usize; 2] = [4, 3];
+
+/// How far above the largest value a chart goes.
+const HEADROOM: f64 = 1.1;
+
+/// How opaque bars are: the curve over them has to be seen.
+const BAR_ALPHA: u8 = 150;
+
+/// Values up to so many are drawn as points too.
+const POINTS_UP_TO: usize = 40;
+
+/// What the panel shows.
+pub struct StudyChartsView<'a> {
+    pub charted: &'a ChartedProfile,
+    /// Along which axis the error is drawn, where the motion has it.
+    pub axis: &'static str,
+    /// The trial in the scene, from 0.
+    pub shown: Option<usize>,
+}
+
+/// Draws the charts.
+pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<PanelAction> {
+    let mut actions = Vec::new();
+    section_ui(ui, "Tip error of all trials");
+    if let Some(within) = &view.charted.within {
+        ui.label(RichText::new(share(within)).color(palette::TEXT.color32()));
+    }
+    small_marks(ui, |ui| histogram_ui(ui, view, &mut actions));
+    if !view.charted.profile.axes.is_empty() {
+        axes_ui(ui, view, &mut actions);
+    }
+    actions
+}
+
+/// `97.3 % of trials within 1.00 mm`. Never 100 % where one is not, never 0 % where one is.
+pub fn share(within: &Within) -> String {
+    let percent = 100.0 * within.part;
+    let shown = match percent {
+        p if p >= 100.0 => "100".to_owned(),
+        p if p > 99.9 => "more than 99.9".to_owned(),
+        p if p <= 0.0 => "0".to_owned(),
+        p if p < 0.1 => "less than 0.1".to_owned(),
+        p => decimal(p, 1),
+    };
+    format!("{} of trials within {}", with_unit(&shown, "%"), length(within.limit_mm))
+}
+
+fn plain(name: &str) -> Plot<'_> {
+    Plot::new(name)
+        .height(HEIGHT)
+        .show_grid([false, true])
+        .x_grid_spacer(few_marks(STEPS[0]))
+        .y_grid_spacer(few_marks(STEPS[1]))
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .sense(Sense::click())
+}
+
+fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) {
+    let charted = view.charted;
+    let (width, counts) = (charted.histogram.width, &charted.histogram.counts);
+    let most = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
+    let limit_mm = charted.within.map(|within| within.limit_mm);
+    let right = (counts.len() as f64 * width).max(limit_mm.unwrap_or(0.0) * 1.03);
+    let bars = counts.iter().enumerate().map(|(k, &trials)| {
+        let middle = (k as f64 + 0.5) * width;
+        Bar::new(middle, trials as f64).width(0.9 * width)
+    });
+    let bars: Vec<Bar> = bars.collect();
+    let bar_at = move |x: f64| (x / width).floor().max(0.0) as usize;
+    let plot = plain("histogram")
+        .y_axis_min_width(38.0)
+        .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| whole(mark.value))
+        .label_formatter(|at| {
+            let (HoverPosition::NearDataPoint { position, .. }
+            | HoverPosition::Elsewhere { position }) = at;
+            let bar = bar_at(position.x);
+            let within = 100.0 * charted.profile.part_within(position.x);
+            let trials = counts.get(bar).copied().unwrap_or(0);
+            Some(format!(
+                "{} to {}: {}\n{} within {}",
+                decimal(bar as f64 * width, 3),
+                with_unit(&decimal((bar + 1) as f64 * width, 3), "mm"),
+                counted(trials, "trial", "trials"),
+                with_unit(&decimal(within, 1), "%"),
+                length(position.x),
+            ))
+        })
+        .show(ui, |plot| {
+            plot.set_plot_bounds_x(0.0..=right);
+            plot.set_plot_bounds_y(0.0..=most * HEADROOM);
+            plot.bar_chart(
+                BarChart::new("trials", bars)
+                    .color(palette::SERIES[0].color32_alpha(BAR_ALPHA))
+                    .allow_hover(false),
+            );
+            // All trials are as high as the highest bar.
+            let curve = charted.cumulative.iter().map(|&(e, part)| [e, part * most]);
+            let curve = PlotPoints::from(curve.collect::<Vec<[f64; 2]>>());
+            plot.line(Line::new("cumulative", curve).color(palette::TEXT.color32()).width(1.2));
+            if let Some(limit_mm) = limit_mm {
+                let line = VLine::new("requirement", limit_mm).color(palette::MET.color32());
+                plot.vline(line.style(LineStyle::dashed_dense()).width(1.0));
+            }
+            let shown = view.shown.and_then(|t| charted.profile.tip_error_mm.get(t));
+            if let Some(error_mm) = shown {
+                let line = VLine::new("shown", *error_mm).color(palette::TEXT_STRONG.color32());
+                plot.vline(line.width(1.0));
+            }
+        });
+    let hint = "Bars: trials by tip error. Curve: the part of the trials with at most so much. A \
+                click shows the worst trial of a bar";
+    quiet_ui(ui, "mm; curve: part of the trials with at most so much").on_hover_text(hint);
+    let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
+    if let Some(trial) = clicked.and_then(|x| charted.worst_of_bar(bar_at(x))) {
+        actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
+    }
+}
+
+/// Where a chart was clicked, along x.
+fn clicked_at(response: &Response, x: impl Fn(egui::Pos2) -> f64) -> Option<f64> {
+    response.clicked().then(|| response.interact_pointer_pos().map(x)).flatten()
+}
+
+fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) {
+    let axes = &view.charted.profile.axes;
+    let chosen = axes.iter().find(|a| a.axis == view.axis).unwrap_or(&axes[0]);
+    section_ui(ui, "Tip error along the motion");
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for axis in axes {
+            let label = egui::Button::selectable(axis.axis == chosen.axis, axis.axis);
+            let response = ui.add(label).on_hover_text(match axis.axis {
+                POSITION => "Each position with all its orientations",
+                ORIENTATION => "Each orientation at all positions",
+                _ => "Each value of this axis with all values of the others",
+            });
+            if response.clicked() && axis.axis != chosen.axis {
+                actions.push(PanelAction::Study(StudyRequest::ShowAxis(axis.axis)));
+            }
+        }
+    });
+    let limit_mm = view.charted.within.map(|within| within.limit_mm);
+    small_marks(ui, |ui| axis_ui(ui, chosen, limit_mm, actions));
+}
+
+fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut Vec<PanelAction>) {
+    let largest = axis.max_mm.iter().copied().fold(0.0, f64::max);
+    let top = largest.max(limit_mm.unwrap_or(0.0)).max(1e-6) * HEADROOM;
+    let (first, last) = match axis.values.as_slice() {
+        [first, .., last] => (*first, *last),
+        _ => return,
+    };
+    let margin = 0.02 * (last - first);
+    let nearest = |x: f64| {
+        let distance = |k: &usize| (axis.values[*k] - x).abs();
+        (0..axis.values.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    };
+    let is_number = matches!(axis.axis, POSITION | ORIENTATION);
+    let value = |k: usize| match is_number {
+        true => format!("{} {}", axis.axis, count(axis.values[k] as usize)),
+        false => format!("{} {}", axis.axis, with_unit(&decimal(axis.values[k], 2), unit(axis))),
+    };
+    let plot = plain("along the motion")
+        .y_axis_min_width(38.0)
+        .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| {
+            let is_whole = (mark.value - mark.value.round()).abs() < 1e-6;
+            match is_number {
+                true if !is_whole => String::new(),
+                _ => mark_text(mark),
+            }
+        })
+        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+        .label_formatter(|at| {
+            let (HoverPosition::NearDataPoint { position, .. }
+            | HoverPosition::Elsewhere { position }) = at;
+            let k = nearest(position.x)?;
+            let (rms, max) = (length(axis.rms_mm[k]), length(axis.max_mm[k]));
+            Some(format!("{}\nRMS {rms}, max {max}", value(k)))
+        })
+        .show(ui, |plot| {
+            plot.set_plot_bounds_x(first - margin..=last + margin);
+            plot.set_plot_bounds_y(0.0..=top);
+            for (name, errors, color) in [
+                ("max", &axis.max_mm, palette::SERIES[1]),
+                ("RMS", &axis.rms_mm, palette::SERIES[0]),
+            ] {
+                let points = axis.values.iter().zip(errors).map(|(v, e)| [*v, *e]);
+                let points: Vec<[f64; 2]> = points.collect();
+                if points.len() <= POINTS_UP_TO {
+                    plot.points(
+                        Points::new(name, PlotPoints::from(points.clone()))
+                            .shape(MarkerShape::Circle)
+                            .radius(2.5)
+                            .color(color.color32()),
+                    );
+                }
+                plot.line(
+                    Line::new(name, PlotPoints::from(points)).color(color.color32()).width(1.2),
+                );
+            }
+            if let Some(limit_mm) = limit_mm {
+                let line = HLine::new("requirement", limit_mm).color(palette::MET.color32());
+                plot.hline(line.style(LineStyle::dashed_dense()).width(1.0));
+            }
+        });
+    ui.horizontal(|ui| {
+        let legend = |ui: &mut Ui, text: &str, color: palette::Rgb| {
+            let text = RichText::new(text).font(theme::label_font());
+            ui.label(text.color(color.color32()));
+        };
+        legend(ui, "max", palette::SERIES[1]);
+        legend(ui, "RMS", palette::SERIES[0]);
+        quiet_ui(ui, along(axis)).on_hover_text("A click shows the worst trial of a value");
+    });
+    let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
+    if let Some(k) = clicked.and_then(nearest) {
+        let trial = axis.worst_trial[k];
+        actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
+    }
+}
+
+/// What stands along x.
+fn along(axis: &AxisProfile) -> String {
+    match axis.axis {
+        POSITION => "by number of the position".to_owned(),
+        ORIENTATION => "by number of the orientation".to_owned(),
+        name => format!("over {name} in {}", unit(axis)),
+    }
+}
+
+fn unit(axis: &AxisProfile) -> &'static str {
+    match axis.axis.starts_with('r') {
+        true => "°",
+        false => "mm",
+    }
+}
+
+fn whole(value: f64) -> String {
+    let nearest = value.round();
+    match (value - nearest).abs() < 1e-6 && nearest >= 0.0 {
+        true => count(nearest as usize),
+        false => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_whole_only_where_it_is() {
+        let text = |part| share(&Within { name: "max", limit_mm: 1.0, part });
+        assert_eq!(text(0.973), "97.3\u{2009}% of trials within 1.00\u{2009}mm");
+        assert!(text(0.9999).starts_with("more than 99.9\u{2009}%"));
+        assert!(text(1.0).starts_with("100\u{2009}%"));
+        assert!(text(0.0001).starts_with("less than 0.1\u{2009}%"));
+        assert!(text(0.0).starts_with("0\u{2009}%"));
+    }
+}

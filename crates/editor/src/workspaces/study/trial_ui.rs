@@ -1,0 +1,165 @@
+//! The shown trial in numbers: where the tool is, where it seems to be, and how far that is off.
+
+use crate::palette;
+use crate::palette::ThemedColor;
+use crate::shell::PanelAction;
+use crate::widgets::basic::{decimal, length, quiet_ui, section_ui, with_unit};
+use crate::workspaces::study::desk::{RotationForm, StudyRequest};
+use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
+use trackwright_geometry::pose::{Pose, pose_to_array};
+use trackwright_geometry::rotation::log_quaternion;
+use trackwright_simulation::Trial;
+
+/// What the panel shows.
+pub struct TrialView<'a> {
+    /// `None` while it is computed.
+    pub trial: Option<&'a Trial>,
+    /// Whose pose it is.
+    pub title: String,
+    /// What the trial's true and simulated poses are called.
+    pub columns: [&'static str; 2],
+    pub rotation: RotationForm,
+    /// Poses are relative to the CRF, or to the tracker where there is none.
+    pub has_crf: bool,
+    /// The bound that holds for each trial.
+    pub limit_mm: Option<f64>,
+}
+
+const COLUMN_WIDTH: f32 = 84.0;
+
+/// Draws the panel.
+pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
+    let mut actions = Vec::new();
+    let frame = if view.has_crf { "CRF" } else { "tracker" };
+    section_ui(ui, &format!("{} in the {frame}", view.title));
+    // Everything of a trial is to be seen at once, with the charts below it.
+    ui.spacing_mut().item_spacing.y = 1.0;
+    ui.spacing_mut().interact_size.y = 18.0;
+    let Some(trial) = view.trial else {
+        quiet_ui(ui, "computing…");
+        return actions;
+    };
+    let poses = [&trial.crf_from_tool, &trial.crf_from_tool_simulated];
+    Grid::new("trial")
+        .num_columns(3)
+        .min_col_width(COLUMN_WIDTH)
+        .spacing([6.0, 0.0])
+        .show(ui, |ui| {
+            form_ui(ui, view.rotation, &mut actions);
+            for (name, pose) in view.columns.into_iter().zip(poses) {
+                right_ui(ui, |ui| {
+                    quiet_ui(ui, name).on_hover_text(quaternion(pose));
+                });
+            }
+            ui.end_row();
+            let position = |pose: &Pose| pose.translation.vector;
+            row_ui(ui, ["x", "y", "z"], poses.map(|p| position(p).into()), length);
+            let names = match view.rotation {
+                RotationForm::Turns => ["rx", "ry", "rz"],
+                RotationForm::Rodrigues => ["rotation x", "rotation y", "rotation z"],
+            };
+            let rotation = poses.map(|pose| degrees(pose, view.rotation));
+            row_ui(ui, names, rotation, |v| with_unit(&decimal(v, 3), "°"));
+        })
+        .response
+        .on_hover_text(format!(
+            "{} {}\n{} {}",
+            view.columns[0],
+            quaternion(poses[0]),
+            view.columns[1],
+            quaternion(poses[1])
+        ));
+    errors_ui(ui, trial, view.limit_mm);
+    actions
+}
+
+/// How rotations are written, as two buttons in the head of the table.
+fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<PanelAction>) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 0.0;
+        ui.spacing_mut().button_padding.x = 4.0;
+        for (form, name, about) in [
+            (
+                RotationForm::Turns,
+                "turns",
+                "Rotations as turns rx, ry, rz about the axes x, y and z, in this order",
+            ),
+            (
+                RotationForm::Rodrigues,
+                "vector",
+                "Rotations as Rodrigues vectors: the axis of rotation times its angle",
+            ),
+        ] {
+            let name = RichText::new(name).font(crate::widgets::theme::label_font());
+            let label = egui::Button::selectable(form == shown, name);
+            if ui.add(label).on_hover_text(about).clicked() {
+                actions.push(PanelAction::Study(StudyRequest::ShowRotation(form)));
+            }
+        }
+    });
+}
+
+fn errors_ui(ui: &mut Ui, trial: &Trial, limit_mm: Option<f64>) {
+    ui.add_space(4.0);
+    let e = trial.tip_error_in_crf_mm;
+    let axes = [e.x, e.y, e.z].map(|v| decimal(v, 2)).join(", ");
+    figure_ui(ui, "tip error x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
+    let color = match limit_mm.map(|limit| trial.tip_error_mm <= limit) {
+        Some(true) => palette::MET,
+        Some(false) => palette::MISSED,
+        None => palette::TEXT_STRONG,
+    };
+    let sign = match limit_mm.map(|limit| trial.tip_error_mm <= limit) {
+        Some(true) => format!("{} ", crate::widgets::basic::MET_SIGN),
+        Some(false) => format!("{} ", crate::widgets::basic::MISSED_SIGN),
+        None => String::new(),
+    };
+    let error = format!("{sign}{}", length(trial.tip_error_mm));
+    figure_ui(ui, "tip error", &error, color);
+    let angle = with_unit(&decimal(trial.angle_error_deg, 3), "°");
+    figure_ui(ui, "angle error", &angle, palette::TEXT);
+}
+
+fn figure_ui(ui: &mut Ui, name: &str, value: &str, color: palette::Rgb) {
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+        right_ui(ui, |ui| {
+            ui.label(RichText::new(value).color(color.color32()));
+        });
+    });
+}
+
+fn right_ui(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
+    ui.with_layout(Layout::right_to_left(Align::Center), add);
+}
+
+/// Three lines of a name and the two poses' values.
+fn row_ui(ui: &mut Ui, names: [&str; 3], values: [[f64; 3]; 2], text: impl Fn(f64) -> String) {
+    for (k, name) in names.into_iter().enumerate() {
+        ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
+        for of_pose in values {
+            right_ui(ui, |ui| {
+                ui.label(text(of_pose[k]));
+            });
+        }
+        ui.end_row();
+    }
+}
+
+fn degrees(pose: &Pose, form: RotationForm) -> [f64; 3] {
+    match form {
+        RotationForm::Turns => {
+            let (rx, ry, rz) = pose.rotation.euler_angles();
+            [rx, ry, rz].map(f64::to_degrees)
+        }
+        RotationForm::Rodrigues => {
+            <[f64; 3]>::from(log_quaternion(&pose.rotation)).map(f64::to_degrees)
+        }
+    }
+}
+
+fn quaternion(pose: &Pose) -> String {
+    let [.., w, x, y, z] = pose_to_array(pose);
+    let parts = [w, x, y, z].map(|v| decimal(v, 6)).join(", ");
+    format!("quaternion w, x, y, z: {parts}")
+}
