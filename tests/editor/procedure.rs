@@ -11,7 +11,7 @@ use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::decide::DecideRequest;
 use trackwright_editor::workspaces::decide::judged::Judged;
-use trackwright_editor::workspaces::decide::panels::steps_ui;
+use trackwright_editor::workspaces::decide::panels::steps_ui::steps_ui;
 use trackwright_field::DistortionModel;
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_procedure::{State, Step, StepStatus};
