@@ -16,11 +16,14 @@ use trackwright_design::{
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::layers::LayersPlugin;
 use trackwright_editor::layers::glyphs::GlyphsPlugin;
 use trackwright_editor::layers::motion::MotionPlugin;
+use trackwright_editor::layers::registry::{LayerInfo, LayerRegistry};
 use trackwright_editor::layers::slice::SlicePlugin;
 use trackwright_editor::runner::diagnostics::DiagnosticsPlugin;
 use trackwright_editor::runner::solve::{SolverHandle, SolverPlugin};
+use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::ScenePlugin;
 use trackwright_editor::scene::materials::glow::GlowMaterial;
 use trackwright_editor::scene::materials::lit::LitMaterial;
@@ -30,6 +33,7 @@ use trackwright_editor::shell::window::ViewportRect;
 use trackwright_editor::viewport::ball_handle::HandlePlugin;
 use trackwright_editor::viewport::camera::CameraPlugin;
 use trackwright_editor::viewport::gizmo::GizmoPlugin;
+use trackwright_editor::viewport::overlay::OverlayPlugin;
 use trackwright_editor::viewport::picking::PickPlugin;
 use trackwright_editor::viewport::pointer_hint::PointerHintPlugin;
 use trackwright_editor::viewport::sensor_drag::DragPlugin;
@@ -159,14 +163,21 @@ pub fn create_app() -> App {
     app
 }
 
+/// Every layer that registers, in the order of the list.
+pub fn layers() -> Vec<LayerInfo> {
+    let mut app = create_scene_app_with(|app| {
+        app.add_plugins((LayersPlugin, OverlayPlugin));
+    });
+    app.world_mut().remove_resource::<LayerRegistry>().unwrap().layers
+}
+
 /// Lets tests wait for the solver.
 fn listen(app: &mut App) {
     let (told, wakes) = channel();
-    let solver = &app.world().resource::<SolverHandle>().solver;
-    solver.wake_with(Box::new(move || {
+    app.world().resource::<Waker>().wake_with(move || {
         // A test that has ended no longer listens.
         let _ = told.send(());
-    }));
+    });
     app.insert_resource(Wakes(Mutex::new(wakes)));
 }
 

@@ -10,7 +10,9 @@ use trackwright_design::{BodyRole, Edit, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::document::shown::ShownDesign;
-use trackwright_editor::layers::{ColorBars, LayersPlugin, are_idle};
+use trackwright_editor::layers::legend::Legends;
+use trackwright_editor::layers::registry::are_idle;
+use trackwright_editor::layers::{LayersPlugin, field_arrows, placement, region, validity};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
@@ -120,14 +122,14 @@ fn arrows_are_sampled_once() {
     assert_eq!(named(&mut app, "field arrows"), 1);
     let once = work(&app).arrow_evaluations;
     assert_eq!(once, 9 * 9 * 9);
-    let bars = app.world().resource::<ColorBars>();
-    let bar = bars.arrows.as_ref().unwrap();
+    let legends = app.world().resource::<Legends>();
+    let bar = legends.bar(field_arrows::LAYER.order).unwrap();
     assert!(bar.max > 0.0 && bar.max <= bar.largest);
     edit(&mut app, 3.0);
     assert_eq!(work(&app).arrow_evaluations, once);
     set(&mut app, |layers| layers.arrows = false);
     assert_eq!(named(&mut app, "field arrows"), 0);
-    assert_eq!(app.world().resource::<ColorBars>().arrows, None);
+    assert_eq!(app.world().resource::<Legends>().bar(field_arrows::LAYER.order), None);
 }
 
 #[test]
@@ -140,7 +142,7 @@ fn a_body_is_painted_while_its_sensor_is_selected() {
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
     rest(&mut app);
     assert!(named(&mut app, "placement") > 0);
-    let bar = app.world().resource::<ColorBars>().placement.clone().unwrap();
+    let bar = app.world().resource::<Legends>().bar(placement::LAYER.order).cloned().unwrap();
     // The sensor sits on the body now, so what is there now is within what could be.
     assert!(bar.min > 0.0 && bar.min < bar.max && bar.max <= bar.largest);
     assert!(work(&app).placement_evaluations > 0);
@@ -150,7 +152,7 @@ fn a_body_is_painted_while_its_sensor_is_selected() {
     // On a slide, where nothing can be selected, the tool's first sensor stands for it.
     app.insert_resource(Workspace::Present);
     rest(&mut app);
-    let on_slide = app.world().resource::<ColorBars>().placement.clone();
+    let on_slide = app.world().resource::<Legends>().bar(placement::LAYER.order).cloned();
     assert_eq!(on_slide, Some(bar));
     app.insert_resource(Workspace::Design);
     rest(&mut app);
@@ -166,7 +168,7 @@ fn the_usable_region_shows_its_share() {
     request(&mut app, EditRequest::Apply(loosen));
     set(&mut app, |layers| layers.region = true);
     assert_eq!(named(&mut app, "usable region"), 1);
-    let region = app.world().resource::<ColorBars>().region.clone().unwrap();
+    let region = app.world().resource::<Legends>().words(region::LEGEND_ORDER).unwrap();
     assert!(
         region.starts_with("requirement met with 95 % in ")
             && region.contains(" cm³; in the room's own field "),
@@ -175,7 +177,7 @@ fn the_usable_region_shows_its_share() {
     request(&mut app, EditRequest::Apply(Edit::SetRequirement(None)));
     rest(&mut app);
     assert_eq!(named(&mut app, "usable region"), 0);
-    let region = app.world().resource::<ColorBars>().region.clone().unwrap();
+    let region = app.world().resource::<Legends>().words(region::LEGEND_ORDER).unwrap();
     assert_eq!(region, "no usable region: the design has no requirement");
 }
 
@@ -188,7 +190,7 @@ fn new_colours_need_no_new_samples() {
         view.slice.color_map = ColorMap::Inferno;
         view.arrows.range_mm = Some(1.5);
     });
-    let bar = app.world().resource::<ColorBars>().arrows.clone().unwrap();
+    let bar = app.world().resource::<Legends>().bar(field_arrows::LAYER.order).cloned().unwrap();
     assert_eq!((bar.map, bar.max), (ColorMap::Inferno, 1.5));
     assert_eq!(work(&app).arrow_evaluations, once);
 }
@@ -230,7 +232,7 @@ fn model_validity_is_independent_of_the_tool() {
     set(&mut app, |layers| layers.support = true);
     assert_eq!(named(&mut app, "supported region"), 1);
     assert!(hatched(&app) > Some(0));
-    let words = app.world().resource::<ColorBars>().support.clone().unwrap();
+    let words = app.world().resource::<Legends>().words(validity::LAYER.order).unwrap();
     assert!(words.starts_with("field supported in "), "{words}");
     let once = looked_up(&app);
     assert_eq!(once, 13 * 13 * 13 + 33 * 33 * 33);
@@ -242,7 +244,7 @@ fn model_validity_is_independent_of_the_tool() {
     set(&mut app, |layers| layers.support = false);
     assert_eq!(named(&mut app, "supported region"), 0);
     assert_eq!(hatched(&app), Some(0));
-    assert_eq!(app.world().resource::<ColorBars>().support, None);
+    assert_eq!(app.world().resource::<Legends>().words(validity::LAYER.order), None);
 }
 
 #[test]

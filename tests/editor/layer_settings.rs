@@ -1,6 +1,6 @@
 //! What is set of a layer below its switch.
 
-use super::app::{design, environment};
+use super::app::{design, environment, layers};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -8,12 +8,14 @@ use std::cell::RefCell;
 use trackwright_design::view::{AxisRule, Quantity, View};
 use trackwright_editor::document::requests::ViewRequest;
 use trackwright_editor::document::selection::Selection;
-use trackwright_editor::layers::layers_ui::{LayersView, Listed, layers_ui};
-use trackwright_editor::layers::settings_ui::LayerFigures;
+use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
+use trackwright_editor::layers::legend::{ColorBar, Legends};
+use trackwright_editor::layers::slice;
 use trackwright_editor::shell::PanelAction;
 use trackwright_editor::widgets::theme;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_field::Environment;
+use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::orbit::OrbitCamera;
 
 fn camera() -> OrbitCamera {
@@ -25,9 +27,27 @@ fn camera() -> OrbitCamera {
     }
 }
 
+/// A slice whose largest value is known.
+fn legends() -> Legends {
+    let mut legends = Legends::default();
+    let bar = ColorBar {
+        label: String::new(),
+        unit: "mm",
+        map: ColorMap::default(),
+        min: 0.0,
+        max: 1.0,
+        largest: 2.347,
+        decimals: 2,
+        limit: None,
+    };
+    legends.set_bar(slice::LAYER.order, Some(bar));
+    legends
+}
+
 /// The views that the outliner asked for while it was used, as narrow as in the window.
 fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
     let (design, selection) = (design(), Selection::default());
+    let (layers, legends) = (layers(), legends());
     let asked = RefCell::new(Vec::new());
     let mut harness =
         Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0)).build_ui(|ui| {
@@ -36,8 +56,9 @@ fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<Vie
                 ui,
                 &OutlinerView {
                     layers: LayerFigures {
+                        layers: &layers,
+                        legends: Some(&legends),
                         camera: Some(camera()),
-                        slice_max: Some(2.347),
                         ..LayerFigures::default()
                     },
                     ..OutlinerView::new(&design, room, view, &selection)
@@ -163,10 +184,11 @@ fn the_field_workspace_lists_room_layers() {
     let view = View::default();
     let asked = RefCell::new(Vec::new());
     let room = environment();
+    let layers = layers();
     let panel = LayersView {
         view: &view,
         environment: &room,
-        figures: LayerFigures::default(),
+        figures: LayerFigures { layers: &layers, ..LayerFigures::default() },
         listed: Listed::OfTheRoom,
     };
     let mut harness =
@@ -184,5 +206,5 @@ fn the_field_workspace_lists_room_layers() {
     let mut wanted = view.clone();
     wanted.layers.arrows = true;
     let asked = asked.borrow();
-    assert_eq!(*asked, [PanelAction::View(ViewRequest::Set(wanted))]);
+    assert_eq!(*asked, [wanted]);
 }

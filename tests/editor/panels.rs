@@ -1,6 +1,6 @@
 //! The panels as functions: what they say, and what they ask for when they are used.
 
-use super::app::{design, environment, world};
+use super::app::{design, environment, layers, world};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -11,9 +11,10 @@ use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::layers::slice_ui::{SlicePanelView, slice_settings_ui};
+use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
+use trackwright_editor::layers::slice;
 use trackwright_editor::runner::results::{Results, Stamped};
-use trackwright_editor::runner::solver::Extent;
+use trackwright_editor::runner::solved::Extent;
 use trackwright_editor::shell::PanelAction;
 use trackwright_editor::shell::commands::Command;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
@@ -79,9 +80,13 @@ fn hidden_characters_are_escaped() {
 
 #[test]
 fn an_outliner_row_selects_its_sensor() {
+    let layers = layers();
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
-        outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
+        let selection = Selection::default();
+        let figures = LayerFigures { layers: &layers, ..LayerFigures::default() };
+        let outliner = OutlinerView::new(&design, &environment, &view, &selection);
+        outliner_ui(ui, &OutlinerView { layers: figures, ..outliner })
     });
     harness.get_by_label("Aurora cube");
     harness.get_by_label("grip").click();
@@ -365,18 +370,13 @@ fn the_menu_names_what_undo_takes_back() {
 #[test]
 fn a_new_axis_centres_the_slice() {
     let view = View::default();
-    let bounds = *environment().model.bounds();
+    let (room, layers) = (environment(), [slice::LAYER]);
     let (mut harness, asked) = harness(|ui| {
-        slice_settings_ui(
-            ui,
-            &SlicePanelView {
-                view: &view,
-                bounds,
-                has_support: false,
-                max: Some(2.0),
-                camera: None,
-            },
-        )
+        let figures = LayerFigures { layers: &layers, ..LayerFigures::default() };
+        let panel =
+            LayersView { view: &view, environment: &room, figures, listed: Listed::OfTheRoom };
+        let view = layers_ui(ui, &panel);
+        view.map(|view| PanelAction::View(ViewRequest::Set(view))).into_iter().collect()
     });
     harness.run_steps(2);
     assert!(asked.borrow().is_empty(), "nothing was touched");

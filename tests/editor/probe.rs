@@ -9,7 +9,8 @@ use trackwright_design::view::{Layers, Quantity};
 use trackwright_design::{BodyRole, Thing, View};
 use trackwright_editor::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::layers::ColorBars;
+use trackwright_editor::layers::legend::Legends;
+use trackwright_editor::layers::placement;
 use trackwright_editor::layers::probe::{Probe, ProbeLooks, ProbePlugin};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
@@ -172,8 +173,8 @@ fn a_painted_body_hides_the_slice() {
         text.starts_with("expected tip error RMS ") && text.ends_with("), sensor here"),
         "{text}"
     );
-    let bars = app.world().resource::<ColorBars>();
-    let bar = bars.placement.as_ref().unwrap();
+    let legends = app.world().resource::<Legends>();
+    let bar = legends.bar(placement::LAYER.order).unwrap();
     let said = number(&text, "expected tip error RMS");
     assert!((bar.min - 0.01..bar.largest + 0.01).contains(&said), "{text}");
 }

@@ -19,6 +19,7 @@ use trackwright_editor::convert;
 use trackwright_editor::document::apply::Notice;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::shown::ShownDesign;
+use trackwright_editor::document::trials::{ModeKind, TrialChoice};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
@@ -28,7 +29,7 @@ use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::study::StudyPlugin;
-use trackwright_editor::workspaces::study::desk::{ModeKind, StudyDesk, StudyRequest};
+use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_editor::workspaces::study::log::LogJob;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
@@ -206,8 +207,8 @@ fn playback_keeps_its_rate_and_stops() {
         app.update();
         let redraws = app.world().resource::<Messages<RequestRedraw>>();
         let asked = redraws.iter_current_update_messages().count() > 0;
-        let is_playing = app.world().resource::<StudyDesk>().is_playing();
-        let trial = app.world().resource::<StudyDesk>().trial();
+        let is_playing = app.world().resource::<TrialChoice>().is_playing();
+        let trial = app.world().resource::<TrialChoice>().trial();
         (trial, is_playing, asked)
     };
     assert_eq!(frame(&mut app), (Some(0), true, true));
@@ -251,9 +252,9 @@ fn leaving_the_workspace_stops_playing() {
     let mut app = study_app();
     app.world_mut().write_message(StudyRequest::TogglePlay);
     app.update();
-    assert!(app.world().resource::<StudyDesk>().is_playing());
+    assert!(app.world().resource::<TrialChoice>().is_playing());
     show_workspace(&mut app, Workspace::Field);
-    assert!(!app.world().resource::<StudyDesk>().is_playing());
+    assert!(!app.world().resource::<TrialChoice>().is_playing());
 }
 
 fn press(app: &mut App, key: &Key) {
@@ -285,7 +286,7 @@ fn study_keys_need_the_study_workspace() {
     show_workspace(&mut app, Workspace::Design);
     press(&mut app, &Key::ArrowRight);
     press(&mut app, &Key::Space);
-    let desk = app.world().resource::<StudyDesk>();
+    let desk = app.world().resource::<TrialChoice>();
     assert!(desk.trial().is_none() && !desk.is_playing());
 }
 
@@ -370,7 +371,7 @@ fn another_design_starts_with_its_own_mode() {
     settle(&mut app);
     assert_eq!(shown_trial(&app), None);
     assert_eq!(results(&app).mode, Some(ModeKind::Motion));
-    assert!(app.world().resource::<StudyDesk>().input().is_none());
+    assert!(app.world().resource::<TrialChoice>().input().is_none());
     let shown = &app.world().resource::<ShownDesign>().design;
     let document = &app.world().resource::<OpenWorld>().0.document;
     assert_eq!(**shown, *document.design());

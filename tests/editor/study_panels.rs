@@ -7,9 +7,10 @@ use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_editor::document::shown::ShownTrial;
+use trackwright_editor::document::trials::ModeKind;
 use trackwright_editor::shell::PanelAction;
 use trackwright_editor::shell::commands::Command;
-use trackwright_editor::workspaces::study::desk::{ModeKind, RotationForm, StudyRequest};
+use trackwright_editor::workspaces::study::desk::{RotationForm, StudyRequest};
 use trackwright_editor::workspaces::study::study_charts_ui::{
     StudyChartsView, share, study_charts_ui,
 };

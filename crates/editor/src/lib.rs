@@ -117,13 +117,17 @@ pub struct StatePlugin;
 
 impl Plugin for StatePlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((
-            schedule::SchedulePlugin,
-            document::requests::RequestsPlugin,
-            document::selection::SelectionPlugin,
-            runner::results::ResultsPlugin,
-            shell::window::WindowStatePlugin,
-            document::shown::ShownPlugin,
-        ));
+        app.init_resource::<palette::Theme>()
+            .init_resource::<shell::dialogs::Dialogs>()
+            .add_plugins((
+                schedule::SchedulePlugin,
+                document::requests::RequestsPlugin,
+                document::apply::DocumentStatePlugin,
+                document::selection::SelectionPlugin,
+                runner::results::ResultsPlugin,
+                shell::window::WindowStatePlugin,
+                document::shown::ShownPlugin,
+                layers::RegistryPlugin,
+            ));
     }
 }

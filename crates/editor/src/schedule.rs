@@ -1,6 +1,7 @@
 //! The phases of a frame.
 
 use bevy::prelude::*;
+use bevy::window::RequestRedraw;
 
 /// Phases of a frame, in order, chained in [`Update`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -17,12 +18,13 @@ pub enum EditorSystems {
     Draw,
 }
 
-/// Chains [`EditorSystems`] in [`Update`].
+/// Chains [`EditorSystems`] in [`Update`], and registers the request for a frame, which headless apps
+/// lack.
 pub struct SchedulePlugin;
 
 impl Plugin for SchedulePlugin {
     fn build(&self, app: &mut App) {
-        app.configure_sets(
+        app.add_message::<RequestRedraw>().configure_sets(
             Update,
             (
                 EditorSystems::Input,

@@ -240,18 +240,11 @@ fn start(world: World, size: [u32; 2], desk: Desk) -> (App, Handle<Image>, Recei
 /// A channel that gets a word whenever a thread has an answer.
 fn wake_on_answers(app: &mut App) -> Receiver<()> {
     let (sender, receiver) = mpsc::channel();
-    app.insert_resource(Waker::new({
-        let sender = sender.clone();
-        move || {
-            let _ = sender.send(());
-        }
-    }));
-    if let Some(handle) = app.world().get_resource::<SolverHandle>() {
+    let waker = app.world_mut().get_resource_or_init::<Waker>().clone();
+    waker.wake_with(move || {
         // Nobody listens any more once the picture is made.
-        handle.solver.wake_with(Box::new(move || {
-            let _ = sender.send(());
-        }));
-    }
+        let _ = sender.send(());
+    });
     receiver
 }
 
@@ -285,7 +278,7 @@ fn is_reading(world: &bevy::prelude::World) -> bool {
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
     world.get_resource::<SolverHandle>().is_none_or(|handle| handle.solver.is_idle())
-        && layers::are_idle(world)
+        && layers::registry::are_idle(world)
         && decide::is_idle(world)
 }
 

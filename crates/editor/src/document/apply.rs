@@ -32,23 +32,24 @@ pub enum Notice {
     Refused(String),
 }
 
+/// Owns [`WorldGeneration`] and [`Notice`].
+pub struct DocumentStatePlugin;
+
+impl Plugin for DocumentStatePlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<WorldGeneration>().init_resource::<Notice>();
+    }
+}
+
 /// What to go on with once the design is saved.
 #[derive(Resource, Default)]
 struct AfterSave(Option<FileRequest>);
 
 impl Plugin for DocumentPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<WorldGeneration>()
-            .init_resource::<Notice>()
-            .init_resource::<AfterSave>()
+        app.init_resource::<AfterSave>()
             .init_resource::<Leftovers>()
             .init_resource::<RecentDesigns>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Selection>()
-            .init_resource::<Results>()
-            .add_message::<EditRequest>()
-            .add_message::<ViewRequest>()
-            .add_message::<FileRequest>()
             .add_message::<WindowCloseRequested>()
             .add_message::<WindowFocused>()
             .add_systems(

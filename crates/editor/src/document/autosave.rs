@@ -1,19 +1,19 @@
-//! Nothing lost: what is unsaved is kept in a recovery file, written by a thread of its own, and
+//! Nothing lost: what is unsaved is kept in a recovery file, written in the background, and
 //! what a crash left over is offered at the next start.
 
 use crate::document::apply::Notice;
 use crate::document::requests::OpenWorld;
+use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialog, Dialogs};
 use bevy::app::AppExit;
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Mutex, PoisonError};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 use trackwright_project::{Leftover, Recovery, Snapshot, StoreError, leftovers};
+use trackwright_task::Task;
 
 /// After an edit the file is written once there was none for so long…
 const QUIET: Duration = Duration::from_millis(400);
@@ -34,55 +34,45 @@ pub struct AutosavePlugin;
 #[derive(Resource, Default)]
 pub struct Leftovers(pub Vec<Leftover>, pub Vec<Leftover>);
 
-/// The thread that writes.
+/// Writes in the background.
 #[derive(Resource)]
 pub struct Autosave {
-    sender: Option<Sender<Word>>,
-    problems: Mutex<Receiver<String>>,
-    thread: Option<JoinHandle<()>>,
-    /// Revision and dirtiness that were sent last.
-    sent: Option<(u64, u64, bool)>,
-}
-
-/// What the thread is told.
-enum Word {
-    Keep(Box<Snapshot>, Vec<Leftover>),
-    /// Everything is saved, or was given up.
-    Clear,
+    /// Its answers are problems.
+    runner: Runner<(), String>,
+    recovery: Arc<Mutex<Recovery>>,
+    /// What goes once a file of this session is written.
+    replaced: Arc<Mutex<Vec<Leftover>>>,
+    waker: Waker,
+    /// The problem that was reported last: each is reported once.
+    problem: String,
+    /// Generation, revision and dirtiness that were handed over last.
+    kept: Option<(u64, u64, bool)>,
 }
 
 impl Plugin for AutosavePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Leftovers>()
-            .init_resource::<Notice>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>();
         let Some(RecoveryFolder(folder)) = app.world().get_resource::<RecoveryFolder>().cloned()
         else {
             return;
         };
-        match start(&folder, app.world().resource::<Waker>().clone()) {
+        match start(&folder, app.world_mut().get_resource_or_init::<Waker>().clone()) {
             Ok((autosave, leftovers)) => {
                 app.insert_resource(autosave)
                     .insert_resource(Leftovers(leftovers, Vec::new()))
                     .add_systems(Startup, offer)
                     .add_systems(
                         Update,
-                        (keep.run_if(resource_exists_and_changed::<OpenWorld>), hear)
+                        (keep.run_if(resource_exists_and_changed::<OpenWorld>), receive)
                             .chain()
                             .after(EditorSystems::Edit),
                     )
                     .add_systems(Last, finish.run_if(on_message::<AppExit>));
             }
             Err(error) => {
-                *app.world_mut().resource_mut::<Notice>() = refusal(&error);
+                app.insert_resource(Notice::Refused(not_kept(&error)));
             }
         }
     }
-}
-
-fn refusal(error: &StoreError) -> Notice {
-    Notice::Refused(not_kept(error))
 }
 
 /// What happened and what to do.
@@ -92,91 +82,63 @@ fn not_kept(cause: &dyn std::fmt::Display) -> String {
 
 fn start(folder: &Path, waker: Waker) -> Result<(Autosave, Vec<Leftover>), StoreError> {
     let left = leftovers(folder)?;
-    let recovery = Recovery::start(folder)?;
-    let (sender, words) = channel();
-    let (report, problems) = channel();
-    let thread = std::thread::Builder::new()
-        .name("autosave".into())
-        .spawn(move || write(recovery, &words, &report, &waker))
-        .map_err(|cause| StoreError::Write { file: folder.to_owned(), cause })?;
     let autosave = Autosave {
-        sender: Some(sender),
-        problems: Mutex::new(problems),
-        thread: Some(thread),
-        sent: None,
+        // A file that is written changes nothing that is shown.
+        runner: Runner::new("autosave", Waker::silent()),
+        recovery: Arc::new(Mutex::new(Recovery::start(folder)?)),
+        replaced: Arc::default(),
+        waker,
+        problem: String::new(),
+        kept: None,
     };
     Ok((autosave, left))
 }
 
-/// Until the window is gone. Ends without a word where nobody said [`Word::Clear`]: what is
-/// unsaved then is what recovery is for.
-fn write(mut recovery: Recovery, words: &Receiver<Word>, report: &Sender<String>, waker: &Waker) {
-    let mut told = String::new();
-    while let Ok(word) = words.recv() {
-        let result = match newest(word, words) {
-            Word::Keep(snapshot, replaced) => recovery
-                .write(&snapshot)
-                .and_then(|_| replaced.into_iter().try_for_each(Leftover::discard)),
-            Word::Clear => recovery.clear(),
-        };
-        // The same problem is told once.
-        let problem = result.err().map(|e| e.to_string()).unwrap_or_default();
-        if !problem.is_empty() && problem != told && report.send(problem.clone()).is_ok() {
-            waker.wake();
-        }
-        told = problem;
-    }
-}
-
-/// The last word of a stream of them.
-fn newest(first: Word, words: &Receiver<Word>) -> Word {
-    let since = Instant::now();
-    let mut word = first;
-    loop {
-        if matches!(word, Word::Clear) {
-            return word;
-        }
-        let patience = QUIET.min(LATEST.saturating_sub(since.elapsed()));
-        match words.recv_timeout(patience) {
-            Ok(next) => word = after(word, next),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => return word,
-        }
-    }
-}
-
-/// A later word takes an earlier one's place, but for what is to go once something is written.
-fn after(earlier: Word, later: Word) -> Word {
-    match (earlier, later) {
-        (Word::Keep(_, mut replaced), Word::Keep(snapshot, more)) => {
-            replaced.extend(more);
-            Word::Keep(snapshot, replaced)
-        }
-        (_, later) => later,
-    }
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Autosave {
-    fn tell(&self, word: Word) {
-        if let Some(sender) = &self.sender {
-            // A thread that is gone has said why.
-            let _ = sender.send(word);
-        }
+    fn submit(
+        &mut self,
+        info: JobInfo,
+        write: impl FnOnce(&mut Recovery) -> Result<(), StoreError> + Send + 'static,
+    ) {
+        let (recovery, waker) = (Arc::clone(&self.recovery), self.waker.clone());
+        let work = move |_: &Task, report: &mut dyn FnMut(String)| {
+            let problem = write(&mut lock(&recovery)).err();
+            report(problem.as_ref().map(ToString::to_string).unwrap_or_default());
+            if problem.is_some() {
+                waker.wake();
+            }
+            None
+        };
+        self.runner.submit(info, (), Box::new(work));
     }
 
-    /// Waits until what was told last is on the disk.
-    fn end(&mut self) {
-        self.sender = None;
-        if let Some(thread) = self.thread.take() {
-            // A panic of the thread has been reported by the panic hook.
-            let _ = thread.join();
-        }
+    fn keep(&mut self, snapshot: Snapshot, replaced: Vec<Leftover>) {
+        let info = JobInfo { quiet: QUIET, longest_wait: LATEST, ..JobInfo::default() };
+        let goes = Arc::clone(&self.replaced);
+        self.submit(info, move |recovery| {
+            // Those that are recovered later are not in this snapshot.
+            let goes = std::mem::take(&mut *lock(&goes));
+            recovery.write(&snapshot)?;
+            goes.into_iter().try_for_each(Leftover::discard)
+        });
+        lock(&self.replaced).extend(replaced);
+    }
+
+    /// Everything is saved, or was given up.
+    fn clear(&mut self) {
+        lock(&self.replaced).clear();
+        self.submit(JobInfo::default(), Recovery::clear);
     }
 }
 
 /// However the program ends, short of being killed: nobody is asked, and nothing is lost.
 impl Drop for Autosave {
     fn drop(&mut self) {
-        self.end();
+        self.runner.finish();
     }
 }
 
@@ -188,22 +150,24 @@ fn keep(
 ) {
     let document = &world.0.document;
     let now = (generation.0, document.revision(), document.is_dirty());
-    let is_unsaved = document.is_dirty();
     // A view that moves is kept with the next edit: turning a camera loses nobody's work.
-    if autosave.sent == Some(now) {
+    if autosave.kept == Some(now) {
         return;
     }
-    autosave.tell(match is_unsaved {
-        true => Word::Keep(Box::new(Snapshot::of(&world.0)), std::mem::take(&mut leftovers.1)),
-        false => Word::Clear,
-    });
-    autosave.sent = Some(now);
+    match document.is_dirty() {
+        true => autosave.keep(Snapshot::of(&world.0), std::mem::take(&mut leftovers.1)),
+        false => autosave.clear(),
+    }
+    autosave.kept = Some(now);
 }
 
-fn hear(autosave: Res<Autosave>, mut notice: ResMut<Notice>) {
-    let problems = autosave.problems.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(problem) = problems.try_iter().last() {
-        *notice = Notice::Refused(not_kept(&problem));
+fn receive(mut autosave: ResMut<Autosave>, mut notice: ResMut<Notice>) {
+    for answer in autosave.runner.answers() {
+        let problem = answer.value.unwrap_or_else(|lost| lost.to_string());
+        if !problem.is_empty() && problem != autosave.problem {
+            *notice = Notice::Refused(not_kept(&problem));
+        }
+        autosave.problem = problem;
     }
 }
 
@@ -217,7 +181,7 @@ fn offer(leftovers: Res<Leftovers>, mut dialogs: ResMut<Dialogs>) {
 fn finish(mut exits: MessageReader<AppExit>, mut autosave: ResMut<Autosave>) {
     let is_clean = exits.read().any(AppExit::is_success);
     if is_clean {
-        autosave.tell(Word::Clear);
+        autosave.clear();
     }
-    autosave.end();
+    autosave.runner.finish();
 }

@@ -6,7 +6,7 @@ use crate::document::apply::{Notice, WorldGeneration, file_folder};
 use crate::document::meshes::{name_of, selected_body};
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
-use crate::runner::job::{Ended, Job};
+use crate::runner::jobs::{Job, Lost};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
@@ -83,32 +83,23 @@ fn is_loading(loading: Res<BodyLoading>) -> bool {
 
 impl Plugin for BodyFilesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<BodyLoading>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Selection>()
-            .init_resource::<Notice>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>()
-            .add_message::<BodyFileRequest>()
-            .add_message::<EditRequest>()
-            .add_message::<RequestRedraw>()
-            .add_systems(
-                Update,
-                (
-                    answer.run_if(on_message::<BodyFileRequest>),
-                    // Whatever else a frame asks for, an opened file or to give it up, comes first.
-                    hear.run_if(is_loading.and_then(not(on_message::<BodyFileRequest>))),
-                )
-                    .chain()
-                    .after(CommandsSystems)
-                    .in_set(EditorSystems::Input),
-            );
+        app.init_resource::<BodyLoading>().add_message::<BodyFileRequest>().add_systems(
+            Update,
+            (
+                answer.run_if(on_message::<BodyFileRequest>),
+                // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                receive.run_if(is_loading.and_then(not(on_message::<BodyFileRequest>))),
+            )
+                .chain()
+                .after(CommandsSystems)
+                .in_set(EditorSystems::Input),
+        );
     }
 }
 
 /// What the requests work on.
 #[derive(SystemParam)]
-struct Hand<'w> {
+struct Requested<'w> {
     loading: ResMut<'w, BodyLoading>,
     world: Option<ResMut<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
@@ -120,26 +111,26 @@ struct Hand<'w> {
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
-fn answer(mut requests: MessageReader<BodyFileRequest>, mut hand: Hand) {
+fn answer(mut requests: MessageReader<BodyFileRequest>, mut requested: Requested) {
     for request in requests.read() {
-        hand.answer(request.clone());
+        requested.answer(request.clone());
     }
-    hand.redraw.write(RequestRedraw);
+    requested.redraw.write(RequestRedraw);
 }
 
-fn hear(mut hand: Hand) {
-    // Listening alone is no change.
-    let loading = &mut hand.loading.bypass_change_detection().0;
-    let Some(ended) = loading.as_mut().and_then(|it| it.job.hear()) else {
+fn receive(mut requested: Requested) {
+    // Receiving alone is no change.
+    let loading = &mut requested.loading.bypass_change_detection().0;
+    let Some(answer) = loading.as_ref().and_then(|it| it.job.answer()) else {
         return;
     };
-    if let Some(loading) = hand.loading.0.take() {
-        hand.take(loading, ended);
+    if let Some(loading) = requested.loading.0.take() {
+        requested.take(loading, answer);
     }
-    hand.redraw.write(RequestRedraw);
+    requested.redraw.write(RequestRedraw);
 }
 
-impl Hand<'_> {
+impl Requested<'_> {
     fn answer(&mut self, request: BodyFileRequest) {
         let Some(world) = &self.world else { return };
         let design = world.0.document.design();
@@ -182,26 +173,19 @@ impl Hand<'_> {
             *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
             return;
         };
-        match Job::start("body", &self.waker, move |_| wanted.read()) {
-            Ok(job) => {
-                *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
-                self.loading.0 = Some(Loading {
-                    file,
-                    body,
-                    job,
-                    generation: *self.generation,
-                    origin: world.0.document.origin().clone(),
-                });
-            }
-            Err(error) => {
-                *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
-            }
-        }
+        *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
+        self.loading.0 = Some(Loading {
+            file,
+            body,
+            job: Job::start("body", &self.waker, move |_| wanted.read()),
+            generation: *self.generation,
+            origin: world.0.document.origin().clone(),
+        });
     }
 
     /// Puts what was read into the design, unless something else is open by now or its bytes are
     /// ones to ask about.
-    fn take(&mut self, loading: Loading, ended: Ended<Result<ImportedBody, StoreError>>) {
+    fn take(&mut self, loading: Loading, answer: Result<Result<ImportedBody, StoreError>, Lost>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
         let is_same =
@@ -210,22 +194,20 @@ impl Hand<'_> {
             return;
         }
         let Loading { file, body, .. } = loading;
-        let taken = match ended {
-            Ended::Done(Ok(taken)) => taken,
-            Ended::Done(Err(error)) if error.is_checksum() => {
+        let taken = match answer {
+            Ok(Ok(taken)) => taken,
+            Ok(Err(error)) if error.is_checksum() => {
                 let text = error.to_string();
                 self.dialogs.show(Dialog::Checksum { body, file, text });
                 return;
             }
-            Ended::Done(Err(error)) => {
+            Ok(Err(error)) => {
                 self.dialogs.show(Dialog::error(NOT_USABLE, &error));
                 return;
             }
-            Ended::Lost => {
-                self.dialogs.show(Dialog::Error {
-                    title: NOT_USABLE.to_owned(),
-                    text: format!("{}: the reading ended badly", file.display()),
-                });
+            Err(lost) => {
+                let text = format!("{}: {lost}", file.display());
+                self.dialogs.show(Dialog::Error { title: NOT_USABLE.to_owned(), text });
                 return;
             }
         };

@@ -75,15 +75,9 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
 impl Plugin for DropsPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HoveringFiles>()
-            .init_resource::<Workspace>()
-            .init_resource::<Selection>()
-            .init_resource::<Notice>()
             .add_message::<FileDragAndDrop>()
-            .add_message::<FileRequest>()
-            .add_message::<FieldRequest>()
             .add_message::<MeshRequest>()
             .add_message::<BodyFileRequest>()
-            .add_message::<RequestRedraw>()
             .add_systems(
                 Update,
                 hear_drops

@@ -4,7 +4,7 @@
 use crate::document::apply::{Notice, WorldGeneration, file_folder};
 use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use crate::document::selection::{Selected, Selection};
-use crate::runner::job::{Ended, Job};
+use crate::runner::jobs::{Job, Lost};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
@@ -94,33 +94,23 @@ fn is_loading(loading: Res<MeshLoading>) -> bool {
 
 impl Plugin for MeshesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<MeshLoading>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Selection>()
-            .init_resource::<Notice>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>()
-            .add_message::<MeshRequest>()
-            .add_message::<EditRequest>()
-            .add_message::<ViewRequest>()
-            .add_message::<RequestRedraw>()
-            .add_systems(
-                Update,
-                (
-                    answer.run_if(on_message::<MeshRequest>),
-                    // Whatever else a frame asks for, an opened file or to give it up, comes first.
-                    hear.run_if(is_loading.and_then(not(on_message::<MeshRequest>))),
-                )
-                    .chain()
-                    .after(CommandsSystems)
-                    .in_set(EditorSystems::Input),
-            );
+        app.init_resource::<MeshLoading>().add_message::<MeshRequest>().add_systems(
+            Update,
+            (
+                answer.run_if(on_message::<MeshRequest>),
+                // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                receive.run_if(is_loading.and_then(not(on_message::<MeshRequest>))),
+            )
+                .chain()
+                .after(CommandsSystems)
+                .in_set(EditorSystems::Input),
+        );
     }
 }
 
 /// What the requests work on.
 #[derive(SystemParam)]
-struct Hand<'w> {
+struct Requested<'w> {
     loading: ResMut<'w, MeshLoading>,
     world: Option<ResMut<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
@@ -133,25 +123,25 @@ struct Hand<'w> {
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
-fn answer(mut requests: MessageReader<MeshRequest>, mut hand: Hand) {
+fn answer(mut requests: MessageReader<MeshRequest>, mut requested: Requested) {
     for request in requests.read() {
-        hand.answer(request.clone());
+        requested.answer(request.clone());
     }
-    hand.redraw.write(RequestRedraw);
+    requested.redraw.write(RequestRedraw);
 }
 
-fn hear(mut hand: Hand) {
-    let ended = hand.loading.0.as_mut().and_then(|it| it.job.hear());
-    let (Some(ended), true) = (ended, hand.loading.0.is_some()) else {
+fn receive(mut requested: Requested) {
+    let loading = &mut requested.loading.bypass_change_detection().0;
+    let Some(answer) = loading.as_ref().and_then(|it| it.job.answer()) else {
         return;
     };
-    if let Some(loading) = hand.loading.0.take() {
-        hand.take(&loading, ended);
+    if let Some(loading) = requested.loading.0.take() {
+        requested.take(&loading, answer);
     }
-    hand.redraw.write(RequestRedraw);
+    requested.redraw.write(RequestRedraw);
 }
 
-impl Hand<'_> {
+impl Requested<'_> {
     fn answer(&mut self, request: MeshRequest) {
         match request {
             MeshRequest::ShowLoad(whose) => {
@@ -202,28 +192,21 @@ impl Hand<'_> {
             return;
         };
         let whose = wanted.whose;
-        match Job::start("mesh", &self.waker, move |_| wanted.read()) {
-            Ok(job) => {
-                *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
-                self.loading.0 = Some(Loading {
-                    file,
-                    whose,
-                    name: anatomy_at(world.0.document.design(), whose).map(|a| a.name.clone()),
-                    is_settled,
-                    job,
-                    generation: *self.generation,
-                    origin: world.0.document.origin().clone(),
-                });
-            }
-            Err(error) => {
-                *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
-            }
-        }
+        *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
+        self.loading.0 = Some(Loading {
+            file,
+            whose,
+            name: anatomy_at(world.0.document.design(), whose).map(|a| a.name.clone()),
+            is_settled,
+            job: Job::start("mesh", &self.waker, move |_| wanted.read()),
+            generation: *self.generation,
+            origin: world.0.document.origin().clone(),
+        });
     }
 
     /// Gives the body or the anatomy what was read, unless something else is open by now or its size
     /// is one to ask about.
-    fn take(&mut self, loading: &Loading, ended: Ended<Result<ImportedMesh, StoreError>>) {
+    fn take(&mut self, loading: &Loading, answer: Result<Result<ImportedMesh, StoreError>, Lost>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
         let is_same =
@@ -231,18 +214,15 @@ impl Hand<'_> {
         if !is_same {
             return;
         }
-        let read = match ended {
-            Ended::Done(Ok(read)) => read,
-            Ended::Done(Err(error)) => {
-                let title = "The mesh cannot be used";
-                self.dialogs.show(Dialog::error(title, &error));
+        let read = match answer {
+            Ok(Ok(read)) => read,
+            Ok(Err(error)) => {
+                self.dialogs.show(Dialog::error(NOT_USABLE, &error));
                 return;
             }
-            Ended::Lost => {
-                self.dialogs.show(Dialog::Error {
-                    title: "The mesh cannot be used".to_owned(),
-                    text: format!("{}: the reading ended badly", loading.file.display()),
-                });
+            Err(lost) => {
+                let text = format!("{}: {lost}", loading.file.display());
+                self.dialogs.show(Dialog::Error { title: NOT_USABLE.to_owned(), text });
                 return;
             }
         };
@@ -281,6 +261,8 @@ impl Hand<'_> {
         }
     }
 }
+
+const NOT_USABLE: &str = "The mesh cannot be used";
 
 /// The edit that gives a mesh to whom it was read for; `None` where that is gone meanwhile.
 fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<Edit> {

@@ -10,3 +10,4 @@ pub mod report;
 pub mod requests;
 pub mod selection;
 pub mod shown;
+pub mod trials;

@@ -6,7 +6,7 @@
 
 use crate::document::apply::{DESIGN_EXTENSION, Notice, default_file_name};
 use crate::document::requests::{FileRequest, OpenWorld};
-use crate::runner::job::{Ended, Job};
+use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialog, Dialogs};
@@ -15,6 +15,7 @@ use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use trackwright_design::Origin;
+use trackwright_task::Task;
 
 /// Writes a report when [`FileRequest::WriteReport`] asks.
 pub struct ReportPlugin;
@@ -43,7 +44,7 @@ pub enum ReportError {
     Start(std::io::Error),
     /// In the words of the command line.
     #[error("{0}")]
-    Told(String),
+    Program(String),
 }
 
 impl ReportJob {
@@ -58,20 +59,13 @@ fn is_writing(job: Res<ReportJob>) -> bool {
 
 impl Plugin for ReportPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<ReportJob>()
-            .init_resource::<ReportProgram>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Notice>()
-            .init_resource::<Waker>()
-            .add_message::<FileRequest>()
-            .add_message::<RequestRedraw>()
-            .add_systems(
-                Update,
-                (
-                    answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Solve),
-                    hear.run_if(is_writing).in_set(EditorSystems::Solve),
-                ),
-            );
+        app.init_resource::<ReportJob>().init_resource::<ReportProgram>().add_systems(
+            Update,
+            (
+                answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Solve),
+                receive.run_if(is_writing).in_set(EditorSystems::Solve),
+            ),
+        );
     }
 }
 
@@ -100,16 +94,9 @@ fn answer(
             FileRequest::WriteReport(file) => {
                 let (file, open) = (file.clone(), world.0.clone());
                 let program = program.0.clone();
-                let job = Job::start("report", &waker, move |_| write(open, &file, &program));
-                match job {
-                    Ok(job) => {
-                        writing.0 = Some(job);
-                        *notice = Notice::Done("Writing the report…".to_owned());
-                    }
-                    Err(error) => {
-                        *notice = Notice::Refused(format!("cannot start a thread: {error}"));
-                    }
-                }
+                let work = move |_: &Task| write(open, &file, &program);
+                writing.0 = Some(Job::start("report", &waker, work));
+                *notice = Notice::Done("Writing the report…".to_owned());
             }
             _ => continue,
         }
@@ -117,23 +104,23 @@ fn answer(
     }
 }
 
-fn hear(
+fn receive(
     mut writing: ResMut<ReportJob>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
-    let ended = (writing.bypass_change_detection().0.as_mut()).and_then(Job::hear);
-    let Some(ended) = ended else { return };
+    let answer = (writing.bypass_change_detection().0.as_ref()).and_then(Job::answer);
+    let Some(answer) = answer else { return };
     writing.0 = None;
     redraw.write(RequestRedraw);
-    let why = match ended {
-        Ended::Done(Ok(told)) => {
-            *notice = Notice::Done(format!("Wrote {told}"));
+    let why = match answer {
+        Ok(Ok(report)) => {
+            *notice = Notice::Done(format!("Wrote {report}"));
             return;
         }
-        Ended::Done(Err(error)) => error.to_string(),
-        Ended::Lost => "the work ended without an answer".to_owned(),
+        Ok(Err(error)) => error.to_string(),
+        Err(lost) => lost.to_string(),
     };
     notice.set_if_neq(Notice::Nothing);
     dialogs.show(Dialog::Error { title: "The report cannot be written".to_owned(), text: why });
@@ -172,6 +159,6 @@ fn write(
         .map(|bytes| String::from_utf8_lossy(&bytes).trim().to_owned());
     match output.status.success() {
         true => Ok(said),
-        false => Err(ReportError::Told(complained.trim_start_matches("error: ").to_owned())),
+        false => Err(ReportError::Program(complained.trim_start_matches("error: ").to_owned())),
     }
 }

@@ -3,16 +3,16 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
-use crate::workspaces::live::desk::LivePoses;
-use crate::workspaces::study::desk::{ModeKind, StudyDesk};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use trackwright_design::Design;
+use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{InputTrial, trial_count, trial_offsets, trial_pose};
 
 /// Keeps [`WantedTrial`] before and [`ShownDesign`] after [`EditorSystems::Solve`].
@@ -34,6 +34,24 @@ pub struct WantedTrial {
     pub design: Arc<Design>,
     /// From 0; `None` for the design's own pose. Those of live poses begin at [`LIVE`].
     pub number: Option<usize>,
+}
+
+/// Where the tracker has the design's bodies: the newest that is known, as it is shown.
+///
+/// Counts as changed with every new pose.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct LivePoses {
+    /// Of the poses, from 0; another number is other poses.
+    pub number: usize,
+    /// Compensated, in the tracker's frame; empty while nothing is received or shown.
+    pub tool: Option<Pose>,
+    pub crf: Option<Pose>,
+}
+
+impl LivePoses {
+    pub fn is_any(&self) -> bool {
+        self.tool.is_some() || self.crf.is_some()
+    }
 }
 
 /// Where the numbers of live poses begin: beyond any trial's.
@@ -74,11 +92,9 @@ pub struct ShownTrial {
 
 impl Plugin for ShownPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<StudyDesk>()
+        app.init_resource::<TrialChoice>()
             .init_resource::<LivePoses>()
             .init_resource::<LivePending>()
-            .init_resource::<Workspace>()
-            .init_resource::<Results>()
             .configure_sets(
                 Update,
                 (
@@ -105,7 +121,7 @@ fn want(
     mut commands: Commands,
     world: Option<Res<OpenWorld>>,
     generation: Option<Res<WorldGeneration>>,
-    mut desk: ResMut<StudyDesk>,
+    mut choice: ResMut<TrialChoice>,
     looked_at: LookedAt,
     wanted: Option<Res<WantedTrial>>,
     mut last_generation: Local<Option<u64>>,
@@ -115,7 +131,7 @@ fn want(
     let is_live_shown = *workspace == Workspace::Live;
     let is_live = is_live_shown && live.is_any();
     let is_changed = world.is_changed()
-        || desk.is_changed()
+        || choice.is_changed()
         || workspace.is_changed()
         || (is_live_shown && live.is_changed());
     if !(wanted.is_none() || is_changed) {
@@ -123,7 +139,7 @@ fn want(
     }
     let generation = generation.map(|generation| generation.0);
     if last_generation.is_some() && *last_generation != generation {
-        desk.forget_trials();
+        choice.forget_trials();
     }
     *last_generation = generation;
     if is_live {
@@ -141,14 +157,14 @@ fn want(
     }
     pending.0.clear();
     let is_looked_at = workspace.shows_trials();
-    if !is_looked_at && desk.playing.is_some() {
-        desk.playing = None;
+    if !is_looked_at && choice.playing.is_some() {
+        choice.playing = None;
     }
-    let trial = (desk.trial.filter(|_| is_looked_at))
-        .and_then(|number| shown_trial(&world.0, &desk, number));
-    if is_looked_at && trial.is_none() && desk.trial.is_some() {
+    let trial = (choice.trial.filter(|_| is_looked_at))
+        .and_then(|number| shown_trial(&world.0, &choice, number));
+    if is_looked_at && trial.is_none() && choice.trial.is_some() {
         // An edit may leave fewer trials than there were.
-        desk.show(None);
+        choice.show(None);
     }
     commands.insert_resource(WantedTrial {
         number: trial.as_ref().map(|trial| trial.number),
@@ -160,7 +176,7 @@ fn follow(
     mut commands: Commands,
     world: Option<Res<OpenWorld>>,
     wanted: Option<Res<WantedTrial>>,
-    desk: Res<StudyDesk>,
+    choice: Res<TrialChoice>,
     pending: Res<LivePending>,
     results: Res<Results>,
     shown: Option<ResMut<ShownDesign>>,
@@ -182,7 +198,7 @@ fn follow(
     // While trials play, the wanted one is always one ahead of what is known.
     let number = (results.pose_trial)
         .filter(|number| *number < LIVE && wanted.number.is_some())
-        .filter(|_| results.pose_serial == desk.serial());
+        .filter(|_| results.pose_serial == choice.serial());
     let is_current = shown.as_ref().is_some_and(|shown| {
         let now = shown.trial.as_ref().map(|trial| trial.number);
         !world.is_changed() && now == number && shown.live.is_none()
@@ -190,7 +206,7 @@ fn follow(
     if is_current {
         return;
     }
-    let trial = number.and_then(|number| shown_trial(&world.0, &desk, number));
+    let trial = number.and_then(|number| shown_trial(&world.0, &choice, number));
     let new = ShownDesign { design: posed(&world.0, trial.as_ref()), trial, live: None };
     match shown {
         Some(mut shown) => *shown = new,
@@ -200,16 +216,16 @@ fn follow(
 
 fn shown_trial(
     world: &trackwright_project::World,
-    desk: &StudyDesk,
+    choice: &TrialChoice,
     number: usize,
 ) -> Option<ShownTrial> {
     let design = world.document.design();
-    let kind = desk.kind(design.motion.is_some());
+    let kind = choice.kind(design.motion.is_some());
     if kind == ModeKind::Single {
         return None;
     }
     let scenario = trackwright_project::resolve(design, &world.environment);
-    let mode = desk.mode(&scenario);
+    let mode = choice.mode(&scenario);
     Some(ShownTrial {
         number,
         of: trial_count(&scenario, &mode)?,

@@ -1,5 +1,6 @@
 //! Arrows that keep their thickness on the screen, all of one kind in one mesh.
 
+use crate::layers::legend::StrokeKey;
 use crate::scene::materials::glow::GlowMaterial;
 use crate::viewport::camera::OrbitRig;
 use crate::{convert, palette};
@@ -9,6 +10,13 @@ use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use trackwright_geometry::solid::Solid;
 pub use trackwright_scene::arrow_style::ArrowStyle;
+
+/// What arrows from what is to what the tracker reports mean.
+pub const ERROR_STROKE: StrokeKey = StrokeKey {
+    words: "error vectors, two heads where cut",
+    plain_words: "how far off the tip is",
+    color: palette::ERROR_VECTOR,
+};
 
 /// From a point by a vector, tracker frame, millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]

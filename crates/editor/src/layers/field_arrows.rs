@@ -5,26 +5,39 @@ use crate::convert;
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
 use crate::document::shown::{ShownDesign, ShownSystems, ShownTrial};
-use crate::layers::ColorBars;
-use crate::layers::color_bar::ColorBar;
+use crate::layers::legend::{ColorBar, Legends};
+use crate::layers::registry::{
+    AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,
+};
+use crate::layers::settings::{color_map_ui, range_ui, row_ui, sensor_axis_ui};
 use crate::runner::diagnostics::Diagnostics;
-use crate::runner::latest::Latest;
+use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::viewport::light_drawing::{Shapes, paints_in_software};
+use crate::widgets::basic::{NumberField, decimal, with_unit};
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
+use bevy_egui::egui::{Slider, Ui};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
+use trackwright_design::view::{ArrowsView, View};
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pointing::{Target, first_pointed_at};
-use trackwright_geometry::surface::Ray;
 use trackwright_scene::field_arrows::{Scale, arrow_plan, arrow_triangles, head_mm};
 use trackwright_simulation::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 
 /// A spike's foot is a little wider than a shaft, so that it covers about as much.
 const SPIKE_TO_HEAD: f64 = 0.6;
+
+/// The layer.
+pub const LAYER: LayerInfo = LayerInfo {
+    is_of_room: true,
+    settings: Some(settings_ui),
+    is_idle,
+    ..LayerInfo::new("Field arrows", 110, |layers| &mut layers.arrows)
+};
 
 /// Samples and draws the arrows while their layer is on.
 pub struct ArrowsPlugin;
@@ -34,11 +47,9 @@ struct Arrows;
 
 /// What is sampled, and for what.
 #[derive(Resource)]
-pub(crate) struct ArrowLayer {
-    latest: Latest<ArrowOutcome>,
-    key: Option<Key>,
+struct ArrowLayer {
+    newest: Newest<Key, ArrowOutcome>,
     look: Look,
-    found: Option<ArrowOutcome>,
 }
 
 /// How arrows are coloured.
@@ -55,9 +66,13 @@ impl Look {
 }
 
 impl ArrowLayer {
+    fn found(&self) -> Option<&ArrowOutcome> {
+        self.newest.found().map(|(_, found)| found)
+    }
+
     /// The length of the error whose arrow a ray meets first, and how far along the ray.
-    pub fn pointed_at(&self, ray: &Ray, reach_rad: f64) -> Option<(f64, f64)> {
-        let found = self.found.as_ref()?;
+    fn pointed_at(&self, probe: &ProbeRay) -> Option<(f64, f64)> {
+        let found = self.found()?;
         let scale = Scale::of(found);
         let arrows = found.arrows().map(|(from, error)| {
             let arrow = scale.drawn(&error);
@@ -67,12 +82,12 @@ impl ArrowLayer {
                 is: error.norm(),
             }
         });
-        first_pointed_at(ray, reach_rad, arrows)
+        first_pointed_at(&probe.ray, probe.reach_rad, arrows)
     }
 
     /// What an arrow is called.
-    pub fn quantity(&self) -> &'static str {
-        match self.key.as_ref().map(|key| key.plan.sensor) {
+    fn quantity(&self) -> &'static str {
+        match self.newest.asked().map(|key| key.plan.sensor) {
             Some(ArrowSensor::OfTool) => "position error of the tool",
             _ => "position error",
         }
@@ -93,20 +108,17 @@ struct Key {
 impl FromWorld for ArrowLayer {
     fn from_world(world: &mut World) -> Self {
         Self {
-            latest: Latest::new("arrows", world.get_resource_or_init::<Waker>().clone()),
-            key: None,
+            newest: Newest::new("arrows", world.get_resource_or_init::<Waker>().clone()),
             look: Look::default(),
-            found: None,
         }
     }
 }
 
 impl Plugin for ArrowsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<ArrowLayer>()
-            .init_resource::<ColorBars>()
-            .init_resource::<Diagnostics>()
-            .init_resource::<WorldGeneration>()
+        app.add_layer(LAYER)
+            .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
+            .init_resource::<ArrowLayer>()
             .add_systems(
                 Update,
                 (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
@@ -122,12 +134,19 @@ impl Plugin for ArrowsPlugin {
     }
 }
 
-pub(crate) fn is_idle(world: &World) -> bool {
-    world.get_resource::<ArrowLayer>().is_none_or(|layer| layer.latest.is_idle())
+fn is_idle(world: &World) -> bool {
+    world.get_resource::<ArrowLayer>().is_none_or(|layer| layer.newest.is_idle())
+}
+
+fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
+    let layer = world.get_resource::<ArrowLayer>()?;
+    let (distance_mm, value_mm) = layer.pointed_at(probe)?;
+    let value = with_unit(&decimal(value_mm, 2), "mm");
+    Some(Probed { distance_mm, words: Some(format!("{} {value}", layer.quantity())) })
 }
 
 fn is_on(layer: Res<ArrowLayer>) -> bool {
-    layer.key.is_some()
+    layer.newest.asked().is_some()
 }
 
 fn may_differ(world: Res<OpenWorld>, shown: Option<Res<ShownDesign>>) -> bool {
@@ -156,24 +175,22 @@ fn ask(
     world: Res<OpenWorld>,
     shown: Option<Res<ShownDesign>>,
     generation: Res<WorldGeneration>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
 ) {
     let view = world.0.document.view();
     let look = Look { map: view.slice.color_map, range_mm: view.arrows.range_mm };
     if layer.bypass_change_detection().look != look {
         layer.look = look;
-        bars.arrows = layer.found.as_ref().map(|found| bar(&layer, found));
+        legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
     }
     let key = key(&world, shown.as_deref(), generation.0);
-    if layer.bypass_change_detection().key == key {
+    if layer.newest.asked() == key.as_ref() {
         return;
     }
-    layer.key.clone_from(&key);
     let Some(key) = key else {
         // A layer that is off keeps nothing.
-        layer.latest.give_up();
-        layer.found = None;
-        bars.arrows = None;
+        layer.newest.give_up();
+        legends.set_bar(LAYER.order, None);
         return;
     };
     // The tool's sensors point as they do where the tool is seen.
@@ -182,27 +199,20 @@ fn ask(
         None => world.0.document.design(),
     };
     let scenario = trackwright_project::resolve(design, &world.0.environment);
-    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(ArrowOutcome)| {
-        if let Ok(outcome) = sample_arrows(&scenario, &key.plan, &task.cancel) {
-            found(outcome);
-        }
-    };
-    if let Err(error) = layer.latest.wish(Box::new(work)) {
-        warn!("no thread for the arrows: {error}");
-    }
+    let plan = key.plan;
+    layer.newest.ask(key, move |task, _| sample_arrows(&scenario, &plan, &task.cancel).ok());
 }
 
 fn hear(
     mut layer: ResMut<ArrowLayer>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,
 ) {
-    let Some(found) = layer.bypass_change_detection().latest.answers().pop() else {
-        return;
-    };
-    diagnostics.work += found.work;
-    bars.arrows = Some(bar(&layer, &found));
-    layer.found = Some(found);
+    let count = |found: &ArrowOutcome| diagnostics.work += found.work;
+    if layer.bypass_change_detection().newest.receive(count) {
+        layer.set_changed();
+        legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
+    }
 }
 
 fn bar(layer: &ArrowLayer, found: &ArrowOutcome) -> ColorBar {
@@ -233,7 +243,7 @@ fn draw(
     for entity in &drawn {
         commands.entity(entity).despawn();
     }
-    let Some(found) = &layer.found else {
+    let Some(found) = layer.found() else {
         return;
     };
     let fine = meshes.add(mesh(found, &layer.look, push_arrow));
@@ -296,4 +306,36 @@ fn push_arrow(
     arrow_triangles(from, arrow, |corners_mm, normal| {
         painted.triangle(corners_mm, normal, color);
     });
+}
+
+fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
+    row_ui(ui, "of", |ui| {
+        for (of_tool, name, about) in [
+            (false, "a sensor", "A sensor that is imagined at each arrow"),
+            (true, "the tool's", "The mean of the tool's own sensors, turned as the tool is seen"),
+        ] {
+            let label = ui.selectable_label(view.arrows.of_tool == of_tool, name);
+            if label.on_hover_text(about).clicked() {
+                view.arrows.of_tool = of_tool;
+            }
+        }
+    });
+    if !view.arrows.of_tool {
+        sensor_axis_ui(ui, &mut view.slice.sensor_axis);
+    }
+    row_ui(ui, "per side", |ui| {
+        ui.spacing_mut().slider_width = 70.0;
+        let mut per_side = view.arrows.per_side();
+        let slider = Slider::new(&mut per_side, ArrowsView::PER_SIDE);
+        let response = ui.add(slider);
+        ui.ctx().accesskit_node_builder(response.id, |node| {
+            node.set_label("arrows per side".to_owned());
+        });
+        if response.changed() {
+            view.arrows.per_side = per_side;
+        }
+    });
+    let field = NumberField::length("arrows' colour range in mm");
+    range_ui(ui, &field, context.largest, &mut view.arrows.range_mm);
+    color_map_ui(ui, &mut view.slice.color_map);
 }

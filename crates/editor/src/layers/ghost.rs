@@ -1,6 +1,8 @@
 //! The tool as the tracker believes it to be: translucent, with a bright rim.
 
+use crate::layers::legend::StrokeKey;
 use crate::layers::magnification::ShownErrors;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::scene::bodies::{is_same_mesh, shown_mesh};
 use crate::scene::body_meshes::BodyMeshes;
 use crate::scene::materials::glow::GlowMaterial;
@@ -18,6 +20,16 @@ const RIM_ALPHA: f32 = 0.95;
 const HIDDEN_ALPHA: f32 = 0.10;
 const ORDER_MM: f32 = 200.0;
 
+/// The layer.
+const LAYER: LayerInfo = LayerInfo {
+    stroke: Some(StrokeKey {
+        words: "tool as tracked",
+        plain_words: "where the tracker sees the tool",
+        color: palette::GHOST,
+    }),
+    ..LayerInfo::new("Ghost", 70, |layers| &mut layers.ghost)
+};
+
 /// Draws the ghost while its layer is on.
 pub struct GhostPlugin;
 
@@ -28,7 +40,7 @@ struct GhostRoot(Arc<SurfaceMesh>);
 
 impl Plugin for GhostPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<BodyMeshes>().add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );

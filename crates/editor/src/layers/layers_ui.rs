@@ -1,57 +1,17 @@
 //! The layers' switches, each with its settings below it while it is on.
 
-use crate::document::requests::ViewRequest;
-use crate::layers::settings_ui::{LayerFigures, Settings, layer_settings_ui, switch_ui};
-use crate::shell::PanelAction;
+use crate::document::requests::OpenWorld;
+use crate::document::selection::Selection;
+use crate::layers::legend::Legends;
+use crate::layers::registry::{LayerInfo, LayerRegistry, SettingsContext};
+use crate::viewport::camera::OrbitRig;
 use crate::widgets::basic::section_ui;
-use bevy_egui::egui::Ui;
-use trackwright_design::view::{Layers, View};
-use trackwright_field::Environment;
-
-/// A layer's name, its switch, and its settings.
-struct Layer {
-    name: &'static str,
-    switch: fn(&mut Layers) -> &mut bool,
-    settings: Option<Settings>,
-    /// Whether it is about places in the room rather than about bodies.
-    is_of_room: bool,
-}
-
-const fn of_design(name: &'static str, switch: fn(&mut Layers) -> &mut bool) -> Layer {
-    Layer { name, switch, settings: None, is_of_room: false }
-}
-
-const fn of_room(
-    name: &'static str,
-    switch: fn(&mut Layers) -> &mut bool,
-    settings: Option<Settings>,
-) -> Layer {
-    Layer { name, switch, settings, is_of_room: true }
-}
-
-/// The layer that only a room which knows its own reach has.
-const MODEL_SUPPORT: &str = "Model support";
-
-const LAYERS: [Layer; 15] = [
-    of_room("Volume", |l| &mut l.volume, None),
-    of_design("Field generator", |l| &mut l.generator),
-    of_design("Ground grid", |l| &mut l.grid),
-    of_design("Anatomy", |l| &mut l.anatomy),
-    of_design("Sensor errors", |l| &mut l.sensor_errors),
-    of_design("Tip error", |l| &mut l.tip_error),
-    of_design("Ghost", |l| &mut l.ghost),
-    of_design("Range of motion", |l| &mut l.motion),
-    of_design("Tip scatter", |l| &mut l.tip_scatter),
-    of_room("Error slice", |l| &mut l.slice, Some(Settings::Slice)),
-    of_room("Field arrows", |l| &mut l.arrows, Some(Settings::Arrows)),
-    Layer {
-        settings: Some(Settings::Placement),
-        ..of_design("Sensor placement", |l| &mut l.placement)
-    },
-    of_room("Usable region", |l| &mut l.region, None),
-    of_room(MODEL_SUPPORT, |l| &mut l.support, None),
-    of_design("Labels", |l| &mut l.labels),
-];
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::Res;
+use bevy_egui::egui::{Checkbox, Ui};
+use trackwright_design::view::View;
+use trackwright_field::environment::Environment;
+use trackwright_geometry::orbit::OrbitCamera;
 
 /// Which layers are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,16 +20,51 @@ pub enum Listed {
     OfTheRoom,
 }
 
+/// What the switches need to know beside the view and the room.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LayerFigures<'a> {
+    pub layers: &'a [LayerInfo],
+    pub legends: Option<&'a Legends>,
+    pub camera: Option<OrbitCamera>,
+    pub is_sensor_selected: bool,
+}
+
 /// What the switches stand for.
 pub struct LayersView<'a> {
     pub view: &'a View,
     pub environment: &'a Environment,
-    pub figures: LayerFigures,
+    pub figures: LayerFigures<'a>,
     pub listed: Listed,
 }
 
-/// Draws the section.
-pub fn layers_ui(ui: &mut Ui, panel: &LayersView) -> Vec<PanelAction> {
+/// What a panel with the section reads.
+#[derive(SystemParam)]
+pub struct LayersPanel<'w> {
+    registry: Res<'w, LayerRegistry>,
+    legends: Res<'w, Legends>,
+    rig: Option<Res<'w, OrbitRig>>,
+    selection: Res<'w, Selection>,
+}
+
+impl LayersPanel<'_> {
+    pub fn figures(&self) -> LayerFigures<'_> {
+        LayerFigures {
+            layers: &self.registry.layers,
+            legends: Some(&self.legends),
+            camera: self.rig.as_ref().map(|rig| rig.camera),
+            is_sensor_selected: self.selection.sensors().is_some(),
+        }
+    }
+
+    /// Draws the section; the view that it makes, where that is another one.
+    pub fn ui(&self, ui: &mut Ui, world: &OpenWorld, listed: Listed) -> Option<View> {
+        let (view, environment) = (world.0.document.view(), &world.0.environment);
+        layers_ui(ui, &LayersView { view, environment, figures: self.figures(), listed })
+    }
+}
+
+/// Draws the section; the view that it makes, where that is another one.
+pub fn layers_ui(ui: &mut Ui, panel: &LayersView) -> Option<View> {
     section_ui(
         ui,
         match panel.listed {
@@ -77,36 +72,40 @@ pub fn layers_ui(ui: &mut Ui, panel: &LayersView) -> Vec<PanelAction> {
             Listed::OfTheRoom => "Layers of the room",
         },
     );
-    let rows = ui.scope(|ui| {
+    let mut view = panel.view.clone();
+    let is_listed = |layer: &&LayerInfo| panel.listed == Listed::All || layer.is_of_room;
+    ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
-        rows_ui(ui, panel)
+        for layer in panel.figures.layers.iter().filter(is_listed) {
+            layer_ui(ui, layer, panel, &mut view);
+        }
     });
-    rows.inner
+    (view != *panel.view).then_some(view)
 }
 
-fn rows_ui(ui: &mut Ui, panel: &LayersView) -> Vec<PanelAction> {
-    let mut actions = Vec::new();
-    let is_listed = |layer: &&Layer| panel.listed == Listed::All || layer.is_of_room;
-    for layer in LAYERS.iter().filter(is_listed) {
-        let mut layers = panel.view.layers;
-        let why_not = match layer.name {
-            MODEL_SUPPORT if panel.environment.fit_validity.is_none() => {
-                Some(crate::layers::slice_ui::NO_SUPPORT)
-            }
-            _ => None,
-        };
-        ui.horizontal(|ui| {
-            ui.add_space(6.0);
-            if switch_ui(ui, (layer.switch)(&mut layers), layer.name, why_not) {
-                let view = View { layers, ..panel.view.clone() };
-                actions.push(PanelAction::View(ViewRequest::Set(view)));
-            }
-        });
-        if let Some(settings) = layer.settings {
-            let (view, environment) = (panel.view, panel.environment);
-            let figures = &panel.figures;
-            actions.extend(layer_settings_ui(ui, settings, view, environment, figures));
-        }
-    }
-    actions
+/// A layer's switch, which says why it cannot be turned on, and its settings.
+fn layer_ui(ui: &mut Ui, layer: &LayerInfo, panel: &LayersView, view: &mut View) {
+    let LayerFigures { legends, camera, is_sensor_selected, .. } = panel.figures;
+    let why_not = (layer.why_not)(panel.environment);
+    let is_on = layer.is_on(view.layers);
+    ui.horizontal(|ui| {
+        ui.add_space(6.0);
+        let switch = Checkbox::new((layer.switch)(&mut view.layers), layer.name);
+        ui.add_enabled(why_not.is_none(), switch)
+            .on_disabled_hover_text(why_not.unwrap_or_default());
+    });
+    let Some(settings) = layer.settings.filter(|_| is_on) else {
+        return;
+    };
+    let context = SettingsContext {
+        environment: panel.environment,
+        camera,
+        largest: legends.and_then(|legends| Some(legends.bar(layer.order)?.largest)),
+        is_sensor_selected,
+    };
+    // Each has its own colours, of one map.
+    ui.push_id(layer.name, |ui| {
+        settings(ui, view, &context);
+        ui.add_space(4.0);
+    });
 }

@@ -2,7 +2,6 @@
 
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::shown::ShownDesign;
-use crate::layers::color_bar::ShownMagnification;
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
 use crate::viewport::camera::OrbitRig;
@@ -14,6 +13,14 @@ use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::PoseDetail;
+
+/// The magnification of errors, ghost and vectors as drawn.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct ShownMagnification {
+    pub times: f64,
+    /// The ghost's turn would be too large and is drawn smaller.
+    pub is_capped: bool,
+}
 
 /// Keeps [`ShownMagnification`]; never changes an automatic one during a drag.
 pub struct MagnifyPlugin;

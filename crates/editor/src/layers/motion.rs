@@ -10,6 +10,7 @@
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
 use crate::document::shown::ShownDesign;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
 use crate::scene::materials::glow::GlowMaterial;
@@ -48,6 +49,8 @@ const CTRL: [KeyCode; 2] = [KeyCode::ControlLeft, KeyCode::ControlRight];
 /// Draws the range of motion while its layer is on and the design has one.
 pub struct MotionPlugin;
 
+const LAYER: LayerInfo = LayerInfo::new("Range of motion", 80, |layers| &mut layers.motion);
+
 /// What the drawn lines were made for.
 #[derive(Component, Clone, Debug, PartialEq)]
 struct MotionLines {
@@ -71,11 +74,8 @@ struct Held {
 
 impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<MotionDrag>()
-            .init_resource::<Theme>()
-            .init_resource::<Presentation>()
-            .init_resource::<Selection>()
-            .init_resource::<Workspace>()
+        app.add_layer(LAYER)
+            .init_resource::<MotionDrag>()
             .add_observer(on_drag_start)
             .add_observer(on_drag)
             .add_observer(on_drag_end)

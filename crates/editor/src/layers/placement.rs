@@ -5,25 +5,39 @@ use crate::convert;
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::selection::{Selected, Selection};
-use crate::layers::ColorBars;
-use crate::layers::color_bar::ColorBar;
+use crate::layers::legend::{ColorBar, Legends};
+use crate::layers::registry::{
+    AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,
+};
+use crate::layers::settings::{color_map_ui, range_ui, row_ui};
 use crate::runner::diagnostics::Diagnostics;
-use crate::runner::latest::Latest;
+use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::scene::BodyRoot;
 use crate::scene::bodies::{mesh_of, shown_mesh};
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
+use crate::viewport::picking::Surfaces;
+use crate::widgets::basic::{NumberField, decimal, quiet_ui, with_unit};
 use bevy::prelude::*;
+use bevy_egui::egui::{ComboBox, Ui};
 use std::sync::Arc;
 use trackwright_design::BodyRole;
+use trackwright_design::view::View;
 use trackwright_geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use trackwright_geometry::mesh::SurfaceMesh;
-use trackwright_geometry::surface::{Ray, Surface};
+use trackwright_geometry::surface::Surface;
 use trackwright_scene::painted::placement_range;
 use trackwright_simulation::placement::vertices;
 use trackwright_simulation::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
+
+/// The layer.
+pub const LAYER: LayerInfo = LayerInfo {
+    settings: Some(settings_ui),
+    is_idle,
+    ..LayerInfo::new("Sensor placement", 120, |layers| &mut layers.placement)
+};
 
 /// Finds and paints placements while their layer is on and a sensor is selected.
 pub struct PlacementPlugin;
@@ -33,25 +47,14 @@ pub struct PlacementPlugin;
 struct Painted;
 
 #[derive(Resource)]
-pub(crate) struct PlacementLayer {
-    latest: Latest<PlacementOutcome>,
-    key: Option<Key>,
+struct PlacementLayer {
+    newest: Newest<Key, PlacementOutcome>,
     look: Look,
     mesh: Option<Arc<SurfaceMesh>>,
     /// Of a placeholder's mesh, which nobody else keeps.
     surface: Option<Arc<Surface>>,
-    found: Option<PlacementOutcome>,
     /// Work of the newest wish that was counted already.
     counted: Work,
-}
-
-/// What a painted body shows at a place.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PaintedValue {
-    /// Expected where there is an interval, else in the room's own field.
-    pub tip_rms_mm: f64,
-    /// 95 %.
-    pub interval_mm: Option<[f64; 2]>,
 }
 
 /// How places are coloured.
@@ -63,24 +66,35 @@ struct Look {
     limit_mm: Option<f64>,
 }
 
-impl PlacementLayer {
-    /// What is painted where a ray of the body's frame enters the painted body, and how far along the
-    /// ray: the tip RMS that is painted there; `None` where there is none.
-    pub fn under(
-        &self,
-        body: BodyRole,
-        own: Option<&Arc<Surface>>,
-        ray: &Ray,
-    ) -> Option<(f64, Option<PaintedValue>)> {
-        let found = self.found.as_ref()?;
-        self.key.as_ref().filter(|key| key.body == body)?;
-        let hit = own.or(self.surface.as_ref())?.hit(ray)?;
-        let value = found.between(hit.corners, hit.weights);
-        let value = value.map(|tip_rms_mm| PaintedValue {
-            tip_rms_mm,
-            interval_mm: found.interval_between(hit.corners, hit.weights),
-        });
-        Some((hit.distance_mm, value))
+/// The tip RMS that is painted where the ray enters the painted body.
+fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
+    let layer = world.get_resource::<PlacementLayer>()?;
+    let (key, found) = layer.newest.found()?;
+    let open = world.get_resource::<OpenWorld>()?;
+    if open.0.document.view().hidden.has_body(key.body) {
+        return None;
+    }
+    let pose = probe.design.tracker_from_body(key.body)?;
+    let own = world.get_resource::<Surfaces>()?.of(key.body);
+    let hit = own.or(layer.surface.as_ref())?.hit(&probe.ray.transformed_by(&pose.inverse()))?;
+    let value = found.between(hit.corners, hit.weights);
+    let interval_mm = found.interval_between(hit.corners, hit.weights);
+    let words = match value {
+        Some(tip_rms_mm) => words(tip_rms_mm, interval_mm),
+        None => "no tip error, sensor here".to_owned(),
+    };
+    Some(Probed { distance_mm: hit.distance_mm, words: Some(words) })
+}
+
+/// `expected tip error RMS 0.63 mm (95 %: 0.46 to 0.83), sensor here`.
+fn words(tip_rms_mm: f64, interval_mm: Option<[f64; 2]>) -> String {
+    let value = format!("tip error RMS {}", with_unit(&decimal(tip_rms_mm, 2), "mm"));
+    match interval_mm {
+        Some(ends) => {
+            let [low, high] = ends.map(|end| decimal(end, 2));
+            format!("expected {value} (95\u{2009}%: {low} to {high}), sensor here")
+        }
+        None => format!("{value}, sensor here"),
     }
 }
 
@@ -97,12 +111,10 @@ struct Key {
 impl FromWorld for PlacementLayer {
     fn from_world(world: &mut World) -> Self {
         Self {
-            latest: Latest::new("placement", world.get_resource_or_init::<Waker>().clone()),
-            key: None,
+            newest: Newest::new("placement", world.get_resource_or_init::<Waker>().clone()),
             look: Look::default(),
             mesh: None,
             surface: None,
-            found: None,
             counted: Work::default(),
         }
     }
@@ -110,13 +122,9 @@ impl FromWorld for PlacementLayer {
 
 impl Plugin for PlacementPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PlacementLayer>()
-            .init_resource::<ColorBars>()
-            .init_resource::<Diagnostics>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Selection>()
-            .init_resource::<Workspace>()
-            .init_resource::<ActiveDrag>()
+        app.add_layer(LAYER)
+            .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
+            .init_resource::<PlacementLayer>()
             .add_systems(
                 Update,
                 (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
@@ -132,12 +140,12 @@ impl Plugin for PlacementPlugin {
     }
 }
 
-pub(crate) fn is_idle(world: &World) -> bool {
-    world.get_resource::<PlacementLayer>().is_none_or(|layer| layer.latest.is_idle())
+fn is_idle(world: &World) -> bool {
+    world.get_resource::<PlacementLayer>().is_none_or(|layer| layer.newest.is_idle())
 }
 
 fn is_on(layer: Res<PlacementLayer>) -> bool {
-    layer.key.is_some()
+    layer.newest.asked().is_some()
 }
 
 fn may_differ(
@@ -166,7 +174,7 @@ fn ask(
     selection: Res<Selection>,
     workspace: Res<Workspace>,
     drag: Res<ActiveDrag>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
 ) {
     let document = &world.0.document;
     let (view, requirement) = (document.view(), document.design().requirement);
@@ -177,7 +185,8 @@ fn ask(
     };
     if layer.bypass_change_detection().look != look {
         layer.look = look;
-        bars.placement = layer.found.as_ref().and_then(|found| bar(&look, found));
+        let found = layer.newest.found();
+        legends.set_bar(LAYER.order, found.and_then(|(_, found)| bar(&look, found)));
     }
     let is_wanted = document.view().layers.placement;
     // While something moves, every step would begin anew: what is painted stays until it rests.
@@ -192,23 +201,21 @@ fn ask(
         sensor,
         rule: document.view().placement_rule,
     });
-    if layer.bypass_change_detection().key == key {
+    if layer.newest.asked() == key.as_ref() {
         return;
     }
-    layer.key.clone_from(&key);
-    layer.found = None;
+    layer.newest.give_up();
     layer.counted = Work::default();
-    bars.placement = None;
+    legends.set_bar(LAYER.order, None);
     let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
     layer.mesh.clone_from(&mesh);
     let is_placeholder = key.as_ref().is_some_and(|key| mesh_of(&world.0, key.body).is_none());
     layer.surface = mesh.as_deref().filter(|_| is_placeholder).and_then(Surface::new).map(Arc::new);
     let (Some(key), Some(mesh)) = (key, mesh) else {
-        layer.latest.give_up();
         return;
     };
     let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
-    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(PlacementOutcome)| {
+    layer.newest.ask(key.clone(), move |task, report| {
         let plan = PlacementPlan {
             body: match key.body {
                 BodyRole::Tool => PlacedBody::Tool,
@@ -220,28 +227,29 @@ fn ask(
         };
         // What cannot be placed leaves the body unpainted: the result panel says why.
         let _ = place(&scenario, &plan, task, &mut |outcome| {
-            found(outcome.clone());
+            report(outcome.clone());
         });
-    };
-    if let Err(error) = layer.latest.wish(Box::new(work)) {
-        warn!("no thread for placements: {error}");
-    }
+        None
+    });
 }
 
 fn hear(
     mut layer: ResMut<PlacementLayer>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,
 ) {
-    let Some(found) = layer.bypass_change_detection().latest.answers().pop() else {
-        return;
-    };
+    let PlacementLayer { newest, counted, .. } = layer.bypass_change_detection();
     // Each picture's work holds that of the pictures before it.
-    diagnostics.work.placement_evaluations +=
-        found.work.placement_evaluations - layer.counted.placement_evaluations;
-    layer.counted = found.work;
-    bars.placement = bar(&layer.look, &found);
-    layer.found = Some(found);
+    let count = |found: &PlacementOutcome| {
+        diagnostics.work.placement_evaluations +=
+            found.work.placement_evaluations - counted.placement_evaluations;
+        *counted = found.work;
+    };
+    if newest.receive(count) {
+        layer.set_changed();
+        let found = layer.newest.found();
+        legends.set_bar(LAYER.order, found.and_then(|(_, found)| bar(&layer.look, found)));
+    }
 }
 
 fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
@@ -266,7 +274,7 @@ fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
 fn draw(
     mut commands: Commands,
     layer: Res<PlacementLayer>,
-    bars: Res<ColorBars>,
+    legends: Res<Legends>,
     painted: Query<Entity, With<Painted>>,
     roots: Query<(Entity, &BodyRoot)>,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -275,8 +283,8 @@ fn draw(
     for entity in &painted {
         commands.entity(entity).despawn();
     }
-    let (Some(found), Some(mesh), Some(key), Some(bar)) =
-        (&layer.found, &layer.mesh, &layer.key, &bars.placement)
+    let (Some((key, found)), Some(mesh), Some(bar)) =
+        (layer.newest.found(), &layer.mesh, legends.bar(LAYER.order))
     else {
         return;
     };
@@ -304,4 +312,28 @@ fn color(shown_mm: Option<f64>, bar: &ColorBar) -> [f32; 4] {
 
 fn color_on(map: ColorMap, value: f64, bar: &ColorBar) -> [u8; 3] {
     map.srgb_of_value(value - bar.min, bar.max - bar.min)
+}
+
+fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
+    if !context.is_sensor_selected {
+        row_ui(ui, "of", |ui| {
+            quiet_ui(ui, "select a sensor");
+        });
+    }
+    row_ui(ui, "turned", |ui| {
+        ComboBox::from_id_salt("placement rule")
+            .selected_text(view.placement_rule.name())
+            .width(110.0)
+            .show_ui(ui, |ui| {
+                for rule in AxisRule::ALL {
+                    ui.selectable_value(&mut view.placement_rule, rule, rule.name());
+                }
+            })
+            .response
+            .on_hover_text("Which way the sensor points where it is imagined");
+    });
+    let field = NumberField::length("placement's colour range in mm");
+    let range = &mut view.placement_range_mm;
+    range_ui(ui, &field, context.largest, range);
+    color_map_ui(ui, &mut view.slice.color_map);
 }

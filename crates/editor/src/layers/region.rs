@@ -2,11 +2,12 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
-use crate::layers::ColorBars;
+use crate::layers::legend::Legends;
 use crate::layers::region_surface::{Shell, ShellLook};
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette;
 use crate::runner::diagnostics::Diagnostics;
-use crate::runner::latest::Latest;
+use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
@@ -26,6 +27,16 @@ const LOOK: ShellLook = ShellLook {
     order_mm: -400.0,
 };
 
+/// The layer.
+pub const LAYER: LayerInfo = LayerInfo {
+    is_of_room: true,
+    is_idle,
+    ..LayerInfo::new("Usable region", 130, |layers| &mut layers.region)
+};
+
+/// In the legend it comes below model validity.
+pub const LEGEND_ORDER: u32 = 145;
+
 /// Finds and draws the usable region while its layer is on.
 pub struct RegionPlugin;
 
@@ -36,28 +47,20 @@ type Found = Result<UsableRegion, RegionError>;
 
 #[derive(Resource)]
 struct RegionLayer {
-    latest: Latest<Found>,
-    key: Option<(u64, u64)>,
-    found: Option<Found>,
+    /// By generation and revision.
+    newest: Newest<(u64, u64), Found>,
 }
 
 impl FromWorld for RegionLayer {
     fn from_world(world: &mut World) -> Self {
-        Self {
-            latest: Latest::new("region", world.get_resource_or_init::<Waker>().clone()),
-            key: None,
-            found: None,
-        }
+        Self { newest: Newest::new("region", world.get_resource_or_init::<Waker>().clone()) }
     }
 }
 
 impl Plugin for RegionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<RegionLayer>()
-            .init_resource::<ColorBars>()
-            .init_resource::<Diagnostics>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<ActiveDrag>()
+        app.add_layer(LAYER)
+            .init_resource::<RegionLayer>()
             .add_systems(
                 Update,
                 (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
@@ -71,12 +74,12 @@ impl Plugin for RegionPlugin {
     }
 }
 
-pub(crate) fn is_idle(world: &World) -> bool {
-    world.get_resource::<RegionLayer>().is_none_or(|layer| layer.latest.is_idle())
+fn is_idle(world: &World) -> bool {
+    world.get_resource::<RegionLayer>().is_none_or(|layer| layer.newest.is_idle())
 }
 
 fn is_on(layer: Res<RegionLayer>) -> bool {
-    layer.key.is_some()
+    layer.newest.asked().is_some()
 }
 
 fn may_differ(world: Res<OpenWorld>, drag: Res<ActiveDrag>) -> bool {
@@ -88,7 +91,7 @@ fn ask(
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
 ) {
     let document = &world.0.document;
     let is_wanted = document.view().layers.region;
@@ -97,48 +100,45 @@ fn ask(
         return;
     }
     let key = is_wanted.then(|| (generation.0, document.revision()));
-    if layer.bypass_change_detection().key == key {
+    if layer.newest.asked() == key.as_ref() {
         return;
     }
-    layer.key = key;
-    if !is_wanted {
-        layer.latest.give_up();
-        layer.found = None;
-        bars.region = None;
+    let Some(key) = key else {
+        layer.newest.give_up();
+        legends.set_surface(LEGEND_ORDER, LOOK.color, None);
         return;
-    }
-    let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
-    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(Found)| {
-        for (count, basis) in STEPS {
-            let region = usable_region(&scenario, [count; 3], basis, task);
-            let is_over = region.is_err();
-            found(region);
-            if is_over {
-                return;
-            }
-        }
     };
-    if let Err(error) = layer.latest.wish(Box::new(work)) {
-        warn!("no thread for the usable region: {error}");
-    }
+    let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
+    layer.newest.ask(key, move |task, report| {
+        let [coarse, fine] = STEPS.map(|(count, basis)| ([count; 3], basis));
+        let first = usable_region(&scenario, coarse.0, coarse.1, task);
+        if first.is_err() {
+            return Some(first);
+        }
+        report(first);
+        Some(usable_region(&scenario, fine.0, fine.1, task))
+    });
 }
 
 fn hear(
     mut layer: ResMut<RegionLayer>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,
 ) {
-    let Some(found) = layer.bypass_change_detection().latest.answers().pop() else {
-        return;
-    };
-    bars.region = Some(match &found {
-        Ok(region) => {
+    let count = |found: &Found| {
+        if let Ok(region) = found {
             diagnostics.work += region.work;
-            in_words(region)
         }
-        Err(error) => format!("no usable region: {error}"),
+    };
+    if !layer.bypass_change_detection().newest.receive(count) {
+        return;
+    }
+    layer.set_changed();
+    let words = layer.newest.found().map(|(_, found)| match found {
+        Ok(region) => Ok(in_words(region)),
+        Err(error) => Err(format!("no usable region: {error}")),
     });
-    layer.found = Some(found);
+    legends.set_surface(LEGEND_ORDER, LOOK.color, words);
 }
 
 /// `requirement met with 95 % in 34 % of the volume, 42,669 cm³; in the room's own field 61 %`.
@@ -158,9 +158,6 @@ fn in_words(region: &UsableRegion) -> String {
 }
 
 fn draw(layer: Res<RegionLayer>, mut shell: Shell<Region>) {
-    let surface = match &layer.found {
-        Some(Ok(region)) => Some(&region.surface),
-        _ => None,
-    };
-    shell.draw(Region, surface, &LOOK);
+    let found = layer.newest.found().and_then(|(_, found)| found.as_ref().ok());
+    shell.draw(Region, found.map(|region| &region.surface), &LOOK);
 }

@@ -1,7 +1,10 @@
 //! The position error of each sensor, from where it is to where the tracker says it is.
 
-use crate::layers::arrow_glyphs::{Arrow, ArrowStyle, DrawnArrows, ShineThrough, arrows_mesh};
+use crate::layers::arrow_glyphs::{
+    Arrow, ArrowStyle, DrawnArrows, ERROR_STROKE, ShineThrough, arrows_mesh,
+};
 use crate::layers::magnification::ShownErrors;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Document};
@@ -9,6 +12,12 @@ use trackwright_simulation::PoseDetail;
 use trackwright_simulation::Sensor;
 
 const HIDDEN: ShineThrough = ShineThrough { alpha: 0.5, order_mm: 15_000.0 };
+
+/// The layer.
+const LAYER: LayerInfo = LayerInfo {
+    stroke: Some(ERROR_STROKE),
+    ..LayerInfo::new("Sensor errors", 50, |layers| &mut layers.sensor_errors)
+};
 
 /// Draws sensors' error vectors while their layer is on.
 pub struct SensorErrorsPlugin;
@@ -18,7 +27,7 @@ struct SensorErrors;
 
 impl Plugin for SensorErrorsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );

@@ -3,8 +3,14 @@
 //! Sampling is the solver's; this only draws.
 
 use crate::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
-use crate::layers::color_bar::ColorScale;
-use crate::layers::slice_picture::{SliceLook, inset, picture};
+use crate::layers::legend::{Audience, ColorBar, Legend, LegendKey, Legends, Swatch};
+use crate::layers::registry::{
+    AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,
+};
+use crate::layers::settings::{
+    AXIS_NAMES, INDENT, color_map_ui, range_ui, row_ui, sensor_axis_ui, set_from,
+};
+use crate::layers::slice_picture::{ColorScale, SliceLook, inset, picture};
 use crate::runner::results::Results;
 use crate::scene::materials::glow::GlowMaterial;
 use crate::scene::materials::map::MapMaterial;
@@ -13,6 +19,7 @@ use crate::schedule::EditorSystems;
 use crate::shell::window::{DragReadout, DragText, Workspace};
 use crate::viewport::ball_handle::{self, BallHandle};
 use crate::viewport::camera::Sight;
+use crate::widgets::basic::{NumberField, decimal, number_ui, with_unit};
 use crate::{convert, palette};
 use bevy::asset::RenderAssetUsages;
 use bevy::ecs::system::SystemParam;
@@ -21,9 +28,29 @@ use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use bevy::render::render_resource::PrimitiveTopology;
+use bevy_egui::egui::{self, ComboBox, Slider, SliderClamping, Ui};
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_design::view::{Quantity, SliceAxis, SliceView, View};
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::colormap::ColorMap;
-use trackwright_simulation::SliceOutcome;
+use trackwright_simulation::{Reading, Requirement, SliceHit, SliceOutcome};
+
+/// The layer.
+pub const LAYER: LayerInfo = LayerInfo {
+    is_of_room: true,
+    settings: Some(settings_ui),
+    ..LayerInfo::new("Error slice", 100, |layers| &mut layers.slice)
+};
+
+const FACE: &str = "Turns the slice to face the view, through what the camera looks at, and keeps it \
+    there while the view turns; press again to turn it again";
+
+/// Why nothing is known of where the model is valid.
+pub const NO_SUPPORT: &str =
+    "This room has no model validity; fit its measurements again to add it";
+
+/// Shown of field where the samples do not carry the model.
+const POORLY_SUPPORTED: &str = "poorly supported field";
 
 /// Draws the slice while its layer is on.
 pub struct SlicePlugin;
@@ -52,7 +79,9 @@ struct HeldSlice {
 
 impl Plugin for SlicePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<SliceDrag>()
+        app.add_layer(LAYER)
+            .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
+            .init_resource::<SliceDrag>()
             .insert_resource(ColorScale { map: ColorMap::default(), max_mm: 0.0 })
             .add_observer(on_drag_start)
             .add_observer(on_drag)
@@ -72,11 +101,94 @@ fn needs_drawing(world: Option<Res<OpenWorld>>, results: Res<Results>) -> bool {
     world.is_some_and(|world| world.is_changed() || results.is_changed())
 }
 
-fn choose_scale(world: Res<OpenWorld>, results: Res<Results>, mut scale: ResMut<ColorScale>) {
-    let view = &world.0.document.view().slice;
-    let max_mm =
-        view.range_mm.or(results.slice.as_ref().map(|slice| slice.value.p95)).unwrap_or(0.0);
+fn choose_scale(
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    mut scale: ResMut<ColorScale>,
+    mut legends: ResMut<Legends>,
+) {
+    let document = &world.0.document;
+    let view = &document.view().slice;
+    let slice = results.slice.as_ref().map(|slice| &slice.value);
+    let max_mm = view.range_mm.or(slice.map(|slice| slice.p95)).unwrap_or(0.0);
     scale.set_if_neq(ColorScale { map: view.color_map, max_mm });
+    let shown = slice.filter(|_| document.view().layers.slice);
+    let requirement = document.design().requirement;
+    legends.set(
+        LAYER.order,
+        shown.map_or_else(Legend::default, |slice| Legend {
+            bar: Some(bar(slice, &scale, requirement)),
+            keys: keys(slice, scale.map),
+            stroke: None,
+        }),
+    );
+}
+
+fn bar(slice: &SliceOutcome, scale: &ColorScale, requirement: Option<Requirement>) -> ColorBar {
+    let quantity = slice.quantity;
+    ColorBar {
+        label: quantity.label().to_owned(),
+        unit: quantity.unit(),
+        map: scale.map,
+        min: 0.0,
+        max: scale.max_mm,
+        largest: slice.max,
+        decimals: quantity.decimals(),
+        limit: requirement.and_then(|of| quantity.limit(&of)),
+    }
+}
+
+/// What the hatchings mean.
+fn keys(slice: &SliceOutcome, map: ColorMap) -> Vec<LegendKey> {
+    let key = |swatch: Swatch, text: &str| LegendKey {
+        swatch,
+        text: text.to_owned(),
+        audience: Audience::All,
+    };
+    let mut keys = Vec::new();
+    let points = || slice.values.iter().zip(&slice.is_inside);
+    if points().any(|(value, is_inside)| !is_inside && !value.is_nan()) {
+        keys.push(key(Swatch::NoValue, outside_words(slice.quantity)));
+    }
+    if points().any(|(value, _)| value.is_nan()) {
+        keys.push(key(Swatch::NoValue, "not determined"));
+    }
+    let mut supported = slice.is_supported.iter().zip(&slice.is_inside);
+    if supported.any(|(is_supported, is_inside)| *is_inside && !is_supported) {
+        keys.push(key(Swatch::Unsupported(map), POORLY_SUPPORTED));
+    }
+    keys
+}
+
+fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
+    let slice = world.get_resource::<Results>()?.slice.as_ref()?;
+    let hit = slice.value.hit(&probe.ray)?;
+    let words = words(slice.value.quantity, &hit);
+    Some(Probed { distance_mm: hit.distance_mm, words: Some(words) })
+}
+
+/// `position error 1.24 mm`.
+fn words(quantity: Quantity, hit: &SliceHit) -> String {
+    let words = match hit.reading {
+        Reading::Value(value) => {
+            let value = with_unit(&decimal(value, quantity.decimals()), quantity.unit());
+            format!("{} {value}", quantity.label())
+        }
+        Reading::Outside => return outside_words(quantity).to_owned(),
+        Reading::Undetermined => return format!("{} not determined", quantity.label()),
+    };
+    match hit.is_supported {
+        true => words,
+        false => format!("{words}, {POORLY_SUPPORTED}"),
+    }
+}
+
+/// Where a slice has no value.
+fn outside_words(quantity: Quantity) -> &'static str {
+    match quantity.needs_tool() {
+        true => "a sensor outside the room's box",
+        false => "outside the room's box",
+    }
 }
 
 /// What a slice is made of.
@@ -278,4 +390,106 @@ fn on_drag_end(
         active.set_if_neq(ActiveDrag(false));
         readout.set_if_neq(DragReadout(None));
     }
+}
+
+fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
+    let slice = &mut view.slice;
+    quantity_ui(ui, context.environment.fit_validity.is_some(), slice);
+    plane_ui(ui, context, slice);
+    position_ui(ui, context.environment.model.bounds(), slice);
+    if !slice.quantity.needs_tool() {
+        sensor_axis_ui(ui, &mut slice.sensor_axis);
+    }
+    let field = NumberField {
+        unit: slice.quantity.unit(),
+        decimals: slice.quantity.decimals(),
+        ..NumberField::length("colour range")
+    };
+    range_ui(ui, &field, context.largest, &mut slice.range_mm);
+    color_map_ui(ui, &mut slice.color_map);
+}
+
+fn plane_ui(ui: &mut Ui, context: &SettingsContext, slice: &mut SliceView) {
+    row_ui(ui, "across", |ui| {
+        for axis in SliceAxis::ALL {
+            let name = AXIS_NAMES[axis.index()];
+            let is_shown = slice.free.is_none() && slice.axis == axis;
+            if ui.selectable_label(is_shown, name).clicked() && !is_shown {
+                if slice.axis != axis {
+                    // The old place means nothing along another axis.
+                    slice.position_mm =
+                        context.environment.model.bounds().center_mm()[axis.index()];
+                }
+                slice.axis = axis;
+                slice.free = None;
+            }
+        }
+        let name = egui::Button::selectable(slice.free.is_some(), "the view");
+        let face = ui.add_enabled(context.camera.is_some(), name).on_hover_text(FACE);
+        if let Some(camera) = context.camera.filter(|_| face.clicked()) {
+            slice.face(&camera, context.environment.model.bounds());
+        }
+    });
+}
+
+fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
+    row_ui(ui, "shows", |ui| {
+        ComboBox::from_id_salt("slice quantity")
+            .selected_text(short_name(slice.quantity))
+            .width(110.0)
+            .show_ui(ui, |ui| {
+                for quantity in Quantity::ALL {
+                    let is_known = has_support || !quantity.needs_support();
+                    let is_shown = slice.quantity == quantity;
+                    let name = egui::Button::selectable(is_shown, short_name(quantity));
+                    let choice = ui
+                        .add_enabled(is_known, name)
+                        .on_hover_text(quantity.label())
+                        .on_disabled_hover_text(NO_SUPPORT);
+                    if choice.clicked() && !is_shown {
+                        slice.quantity = quantity;
+                        // The old range means nothing for another quantity.
+                        slice.range_mm = None;
+                    }
+                }
+            });
+    });
+    if !has_support && slice.quantity.needs_support() {
+        crate::widgets::basic::warning_ui(ui, NO_SUPPORT);
+    }
+}
+
+/// For a narrow panel; the colour bar has the whole name.
+fn short_name(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::PositionErrorMm => "position error",
+        Quantity::OrientationErrorDeg => "orientation error",
+        Quantity::TipErrorMm => "tip error",
+        Quantity::GradientMmPerMm => "gradient",
+        Quantity::StdErrorMm => "standard error",
+        Quantity::SupportDistanceMm => "nearest sample",
+    }
+}
+
+fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
+    let [least, most] = bounds.span_mm(&slice.normal());
+    row_ui(ui, "at", |ui| {
+        let field =
+            NumberField { decimals: 1, speed: 1.0, ..NumberField::length("slice position in mm") };
+        set_from(number_ui(ui, &field, slice.offset_mm()), |v| {
+            slice.set_offset_mm(v);
+        });
+    });
+    ui.horizontal(|ui| {
+        ui.add_space(INDENT);
+        let mut offset_mm = slice.offset_mm();
+        ui.spacing_mut().slider_width = (ui.available_width() - 8.0).max(40.0);
+        let slider = Slider::new(&mut offset_mm, least..=most)
+            .show_value(false)
+            .clamping(SliderClamping::Never)
+            .step_by(1.0);
+        if ui.add(slider).changed() {
+            slice.set_offset_mm(offset_mm);
+        }
+    });
 }

@@ -4,14 +4,14 @@
 //! It is finer than the lattice: values are interpolated and then coloured, so that a point of the
 //! lattice has exactly the colour that the colour bar gives its value.
 
-use crate::layers::color_bar::ColorScale;
 use bevy::asset::RenderAssetUsages;
+use bevy::ecs::resource::Resource;
 use bevy::image::{Image, ImageFilterMode, ImageSampler, ImageSamplerDescriptor};
 use bevy::render::render_resource::{Extent3d, TextureDimension, TextureFormat};
 use rayon::prelude::*;
 use trackwright_geometry::colormap::{
-    LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
-    UNSUPPORTED_LINE_SRGB, over,
+    ColorMap, LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB,
+    UNSUPPORTED_LINE_OPACITY, UNSUPPORTED_LINE_SRGB, over,
 };
 use trackwright_simulation::SliceOutcome;
 
@@ -25,6 +25,13 @@ const HATCH_LINE_MM: f64 = 2.0;
 /// Half the width of the line at the requirement, and of that with its edges.
 const LEVEL_LINE_MM: f64 = 1.2;
 const LEVEL_EDGE_MM: f64 = 2.8;
+
+/// The colour scale of the error map as drawn.
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
+pub struct ColorScale {
+    pub map: ColorMap,
+    pub max_mm: f64,
+}
 
 /// How a slice is coloured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -140,7 +147,6 @@ mod tests {
     use super::*;
     use nalgebra::Vector3;
     use trackwright_geometry::bounds::Bounds;
-    use trackwright_geometry::colormap::ColorMap;
     use trackwright_simulation::{Quantity, SlicePlan, SlicePlane, Work};
 
     const LOOK: SliceLook =

@@ -2,14 +2,18 @@
 
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
-use crate::layers::arrow_glyphs::{Arrow, ArrowStyle, DrawnArrows, ShineThrough, arrows_mesh};
-use crate::layers::color_bar::ShownMagnification;
-use crate::layers::magnification::{ShownErrors, ToolErrors};
+use crate::layers::arrow_glyphs::{
+    Arrow, ArrowStyle, DrawnArrows, ERROR_STROKE, ShineThrough, arrows_mesh,
+};
+use crate::layers::legend::{Audience, Legend, LegendKey, Legends, Swatch};
+use crate::layers::magnification::{ShownErrors, ShownMagnification, ToolErrors};
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::runner::results::Results;
 use crate::scene::materials::glow::GlowMaterial;
 use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::viewport::camera::OrbitRig;
+use crate::widgets::basic::length;
 use crate::{convert, palette};
 use bevy::prelude::*;
 
@@ -23,6 +27,15 @@ const SPHERE_RIM: f32 = 5.0;
 /// A sphere with a larger radius than this share of the view's height would be a frame around
 /// everything: the vector ends so deep inside it that it says nothing.
 const LARGEST_SHARE: f64 = 0.6;
+
+/// The layer.
+const LAYER: LayerInfo = LayerInfo {
+    stroke: Some(ERROR_STROKE),
+    ..LayerInfo::new("Tip error", 60, |layers| &mut layers.tip_error)
+};
+
+/// In the legend the sphere comes below the slice's hatchings.
+const SPHERE_LEGEND_ORDER: u32 = 105;
 
 /// Draws the tip's error while its layer is on.
 pub struct TipErrorPlugin;
@@ -38,11 +51,29 @@ struct RequirementSphere {
 
 impl Plugin for TipErrorPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
-            (show_arrow, show_sphere).run_if(anything_moved).in_set(EditorSystems::Draw),
+            (
+                (show_arrow, show_sphere).run_if(anything_moved),
+                explain_sphere.run_if(resource_exists_and_changed::<OpenWorld>),
+            )
+                .in_set(EditorSystems::Draw),
         );
     }
+}
+
+/// What the sphere around the tip means, in plain words; to people who design it is plain.
+fn explain_sphere(world: Res<OpenWorld>, mut legends: ResMut<Legends>) {
+    let document = &world.0.document;
+    let requirement = document.design().requirement.filter(|_| LAYER.is_on(document.view().layers));
+    let limit = requirement.and_then(|requirement| requirement.single_position_mm());
+    let key = limit.map(|(_, limit_mm)| LegendKey {
+        swatch: Swatch::Surface(palette::MET),
+        text: format!("at most {} off, drawn as large", length(limit_mm)),
+        audience: Audience::Slides,
+    });
+    let legend = Legend { keys: key.into_iter().collect(), ..Legend::default() };
+    legends.set(SPHERE_LEGEND_ORDER, legend);
 }
 
 /// Whether glyphs may look different from before.

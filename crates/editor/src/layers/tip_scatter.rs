@@ -1,6 +1,8 @@
 //! The ellipsoid that holds 95 % of where the tracker's jitter puts the tip, around the ghost's.
 
+use crate::layers::legend::{Legend, Legends, StrokeKey};
 use crate::layers::magnification::ShownErrors;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::scene::materials::glow::GlowMaterial;
 use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
@@ -15,6 +17,15 @@ const RIM_ALPHA: f32 = 0.9;
 const RIM: f32 = 3.0;
 const ORDER_MM: f32 = 150.0;
 
+/// The layer.
+const LAYER: LayerInfo = LayerInfo::new("Tip scatter", 90, |layers| &mut layers.tip_scatter);
+
+const STROKE: StrokeKey = StrokeKey {
+    words: "95 % of the tip's jitter",
+    plain_words: "95 % of the tip's jitter",
+    color: palette::GHOST,
+};
+
 /// Draws the ellipsoid while its layer is on and the room states its jitter.
 pub struct TipScatterPlugin;
 
@@ -23,7 +34,7 @@ struct TipScatter;
 
 impl Plugin for TipScatterPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );
@@ -36,7 +47,11 @@ fn show(
     mut drawn: Query<(Entity, &mut Transform), With<TipScatter>>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,
+    mut legends: ResMut<Legends>,
 ) {
+    let is_known = matches!(errors.results.scatter, Some(Ok(_)));
+    let stroke = (is_known && LAYER.is_on(errors.layers())).then_some(STROKE);
+    legends.set(LAYER.order, Legend { stroke, ..Legend::default() });
     let Some(place) = place(&errors) else {
         for (entity, _) in &drawn {
             commands.entity(entity).despawn();

@@ -2,11 +2,13 @@
 //! for the imagined sensor. The slice's hatching comes with the slice.
 
 use crate::document::requests::OpenWorld;
-use crate::layers::ColorBars;
+use crate::layers::legend::Legends;
 use crate::layers::region_surface::{Shell, ShellLook};
+use crate::layers::registry::{AddLayer, LayerInfo};
+use crate::layers::slice::NO_SUPPORT;
 use crate::palette;
 use crate::runner::diagnostics::Diagnostics;
-use crate::runner::latest::Latest;
+use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
@@ -27,6 +29,14 @@ const LOOK: ShellLook = ShellLook {
     order_mm: -600.0,
 };
 
+/// The layer.
+pub const LAYER: LayerInfo = LayerInfo {
+    is_of_room: true,
+    why_not: |environment| environment.fit_validity.is_none().then_some(NO_SUPPORT),
+    is_idle,
+    ..LayerInfo::new("Model support", 140, |layers| &mut layers.support)
+};
+
 /// Finds and draws the region of supported field while its layer is on.
 pub struct SupportPlugin;
 
@@ -37,9 +47,7 @@ type Found = Result<SupportedRegion, SupportedRegionError>;
 
 #[derive(Resource)]
 struct SupportLayer {
-    latest: Latest<Found>,
-    key: Option<Key>,
-    found: Option<Found>,
+    newest: Newest<Key, Found>,
 }
 
 /// What the region depends on: the room and which way the sensor points, and nothing of the design.
@@ -57,19 +65,14 @@ impl PartialEq for Key {
 
 impl FromWorld for SupportLayer {
     fn from_world(world: &mut World) -> Self {
-        Self {
-            latest: Latest::new("support", world.get_resource_or_init::<Waker>().clone()),
-            key: None,
-            found: None,
-        }
+        Self { newest: Newest::new("support", world.get_resource_or_init::<Waker>().clone()) }
     }
 }
 
 impl Plugin for SupportPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<SupportLayer>()
-            .init_resource::<ColorBars>()
-            .init_resource::<Diagnostics>()
+        app.add_layer(LAYER)
+            .init_resource::<SupportLayer>()
             .add_systems(
                 Update,
                 (ask.run_if(resource_exists_and_changed::<OpenWorld>), hear.run_if(is_on))
@@ -83,15 +86,15 @@ impl Plugin for SupportPlugin {
     }
 }
 
-pub(crate) fn is_idle(world: &World) -> bool {
-    world.get_resource::<SupportLayer>().is_none_or(|layer| layer.latest.is_idle())
+fn is_idle(world: &World) -> bool {
+    world.get_resource::<SupportLayer>().is_none_or(|layer| layer.newest.is_idle())
 }
 
 fn is_on(layer: Res<SupportLayer>) -> bool {
-    layer.key.is_some()
+    layer.newest.asked().is_some()
 }
 
-fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut bars: ResMut<ColorBars>) {
+fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResMut<Legends>) {
     let (view, environment) = (world.0.document.view(), &world.0.environment);
     let is_wanted = view.layers.support && environment.fit_validity.is_some();
     let axis = Vector3::from(view.slice.sensor_axis);
@@ -99,42 +102,38 @@ fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut bars: ResMut<
         environment: Arc::clone(environment),
         axis: Unit::try_new(axis, 1e-12).unwrap_or_else(Vector3::z_axis),
     });
-    if layer.bypass_change_detection().key == key {
+    if layer.newest.asked() == key.as_ref() {
         return;
     }
-    layer.key.clone_from(&key);
-    let Some(Key { environment, axis }) = key else {
-        layer.latest.give_up();
-        layer.found = None;
-        bars.support = None;
+    let Some(key) = key else {
+        layer.newest.give_up();
+        legends.set_surface(LAYER.order, LOOK.color, None);
         return;
     };
-    let work = move |task: &trackwright_task::Task, found: &mut dyn FnMut(Found)| {
-        for count in COUNTS {
-            found(supported_region(&environment, &axis, count, task));
-        }
-    };
-    if let Err(error) = layer.latest.wish(Box::new(work)) {
-        warn!("no thread for the supported region: {error}");
-    }
+    let Key { environment, axis } = key.clone();
+    layer.newest.ask(key, move |task, report| {
+        report(supported_region(&environment, &axis, COUNTS[0], task));
+        Some(supported_region(&environment, &axis, COUNTS[1], task))
+    });
 }
 
 fn hear(
     mut layer: ResMut<SupportLayer>,
-    mut bars: ResMut<ColorBars>,
+    mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,
 ) {
-    let answers = layer.bypass_change_detection().latest.answers();
-    diagnostics.support_evaluations +=
-        answers.iter().flatten().map(|region| region.evaluations).sum::<u64>();
-    let Some(found) = answers.into_iter().next_back() else {
-        return;
+    let count = |found: &Found| {
+        diagnostics.support_evaluations += found.as_ref().map_or(0, |region| region.evaluations);
     };
-    bars.support = Some(match &found {
-        Ok(region) => in_words(region),
-        Err(error) => format!("no supported region: {error}"),
+    if !layer.bypass_change_detection().newest.receive(count) {
+        return;
+    }
+    layer.set_changed();
+    let words = layer.newest.found().map(|(_, found)| match found {
+        Ok(region) => Ok(in_words(region)),
+        Err(error) => Err(format!("no supported region: {error}")),
     });
-    layer.found = Some(found);
+    legends.set_surface(LAYER.order, LOOK.color, words);
 }
 
 /// `field supported in 61 % of the box, sensor along z`.
@@ -150,9 +149,6 @@ fn in_words(region: &SupportedRegion) -> String {
 }
 
 fn draw(layer: Res<SupportLayer>, mut shell: Shell<Supported>) {
-    let surface = match &layer.found {
-        Some(Ok(region)) => Some(&region.surface),
-        _ => None,
-    };
-    shell.draw(Supported, surface, &LOOK);
+    let found = layer.newest.found().and_then(|(_, found)| found.as_ref().ok());
+    shell.draw(Supported, found.map(|region| &region.surface), &LOOK);
 }

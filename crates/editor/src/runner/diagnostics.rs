@@ -87,7 +87,7 @@ pub struct DiagnosticsPlugin;
 
 impl Plugin for DiagnosticsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Diagnostics>().add_systems(
+        app.add_systems(
             Last,
             (
                 tell_document.run_if(resource_exists::<Explain>),

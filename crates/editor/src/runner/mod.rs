@@ -1,9 +1,8 @@
-//! Background work: jobs, the solver thread and their results.
+//! Background work: the runner, what the solver computes on it, and the newest results.
 
 pub mod diagnostics;
-pub mod job;
-pub mod latest;
+pub mod jobs;
 pub mod results;
 pub mod solve;
-pub mod solver;
+pub mod solved;
 pub mod wake;

@@ -1,7 +1,9 @@
 //! The newest results that the panels and the scene show.
 
-use crate::runner::solver::{Extent, Scatter};
-use crate::workspaces::study::desk::ModeKind;
+use crate::document::trials::ModeKind;
+use crate::runner::diagnostics::Diagnostics;
+use crate::runner::solved::{Extent, Scatter};
+use crate::runner::wake::Waker;
 use bevy::prelude::*;
 use std::time::Duration;
 use trackwright_simulation::{ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome};
@@ -56,11 +58,11 @@ pub struct Stamped<T> {
     pub took: Duration,
 }
 
-/// Owns [`Results`].
+/// Owns [`Results`], [`Diagnostics`] and the [`Waker`].
 pub struct ResultsPlugin;
 
 impl Plugin for ResultsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Results>();
+        app.init_resource::<Results>().init_resource::<Diagnostics>().init_resource::<Waker>();
     }
 }

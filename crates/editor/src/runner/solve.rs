@@ -4,33 +4,47 @@
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::shown::WantedTrial;
+use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::diagnostics::{Diagnostics, Explain};
+use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::results::{Results, Stamped};
-use crate::runner::solver::{
-    Answer, Extent, Job, PoseWish, SliceWish, Solved, Solver, Stamp, StudyOf, StudyWish,
-};
+use crate::runner::solved::{Extent, PoseWish, SliceWish, Solved, StudyOf, StudyWish};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
-use crate::workspaces::study::desk::{ModeKind, StudyDesk};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use std::sync::Arc;
+use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_field::Environment;
 pub use trackwright_scene::slice::slice_plan;
+use trackwright_simulation::expected::expected_where_measured;
 use trackwright_simulation::preview::preview;
-use trackwright_simulation::{Quantity, SlicePlan, StudyError, expected_rows, figure_rows};
+use trackwright_simulation::{
+    CancelToken, Quantity, SlicePlan, StudyError, expected_rows, figure_rows,
+};
+
+/// How long a running study is left alone although a newer one waits: short studies then finish
+/// while the hand moves, and their figures follow it instead of standing still until it rests.
+pub const PATIENCE: Duration = Duration::from_millis(100);
+
+/// What a result belongs to. Generations count the worlds that were opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Stamp {
+    pub generation: u64,
+    pub revision: u64,
+}
 
 /// Computes in the background what the open design comes to.
 ///
 /// Runs in [`EditorSystems::Solve`]; needs [`OpenWorld`], and does nothing until there is one.
 pub struct SolverPlugin;
 
-/// The solver thread, and what it was asked for last.
+/// The solver, and what it was asked for last.
 #[derive(Resource)]
 pub struct SolverHandle {
-    pub solver: Solver,
+    pub solver: Runner<Stamp, Solved>,
     submitted: Option<Submitted>,
     /// The study whose expected figures were asked for last, by its stamp and serial.
     expected: Option<(Stamp, u64)>,
@@ -74,44 +88,56 @@ impl PartialEq for SliceKey {
     }
 }
 
-impl Plugin for SolverPlugin {
-    fn build(&self, app: &mut App) {
-        app.init_resource::<Diagnostics>()
-            .init_resource::<Results>()
-            .init_resource::<ActiveDrag>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<StudyDesk>()
-            .init_resource::<Workspace>()
-            .init_resource::<Waker>();
-        match Solver::start() {
-            Ok(solver) => {
-                let waker = app.world().resource::<Waker>().clone();
-                if waker.is_any() {
-                    solver.wake_with(Box::new(move || waker.wake()));
-                }
-                app.insert_resource(SolverHandle {
-                    solver,
-                    submitted: None,
-                    expected: None,
-                    slice: None,
-                    newest: Newest::default(),
-                })
-                // Answers are shown before new work is handed over: what a frame shows then never
-                // depends on whether a short job was faster than the frame that asked for it.
-                .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
-            }
-            Err(error) => {
-                let problem = format!("cannot start the solver's thread: {error}");
-                app.world_mut().resource_mut::<Results>().problem = Some(problem);
-            }
+/// Kinds of work, the first first: a pose is cheap, and the hand feels it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Pose,
+    Study,
+    Expected,
+    Slice,
+}
+
+impl SolverHandle {
+    fn submit(
+        &mut self,
+        kind: Kind,
+        stamp: Stamp,
+        work: impl FnOnce(&CancelToken) -> Solved + Send + 'static,
+    ) {
+        let is_same_world = self.submitted.is_none_or(|s| s.stamp.generation == stamp.generation);
+        let patience = match kind {
+            Kind::Study if is_same_world => PATIENCE,
+            _ => Duration::ZERO,
+        };
+        if kind == Kind::Study {
+            // Another study has other expected figures.
+            self.solver.give_up(Kind::Expected as u8);
         }
+        let info = JobInfo { kind: kind as u8, patience, ..JobInfo::default() };
+        self.solver.submit(info, stamp, Box::new(move |task, _| Some(work(&task.cancel))));
     }
 }
 
-/// What is looked at, and in which workspace.
+impl Plugin for SolverPlugin {
+    fn build(&self, app: &mut App) {
+        let waker = app.world_mut().get_resource_or_init::<Waker>().clone();
+        app.insert_resource(SolverHandle {
+            solver: Runner::new("solver", waker),
+            submitted: None,
+            expected: None,
+            slice: None,
+            newest: Newest::default(),
+        })
+        // Answers are shown before new work is handed over: what a frame shows then never
+        // depends on whether a short job was faster than the frame that asked for it.
+        .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
+    }
+}
+
+/// What is wanted, and in which workspace.
 #[derive(SystemParam)]
-struct LookedAt<'w> {
-    desk: Res<'w, StudyDesk>,
+struct Wishes<'w> {
+    choice: Res<'w, TrialChoice>,
     wanted: Option<Res<'w, WantedTrial>>,
     workspace: Res<'w, Workspace>,
 }
@@ -121,18 +147,18 @@ fn submit(
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
-    looked_at: LookedAt,
+    wishes: Wishes,
     mut results: ResMut<Results>,
     mut explain: Option<ResMut<Explain>>,
 ) {
     let Some(world) = world else { return };
-    let LookedAt { desk, wanted, workspace } = looked_at;
+    let Wishes { choice, wanted, workspace } = wishes;
     let document = &world.0.document;
     let stamp = Stamp { generation: generation.0, revision: document.revision() };
     let wish = PoseWish {
         scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
         trial: wanted.as_ref().and_then(|wanted| wanted.number),
-        serial: desk.serial(),
+        serial: choice.serial(),
     };
     let profile = *workspace == Workspace::Study;
     let last = handle.submitted;
@@ -152,7 +178,7 @@ fn submit(
     let is_slice_new = handle.slice != key;
     // The hand gets the figures of the room's own field at once, and those that are to be expected
     // when it rests. In a room without measurements there are none.
-    let of_study = (stamp, desk.serial());
+    let of_study = (stamp, choice.serial());
     let has_process = world.0.environment.process.is_some();
     let is_run = is_new || is_study_new || is_preview_old;
     let is_expected_new =
@@ -175,16 +201,16 @@ fn submit(
             }
             _ => Arc::clone(&scenario),
         };
-        handle.solver.submit(stamp, Job::Pose(posed, wish));
+        handle.submit(Kind::Pose, stamp, move |_| Solved::pose(&posed, wish));
     }
     let mut extent = last.map_or(Extent::Whole, |s| s.extent);
     if is_run {
-        let kind = desk.kind(scenario.motion.is_some());
+        let kind = choice.kind(scenario.motion.is_some());
         let is_previewed = is_moving && kind == ModeKind::Motion;
         let part = is_previewed.then(|| preview(&scenario)).flatten();
         let (mode, whole) = match part {
             Some(part) => (part.mode, Extent::PreviewOf(part.whole_trials)),
-            None => (desk.mode(&scenario), Extent::Whole),
+            None => (choice.mode(&scenario), Extent::Whole),
         };
         extent = whole;
         let wish = StudyWish {
@@ -193,7 +219,8 @@ fn submit(
             // A preview's trials are not those of the whole.
             profile: profile && extent == Extent::Whole,
         };
-        handle.solver.submit(stamp, Job::Study(Arc::clone(&scenario), wish));
+        let of = Arc::clone(&scenario);
+        handle.submit(Kind::Study, stamp, move |cancel| Solved::study(&of, &wish, cancel));
     }
     if is_run {
         handle.expected = None;
@@ -202,8 +229,11 @@ fn submit(
         }
     }
     if is_expected_new {
-        let job = Job::Expected(Arc::clone(&scenario), desk.mode(&scenario));
-        handle.solver.submit(stamp, job);
+        let (of, mode) = (Arc::clone(&scenario), choice.mode(&scenario));
+        handle.submit(Kind::Expected, stamp, move |cancel| {
+            let expected = expected_where_measured(&of, &mode, cancel);
+            Solved::Expected(expected.map(|expected| expected.map(Box::new)))
+        });
         handle.expected = Some(of_study);
         if let Some(explain) = explain.as_deref_mut() {
             explain.line(&format!("expected revision={} computing", stamp.revision));
@@ -213,12 +243,14 @@ fn submit(
     if is_slice_new {
         match &key {
             Some(key) => {
-                let job = Job::Slice(scenario, key.wish);
-                handle.solver.submit(stamp, job);
+                let wish = key.wish;
+                handle.submit(Kind::Slice, stamp, move |cancel| {
+                    Solved::slice(&scenario, &wish, cancel)
+                });
             }
             None => {
                 // A layer that is off costs nothing, not even the memory of its map.
-                handle.solver.drop_slice();
+                handle.solver.give_up(Kind::Slice as u8);
                 results.slice = None;
             }
         }
@@ -247,16 +279,23 @@ fn show(
     mut explain: Option<ResMut<Explain>>,
 ) {
     for answer in handle.solver.answers() {
-        let stamp = answer.stamp;
+        let (stamp, took) = (answer.key, answer.took);
+        let solved = match answer.value {
+            Ok(solved) => solved,
+            Err(lost) => {
+                results.problem = Some(lost.to_string());
+                continue;
+            }
+        };
         let wanted = Wanted {
             slice: (handle.slice.as_ref()).map(|key| (key.wish.plan, key.wish.quantity)),
             profile: handle.submitted.is_some_and(|s| s.profile),
         };
-        let is_study = matches!(answer.result, Solved::Study(Ok(_), _));
-        let is_expected = matches!(answer.result, Solved::Expected(_));
-        count(&answer, &mut diagnostics);
+        let is_study = matches!(solved, Solved::Study(Ok(_), _));
+        let is_expected = matches!(solved, Solved::Expected(_));
+        count(&solved, &mut diagnostics);
         let is_shown = stamp.generation == generation.0
-            && accept(answer, wanted, &mut handle.newest, &mut results);
+            && accept(solved, stamp.revision, took, wanted, &mut handle.newest, &mut results);
         if !is_shown {
             diagnostics.dropped += 1;
         }
@@ -279,8 +318,8 @@ fn show(
     }
 }
 
-fn count(answer: &Answer, diagnostics: &mut Diagnostics) {
-    match &answer.result {
+fn count(solved: &Solved, diagnostics: &mut Diagnostics) {
+    match solved {
         Solved::Pose(value, scatter, _) => {
             diagnostics.poses += 1;
             diagnostics.work += value.work;
@@ -310,15 +349,20 @@ struct Wanted {
 }
 
 /// Takes an answer unless a newer one is shown.
-fn accept(answer: Answer, wanted: Wanted, newest: &mut Newest, results: &mut Results) -> bool {
-    let revision = answer.stamp.revision;
-    let took = answer.took;
+fn accept(
+    solved: Solved,
+    revision: u64,
+    took: Duration,
+    wanted: Wanted,
+    newest: &mut Newest,
+    results: &mut Results,
+) -> bool {
     let stamped_is_new = |newest: &mut u64| {
         let is_new = revision >= *newest;
         *newest = revision.max(*newest);
         is_new
     };
-    match answer.result {
+    match solved {
         Solved::Pose(value, scatter, wish) => {
             let is_new = stamped_is_new(&mut newest.pose);
             if is_new {

@@ -6,25 +6,33 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
 use bevy_egui::{EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, EguiRenderOutput, egui};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-/// How a thread in the background asks for the frame that shows what it found; does nothing where
+/// How a thread in the background requests the frame that shows what it found; does nothing where
 /// frames are driven by hand.
 #[derive(Resource, Clone)]
-pub struct Waker(Option<Arc<dyn Fn() + Send + Sync>>);
+pub struct Waker(Arc<OnceLock<Box<dyn Fn() + Send + Sync>>>);
 
 impl Waker {
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self(Some(Arc::new(wake)))
+        let waker = Self::silent();
+        waker.wake_with(wake);
+        waker
     }
 
-    /// Whether it wakes anything.
-    pub fn is_any(&self) -> bool {
-        self.0.is_some()
+    /// Wakes nothing as yet.
+    pub fn silent() -> Self {
+        Self(Arc::default())
+    }
+
+    /// Names what is woken, for all clones; only the first name counts.
+    pub fn wake_with(&self, wake: impl Fn() + Send + Sync + 'static) {
+        // A second one would wake the same loop once more.
+        let _ = self.0.set(Box::new(wake));
     }
 
     pub fn wake(&self) {
-        if let Some(wake) = &self.0 {
+        if let Some(wake) = self.0.get() {
             wake();
         }
     }
@@ -34,7 +42,7 @@ impl FromWorld for Waker {
     /// Wakes the window's event loop, where there is one.
     fn from_world(world: &mut World) -> Self {
         match world.get_resource::<EventLoopProxyWrapper>() {
-            None => Self(None),
+            None => Self::silent(),
             Some(proxy) => {
                 let proxy = (**proxy).clone();
                 Self::new(move || {
@@ -58,19 +66,18 @@ pub struct WakePlugin;
 
 impl Plugin for WakePlugin {
     fn build(&self, app: &mut App) {
-        app.add_message::<RequestRedraw>()
-            .add_systems(
-                PreUpdate,
-                drop_repeated_modifiers
-                    .after(EguiPreUpdateSet::ProcessInput)
-                    .before(EguiPreUpdateSet::BeginPass),
-            )
-            .add_systems(
-                PostUpdate,
-                show_new_letters
-                    .after(EguiPostUpdateSet::ProcessOutput)
-                    .before(EguiPostUpdateSet::PostProcessOutput),
-            );
+        app.add_systems(
+            PreUpdate,
+            drop_repeated_modifiers
+                .after(EguiPreUpdateSet::ProcessInput)
+                .before(EguiPreUpdateSet::BeginPass),
+        )
+        .add_systems(
+            PostUpdate,
+            show_new_letters
+                .after(EguiPostUpdateSet::ProcessOutput)
+                .before(EguiPostUpdateSet::PostProcessOutput),
+        );
     }
 }
 

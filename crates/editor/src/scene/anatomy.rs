@@ -4,6 +4,7 @@
 use crate::convert;
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Rgb;
 use crate::scene::bodies::anatomy_look;
 use crate::scene::materials::glow::GlowMaterial;
@@ -15,6 +16,9 @@ use light_drawing::Shapes;
 use std::sync::Arc;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_scene::color_of_anatomy;
+
+/// The layer.
+const LAYER: LayerInfo = LayerInfo::new("Anatomy", 40, |layers| &mut layers.anatomy);
 
 /// Draws the anatomy where its frames have it, while its layer is on.
 pub struct AnatomyPlugin;
@@ -38,7 +42,7 @@ struct AnatomyShapes(Vec<(Arc<SurfaceMesh>, Vec<Shapes>)>);
 
 impl Plugin for AnatomyPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<AnatomyShapes>().add_systems(
+        app.add_layer(LAYER).init_resource::<AnatomyShapes>().add_systems(
             Update,
             draw_anatomy
                 .run_if(resource_exists_and_changed::<ShownDesign>)

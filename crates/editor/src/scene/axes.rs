@@ -2,11 +2,15 @@
 
 use crate::convert;
 use crate::document::requests::OpenWorld;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use trackwright_scene::ground;
+
+/// The layer.
+const LAYER: LayerInfo = LayerInfo::new("Ground grid", 30, |layers| &mut layers.grid);
 
 /// Draws the grid while its layer is on, and the axes with it or with the generator.
 pub struct AxesPlugin;
@@ -20,7 +24,7 @@ struct TrackerAxes(Theme);
 
 impl Plugin for AxesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Theme>().add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             (show_axes, show_grid)
                 .run_if(resource_exists::<OpenWorld>)

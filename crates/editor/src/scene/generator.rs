@@ -2,9 +2,13 @@
 
 use crate::convert;
 use crate::document::requests::OpenWorld;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::scene::materials::lit::LitMaterial;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
+
+/// The layer.
+const LAYER: LayerInfo = LayerInfo::new("Field generator", 20, |layers| &mut layers.generator);
 
 /// Draws the generator while its layer is on.
 pub struct GeneratorPlugin;
@@ -14,7 +18,7 @@ struct Generator;
 
 impl Plugin for GeneratorPlugin {
     fn build(&self, app: &mut App) {
-        app.add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             show.run_if(resource_exists_and_changed::<OpenWorld>).in_set(EditorSystems::Draw),
         );

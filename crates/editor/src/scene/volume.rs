@@ -2,6 +2,7 @@
 //! model's box, dashed.
 
 use crate::document::requests::OpenWorld;
+use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
 use crate::schedule::EditorSystems;
@@ -16,6 +17,10 @@ use trackwright_scene::room::is_same_box;
 const EDGE_ALPHA: f32 = 0.30;
 const BRACKET_ALPHA: f32 = 0.95;
 const BOX_ALPHA: f32 = 0.22;
+
+/// The layer.
+const LAYER: LayerInfo =
+    LayerInfo { is_of_room: true, ..LayerInfo::new("Volume", 10, |layers| &mut layers.volume) };
 
 /// Draws both boxes while their layer is on.
 pub struct VolumePlugin;
@@ -33,7 +38,7 @@ struct VolumePart;
 
 impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Theme>().add_systems(
+        app.add_layer(LAYER).add_systems(
             Update,
             show.run_if(resource_exists::<OpenWorld>).run_if(is_due).in_set(EditorSystems::Draw),
         );

@@ -1,12 +1,12 @@
 //! The table of all commands: what a person reads of each, and its keys.
 
+use crate::document::trials::ModeKind;
 use crate::shell::commands::{Command, CommandInfo, Group};
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::viewport::tool::SceneTool;
 use crate::workspaces::field::desk::TableRole;
-use crate::workspaces::study::desk::ModeKind;
 use trackwright_design::{BodyRole, MirrorPlane};
 use trackwright_geometry::orbit::Axis;
 

@@ -8,10 +8,8 @@ use crate::document::recent::RecentDesigns;
 use crate::document::requests::{ActiveDrag, EditRequest, FileRequest, OpenWorld, ViewRequest};
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::document::shown::ShownDesign;
-use crate::layers::ColorBars;
-use crate::layers::color_bar::ColorBar;
-use crate::layers::layers_ui::{LayersView, Listed, layers_ui};
-use crate::layers::settings_ui::LayerFigures;
+use crate::document::trials::TrialChoice;
+use crate::layers::layers_ui::{LayersPanel, LayersView, Listed, layers_ui};
 use crate::palette::Theme;
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
@@ -23,7 +21,7 @@ use crate::shell::requests::Asked;
 use crate::shell::status_bar::{StatusView, hint, status_bar_ui};
 use crate::shell::top_bar::{TopBarView, top_bar_ui};
 use crate::shell::window::{PointerHint, Presentation, ViewportRect, Workspace};
-use crate::viewport::camera::OrbitRig;
+use crate::viewport::overlay::Covered;
 use crate::viewport::scene_menu::SceneMenu;
 use crate::widgets::theme;
 use crate::workspaces::decide::DecideRequest;
@@ -45,7 +43,6 @@ use crate::workspaces::field::desk::FieldDesk;
 use crate::workspaces::field::samples::SampleScale;
 use crate::workspaces::live::LiveRequest;
 use crate::workspaces::live::desk::LiveDesk;
-use crate::workspaces::present::panels::StageCover;
 use crate::workspaces::present::panels::StageView;
 use crate::workspaces::present::panels::slides_ui::slides_ui;
 use crate::workspaces::present::panels::stage_ui::stage_ui;
@@ -133,7 +130,6 @@ impl Plugin for UiPlugin {
             .init_resource::<DecideDesk>()
             .add_message::<DecideRequest>()
             .init_resource::<Presenter>()
-            .init_resource::<StageCover>()
             .add_message::<RequestRedraw>()
             .configure_sets(
                 EguiPrimaryContextPass,
@@ -177,6 +173,7 @@ pub(crate) struct Shown<'w> {
     pub(crate) presentation: Res<'w, Presentation>,
     pub(crate) workspace: Res<'w, Workspace>,
     pub(crate) recent: Res<'w, RecentDesigns>,
+    pub(crate) choice: Res<'w, TrialChoice>,
     pub(crate) desk: Res<'w, StudyDesk>,
     pub(crate) trial: Option<Res<'w, ShownDesign>>,
     pub(crate) log: Res<'w, LogJob>,
@@ -190,8 +187,7 @@ pub(crate) struct Shown<'w> {
     pub(crate) generation: Res<'w, WorldGeneration>,
     pub(crate) loading: Res<'w, MeshLoading>,
     pub(crate) body_loading: Res<'w, BodyLoading>,
-    pub(crate) rig: Option<Res<'w, OrbitRig>>,
-    pub(crate) color_bars: Option<Res<'w, ColorBars>>,
+    pub(crate) layers: LayersPanel<'w>,
 }
 
 fn panels(
@@ -200,7 +196,7 @@ fn panels(
     shown: Shown,
     mut asked: Asked,
     viewport: Option<Res<ViewportRect>>,
-    mut cover: ResMut<StageCover>,
+    mut cover: ResMut<Covered>,
     mut hovered_here: Local<Option<Selected>>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
@@ -417,6 +413,7 @@ impl Desk<'_> {
         StudyPanels {
             document: &self.world.document,
             results: &self.shown.results,
+            choice: &self.shown.choice,
             desk: &self.shown.desk,
             trial: self.shown.trial.as_ref().and_then(|shown| shown.trial.as_ref()),
             log: &self.shown.log,
@@ -438,7 +435,7 @@ impl Desk<'_> {
                     hovered: self.hovered,
                     is_available: self.is_available,
                     pose: self.shown.results.pose.as_ref().map(|p| &p.value),
-                    layers: self.layer_figures(),
+                    layers: self.shown.layers.figures(),
                 },
             ));
             ui.add_space(8.0);
@@ -450,22 +447,11 @@ impl Desk<'_> {
         let layers = LayersView {
             view: self.view(),
             environment: self.environment(),
-            figures: self.layer_figures(),
+            figures: self.shown.layers.figures(),
             listed,
         };
-        layers_ui(ui, &layers)
-    }
-
-    fn layer_figures(&self) -> LayerFigures {
-        let bars = self.shown.color_bars.as_deref();
-        let largest = |bar: &Option<ColorBar>| bar.as_ref().map(|bar| bar.largest);
-        LayerFigures {
-            camera: self.shown.rig.as_ref().map(|rig| rig.camera),
-            slice_max: self.shown.results.slice.as_ref().map(|s| s.value.max),
-            arrows_max_mm: bars.and_then(|bars| largest(&bars.arrows)),
-            placement_max_mm: bars.and_then(|bars| largest(&bars.placement)),
-            is_sensor_selected: self.selection.sensors().is_some(),
-        }
+        let view = layers_ui(ui, &layers);
+        view.map(|view| PanelAction::View(ViewRequest::Set(view))).into_iter().collect()
     }
 
     pub(crate) fn result_view(&self) -> ResultView<'_> {

@@ -1,8 +1,10 @@
-//! Window and layout as a person left them: put back when the window opens, and written by a
-//! thread of its own when they change.
+//! Window and layout as a person left them: put back when the window opens, and written in the
+//! background when they change.
 
 use crate::document::apply::Notice;
 use crate::palette::Theme;
+use crate::runner::jobs::{JobInfo, Runner};
+use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::layout::PanelsShown;
 use crate::shell::window::{Presentation, Workspace};
@@ -13,12 +15,11 @@ use bevy::prelude::*;
 use bevy::window::{Monitor, PrimaryWindow, RequestRedraw, WindowResized};
 use bevy::winit::WINIT_WINDOWS;
 use bevy_egui::{EguiContexts, EguiPlugin};
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::JoinHandle;
+use std::path::PathBuf;
 use std::time::Duration;
 use trackwright_formats::preferences_file::{Preferences, SCALES, ShownPanels};
 use trackwright_project::{read_preferences, write_preferences};
+use trackwright_task::Task;
 
 /// How long nothing changes before it is written: a window's edge is dragged for seconds.
 const QUIET: Duration = Duration::from_millis(700);
@@ -84,12 +85,12 @@ impl Recalled {
 /// Puts [`Recalled`] into effect and keeps it up to date; applies [`InterfaceScale`].
 pub struct PreferencesPlugin;
 
-/// The thread that writes.
+/// Writes in the background.
 #[derive(Resource)]
 struct Keeper {
-    sender: Option<Sender<Preferences>>,
-    thread: Option<JoinHandle<()>>,
-    /// As they were sent last.
+    runner: Runner<(), ()>,
+    folder: PathBuf,
+    /// As they were handed over last.
     last: Preferences,
 }
 
@@ -111,8 +112,14 @@ impl Plugin for PreferencesPlugin {
             return;
         };
         apply(app, &recalled);
-        let Some(keeper) = Keeper::start(&recalled) else {
+        if !recalled.is_kept {
             return;
+        }
+        let keeper = Keeper {
+            // A file that is written changes nothing that is shown.
+            runner: Runner::new("preferences", Waker::silent()),
+            folder: recalled.folder,
+            last: recalled.preferences,
         };
         app.insert_resource(keeper).add_systems(
             Update,
@@ -143,36 +150,6 @@ fn apply(app: &mut App, recalled: &Recalled) {
         .insert_resource(PanelsShown { left, right, history });
     if let Some(problem) = &recalled.problem {
         app.insert_resource(Notice::Refused(problem.clone()));
-    }
-}
-
-impl Keeper {
-    /// `None` where nothing may be written, or there is no thread for it.
-    fn start(recalled: &Recalled) -> Option<Self> {
-        if !recalled.is_kept {
-            return None;
-        }
-        let (sender, changes) = channel();
-        let folder = recalled.folder.clone();
-        let thread = std::thread::Builder::new()
-            .name("preferences".into())
-            .spawn(move || write(&folder, &changes));
-        Some(Self {
-            sender: Some(sender),
-            thread: Some(thread.ok()?),
-            last: recalled.preferences.clone(),
-        })
-    }
-}
-
-/// Writes what it is told once there was quiet. What cannot be written only costs a few clicks at
-/// the next start, and is tried again with the next change.
-fn write(folder: &Path, changes: &Receiver<Preferences>) {
-    while let Ok(mut newest) = changes.recv() {
-        while let Ok(next) = changes.recv_timeout(QUIET) {
-            newest = next;
-        }
-        let _ = write_preferences(folder, &newest);
     }
 }
 
@@ -219,11 +196,15 @@ fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
     if preferences == keeper.last {
         return;
     }
-    if let Some(sender) = &keeper.sender {
-        // A thread that is gone has panicked, and that was reported.
-        let _ = sender.send(preferences.clone());
-    }
-    keeper.last = preferences;
+    keeper.last = preferences.clone();
+    let (folder, info) = (keeper.folder.clone(), JobInfo::once_quiet(QUIET));
+    let write = move |_: &Task, _: &mut dyn FnMut(())| {
+        // What cannot be written only costs a few clicks at the next start, and is tried again with
+        // the next change.
+        let _ = write_preferences(&folder, &preferences);
+        None
+    };
+    keeper.runner.submit(info, (), Box::new(write));
 }
 
 /// `false` where the window system does not say.
@@ -297,9 +278,5 @@ fn scale_interface(
 }
 
 fn finish(mut keeper: ResMut<Keeper>) {
-    keeper.sender = None;
-    if let Some(thread) = keeper.thread.take() {
-        // A panic of the thread has been reported by the panic hook.
-        let _ = thread.join();
-    }
+    keeper.runner.finish();
 }

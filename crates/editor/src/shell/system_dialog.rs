@@ -1,7 +1,7 @@
 //! The system's own file dialog, for whoever has places and bookmarks there: opened by a thread
 //! of its own, its choice handed to the dialog that asked for it.
 
-use crate::runner::job::{Ended, Job};
+use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::Dialogs;
@@ -21,9 +21,6 @@ struct Outside(Option<Job<Option<PathBuf>>>);
 impl Plugin for SystemDialogPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Outside>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>()
-            .add_message::<RequestRedraw>()
             .add_systems(Update, follow.run_if(is_any_open).in_set(EditorSystems::Input));
     }
 }
@@ -46,32 +43,27 @@ fn follow(
         return;
     };
     if *wish.choice == SystemChoice::Asked {
-        *wish.choice = match start(&wish, &waker) {
-            Ok(job) => {
-                outside.0 = Some(job);
-                SystemChoice::Open
-            }
-            Err(error) => SystemChoice::Nothing(format!("cannot start a thread: {error}")),
-        };
+        outside.0 = Some(start(&wish, &waker));
+        *wish.choice = SystemChoice::Open;
         redraw.write(RequestRedraw);
         return;
     }
-    let ended = outside.0.as_mut().and_then(|job| job.hear());
-    let Some(ended) = ended else { return };
+    let Some(answer) = outside.0.as_ref().and_then(Job::answer) else {
+        return;
+    };
     outside.0 = None;
-    *wish.choice = match ended {
-        Ended::Done(Some(path)) => SystemChoice::Chosen(path),
-        Ended::Done(None) => SystemChoice::Nothing(NOTHING.to_owned()),
-        Ended::Lost => SystemChoice::Nothing(LOST.to_owned()),
+    *wish.choice = match answer {
+        Ok(Some(path)) => SystemChoice::Chosen(path),
+        Ok(None) => SystemChoice::Nothing(NOTHING.to_owned()),
+        Err(lost) => SystemChoice::Nothing(format!("this system's dialog: {lost}")),
     };
     redraw.write(RequestRedraw);
 }
 
 /// The system does not tell one from the other.
 const NOTHING: &str = "the system dialog was closed without a choice, or this system has none";
-const LOST: &str = "this system's dialog ended badly";
 
-fn start(wish: &Wish, waker: &Waker) -> std::io::Result<Job<Option<PathBuf>>> {
+fn start(wish: &Wish, waker: &Waker) -> Job<Option<PathBuf>> {
     let extensions: Vec<String> =
         wish.kind.extensions().iter().map(|end| end.trim_start_matches('.').to_owned()).collect();
     let dialog = rfd::FileDialog::new()

@@ -51,7 +51,6 @@ pub struct HoveredBall(pub Option<Entity>);
 impl Plugin for HandlePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HoveredBall>()
-            .init_resource::<ActiveDrag>()
             .add_observer(on_over)
             .add_observer(on_out)
             .add_systems(Update, follow.after(EditorSystems::Draw))

@@ -78,10 +78,8 @@ pub struct Gesture(Option<(MouseButton, Vec2)>);
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<OrbitRig>()
-            .init_resource::<Surfaces>()
             .init_resource::<Gesture>()
             .init_resource::<Turntable>()
-            .init_resource::<Theme>()
             .add_systems(PreStartup, spawn)
             .add_systems(Update, clear_in_theme.run_if(resource_changed::<Theme>))
             .add_systems(

@@ -1,6 +1,5 @@
 //! The camera that paints panels and overlay above the 3D view.
 
-use crate::shell::window::Presentation;
 use bevy::camera::visibility::RenderLayers;
 use bevy::camera::{CameraOutputMode, ClearColorConfig, RenderTarget};
 use bevy::prelude::*;
@@ -44,8 +43,7 @@ pub struct EguiTarget(pub RenderTarget);
 
 impl Plugin for EguiCameraPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Presentation>()
-            .add_systems(PreStartup, spawn_camera.before(EguiStartupSet::InitContexts));
+        app.add_systems(PreStartup, spawn_camera.before(EguiStartupSet::InitContexts));
     }
 }
 

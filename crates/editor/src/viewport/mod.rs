@@ -14,3 +14,4 @@ pub mod scene_menu;
 pub mod sensor_commands;
 pub mod sensor_drag;
 pub mod tool;
+pub mod troubles;

@@ -18,7 +18,7 @@ pub struct PointerHintPlugin;
 
 impl Plugin for PointerHintPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PointerHint>().init_resource::<HoveredBall>().add_systems(
+        app.add_systems(
             Update,
             say.run_if(is_due)
                 .in_set(EditorSystems::Draw)

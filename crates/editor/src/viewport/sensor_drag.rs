@@ -73,7 +73,6 @@ impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HeldSensor>()
             .init_resource::<SceneMenu>()
-            .init_resource::<SceneTool>()
             .add_observer(on_over.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_out)
             .add_observer(on_click.run_if(resource_equals(SceneTool::Select)))

@@ -6,7 +6,8 @@ use crate::app::measure::worlds::{order_four, tube};
 use crate::document::apply::DocumentPlugin;
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::runner::results::Results;
-use crate::runner::solve::{SolverHandle, SolverPlugin};
+use crate::runner::solve::SolverPlugin;
+use crate::runner::wake::Waker;
 use bevy::prelude::*;
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
@@ -30,11 +31,10 @@ pub fn edits_to_figures(count: usize) -> Result<Vec<Duration>, MeasureError> {
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
         .insert_resource(OpenWorld(world));
     let (told, wakes) = channel();
-    let solver = &app.world().resource::<SolverHandle>().solver;
-    solver.wake_with(Box::new(move || {
+    app.world().resource::<Waker>().wake_with(move || {
         // The last wake finds nobody.
         let _ = told.send(());
-    }));
+    });
     let wakes = Mutex::new(wakes);
     wait_for_figures(&mut app, &wakes)?;
     let mut times = Vec::with_capacity(count);

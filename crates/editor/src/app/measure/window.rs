@@ -229,7 +229,7 @@ fn is_ready(world: &World) -> bool {
     let has_figures = results.study.as_ref().is_some_and(|s| s.revision == revision);
     let is_solved =
         world.get_resource::<SolverHandle>().is_none_or(|handle| handle.solver.is_idle());
-    has_figures && results.slice.is_some() && is_solved && layers::are_idle(world)
+    has_figures && results.slice.is_some() && is_solved && layers::registry::are_idle(world)
 }
 
 /// Watches the window while nothing happens, from outside: the frame that would look is none that

@@ -20,8 +20,7 @@ pub(crate) struct GlowPlugin;
 impl Plugin for GlowPlugin {
     fn build(&self, app: &mut App) {
         load_internal_asset!(app, GLOW_SHADER, "glow.wgsl", Shader::from_wgsl);
-        app.init_resource::<Theme>()
-            .add_plugins(MaterialPlugin::<GlowMaterial>::default())
+        app.add_plugins(MaterialPlugin::<GlowMaterial>::default())
             .add_systems(Update, retint.run_if(resource_changed::<Theme>));
     }
 }

@@ -3,7 +3,6 @@
 use crate::document::requests::ActiveDrag;
 use crate::document::selection::Selected;
 use crate::schedule::EditorSystems;
-use crate::shell::window::DragReadout;
 use crate::viewport::camera::Sight;
 use crate::viewport::drag_edits::DragEdits;
 use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
@@ -76,8 +75,6 @@ pub fn name_of(design: &Design, target: Selected) -> String {
 
 pub(crate) fn plugin(app: &mut App) {
     app.init_resource::<HeldHandle>()
-        .init_resource::<ActiveDrag>()
-        .init_resource::<DragReadout>()
         .add_observer(on_over)
         .add_observer(on_out)
         .add_observer(on_drag_start)

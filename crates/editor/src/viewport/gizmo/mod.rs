@@ -56,9 +56,6 @@ impl Plugin for GizmoPlugin {
         app.init_resource::<GizmoAxes>()
             .init_resource::<CurrentGizmo>()
             .init_resource::<HoveredHandle>()
-            .init_resource::<SceneTool>()
-            .init_resource::<Workspace>()
-            .init_resource::<Presentation>()
             .add_plugins((draw::plugin, drag::plugin))
             .add_systems(
                 Update,

@@ -1,17 +1,13 @@
 //! What hatchings and surfaces in the scene mean: a swatch and a few words each, on one plate.
 
-use crate::layers::color_bar::ColorScale;
-use crate::layers::probe::{POORLY_SUPPORTED, outside_words};
+use crate::layers::legend::{LegendKey, Swatch};
 use crate::palette::ThemedColor;
 use crate::palette::{self, Rgb};
-use crate::runner::results::Results;
 use crate::viewport::overlay::legend::{PADDING, plate};
-use crate::widgets::basic::length;
 use crate::widgets::theme;
 use bevy_egui::egui::{Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use trackwright_geometry::colormap::{
-    ColorMap, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY, UNSUPPORTED_LINE_SRGB,
-    over,
+    NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY, UNSUPPORTED_LINE_SRGB, over,
 };
 
 const LINE: f32 = 15.0;
@@ -20,58 +16,6 @@ const SWATCH: [f32; 2] = [16.0, 10.0];
 const INDENT: f32 = 22.0;
 /// Between the lines of a hatching.
 const HATCH_PX: f32 = 5.0;
-
-/// A line of the plate.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LegendKey {
-    pub swatch: Swatch,
-    pub text: String,
-}
-
-/// What stands before the words.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Swatch {
-    /// Grey, hatched.
-    NoValue,
-    /// A map with lines over it.
-    Unsupported(ColorMap),
-    /// A translucent surface.
-    Surface(Rgb),
-    /// Nothing: the words say why there is nothing.
-    Nothing,
-}
-
-/// What the hatchings of the slice that is shown mean.
-pub fn of_slice(results: &Results, scale: &ColorScale) -> Vec<LegendKey> {
-    let Some(slice) = results.slice.as_ref().map(|slice| &slice.value) else {
-        return Vec::new();
-    };
-    let mut keys = Vec::new();
-    let points = || slice.values.iter().zip(&slice.is_inside);
-    let no_value = |text: &str| LegendKey { swatch: Swatch::NoValue, text: text.to_owned() };
-    if points().any(|(value, is_inside)| !is_inside && !value.is_nan()) {
-        keys.push(no_value(outside_words(slice.quantity)));
-    }
-    if points().any(|(value, _)| value.is_nan()) {
-        keys.push(no_value("not determined"));
-    }
-    let mut supported = slice.is_supported.iter().zip(&slice.is_inside);
-    if supported.any(|(is_supported, is_inside)| *is_inside && !is_supported) {
-        keys.push(LegendKey {
-            swatch: Swatch::Unsupported(scale.map),
-            text: POORLY_SUPPORTED.to_owned(),
-        });
-    }
-    keys
-}
-
-/// What the sphere around the tip means, in plain words.
-pub fn of_limit(limit_mm: f64) -> LegendKey {
-    LegendKey {
-        swatch: Swatch::Surface(palette::MET),
-        text: format!("at most {} off, drawn as large", length(limit_mm)),
-    }
-}
 
 /// Paints the plate; what it covers.
 pub fn paint(painter: &Painter, keys: &[LegendKey], right_bottom: Pos2) -> Option<Rect> {

@@ -1,6 +1,6 @@
 //! Legends in the corners of the 3D view: colour bar, magnification, scale bar, caption.
 
-use crate::layers::color_bar::ColorBar;
+use crate::layers::legend::{ColorBar, StrokeKey};
 use crate::palette::ThemedColor;
 use crate::palette::{self, Rgb};
 use crate::viewport::overlay::ruler::{decimals, round_below, ticks};
@@ -235,22 +235,12 @@ fn arrow_right(painter: &Painter, bar: Rect, color: Color32) {
 
 /// `errors × 50`, and what magnified things look like.
 fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> Option<Rect> {
-    let layers = view.layers;
     let shown = view.magnification?;
-    let [vectors, ghost] = match view.is_plain {
-        false => ["error vectors, two heads where cut", "tool as tracked"],
-        true => ["how far off the tip is", "where the tracker sees the tool"],
+    let words = |key: &StrokeKey| match view.is_plain {
+        false => key.words,
+        true => key.plain_words,
     };
-    let keys: Vec<(&str, Rgb)> = [
-        (layers.sensor_errors || layers.tip_error, vectors, palette::ERROR_VECTOR),
-        (layers.ghost, ghost, palette::GHOST),
-        (view.has_baseline, "baseline as tracked, and its sensors", palette::BASELINE),
-        (layers.tip_scatter && view.has_scatter, "95 % of the tip's jitter", palette::GHOST),
-    ]
-    .into_iter()
-    .filter(|(is_on, _, _)| *is_on)
-    .map(|(_, name, color)| (name, color))
-    .collect();
+    let keys: Vec<(&str, Rgb)> = view.strokes.iter().map(|key| (words(key), key.color)).collect();
     if keys.is_empty() {
         return None;
     }

@@ -5,10 +5,9 @@ use crate::palette::ThemedColor;
 use crate::palette::{self, Rgb};
 use crate::viewport::overlay::OverlayView;
 use crate::viewport::overlay::labels::{Wanted, leader, place};
+use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
 use crate::widgets::basic::{THIN_SPACE, length};
 use crate::widgets::theme;
-use crate::workspaces::design::inspector::determination_text;
-use crate::workspaces::design::outliner::{detail, sensor_trouble};
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use nalgebra::{Point3, Vector3};
 use trackwright_design::BodyRole;
@@ -210,7 +209,7 @@ fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
 
 /// A body that does not stand where it is now is told apart at once from one that does.
 fn body_troubles(view: &OverlayView, labels: &mut Vec<Label>) {
-    for (role, trouble) in &view.body_troubles {
+    for (role, trouble) in view.body_troubles {
         let Some(at) = far_end(view, *role).and_then(|far| view.project(&far)) else {
             continue;
         };

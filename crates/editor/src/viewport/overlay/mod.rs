@@ -12,19 +12,16 @@ pub mod summary;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::document::shown::ShownDesign;
-use crate::layers::ColorBars;
-use crate::layers::color_bar::{ColorBar, ColorScale, ShownMagnification};
+use crate::layers::legend::{ColorBar, LegendKey, Legends, StrokeKey};
+use crate::layers::magnification::ShownMagnification;
 use crate::layers::probe::Probe;
-use crate::palette;
+use crate::layers::registry::{AddLayer, LayerInfo, LayerRegistry};
 use crate::runner::results::Results;
 use crate::shell::layout::UiSystems;
 use crate::shell::window::{DragReadout, Presentation, ViewportRect, Workspace};
 use crate::viewport::camera::OrbitRig;
 use crate::viewport::gizmo::CurrentGizmo;
-use crate::viewport::overlay::keys::{LegendKey, Swatch};
-use crate::workspaces::decide::desk::DecideDesk;
-use crate::workspaces::live::desk::LiveDesk;
-use crate::workspaces::present::panels::StageCover;
+use crate::viewport::troubles::BodyTroubles;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{self, LayerId, Painter, pos2, vec2};
@@ -32,25 +29,26 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use nalgebra::Point3;
 use trackwright_design::Things;
 use trackwright_design::view::Layers;
-use trackwright_design::{BodyRole, Design, Document};
+use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
 use trackwright_geometry::gizmo::{Eye, Gizmo};
 use trackwright_geometry::orbit::OrbitCamera;
-use trackwright_simulation::{Expected, Figures, PoseDetail, Requirement};
+use trackwright_simulation::{Expected, Figures, PoseDetail};
+
+const LABELS: LayerInfo = LayerInfo::new("Labels", 150, |layers| &mut layers.labels);
+
+/// Where something is written over the 3D view already, in egui's points: labels stand elsewhere.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Covered(pub Vec<egui::Rect>);
 
 /// Paints over the 3D view, in [`UiSystems::Overlay`].
 pub struct OverlayPlugin;
 
 impl Plugin for OverlayPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Selection>()
-            .init_resource::<Hovered>()
-            .init_resource::<Results>()
-            .init_resource::<DragReadout>()
-            .init_resource::<Probe>()
-            .init_resource::<Presentation>()
-            .init_resource::<Workspace>()
-            .init_resource::<StageCover>()
+        app.add_layer(LABELS)
+            .init_resource::<BodyTroubles>()
+            .init_resource::<Covered>()
             .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
     }
 }
@@ -76,20 +74,18 @@ pub struct OverlayView<'a> {
     pub color_bars: Vec<ColorBar>,
     /// What hatchings and surfaces mean.
     pub keys: Vec<LegendKey>,
-    /// Whether the tip's scatter is known and drawn.
-    pub has_scatter: bool,
+    /// What magnified things look like.
+    pub strokes: Vec<StrokeKey>,
     /// The handles of what is selected, for the letters of their axes.
     pub gizmo: Option<Gizmo>,
     /// Text and its place while something is dragged, or of what is under the pointer.
     pub readout: Option<(egui::Pos2, &'a str)>,
     /// What keeps a body from standing where it is now.
-    pub body_troubles: Vec<(BodyRole, String)>,
+    pub body_troubles: &'a [(BodyRole, String)],
     /// Without panels the picture has to say the result itself.
     pub has_summary: bool,
     /// For people who do not design the tool: nothing that has to be explained.
     pub is_plain: bool,
-    /// Whether a pinned design is drawn beside this one.
-    pub has_baseline: bool,
     /// Where something is written already.
     pub covered: &'a [egui::Rect],
 }
@@ -128,29 +124,30 @@ struct Scene<'w> {
     rect: Option<Res<'w, ViewportRect>>,
     shown: Option<Res<'w, ShownDesign>>,
     magnification: Option<Res<'w, ShownMagnification>>,
-    color_scale: Option<Res<'w, ColorScale>>,
-    color_bars: Option<Res<'w, ColorBars>>,
+    legends: Res<'w, Legends>,
+    registry: Res<'w, LayerRegistry>,
     gizmo: Option<Res<'w, CurrentGizmo>>,
     drag: Option<Res<'w, ActiveDrag>>,
     readout: Res<'w, DragReadout>,
-    probe: Res<'w, Probe>,
+    probe: Option<Res<'w, Probe>>,
     selection: Res<'w, Selection>,
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
-    decide: Option<Res<'w, DecideDesk>>,
-    cover: Res<'w, StageCover>,
-    live: Option<Res<'w, LiveDesk>>,
+    covered: Res<'w, Covered>,
+    troubles: Res<'w, BodyTroubles>,
 }
 
 impl Scene<'_> {
-    /// Of live bodies; those of a design stand where they are meant to.
-    fn body_troubles(&self) -> Vec<(BodyRole, String)> {
-        let shown = self.shown.as_ref().filter(|shown| shown.live.is_some());
-        match (&self.live, shown) {
-            (Some(live), Some(shown)) => live.troubles(&shown.design),
-            _ => Vec::new(),
-        }
+    /// Of layers that are on and of whatever else is magnified, each meaning once.
+    fn strokes(&self, layers: Layers) -> Vec<StrokeKey> {
+        let own = self.registry.layers.iter().filter(|layer| layer.is_on(layers));
+        let own = own.filter_map(|layer| Some((layer.order, layer.stroke?)));
+        let mut strokes: Vec<_> = own.chain(self.legends.strokes()).collect();
+        strokes.sort_by_key(|(order, _)| *order);
+        let mut strokes: Vec<_> = strokes.into_iter().map(|(_, stroke)| stroke).collect();
+        strokes.dedup();
+        strokes
     }
 
     /// The handles that are drawn: none beside the one that is held.
@@ -159,64 +156,6 @@ impl Scene<'_> {
         let shown = self.gizmo.as_ref().filter(|_| !is_dragging)?.0?;
         Some(shown.gizmo)
     }
-}
-
-/// The slice's below those of the layers.
-fn color_bars(
-    scene: &Scene,
-    results: &Results,
-    layers: Layers,
-    requirement: Option<Requirement>,
-) -> Vec<ColorBar> {
-    let slice = results.slice.as_ref().filter(|_| layers.slice);
-    let of_slice = slice.zip(scene.color_scale.as_deref()).map(|(slice, scale)| {
-        let quantity = slice.value.quantity;
-        ColorBar {
-            label: quantity.label().to_owned(),
-            unit: quantity.unit(),
-            map: scale.map,
-            min: 0.0,
-            max: scale.max_mm,
-            largest: slice.value.max,
-            decimals: quantity.decimals(),
-            limit: requirement.and_then(|of| quantity.limit(&of)),
-        }
-    });
-    let of_layers = scene.color_bars.iter().flat_map(|bars| bars.all().cloned());
-    of_slice.into_iter().chain(of_layers).collect()
-}
-
-/// Whether what a region comes to in words is that there is none.
-fn is_none(text: &str) -> bool {
-    text.starts_with("no ")
-}
-
-fn legend_keys(scene: &Scene, results: &Results, document: &Document) -> Vec<LegendKey> {
-    let layers = document.view().layers;
-    let mut keys = match scene.color_scale.as_deref().filter(|_| layers.slice) {
-        Some(scale) => keys::of_slice(results, scale),
-        None => Vec::new(),
-    };
-    if *scene.workspace == Workspace::Present && layers.tip_error {
-        let requirement = document.design().requirement.as_ref();
-        let limit = requirement.and_then(Requirement::single_position_mm);
-        keys.extend(limit.map(|(_, limit_mm)| keys::of_limit(limit_mm)));
-    }
-    let Some(bars) = &scene.color_bars else {
-        return keys;
-    };
-    for (text, color) in [(&bars.support, palette::SUPPORT), (&bars.region, palette::MET)] {
-        // Why there is none is for whoever makes the slide: its panel says so.
-        let is_told = |text: &&String| *scene.workspace != Workspace::Present || !is_none(text);
-        keys.extend(text.iter().filter(is_told).map(|text| LegendKey {
-            swatch: match is_none(text) {
-                true => Swatch::Nothing,
-                false => Swatch::Surface(color),
-            },
-            text: text.clone(),
-        }));
-    }
-    keys
 }
 
 fn draw(
@@ -233,6 +172,7 @@ fn draw(
     let place = |at: Vec2| pos2(at.x * scale, at.y * scale);
     let rect = egui::Rect::from_min_max(place(rect.min), place(rect.min + rect.size));
     let document = &world.0.document;
+    let is_plain = *scene.workspace == Workspace::Present;
     let view = OverlayView {
         rect,
         camera: rig.camera,
@@ -249,27 +189,20 @@ fn draw(
         selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
-        color_bars: color_bars(
-            &scene,
-            &results,
-            document.view().layers,
-            document.design().requirement,
-        ),
-        keys: legend_keys(&scene, &results, document),
-        has_scatter: matches!(&results.scatter, Some(Ok(_))),
+        color_bars: scene.legends.bars().cloned().collect(),
+        keys: scene.legends.keys(is_plain).cloned().collect(),
+        strokes: scene.strokes(document.view().layers),
         gizmo: scene.handles(),
         readout: scene
             .readout
             .0
             .as_ref()
-            .or(scene.probe.0.as_ref())
+            .or(scene.probe.as_ref().and_then(|probe| probe.0.as_ref()))
             .map(|readout| (place(readout.at), readout.text.as_str())),
-        body_troubles: scene.body_troubles(),
+        body_troubles: &scene.troubles.0,
         has_summary: !scene.presentation.panels,
-        is_plain: *scene.workspace == Workspace::Present,
-        has_baseline: *scene.workspace == Workspace::Decide
-            && scene.decide.is_some_and(|desk| desk.pinned.is_some()),
-        covered: &scene.cover.0,
+        is_plain,
+        covered: &scene.covered.0,
     };
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(rect);
     paint(&painter, &view);

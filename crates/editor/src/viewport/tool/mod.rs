@@ -4,7 +4,7 @@ pub mod aim;
 pub mod preview;
 
 use crate::document::apply::Notice;
-use crate::document::requests::{ActiveDrag, EditRequest, ViewRequest};
+use crate::document::requests::{ActiveDrag, EditRequest};
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::schedule::EditorSystems;
 use crate::shell::commands::{Command, RunCommand};
@@ -58,14 +58,8 @@ impl Plugin for ToolPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<SceneTool>()
             .init_resource::<ToolAim>()
-            .init_resource::<Notice>()
-            .init_resource::<Hovered>()
-            .init_resource::<Workspace>()
-            .init_resource::<ActiveDrag>()
             .add_message::<PointerInput>()
             .add_message::<RunCommand>()
-            .add_message::<EditRequest>()
-            .add_message::<ViewRequest>()
             .add_plugins(preview::plugin)
             .add_systems(
                 Update,

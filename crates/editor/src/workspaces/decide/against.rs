@@ -3,7 +3,7 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
-use crate::runner::latest::Newest;
+use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::workspaces::decide::desk::DecideDesk;
@@ -98,7 +98,7 @@ fn ask(
     let designs = [Arc::clone(&pinned.design), Arc::new(world.0.document.design().clone())];
     let environment = Arc::clone(&world.0.environment);
     desk.counts.baselines += 1;
-    against.0.ask(key, move |task| {
+    against.0.ask(key, move |task, _| {
         let pose = look(&trackwright_project::resolve(&designs[0], &environment));
         let plan = trackwright_project::comparison_plan(
             &[&designs[0], &designs[1]],
@@ -113,7 +113,7 @@ fn ask(
 }
 
 fn hear(mut against: ResMut<Against>) {
-    if against.bypass_change_detection().0.hear() {
+    if against.bypass_change_detection().0.receive(|_| ()) {
         against.set_changed();
     }
 }

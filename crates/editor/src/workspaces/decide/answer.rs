@@ -2,7 +2,7 @@
 
 use crate::document::apply::{Notice, WorldGeneration, file_folder};
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
-use crate::runner::job::{Ended, Job};
+use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::scene::bodies::shown_mesh;
 use crate::shell::dialogs::{Dialog, Dialogs};
@@ -107,7 +107,7 @@ impl Hand<'_> {
     fn pin(&mut self, file: PathBuf) {
         self.desk.serial += 1;
         let serial = self.desk.serial;
-        let job = Job::start("pin", &self.waker, move |_| {
+        self.desk.pinning = Some(Job::start("pin", &self.waker, move |_| {
             let world = trackwright_project::open_design(&file)?;
             Ok(Pinned {
                 design: Arc::new(world.document.design().clone()),
@@ -116,11 +116,7 @@ impl Hand<'_> {
                 serial,
                 is_gone: false,
             })
-        });
-        match job {
-            Ok(job) => self.desk.pinning = Some(job),
-            Err(error) => self.no_thread(&error),
-        }
+        }));
     }
 
     fn add_design(&mut self, file: PathBuf) {
@@ -219,14 +215,9 @@ impl Hand<'_> {
             generation: self.generation.0,
             revision: world.0.document.revision(),
         };
+        self.desk.counts.tables += 1;
         let job = Job::start("compare", &self.waker, move |task| compared(wanted, task));
-        match job {
-            Ok(job) => {
-                self.desk.counts.tables += 1;
-                self.desk.comparing = Some(job);
-            }
-            Err(error) => self.no_thread(&error),
-        }
+        self.desk.comparing = Some(job);
     }
 
     /// A row of the open design in its own room leads to its worst trial; in another room, puts it
@@ -280,10 +271,6 @@ impl Hand<'_> {
         });
         beside.unwrap_or_else(|| PathBuf::from("."))
     }
-
-    fn no_thread(&mut self, error: &std::io::Error) {
-        *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
-    }
 }
 
 /// Another design is open: a recording and reasons of the last one are not its, and where a row was
@@ -334,32 +321,25 @@ pub(crate) fn hear(
     mut dialogs: ResMut<Dialogs>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
-    const LOST: &str = "the work ended without an answer";
+    const NO_COMPARISON: &str = "There is no comparison";
+    const NOT_PINNED: &str = "The design cannot be pinned";
     let desk = desk.bypass_change_detection();
-    if let Some(ended) = desk.comparing.as_mut().and_then(Job::hear) {
+    if let Some(answer) = desk.comparing.as_ref().and_then(Job::answer) {
         desk.comparing = None;
         redraw.write(RequestRedraw);
-        match ended {
-            Ended::Done(Ok(found)) => desk.compared = Some(found),
-            Ended::Done(Err(Failure::Cancelled(_))) => {}
-            Ended::Lost => dialogs.show(Dialog::Error {
-                title: "There is no comparison".to_owned(),
-                text: LOST.to_owned(),
-            }),
+        match answer {
+            Ok(Ok(found)) => desk.compared = Some(found),
+            Ok(Err(Failure::Cancelled(_))) => {}
+            Err(lost) => dialogs.show(Dialog::error(NO_COMPARISON, &lost)),
         }
     }
-    if let Some(ended) = desk.pinning.as_mut().and_then(Job::hear) {
+    if let Some(answer) = desk.pinning.as_ref().and_then(Job::answer) {
         desk.pinning = None;
         redraw.write(RequestRedraw);
-        match ended {
-            Ended::Done(Ok(pinned)) => desk.pinned = Some(pinned),
-            Ended::Done(Err(error)) => {
-                dialogs.show(Dialog::error("The design cannot be pinned", &error));
-            }
-            Ended::Lost => dialogs.show(Dialog::Error {
-                title: "The design cannot be pinned".to_owned(),
-                text: LOST.to_owned(),
-            }),
+        match answer {
+            Ok(Ok(pinned)) => desk.pinned = Some(pinned),
+            Ok(Err(error)) => dialogs.show(Dialog::error(NOT_PINNED, &error)),
+            Err(lost) => dialogs.show(Dialog::error(NOT_PINNED, &lost)),
         }
     }
 }

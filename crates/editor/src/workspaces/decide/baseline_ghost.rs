@@ -3,6 +3,7 @@
 
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
+use crate::layers::legend::{Legend, Legends, StrokeKey};
 use crate::layers::magnification::{ShownErrors, ToolErrors};
 use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::scene::screen_size::{ScreenSized, SizeBounds};
@@ -25,6 +26,15 @@ const ORDER_MM: f32 = 150.0;
 const SENSOR_ORDER_MM: f32 = 18_000.0;
 /// A sensor of the baseline, in millimetres and within pixels.
 const SENSOR: SizeBounds = SizeBounds { true_mm: 2.5, least_px: 7.0, most_px: 14.0, extra_px: 0.0 };
+
+/// In the legend it comes after the design's own ghost.
+const LEGEND_ORDER: u32 = 75;
+
+const STROKE: StrokeKey = StrokeKey {
+    words: "baseline as tracked, and its sensors",
+    plain_words: "baseline as tracked, and its sensors",
+    color: palette::BASELINE,
+};
 
 /// Draws the baseline while the workspace is shown.
 pub struct BaselineGhostPlugin;
@@ -68,8 +78,10 @@ fn show(
     mut assets: (ResMut<Assets<Mesh>>, ResMut<Assets<GlowMaterial>>),
     shapes: Res<GlyphShapes>,
     adapter: Option<Res<RenderAdapterInfo>>,
+    mut legends: ResMut<Legends>,
 ) {
     let pinned = (*workspace == Workspace::Decide).then_some(desk.pinned.as_ref()).flatten();
+    legends.set(LEGEND_ORDER, Legend { stroke: pinned.map(|_| STROKE), ..Legend::default() });
     let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?.1)));
     let tool = found
         .and_then(|(pinned, found)| Some((pinned, ToolErrors::of(&pinned.design, &found.pose)?)));

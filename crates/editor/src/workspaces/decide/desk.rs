@@ -1,6 +1,6 @@
 //! The state of the Decide workspace.
 
-use crate::runner::job::Job;
+use crate::runner::jobs::Job;
 use crate::workspaces::decide::table::{Compared, Failure};
 use bevy::prelude::Resource;
 use std::path::PathBuf;

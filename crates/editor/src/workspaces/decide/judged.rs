@@ -2,7 +2,7 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
-use crate::runner::latest::Newest;
+use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::workspaces::decide::desk::DecideDesk;
@@ -103,7 +103,7 @@ fn ask(
     let open = world.0.clone();
     let wish = ProcedureRequest { recording: key.recorded.clone(), ..ProcedureRequest::default() };
     desk.bypass_change_detection().counts.statuses += 1;
-    judged.0.ask(key, move |task| {
+    judged.0.ask(key, move |task, _| {
         let notes = RefCell::new(Vec::new());
         let note = |note: BuiltToolNote| notes.borrow_mut().push(note.to_string());
         let status =
@@ -114,7 +114,7 @@ fn ask(
 }
 
 fn hear(mut judged: ResMut<Judged>) {
-    if judged.bypass_change_detection().0.hear() {
+    if judged.bypass_change_detection().0.receive(|_| ()) {
         judged.set_changed();
     }
 }

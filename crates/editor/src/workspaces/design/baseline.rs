@@ -2,8 +2,8 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::trials::TrialChoice;
 use crate::runner::results::Results;
-use crate::workspaces::study::desk::StudyDesk;
 use bevy::prelude::*;
 use trackwright_simulation::{Headline, headline};
 
@@ -29,12 +29,12 @@ pub(crate) fn note_baseline(
     world: Option<Res<OpenWorld>>,
     generation: Option<Res<WorldGeneration>>,
     results: Res<Results>,
-    desk: Option<Res<StudyDesk>>,
+    choice: Option<Res<TrialChoice>>,
     mut baseline: ResMut<Baseline>,
     mut last_serial: Local<u64>,
 ) {
     // Figures of another mode are no change of the design.
-    let serial = desk.map_or(0, |desk| desk.serial());
+    let serial = choice.map_or(0, |choice| choice.serial());
     if *last_serial != serial {
         *last_serial = serial;
         baseline.set_if_neq(Baseline(None));

@@ -4,13 +4,13 @@ use crate::document::selection::{Selected, Selection};
 use crate::shell::commands::Command;
 use crate::shell::{PanelAction, number_edits};
 use crate::viewport::sensor_commands::SensorCommand;
+use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
 use crate::widgets::basic::{
     FIELD_WIDTH, NumberChange, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
 };
 use crate::workspaces::design::anatomy_ui::anatomy_ui;
 use crate::workspaces::design::crf_study_ui::crf_study_ui;
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
-use crate::workspaces::design::outliner::{detail, sensor_trouble};
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_buttons_ui};
 use bevy_egui::egui::{self, ComboBox, TextEdit, Ui};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
@@ -321,18 +321,6 @@ fn determination_ui(ui: &mut Ui, determination: &Determination) {
     if let Some(text) = determination_text(determination) {
         ui.add_space(6.0);
         warning_ui(ui, text);
-    }
-}
-
-/// What a body's sensors do not determine, in words.
-pub fn determination_text(determination: &Determination) -> Option<&'static str> {
-    match determination {
-        Determination::Full => None,
-        Determination::Poor { .. } => Some("The rotation is poorly determined: noise decides it"),
-        Determination::FreeAxis { .. } => {
-            Some("The rotation about one axis is not determined by the sensors")
-        }
-        Determination::FreeRotation => Some("No rotation is determined by the sensors"),
     }
 }
 

@@ -2,13 +2,13 @@
 
 use crate::document::requests::ViewRequest;
 use crate::document::selection::{Selected, Selection};
-use crate::layers::layers_ui::{LayersView, Listed, layers_ui};
-use crate::layers::settings_ui::LayerFigures;
+use crate::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::PanelAction;
 use crate::shell::commands::Command;
 use crate::viewport::tool::SceneTool;
+use crate::viewport::troubles::{detail, sensor_trouble};
 use crate::widgets::basic::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::widgets::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use crate::widgets::theme;
@@ -19,8 +19,8 @@ use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Thing, Things};
 use trackwright_field::environment::Environment;
 use trackwright_formats::printable::printable;
+use trackwright_simulation::PoseDetail;
 use trackwright_simulation::SensorOrientation;
-use trackwright_simulation::{BodyDetail, PoseDetail};
 
 /// What the outliner shows.
 pub struct OutlinerView<'a> {
@@ -32,7 +32,7 @@ pub struct OutlinerView<'a> {
     pub is_available: IsAvailable<'a>,
     /// Says which sensors are outside the box or the volume.
     pub pose: Option<&'a PoseDetail>,
-    pub layers: LayerFigures,
+    pub layers: LayerFigures<'a>,
 }
 
 impl<'a> OutlinerView<'a> {
@@ -84,7 +84,8 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
         figures: outliner.layers,
         listed: Listed::All,
     };
-    actions.extend(layers_ui(ui, &layers));
+    let view = layers_ui(ui, &layers);
+    actions.extend(view.map(|view| PanelAction::View(ViewRequest::Set(view))));
     actions
 }
 
@@ -227,24 +228,6 @@ fn answer(
         actions.push(PanelAction::Select(Some(what)));
     }
     response.context_menu(|ui| sensor_menu_ui(ui, outliner.is_available, actions));
-}
-
-/// The detail of a body at the design's own pose.
-pub fn detail(pose: Option<&PoseDetail>, role: BodyRole) -> Option<&BodyDetail> {
-    match role {
-        BodyRole::Tool => pose.map(|p| &p.tool),
-        BodyRole::Crf => pose.and_then(|p| p.crf.as_ref()),
-    }
-}
-
-/// What is wrong with where a sensor is, in a few words.
-pub fn sensor_trouble(detail: &BodyDetail, index: usize) -> Option<&'static str> {
-    let sensor = detail.sensors.get(index)?;
-    match (sensor.is_inside, sensor.is_in_volume) {
-        (_, false) => Some("outside the volume"),
-        (false, true) => Some("outside the box"),
-        (true, true) => None,
-    }
 }
 
 fn room_ui(ui: &mut Ui, environment: &Environment) {

@@ -1,13 +1,13 @@
 //! What the study comes to: one large figure, and the others below it.
 
+use crate::document::trials::ModeKind;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::runner::results::Results;
-use crate::runner::solver::Extent;
+use crate::runner::solved::Extent;
 use crate::widgets::basic::{counted, quiet_ui, signed, warning_ui, with_unit};
 use crate::widgets::theme;
 use crate::widgets::verdict::{bound_text, figure_color};
-use crate::workspaces::study::desk::ModeKind;
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::figures::{capitalised, with_separators};

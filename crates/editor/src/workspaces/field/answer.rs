@@ -2,7 +2,7 @@
 
 use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::requests::{EditRequest, OpenWorld};
-use crate::runner::job::Job;
+use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialog, Dialogs};
 use crate::workspaces::field::desk::{FieldDesk, FieldSettings, Reading, TableRole};
@@ -96,13 +96,8 @@ impl Hand<'_> {
             let file = file.clone();
             move |task| Files::default().read_table(&file, how, task)
         });
-        match job {
-            Ok(job) => {
-                self.desk.counts.readings += 1;
-                self.desk.slot_mut(role).reading = Some(Reading { file, how, job });
-            }
-            Err(error) => self.no_thread(&error),
-        }
+        self.desk.counts.readings += 1;
+        self.desk.slot_mut(role).reading = Some(Reading { file, how, job });
     }
 
     /// Other sensors or another map make other samples of the same rows.
@@ -133,17 +128,11 @@ impl Hand<'_> {
             return;
         };
         let settings = self.desk.settings;
-        let job = Job::start("fit", &self.waker, move |task| {
+        self.desk.counts.fits += 1;
+        self.desk.fitting = Some(Job::start("fit", &self.waker, move |task| {
             work::fit(&training, held_out.as_ref(), settings, task)
-        });
-        match job {
-            Ok(job) => {
-                self.desk.counts.fits += 1;
-                self.desk.fitting = Some(job);
-                self.notice.set_if_neq(Notice::Nothing);
-            }
-            Err(error) => self.no_thread(&error),
-        }
+        }));
+        self.notice.set_if_neq(Notice::Nothing);
     }
 
     fn compare(&mut self) {
@@ -152,14 +141,9 @@ impl Hand<'_> {
             return;
         };
         let compared = Compared::new(world, *self.generation, fitted);
+        self.desk.counts.comparisons += 1;
         let job = Job::start("try", &self.waker, move |task| work::compare(compared, task));
-        match job {
-            Ok(job) => {
-                self.desk.counts.comparisons += 1;
-                self.desk.comparing = Some(job);
-            }
-            Err(error) => self.no_thread(&error),
-        }
+        self.desk.comparing = Some(job);
     }
 
     fn show_save(&mut self, room: RoomToSave) {
@@ -245,10 +229,6 @@ impl Hand<'_> {
         recent.retain(|other| *other != place);
         recent.insert(0, place);
         recent.truncate(MOST_RECENT);
-    }
-
-    fn no_thread(&mut self, error: &std::io::Error) {
-        *self.notice = Notice::Refused(format!("cannot start a thread: {error}"));
     }
 
     /// Where the dialog for tables begins: beside the table that is open, else beside the design.

@@ -1,6 +1,6 @@
 //! The state of the Field workspace: tables, settings, the newest fit, rooms, and what is under way.
 
-use crate::runner::job::Job;
+use crate::runner::jobs::Job;
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::work::Failure;
 use bevy::prelude::Resource;

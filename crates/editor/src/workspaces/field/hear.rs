@@ -1,7 +1,7 @@
 //! Takes what the workspace's threads found. What was there stays until the new is whole.
 
 use crate::document::apply::Notice;
-use crate::runner::job::Ended;
+use crate::runner::jobs::Job;
 use crate::shell::dialogs::{Dialog, Dialogs};
 use crate::workspaces::field::desk::{FieldDesk, TableRole};
 use crate::workspaces::field::work::Failure;
@@ -9,9 +9,6 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::sync::Arc;
 use trackwright_project::{MeasurementTable, StoreError};
-
-/// Said where a thread is gone without an answer.
-const LOST: &str = "the work ended without an answer";
 
 pub(crate) fn hear(
     mut desk: ResMut<FieldDesk>,
@@ -26,9 +23,9 @@ pub(crate) fn hear(
     }
     hear_fit(&mut desk, &mut told, &mut notice);
     hear_comparison(&mut desk, &mut told);
-    if let Some(ended) = desk.listing.as_mut().and_then(|job| job.hear()) {
+    if let Some(answer) = desk.listing.as_ref().and_then(Job::answer) {
         desk.listing = None;
-        if let Ended::Done(Ok(rooms)) = ended {
+        if let Ok(Ok(rooms)) = answer {
             desk.rooms = rooms;
         }
     }
@@ -45,14 +42,14 @@ type Told = Vec<(&'static str, String)>;
 
 fn hear_table(desk: &mut FieldDesk, role: TableRole, told: &mut Told) {
     let slot = desk.slot_mut(role);
-    let Some(ended) = slot.reading.as_mut().and_then(|reading| reading.job.hear()) else {
+    let Some(answer) = slot.reading.as_ref().and_then(|reading| reading.job.answer()) else {
         return;
     };
     slot.reading = None;
-    match ended {
-        Ended::Done(Ok(table)) => slot.table = Some(Arc::new(table)),
-        Ended::Done(Err(StoreError::Cancelled(_))) => {}
-        Ended::Done(Err(error)) => {
+    match answer {
+        Ok(Ok(table)) => slot.table = Some(Arc::new(table)),
+        Ok(Err(StoreError::Cancelled(_))) => {}
+        Ok(Err(error)) => {
             told.push(("The measurements cannot be used", error.to_string()));
             // What is there was read in another way than was asked for.
             let was = slot.table.as_ref().map(|table| table.reading);
@@ -60,7 +57,7 @@ fn hear_table(desk: &mut FieldDesk, role: TableRole, told: &mut Told) {
                 give_up_reading(desk, was);
             }
         }
-        Ended::Lost => told.push(("The measurements cannot be used", LOST.to_owned())),
+        Err(lost) => told.push(("The measurements cannot be used", lost.to_string())),
     }
 }
 
@@ -81,37 +78,37 @@ fn give_up_reading(desk: &mut FieldDesk, was: trackwright_project::SampleReading
 }
 
 fn hear_fit(desk: &mut FieldDesk, told: &mut Told, notice: &mut Notice) {
-    let Some(ended) = desk.fitting.as_mut().and_then(|job| job.hear()) else {
+    let Some(answer) = desk.fitting.as_ref().and_then(Job::answer) else {
         return;
     };
     desk.fitting = None;
-    match ended {
-        Ended::Done(Ok(fitted)) => {
+    match answer {
+        Ok(Ok(fitted)) => {
             desk.fitted = Some(Arc::new(fitted));
             desk.comparison = None;
             desk.comparing = None;
         }
-        Ended::Done(Err(Failure::Cancelled)) => {
+        Ok(Err(Failure::Cancelled)) => {
             *notice = Notice::Done("The fit was cancelled; everything is as it was".to_owned());
         }
-        Ended::Done(Err(Failure::Because(text))) => {
+        Ok(Err(Failure::Because(text))) => {
             told.push(("No room can be fitted", text));
         }
-        Ended::Lost => told.push(("No room can be fitted", LOST.to_owned())),
+        Err(lost) => told.push(("No room can be fitted", lost.to_string())),
     }
 }
 
 fn hear_comparison(desk: &mut FieldDesk, told: &mut Told) {
-    let Some(ended) = desk.comparing.as_mut().and_then(|job| job.hear()) else {
+    let Some(answer) = desk.comparing.as_ref().and_then(Job::answer) else {
         return;
     };
     desk.comparing = None;
-    match ended {
-        Ended::Done(Ok(comparison)) => desk.comparison = Some(comparison),
-        Ended::Done(Err(Failure::Cancelled)) => {}
-        Ended::Done(Err(Failure::Because(text))) => {
+    match answer {
+        Ok(Ok(comparison)) => desk.comparison = Some(comparison),
+        Ok(Err(Failure::Cancelled)) => {}
+        Ok(Err(Failure::Because(text))) => {
             told.push(("The design has no figures in this room", text));
         }
-        Ended::Lost => told.push(("The design has no figures in this room", LOST.to_owned())),
+        Err(lost) => told.push(("The design has no figures in this room", lost.to_string())),
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
-use crate::runner::job::Job;
+use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::workspaces::field::desk::FieldDesk;
 use bevy::prelude::*;
@@ -49,14 +49,12 @@ pub(crate) fn keep_list(
     let own = own_room(&world.0).ok();
     let places = places(&world.0, own.as_ref(), &desk.recent);
     desk.own = own;
-    if let Ok(job) = Job::start("rooms", &waker, move |task| {
+    desk.counts.listings += 1;
+    desk.listing = Some(Job::start("rooms", &waker, move |task| {
         // Folders are read here too: some are slow.
         let places = places.into_iter().flat_map(Places::all).collect();
         list_rooms(places, task)
-    }) {
-        desk.counts.listings += 1;
-        desk.listing = Some(job);
-    }
+    }));
 }
 
 /// Where rooms are looked for.

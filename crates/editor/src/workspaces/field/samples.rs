@@ -5,11 +5,13 @@
 
 use crate::convert;
 use crate::document::requests::OpenWorld;
-use crate::layers::color_bar::ColorScale;
+use crate::layers::registry::{AddLayer, ProbeInfo, ProbeRay, Probed};
+use crate::layers::slice_picture::ColorScale;
 use crate::runner::results::Results;
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
+use crate::widgets::basic::{decimal, with_unit};
 use crate::workspaces::field::desk::{FieldDesk, SampleValue, Table, TableRole};
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::Indices;
@@ -20,7 +22,6 @@ use std::sync::Arc;
 use trackwright_design::view::Quantity;
 use trackwright_field::samples::Sample;
 use trackwright_geometry::pointing::{Target, first_pointed_at};
-use trackwright_geometry::surface::Ray;
 
 /// Most markers that are drawn of a table; of a larger one every so many-th sample is.
 pub const MOST_MARKERS: usize = 20_000;
@@ -58,9 +59,7 @@ impl Samples {
 
 impl Plugin for SamplesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<FieldDesk>()
-            .init_resource::<Workspace>()
-            .init_resource::<Results>()
+        app.add_probe(ProbeInfo { is_on: is_probed, value: value_at })
             .init_resource::<SampleScale>()
             .add_systems(
                 Update,
@@ -145,12 +144,14 @@ fn remove(mut commands: Commands, drawn: Query<Entity, With<Samples>>) {
     }
 }
 
-/// What is shown of the sample that a ray meets first, mm, and how far along the ray.
-pub fn pointed_at(
-    desk: &FieldDesk,
-    ray: &Ray,
-    reach_rad: f64,
-) -> Option<(f64, (SampleValue, f64))> {
+fn is_probed(world: &World) -> bool {
+    world.get_resource::<Workspace>() == Some(&Workspace::Field)
+        && world.contains_resource::<FieldDesk>()
+}
+
+/// What is shown of the sample that the ray meets first.
+fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
+    let desk = world.get_resource::<FieldDesk>()?;
     let of_tables = TableRole::ALL.into_iter().filter_map(|role| {
         let (kind, left) = desk.sample_values(role)?;
         let table = desk.slot(role).table.as_ref()?;
@@ -162,9 +163,15 @@ pub fn pointed_at(
             radius_mm,
             is: (kind, value_mm),
         });
-        first_pointed_at(ray, reach_rad, targets).filter(|_| desk.shown.is_shown(role))
+        first_pointed_at(&probe.ray, probe.reach_rad, targets).filter(|_| desk.shown.is_shown(role))
     });
-    of_tables.min_by(|a, b| a.0.total_cmp(&b.0))
+    let (distance_mm, (kind, value_mm)) = of_tables.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let name = match kind {
+        SampleValue::Measured => "error as measured",
+        SampleValue::Left => "error left by the fit",
+    };
+    let words = format!("{name} {}", with_unit(&decimal(value_mm, 2), "mm"));
+    Some(Probed { distance_mm, words: Some(words) })
 }
 
 fn radius_mm(table: &Table) -> f64 {

@@ -2,10 +2,11 @@
 
 use crate::document::apply::{Notice, file_folder};
 use crate::document::requests::OpenWorld;
+use crate::document::shown::LivePoses;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialog, Dialogs};
 use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::desk::{LiveDesk, LivePoses};
+use crate::workspaces::live::desk::{LiveDesk, take_poses};
 use bevy::prelude::*;
 use std::path::Path;
 use trackwright_calibration::coverage::CoveragePlan;
@@ -31,7 +32,7 @@ pub(crate) fn answer(
             LiveRequest::Connect => connect(&world.0, &waker, &mut desk),
             LiveRequest::Disconnect => {
                 desk.disconnect();
-                poses.take(None);
+                take_poses(&mut poses, None);
             }
             LiveRequest::Assign(tool, Some(role)) => {
                 desk.assigned.insert(tool.clone(), *role);

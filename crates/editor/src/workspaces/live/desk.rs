@@ -1,5 +1,6 @@
 //! The state of the Live workspace: what was asked for, the session, and what was last seen of it.
 
+use crate::document::shown::LivePoses;
 use crate::runner::wake::Waker;
 use crate::workspaces::live::collected::{Collected, Collector};
 use bevy::prelude::Resource;
@@ -12,7 +13,6 @@ use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::Method;
-use trackwright_geometry::pose::Pose;
 use trackwright_openigtlink::client::ClientOptions;
 use trackwright_openigtlink::codec::DEFAULT_PORT;
 use trackwright_openigtlink::relay::{LiveDesign, LiveRoom, RelayOptions, ToolState};
@@ -166,35 +166,16 @@ impl LiveDesk {
     }
 }
 
-/// Where the tracker has the design's bodies: the newest that is known, as it is shown.
-///
-/// Counts as changed with every new pose.
-#[derive(Resource, Clone, Debug, Default, PartialEq)]
-pub struct LivePoses {
-    /// Of the poses, from 0; another number is other poses.
-    pub number: usize,
-    /// Compensated, in the tracker's frame; empty while nothing is heard or shown.
-    pub tool: Option<Pose>,
-    pub crf: Option<Pose>,
-}
-
-impl LivePoses {
-    pub fn is_any(&self) -> bool {
-        self.tool.is_some() || self.crf.is_some()
+/// Takes what a session was seen at; whether it is new.
+pub(crate) fn take_poses(poses: &mut LivePoses, seen: Option<&SessionState>) -> bool {
+    let of = |role: BodyRole| {
+        let view = seen?.tools.values().find(|view| view.role == Some(role))?;
+        view.last.map(|(_, compensated, _)| compensated)
+    };
+    let (tool, crf) = (of(BodyRole::Tool), of(BodyRole::Crf));
+    let is_new = (poses.tool, poses.crf) != (tool, crf);
+    if is_new {
+        *poses = LivePoses { number: poses.number + 1, tool, crf };
     }
-
-    /// Takes what a session was seen at; whether it is new.
-    pub(crate) fn take(&mut self, seen: Option<&SessionState>) -> bool {
-        let of = |role: BodyRole| {
-            let tools = &seen?.tools;
-            let view = tools.values().find(|view| view.role == Some(role))?;
-            view.last.map(|(_, compensated, _)| compensated)
-        };
-        let (tool, crf) = (of(BodyRole::Tool), of(BodyRole::Crf));
-        let is_new = (self.tool, self.crf) != (tool, crf);
-        if is_new {
-            *self = Self { number: self.number + 1, tool, crf };
-        }
-        is_new
-    }
+    is_new
 }

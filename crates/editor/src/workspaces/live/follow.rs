@@ -2,8 +2,10 @@
 
 use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::shown::{LivePoses, ShownDesign};
 use crate::shell::window::Workspace;
-use crate::workspaces::live::desk::{LiveDesk, LivePoses, RoomKey};
+use crate::viewport::troubles::BodyTroubles;
+use crate::workspaces::live::desk::{LiveDesk, RoomKey, take_poses};
 use bevy::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -26,7 +28,7 @@ pub(crate) fn look(
     }
     let Some(session) = &desk.session else { return };
     let seen = session.state();
-    if poses.bypass_change_detection().take(Some(&seen)) {
+    if take_poses(poses.bypass_change_detection(), Some(&seen)) {
         poses.set_changed();
     }
     // Written every time: what is shown of it are counts, which change with every sample.
@@ -34,6 +36,18 @@ pub(crate) fn look(
     if let Some(collected) = desk.collector.newer_than(desk.collected.as_ref()) {
         desk.collected = collected;
     }
+}
+
+/// Of live bodies; those of a design stand where they are meant to.
+pub(crate) fn keep_troubles(
+    desk: Res<LiveDesk>,
+    shown: Option<Res<ShownDesign>>,
+    troubles: Option<ResMut<BodyTroubles>>,
+) {
+    let Some(mut troubles) = troubles else { return };
+    let shown = shown.filter(|shown| shown.live.is_some());
+    let now = shown.map_or_else(Vec::new, |shown| desk.troubles(&shown.design));
+    troubles.set_if_neq(BodyTroubles(now));
 }
 
 /// Another design, room or choice of tools is compensated by once no drag is under way.

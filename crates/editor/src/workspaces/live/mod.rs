@@ -23,7 +23,7 @@ use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
 use crate::shell::dialogs::Dialogs;
 use crate::shell::window::Workspace;
-use crate::workspaces::live::desk::{LiveDesk, LivePoses};
+use crate::workspaces::live::desk::LiveDesk;
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::BodyRole;
@@ -65,7 +65,6 @@ fn is_connected(desk: Res<LiveDesk>) -> bool {
 impl Plugin for LivePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<LiveDesk>()
-            .init_resource::<LivePoses>()
             .init_resource::<Workspace>()
             .init_resource::<WorldGeneration>()
             .init_resource::<ActiveDrag>()
@@ -86,6 +85,7 @@ impl Plugin for LivePlugin {
             .add_systems(
                 Update,
                 follow::keep_room.run_if(is_connected).in_set(EditorSystems::Solve),
-            );
+            )
+            .add_systems(Update, follow::keep_troubles.in_set(EditorSystems::Draw));
     }
 }

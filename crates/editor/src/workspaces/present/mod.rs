@@ -16,7 +16,7 @@ use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::present::stage::Stage;
-use crate::workspaces::study::desk::{StudyDesk, StudyRequest};
+use crate::workspaces::study::desk::StudyRequest;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use trackwright_design::{Edit, Slide, SlideEdit, View};
@@ -72,7 +72,6 @@ impl Plugin for PresentPlugin {
             .init_resource::<Stage>()
             .init_resource::<Workspace>()
             .init_resource::<WorldGeneration>()
-            .init_resource::<StudyDesk>()
             .init_resource::<Selection>()
             .add_message::<PresentRequest>()
             .add_message::<StudyRequest>()

@@ -4,11 +4,11 @@
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
+use crate::document::trials::TrialChoice;
 use crate::shell::window::Workspace;
 use crate::viewport::camera::OrbitRig;
 use crate::workspaces::present::Presenter;
 use crate::workspaces::present::first::slide_of;
-use crate::workspaces::study::desk::StudyDesk;
 use bevy::picking::PickingSettings;
 use bevy::prelude::*;
 use trackwright_design::{Document, View};
@@ -61,7 +61,7 @@ pub(crate) fn remember_origin(
 /// What a presentation changes of everything else while it lasts.
 #[derive(bevy::ecs::system::SystemParam)]
 pub(crate) struct House<'w> {
-    desk: ResMut<'w, StudyDesk>,
+    choice: ResMut<'w, TrialChoice>,
     selection: ResMut<'w, Selection>,
     picking: Option<ResMut<'w, PickingSettings>>,
     rig: Option<ResMut<'w, OrbitRig>>,
@@ -70,7 +70,7 @@ pub(crate) struct House<'w> {
 impl House<'_> {
     /// Nothing is selected, and no hand takes hold of anything; the tool stands where it is designed.
     fn open(&mut self) {
-        self.desk.show(None);
+        self.choice.show(None);
         self.selection.set_if_neq(Selection::default());
         self.let_pick(false);
     }

@@ -3,10 +3,10 @@
 use crate::document::apply::{Notice, file_folder};
 use crate::document::drops::is_table;
 use crate::document::requests::{FileRequest, OpenWorld};
+use crate::document::trials::TrialChoice;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialog, Dialogs};
 use crate::widgets::basic::counted;
-use crate::workspaces::study::desk::StudyDesk;
 use crate::workspaces::study::is_study_shown;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
@@ -14,8 +14,7 @@ use std::path::Path;
 use trackwright_project::Files;
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<StudyDesk>()
-        .init_resource::<Dialogs>()
+    app.init_resource::<Dialogs>()
         .init_resource::<Notice>()
         .add_message::<FileDragAndDrop>()
         .add_message::<FileRequest>()
@@ -49,7 +48,7 @@ fn read_dropped(
 fn answer(
     mut requests: MessageReader<FileRequest>,
     world: Option<Res<OpenWorld>>,
-    mut desk: ResMut<StudyDesk>,
+    mut choice: ResMut<TrialChoice>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
 ) {
@@ -74,7 +73,7 @@ fn answer(
                         let name = name_of(path);
                         let rows = counted(trials.len(), "pose", "poses");
                         *notice = Notice::Done(format!("Read {rows} from {name}{suspected}"));
-                        desk.take_input(name, trials.into());
+                        choice.take_input(name, trials.into());
                     }
                     Err(error) => {
                         dialogs.show(Dialog::error("The input data cannot be read", &error));

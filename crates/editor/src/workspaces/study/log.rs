@@ -2,76 +2,56 @@
 
 use crate::document::apply::{Notice, file_folder};
 use crate::document::requests::{FileRequest, OpenWorld};
+use crate::document::trials::TrialChoice;
+use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialog, Dialogs};
 use crate::widgets::basic::counted;
-use crate::workspaces::study::desk::{StudyDesk, StudyRequest};
+use crate::workspaces::study::desk::StudyRequest;
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, channel};
 use trackwright_project::{Files, LogError};
-use trackwright_simulation::{CancelToken, StudyError, trial_count};
-
-/// Steps of the bar that shows how far the log is; each costs a frame.
-const STEPS: usize = 100;
+use trackwright_simulation::{StudyError, Trial, trial_count};
 
 /// The log that is being written, if any.
 #[derive(Resource, Default)]
-pub struct LogJob {
-    writing: Option<Writing>,
-}
+pub struct LogJob(Option<Writing>);
 
 struct Writing {
-    cancel: CancelToken,
-    told: Mutex<Receiver<Told>>,
+    /// Its answer is how many trials were written.
+    job: Job<Result<usize, LogError>>,
     file: PathBuf,
-    part: f64,
-}
-
-/// What the writing thread tells.
-enum Told {
-    Part(f64),
-    Written { trials: usize },
-    Failed(LogError),
 }
 
 impl LogJob {
     /// How far it is, from 0 to 1; `None` where none is written.
     pub fn part(&self) -> Option<f64> {
-        self.writing.as_ref().map(|writing| writing.part)
+        self.0.as_ref().map(|writing| writing.job.progress())
     }
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<LogJob>()
-        .init_resource::<StudyDesk>()
-        .init_resource::<Dialogs>()
-        .init_resource::<Notice>()
-        .init_resource::<Waker>()
-        .add_message::<FileRequest>()
-        .add_message::<StudyRequest>()
-        .add_systems(
-            Update,
-            (
-                answer.run_if(on_message::<FileRequest>),
-                cancel.run_if(on_message::<StudyRequest>),
-                hear.run_if(is_writing),
-            )
-                .chain()
-                .in_set(EditorSystems::Solve),
-        );
+    app.init_resource::<LogJob>().add_systems(
+        Update,
+        (
+            answer.run_if(on_message::<FileRequest>),
+            cancel.run_if(on_message::<StudyRequest>),
+            receive.run_if(is_writing),
+        )
+            .chain()
+            .in_set(EditorSystems::Solve),
+    );
 }
 
 fn is_writing(job: Res<LogJob>) -> bool {
-    job.writing.is_some()
+    job.0.is_some()
 }
 
 fn answer(
     mut requests: MessageReader<FileRequest>,
     world: Option<Res<OpenWorld>>,
-    desk: Res<StudyDesk>,
+    choice: Res<TrialChoice>,
     waker: Res<Waker>,
     mut job: ResMut<LogJob>,
     mut dialogs: ResMut<Dialogs>,
@@ -86,13 +66,8 @@ fn answer(
                 let folder = file_folder(&world.0);
                 dialogs.show(Dialog::write_log(folder, &log_name(&world.0)));
             }
-            FileRequest::WriteLog(path) if job.writing.is_none() => {
-                match start(&world.0, &desk, path, &waker) {
-                    Ok(writing) => job.writing = Some(writing),
-                    Err(error) => {
-                        dialogs.show(Dialog::error("The log cannot be written", &error));
-                    }
-                }
+            FileRequest::WriteLog(path) if job.0.is_none() => {
+                job.0 = Some(start(&world.0, &choice, path, &waker));
             }
             _ => {}
         }
@@ -108,88 +83,52 @@ fn log_name(world: &trackwright_project::World) -> String {
 
 fn start(
     world: &trackwright_project::World,
-    desk: &StudyDesk,
-    path: &Path,
+    choice: &TrialChoice,
+    file: &Path,
     waker: &Waker,
-) -> std::io::Result<Writing> {
+) -> Writing {
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let mode = desk.mode(&scenario);
+    let mode = choice.mode(&scenario);
     let trials = trial_count(&scenario, &mode).unwrap_or(1).max(1);
-    let (sender, told) = channel();
-    let cancel = CancelToken::default();
-    let writing = Writing {
-        cancel: cancel.clone(),
-        told: Mutex::new(told),
-        file: path.to_owned(),
-        part: 0.0,
-    };
-    let (file, waker) = (path.to_owned(), waker.clone());
-    let files = Files::beside(world);
-    std::thread::Builder::new().name("log".into()).spawn(move || {
-        let tell = |what| {
-            // The window may have been closed.
-            if sender.send(what).is_ok() {
-                waker.wake();
-            }
-        };
-        let each = trials.div_ceil(STEPS);
-        let mut done = 0_usize;
-        let mut visit = |_: &trackwright_simulation::Trial| {
+    let (output, files) = (file.to_owned(), Files::beside(world));
+    let job = Job::start("log", waker, move |task| {
+        let mut done = 0;
+        let mut visit = |_: &Trial| {
             done += 1;
-            if done.is_multiple_of(each) {
-                tell(Told::Part(done as f64 / trials as f64));
-            }
+            // Writing stops by the token itself, and says so.
+            let _ = task.step(done, trials);
         };
-        let written = files.output(&file).map_err(LogError::from).and_then(|output| {
-            trackwright_project::write_log(&output, &scenario, &mode, &cancel, &mut visit)
-        });
-        tell(match written {
-            Ok(outcome) => Told::Written { trials: outcome.figures.trials },
-            Err(error) => Told::Failed(error),
-        });
-    })?;
-    Ok(writing)
+        let output = files.output(&output)?;
+        let outcome =
+            trackwright_project::write_log(&output, &scenario, &mode, &task.cancel, &mut visit)?;
+        Ok(outcome.figures.trials)
+    });
+    Writing { job, file: file.to_owned() }
 }
 
 fn cancel(mut requests: MessageReader<StudyRequest>, job: Res<LogJob>) {
     if requests.read().any(|r| *r == StudyRequest::CancelLog)
-        && let Some(writing) = &job.writing
+        && let Some(writing) = &job.0
     {
-        writing.cancel.cancel();
+        writing.job.cancel();
     }
 }
 
-fn hear(mut job: ResMut<LogJob>, mut notice: ResMut<Notice>, mut dialogs: ResMut<Dialogs>) {
-    let Some(writing) = &mut job.bypass_change_detection().writing else {
+fn receive(mut job: ResMut<LogJob>, mut notice: ResMut<Notice>, mut dialogs: ResMut<Dialogs>) {
+    let answer = job.0.as_ref().and_then(|writing| writing.job.answer());
+    let Some((answer, writing)) = answer.and_then(|answer| Some((answer, job.0.take()?))) else {
         return;
     };
-    let told: Vec<Told> = match writing.told.get_mut() {
-        Ok(told) => told.try_iter().collect(),
-        Err(_) => return,
-    };
-    for told in told {
-        match told {
-            Told::Part(part) => {
-                if let Some(writing) = &mut job.writing {
-                    writing.part = part;
-                }
-            }
-            Told::Written { trials } => {
-                let Some(writing) = job.writing.take() else {
-                    return;
-                };
-                let rows = counted(trials, "trial", "trials");
-                let file = writing.file.display();
-                *notice = Notice::Done(format!("Wrote {rows} to {file}"));
-            }
-            Told::Failed(LogError::Study(StudyError::Cancelled)) => {
-                job.writing = None;
-                *notice = Notice::Done("The log was not written: cancelled".to_owned());
-            }
-            Told::Failed(error) => {
-                job.writing = None;
-                dialogs.show(Dialog::error("The log cannot be written", &error));
-            }
+    const NOT_WRITTEN: &str = "The log cannot be written";
+    match answer {
+        Ok(Ok(trials)) => {
+            let rows = counted(trials, "trial", "trials");
+            *notice = Notice::Done(format!("Wrote {rows} to {}", writing.file.display()));
         }
+        Ok(Err(LogError::Study(StudyError::Cancelled))) => {
+            *notice = Notice::Done("The log was not written: cancelled".to_owned());
+        }
+        Ok(Err(error)) => dialogs.show(Dialog::error(NOT_WRITTEN, &error)),
+        Err(lost) => dialogs.show(Dialog::error(NOT_WRITTEN, &lost)),
     }
 }

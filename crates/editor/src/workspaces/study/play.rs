@@ -1,11 +1,12 @@
 //! Answers what is asked of the Study workspace, and plays trials one after the other.
 
 use crate::document::requests::{FileRequest, OpenWorld};
+use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::study::are_trials_shown;
-use crate::workspaces::study::desk::{ModeKind, StudyDesk, StudyRequest};
+use crate::workspaces::study::desk::{StudyDesk, StudyRequest};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use trackwright_simulation::trial_count;
@@ -32,12 +33,13 @@ pub(crate) fn plugin(app: &mut App) {
         );
 }
 
-fn is_playing(desk: Res<StudyDesk>) -> bool {
-    desk.is_playing()
+fn is_playing(choice: Res<TrialChoice>) -> bool {
+    choice.is_playing()
 }
 
 fn answer(
     mut requests: MessageReader<StudyRequest>,
+    mut choice: ResMut<TrialChoice>,
     mut desk: ResMut<StudyDesk>,
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
@@ -49,32 +51,32 @@ fn answer(
         return;
     };
     for request in requests.read() {
-        let last = || last_trial(&world.0, &desk);
+        let last = || last_trial(&world.0, &choice);
         match *request {
-            StudyRequest::Choose(ModeKind::Input) if desk.input().is_none() => {
+            StudyRequest::Choose(ModeKind::Input) if choice.input().is_none() => {
                 files.write(FileRequest::ShowReadInput);
             }
-            StudyRequest::Choose(kind) => desk.choose(kind),
-            StudyRequest::Show(trial) => desk.show(trial),
+            StudyRequest::Choose(kind) => choice.choose(kind),
+            StudyRequest::Show(trial) => choice.show(trial),
             StudyRequest::Step(by) => {
                 if let Some(last) = last() {
-                    let next = match desk.trial {
+                    let next = match choice.trial {
                         Some(trial) => trial.saturating_add_signed(by).min(last),
                         None if by < 0 => last,
                         None => 0,
                     };
-                    desk.show(Some(next));
+                    choice.show(Some(next));
                 }
             }
             StudyRequest::ShowWorst => {
                 let study = results.study.as_ref().filter(|_| results.is_whole());
                 if let (Some(study), Some(_)) = (study, last()) {
-                    desk.show(Some(study.value.figures.worst.trial));
+                    choice.show(Some(study.value.figures.worst.trial));
                 }
             }
             StudyRequest::TogglePlay => {
-                desk.playing = match (desk.playing, last()) {
-                    (None, Some(last)) if last > 0 => Some(match desk.trial {
+                choice.playing = match (choice.playing, last()) {
+                    (None, Some(last)) if last > 0 => Some(match choice.trial {
                         Some(trial) if trial < last => trial as f64,
                         // At the end it begins anew.
                         _ => 0.0,
@@ -88,8 +90,8 @@ fn answer(
             StudyRequest::ShowAxis(axis) => desk.axis = axis,
             StudyRequest::CancelLog => continue,
         }
-        if let Some(position) = desk.playing {
-            desk.trial = Some(position as usize);
+        if let Some(position) = choice.playing {
+            choice.trial = Some(position as usize);
         }
         redraw.write(RequestRedraw);
     }
@@ -98,26 +100,27 @@ fn answer(
 /// Runs before requests are answered: the frame that starts playing shows the first trial.
 fn advance(
     time: Res<Time<Real>>,
-    mut desk: ResMut<StudyDesk>,
+    mut choice: ResMut<TrialChoice>,
+    desk: Res<StudyDesk>,
     world: Option<Res<OpenWorld>>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
-    let last = world.and_then(|world| last_trial(&world.0, &desk));
-    let (Some(position), Some(last)) = (desk.playing, last) else {
-        desk.playing = None;
+    let last = world.and_then(|world| last_trial(&world.0, &choice));
+    let (Some(position), Some(last)) = (choice.playing, last) else {
+        choice.playing = None;
         return;
     };
     let step = time.delta_secs_f64().min(LONGEST_STEP_S) * desk.rate_per_s;
     let next = position + step;
-    desk.trial = Some((next as usize).min(last));
-    desk.playing = (next < last as f64).then_some(next);
+    choice.trial = Some((next as usize).min(last));
+    choice.playing = (next < last as f64).then_some(next);
     // While it plays the next frame follows at once; the last one shows the last trial.
     redraw.write(RequestRedraw);
 }
 
 /// `None` where there are no trials to go through, as for a single pose.
-fn last_trial(world: &trackwright_project::World, desk: &StudyDesk) -> Option<usize> {
+fn last_trial(world: &trackwright_project::World, choice: &TrialChoice) -> Option<usize> {
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let trials = trial_count(&scenario, &desk.mode(&scenario))?;
+    let trials = trial_count(&scenario, &choice.mode(&scenario))?;
     (trials > 1).then(|| trials - 1)
 }

@@ -2,13 +2,12 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use trackwright_accuracy::precision::{Family, Machine, Report, Settings, What, run_each};
-use trackwright_task::{CancelToken, Task};
+use trackwright_task::{Cancelled, Task};
 
 /// Measures when [`PrecisionRequest::Measure`] asks; nothing runs and nothing is kept before.
 pub struct PrecisionPlugin;
@@ -36,21 +35,13 @@ pub struct PrecisionPage {
     pub problem: Option<String>,
     /// What is measured, and how patiently.
     pub settings: Settings,
-    measuring: Option<Measuring>,
+    measuring: Option<Runner<(), Found>>,
 }
 
-struct Measuring {
-    cancel: CancelToken,
-    told: Mutex<Receiver<Told>>,
-    part: f64,
-}
-
-/// What the measuring thread tells.
-enum Told {
-    Part(f64),
+/// What measuring finds.
+enum Found {
     Family(Box<Family>),
-    Done(Box<Report>),
-    Cancelled,
+    End(Result<Box<Report>, Cancelled>),
 }
 
 impl Default for PrecisionPage {
@@ -71,22 +62,18 @@ impl Default for PrecisionPage {
 impl PrecisionPage {
     /// How far the measuring is, from 0 to 1; `None` where none is under way.
     pub fn part(&self) -> Option<f64> {
-        self.measuring.as_ref().map(|m| m.part)
+        self.measuring.as_ref().map(Runner::progress)
     }
 }
 
 impl Plugin for PrecisionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PrecisionPage>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Waker>()
-            .add_message::<PrecisionRequest>()
-            .add_systems(
-                Update,
-                (answer.run_if(on_message::<PrecisionRequest>), hear.run_if(is_measuring))
-                    .chain()
-                    .in_set(EditorSystems::Solve),
-            );
+        app.init_resource::<PrecisionPage>().add_message::<PrecisionRequest>().add_systems(
+            Update,
+            (answer.run_if(on_message::<PrecisionRequest>), receive.run_if(is_measuring))
+                .chain()
+                .in_set(EditorSystems::Solve),
+        );
     }
 }
 
@@ -106,9 +93,9 @@ fn answer(
             PrecisionRequest::Open => page.is_open = true,
             PrecisionRequest::Close => {
                 page.is_open = false;
-                cancel(&mut page);
+                cancel(&page);
             }
-            PrecisionRequest::Cancel => cancel(&mut page),
+            PrecisionRequest::Cancel => cancel(&page),
             PrecisionRequest::Show(what) => page.shown = what,
             PrecisionRequest::Measure => {
                 if let Some(world) = &world {
@@ -119,9 +106,9 @@ fn answer(
     }
 }
 
-fn cancel(page: &mut PrecisionPage) {
+fn cancel(page: &PrecisionPage) {
     if let Some(measuring) = &page.measuring {
-        measuring.cancel.cancel();
+        measuring.cancel();
     }
 }
 
@@ -131,75 +118,34 @@ fn measure(page: &mut PrecisionPage, world: &OpenWorld, generation: u64, waker: 
     }
     let document = &world.0.document;
     let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
-    let (sender, told) = channel();
-    let task = Task::told_to({
-        let (sender, waker) = (sender.clone(), waker.clone());
-        // A bar of some hundred steps is smooth enough; each costs a frame.
-        let last = Mutex::new(0.0);
-        move |part| {
-            if let Ok(mut last) = last.lock()
-                && part - *last >= 0.01
-            {
-                *last = part;
-                tell(&sender, Told::Part(part), &waker);
-            }
-        }
-    });
-    let cancel = task.cancel.clone();
-    let (settings, waker) = (page.settings, waker.clone());
-    let started = std::thread::Builder::new().name("precision".into()).spawn(move || {
-        let show = |family: &Family| {
-            tell(&sender, Told::Family(Box::new(family.clone())), &waker);
-        };
-        let end = match run_each(&scenario, &settings, &task, show) {
-            Ok(report) => Told::Done(Box::new(report)),
-            Err(_) => Told::Cancelled,
-        };
-        tell(&sender, end, &waker);
-    });
+    let settings = page.settings;
+    let mut measuring = Runner::new("precision", waker.clone());
+    let work = move |task: &Task, found: &mut dyn FnMut(Found)| {
+        let show = |family: &Family| found(Found::Family(Box::new(family.clone())));
+        let report = run_each(&scenario, &settings, task, show);
+        Some(Found::End(report.map(Box::new)))
+    };
+    measuring.submit(JobInfo::default(), (), Box::new(work));
     page.families.clear();
     page.machine = None;
     page.of = Some((document.design().name.clone(), generation, document.revision()));
-    match started {
-        Ok(_) => {
-            page.problem = None;
-            page.measuring = Some(Measuring { cancel, told: Mutex::new(told), part: 0.0 });
-        }
-        Err(error) => page.problem = Some(format!("cannot start a thread: {error}")),
-    }
+    page.problem = None;
+    page.measuring = Some(measuring);
 }
 
-fn tell(sender: &Sender<Told>, what: Told, waker: &Waker) {
-    // The page may have been dropped with the window.
-    if sender.send(what).is_ok() {
-        waker.wake();
-    }
-}
-
-fn hear(mut page: ResMut<PrecisionPage>) {
-    let told: Vec<Told> = match &page.bypass_change_detection().measuring {
-        Some(measuring) => match measuring.told.lock() {
-            Ok(told) => told.try_iter().collect(),
-            Err(_) => vec![Told::Cancelled],
-        },
-        None => return,
-    };
-    for told in told {
-        match told {
-            Told::Part(part) => {
-                if let Some(measuring) = &mut page.measuring {
-                    measuring.part = part;
-                }
+fn receive(mut page: ResMut<PrecisionPage>) {
+    let measuring = page.bypass_change_detection().measuring.as_ref();
+    let answers = measuring.map(Runner::answers).unwrap_or_default();
+    for answer in answers {
+        match answer.value {
+            Ok(Found::Family(family)) => {
+                page.families.push(*family);
+                continue;
             }
-            Told::Family(family) => page.families.push(*family),
-            Told::Done(report) => {
-                page.machine = Some(report.machine);
-                page.measuring = None;
-            }
-            Told::Cancelled => {
-                page.problem = Some("cancelled".to_owned());
-                page.measuring = None;
-            }
+            Ok(Found::End(Ok(report))) => page.machine = Some(report.machine),
+            Ok(Found::End(Err(_))) => page.problem = Some("cancelled".to_owned()),
+            Err(lost) => page.problem = Some(lost.to_string()),
         }
+        page.measuring = None;
     }
 }

@@ -1,10 +1,11 @@
 //! What the panels of the Study workspace are drawn from, put together.
 
 use crate::document::shown::{LIVE, ShownTrial};
+use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
 use crate::shell::PanelAction;
 use crate::widgets::basic::count;
-use crate::workspaces::study::desk::{ModeKind, Side, StudyDesk, StudyRequest};
+use crate::workspaces::study::desk::{Side, StudyDesk, StudyRequest};
 use crate::workspaces::study::log::LogJob;
 use crate::workspaces::study::study_charts_ui::{StudyChartsView, study_charts_ui};
 use crate::workspaces::study::timeline_ui::{TimelineView, timeline_ui};
@@ -16,6 +17,7 @@ use trackwright_design::{Design, Document};
 pub struct StudyPanels<'a> {
     pub document: &'a Document,
     pub results: &'a Results,
+    pub choice: &'a TrialChoice,
     pub desk: &'a StudyDesk,
     /// The trial that the scene shows.
     pub trial: Option<&'a ShownTrial>,
@@ -28,7 +30,7 @@ impl StudyPanels<'_> {
     }
 
     fn kind(&self) -> ModeKind {
-        self.desk.kind(self.design().motion.is_some())
+        self.choice.kind(self.design().motion.is_some())
     }
 
     fn pose_title(&self) -> String {
@@ -47,12 +49,12 @@ impl StudyPanels<'_> {
             &TimelineView {
                 kind: self.kind(),
                 has_motion: self.design().motion.is_some(),
-                input: self.desk.input().map(|input| input.name.as_str()),
+                input: self.choice.input().map(|input| input.name.as_str()),
                 trials: study.map_or(0, |study| study.value.figures.trials),
                 shown: self.trial,
                 profile: profile.map(|profile| &profile.value),
                 is_computing: self.results.problem.is_none() && self.are_trials_old(),
-                is_playing: self.desk.is_playing(),
+                is_playing: self.choice.is_playing(),
                 rate_per_s: self.desk.rate_per_s,
                 log_part: self.log.part(),
             },

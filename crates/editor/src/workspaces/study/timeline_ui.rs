@@ -1,6 +1,7 @@
 //! The timeline of the Study workspace: the mode, the error over the trials, and playing them.
 
 use crate::document::shown::ShownTrial;
+use crate::document::trials::ModeKind;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::PanelAction;
@@ -8,7 +9,7 @@ use crate::shell::commands::Command;
 use crate::widgets::axis_ticks::{few_marks, mark_text, small_marks};
 use crate::widgets::basic::{count, decimal, length, quiet_ui, with_unit};
 use crate::widgets::theme;
-use crate::workspaces::study::desk::{ModeKind, PLAY_RATES, StudyRequest};
+use crate::workspaces::study::desk::{PLAY_RATES, StudyRequest};
 use bevy_egui::egui::{
     self, Align, Button, ComboBox, Layout, Pos2, ProgressBar, Rect, Response, RichText, Sense,
     Shape, Stroke, StrokeKind, Ui, pos2, vec2,

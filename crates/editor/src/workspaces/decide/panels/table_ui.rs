@@ -81,7 +81,7 @@ fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
                     if ui.button("Cancel").clicked() {
                         asked.push(DecideRequest::CancelCompare);
                     }
-                    let bar = ProgressBar::new(job.part() as f32);
+                    let bar = ProgressBar::new(job.progress() as f32);
                     ui.add_sized(vec2(140.0, 14.0), bar.show_percentage());
                 }
             }

@@ -267,7 +267,7 @@ fn set_from(changes: Vec<NumberChange>, mut set: impl FnMut(f64)) {
 
 fn fit_ui(ui: &mut Ui, desk: &FieldDesk, asked: &mut Vec<FieldRequest>) {
     if let Some(job) = &desk.fitting {
-        let part = job.part();
+        let part = job.progress();
         let doing = match desk.settings.is_open() && part < CHOOSING_PART {
             true => "cross-validating",
             false => "fitting",

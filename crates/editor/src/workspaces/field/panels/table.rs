@@ -1,6 +1,6 @@
 //! The measurement tables: what is in them, and how their samples are shown.
 
-use crate::layers::color_bar::ColorScale;
+use crate::layers::slice_picture::ColorScale;
 use crate::palette::ThemedColor;
 use crate::palette::{self, Rgb};
 use crate::widgets::basic::{
@@ -71,7 +71,7 @@ fn table_ui(ui: &mut Ui, desk: &FieldDesk, role: TableRole, asked: &mut Vec<Fiel
         let name = reading.file.file_name().unwrap_or_default();
         quiet_ui(ui, format!("reading {}", name.to_string_lossy()));
         ui.horizontal(|ui| {
-            let part = reading.job.part() as f32;
+            let part = reading.job.progress() as f32;
             ui.add(ProgressBar::new(part).desired_width(ui.available_width() - 62.0));
             if ui.button("Cancel").clicked() {
                 asked.push(FieldRequest::Close(role));

@@ -4,16 +4,10 @@ pub mod slides_ui;
 pub mod stage_ui;
 
 use crate::workspaces::present::{Presenter, first};
-use bevy::prelude::Resource;
-use bevy_egui::egui::Rect;
 use std::borrow::Cow;
 use trackwright_design::{Document, Slide};
 use trackwright_field::Environment;
 use trackwright_simulation::{Expected, Figures};
-
-/// Where slides have writing on them: labels of the scene stand elsewhere. In egui's points.
-#[derive(Resource, Clone, Debug, Default)]
-pub struct StageCover(pub Vec<Rect>);
 
 /// What a slide is drawn from.
 pub struct StageView<'a> {

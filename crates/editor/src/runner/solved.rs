@@ -1,0 +1,97 @@
+//! What the solver computes of a design, and what is wanted of it.
+
+use crate::document::trials::ModeKind;
+use trackwright_simulation::uncertainty::{TipUncertainty, UncertaintyError, first_order};
+use trackwright_simulation::{
+    CancelToken, ChartedProfile, Expected, Mode, Outcome, PoseDetail, Quantity, Scenario,
+    SliceOutcome, SlicePlan, StudyError, look, run, run_profiled, sample_slice, slice_support,
+};
+use trackwright_task::Cancelled;
+
+/// What is wanted of a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SliceWish {
+    pub plan: SlicePlan,
+    pub quantity: Quantity,
+    /// Whether it keeps model validity.
+    pub support: bool,
+}
+
+/// What is wanted of a pose beside its trial.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PoseWish {
+    /// How far jitter scatters the tip.
+    pub scatter: bool,
+    /// The trial whose pose the scenario has; `None` for the design's own.
+    pub trial: Option<usize>,
+    /// Distinguishes trials of one number where their poses are others.
+    pub serial: u64,
+}
+
+/// What is wanted of a study.
+#[derive(Clone, Debug)]
+pub struct StudyWish {
+    pub mode: Mode,
+    pub of: StudyOf,
+    /// Whether its trials are kept one by one.
+    pub profile: bool,
+}
+
+/// What a study's figures are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StudyOf {
+    /// A preview visits given poses, and stands for the range of motion.
+    pub kind: ModeKind,
+    pub extent: Extent,
+}
+
+/// How much of a range of motion a study visits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    Whole,
+    /// A preview of so many poses, while something is dragged.
+    PreviewOf(usize),
+}
+
+/// Where jitter puts the tip, or why that is not known.
+pub type Scatter = Result<TipUncertainty, UncertaintyError>;
+
+/// A result by kind. Cancelled work says so, in order that it can be counted.
+pub enum Solved {
+    Pose(Box<PoseDetail>, Option<Box<Scatter>>, PoseWish),
+    Study(Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
+    /// `None` where the room keeps no measurements to draw fields from.
+    Expected(Result<Option<Box<Expected>>, Cancelled>),
+    /// `None` where the room has no model validity.
+    Slice(Result<Option<SliceOutcome>, StudyError>, Quantity),
+}
+
+impl Solved {
+    pub fn pose(scenario: &Scenario, wish: PoseWish) -> Self {
+        let scatter = wish.scatter.then(|| Box::new(first_order(scenario)));
+        Self::Pose(Box::new(look(scenario)), scatter, wish)
+    }
+
+    /// A study, and what it is charted from where that is wanted.
+    pub fn study(scenario: &Scenario, wish: &StudyWish, cancel: &CancelToken) -> Self {
+        let charted = |profile| ChartedProfile::new(profile, scenario.requirement.as_ref());
+        let study = match wish.profile {
+            false => run(scenario, &wish.mode, cancel, None).map(|outcome| (outcome, None)),
+            true => run_profiled(scenario, &wish.mode, cancel)
+                .map(|(outcome, profile)| (outcome, profile.map(charted).map(Box::new))),
+        };
+        Self::Study(study, wish.of)
+    }
+
+    pub fn slice(scenario: &Scenario, wish: &SliceWish, cancel: &CancelToken) -> Self {
+        let (quantity, plan) = (wish.quantity, &wish.plan);
+        let sampled = sample_slice(scenario, quantity, plan, cancel).and_then(|mut sampled| {
+            if let (Some(slice), true) = (&mut sampled, wish.support) {
+                slice.is_supported =
+                    slice_support(scenario, quantity, plan, cancel)?.unwrap_or_default();
+            }
+            Ok(sampled)
+        });
+        Self::Slice(sampled, quantity)
+    }
+}
