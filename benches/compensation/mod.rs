@@ -1,6 +1,6 @@
 //! Compensation by the inverse of a distortion map with 14 orientations.
 
-use super::{Uniform, model};
+use super::{model, poses};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -11,10 +11,9 @@ use trackwright_task::Task;
 
 /// Poses as they are read in a room.
 fn readings(model: &DistortionModel, count: usize) -> Vec<Pose> {
-    let mut uniform = Uniform(11);
-    (0..count)
-        .map(|_| {
-            let (position, axis) = (uniform.position(), uniform.axis());
+    poses(count)
+        .into_iter()
+        .map(|(position, axis)| {
             let turn = UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or_default();
             let pose = Pose::from_parts(position.into(), turn);
             model.distort(&pose, OutsidePolicy::Clamp).0
@@ -82,8 +81,7 @@ fn prepare(bencher: Bencher, order: usize) {
 fn jacobian(bencher: Bencher, order: usize) {
     const POSES: usize = 1000;
     let model = model(order);
-    let mut uniform = Uniform(7);
-    let poses: Vec<_> = (0..POSES).map(|_| (uniform.position(), uniform.axis())).collect();
+    let poses = poses(POSES);
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for (position, axis) in &poses {
             black_box(model.evaluate_with_jacobian(position, axis, OutsidePolicy::Clamp));

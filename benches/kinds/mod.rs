@@ -1,29 +1,21 @@
 //! Kinds of models in the built-in room: their fits, a study in each, and its expected figures.
 
+use super::{built_in_samples, in_room};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use std::path::Path;
-use std::sync::Arc;
 use trackwright_calibration::room_fit::{RoomOrder, RoomTable, fit_room};
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::Environment;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
-use trackwright_field::samples::{MapKind, SampleSet};
+use trackwright_field::samples::SampleSet;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_simulation::expected::expected;
-use trackwright_simulation::{CancelToken, Mode, Scenario, run};
+use trackwright_simulation::{CancelToken, Mode, run};
 use trackwright_task::Task;
 
 const KINDS: [&str; 5] = ["bernstein", "symmetric", "kriging", "harmonic", "harmonic, learned"];
-
-fn measured() -> SampleSet {
-    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data/cube-fit.csv");
-    let set =
-        trackwright_project::Files::default().read_measurements(&table).expect("the built-in data");
-    set.samples(MapKind::Distortion)
-}
 
 fn model(kind: &str) -> RoomModel {
     let harmonic = |generator| {
@@ -53,30 +45,24 @@ fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
     fit_room(&order, |_| Task::default()).expect("the built-in data fit").environment
 }
 
-fn scenario(environment: Environment) -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)
-        .expect("the built-in design");
-    trackwright_project::resolve(world.document.design(), &Arc::new(environment))
-}
-
 /// 4,000 rows, with what they leave open of the field.
 #[divan::bench(args = KINDS, sample_count = 3, sample_size = 1)]
 fn fit_of_4000_rows(bencher: Bencher, kind: &str) {
-    let samples = measured();
+    let samples = built_in_samples();
     bencher.bench_local(|| fitted(kind, black_box(&samples), true));
 }
 
 /// The same, the model alone; kriging has no other.
 #[divan::bench(args = ["bernstein", "symmetric", "harmonic"], sample_count = 3, sample_size = 1)]
 fn fit_of_4000_rows_model_alone(bencher: Bencher, kind: &str) {
-    let samples = measured();
+    let samples = built_in_samples();
     bencher.bench_local(|| fitted(kind, black_box(&samples), false));
 }
 
 /// All cores; the compiled form is made before.
 #[divan::bench(args = KINDS, sample_count = 20, sample_size = 1)]
 fn study_of_3375_poses(bencher: Bencher, kind: &str) {
-    let scenario = scenario(fitted(kind, &measured(), false));
+    let scenario = in_room(fitted(kind, &built_in_samples(), false));
     let study = || run(&scenario, &Mode::Motion, &CancelToken::default(), None);
     black_box(study()).expect("the built-in design");
     bencher.counter(ItemsCount::new(3_375_usize)).bench_local(study);
@@ -85,7 +71,7 @@ fn study_of_3375_poses(bencher: Bencher, kind: &str) {
 /// All cores: 64 drawn fields.
 #[divan::bench(args = KINDS, sample_count = 10, sample_size = 1)]
 fn expected_figures_of_3375_poses(bencher: Bencher, kind: &str) {
-    let scenario = scenario(fitted(kind, &measured(), true));
+    let scenario = in_room(fitted(kind, &built_in_samples(), true));
     let figures = || expected(&scenario, &Mode::Motion, &CancelToken::default());
     black_box(figures()).expect("the built-in room keeps its measurements");
     bencher.bench_local(figures);

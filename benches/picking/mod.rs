@@ -1,10 +1,10 @@
 //! Rays and closest points on a mesh of a million triangles, beside trying every triangle.
 
-use super::Uniform;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::TAU;
+use trackwright_field::random_models::Seeded;
 use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
 use trackwright_geometry::surface::{Ray, Surface};
 
@@ -46,14 +46,9 @@ fn torus() -> SurfaceMesh {
 
 /// From around the torus to places in its box: two in three meet it.
 fn rays(count: usize) -> Vec<Ray> {
-    let mut uniform = Uniform(3);
-    let mut within = |[x, y, z]: [f64; 3]| {
-        Point3::new(
-            x * (uniform.next() - 0.5),
-            y * (uniform.next() - 0.5),
-            z * (uniform.next() - 0.5),
-        )
-    };
+    let mut seeded = Seeded::new(3);
+    let mut within =
+        |edges: [f64; 3]| Point3::from(edges.map(|edge| edge * (seeded.uniform() - 0.5)));
     (0..count)
         .map(|_| {
             let origin_mm = within([400.0; 3]);
@@ -65,13 +60,13 @@ fn rays(count: usize) -> Vec<Ray> {
 
 /// Points up to a millimetre off the surface, as a pointer beside a shaft gives.
 fn points(count: usize) -> Vec<Point3<f64>> {
-    let mut uniform = Uniform(9);
+    let mut seeded = Seeded::new(9);
     (0..count)
         .map(|_| {
-            let (sine, cosine) = (TAU * uniform.next()).sin_cos();
+            let (sine, cosine) = (TAU * seeded.uniform()).sin_cos();
             let outward = Vector3::new(cosine, sine, 0.0);
-            let (sine, cosine) = (TAU * uniform.next()).sin_cos();
-            let radius_mm = 14.0 + 2.0 * uniform.next();
+            let (sine, cosine) = (TAU * seeded.uniform()).sin_cos();
+            let radius_mm = 14.0 + 2.0 * seeded.uniform();
             Point3::from(outward * (60.0 + radius_mm * cosine) + Vector3::z() * radius_mm * sine)
         })
         .collect()

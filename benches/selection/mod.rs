@@ -8,7 +8,6 @@ use trackwright_field::fit::{fit, residuals};
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::folds::Folds;
 use trackwright_field::selection::{Candidate, DEFAULT_RIDGES, SelectSettings, select};
-
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_task::Task;

@@ -4,12 +4,10 @@ use super::scenario;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{UnitQuaternion, Vector3};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
+use trackwright_field::random_models::Seeded;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::RigidBody;
 use trackwright_simulation::Scenario;
@@ -62,7 +60,7 @@ fn plain_loop(bencher: Bencher) {
     ];
     let tip = scenario.tool.judged_tip_in_body();
     bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| {
-        let mut random = ChaCha8Rng::seed_from_u64(1);
+        let mut random = Seeded::new(1);
         for _ in 0..SAMPLES {
             let [tool, crf] = [0, 1].map(|k| bodies[k].read(&mut random));
             black_box(crf.inverse() * tool * tip);
@@ -90,14 +88,13 @@ impl Still {
         }
     }
 
-    fn read(&self, random: &mut ChaCha8Rng) -> Pose {
-        let mut normal = || -> f64 { StandardNormal.sample(random) };
+    fn read(&self, random: &mut Seeded) -> Pose {
         let readings: Vec<Reading> = self
             .readings
             .iter()
             .map(|reading| {
-                let moved = Vector3::from_fn(|_, _| JITTER_MM * normal());
-                let turned = Vector3::from_fn(|_, _| JITTER_RAD * normal());
+                let moved = random.normal_vector() * JITTER_MM;
+                let turned = random.normal_vector() * JITTER_RAD;
                 Reading {
                     position_mm: reading.position_mm + moved,
                     rotation: UnitQuaternion::from_scaled_axis(turned) * reading.rotation,

@@ -141,31 +141,15 @@ impl AxisModel {
 mod tests {
     use super::*;
     use crate::batch::Instructions;
+    use crate::random_models::{random_model, room};
     use crate::samples::MapKind;
-
-    fn model(order: usize, set: DirectionSet) -> DistortionModel {
-        let count = set.len() * (order + 1).pow(3);
-        let values = (0..count).map(|i| std::array::from_fn(|k| ((7 * i + k) as f64).sin()));
-        DistortionModel::new(
-            order,
-            set,
-            Weighting::Area,
-            MapKind::Distortion,
-            Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0])),
-            values.collect(),
-        )
-        .unwrap()
-    }
 
     fn positions() -> Vec<Point3<f64>> {
         (0..101)
             .map(|i| {
                 let t = f64::from(i);
-                Point3::new(
-                    120.0 * (0.7 * t).sin(),
-                    60.0 * (1.3 * t).cos(),
-                    -200.0 + 110.0 * (0.4 * t).sin(),
-                )
+                let unit = Vector3::new((0.7 * t).sin(), (1.3 * t).cos(), (0.4 * t).sin());
+                room().center_mm() + room().size_mm().component_mul(&unit) * 0.6
             })
             .collect()
     }
@@ -174,7 +158,7 @@ mod tests {
     fn one_axis_at_a_time_is_the_same_field() {
         for set in DirectionSet::ALL {
             for order in 1..=8 {
-                let model = model(order, set);
+                let model = random_model(order, set, Weighting::Area, [1.0, 1.0], order as u64);
                 let axes = [
                     Unit::new_normalize(Vector3::new(0.3, -0.7, 0.2)),
                     set.directions()[set.len() - 1],
@@ -200,7 +184,7 @@ mod tests {
 
     #[test]
     fn all_instructions_extrapolate_alike() {
-        let model = model(3, DirectionSet::Six);
+        let model = random_model(3, DirectionSet::Six, Weighting::Area, [1.0, 1.0], 3);
         let axis = Unit::new_normalize(Vector3::new(0.3, -0.7, 0.2));
         let at_axis = model.at_axis(&axis);
         for level in [Instructions::Best, Instructions::Avx2, Instructions::Portable] {

@@ -17,7 +17,7 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_task::{Cancelled, Task};
 
-/// Singular values below this part of the largest count as zero unless told otherwise.
+/// Singular values below this part of the largest count as zero by default.
 pub const DEFAULT_RCOND: f64 = 1e-10;
 
 /// Part of a fit's time that reducing its samples takes, for progress only.

@@ -234,6 +234,7 @@ fn load<S: Simd>(net: &[f64], at: usize, vector: usize) -> S::f64s {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::evaluation::values_of;
     use crate::random_models::{Seeded, random_model, room};
     use nalgebra::Vector6;
 
@@ -251,9 +252,8 @@ mod tests {
         (DirectionSet::FortyTwo, Weighting::Gnomonic),
     ];
 
-    fn six(error: &PoseError) -> Vector6<f64> {
-        let (p, r) = (error.position_mm, error.rotation_rad);
-        Vector6::new(p.x, p.y, p.z, r.x, r.y, r.z)
+    fn vector_of(error: &PoseError) -> Vector6<f64> {
+        values_of(error).into()
     }
 
     /// A step along the sphere, not off it.
@@ -297,9 +297,9 @@ mod tests {
                 };
                 let there = model.evaluate_with_jacobian(&p, &n, outside);
                 let plain = model.evaluate(&p, &n, outside);
-                assert!((six(&there.at.error) - six(&plain.error)).amax() < 1e-14);
+                assert!((vector_of(&there.at.error) - vector_of(&plain.error)).amax() < 1e-14);
                 let value = |p: &Point3<f64>, n: &Unit<Vector3<f64>>| {
-                    six(&model.evaluate(p, n, outside).error)
+                    vector_of(&model.evaluate(p, n, outside).error)
                 };
                 for k in 0..3 {
                     let along = Vector3::ith(k, 1.0);
@@ -341,7 +341,7 @@ mod tests {
                     let there = model.evaluate_with_jacobian(&p, &axis, OutsidePolicy::Clamp);
                     let value = |angle| {
                         let axis = turned(&axis, &tangent, angle);
-                        six(&model.evaluate(&p, &axis, OutsidePolicy::Clamp).error)
+                        vector_of(&model.evaluate(&p, &axis, OutsidePolicy::Clamp).error)
                     };
                     // One-sided, to second order.
                     let worst = least_difference(there.by_axis * tangent, 0.01, |h| {

@@ -225,20 +225,16 @@ fn values_at<S: Simd>(
 mod tests {
     use super::*;
     use crate::DistortionModel;
+    use crate::random_models::{random_model, room};
     use crate::samples::MapKind;
     use nalgebra::{Point3, Unit};
     use trackwright_geometry::directions::{DirectionSet, Weighting};
 
     fn model(order: usize) -> DistortionModel {
-        let bounds = Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]));
-        if order == 0 {
-            return DistortionModel::zero(bounds, MapKind::Distortion);
+        match order {
+            0 => DistortionModel::zero(room(), MapKind::Distortion),
+            _ => random_model(order, DirectionSet::Fourteen, Weighting::Area, [1.0, 1.0], 1),
         }
-        let set = DirectionSet::Fourteen;
-        let count = set.len() * (order + 1).pow(3);
-        let values = (0..count).map(|i| std::array::from_fn(|k| ((7 * i + k) as f64).sin()));
-        let map = MapKind::Distortion;
-        DistortionModel::new(order, set, Weighting::Area, map, bounds, values.collect()).unwrap()
     }
 
     fn places(count: usize, from: f64, to: f64) -> Vec<f64> {
@@ -252,9 +248,9 @@ mod tests {
             let model = model(order);
             for [nx, ny, nz] in [[1, 9, 13], [17, 1, 3], [8, 16, 1], [3, 4, 5], [1, 1, 1]] {
                 let (xs, ys, zs) = (
-                    places(nx, -110.0, 120.0),
-                    places(ny, -50.0, 60.0),
-                    places(nz, -310.0, -100.0),
+                    places(nx, -250.0, 270.0),
+                    places(ny, -200.0, 270.0),
+                    places(nz, -550.0, -70.0),
                 );
                 for (outside, tolerance) in [
                     (OutsidePolicy::Clamp, 1e-13),

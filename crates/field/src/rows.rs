@@ -71,6 +71,11 @@ impl<'a> Progress<'a> {
         Self { task, done: AtomicUsize::new(0), all }
     }
 
+    /// The same cancel token, without a listener.
+    pub fn quiet(&self) -> Task {
+        Task::cancelled_by(self.task.cancel.clone())
+    }
+
     /// More is done.
     ///
     /// # Errors

@@ -1,12 +1,8 @@
 //! An elliptic cylinder in front of a field generator that ends in a dome: what NDI's domed
 //! measurement volumes are made of.
 //!
-//! The dome is a sphere about the tracker's origin. A cap through the published wall's end and pole,
-//! or half an ellipsoid, would be other guesses; but where the wall ends is published for three
-//! volumes, and a sphere with the pole's distance as its radius ends the wall at 452.99, 519.6 and
-//! 148.7 mm where NDI's meshes say 452, 519 and 148: the same for a round, an elliptic and a small
-//! one, so that is how they were made. It is also what the field does: its strength falls with the
-//! distance from the generator.
+//! The dome is a sphere about the tracker's origin with the pole's distance as its radius: it ends the
+//! walls of three volumes at 452.99, 519.6 and 148.7 mm where NDI's meshes have 452, 519 and 148.
 
 use super::bounds::{Bounds, INSIDE_TOLERANCE};
 use super::outline::{BRACKET_SHARE, Dimension, DimensionKind, Outline};

@@ -3,7 +3,7 @@
 //!
 //! Each cell is cut into six tetrahedra about its diagonal, the same way in every cell, and the
 //! scalar is linear in each, so that the surface has no holes, ends exactly on the lattice's faces,
-//! and encloses exactly the volume that is told, in f64 as all of the core. A second scalar, linear
+//! and encloses exactly the volume that is reported, in f64 as all of the core. A second scalar, linear
 //! in the same tetrahedra, may cut all of it to a part of the box.
 //!
 //! The scalar is off by at most `Σ |f_kk| h_k² / 8` where its second derivatives along the axes are

@@ -53,18 +53,18 @@ pub struct Ghost {
     pub is_capped: bool,
 }
 
-/// The believed pose, its difference from the true one magnified.
+/// The measured pose, its difference from the true one magnified.
 ///
 /// The tip moves by `times` its error; the turn is `exp(times · log(R̂ Rᵀ))`, capped.
 pub fn magnified_ghost(
     world_from_body: &Pose,
-    world_from_body_believed: &Pose,
+    world_from_body_measured: &Pose,
     tip_in_body: &Point3<f64>,
     times: f64,
 ) -> Ghost {
     let tip = world_from_body * tip_in_body;
-    let tip_ghost = tip + (world_from_body_believed * tip_in_body - tip) * times;
-    let turn = world_from_body_believed.rotation * world_from_body.rotation.inverse();
+    let tip_ghost = tip + (world_from_body_measured * tip_in_body - tip) * times;
+    let turn = world_from_body_measured.rotation * world_from_body.rotation.inverse();
     let (vector_rad, is_capped) = capped(log_quaternion(&turn) * times);
     let rotation = exp_vector(&vector_rad) * world_from_body.rotation;
     Ghost {
@@ -115,18 +115,18 @@ mod tests {
         let rotation = UnitQuaternion::from_euler_angles(0.4, -0.2, 1.0);
         let truth = pose_from_parts(Vector3::new(10.0, -20.0, -300.0), rotation);
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.6, 0.0, 0.8) * turn_rad);
-        let believed = pose_from_parts(Vector3::new(10.2, -20.1, -299.7), turn * rotation);
-        (truth, believed, Point3::new(0.0, 0.0, -150.0))
+        let measured = pose_from_parts(Vector3::new(10.2, -20.1, -299.7), turn * rotation);
+        (truth, measured, Point3::new(0.0, 0.0, -150.0))
     }
 
     #[test]
     fn ghosts_grow_with_the_magnification() {
-        let (truth, believed, tip) = poses(0.003);
-        let once = magnified_ghost(&truth, &believed, &tip, 1.0);
-        assert!((once.world_from_body * tip - believed * tip).norm() < 1e-9);
-        assert!(once.world_from_body.rotation.angle_to(&believed.rotation) < 1e-9);
-        let many = magnified_ghost(&truth, &believed, &tip, 50.0);
-        let error = believed * tip - truth * tip;
+        let (truth, measured, tip) = poses(0.003);
+        let once = magnified_ghost(&truth, &measured, &tip, 1.0);
+        assert!((once.world_from_body * tip - measured * tip).norm() < 1e-9);
+        assert!(once.world_from_body.rotation.angle_to(&measured.rotation) < 1e-9);
+        let many = magnified_ghost(&truth, &measured, &tip, 50.0);
+        let error = measured * tip - truth * tip;
         assert!((many.world_from_body * tip - (truth * tip + error * 50.0)).norm() < 1e-9);
         let turn = many.world_from_body.rotation * truth.rotation.inverse();
         assert!((rotation_angle_rad(&turn) - 0.15).abs() < 1e-9);
@@ -135,8 +135,8 @@ mod tests {
 
     #[test]
     fn a_ghost_turns_20_degrees_at_most_and_says_so() {
-        let (truth, believed, tip) = poses(0.01);
-        let ghost = magnified_ghost(&truth, &believed, &tip, 50.0);
+        let (truth, measured, tip) = poses(0.01);
+        let ghost = magnified_ghost(&truth, &measured, &tip, 50.0);
         let turn = ghost.world_from_body.rotation * truth.rotation.inverse();
         assert!((rotation_angle_rad(&turn) - MAX_GHOST_TURN_RAD).abs() < 1e-9);
         assert!(ghost.is_capped);

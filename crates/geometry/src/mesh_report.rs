@@ -21,7 +21,7 @@ const NO_AREA: f64 = 1e-9;
 pub struct MeshReport {
     pub parts: usize,
     pub triangles: usize,
-    /// Places where corners are.
+    /// Corners where corners are.
     pub vertices: usize,
     /// Body frame, anatomy included; `None` for an empty mesh.
     pub bounds: Option<Bounds>,
@@ -134,7 +134,7 @@ impl std::fmt::Display for UnitSuggestion {
 impl MeshReport {
     /// Looks at all parts of a mesh.
     pub fn of(mesh: &SurfaceMesh) -> Self {
-        let places = Places::of(mesh);
+        let places = Corners::of(mesh);
         let triangles = &places.triangles;
         let edges = Edges::of(triangles);
         let is_closed = edges.boundary == 0 && edges.non_manifold == 0;
@@ -271,12 +271,12 @@ fn suggestion(mesh: &SurfaceMesh) -> Option<UnitSuggestion> {
 }
 
 /// A mesh whose corners at one place are one.
-struct Places {
+struct Corners {
     positions_mm: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,
 }
 
-impl Places {
+impl Corners {
     fn of(mesh: &SurfaceMesh) -> Self {
         let corners = mesh.parts.iter().map(|part| part.positions_mm.len()).sum();
         let mut sorted: Vec<([u64; 3], u32)> = Vec::with_capacity(corners);

@@ -1,6 +1,6 @@
 //! Well-spread samples of scattered points, and values between them.
 
-/// A point with whatever else tells positions apart, in one length.
+/// A point with whatever else distinguishes positions, in one length.
 pub type Position = [f64; 7];
 
 /// Samples that a value between them is made of: on a surface about those of the next ring.

@@ -1,8 +1,8 @@
 //! Singular values of a 3x3 matrix by one-sided Jacobi rotations.
 //!
 //! nalgebra computes `SVD` of a `Matrix3` from the eigenvectors of `MᵀM`, which loses small
-//! singular values below 1e-8 of the largest. Which rotations a body's sensors leave free hangs
-//! on ratios of 1e-10, so they are found on the matrix itself: one-sided Jacobi keeps each to
+//! singular values below 1e-8 of the largest. Which rotations a body's sensors leave free
+//! depends on ratios of 1e-10, so they are found on the matrix itself: one-sided Jacobi keeps each to
 //! high relative accuracy (Demmel & Veselić, SIAM J. Matrix Anal. Appl. 13(4), 1992).
 
 use super::pose::quaternion_from_matrix;

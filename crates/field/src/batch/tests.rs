@@ -1,28 +1,17 @@
 //! A batch against single evaluations, in every set, weighting, order and instruction set.
 
 use super::*;
-use crate::random_models::Seeded;
+use crate::random_models::{Seeded, random_model, room};
 use crate::samples::MapKind;
 use trackwright_geometry::bounds::Bounds;
 
 fn model(order: usize, set: DirectionSet, weighting: Weighting) -> DistortionModel {
-    let mut seeded = Seeded::new(order as u64);
-    let count = set.len() * (order + 1).pow(3);
-    DistortionModel::new(
-        order,
-        set,
-        weighting,
-        MapKind::Distortion,
-        Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0])),
-        (0..count).map(|_| std::array::from_fn(|_| 2.0 * seeded.uniform() - 1.0)).collect(),
-    )
-    .unwrap()
+    random_model(order, set, weighting, [1.0, 1.0], order as u64)
 }
 
 /// Poses in and around the box, axes everywhere and at all special places.
 fn poses(count: usize, set: DirectionSet) -> (Vec<Point3<f64>>, Vec<Unit<Vector3<f64>>>) {
     let mut seeded = Seeded::new(99);
-    let mut number = || 2.0 * seeded.uniform() - 1.0;
     let corners = set.directions().iter().map(|a| a.into_inner());
     let edges = set
         .triangles()
@@ -31,8 +20,8 @@ fn poses(count: usize, set: DirectionSet) -> (Vec<Point3<f64>>, Vec<Unit<Vector3
     let special: Vec<_> = corners.chain(edges).collect();
     (0..count)
         .map(|i| {
-            let p = Point3::new(120.0 * number(), 60.0 * number(), -200.0 + 110.0 * number());
-            let anywhere = Vector3::from_fn(|_, _| number());
+            let p = seeded.position(&room(), 0.1);
+            let anywhere = seeded.normal_vector();
             let axis = match i % 3 {
                 0 => special[i / 3 % special.len()],
                 _ => anywhere,

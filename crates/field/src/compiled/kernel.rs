@@ -24,7 +24,7 @@ pub(super) struct Accumulation<'a> {
 
 /// The functions around a place.
 #[derive(Clone, Copy, Default)]
-struct Place {
+struct LocalWeights {
     /// Index of its first node.
     node: usize,
     weights: [[f64; LOCAL]; 3],
@@ -35,7 +35,7 @@ impl WithSimd for Accumulation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let mut places = vec![Place::default(); self.units.len()];
+        let mut places = vec![LocalWeights::default(); self.units.len()];
         for (place, unit) in places.iter_mut().zip(self.units) {
             *place = self.field.place(unit);
         }
@@ -76,10 +76,10 @@ impl WithSimd for Accumulation<'_> {
 
 impl CompiledField {
     #[inline(always)]
-    fn place(&self, unit: &Vector3<f64>) -> Place {
+    fn place(&self, unit: &Vector3<f64>) -> LocalWeights {
         let [ax, ay, az] = self.axes;
         let (x, y, z) = (ax.at(unit.x), ay.at(unit.y), az.at(unit.z));
-        Place {
+        LocalWeights {
             node: (x.first * ay.functions() + y.first) * az.functions() + z.first,
             weights: [x.values, y.values, z.values],
         }
@@ -91,7 +91,7 @@ impl CompiledField {
     fn accumulate<S: Simd, const P: usize>(
         &self,
         simd: S,
-        places: [&Place; P],
+        places: [&LocalWeights; P],
         sums: &mut [[f64; MAX_STRIDE]],
     ) {
         let stride = self.stride();

@@ -50,7 +50,7 @@ pub struct CompiledSlopes {
 impl CompiledField {
     /// Compiles what is given at a place: six values for each even harmonic of the axis.
     ///
-    /// `at` is asked once for each node, on all cores.
+    /// `at` is called once for each node, on all cores.
     pub fn new(
         bounds: Bounds,
         cell_mm: f64,
@@ -208,7 +208,7 @@ impl CompiledField {
 /// Most cells along an axis: 43³ nodes of degree 6 are 107 MB.
 const MAX_CELLS: usize = 40;
 
-/// Nodes that a core asks for at a time.
+/// Nodes that a core computes at a time.
 const NODES_AT_ONCE: usize = 64;
 
 /// Multiplies the values along one axis, which lie `apart` from each other, by a matrix.

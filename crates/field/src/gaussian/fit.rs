@@ -331,8 +331,8 @@ fn left_out(kernel: &mut Kernel, rows: &[Row]) -> Result<LeftOut, GaussianError>
     })
 }
 
-/// `Yᵀ K⁻¹ Y / N`. A 5-DOF row tells two of three components of its rotation, so that the mean of
-/// their squares is two thirds of what it is where all are told.
+/// `Yᵀ K⁻¹ Y / N`. A 5-DOF row has two of three components of its rotation, so that the mean of
+/// their squares is two thirds of what it is where all are measured.
 fn covariance(rows: &[Row], solved: &Mat<f64>, has_rotations: bool) -> Matrix6<f64> {
     let n = rows.len() as f64;
     Matrix6::from_fn(|a, b| {
@@ -369,8 +369,8 @@ fn outliers(left_out: &LeftOut) -> Vec<bool> {
     let scales: Vec<f64> =
         (0..6).map(|c| median(&(0..rows).map(|row| square(row, c)).collect::<Vec<_>>())).collect();
     let ratio = |row: usize| -> f64 {
-        let told = (0..6).filter(|c| scales[*c] > 0.0);
-        told.map(|c| square(row, c) / scales[c]).sum()
+        let measured = (0..6).filter(|c| scales[*c] > 0.0);
+        measured.map(|c| square(row, c) / scales[c]).sum()
     };
     let ratios: Vec<f64> = (0..rows).map(ratio).collect();
     let most = OUTLIER_RATIO * median(&ratios);

@@ -14,7 +14,6 @@
 
 mod amplitude;
 mod column_blocks;
-mod conditioned;
 mod field;
 mod fit;
 mod hyper_parameters;

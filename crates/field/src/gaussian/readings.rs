@@ -1,11 +1,9 @@
 //! The error of a room's model at single readings, misfit included.
 
-use super::conditioned::Conditioned;
 use super::field::{ErrorValues, GaussianField, Trend};
 use super::fit::GaussianError;
 use super::kernel::FieldPoint;
-use super::posterior::DrawnErrors;
-use super::posterior::log_amplitude_std;
+use super::posterior::{Conditioned, DrawnErrors, log_amplitude_std};
 use crate::evaluation::values_of;
 use crate::samples::PoseError;
 use nalgebra::{Matrix6, Vector3, Vector6};

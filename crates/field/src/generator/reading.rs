@@ -8,7 +8,7 @@ use super::coils::{Generator, MAX_COILS};
 use crate::samples::PoseError;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::rotation::{axis_rotation, exp_vector, log_quaternion, perpendicular};
+use trackwright_geometry::rotation::{axis_rotation, exp_vector, perpendicular};
 
 /// Turns rotations into lengths.
 pub const LEVER_MM: f64 = 100.0;
@@ -163,46 +163,6 @@ pub fn axis_error(
     Ok(PoseError {
         position_mm: reading.position_mm - position,
         rotation_rad: axis_rotation(axis, &reading.axis).vector_rad,
-    })
-}
-
-/// Error of a reading of a sensor with three axes, measurement error (1) of a 6-DOF sensor.
-pub fn pose_error(
-    generator: &Generator,
-    tracker_from_sensor: &Pose,
-    disturbance: &[Vector3<f64>],
-) -> Result<PoseError, ReadingError> {
-    let reading = read_pose(generator, tracker_from_sensor, disturbance)?.tracker_from_sensor;
-    let turn = reading.rotation * tracker_from_sensor.rotation.inverse();
-    Ok(PoseError {
-        position_mm: reading.translation.vector - tracker_from_sensor.translation.vector,
-        rotation_rad: log_quaternion(&turn),
-    })
-}
-
-/// First step of Gauss–Newton from the true pose, the error to first order in the disturbance.
-/// Its error is about the square of the disturbance's error over the distance to the generator.
-///
-/// # Errors
-/// [`ReadingError::RankLoss`] and [`ReadingError::NotFinite`].
-pub fn linear_error<const AXES: usize, const ROTATIONS: usize, const UNKNOWNS: usize, O>(
-    generator: &Generator,
-    position: &Point3<f64>,
-    orientation: &O,
-    disturbance: &[Vector3<f64>],
-) -> Result<PoseError, ReadingError>
-where
-    O: Orientation<AXES, ROTATIONS>,
-{
-    let axes = orientation.axes();
-    let mut normal = Normal::<UNKNOWNS>::default();
-    for_rows(generator, position, orientation, |coil, axis, _, row| {
-        normal.add(row, axes[axis].dot(&disturbance[coil]));
-    });
-    let step = normal.solve()?;
-    Ok(PoseError {
-        position_mm: Vector3::new(step[0], step[1], step[2]),
-        rotation_rad: rotation_vector::<AXES, ROTATIONS, O>(orientation, &step[3..]),
     })
 }
 
@@ -405,8 +365,8 @@ mod tests {
                 assert_eq!(reading.steps, 1);
                 let reading = read_pose(&generator, &pose, &none).unwrap();
                 assert_eq!(reading.tracker_from_sensor.translation.vector, pose.translation.vector);
-                let error = pose_error(&generator, &pose, &none).unwrap();
-                assert!(error.rotation_rad.norm() < 1e-15);
+                let turn = reading.tracker_from_sensor.rotation * pose.rotation.inverse();
+                assert!(rotation_angle_rad(&turn) < 1e-15);
             }
         }
     }
@@ -474,30 +434,6 @@ mod tests {
                     assert!((slope - row[column]).abs() < 1e-7 * largest);
                 }
             }
-        }
-    }
-
-    #[test]
-    fn linear_error_is_the_limit_of_small_ones() {
-        let generator = Generator::planar_nine();
-        let scatter = |i: usize| {
-            let i = i as f64;
-            Vector3::new((3.0 * i).sin(), (5.0 * i + 1.0).cos(), (7.0 * i).sin()) * 1e-10
-        };
-        for pose in poses() {
-            let (p, n) = (pose.translation.vector.into(), axis_of(&pose));
-            let disturbance: Vec<_> = (0..9).map(scatter).collect();
-            let gap = |factor: f64| {
-                let disturbance: Vec<_> = disturbance.iter().map(|d| d * factor).collect();
-                let linear = linear_error::<1, 2, 5, _>(&generator, &p, &n, &disturbance).unwrap();
-                let whole = axis_error(&generator, &p, &n, &disturbance).unwrap();
-                let gap = (linear.position_mm - whole.position_mm).norm()
-                    + LEVER_MM * (linear.rotation_rad - whole.rotation_rad).norm();
-                gap / (factor * factor)
-            };
-            // Second order: the gap over the square of the factor stays.
-            let (far, near) = (gap(1.0), gap(0.5));
-            assert!((far / near - 1.0).abs() < 0.2, "{far} {near}");
         }
     }
 

@@ -5,7 +5,6 @@
 //! length of its residual, by iteratively reweighted least squares, the scale from the median
 //! length (Huber, *Robust Statistics*, 1981).
 
-use super::covariance::CoefficientCovariance;
 use super::model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};
 use super::normal::{Scaling, Solved, System};
 use super::rows::{Harmonics, Maps, SolveError};
@@ -69,13 +68,8 @@ pub struct HarmonicFit {
     /// Standard deviation of a row: of its weighted residuals, over what the rows are more than the
     /// effective parameters. Misfit of the degree is in it. `None` where they are not more.
     pub noise_mm: Option<f64>,
-    /// The same from the median residual, which outliers hardly move. Not corrected for the
-    /// effective parameters.
-    pub median_noise_mm: f64,
     /// Weight of each measurement used, in their order.
     pub weights: Vec<f64>,
-    /// Of the coefficients, for rows with unit noise.
-    pub covariance: CoefficientCovariance,
 }
 
 impl HarmonicFitError {
@@ -217,7 +211,6 @@ impl HarmonicRows {
             .map(|(r, w)| w * square(r))
             .sum();
         let free = rows as f64 - effective_parameters;
-        let mut lengths = lengths(&weighted.residuals, system.dof());
         Ok(HarmonicFit {
             model,
             settings: *settings,
@@ -225,9 +218,7 @@ impl HarmonicRows {
             rows,
             effective_parameters,
             noise_mm: (free > 0.5).then(|| (squares / free).sqrt()),
-            median_noise_mm: noise_of_lengths(&mut lengths, system.dof()),
             weights: weighted.weights,
-            covariance: CoefficientCovariance::new(weighted.solved.factor, weighted.scaling.norms),
         })
     }
 
@@ -485,7 +476,7 @@ pub(super) mod tests {
             let found = fitted.model.residuals(&holdout.measurements, holdout.content);
             (found.residuals.position_rms_mm, fitted)
         };
-        let (clean_mm, clean) = error_mm(&set, Loss::Huber);
+        let (clean_mm, _) = error_mm(&set, Loss::Huber);
         for k in (0..set.measurements.len()).step_by(100) {
             let moved = Vector3::new(20.0, -35.0, 15.0);
             set.measurements[k].tracker_from_measured.translation.vector += moved;
@@ -498,7 +489,6 @@ pub(super) mod tests {
             assert!(huber.weights[k] < 0.05);
         }
         assert!(huber.down_weighted() > 10);
-        assert!(huber.median_noise_mm < 1.3 * clean.median_noise_mm);
     }
 
     #[test]

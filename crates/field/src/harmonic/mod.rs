@@ -1,7 +1,6 @@
 //! A room's disturbance as the fields that it is made of: one harmonic function a coil.
 
 mod batch;
-pub mod covariance;
 pub mod fit;
 pub mod learn;
 mod model;
@@ -10,7 +9,6 @@ mod rows;
 pub mod solid_harmonics;
 mod variable_projection;
 
-pub use covariance::CoefficientCovariance;
 pub use fit::{HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss};
 pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn};
 pub use model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};

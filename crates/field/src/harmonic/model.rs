@@ -6,8 +6,7 @@
 
 use super::solid_harmonics::{MAX_DEGREE, MAX_TERMS, gradients, terms};
 use crate::generator::reading::{
-    AxisReading, PoseReading, ReadingError, axis_error, linear_error, pose_error, read_axis,
-    read_pose,
+    AxisReading, PoseReading, ReadingError, axis_error, read_axis, read_pose,
 };
 use crate::generator::{Generator, GeneratorError, MAX_COILS};
 use crate::samples::Residuals;
@@ -159,45 +158,6 @@ impl HarmonicModel {
         self.disturbed(position, |d| axis_error(&self.generator, position, axis, d))
     }
 
-    /// Measurement error (1) of a sensor with three axes, at its true pose. It depends on the roll.
-    pub fn pose_error_at(&self, tracker_from_sensor: &Pose) -> Result<PoseError, ReadingError> {
-        let position = tracker_from_sensor.translation.vector.into();
-        self.disturbed(&position, |d| pose_error(&self.generator, tracker_from_sensor, d))
-    }
-
-    /// Measurement error (1) of a sensor at its true pose, with one axis along the pose's z or with
-    /// three. Of a position-only table it is that of a sensor with one axis, without rotation.
-    pub fn error_at(
-        &self,
-        tracker_from_sensor: &Pose,
-        content: MeasurementContent,
-    ) -> Result<PoseError, ReadingError> {
-        let position = tracker_from_sensor.translation.vector.into();
-        let axis = tracker_from_sensor.rotation * Vector3::z_axis();
-        match content {
-            MeasurementContent::SixDof => self.pose_error_at(tracker_from_sensor),
-            MeasurementContent::FiveDof => self.axis_error_at(&position, &axis),
-            MeasurementContent::PositionOnly => Ok(PoseError {
-                rotation_rad: Vector3::zeros(),
-                ..self.axis_error_at(&position, &axis)?
-            }),
-        }
-    }
-
-    /// [`Self::axis_error_at`] to first order in the disturbance, for where its second order (the
-    /// square of the error over the distance to the generator) does not matter.
-    ///
-    /// # Errors
-    /// [`ReadingError::RankLoss`] and [`ReadingError::NotFinite`].
-    #[inline]
-    pub fn linear_axis_error_at(
-        &self,
-        position: &Point3<f64>,
-        axis: &Unit<Vector3<f64>>,
-    ) -> Result<PoseError, ReadingError> {
-        self.disturbed(position, |d| linear_error::<1, 2, 5, _>(&self.generator, position, axis, d))
-    }
-
     /// What measurements differ by from what the model predicts at their true poses.
     pub fn residuals<'a>(
         &self,
@@ -303,13 +263,6 @@ mod tests {
             assert!((six.translation.vector - vector(&worked["position_mm"])).norm() < 1e-6);
             let turn = six.rotation * rotation(&worked["quaternion"]).inverse();
             assert!(rotation_angle_rad(&turn) < 1e-8);
-
-            let error = model.error_at(&pose, MeasurementContent::FiveDof).unwrap();
-            let moved = five.position_mm - position;
-            assert_eq!(error.position_mm, moved);
-            let error = model.error_at(&pose, MeasurementContent::SixDof).unwrap();
-            let moved = six.translation.vector - pose.translation.vector;
-            assert_eq!(error.position_mm, moved);
         }
     }
 

@@ -1,8 +1,7 @@
 //! The inverse by stepping `p = p_m - e_pos`, `n = exp(-e_ori) n_m`, many readings at a time: the
 //! cheapest way where the map is known to contract, and it evaluates in batches.
 
-use super::equations::{Place, turned_back};
-use super::tolerance::Tolerance;
+use super::equations::{AxisPose, Tolerance, turned_back};
 use crate::batch::Batch;
 use crate::evaluation::Evaluation;
 use crate::samples::PoseError;
@@ -16,7 +15,7 @@ const MAX_STEPS: usize = 16;
 /// Where stepping ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stepped {
-    pub place: Place,
+    pub place: AxisPose,
     /// The error that the last step took off.
     pub error: PoseError,
     pub is_inside: bool,
@@ -39,13 +38,13 @@ pub(super) struct Contraction {
 }
 
 impl Contraction {
-    /// Steps the readings that `is_wanted` names, from the readings themselves, and tells where
+    /// Steps the readings that `is_wanted` names, from the readings themselves, and reports where
     /// each ends.
     pub fn run(
         &mut self,
         model: &DistortionModel,
         outside: OutsidePolicy,
-        readings: &[Place],
+        readings: &[AxisPose],
         tolerances: &[Tolerance],
         is_wanted: impl Fn(usize) -> bool,
         mut ends: impl FnMut(usize, Stepped),
@@ -104,8 +103,8 @@ impl Contraction {
 
 /// The reading with an error taken off.
 #[inline]
-pub(super) fn stepped(reading: &Place, error: &PoseError) -> Place {
-    Place {
+pub(super) fn stepped(reading: &AxisPose, error: &PoseError) -> AxisPose {
+    AxisPose {
         position_mm: reading.position_mm - error.position_mm,
         // A rotation keeps the length to some epsilons, and each step starts from the reading.
         axis: Unit::new_unchecked(turned_back(&error.rotation_rad, &reading.axis)),

@@ -1,7 +1,8 @@
 //! The equations behind a reading, `p + e_pos(p, n) = p_m` and `exp(e_ori(p, n)) n = n_m`: what is
 //! left of them at a guess, their Jacobian in five unknowns, and how exactly they can hold.
 
-use super::tolerance::Tolerance;
+use super::regions::Regions;
+use crate::DistortionModel;
 use crate::evaluation::Linearization;
 use crate::samples::PoseError;
 use nalgebra::{Matrix5, Point3, Unit, Vector3, Vector5};
@@ -10,12 +11,12 @@ use trackwright_geometry::rotation::perpendicular;
 
 /// A position and an axis: the five unknowns, or the five numbers that were read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Place {
+pub(super) struct AxisPose {
     pub position_mm: Point3<f64>,
     pub axis: Unit<Vector3<f64>>,
 }
 
-impl Place {
+impl AxisPose {
     pub fn of(pose: &Pose) -> Self {
         Self {
             position_mm: pose.translation.vector.into(),
@@ -31,7 +32,7 @@ impl Place {
 /// What was read, with a frame of its tangent plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
-    pub place: Place,
+    pub place: AxisPose,
     tangents: [Vector3<f64>; 2],
 }
 
@@ -61,13 +62,13 @@ impl Remainder {
 }
 
 impl Reading {
-    pub fn new(place: Place) -> Self {
+    pub fn new(place: AxisPose) -> Self {
         let first = perpendicular(&place.axis).into_inner();
         Self { place, tangents: [first, place.axis.cross(&first)] }
     }
 
     /// What is left of the equations at a guess with this error.
-    pub fn remainder(&self, guess: &Place, error: &PoseError) -> Remainder {
+    pub fn remainder(&self, guess: &AxisPose, error: &PoseError) -> Remainder {
         let turned = Turn::new(&error.rotation_rad).apply(&guess.axis);
         Remainder {
             position_mm: (guess.position_mm - self.place.position_mm) + error.position_mm,
@@ -101,7 +102,7 @@ impl Reading {
     /// `d(exp(e) n) = (J de) × m + exp(e) dn` with `m = exp(e) n` and the left Jacobian `J` of the
     /// rotations, projected on the reading's tangents. Angles beyond the first order of their
     /// sine are left out: they vanish at a solution.
-    pub fn jacobian(&self, guess: &Place, there: &Linearization) -> Matrix5<f64> {
+    pub fn jacobian(&self, guess: &AxisPose, there: &Linearization) -> Matrix5<f64> {
         let turn = Turn::new(&there.at.error.rotation_rad);
         let turned = turn.apply(&guess.axis);
         let steps = self.tangents_at(&guess.axis);
@@ -133,9 +134,9 @@ impl Reading {
     }
 
     /// The guess moved by five unknowns in its tangent frame.
-    pub fn moved(&self, guess: &Place, step: &Vector5<f64>) -> Place {
+    pub fn moved(&self, guess: &AxisPose, step: &Vector5<f64>) -> AxisPose {
         let [first, second] = self.tangents_at(&guess.axis);
-        Place {
+        AxisPose {
             position_mm: guess.position_mm + step.fixed_rows::<3>(0),
             axis: Unit::new_normalize(guess.axis.as_ref() + first * step[3] + second * step[4]),
         }
@@ -225,6 +226,70 @@ impl Turn {
     }
 }
 
+/// Residual below which a position counts as found, mm, where round-off allows.
+pub const POSITION_TOLERANCE_MM: f64 = 1e-9;
+
+/// Residual below which an axis counts as found, radians, where round-off allows.
+pub const AXIS_TOLERANCE_RAD: f64 = 1e-12;
+
+/// How much further than the tolerances the search goes where it can: an answer is off by its
+/// residual times what the inverse magnifies.
+const FURTHER: f64 = 1e-2;
+
+/// Roundings of a coordinate that meet in one residual, each half an epsilon of it: the guess, its
+/// sum with the error, the difference from the reading, and on the way to the unit cube a
+/// difference and a quotient, with room for the norm of three.
+const ROUNDINGS: f64 = 8.0;
+
+/// Bounds of one reading's residual.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tolerance {
+    reached_mm: f64,
+    reached_rad: f64,
+    accepted_mm: f64,
+    accepted_rad: f64,
+}
+
+impl Tolerance {
+    pub fn of(model: &DistortionModel, regions: &Regions, reading: &AxisPose) -> Self {
+        let half = 0.5 * f64::EPSILON;
+        let errors = &regions.errors;
+        let error_mm = errors.least_mm.abs().sup(&errors.largest_mm.abs()).norm();
+        let slopes = &regions.everywhere;
+        // A guess cannot be written down more exactly than to half an epsilon of its coordinates,
+        // and the field turns that into an error as well.
+        let coordinates = ROUNDINGS * (reading.position_mm.coords.norm() + error_mm);
+        // Sums over i, j, k are sums of n + 1 products three deep, the bases take n steps each.
+        let per_value = ROUNDINGS + 6.0 * model.order() as f64;
+        let floor_mm = half * ((1.0 + slopes.pp) * coordinates + per_value * error_mm);
+        let floor_rad =
+            half * (ROUNDINGS + slopes.np * coordinates + per_value * errors.largest_rad);
+        Self {
+            reached_mm: floor_mm.max(FURTHER * POSITION_TOLERANCE_MM),
+            reached_rad: floor_rad.max(FURTHER * AXIS_TOLERANCE_RAD),
+            accepted_mm: floor_mm.max(POSITION_TOLERANCE_MM),
+            accepted_rad: floor_rad.max(AXIS_TOLERANCE_RAD),
+        }
+    }
+
+    /// Whether going on is not worth it.
+    pub fn is_reached(&self, residual_mm: f64, residual_rad: f64) -> bool {
+        residual_mm <= self.reached_mm && residual_rad <= self.reached_rad
+    }
+
+    /// The same for squares.
+    #[inline]
+    pub fn is_reached_squared(&self, residual_mm2: f64, residual_rad2: f64) -> bool {
+        residual_mm2 <= self.reached_mm * self.reached_mm
+            && residual_rad2 <= self.reached_rad * self.reached_rad
+    }
+
+    /// Whether the equations hold as exactly as they have to.
+    pub fn is_accepted(&self, residual_mm: f64, residual_rad: f64) -> bool {
+        residual_mm <= self.accepted_mm && residual_rad <= self.accepted_rad
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -271,13 +336,13 @@ mod tests {
         let mut seeded = Seeded::new(8);
         let outside = OutsidePolicy::Extrapolate;
         for _ in 0..20 {
-            let guess = Place::of(&seeded.pose(&room(), 0.0));
+            let guess = AxisPose::of(&seeded.pose(&room(), 0.0));
             let there = model.evaluate_with_jacobian(&guess.position_mm, &guess.axis, outside);
             // A reading near what the guess reads, so that angles are small.
             let read = Turn::new(&there.at.error.rotation_rad).apply(&guess.axis);
             let near = Unit::new_normalize(read + Vector3::new(1e-9, -2e-9, 1e-9));
             assert!(axis_rotation(&near, &Unit::new_normalize(read)).vector_rad.norm() < 1e-8);
-            let reading = Reading::new(Place {
+            let reading = Reading::new(AxisPose {
                 position_mm: guess.position_mm + there.at.error.position_mm,
                 axis: near,
             });

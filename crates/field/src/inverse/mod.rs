@@ -10,26 +10,24 @@ mod search;
 mod slopes;
 #[cfg(test)]
 mod tests;
-mod tolerance;
 mod triangles;
 
 use super::evaluation::OutsidePolicy;
 use super::model::DistortionModel;
 use super::samples::PoseError;
 use contraction::{Contraction, Stepped};
-use equations::{Place, Reading};
+use equations::{AxisPose, Reading, Tolerance};
 use newton::{Found, Newton, SINGULAR};
 use rayon::prelude::*;
 use regions::{Possible, Regions};
 use search::Search;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use tolerance::Tolerance;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_task::{Cancelled, Task};
 
-pub use tolerance::{AXIS_TOLERANCE_RAD, POSITION_TOLERANCE_MM};
+pub use equations::{AXIS_TOLERANCE_RAD, POSITION_TOLERANCE_MM};
 
 /// Readings that one core takes at a time: enough for a batch to have full lanes in most of its
 /// triangles.
@@ -161,7 +159,7 @@ impl<'a> Inverse<'a> {
         task: &Task,
     ) -> Result<(), Cancelled> {
         let Newton { model, outside, .. } = self.newton;
-        let places: Vec<_> = measured.iter().map(Place::of).collect();
+        let places: Vec<_> = measured.iter().map(AxisPose::of).collect();
         let possible = self.possible(&places);
         let tolerances: Vec<_> =
             places.iter().map(|place| Tolerance::of(model, &self.regions, place)).collect();
@@ -196,7 +194,7 @@ impl<'a> Inverse<'a> {
     }
 
     /// Of each reading, where its answers can be; nothing where all have one only.
-    fn possible(&self, places: &[Place]) -> Vec<Possible> {
+    fn possible(&self, places: &[AxisPose]) -> Vec<Possible> {
         if self.regions.is_certain_everywhere() {
             return Vec::new();
         }
@@ -237,9 +235,9 @@ impl<'a> Inverse<'a> {
     fn searched(
         &self,
         measured: &Pose,
-        place: &Place,
+        place: &AxisPose,
         tolerance: &Tolerance,
-        start: Option<Place>,
+        start: Option<AxisPose>,
         possible: &Possible,
     ) -> Undistorted {
         let Newton { model, outside, .. } = self.newton;
@@ -303,7 +301,7 @@ impl<'a> Inverse<'a> {
     ///
     /// Two answers with `k` edges between them are at most `(1 - M)⁻¹ k jump` apart; around a
     /// corner, within so little, lie six edges at most.
-    fn is_at_jump(&self, possible: &Possible, found: Option<&Found>, place: &Place) -> bool {
+    fn is_at_jump(&self, possible: &Possible, found: Option<&Found>, place: &AxisPose) -> bool {
         const EDGES: f64 = 6.0;
         let [mm, rad] = possible.jump.map(|jump| EDGES * jump);
         if mm == 0.0 && rad == 0.0 {
@@ -321,7 +319,7 @@ impl<'a> Inverse<'a> {
 }
 
 /// The pose at an answer: the reading's rotation, roll and all, turned back.
-fn answer(measured: &Pose, place: &Place, error: &PoseError) -> Pose {
+fn answer(measured: &Pose, place: &AxisPose, error: &PoseError) -> Pose {
     pose_from_parts(place.position_mm.coords, exp_vector(&-error.rotation_rad) * measured.rotation)
 }
 

@@ -1,7 +1,6 @@
 //! Damped Newton on the five unknowns behind a reading, watching the sign of the determinant.
 
-use super::equations::{Place, Reading, Remainder};
-use super::tolerance::Tolerance;
+use super::equations::{AxisPose, Reading, Remainder, Tolerance};
 use crate::evaluation::Linearization;
 use crate::{DistortionModel, OutsidePolicy};
 use nalgebra::{Matrix5, Vector5};
@@ -25,7 +24,7 @@ pub(super) const SINGULAR: f64 = 1e-6;
 /// Where a search ended.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
-    pub place: Place,
+    pub place: AxisPose,
     pub there: Linearization,
     pub remainder: Remainder,
     pub determinant: f64,
@@ -55,7 +54,7 @@ pub(super) struct Newton<'a> {
 }
 
 struct Iterate {
-    place: Place,
+    place: AxisPose,
     there: Linearization,
     remainder: Remainder,
     merit: f64,
@@ -63,7 +62,7 @@ struct Iterate {
 
 impl Newton<'_> {
     /// Searches from a guess until the equations hold as exactly as they can.
-    pub fn solve(&self, reading: &Reading, start: Place, tolerance: &Tolerance) -> Found {
+    pub fn solve(&self, reading: &Reading, start: AxisPose, tolerance: &Tolerance) -> Found {
         let mut at = self.iterate(reading, start);
         let mut evaluations = 1;
         let mut least_determinant = f64::INFINITY;
@@ -110,7 +109,7 @@ impl Newton<'_> {
         }
     }
 
-    fn iterate(&self, reading: &Reading, place: Place) -> Iterate {
+    fn iterate(&self, reading: &Reading, place: AxisPose) -> Iterate {
         let there =
             self.model.evaluate_with_jacobian(&place.position_mm, &place.axis, self.outside);
         let remainder = reading.remainder(&place, &there.at.error);

@@ -1,7 +1,7 @@
 //! Where a model can be inverted without looking for a second answer: slopes over a grid of cells
 //! of its box and neighbourhoods of its triangles.
 
-use super::equations::Place;
+use super::equations::AxisPose;
 use super::nets::{Errors, Nets};
 use super::slopes::Slopes;
 use super::triangles::{Neighbour, Triangles};
@@ -103,7 +103,12 @@ impl Regions {
     /// Where answers to a reading can be; nothing is listed where one is certain everywhere.
     ///
     /// `cells` is a buffer.
-    pub fn possible(&self, reading: &Place, triangle: usize, cells: &mut Vec<usize>) -> Possible {
+    pub fn possible(
+        &self,
+        reading: &AxisPose,
+        triangle: usize,
+        cells: &mut Vec<usize>,
+    ) -> Possible {
         match &self.cells {
             Some(all) => all.possible(reading, triangle, cells),
             None => self.anywhere(),
@@ -129,7 +134,7 @@ struct Cells {
     cells: Vec<Cell>,
     /// Of each triangle, the others by how far they are from it, itself first.
     neighbours: Vec<Vec<Neighbour>>,
-    /// Cells that can be read in each cell, so that not all have to be asked.
+    /// Cells that can be read in each cell, so that not all have to be searched.
     sources: Vec<Vec<usize>>,
 }
 
@@ -252,7 +257,7 @@ impl Cells {
         Self { bounds: *bounds, cells, neighbours: triangles.neighbours(), sources }
     }
 
-    fn possible(&self, reading: &Place, triangle: usize, kept: &mut Vec<usize>) -> Possible {
+    fn possible(&self, reading: &AxisPose, triangle: usize, kept: &mut Vec<usize>) -> Possible {
         let unit = self.bounds.to_unit(&reading.position_mm);
         let here =
             [0, 1, 2].map(|k| (unit[k] * CELLS as f64).clamp(0.0, CELLS as f64 - 1.0) as usize);

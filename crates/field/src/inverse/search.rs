@@ -1,16 +1,15 @@
 //! All answers to a reading that a search from several starts finds, for fields that may fold.
 
 use super::contraction::stepped;
-use super::equations::{Place, Reading};
+use super::equations::{AxisPose, Reading, Tolerance};
 use super::newton::{Found, Newton};
 use super::regions::Possible;
-use super::tolerance::Tolerance;
 use crate::OutsidePolicy;
 use crate::evaluation::Evaluation;
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Answers closer than this part of the box, or this many radians, are one: two that merge in a
-/// fold are told apart until the determinant there is as small.
+/// fold are distinct until the determinant there is as small.
 const SAME: f64 = 1e-6;
 
 /// Turns of the axis below which other starts for it are of no use: so small a region around the
@@ -34,7 +33,7 @@ impl Search {
         possible: &Possible,
         reading: &Reading,
         tolerance: &Tolerance,
-        start: Place,
+        start: AxisPose,
     ) -> Self {
         let first = newton.solve(reading, start, tolerance);
         let mut search = Self { first, answers: Vec::new(), evaluations: first.evaluations };
@@ -54,7 +53,7 @@ impl Search {
     }
 
     /// Of the answers around which the map keeps its handedness, the nearest to the reading.
-    pub fn best(&self, reading: &Place) -> Option<&Found> {
+    pub fn best(&self, reading: &AxisPose) -> Option<&Found> {
         let distance = |f: &&Found| (f.place.position_mm - reading.position_mm).norm();
         let regular = self.answers.iter().filter(|f| f.is_regular());
         regular.min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -76,14 +75,19 @@ impl Search {
 }
 
 /// Distance in mm and angle in radians.
-pub(super) fn apart(a: &Place, b: &Place) -> [f64; 2] {
+pub(super) fn apart(a: &AxisPose, b: &AxisPose) -> [f64; 2] {
     let sine = a.axis.cross(&b.axis).norm();
     [(a.position_mm - b.position_mm).norm(), sine.atan2(a.axis.dot(&b.axis))]
 }
 
 /// The found place mirrored in the reading, the middles of the cells that can hold an answer, and,
 /// where errors turn axes far, axes around the reading's.
-fn starts(newton: &Newton, possible: &Possible, reading: &Place, found: &Place) -> Vec<Place> {
+fn starts(
+    newton: &Newton,
+    possible: &Possible,
+    reading: &AxisPose,
+    found: &AxisPose,
+) -> Vec<AxisPose> {
     let mirrored = reading.position_mm - (found.position_mm - reading.position_mm);
     let mut starts: Vec<_> = std::iter::once(mirrored)
         .chain(possible.starts.iter().copied())
@@ -94,17 +98,18 @@ fn starts(newton: &Newton, possible: &Possible, reading: &Place, found: &Place) 
         let [first, second] = Reading::new(*reading).tangents_at(&reading.axis);
         for side in [first, -first, second, -second] {
             let axis = reading.axis.as_ref() * largest_rad.cos() + side * largest_rad.sin();
-            starts.push(Place { position_mm: found.position_mm, axis: Unit::new_normalize(axis) });
+            starts
+                .push(AxisPose { position_mm: found.position_mm, axis: Unit::new_normalize(axis) });
         }
     }
     starts
 }
 
 /// A start at a position, with the axis that the error there leads back to.
-fn at_position(newton: &Newton, reading: &Place, position_mm: Point3<f64>) -> Place {
+fn at_position(newton: &Newton, reading: &AxisPose, position_mm: Point3<f64>) -> AxisPose {
     let Evaluation { error, .. } =
         newton.model.evaluate(&position_mm, &reading.axis, newton.outside);
-    Place { position_mm, axis: stepped(reading, &error).axis }
+    AxisPose { position_mm, axis: stepped(reading, &error).axis }
 }
 
 /// How far an axis is from the nearest edge of its triangle, radians.

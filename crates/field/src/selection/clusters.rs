@@ -1,7 +1,7 @@
 //! Finds clusters of positions, where the positions themselves show that there are some.
 //!
 //! Single linkage: the minimum spanning tree of the positions (Prim 1957), cut at its longest
-//! edges, or where two lengths can be told apart.
+//! edges, or where two lengths are distinct.
 
 use super::folds::numbered;
 use nalgebra::Point3;
@@ -44,7 +44,7 @@ pub(super) struct Tree<'a> {
     edges: Vec<Edge>,
 }
 
-/// Rows at the same places, where two lengths tell readings of a place from the next place.
+/// Rows at the same places, where two lengths separate readings of a place from the next place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Repeats {
     /// The place of each position, numbered from 0 in order of appearance.

@@ -8,11 +8,11 @@ use super::settings::{Candidate, SelectError, SelectSettings};
 use crate::bernstein::{coefficient_count, push_products};
 use crate::fit::{FitMethod, FitSettings, factor};
 use crate::least_squares::{Decomposition, Triangle, VALUES};
+use crate::rows::Progress;
 use crate::samples::{Sample, SampleSet};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::collections::HashSet;
-use std::sync::atomic::{AtomicU64, Ordering};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, DirectionWeights};
 use trackwright_task::Task;
@@ -51,13 +51,6 @@ pub(super) struct Outcome {
     pub is_determined: bool,
 }
 
-/// How much of the work is done, told to who waits for it.
-pub(super) struct Progress<'a> {
-    task: &'a Task,
-    done: AtomicU64,
-    all: u64,
-}
-
 /// A least-squares system without one fold.
 struct Fitted {
     /// For every ridge: `[unknown][ridge][value]`.
@@ -71,7 +64,7 @@ impl<'a> Problem<'a> {
         Self { places: clusters::find(&positions), ..Self::without_places(set, bounds) }
     }
 
-    /// For residuals only: nobody asks what is determined.
+    /// For residuals only: what is determined is not reported.
     pub fn without_places(set: &'a SampleSet, bounds: Bounds) -> Self {
         let unit = |s: &Sample| bounds.to_unit(&s.position_mm);
         Self { set, bounds, unit_positions: set.samples.iter().map(unit).collect(), places: None }
@@ -129,29 +122,17 @@ impl Split {
 
 impl System {
     /// Work in units of its own, roughly in proportion to time.
-    fn cost(&self) -> u64 {
+    fn cost(&self) -> usize {
         match self.order {
             0 => 0,
-            order => self.directions.len() as u64 * (coefficient_count(order) as u64).pow(2),
+            order => self.directions.len() * coefficient_count(order).pow(2),
         }
     }
 }
 
-impl<'a> Progress<'a> {
-    pub fn new(task: &'a Task, systems: &[System], splits: usize) -> Self {
-        Self {
-            task,
-            done: AtomicU64::new(0),
-            all: systems.iter().map(System::cost).sum::<u64>() * splits as u64,
-        }
-    }
-
-    fn add(&self, cost: u64) -> Result<(), SelectError> {
-        let done = self.done.fetch_add(cost, Ordering::Relaxed) + cost;
-        // Per mille: a share fits whatever a count of work is.
-        let part = done * 1000 / self.all.max(1);
-        Ok(self.task.step(part as usize, 1000)?)
-    }
+/// Progress over all systems and splits.
+pub(super) fn progress<'a>(task: &'a Task, systems: &[System], splits: usize) -> Progress<'a> {
+    Progress::new(task, systems.iter().map(System::cost).sum::<usize>() * splits)
 }
 
 /// Fits a system to all rows but each fold's, and judges it there.
@@ -160,7 +141,7 @@ pub(super) fn scores(
     system: &System,
     split: &Split,
     settings: &SelectSettings,
-    progress: &Progress,
+    progress: &Progress<'_>,
 ) -> Result<Outcome, SelectError> {
     let weights = problem.weights(system, settings);
     let fitted = fit_complements(problem, &weights, system, split, settings, progress)?;
@@ -205,7 +186,7 @@ pub(super) fn residuals(
         directions: candidate.directions,
         ridges: vec![candidate.ridge],
     };
-    let progress = Progress::new(task, std::slice::from_ref(&system), 1);
+    let progress = progress(task, std::slice::from_ref(&system), 1);
     let weights = problem.weights(&system, settings);
     let fitted = fit_complements(problem, &weights, &system, split, settings, &progress)?;
     let judge = Judge {
@@ -230,7 +211,7 @@ fn fit_complements(
     system: &System,
     split: &Split,
     settings: &SelectSettings,
-    progress: &Progress,
+    progress: &Progress<'_>,
 ) -> Result<Vec<Vec<Fitted>>, SelectError> {
     if system.order == 0 {
         return Ok(Vec::new());
@@ -244,7 +225,7 @@ fn fit_complements(
         ridge: 0.0,
         rcond: settings.rcond,
     };
-    let quiet = Task::cancelled_by(progress.task.cancel.clone());
+    let quiet = progress.quiet();
     // By fold, then orientation.
     let parts: Vec<Vec<Triangle>> = split
         .samples
@@ -279,7 +260,7 @@ fn fit_complements(
                     })
                 })
                 .collect();
-            progress.add(system.cost() / count as u64)?;
+            progress.add(system.cost() / count)?;
             found
         })
         .collect()

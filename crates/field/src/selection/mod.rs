@@ -1,8 +1,8 @@
 //! Chooses a model's order, orientations and ridge by what they leave of samples they have not
 //! seen: k-fold cross-validation by row, by groups of rows that belong together, and by sensor.
 //!
-//! Where groups are known they decide unless sensors are asked for: neighbours of a held-out row
-//! would tell its error.
+//! Where groups are known they decide unless sensors are requested: neighbours of a held-out row
+//! would predict its error.
 
 mod choice;
 pub mod clusters;
@@ -21,7 +21,7 @@ mod tests;
 pub use choice::{Choice, Contender, TOLERANCE, choose};
 pub use hold_outs::{HoldOut, HoldOutBy, HoldOuts};
 pub use scoring::Scores;
-pub use select::{Scored, Selection, held_out_residuals, select, select_by};
+pub use select::{Scored, Selection, select, select_by};
 pub use settings::{
     Candidate, DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectError, SelectSettings,
 };

@@ -1,6 +1,5 @@
 //! Scores of held-out residuals, whatever kind of model left them: per fold, over all, and paired.
 
-use super::folds::Folds;
 use crate::least_squares::VALUES;
 
 /// What a model left of a row that it was not fitted to: X, Y, Z in mm, Rx, Ry, Rz in radians.
@@ -91,18 +90,6 @@ impl HeldOutScores {
         }
     }
 
-    /// Scores of residuals that were found in any way; one residual for each row of the table.
-    pub fn of_residuals(residuals: &[Residual], folds: &Folds, has_rotations: bool) -> Self {
-        let by_fold = folds.rows.iter().map(|rows| {
-            let mut sums = FoldSums::default();
-            for &row in rows {
-                sums.add(&FoldSums::of(&residuals[row]));
-            }
-            sums
-        });
-        Self::of_sums(by_fold.collect(), has_rotations)
-    }
-
     /// This candidate's position mean squares less another's in the same folds, mm².
     pub fn position_difference(&self, other: &Self) -> PairedDifference {
         self.difference(other, FoldSums::position_mean_square_mm2)
@@ -132,13 +119,25 @@ impl HeldOutScores {
     }
 }
 
+/// Scores of residuals, one for each row of the table.
+#[cfg(test)]
+pub(super) fn of_residuals(residuals: &[Residual], folds: &super::folds::Folds) -> HeldOutScores {
+    let by_fold = folds.rows.iter().map(|rows| {
+        let mut sums = FoldSums::default();
+        rows.iter().for_each(|&row| sums.add(&FoldSums::of(&residuals[row])));
+        sums
+    });
+    HeldOutScores::of_sums(by_fold.collect(), true)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::folds::Folds;
     use super::*;
 
     fn scores(values: &[f64], folds: &Folds) -> HeldOutScores {
         let residuals: Vec<Residual> = values.iter().map(|&v| [v, 0.0, 0.0, 0.0, v, 0.0]).collect();
-        HeldOutScores::of_residuals(&residuals, folds, true)
+        of_residuals(&residuals, folds)
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use super::choice::{Contender, choose};
 use super::cross_validation::{self, Outcome, Problem, Split, System};
-use super::folds::{Folds, numbered};
+use super::folds::numbered;
 use super::hold_outs::{AllFolds, HoldOut, HoldOutBy, HoldOuts};
-use super::scoring::{HeldOutScores, Residual, Scores};
+use super::scoring::{HeldOutScores, Scores};
 use super::sensors::{SensorSpread, sensor_spread};
 use super::settings::{Candidate, SelectError, SelectSettings, check};
 use crate::fit::FitMethod;
@@ -33,7 +33,7 @@ pub struct Scored {
 }
 
 impl Scored {
-    /// The scores that decide: by group where groups are known and nothing else was asked for.
+    /// The scores that decide: by group where groups are known and no hold-out was requested.
     pub fn deciding(&self) -> &Scores {
         &self.deciding.overall
     }
@@ -154,7 +154,7 @@ pub fn select_by(
         Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
     let problem = Problem::new(set, bounds);
     let (systems, left_out) = affordable(systems(settings), settings.method, rows);
-    let progress = cross_validation::Progress::new(task, &systems, listed.len());
+    let progress = cross_validation::progress(task, &systems, listed.len());
     let mut table = Vec::new();
     for system in &systems {
         let of = |split| cross_validation::scores(&problem, system, split, settings, &progress);
@@ -205,37 +205,6 @@ pub fn select_by(
         sensors,
         left_out: left_out.iter().map(|system| (system.order, system.directions)).collect(),
     })
-}
-
-/// What a candidate leaves of each row when its fold is held out, in the order of the rows.
-///
-/// # Errors
-/// See [`SelectError`]; folds that are no partition of the rows.
-pub fn held_out_residuals(
-    set: &SampleSet,
-    folds: &Folds,
-    candidate: &Candidate,
-    settings: &SelectSettings,
-    task: &Task,
-) -> Result<Vec<Residual>, SelectError> {
-    let tried = SelectSettings {
-        orders: vec![candidate.order],
-        direction_sets: vec![candidate.directions],
-        ridges: vec![candidate.ridge],
-        ..settings.clone()
-    };
-    check(set, &tried)?;
-    let rows = set.samples.len();
-    let mut held_out = folds.rows.concat();
-    held_out.sort_unstable();
-    if !held_out.iter().copied().eq(0..rows) {
-        return Err(SelectError::NoPartition { rows });
-    }
-    let bounds =
-        Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
-    let problem = Problem::without_places(set, bounds);
-    let split = Split::new(set, folds.clone());
-    cross_validation::residuals(&problem, candidate, &split, &tried, task)
 }
 
 /// Parts joint systems with at least as many unknowns as rows from the others. They could not be

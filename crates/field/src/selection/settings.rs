@@ -7,13 +7,13 @@ use crate::samples::{MapKind, Sample, SampleSet};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_task::Cancelled;
 
-/// Parts that the rows are split into unless told otherwise.
+/// Parts that the rows are split into by default.
 pub const DEFAULT_FOLDS: usize = 5;
 
-/// Seed of the folds unless told otherwise.
+/// Seed of the folds by default.
 pub const DEFAULT_SEED: u64 = 1;
 
-/// Ridges that are tried unless told otherwise: none, then half decades. Below the least nothing
+/// Ridges that are tried by default: none, then half decades. Below the least nothing
 /// changes at condition numbers that occur; the largest halves even what is determined best.
 pub const DEFAULT_RIDGES: [f64; 14] = [
     0.0,
@@ -48,7 +48,7 @@ pub struct SelectSettings {
 }
 
 impl SelectSettings {
-    /// Orders 0 to 6 with every set of orientations that such samples can tell apart.
+    /// Orders 0 to 6 with every set of orientations that such samples can distinguish.
     pub fn for_samples(set: &SampleSet) -> Self {
         Self {
             orders: (0..=6).collect(),
@@ -116,8 +116,6 @@ pub enum SelectError {
     GroupCount { found: usize, expected: usize },
     #[error("found {0} sensor, expected at least 2 to hold one out")]
     FewSensors(usize),
-    #[error("found folds that do not hold each of {rows} rows once")]
-    NoPartition { rows: usize },
     #[error("found no {0} to hold out")]
     NothingToHoldOut(&'static str),
     #[error("found no {0} to try, expected at least one")]

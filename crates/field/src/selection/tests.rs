@@ -1,7 +1,7 @@
 //! Selection against what is known: data whose order is known, fits done one by one, groups.
 
+use super::cross_validation::{self, Problem, Split};
 use super::folds::Folds;
-use super::scoring::HeldOutScores;
 use super::*;
 use crate::evaluation::OutsidePolicy;
 use crate::fit::{FitError, FitMethod, fit};
@@ -134,7 +134,7 @@ fn groups_are_not_predicted_by_neighbours() {
         .unwrap();
     assert!(order_two.by_row.position_rms_mm < 0.9 * uncorrected);
     assert!(order_two.by_group.unwrap().position_rms_mm > 1.2 * uncorrected);
-    // Row by row the leak is believed.
+    // Row by row the leak decides.
     let leaking = run(&set, None, &tried).unwrap();
     assert!(leaking.best().candidate.order > 0);
 }
@@ -213,7 +213,7 @@ fn undetermined_models_are_not_chosen() {
         assert_eq!(row.is_determined, row.candidate.order < 2);
     }
     assert!(found.best().candidate.order < 2);
-    // Where nothing else is asked for, it is what there is.
+    // Where nothing else is tried, it is what there is.
     let only = SelectSettings { orders: vec![2], ..tried };
     assert_eq!(run(&set, None, &only).unwrap().best().candidate.order, 2);
 }
@@ -315,18 +315,16 @@ fn residuals_score_as_their_candidate_does() {
     };
     let found = select_by(&set, &hold_outs, &tried, &Task::default()).unwrap();
     let folds = Folds::of_groups(&sensors, 3, 3, tried.seed);
+    let bounds = Bounds::around(set.samples.iter().map(|s| s.position_mm)).unwrap();
+    let (problem, split) = (Problem::without_places(&set, bounds), Split::new(&set, folds.clone()));
+    let task = Task::default();
     for row in found.table.iter().take(3) {
-        let left =
-            held_out_residuals(&set, &folds, &row.candidate, &tried, &Task::default()).unwrap();
-        let scores = HeldOutScores::of_residuals(&left, &folds, true);
+        let left = cross_validation::residuals(&problem, &row.candidate, &split, &tried, &task);
+        let scores = scoring::of_residuals(&left.unwrap(), &folds);
         let (a, b) = (scores.overall.position_rms_mm, row.deciding().position_rms_mm);
         // Each ridge is solved from the same decomposition; sums are taken in another order.
         assert!((a - b).abs() < 1e-12 * b, "{a} {b}");
     }
-    let short = Folds { rows: vec![vec![0], vec![1]] };
-    let refused =
-        held_out_residuals(&set, &short, &found.best().candidate, &tried, &Task::default());
-    assert_eq!(refused, Err(SelectError::NoPartition { rows: 180 }));
 }
 
 #[test]
@@ -409,12 +407,12 @@ fn selection_reports_progress_and_stops() {
         select(&set, None, &tried, &Task::cancelled_by(token)),
         Err(SelectError::Cancelled(Cancelled))
     );
-    let heard = Arc::new(Mutex::new(Vec::new()));
+    let received = Arc::new(Mutex::new(Vec::new()));
     let task = Task::told_to({
-        let heard = heard.clone();
-        move |part| heard.lock().unwrap().push(part)
+        let received = received.clone();
+        move |part| received.lock().unwrap().push(part)
     });
     select(&set, None, &tried, &task).unwrap();
-    let most = heard.lock().unwrap().iter().copied().fold(0.0, f64::max);
+    let most = received.lock().unwrap().iter().copied().fold(0.0, f64::max);
     assert!((most - 1.0).abs() < 1e-9, "{most}");
 }

@@ -1,7 +1,7 @@
-//! Makes a support from a fit's singular value decompositions and the samples.
+//! Makes the validity from a fit's singular value decompositions and the samples.
 
 use super::cells::Cells;
-use super::fit_validity::{FitValidity, FitValidityParts, Pairs, Weighed};
+use super::fit_validity::{AxisWeights, FitValidity, FitValidityParts, Pairs};
 use super::form::coefficients;
 use crate::bernstein::{coefficient_count, push_products};
 use crate::fit::{Factored, FitError, FitMethod, FitSettings};
@@ -14,10 +14,10 @@ use std::collections::BTreeMap;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_task::{Cancelled, Task};
 
-/// Most coefficients that a support may have: some 3 MB of text in an environment.
+/// Most coefficients that are kept: some 3 MB of text in an environment.
 pub const MAX_STORED: usize = 250_000;
 
-/// Most unknowns of a joint fit whose support is worked out: a decomposition of so many takes some
+/// Most unknowns of a joint fit whose validity is computed: a decomposition of so many takes some
 /// ten seconds, of order 6 with 14 orientations (4,802) minutes.
 pub const MAX_JOINT_UNKNOWNS: usize = 2000;
 
@@ -37,7 +37,7 @@ const BLOCK: usize = 512;
 /// Samples whose greatest leverage is looked for before the work may be stopped.
 const STRIDE: usize = 16_384;
 
-/// Why a fit has no support to keep.
+/// Why a fit has no validity to keep.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitValidityError {
     #[error("a fit of order 0 has no support")]
@@ -59,7 +59,7 @@ pub enum FitValidityError {
 }
 
 impl FitValidity {
-    /// Numbers that a fit's support would have at least.
+    /// Numbers that are kept at least.
     pub fn stored_values(order: usize, directions: DirectionSet, method: FitMethod) -> usize {
         let pairs = Pairs::of(directions).len();
         let forms = match method {
@@ -69,7 +69,7 @@ impl FitValidity {
         forms * (2 * order + 1).pow(3)
     }
 
-    /// What the samples of a fit support. `model` is its solution with the rcond and ridge of the
+    /// The validity of a fit. `model` is its solution with the rcond and ridge of the
     /// settings that it was factored with; the samples are those that it was made from.
     pub fn of_fit(
         set: &SampleSet,
@@ -99,13 +99,13 @@ impl FitValidity {
         };
         parts.cells = Cells::thinned(set.samples.iter().map(|s| {
             let w = directions.weights(&s.axis, model.weighting());
-            let weighed = Weighed::new(&w.directions, &w.weights);
-            let bits = weighed.iter().fold(0, |bits, (d, _)| bits | 1_u64 << d);
+            let weights = AxisWeights::new(&w.directions, &w.weights);
+            let bits = weights.iter().fold(0, |bits, (d, _)| bits | 1_u64 << d);
             (s.position_mm, bits)
         }));
-        let mut support = Self::new(parts, pairs, model);
-        support.find_greatest(set, task)?;
-        Ok(support)
+        let mut validity = Self::new(parts, pairs, model);
+        validity.find_greatest(set, task)?;
+        Ok(validity)
     }
 
     /// The samples' own greatest leverage and undetermined part, by the forms as they are kept.
@@ -118,8 +118,8 @@ impl FitValidity {
             let found = samples
                 .par_iter()
                 .fold(nothing, |mut greatest, sample| {
-                    let (basis, weighed) = self.placed(&sample.position_mm, &sample.axis);
-                    self.each_leverage(&basis, &weighed, |system, leverage, undetermined| {
+                    let (basis, weights) = self.placed(&sample.position_mm, &sample.axis);
+                    self.each_leverage(&basis, &weights, |system, leverage, undetermined| {
                         let (l, u) = &mut greatest[system];
                         (*l, *u) = (l.max(leverage), u.max(undetermined));
                     });

@@ -1,20 +1,15 @@
-//! Other fields that a fit might as well have given: draws of its coefficients' covariance, for
-//! whoever needs what goes with what from one place of a room to another.
+//! Draws from the covariance of a fit's coefficients: other fields that it might as well have given.
 //!
-//! A support keeps the variance of the field at every pose, `B(u)ᵀ Q_bb' B(u)`, but of the matrices
-//! `Q_bb'` themselves only that: `(2n + 1)³` numbers of `(n + 1)⁶`. What a matrix says beyond it, the
-//! covariance between two places, follows from where the samples were, and that is kept too (`Cells`).
-//! So the samples are put back where they were, each gets normal noise of unit variance, and the
-//! fit's own equations give what that does to the coefficients,
-//! `δ_b = (A_bᵀ A_b + d²)⁻¹ A_bᵀ W_b ε` with `A_b` of rows `w_ib B(u_i)`: the sandwich of the support,
-//! directions that share samples included. Of a sample's axis only the triangle is known: sums over
-//! samples take the mean of the powers of its weights over the triangle (a joint fit's an axis drawn
-//! from it), and where many samples share a cell, there is one for each triangle that its directions
-//! need. What this gets wrong in size is set right by the variance that was kept: one factor a direction,
-//! so that the variance at its samples' places is the stored one on average. Then `σ_b` of the support
-//! makes it mm and rad. How close this is to refits is in `tests/invariants/field_draws.rs`.
+//! The file keeps the variance `B(u)ᵀ Q_bb' B(u)` at every pose, not the matrices `Q_bb'`. Covariances
+//! between two places follow from where the samples were, which is kept too (`Cells`): samples are put
+//! back, each gets normal noise of unit variance, and the fit's own equations give
+//! `δ_b = (A_bᵀ A_b + d²)⁻¹ A_bᵀ W_b ε` with `A_b` of rows `w_ib B(u_i)`. Of a sample's axis only the
+//! triangle is known: sums take the mean of the powers of its weights over the triangle (a joint fit's
+//! an axis drawn from it), and a cell of many samples has one for each triangle of its directions. One
+//! factor a direction then makes the variance at its samples' places the stored one on average, and
+//! `σ_b` makes it mm and rad. `tests/invariants/field_draws.rs` compares with refits.
 
-use super::fit_validity::{FitValidity, Weighed};
+use super::fit_validity::{AxisWeights, FitValidity};
 use super::form::FormBasis;
 use crate::bernstein::push_products;
 use crate::evaluation::Coefficient;
@@ -61,9 +56,9 @@ pub enum DrawError {
 }
 
 /// A sample put back where it was.
-struct Place {
+struct SamplePosition {
     unit: Vector3<f64>,
-    weighed: Weighed,
+    weights: AxisWeights,
 }
 
 /// One system of a fit: a direction, or all of them in a joint fit.
@@ -93,9 +88,9 @@ impl Used {
     /// (k = 3, 2, 1 directions) with equal chance, `E w² = 2 / k(k + 1)`, and of the noise `w_b² ε`,
     /// `E w_b⁴ = 24 / k(k + 1)(k + 2)(k + 3)` and `E w_b² w_c²` a sixth of it (moments of the flat
     /// Dirichlet distribution).
-    fn part(place: usize, weighed: &Weighed, direction: usize) -> Option<Self> {
-        let corner = weighed.iter().position(|(d, _)| d == direction)?;
-        let k = weighed.iter().count() as f64;
+    fn part(place: usize, weights: &AxisWeights, direction: usize) -> Option<Self> {
+        let corner = weights.iter().position(|(d, _)| d == direction)?;
+        let k = weights.iter().count() as f64;
         let weight = (2.0 / (k * (k + 1.0))).sqrt();
         let fourth = 24.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0));
         Some(Self {
@@ -187,7 +182,7 @@ impl FitValidity {
     fn moved(
         &self,
         system: &System,
-        places: &[Place],
+        places: &[SamplePosition],
         noise: &[Vec<f64>],
         ridge: f64,
         task: &Task,
@@ -197,7 +192,7 @@ impl FitValidity {
             .enumerate()
             .filter_map(|(place, at)| match system.direction {
                 None => Some(Used::whole(place)),
-                Some(direction) => Used::part(place, &at.weighed, direction),
+                Some(direction) => Used::part(place, &at.weights, direction),
             })
             .collect();
         let unknowns = system.unknowns;
@@ -236,7 +231,7 @@ impl FitValidity {
     }
 
     /// `w B(u)` of each sample; of a joint fit for each of its directions.
-    fn rows(&self, system: &System, places: &[Place], used: &[Used]) -> Mat<f64> {
+    fn rows(&self, system: &System, places: &[SamplePosition], used: &[Used]) -> Mat<f64> {
         let mut rows = Mat::zeros(used.len(), system.unknowns);
         let mut products = Vec::new();
         for (row, &Used { place, weight, .. }) in used.iter().enumerate() {
@@ -250,7 +245,7 @@ impl FitValidity {
                     }
                 }
                 None => {
-                    for (direction, weight) in place.weighed.iter() {
+                    for (direction, weight) in place.weights.iter() {
                         let first = direction * products.len();
                         for (column, value) in products.iter().enumerate() {
                             rows[(row, first + column)] = weight * value;
@@ -263,15 +258,15 @@ impl FitValidity {
     }
 
     /// Makes the variance of a direction's draws the stored one at its samples' places: the geometric
-    /// mean of what each of them asks for, because a few at the edges of what is known would decide
+    /// mean of what each of them needs, because a few at the edges of what is known would decide
     /// any other.
     fn calibrate(
         &self,
         direction: usize,
-        places: &[Place],
+        places: &[SamplePosition],
         mut moved: MatMut<'_, f64>,
     ) -> Result<(), DrawError> {
-        let is_of = |place: &&Place| place.weighed.iter().any(|(d, _)| d == direction);
+        let is_of = |place: &&SamplePosition| place.weights.iter().any(|(d, _)| d == direction);
         let step = places.iter().filter(is_of).count().div_ceil(CALIBRATED_AT);
         let at = places.iter().filter(is_of).step_by(step.max(1));
         let variance = &self.parts.variance[self.pairs.index(direction, direction)];
@@ -295,7 +290,7 @@ impl FitValidity {
     }
 
     /// The samples, put back.
-    fn places(&self, seed: u64) -> Vec<Place> {
+    fn places(&self, seed: u64) -> Vec<SamplePosition> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let cells = &self.parts.cells;
         let mut places = Vec::new();
@@ -306,9 +301,9 @@ impl FitValidity {
             let unit = self.bounds.to_unit(&self.bounds.clamp(&center));
             places.extend(
                 samples_of(self.directions, cell.directions, &mut random).into_iter().map(
-                    |(directions, weights)| Place {
+                    |(directions, weights)| SamplePosition {
                         unit,
-                        weighed: Weighed::new(&directions, &weights),
+                        weights: AxisWeights::new(&directions, &weights),
                     },
                 ),
             );

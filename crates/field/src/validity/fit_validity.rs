@@ -1,29 +1,21 @@
-//! Where a model is valid: the standard error of its field, hidden extrapolation, and the
-//! distance to the nearest sample.
+//! Where a fit is valid: the standard error of its field, its leverage, and the distance to the
+//! nearest sample.
 //!
-//! **Standard error.** A fit is linear in its samples' errors: with `g_b = V D Uᵀ` of direction b's
-//! weighted system (`D = s/(s² + d²)`, d the ridge's damping), noise of standard deviation σ in
-//! every sample, independent, moves the field (8) at `(u, n)` by a variance of
+//! **Standard error.** A fit is linear in its samples' errors. With `g_b = V D Uᵀ` of direction b's
+//! weighted system (`D = s/(s² + d²)`, d the ridge's damping) independent noise of standard deviation σ
+//! in every sample moves the field (8) at `(u, n)` by a variance of
 //! `σ² Σ_bb' w_b w_b' B(u)ᵀ Q_bb' B(u)`, `Q_bb' = V_b D_b K_bb' D_b' V_b'ᵀ`,
-//! `K_bb' = Σ_i w_ib w_ib' U_b(i)ᵀ U_b'(i)`: the exact sandwich, which knows that directions share
-//! samples and that their rows are scaled by other weights than the noise asks for. For a joint fit
-//! `Q` is made of blocks of `V D² Vᵀ`. `σ_b² = Σ_i w_ib² |r_ib|² / tr((I − H) W² (I − H))` over a
-//! direction's own residuals `r_ib`, so that what the polynomials cannot follow counts as noise
-//! where it is; a direction without a degree of freedom left takes the others' mean. σ² is summed
-//! over x, y, z, so the standard error is the RMS length of the field's error vector. A bias (of a
-//! ridge, of a field that no polynomial of the order follows) is not in it.
+//! `K_bb' = Σ_i w_ib w_ib' U_b(i)ᵀ U_b'(i)`: directions share samples, and rows are scaled by other
+//! weights than the noise. For a joint fit `Q` is made of blocks of `V D² Vᵀ`.
+//! `σ_b² = Σ_i w_ib² |r_ib|² / tr((I − H) W² (I − H))` over a direction's own residuals `r_ib`, so that
+//! misfit counts as noise where it is; a direction without a degree of freedom takes the others' mean.
+//! σ² is summed over x, y, z. A bias (of a ridge, of a field that no polynomial follows) is not in it.
+//! `tests/invariants/support.rs` compares it with 200 refits.
 //!
-//! Measured: over 200 refits to fresh noise the mean ratio of the field's variance at 60 poses to
-//! the predicted one is 1.009 for position and 1.001 for rotation (per direction, order 2, 6
-//! orientations, 700 samples, a field that the model can follow); each pose within the scatter of
-//! 200 refits. Where it cannot follow, the prediction is too large, never too small.
-//!
-//! **Supported or not.** Leverage is `h_b = w_b² B(u)ᵀ (AᵀA)⁺ B(u)`, what the pose would have as a
-//! sample of direction b; over the samples it adds up to the rank. A pose whose leverage is
-//! greater than the greatest of the fitted samples extrapolates, even inside the box
-//! (Montgomery, Peck, Vining, *Introduction to Linear Regression Analysis*, 3.8). A pose is
-//! supported if it is in the box, no direction that it weighs has it extrapolate, and no part of it lies in
-//! what the samples leave undetermined (the null space of the fit).
+//! **Leverage** is `h_b = w_b² B(u)ᵀ (AᵀA)⁺ B(u)`, that of the pose as a sample of direction b. A pose
+//! with a greater one than any fitted sample extrapolates, even inside the box (Montgomery, Peck,
+//! Vining, *Introduction to Linear Regression Analysis*, 3.8). The model is valid at a pose in the box
+//! where no direction extrapolates and nothing lies in the null space of the fit.
 //!
 //! **Storage.** `B(u)ᵀ Q B(u)` is a polynomial of twice the order: `(2n + 1)³` coefficients for a
 //! matrix of `(n + 1)⁶`.
@@ -57,11 +49,11 @@ pub struct FitValidity {
     pub(super) parts: FitValidityParts,
 }
 
-/// The numbers that a support is made of, as a file holds them.
+/// The numbers that it is made of, as a file holds them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitValidityParts {
     /// σ of the samples' position, one a system (direction, or one for all of a joint fit); `None` where
-    /// there is no degree of freedom to tell.
+    /// there is no degree of freedom.
     pub position_std_mm: Vec<Option<f64>>,
     /// Likewise of their rotation vectors; `None` where orientations were not measured.
     pub angle_std_rad: Option<Vec<Option<f64>>>,
@@ -95,7 +87,7 @@ pub struct FitValidityAt {
     pub distance_mm: f64,
 }
 
-/// Numbers that make no support.
+/// Numbers that make no validity.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitValidityPartsError {
     #[error("{name} has {found} entries, expected {expected}")]
@@ -107,7 +99,7 @@ pub enum FitValidityPartsError {
 }
 
 impl FitValidity {
-    /// A support from what a file holds, for the model that stands beside it.
+    /// The validity from what a file holds, for the model that stands beside it.
     pub fn from_parts(
         parts: FitValidityParts,
         model: &DistortionModel,
@@ -145,7 +137,7 @@ impl FitValidity {
 
     /// What the model's field at a position in the tracker frame and a unit axis depends on. Under
     /// [`OutsidePolicy::Clamp`] figures are those of the nearest point of the box, but outside it
-    /// nothing is supported, and the distance is the position's own.
+    /// nothing is valid, and the distance is the position's own.
     pub fn at(
         &self,
         position_mm: &Point3<f64>,
@@ -157,24 +149,24 @@ impl FitValidity {
             OutsidePolicy::Extrapolate => *position_mm,
             OutsidePolicy::Clamp | OutsidePolicy::Reject => bounds.clamp(position_mm),
         };
-        let (basis, weighed) = self.placed(&at, axis);
-        let reach = self.reach(&basis, &weighed);
+        let (basis, weights) = self.placed(&at, axis);
+        let reach = self.reach(&basis, &weights);
         let is_determined = reach.is_determined;
         let mut variance = [0.0; 6];
         if is_determined {
-            for (value, (_, _, pair)) in variance.iter_mut().zip(weighed.pairs(&self.pairs)) {
+            for (value, (_, _, pair)) in variance.iter_mut().zip(weights.pairs(&self.pairs)) {
                 *value = basis.value(&self.parts.variance[pair]);
             }
         }
         let std_error = |std: &[Option<f64>]| {
-            if is_determined { self.std_error(&variance, &weighed, std) } else { f64::INFINITY }
+            if is_determined { self.std_error(&variance, &weights, std) } else { f64::INFINITY }
         };
         FitValidityAt {
             position_std_error_mm: std_error(&self.parts.position_std_mm),
             angle_std_error_rad: self.parts.angle_std_rad.as_deref().map(std_error),
             leverage: if is_determined { reach.leverage } else { f64::INFINITY },
             is_valid: is_determined && reach.is_within && bounds.contains(position_mm),
-            distance_mm: self.distance_mm(position_mm, &weighed),
+            distance_mm: self.distance_mm(position_mm, &weights),
         }
     }
 
@@ -186,9 +178,9 @@ impl FitValidity {
             return f64::INFINITY;
         }
         let parts = &self.parts;
-        let (basis, weighed) = self.placed(&self.bounds.clamp(position_mm), axis);
+        let (basis, weights) = self.placed(&self.bounds.clamp(position_mm), axis);
         let mut most = 0.0_f64;
-        self.each_leverage(&basis, &weighed, |system, leverage, undetermined| {
+        self.each_leverage(&basis, &weights, |system, leverage, undetermined| {
             let is_determined =
                 undetermined <= parts.greatest_undetermined[system].max(NULL_TOLERANCE);
             let share = match leverage > 0.0 {
@@ -234,16 +226,16 @@ impl FitValidity {
         &self,
         at: &Point3<f64>,
         axis: &Unit<Vector3<f64>>,
-    ) -> (FormBasis, Weighed) {
+    ) -> (FormBasis, AxisWeights) {
         let weights = self.directions.weights(axis, self.weighting);
         (
             FormBasis::new(2 * self.order, &self.bounds.to_unit(at)),
-            Weighed::new(&weights.directions, &weights.weights),
+            AxisWeights::new(&weights.directions, &weights.weights),
         )
     }
 
-    fn distance_mm(&self, position_mm: &Point3<f64>, weighed: &Weighed) -> f64 {
-        weighed
+    fn distance_mm(&self, position_mm: &Point3<f64>, weights: &AxisWeights) -> f64 {
+        weights
             .iter()
             .map(|(direction, _)| self.parts.cells.distance_mm(position_mm, direction))
             .fold(0.0, f64::max)
@@ -251,10 +243,10 @@ impl FitValidity {
 
     /// What the pose would be as a sample: leverage against the greatest, undetermined part against
     /// the greatest.
-    fn reach(&self, basis: &FormBasis, weighed: &Weighed) -> Reach {
+    fn reach(&self, basis: &FormBasis, weights: &AxisWeights) -> Reach {
         let parts = &self.parts;
         let mut reach = Reach { leverage: 0.0, is_within: true, is_determined: true };
-        self.each_leverage(basis, weighed, |system, leverage, undetermined| {
+        self.each_leverage(basis, weights, |system, leverage, undetermined| {
             reach.leverage = reach.leverage.max(leverage);
             reach.is_within &= leverage <= parts.greatest_leverage[system] * (1.0 + LEVERAGE_SLACK);
             reach.is_determined &=
@@ -268,7 +260,7 @@ impl FitValidity {
     pub(super) fn each_leverage(
         &self,
         basis: &FormBasis,
-        weighed: &Weighed,
+        weights: &AxisWeights,
         mut visit: impl FnMut(usize, f64, f64),
     ) {
         let leverage = match self.parts.leverage.as_slice() {
@@ -278,14 +270,14 @@ impl FitValidity {
         let undetermined = self.parts.undetermined.as_slice();
         let value = |forms: &[Vec<f64>], i: usize| forms.get(i).map_or(0.0, |f| basis.value(f));
         if self.is_joint() {
-            let (mut all, mut beside) = (0.0, 0.0);
-            for ((_, wa), (_, wb), pair) in weighed.pairs(&self.pairs) {
+            let (mut all, mut off_diagonal) = (0.0, 0.0);
+            for ((_, wa), (_, wb), pair) in weights.pairs(&self.pairs) {
                 all += wa * wb * value(leverage, pair);
-                beside += wa * wb * value(undetermined, pair);
+                off_diagonal += wa * wb * value(undetermined, pair);
             }
-            visit(0, all, beside);
+            visit(0, all, off_diagonal);
         } else {
-            for (d, w) in weighed.iter() {
+            for (d, w) in weights.iter() {
                 let w2 = w * w;
                 visit(d, w2 * value(leverage, d), w2 * value(undetermined, d));
             }
@@ -296,11 +288,11 @@ impl FitValidity {
     pub(super) fn std_error(
         &self,
         variance: &[f64; 6],
-        weighed: &Weighed,
+        weights: &AxisWeights,
         std: &[Option<f64>],
     ) -> f64 {
         let std = |(direction, w): (usize, f64)| Some(w * std[self.system(direction)]?);
-        let sum: Option<f64> = weighed
+        let sum: Option<f64> = weights
             .pairs(&self.pairs)
             .zip(variance)
             .map(|((a, b, _), value)| Some(std(a)? * std(b)? * value))
@@ -316,21 +308,21 @@ struct Reach {
 }
 
 /// Directions with a weight that is not zero.
-pub(super) struct Weighed {
+pub(super) struct AxisWeights {
     entries: [(usize, f64); 3],
     len: usize,
 }
 
-impl Weighed {
+impl AxisWeights {
     pub(super) fn new(directions: &[usize; 3], weights: &[f64; 3]) -> Self {
-        let mut weighed = Self { entries: [(0, 0.0); 3], len: 0 };
+        let mut found = Self { entries: [(0, 0.0); 3], len: 0 };
         for (&direction, &w) in directions.iter().zip(weights) {
             if w > 0.0 {
-                weighed.entries[weighed.len] = (direction, w);
-                weighed.len += 1;
+                found.entries[found.len] = (direction, w);
+                found.len += 1;
             }
         }
-        weighed
+        found
     }
 
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
@@ -354,7 +346,7 @@ impl Weighed {
 pub struct Pairs {
     directions: usize,
     edges: Vec<[usize; 2]>,
-    /// Number of a pair, for each two directions; those that share no triangle are never asked for.
+    /// Number of a pair, for each two directions; those that share no triangle are never requested.
     numbers: Vec<usize>,
 }
 

@@ -41,7 +41,7 @@ fn factors(order: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Exact in 64 bits up to the 24 that are asked for.
+/// Exact in 64 bits up to the 24 that are needed.
 fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64)
 }

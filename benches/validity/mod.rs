@@ -1,7 +1,7 @@
 //! Where a model is valid: what keeping it adds to a fit, and what asking it costs beside
 //! the leverage taken from the singular value decomposition of each orientation.
 
-use super::{Uniform, bounds, samples};
+use super::{bounds, poses, samples};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
@@ -30,22 +30,6 @@ fn fitted(order: usize) -> Fitted {
     Fitted { set, factored, model: solved.model }
 }
 
-fn poses() -> Vec<(Point3<f64>, Unit<Vector3<f64>>)> {
-    let mut uniform = Uniform(13);
-    (0..POSES).map(|_| (uniform.position(), uniform.axis())).collect()
-}
-
-/// The fit alone, for the ratio.
-#[divan::bench(args = [2, 4], sample_count = 5)]
-fn fit_alone(bencher: Bencher, order: usize) {
-    let set = samples(SAMPLES);
-    let settings = FitSettings::new(order, DirectionSet::Fourteen);
-    bencher.bench_local(|| {
-        factor(black_box(&set), &settings, Some(bounds()), &Task::default())
-            .and_then(|factored| factored.solve(DEFAULT_RCOND, 0.0))
-    });
-}
-
 /// What is kept of a fit besides.
 #[divan::bench(args = [2, 4], sample_count = 5)]
 fn of_fit(bencher: Bencher, order: usize) {
@@ -59,12 +43,12 @@ fn of_fit(bencher: Bencher, order: usize) {
 #[divan::bench(args = [2, 4])]
 fn at(bencher: Bencher, order: usize) {
     let f = fitted(order);
-    let support =
-        FitValidity::of_fit(&f.set, &f.factored, &f.model, &Task::default()).expect("support");
-    let poses = poses();
+    let validity =
+        FitValidity::of_fit(&f.set, &f.factored, &f.model, &Task::default()).expect("validity");
+    let poses = poses(POSES);
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for (position_mm, axis) in &poses {
-            black_box(support.at(black_box(position_mm), axis, OutsidePolicy::Clamp));
+            black_box(validity.at(black_box(position_mm), axis, OutsidePolicy::Clamp));
         }
     });
 }
@@ -74,7 +58,7 @@ fn at(bencher: Bencher, order: usize) {
 fn plain_leverage(bencher: Bencher, order: usize) {
     let f = fitted(order);
     let decomposed = f.factored.decompose().expect("samples fit");
-    let poses = poses();
+    let poses = poses(POSES);
     bencher.counter(ItemsCount::new(POSES)).bench_local(|| {
         for (position_mm, axis) in &poses {
             black_box(leverage(&f.model, &decomposed, position_mm, axis));
