@@ -17,15 +17,7 @@ const QUERIES: usize = 1000;
 const PLAIN_QUERIES: usize = 4;
 
 fn torus() -> SurfaceMesh {
-    let mut part = MeshPart {
-        name: "torus".into(),
-        positions_mm: Vec::new(),
-        normals: Vec::new(),
-        triangles: Vec::new(),
-        base_color: [1.0; 4],
-        metallic: 0.0,
-        roughness: 0.5,
-    };
+    let mut part = MeshPart::default();
     let [around, across] = STEPS;
     for i in 0..around {
         let (sine, cosine) = (f64::from(i) / f64::from(around) * TAU).sin_cos();

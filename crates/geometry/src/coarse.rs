@@ -104,9 +104,7 @@ fn clustered(part: &MeshPart, cell_mm: f64) -> MeshPart {
             .map(|(_, normal, _)| normal.try_normalize(1e-9).unwrap_or_else(Vector3::z))
             .collect(),
         name: part.name.clone(),
-        base_color: part.base_color,
-        metallic: part.metallic,
-        roughness: part.roughness,
+        ..*part
     }
 }
 
@@ -120,15 +118,8 @@ mod tests {
     /// A closed sphere of 80,000 triangles.
     fn sphere(radius_mm: f64) -> MeshPart {
         let [around, along] = [200u32, 200u32];
-        let mut part = MeshPart {
-            name: "sphere".into(),
-            positions_mm: Vec::new(),
-            normals: Vec::new(),
-            triangles: Vec::new(),
-            base_color: [0.2, 0.4, 0.6, 1.0],
-            metallic: 0.5,
-            roughness: 0.25,
-        };
+        let base_color = [0.2, 0.4, 0.6, 1.0];
+        let mut part = MeshPart { base_color, metallic: 0.5, ..MeshPart::default() };
         for j in 0..=along {
             let (ring, height) = (f64::from(j) / f64::from(along) * TAU / 2.0).sin_cos();
             for i in 0..around {

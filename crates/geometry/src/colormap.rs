@@ -80,11 +80,8 @@ mod tests {
 
     /// CIE lightness of an sRGB colour.
     fn lightness(srgb: [u8; 3]) -> f64 {
-        let linear = srgb.map(|c| {
-            let c = f64::from(c) / 255.0;
-            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-        });
-        let y = 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2];
+        let [r, g, b] = crate::color::linear(srgb);
+        let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
         116.0 * y.cbrt() - 16.0
     }
 

@@ -351,11 +351,11 @@ fn low_part(low: &[usize], high: &[usize], part: impl Fn(usize, usize) -> f64) -
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    fn lattice(counts: [usize; 3], of: impl Fn(&Point3<f64>) -> f64) -> ScalarLattice {
+    pub(super) fn lattice(counts: [usize; 3], of: impl Fn(&Point3<f64>) -> f64) -> ScalarLattice {
         let mut lattice = ScalarLattice {
             bounds: Bounds::from(([-10.0, -8.0, -12.0], [14.0, 16.0, 12.0])),
             counts,

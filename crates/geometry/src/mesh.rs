@@ -46,6 +46,21 @@ pub struct MeshPart {
     pub roughness: f32,
 }
 
+/// An empty part of a plain grey.
+impl Default for MeshPart {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            positions_mm: Vec::new(),
+            normals: Vec::new(),
+            triangles: Vec::new(),
+            base_color: [0.6, 0.6, 0.6, 1.0],
+            metallic: 0.0,
+            roughness: 0.5,
+        }
+    }
+}
+
 impl SurfaceMesh {
     /// The parts that belong to the instrument: what sensors sit on.
     pub fn body_parts(&self) -> impl Iterator<Item = &MeshPart> {
@@ -95,9 +110,7 @@ mod tests {
             positions_mm: corners.iter().map(|&c| c.into()).collect(),
             normals: vec![Vector3::z(); corners.len()],
             triangles: vec![[0, 1, 2]],
-            base_color: [1.0; 4],
-            metallic: 0.0,
-            roughness: 0.5,
+            ..MeshPart::default()
         }
     }
 

@@ -25,9 +25,6 @@ const SIDES: u32 = 24;
 /// Rings of each rounded end, from the cylinder to before the pole.
 const END_RINGS: u32 = 6;
 
-/// Linear RGBA.
-const COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
-
 /// The placeholder for a body, body frame, millimetres; closed, with normals outward.
 ///
 /// The rod runs from the tip through the sensors' centre, as far as sensors lie along that way on
@@ -50,15 +47,7 @@ pub fn placeholder(tip_mm: &Point3<f64>, sensors_mm: &[Point3<f64>]) -> SurfaceM
     let at = |distance: f64| tip_mm + axis.into_inner() * distance;
     let [least, most] = RADIUS_LIMITS_MM;
     let radius_mm = (SLENDERNESS * (high - low)).clamp(least, most);
-    let mut part = MeshPart {
-        name: NAME.to_owned(),
-        positions_mm: Vec::new(),
-        normals: Vec::new(),
-        triangles: Vec::new(),
-        base_color: COLOR,
-        metallic: 0.0,
-        roughness: 0.5,
-    };
+    let mut part = MeshPart { name: NAME.to_owned(), ..MeshPart::default() };
     push_capsule(&mut part, at(low), at(high), radius_mm);
     for sensor in sensors_mm {
         let foot = at(along(sensor));

@@ -324,7 +324,7 @@ fn a_slice_outside_the_room_is_grey_and_one_beyond_all_numbers_is_refused() {
 }
 
 #[test]
-fn a_body_without_a_mesh_has_a_stand_in_and_one_without_sensors_is_drawn_all_the_same() {
+fn a_body_without_a_mesh_has_a_placeholder() {
     let world = world("endoscope");
     let mut design = world.document.design().clone();
     design.tool.body.mesh = None;

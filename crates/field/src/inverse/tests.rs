@@ -209,7 +209,7 @@ fn along_x(coefficients: &[f64]) -> DistortionModel {
 }
 
 /// `x + e(x)` rises to x = 30, falls to 70 and rises again.
-fn fold() -> DistortionModel {
+fn folding_map() -> DistortionModel {
     // With t = x / 100, (x + e)' = 6 (t - 0.3)(t - 0.7), so e = 100 (2 t³ - 3 t² + 0.26 t), whose Bernstein
     // coefficients of order 3 are c1 = a/3, c2 = (2 a + b)/3, c3 = a + b + c.
     let (a, b, c) = (26.0, -300.0, 200.0);
@@ -224,7 +224,7 @@ fn folded(x: f64) -> (f64, f64) {
 
 #[test]
 fn folded_readings_are_flagged_and_no_others() {
-    let model = fold();
+    let model = folding_map();
     // Extremes of the fold: readings between them come from three positions.
     let (top, bottom) = (folded(30.0).0, folded(70.0).0);
     assert!(bottom < top);
@@ -258,7 +258,7 @@ fn folded_readings_are_flagged_and_no_others() {
 
 #[test]
 fn on_a_crease_every_answer_is_flagged() {
-    let model = fold();
+    let model = folding_map();
     for x in [30.0, 70.0, 30.0 + 1e-7, 70.0 - 1e-7] {
         let pose = Pose::translation(x, 40.0, 60.0);
         let found = undone(&model, &[pose], OutsidePolicy::Clamp)[0];

@@ -140,34 +140,19 @@ fn share_of(piece: &[Corner; 4]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::ScalarLattice;
-    use crate::bounds::Bounds;
+    use super::super::tests::lattice;
     use nalgebra::{Point3, Vector3};
     use std::f64::consts::PI;
 
-    fn lattice(counts: [usize; 3]) -> ScalarLattice {
-        ScalarLattice {
-            bounds: Bounds::from(([-10.0, -8.0, -12.0], [14.0, 16.0, 12.0])),
-            counts,
-            values: Vec::new(),
-        }
-    }
-
-    fn at_points(lattice: &ScalarLattice, of: impl Fn(&Point3<f64>) -> f64) -> Vec<f64> {
-        (0..lattice.counts.iter().product())
-            .map(|place| of(&lattice.point_mm(lattice.index(place))))
-            .collect()
-    }
-
     #[test]
     fn two_planes_leave_a_quarter_of_the_box() {
-        let mut lattice = lattice([5, 7, 4]);
         let center = Point3::new(2.0, 4.0, 0.0);
         let [normal, other] = [Vector3::new(0.6, 0.0, 0.8), Vector3::new(0.8, 0.0, -0.6)];
-        lattice.values = at_points(&lattice, |p| normal.dot(&(p - center)));
-        let excess = at_points(&lattice, |p| other.dot(&(p - center)));
-        let clipped = lattice.clipped_isosurface(0.0, Some(&excess));
-        let whole = lattice.bounds.size_mm().product();
+        let counts = [5, 7, 4];
+        let values = lattice(counts, |p| normal.dot(&(p - center)));
+        let excess = lattice(counts, |p| other.dot(&(p - center))).values;
+        let clipped = values.clipped_isosurface(0.0, Some(&excess));
+        let whole = values.bounds.size_mm().product();
         // The box is as long along x as along z, so both planes halve it and each other.
         assert!((clipped.whole_mm3 - whole / 2.0).abs() < 1e-12 * whole);
         assert!((clipped.surface.volume_mm3 - whole / 4.0).abs() < 1e-12 * whole);
@@ -189,14 +174,14 @@ mod tests {
 
     #[test]
     fn a_plane_halves_a_ball() {
-        let mut lattice = lattice([31, 31, 31]);
         let center = Point3::new(2.0, 4.0, 0.0);
-        lattice.values = at_points(&lattice, |p| (p - center).norm_squared());
+        let counts = [31, 31, 31];
+        let values = lattice(counts, |p| (p - center).norm_squared());
         let slant = Vector3::new(1.0, 2.0, 3.0);
-        let excess = at_points(&lattice, |p| slant.dot(&(p - center)));
+        let excess = lattice(counts, |p| slant.dot(&(p - center))).values;
         let radius: f64 = 7.0;
-        let all = lattice.isosurface(radius * radius);
-        let half = lattice.clipped_isosurface(radius * radius, Some(&excess));
+        let all = values.isosurface(radius * radius);
+        let half = values.clipped_isosurface(radius * radius, Some(&excess));
         // The lattice is the same seen from the other side of the middle.
         let volume = half.surface.volume_mm3;
         assert!((volume - all.volume_mm3 / 2.0).abs() < 1e-9 * volume);
@@ -206,10 +191,10 @@ mod tests {
 
     #[test]
     fn infinite_values_beyond_the_cut_do_not_count() {
-        let mut lattice = lattice([13, 3, 3]);
-        lattice.values = at_points(&lattice, |p| if p.x > 3.0 { f64::INFINITY } else { 1.0 });
-        let excess = at_points(&lattice, |p| p.x - 3.0);
-        let clipped = lattice.clipped_isosurface(2.0, Some(&excess));
+        let counts = [13, 3, 3];
+        let values = lattice(counts, |p| if p.x > 3.0 { f64::INFINITY } else { 1.0 });
+        let excess = lattice(counts, |p| p.x - 3.0).values;
+        let clipped = values.clipped_isosurface(2.0, Some(&excess));
         let face = 24.0 * 24.0;
         assert!((clipped.whole_mm3 - 13.0 * face).abs() < 1e-9);
         assert!((clipped.surface.volume_mm3 - 12.0 * face).abs() < 1e-9);
@@ -217,11 +202,11 @@ mod tests {
 
     #[test]
     fn what_is_cut_away_altogether_leaves_nothing() {
-        let mut lattice = lattice([3, 3, 3]);
-        lattice.values = at_points(&lattice, |p| p.x);
-        let nothing = lattice.clipped_isosurface(0.0, Some(&[1.0; 27]));
+        let counts = [3, 3, 3];
+        let values = lattice(counts, |p| p.x);
+        let nothing = values.clipped_isosurface(0.0, Some(&[1.0; 27]));
         assert_eq!(nothing, Default::default());
-        let none = lattice.clipped_isosurface(0.0, Some(&[-1.0; 26]));
+        let none = values.clipped_isosurface(0.0, Some(&[-1.0; 26]));
         assert_eq!(none, Default::default());
     }
 }

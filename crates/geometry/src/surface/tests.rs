@@ -6,15 +6,7 @@ use std::f64::consts::TAU;
 
 /// A closed cylinder along z with smooth sides and flat caps.
 pub(crate) fn cylinder(radius_mm: f64, length_mm: f64, sides: u32) -> SurfaceMesh {
-    let mut part = MeshPart {
-        name: "shaft".to_owned(),
-        positions_mm: Vec::new(),
-        normals: Vec::new(),
-        triangles: Vec::new(),
-        base_color: [1.0; 4],
-        metallic: 1.0,
-        roughness: 0.3,
-    };
+    let mut part = MeshPart { name: "shaft".to_owned(), ..MeshPart::default() };
     let rim = |i: u32| {
         // The last corner is the first to the bit, so that nothing gapes.
         let (sine, cosine) = (f64::from(i % sides) / f64::from(sides) * TAU).sin_cos();
