@@ -1,7 +1,7 @@
 //! Comparisons in rooms whose truth is known: what is called a difference is one, and what is not
 //! might as well not be.
 
-use super::support::{bounds, exact, fitted, noisy, places};
+use super::support::{bounds, exact, fitted, model, noisy, places, unlike};
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -53,24 +53,9 @@ fn pointer(first: f64, last: f64) -> RigidBody {
 
 /// Coefficients of up to half of `size_mm` and `size_rad` either way, the same for all orientations.
 fn truth([size_mm, size_rad]: [f64; 2]) -> DistortionModel {
-    let coefficients = (0..6 * 27)
-        .map(|i| i % 27)
-        .map(|i| {
-            std::array::from_fn(|k| {
-                let size = if k < 3 { size_mm } else { size_rad };
-                size * (((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5)
-            })
-        })
-        .collect();
-    DistortionModel::new(
-        2,
-        DirectionSet::Six,
-        Weighting::Area,
-        MapKind::Distortion,
-        bounds(),
-        coefficients,
-    )
-    .unwrap()
+    model(2, DirectionSet::Six, Weighting::Area, |i, k| {
+        (if k < 3 { size_mm } else { size_rad }) * unlike(i % 27, k)
+    })
 }
 
 fn room(model: DistortionModel) -> Environment {
@@ -166,7 +151,7 @@ fn quick() -> Settings {
 }
 
 #[test]
-fn the_interval_holds_the_true_difference_as_often_as_it_says() {
+fn intervals_hold_the_true_difference() {
     const ROOMS: u64 = 60;
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let truth = truth([3.0, 0.03]);
@@ -206,7 +191,7 @@ fn the_interval_holds_the_true_difference_as_often_as_it_says() {
 }
 
 #[test]
-fn a_design_against_itself_or_moved_by_a_hair_is_no_difference_and_one_far_worse_is() {
+fn only_a_far_worse_design_differs() {
     let environment = measured_room(&truth([3.0, 0.03]), 5);
     let mut by_a_hair = pointer(60.0, 150.0);
     by_a_hair.sensors[1].position_in_body.x += 0.05;
@@ -228,7 +213,7 @@ fn a_design_against_itself_or_moved_by_a_hair_is_no_difference_and_one_far_worse
 }
 
 #[test]
-fn a_coarse_grid_widens_the_interval_by_what_it_misses() {
+fn a_coarse_grid_widens_the_interval() {
     let environment = measured_room(&truth([3.0, 0.03]), 5);
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let mut plan = plan(&environment, &tools);
@@ -253,7 +238,7 @@ fn a_coarse_grid_widens_the_interval_by_what_it_misses() {
 }
 
 #[test]
-fn a_room_without_a_standard_error_names_no_winner_and_says_why() {
+fn a_room_without_standard_error_has_no_winner() {
     let environment = Arc::new(room(truth([3.0, 0.03])));
     let tools = [pointer(60.0, 150.0), pointer(100.0, 110.0)];
     let comparison = compared(&plan(&environment, &tools), &quick());
@@ -265,7 +250,7 @@ fn a_room_without_a_standard_error_names_no_winner_and_says_why() {
 }
 
 #[test]
-fn a_room_that_does_not_reach_has_no_figures_and_one_that_reaches_in_part_tells_how_far() {
+fn a_room_out_of_reach_has_no_figures() {
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let away = Bounds::from(([900.0, 900.0, 900.0], [950.0, 950.0, 950.0]));
     let rooms = [
@@ -309,7 +294,7 @@ fn a_room_that_does_not_reach_has_no_figures_and_one_that_reaches_in_part_tells_
 }
 
 #[test]
-fn rows_are_single_studies_to_the_bit_on_any_number_of_threads() {
+fn rows_are_single_studies_to_the_bit() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let mut plan = plan(&environment, &tools);
@@ -359,7 +344,7 @@ fn in_rooms_of_their_own_nothing_cancels() {
 }
 
 #[test]
-fn a_comparison_that_nobody_wants_any_more_stops() {
+fn a_cancelled_comparison_stops() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
     let task = Task::default();
     task.cancel.cancel();
@@ -368,7 +353,7 @@ fn a_comparison_that_nobody_wants_any_more_stops() {
 }
 
 #[test]
-fn a_design_that_does_not_move_is_compared_at_its_pose() {
+fn a_design_without_motion_is_compared_at_its_pose() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
     let mut plan = plan(&environment, &[pointer(60.0, 150.0), pointer(100.0, 110.0)]);
     plan.pairs[1].scenario.motion = None;

@@ -359,7 +359,7 @@ fn suspicions(rows: &[Measurement], content: MeasurementContent) -> Vec<Suspicio
 
 #[test]
 #[expect(clippy::print_stderr, reason = "the counts are for the docs")]
-fn every_mistake_is_seen_in_every_table_and_none_without() {
+fn every_mistake_is_seen_in_every_table() {
     let tables = all_tables();
     let mut problems = Vec::new();
     let mut tried = 0;
@@ -454,7 +454,7 @@ fn poses_by_themselves_show_units_and_the_scalar() {
 }
 
 #[test]
-fn points_are_told_from_their_mirror_image_and_scale() {
+fn mirrored_and_scaled_points_are_seen() {
     let mut random = Random::new(5);
     let source: Vec<Point3<f64>> = (0..6).map(|_| (60.0 * random.normal()).into()).collect();
     let target = |map: &dyn Fn(&Point3<f64>) -> Point3<f64>| -> Vec<Point3<f64>> {

@@ -111,7 +111,7 @@ fn assert_scatters_alike(settings: &FitSettings) {
 }
 
 #[test]
-fn differences_between_places_scatter_as_they_do_over_refits() {
+fn drawn_differences_scatter_as_refits_do() {
     assert_scatters_alike(&FitSettings::new(2, DirectionSet::Six));
     assert_scatters_alike(&FitSettings { ridge: 0.02, ..FitSettings::new(2, DirectionSet::Six) });
 }

@@ -1,63 +1,30 @@
 //! Fits recover what made their samples, and say what they cannot.
 
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use super::support::{bounds, exact, model, places, unlike};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::sync::{Arc, Mutex};
 use trackwright_calibration::registration::register;
 use trackwright_field::fit::{
     Factored, FitError, FitMethod, FitSettings, factor, fit, fit_with, residuals,
 };
-use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+use trackwright_field::samples::{PoseError, SampleSet};
 use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_task::{CancelToken, Cancelled, Task};
 
-fn bounds() -> Bounds {
-    Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))
-}
-
 /// A model with unlike coefficients everywhere.
 fn truth(order: usize, directions: DirectionSet, weighting: Weighting) -> DistortionModel {
-    let count = directions.len() * (order + 1).pow(3);
-    let coefficients = (0..count)
-        .map(|i| std::array::from_fn(|k| ((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5))
-        .collect();
-    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds(), coefficients)
-        .unwrap()
+    model(order, directions, weighting, unlike)
 }
 
-/// Exact samples of a model at places spread over box and sphere (Kronecker sequences).
 fn samples_of(model: &DistortionModel, count: usize) -> SampleSet {
-    let spread = |i: usize, step: f64| (i as f64 * step + 0.5).fract();
-    let samples = (0..count)
-        .map(|i| {
-            let size = bounds().size_mm();
-            let unit = Vector3::new(
-                spread(i, 0.819_172_5),
-                spread(i, 0.671_043_6),
-                spread(i, 0.549_700_5),
-            );
-            let position_mm: Point3<f64> = bounds().min_mm + size.component_mul(&unit);
-            let (z, turn) = (
-                2.0 * spread(i, 0.754_877_7) - 1.0,
-                std::f64::consts::TAU * spread(i, 0.569_840_3),
-            );
-            let r = (1.0 - z * z).sqrt();
-            let axis = Unit::new_normalize(Vector3::new(r * turn.cos(), r * turn.sin(), z));
-            Sample {
-                position_mm,
-                axis,
-                error: model.evaluate(&position_mm, &axis, OutsidePolicy::Clamp).error,
-            }
-        })
-        .collect();
-    SampleSet { samples, has_rotations: true, ambiguous: 0 }
+    exact(model, places(count, &bounds()))
 }
 
 #[test]
-fn a_joint_fit_recovers_the_model_that_made_its_samples() {
+fn a_joint_fit_recovers_the_model() {
     for weighting in [Weighting::Area, Weighting::Gnomonic] {
         let truth = truth(2, DirectionSet::Six, weighting);
         let set = samples_of(&truth, 3000);
@@ -77,7 +44,7 @@ fn a_joint_fit_recovers_the_model_that_made_its_samples() {
 }
 
 #[test]
-fn without_orientations_each_method_recovers_the_model() {
+fn each_method_recovers_positions_alone() {
     let truth = truth(3, DirectionSet::One, Weighting::Area);
     let set = samples_of(&truth, 500);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
@@ -88,7 +55,7 @@ fn without_orientations_each_method_recovers_the_model() {
 }
 
 #[test]
-fn the_joint_fit_never_leaves_more_than_the_per_direction_fit() {
+fn the_joint_fit_never_leaves_more() {
     let truth = truth(4, DirectionSet::FortyTwo, Weighting::Area);
     let set = samples_of(&truth, 2000);
     let rms = |method| {
@@ -107,7 +74,7 @@ fn order_zero_corrects_nothing() {
 }
 
 #[test]
-fn more_ridge_leaves_more_residual_and_smaller_coefficients() {
+fn more_ridge_leaves_smaller_coefficients() {
     let set = samples_of(&truth(3, DirectionSet::Six, Weighting::Area), 2000);
     let at = |ridge| {
         let settings = FitSettings { ridge, ..FitSettings::new(3, DirectionSet::Six) };
@@ -121,7 +88,7 @@ fn more_ridge_leaves_more_residual_and_smaller_coefficients() {
 }
 
 #[test]
-fn an_orientation_without_samples_gets_nothing_and_is_reported() {
+fn an_orientation_without_samples_is_reported() {
     let mut set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 400);
     set.samples.retain(|s| s.axis.z > 0.0);
     let found = fit(&set, &FitSettings::new(1, DirectionSet::Six), None).unwrap();
@@ -144,7 +111,7 @@ fn what_cannot_be_fitted_says_why() {
 }
 
 #[test]
-fn systems_of_parts_of_the_samples_merge_to_the_fit_of_all() {
+fn systems_of_parts_merge_to_the_fit_of_all() {
     let noisy = truth(4, DirectionSet::FortyTwo, Weighting::Area);
     let set = samples_of(&noisy, 900);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
@@ -242,7 +209,7 @@ fn a_fit_does_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
-fn samples_in_one_place_are_fitted_by_the_solution_of_least_norm() {
+fn samples_in_one_place_get_the_least_norm() {
     let mut set = samples_of(&truth(1, DirectionSet::One, Weighting::Area), 10);
     let first = set.samples[0];
     set.samples.iter_mut().for_each(|s| *s = first);

@@ -1,47 +1,26 @@
 //! The joint fit by its sparsity is the joint fit by the whole design matrix.
 
-use nalgebra::{Point3, Unit, Vector3};
+use super::support::{bounds, places, unlike};
+use nalgebra::{Unit, Vector3};
 use trackwright_field::bernstein::{coefficient_count, push_products};
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, factor, fit};
 use trackwright_field::least_squares::{LeastSquares, Solution};
 use trackwright_field::samples::{PoseError, Sample, SampleSet};
-use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_task::Task;
 
-fn bounds() -> Bounds {
-    Bounds::from(([-100.0, -80.0, -400.0], [100.0, 80.0, -100.0]))
-}
-
-/// Samples of no field in particular, spread over box and sphere (Kronecker sequences).
+/// Samples of no field in particular.
 fn samples(count: usize) -> SampleSet {
-    let spread = |i: usize, step: f64| (i as f64 * step + 0.5).fract();
-    let samples = (0..count)
-        .map(|i| {
-            let unit = Vector3::new(
-                spread(i, 0.819_172_5),
-                spread(i, 0.671_043_6),
-                spread(i, 0.549_700_5),
-            );
-            let position_mm: Point3<f64> =
-                bounds().min_mm + bounds().size_mm().component_mul(&unit);
-            let (z, turn) = (
-                2.0 * spread(i, 0.754_877_7) - 1.0,
-                std::f64::consts::TAU * spread(i, 0.569_840_3),
-            );
-            let r = (1.0 - z * z).sqrt();
-            let value = |k: usize| ((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5;
-            Sample {
-                position_mm,
-                axis: Unit::new_normalize(Vector3::new(r * turn.cos(), r * turn.sin(), z)),
-                error: PoseError {
-                    position_mm: Vector3::new(value(0), value(1), value(2)),
-                    rotation_rad: Vector3::new(value(3), value(4), value(5)),
-                },
-            }
-        })
-        .collect();
-    SampleSet { samples, has_rotations: true, ambiguous: 0 }
+    let samples = places(count, &bounds()).into_iter().enumerate();
+    let samples = samples.map(|(i, (position_mm, axis))| Sample {
+        position_mm,
+        axis,
+        error: PoseError {
+            position_mm: Vector3::from_fn(|k, _| unlike(i, k)),
+            rotation_rad: Vector3::from_fn(|k, _| unlike(i, 3 + k)),
+        },
+    });
+    SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 }
 }
 
 fn settings(order: usize, directions: DirectionSet, ridge: f64) -> FitSettings {
@@ -98,7 +77,7 @@ fn assert_same(found: &Fit, expected: &Solution) {
 }
 
 #[test]
-fn what_is_determined_is_solved_the_same_with_and_without_ridge() {
+fn determined_systems_are_solved_alike() {
     for directions in
         [DirectionSet::One, DirectionSet::Six, DirectionSet::Twelve, DirectionSet::Fourteen]
     {
@@ -126,7 +105,7 @@ fn the_larger_sets_are_eliminated_as_well() {
 }
 
 #[test]
-fn what_is_not_determined_gets_the_solution_of_least_norm() {
+fn undetermined_systems_get_the_least_norm() {
     let half_a_sphere = |set: &mut SampleSet| set.samples.retain(|s| s.axis.z > 0.2);
     let one_plane =
         |set: &mut SampleSet| set.samples.iter_mut().for_each(|s| s.position_mm.x = 20.0);
@@ -154,7 +133,7 @@ fn what_is_not_determined_gets_the_solution_of_least_norm() {
 }
 
 #[test]
-fn the_decomposition_of_a_joint_system_is_that_of_the_whole() {
+fn the_decomposition_is_that_of_the_whole() {
     let set = samples(800);
     let settings = settings(1, DirectionSet::Fourteen, 1e-2);
     let factored = factor(&set, &settings, Some(bounds()), &Task::default()).unwrap();

@@ -1,6 +1,7 @@
 //! Position-only markers: what they read, what frame they give, and how sure it is.
 
-use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
+use super::uncertainty::fitzpatrick_mm;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_design::BodyRole;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -64,7 +65,7 @@ fn coil_of_pointer() -> Sensor {
 }
 
 #[test]
-fn three_markers_give_the_frame_whatever_the_weight_and_a_row_of_them_leaves_its_turn_free() {
+fn markers_in_a_row_leave_their_turn_free() {
     let truth = some_pose();
     for weight_mm in [0.0, 100.0, 1e6] {
         let body = markers(&PROBE);
@@ -85,12 +86,12 @@ fn three_markers_give_the_frame_whatever_the_weight_and_a_row_of_them_leaves_its
 }
 
 #[test]
-fn their_uncertainty_is_the_target_registration_error_of_fitzpatrick_west_and_maurer() {
+fn markers_have_fitzpatricks_registration_error() {
     // Some figures were checked by 20,000 trials each: 0.7878 and 0.9547 mm.
     let cases = [(PROBE, [0.0, 0.0, -150.0], 0.7881), (REFERENCE, [120.0, 30.0, -60.0], 0.9575)];
     for (positions, target, published_mm) in cases {
         let body = markers(&positions);
-        let target = Point3::from(target);
+        let target: Point3<f64> = target.into();
         let fit = LinearFit::new(&body, 100.0);
         // Rotations as uncertain as can be: a marker has none.
         let each = vec![SensorCovariance::isotropic(0.25, 1e3); 4];
@@ -98,25 +99,13 @@ fn their_uncertainty_is_the_target_registration_error_of_fitzpatrick_west_and_ma
         let tre_mm = variance.trace().sqrt();
         assert!((tre_mm - published_mm).abs() < 5e-5, "{tre_mm}");
 
-        // <FLE²>/N (1 + 1/3 Σ d²/f²) over the principal axes.
-        let mean = positions.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>() / 4.0;
-        let arms = positions.map(|p| Vector3::from(p) - mean);
-        let moments: Matrix3<f64> = arms.iter().map(|a| a * a.transpose()).sum();
-        let principal = moments.symmetric_eigen();
-        let off = |axis: &Vector3<f64>, arm: &Vector3<f64>| arm.cross(axis).norm_squared();
-        let ratios = principal.eigenvectors.column_iter().map(|axis| {
-            let axis = axis.into_owned();
-            let f2 = arms.iter().map(|arm| off(&axis, arm)).sum::<f64>() / 4.0;
-            off(&axis, &(target.coords - mean)) / f2
-        });
-        let fle2 = 3.0 * 0.25 * 0.25;
-        let formula_mm = (fle2 / 4.0 * (1.0 + ratios.sum::<f64>() / 3.0)).sqrt();
+        let formula_mm = fitzpatrick_mm(&positions, target.into(), 0.25);
         assert!((tre_mm - formula_mm).abs() < 1e-12 * formula_mm);
     }
 }
 
 #[test]
-fn a_marker_reads_the_mean_over_the_basis_orientations_and_no_turn() {
+fn a_marker_reads_the_mean_over_orientations() {
     let mut scenario = optical();
     // Beside a coil, so that both kinds are evaluated in one body.
     scenario.tool.sensors.insert(1, coil_of_pointer());
@@ -145,7 +134,7 @@ fn a_marker_reads_the_mean_over_the_basis_orientations_and_no_turn() {
 }
 
 #[test]
-fn a_motion_of_markers_and_coils_is_its_poses_one_by_one() {
+fn a_motion_is_its_poses_one_by_one() {
     let mut scenario = optical();
     scenario.tool.sensors.push(coil_of_pointer());
     let range = |size: f64| Some(AxisRange { min: -size, max: size, step: size / 2.0 });

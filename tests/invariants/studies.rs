@@ -1,5 +1,6 @@
 //! Studies: ideal rooms, what is free, what is outside, cancelling, and counts of work.
 
+use super::support::built_in;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::samples::MapKind;
@@ -9,17 +10,13 @@ use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::{
-    self, AxisRange, CancelToken, InputTrial, Mode, Motion, Scenario, ScenarioCrf, StudyError,
+    self, AxisRange, CancelToken, InputTrial, Mode, Motion, Outcome, Scenario, ScenarioCrf,
+    StudyError,
 };
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 /// Frames are fitted to some hundred mm with round-off of 1e-16: this leaves a factor of 100.
 const EXACT_MM: f64 = 1e-11;
-
-fn built_in() -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
-}
 
 fn in_room(scenario: Scenario, model: DistortionModel) -> Scenario {
     let environment = Environment { model, ..(*scenario.environment).clone() };
@@ -43,8 +40,18 @@ fn uniform_room(error: [f64; 6]) -> DistortionModel {
     .unwrap()
 }
 
-fn motion_study(scenario: &Scenario) -> trackwright_simulation::Outcome {
-    trackwright_simulation::run(scenario, &Mode::Motion, &CancelToken::default(), None).unwrap()
+fn study(scenario: &Scenario, mode: &Mode) -> Outcome {
+    trackwright_simulation::run(scenario, mode, &CancelToken::default(), None).unwrap()
+}
+
+fn motion_study(scenario: &Scenario) -> Outcome {
+    study(scenario, &Mode::Motion)
+}
+
+/// The same scenario without its CRF, the tool where it was.
+fn without_crf(scenario: Scenario) -> Scenario {
+    let tracker_from_crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
+    Scenario { crf_from_tool: tracker_from_crf * scenario.crf_from_tool, crf: None, ..scenario }
 }
 
 fn five(name: &str, z_mm: f64, axis: [f64; 3]) -> Sensor {
@@ -66,23 +73,17 @@ fn an_ideal_room_has_no_error() {
 }
 
 #[test]
-fn an_error_that_is_the_same_everywhere_cancels_against_the_crf_and_not_without() {
+fn a_uniform_error_cancels_against_the_crf() {
     let room = uniform_room([3.0, -1.0, 2.0, 0.0, 0.0, 0.0]);
     let with_crf = in_room(built_in(), room);
     assert!(motion_study(&with_crf).figures.position_mm.max < EXACT_MM);
-    let tracker_from_crf = with_crf.crf.as_ref().unwrap().tracker_from_crf;
-    let without = Scenario {
-        crf_from_tool: tracker_from_crf * with_crf.crf_from_tool,
-        crf: None,
-        ..with_crf
-    };
-    let figures = motion_study(&without).figures;
+    let figures = motion_study(&without_crf(with_crf)).figures;
     assert!((figures.position_mm.min - 14_f64.sqrt()).abs() < 1e-9);
     assert!((figures.position_mm.max - 14_f64.sqrt()).abs() < 1e-9);
 }
 
 #[test]
-fn where_the_roll_is_free_the_determined_part_stands_beside_the_error() {
+fn a_free_roll_has_a_determined_part() {
     let room = uniform_room([0.0, 0.0, 1.0, 0.02, 0.0, 0.0]);
     let scenario = in_room(built_in(), room);
     let on_a_line = Scenario {
@@ -96,9 +97,7 @@ fn where_the_roll_is_free_the_determined_part_stands_beside_the_error() {
         motion: None,
         ..scenario
     };
-    let outcome =
-        trackwright_simulation::run(&on_a_line, &Mode::Single, &CancelToken::default(), None)
-            .unwrap();
+    let outcome = study(&on_a_line, &Mode::Single);
     let free = outcome.figures.free_axis.unwrap();
     assert_eq!(free.free.body, "tool");
     let axis = Vector3::from(free.free.axis_in_body.unwrap());
@@ -109,22 +108,20 @@ fn where_the_roll_is_free_the_determined_part_stands_beside_the_error() {
 }
 
 #[test]
-fn tool_sensors_decide_before_crf_sensors_whose_rotation_is_reported_free() {
+fn a_crf_with_a_free_rotation_is_reported() {
     let mut scenario = in_room(built_in(), uniform_room([0.1; 6]));
     let line = vec![five("a", 0.0, [0.0, 0.0, 1.0]), five("b", 20.0, [0.0, 0.0, 1.0])];
     scenario.crf = Some(ScenarioCrf {
         body: RigidBody { name: "rod".into(), tip_in_body: None, sensors: line },
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
-    let outcome =
-        trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
-            .unwrap();
+    let outcome = study(&scenario, &Mode::Single);
     assert_eq!(outcome.figures.free_axis.unwrap().free.body, "crf");
     assert!(outcome.figures.position_mm_determined.is_some());
 }
 
 #[test]
-fn motion_about_a_pose_equals_the_same_poses_as_input() {
+fn motion_equals_the_same_poses_as_input() {
     let scenario = Scenario {
         motion: Some(Motion {
             x: Some(AxisRange { min: -10.0, max: 10.0, step: 10.0 }),
@@ -141,15 +138,12 @@ fn motion_about_a_pose_equals_the_same_poses_as_input() {
             crf_from_tool: grid.pose(i),
         })
         .collect();
-    let cancel = CancelToken::default();
-    let moved = trackwright_simulation::run(&scenario, &Mode::Motion, &cancel, None).unwrap();
-    let given =
-        trackwright_simulation::run(&scenario, &Mode::Input(rows.into()), &cancel, None).unwrap();
-    assert_eq!(moved.figures, given.figures);
+    let given = study(&scenario, &Mode::Input(rows.into()));
+    assert_eq!(motion_study(&scenario).figures, given.figures);
 }
 
 #[test]
-fn a_study_counts_its_evaluations_and_tracks_a_fixed_crf_once() {
+fn a_study_counts_its_evaluations() {
     let scenario = built_in();
     let (tool, crf) = (
         scenario.tool.sensors.len() as u64,
@@ -171,11 +165,7 @@ fn a_study_counts_its_evaluations_and_tracks_a_fixed_crf_once() {
 fn a_design_without_crf_has_none_of_its_cost() {
     let with_crf = built_in();
     let tool = with_crf.tool.sensors.len() as u64;
-    let without = Scenario {
-        crf_from_tool: with_crf.crf.as_ref().unwrap().tracker_from_crf * with_crf.crf_from_tool,
-        crf: None,
-        ..with_crf
-    };
+    let without = without_crf(with_crf);
     let outcome = motion_study(&without);
     let (work, trials) = (outcome.work, outcome.figures.trials as u64);
     assert_eq!(work.study_evaluations, (1 + trials) * tool);
@@ -202,16 +192,14 @@ fn input(crf_poses: &[Option<Pose>], trials_each: usize, crf_from_tool: Pose) ->
 }
 
 #[test]
-fn a_crf_is_tracked_again_only_where_input_moves_it() {
+fn a_crf_is_tracked_again_only_where_it_moves() {
     let scenario = built_in();
     let sensors = scenario.crf.as_ref().unwrap().body.sensors.len() as u64;
     let own = scenario.crf.as_ref().unwrap().tracker_from_crf;
     let moved = own * Pose::translation(5.0, 0.0, 0.0);
     let run = |poses: &[Option<Pose>]| {
         let mode = input(poses, 10, scenario.crf_from_tool);
-        let outcome =
-            trackwright_simulation::run(&scenario, &mode, &CancelToken::default(), None).unwrap();
-        let work = outcome.work;
+        let work = study(&scenario, &mode).work;
         assert_eq!(work.crf_evaluations, work.crf_trackings * sensors);
         assert_eq!(work.crf_trackings + work.crf_reuses, 1 + 10 * poses.len() as u64);
         work.crf_trackings
@@ -240,7 +228,7 @@ fn shared_orientations(scenario: &Scenario, turns: bool) -> Scenario {
 }
 
 #[test]
-fn poses_that_share_their_orientation_blend_the_coefficients_once() {
+fn shared_orientations_blend_coefficients_once() {
     let scenario = built_in();
     let sensors = scenario.tool.sensors.len() as u64;
     for (turns, orientations) in [(false, 1), (true, 21)] {
@@ -254,7 +242,7 @@ fn poses_that_share_their_orientation_blend_the_coefficients_once() {
 }
 
 #[test]
-fn poses_grouped_by_orientation_come_back_in_their_order_with_their_own_figures() {
+fn grouped_poses_come_back_in_their_order() {
     let scenario = shared_orientations(&built_in(), true);
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let rows: Vec<_> = (0..grid.trials())
@@ -283,7 +271,7 @@ fn poses_grouped_by_orientation_come_back_in_their_order_with_their_own_figures(
 }
 
 #[test]
-fn a_study_has_the_same_bits_on_any_number_of_threads() {
+fn a_study_does_not_depend_on_threads() {
     for scenario in [built_in(), shared_orientations(&built_in(), true)] {
         let on = |threads| {
             rayon::ThreadPoolBuilder::new()
@@ -300,7 +288,7 @@ fn a_study_has_the_same_bits_on_any_number_of_threads() {
 }
 
 #[test]
-fn sensors_outside_the_box_and_out_of_the_volume_are_counted_apart() {
+fn outside_box_and_volume_are_counted_apart() {
     let small = Bounds::from(([-10.0, -10.0, -310.0], [10.0, 10.0, -290.0]));
     let scenario = in_room(built_in(), DistortionModel::zero(small, MapKind::Distortion));
     let figures = motion_study(&scenario).figures;
@@ -327,16 +315,14 @@ fn a_cancelled_study_has_no_outcome() {
 fn what_the_scene_shows_is_the_single_trial() {
     let scenario = built_in();
     let shown = trackwright_simulation::look(&scenario);
-    let outcome =
-        trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
-            .unwrap();
+    let outcome = study(&scenario, &Mode::Single);
     assert_eq!(shown.trial.tip_error_mm, outcome.figures.position_mm.rms);
     assert_eq!(shown.tool.sensors.len(), scenario.tool.sensors.len());
     assert_eq!(shown.work.pose_evaluations, 6);
 }
 
 #[test]
-fn turning_tool_and_crf_together_with_the_room_at_rest_changes_no_exact_result() {
+fn turning_tool_and_crf_together_is_exact() {
     let zero = DistortionModel::zero(cube(), MapKind::Distortion);
     let mut scenario = in_room(built_in(), zero);
     if let Some(crf) = &mut scenario.crf {

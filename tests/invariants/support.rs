@@ -13,6 +13,7 @@ use trackwright_field::validity::FitValidityAt;
 use trackwright_field::{DistortionModel, FitValidity, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_simulation::Scenario;
 use trackwright_task::Task;
 
 pub(super) const NOISE_MM: f64 = 0.2;
@@ -47,25 +48,37 @@ pub(super) fn places(count: usize, bounds: &Bounds) -> Vec<(Point3<f64>, Unit<Ve
         .collect()
 }
 
+/// The built-in design in its room.
+pub(super) fn built_in() -> Scenario {
+    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
+    trackwright_project::resolve(world.document.design(), &world.environment)
+}
+
+/// A model whose coefficient `i` has the components `value(i, k)`.
+pub(super) fn model(
+    order: usize,
+    directions: DirectionSet,
+    weighting: Weighting,
+    value: impl Fn(usize, usize) -> f64,
+) -> DistortionModel {
+    let count = directions.len() * (order + 1).pow(3);
+    let coefficients = (0..count).map(|i| std::array::from_fn(|k| value(i, k))).collect();
+    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds(), coefficients)
+        .unwrap()
+}
+
+/// Numbers from -0.5 to 0.5 that are alike nowhere.
+pub(super) fn unlike(i: usize, k: usize) -> f64 {
+    ((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5
+}
+
 /// A model with unlike coefficients up to `size`; where they are the same for all orientations,
 /// the paper's way of fitting each by itself can follow it exactly.
 fn truth(order: usize, directions: DirectionSet, is_same: bool, size: f64) -> DistortionModel {
     let p = (order + 1).pow(3);
-    let coefficients = (0..directions.len() * p)
-        .map(|i| if is_same { i % p } else { i })
-        .map(|i| {
-            std::array::from_fn(|k| size * (((i * 7 + k * 3 + 1) as f64 * 0.618).fract() - 0.5))
-        })
-        .collect();
-    DistortionModel::new(
-        order,
-        directions,
-        Weighting::Area,
-        MapKind::Distortion,
-        bounds(),
-        coefficients,
-    )
-    .unwrap()
+    model(order, directions, Weighting::Area, |i, k| {
+        size * unlike(if is_same { i % p } else { i }, k)
+    })
 }
 
 pub(super) fn exact(
@@ -192,7 +205,7 @@ fn mean(values: &[f64]) -> f64 {
 const REFITS: u64 = 200;
 
 #[test]
-fn predicted_standard_errors_are_what_refits_scatter_by() {
+fn standard_errors_are_the_scatter_of_refits() {
     for (method, is_same, ridge, size) in [
         (FitMethod::PerDirection, true, 0.0, 1.0),
         (FitMethod::Joint, false, 0.0, 1.0),
@@ -219,7 +232,7 @@ fn predicted_standard_errors_are_what_refits_scatter_by() {
 }
 
 #[test]
-fn what_a_model_cannot_follow_makes_its_standard_error_larger_never_smaller() {
+fn misfit_makes_standard_errors_larger_never_smaller() {
     // Each orientation by itself cannot follow a field whose orientations differ by 25 times the
     // noise; the residuals show that, and it counts as noise.
     let truth = truth(2, DirectionSet::Six, false, 10.0);
@@ -230,20 +243,29 @@ fn what_a_model_cannot_follow_makes_its_standard_error_larger_never_smaller() {
     }
 }
 
-#[test]
-fn leverages_of_an_unweighted_systems_samples_add_up_to_its_rank() {
+/// Exact samples of a model without orientations, and what fits it.
+fn ninety_samples() -> (SampleSet, FitSettings) {
     let set = exact(&truth(2, DirectionSet::One, true, 1.0), places(90, &bounds()));
-    let (_, support) = fitted(&set, &FitSettings::new(2, DirectionSet::One), None);
-    let sum: f64 =
-        set.samples.iter().map(|s| at(&support, &(s.position_mm, s.axis)).leverage).sum();
+    (set, FitSettings::new(2, DirectionSet::One))
+}
+
+fn sum_of_leverages(set: &SampleSet, support: &FitValidity) -> f64 {
+    set.samples.iter().map(|s| at(support, &(s.position_mm, s.axis)).leverage).sum()
+}
+
+#[test]
+fn leverages_add_up_to_the_rank() {
+    let (set, settings) = ninety_samples();
+    let (_, support) = fitted(&set, &settings, None);
+    let sum = sum_of_leverages(&set, &support);
     // Forms are kept to 1e-7 of the mean leverage.
     assert!((sum - 27.0).abs() < 27.0 * 1e-7, "{sum}");
 }
 
 #[test]
-fn with_a_ridge_they_add_up_to_less() {
-    let set = exact(&truth(2, DirectionSet::One, true, 1.0), places(90, &bounds()));
-    let settings = FitSettings { ridge: 0.1, ..FitSettings::new(2, DirectionSet::One) };
+fn with_a_ridge_leverages_add_up_to_less() {
+    let (set, settings) = ninety_samples();
+    let settings = FitSettings { ridge: 0.1, ..settings };
     let (_, support) = fitted(&set, &settings, None);
     let task = Task::default();
     let factored = factor(&set, &settings, None, &task).unwrap();
@@ -253,13 +275,12 @@ fn with_a_ridge_they_add_up_to_less() {
         .iter()
         .map(|s| s * s / (s * s + (0.1 * system.largest()).powi(2)))
         .sum();
-    let sum: f64 =
-        set.samples.iter().map(|s| at(&support, &(s.position_mm, s.axis)).leverage).sum();
+    let sum = sum_of_leverages(&set, &support);
     assert!(freedom < 20.0 && (sum - freedom).abs() < freedom * 1e-7, "{sum} {freedom}");
 }
 
 #[test]
-fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
+fn samples_are_supported_and_holes_are_not() {
     // No samples in one corner of the box, nor with axes that point down.
     let is_kept = |(p, axis): &(Point3<f64>, Unit<Vector3<f64>>)| {
         !(p.x > 0.0 && p.y > 0.0 && p.z > -250.0) && axis.z > 0.0
@@ -288,7 +309,7 @@ fn every_sample_is_supported_and_where_there_are_none_nothing_is() {
 }
 
 #[test]
-fn data_that_a_polynomial_goes_through_exactly_leave_no_standard_error() {
+fn an_exact_fit_has_no_standard_error() {
     let set = exact(&truth(2, DirectionSet::Six, true, 1.0), places(900, &bounds()));
     let (fit, support) = fitted(&set, &FitSettings::new(2, DirectionSet::Six), None);
     for place in places(50, fit.model.bounds()) {
@@ -300,7 +321,7 @@ fn data_that_a_polynomial_goes_through_exactly_leave_no_standard_error() {
 }
 
 #[test]
-fn as_many_unknowns_as_samples_say_nothing_of_the_noise() {
+fn as_many_unknowns_as_samples_leave_noise_open() {
     let set = exact(&truth(2, DirectionSet::One, true, 1.0), places(27, &bounds()));
     let (_, support) = fitted(&noisy(&set, 1), &FitSettings::new(2, DirectionSet::One), None);
     for s in &set.samples {
@@ -311,7 +332,7 @@ fn as_many_unknowns_as_samples_say_nothing_of_the_noise() {
 }
 
 #[test]
-fn a_plane_of_samples_determines_the_plane_and_nothing_beside_it() {
+fn a_plane_of_samples_determines_the_plane_only() {
     let flat =
         places(400, &bounds()).into_iter().map(|(p, axis)| (Point3::new(p.x, p.y, -250.0), axis));
     let set = noisy(&exact(&truth(2, DirectionSet::One, true, 1.0), flat), 1);
@@ -326,7 +347,7 @@ fn a_plane_of_samples_determines_the_plane_and_nothing_beside_it() {
 }
 
 #[test]
-fn moving_and_scaling_the_room_moves_and_scales_its_support() {
+fn validity_moves_and_scales_with_the_room() {
     let settings = FitSettings::new(2, DirectionSet::Six);
     let set = noisy(&exact(&truth(2, DirectionSet::Six, true, 1.0), places(700, &bounds())), 1);
     let (_, support) = fitted(&set, &settings, None);
@@ -442,7 +463,7 @@ fn the_kept_polynomials_are_the_definition() {
 }
 
 #[test]
-fn held_out_errors_are_larger_where_the_samples_do_not_support_the_field() {
+fn held_out_errors_are_larger_where_it_is_not_valid() {
     let read = |name: &str| {
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments/data");
         let table =

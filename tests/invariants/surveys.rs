@@ -1,5 +1,6 @@
 //! Surveys of a study's support: what they count is what each sensor finds, whatever the threads.
 
+use super::support::built_in;
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trackwright_field::{Environment, OutsidePolicy};
@@ -10,17 +11,12 @@ use trackwright_simulation::{
 };
 use trackwright_task::Task;
 
-fn built_in() -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
-}
-
 fn survey(scenario: &Scenario, mode: &Mode) -> SupportSurvey {
     trackwright_simulation::survey(scenario, mode, &Task::default()).unwrap()
 }
 
 #[test]
-fn a_single_survey_sums_up_what_each_sensor_finds() {
+fn a_survey_sums_up_its_sensors() {
     let scenario = built_in();
     let support = scenario.environment.fit_validity.as_ref().unwrap();
     let crf = scenario.crf.as_ref().unwrap();
@@ -53,7 +49,7 @@ fn a_single_survey_sums_up_what_each_sensor_finds() {
 }
 
 #[test]
-fn a_crf_that_stands_still_is_looked_up_once_and_threads_change_nothing() {
+fn a_crf_at_rest_is_evaluated_once_on_any_threads() {
     let scenario = built_in();
     let sensors = |scenario: &Scenario| {
         let crf = scenario.crf.as_ref().unwrap();
@@ -78,7 +74,7 @@ fn a_crf_that_stands_still_is_looked_up_once_and_threads_change_nothing() {
 }
 
 #[test]
-fn a_tool_beyond_the_samples_leans_on_unsupported_field() {
+fn a_tool_beyond_the_samples_is_unsupported() {
     let mut scenario = built_in();
     scenario.crf_from_tool.translation.vector += Vector3::new(400.0, 0.0, 0.0);
     let found = survey(&scenario, &Mode::Single);
@@ -91,7 +87,7 @@ fn a_tool_beyond_the_samples_leans_on_unsupported_field() {
 }
 
 #[test]
-fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
+fn no_survey_without_validity_or_when_cancelled() {
     let mut scenario = built_in();
     let task = Task::default();
     task.cancel.cancel();
@@ -108,7 +104,7 @@ fn a_room_that_does_not_tell_gives_no_survey_and_a_cancelled_one_none_either() {
 }
 
 #[test]
-fn a_slice_shows_the_quantity_that_it_is_asked_for() {
+fn a_slice_shows_its_quantity() {
     let scenario = built_in();
     let environment = &scenario.environment;
     let (model, support) = (&environment.model, environment.fit_validity.as_ref().unwrap());

@@ -75,7 +75,7 @@ pub(super) fn received(events: &Events<ClientEvent>) -> Message {
 }
 
 #[test]
-fn a_client_waits_for_a_server_hears_it_and_comes_back_when_it_was_away() {
+fn a_client_waits_and_reconnects() {
     let address = free_address();
     let (client, heard) = listen(address);
     assert!(matches!(lost(&heard), DisconnectReason::NotReached(_)));
@@ -93,7 +93,7 @@ fn a_client_waits_for_a_server_hears_it_and_comes_back_when_it_was_away() {
 }
 
 #[test]
-fn what_is_no_openigtlink_is_said_and_the_connection_made_anew() {
+fn other_protocols_are_reported() {
     let listener = TcpListener::bind(anywhere()).unwrap();
     let (_client, heard) = listen(listener.local_addr().unwrap());
     let (mut first, _) = listener.accept().unwrap();
@@ -125,54 +125,51 @@ fn what_is_no_openigtlink_is_said_and_the_connection_made_anew() {
 }
 
 #[test]
-fn a_client_that_sends_garbage_is_dropped_and_the_others_are_not() {
+fn a_client_that_sends_garbage_is_dropped() {
+    let other = b"GET / HTTP/1.1\r\nHost: here\r\nAccept: */*\r\nConnection: close\r\n\r\n";
+    let is_too_long = |error: &DecodeError| matches!(error, DecodeError::TooLong { found, .. } if *found == 4 << 30);
     let (server, served) = serve(&patient(anywhere()));
     let mut good = Reader::connect(server.address());
     joined(&served);
-    let mut bad = TcpStream::connect(server.address()).unwrap();
-    joined(&served);
-    bad.write_all(b"GET / HTTP/1.1\r\nHost: here\r\nAccept: */*\r\nConnection: close\r\n\r\n")
-        .unwrap();
-    let (why, clients) = left(&served);
-    assert!(matches!(why, LeaveReason::Unreadable(_)), "{why}");
-    assert_eq!(clients, 1);
-    send(&server, "Probe", 3);
-    assert_eq!(number_of(&good.next_transform()), Some(3));
+    for (number, bytes, has_length) in
+        [(1, other.to_vec(), false), (2, header_announcing(b"TRANSFORM", 4 << 30), true)]
+    {
+        let mut bad = TcpStream::connect(server.address()).unwrap();
+        joined(&served);
+        bad.write_all(&bytes).unwrap();
+        let (why, clients) = left(&served);
+        let LeaveReason::Unreadable(error) = &why else { panic!("{why}") };
+        assert_eq!((is_too_long(error), clients), (has_length, 1), "{error}");
+        send(&server, "Probe", number);
+        assert_eq!(number_of(&good.next_transform()), Some(number));
+    }
 }
 
-#[test]
-fn four_gigabytes_announced_end_their_own_connection_at_either_end() {
+/// The header of a message with so many bytes behind it.
+pub(super) fn header_announcing(kind: &[u8], body_bytes: u64) -> Vec<u8> {
     let mut header = numbered("Probe", 1).encode().unwrap();
     header.truncate(HEADER_BYTES);
-    header[42..50].copy_from_slice(&(4_u64 << 30).to_be_bytes());
+    header[2..14].fill(0);
+    header[2..2 + kind.len()].copy_from_slice(kind);
+    header[42..50].copy_from_slice(&body_bytes.to_be_bytes());
+    header
+}
 
-    let (server, served) = serve(&patient(anywhere()));
-    let mut good = Reader::connect(server.address());
-    joined(&served);
-    let mut bad = TcpStream::connect(server.address()).unwrap();
-    joined(&served);
-    bad.write_all(&header).unwrap();
-    let (why, clients) = left(&served);
-    assert!(
-        matches!(why, LeaveReason::Unreadable(DecodeError::TooLong { found, .. }) if found == 4 << 30),
-        "{why}"
-    );
-    assert_eq!(clients, 1);
-    send(&server, "Probe", 3);
-    assert_eq!(number_of(&good.next_transform()), Some(3));
-
-    let listener = TcpListener::bind(anywhere()).unwrap();
-    let (_client, heard) = listen(listener.local_addr().unwrap());
-    let (mut first, _) = listener.accept().unwrap();
-    first.write_all(&header).unwrap();
-    assert_eq!(lost(&heard), DisconnectReason::Unreadable);
-    let (mut second, _) = listener.accept().unwrap();
-    second.write_all(&numbered("Probe", 7).encode().unwrap()).unwrap();
-    assert_eq!(number_of(&received(&heard)), Some(7));
+/// A session without a room that serves anywhere, and what happens in it.
+pub(super) fn session(
+    client: ClientOptions,
+    relay: RelayOptions,
+    server: ServerOptions,
+) -> (Session, Events<SessionEvent>) {
+    let (sender, events) = events();
+    let server = Some(server);
+    let settings = SessionSettings { client, relay, room: None, server, record: None };
+    let session = Session::start(settings, move |event| drop(sender.send(event.clone()))).unwrap();
+    (session, events)
 }
 
 #[test]
-fn a_client_that_never_reads_is_dropped_and_holds_up_nobody() {
+fn a_client_that_never_reads_is_dropped() {
     let mut options = patient(anywhere());
     options.queue = 64;
     options.stuck_after = Duration::from_secs(1);
@@ -231,7 +228,7 @@ pub(super) fn file_limit() -> usize {
 }
 
 #[test]
-fn a_thousand_clients_are_served_and_the_next_is_told_why_it_is_not() {
+fn a_thousand_clients_are_served_and_no_more() {
     let mut options = patient(anywhere());
     // Both ends are in this process, and other tests beside them.
     if file_limit() < 4 * options.max_clients {
@@ -258,7 +255,7 @@ fn a_thousand_clients_are_served_and_the_next_is_told_why_it_is_not() {
 }
 
 #[test]
-fn a_client_that_asks_for_tracking_data_gets_all_tools_at_once_until_it_asks_for_no_more() {
+fn tracking_data_has_all_tools_at_once() {
     let (server, served) = serve(&patient(anywhere()));
     let mut client = Reader::connect(server.address());
     joined(&served);
@@ -305,24 +302,14 @@ fn a_client_that_asks_for_tracking_data_gets_all_tools_at_once_until_it_asks_for
 }
 
 #[test]
-fn a_session_marks_what_is_stale_or_lost_and_says_how_it_is() {
+fn a_session_marks_stale_and_lost_tools() {
     let address = free_address();
     let tracker = Server::start(&patient(address), |_| {}).unwrap();
     let mut client = ClientOptions::to(address.to_string());
     client.longest_wait = Duration::from_millis(100);
-    let (told, heard) = events();
-    let session = Session::start(
-        SessionSettings {
-            client,
-            // Long for a tool, so that a machine that does other things is not taken for a stale one.
-            relay: RelayOptions { stale_after: Duration::from_secs(2), ..RelayOptions::default() },
-            room: None,
-            server: Some(ServerOptions::at(anywhere())),
-            record: None,
-        },
-        move |event| drop(told.send(event.clone())),
-    )
-    .unwrap();
+    // Long for a tool, so that a machine that does other things is not taken for a stale one.
+    let relay = RelayOptions { stale_after: Duration::from_secs(2), ..RelayOptions::default() };
+    let (session, heard) = self::session(client, relay, ServerOptions::at(anywhere()));
     let mut viewer = Reader::connect(session.address().unwrap());
     heard.wait_for("a viewer", |event| {
         matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())

@@ -1,7 +1,9 @@
 //! Senders that delay, lie about lengths and send bad names, and clients that stop reading.
 
-use super::connections::{anywhere, file_limit, listen, lost, patient, received, send, serve};
-use crate::support::wire::{Events, PATIENCE, Reader, events, number_of, numbered, rest};
+use super::connections::{
+    anywhere, file_limit, header_announcing, listen, lost, patient, received, send, serve, session,
+};
+use crate::support::wire::{Events, PATIENCE, Reader, number_of, numbered, rest};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
@@ -11,7 +13,7 @@ use trackwright_openigtlink::codec::{
 };
 use trackwright_openigtlink::relay::{ClockChange, Reason, RelayOptions, ToolState, described};
 use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
-use trackwright_openigtlink::session::{Session, SessionEvent, SessionSettings};
+use trackwright_openigtlink::session::{Session, SessionEvent};
 
 /// A session that listens to whoever is behind the listener, and one client of it.
 struct Relayed {
@@ -23,16 +25,8 @@ struct Relayed {
 
 impl Relayed {
     fn start(listener: &TcpListener, relay: RelayOptions) -> Self {
-        let (told, heard) = events();
-        let settings = SessionSettings {
-            client: ClientOptions::to(listener.local_addr().unwrap().to_string()),
-            relay,
-            room: None,
-            server: Some(ServerOptions::at(anywhere())),
-            record: None,
-        };
-        let session =
-            Session::start(settings, move |event| drop(told.send(event.clone()))).unwrap();
+        let client = ClientOptions::to(listener.local_addr().unwrap().to_string());
+        let (session, heard) = session(client, relay, ServerOptions::at(anywhere()));
         let viewer = Reader::connect(session.address().unwrap());
         heard.wait_for("a viewer", |event| {
             matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
@@ -93,7 +87,7 @@ fn delays_beyond_the_bound_are_never_sent_as_good() {
 }
 
 #[test]
-fn lasting_lateness_is_told_once_and_followed_only_if_asked() {
+fn lasting_lateness_is_followed_only_on_request() {
     for follows_clock_steps in [false, true] {
         let listener = TcpListener::bind(anywhere()).unwrap();
         let options = RelayOptions {
@@ -201,17 +195,14 @@ fn lengths_that_lie_end_the_connection_at_once() {
     let listener = TcpListener::bind(anywhere()).unwrap();
     let (_client, heard) = listen(listener.local_addr().unwrap());
     for (kind, announced) in [
-        (*b"TRANSFORM", 900_000_000_u64),
-        (*b"IMAGE\0\0\0\0", 900_000_000),
-        (*b"TRANSFORM", 1 << 62),
-        (*b"TRANSFORM", u64::MAX),
+        ("TRANSFORM", 900_000_000_u64),
+        ("IMAGE", 900_000_000),
+        ("TRANSFORM", 4 << 30),
+        ("TRANSFORM", 1 << 62),
+        ("TRANSFORM", u64::MAX),
     ] {
-        let mut header = numbered("Probe", 1).encode().unwrap();
-        header.truncate(HEADER_BYTES);
-        header[2..11].copy_from_slice(&kind);
-        header[42..50].copy_from_slice(&announced.to_be_bytes());
         let (mut tracker, _) = listener.accept().unwrap();
-        tracker.write_all(&header).unwrap();
+        tracker.write_all(&header_announcing(kind.as_bytes(), announced)).unwrap();
         assert_eq!(lost(&heard), DisconnectReason::Unreadable, "{announced}");
         tracker.set_read_timeout(Some(PATIENCE)).unwrap();
         assert_eq!(tracker.read(&mut [0]).unwrap(), 0);
@@ -227,12 +218,8 @@ fn a_message_that_never_ends_is_given_up() {
     let listener = TcpListener::bind(anywhere()).unwrap();
     let (_client, heard) = listen(listener.local_addr().unwrap());
     // An image that is not too long, and poses where its pixels should be.
-    let mut header = numbered("Probe", 1).encode().unwrap();
-    header.truncate(HEADER_BYTES);
-    header[2..11].copy_from_slice(b"IMAGE\0\0\0\0");
-    header[42..50].copy_from_slice(&30_000_000_u64.to_be_bytes());
     let (mut tracker, _) = listener.accept().unwrap();
-    tracker.write_all(&header).unwrap();
+    tracker.write_all(&header_announcing(b"IMAGE", 30_000_000)).unwrap();
     let end = Instant::now() + PATIENCE;
     let why = loop {
         assert!(Instant::now() < end, "never given up");

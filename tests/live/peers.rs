@@ -80,7 +80,7 @@ fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) ->
 }
 
 #[test]
-fn transforms_of_pyigtl_are_heard_in_both_versions_with_their_status() {
+fn transforms_of_pyigtl_are_received() {
     let address = free_address();
     let mut command = python("igtl_server.py");
     command.arg(address.port().to_string());
@@ -248,7 +248,7 @@ fn receivers_of_version_one_are_served_by_the_program() {
 }
 
 #[test]
-fn the_librarys_tracker_server_and_its_tracking_data_are_heard() {
+fn the_librarys_tracker_server_is_received() {
     let address = free_address();
     let mut command = openigtlink("TrackerServer");
     command.args([&address.port().to_string(), "40"]);
@@ -279,7 +279,7 @@ fn the_librarys_tracker_server_and_its_tracking_data_are_heard() {
 }
 
 #[test]
-fn the_librarys_clients_hear_our_transforms_and_our_tracking_data() {
+fn the_librarys_clients_receive_our_data() {
     let (server, _served) = serve();
     let mut command = openigtlink("ReceiveClient");
     command.args(["127.0.0.1", &server.address().port().to_string()]);

@@ -50,8 +50,7 @@ pub enum BodySource {
     /// The readings of so many sensors were fitted.
     Sensors {
         count: usize,
-        /// RMS distance of the sensors' true positions from where the design has them: how far the
-        /// body is from its design.
+        /// RMS distance of the sensors' true positions from those of the design.
         misfit_rms_mm: f64,
     },
 }
@@ -84,9 +83,6 @@ pub enum BuiltToolError {
 /// Rows are of its sensors where the column `sensor` names these: by their names in the design, or
 /// with these as a part. A table that names nothing, or one thing that is no sensor, is of the whole
 /// body.
-///
-/// # Errors
-/// See [`BuiltToolError`].
 pub fn recorded_body(
     table: &RecordedTable,
     body: &RigidBody,
@@ -165,8 +161,7 @@ fn one_named<'a>(names: &[&'a str], wanted: &str) -> Result<&'a str, BuiltToolEr
     }
 }
 
-/// The group of each row, numbered in the order of appearance, and their names; rows without any
-/// stand alone.
+/// The group of each row in the order of appearance, and their names; rows without any are alone.
 fn group_numbers(table: &RecordedTable) -> (Vec<usize>, Vec<String>) {
     let Some(labels) = &table.groups else {
         return ((0..table.rows.len()).collect(), Vec::new());
@@ -351,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn readings_of_all_sensors_are_the_pose_of_the_body_that_they_are_on() {
+    fn readings_of_all_sensors_give_the_body_pose() {
         let mut table = table(&poses());
         for name in table.sensors.as_mut().unwrap() {
             *name = name.replace(": 610029", "");
@@ -383,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_group_in_which_a_sensor_is_missing_is_left_out_and_counted() {
+    fn groups_without_a_sensor_are_left_out() {
         let mut table = table(&poses());
         for name in table.sensors.as_mut().unwrap() {
             *name = name.replace(": 610029", "");
@@ -396,7 +391,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_of_one_thing_that_is_no_sensor_is_of_the_whole_tool() {
+    fn a_table_without_sensors_is_of_the_whole_tool() {
         let rows: Vec<Measurement> = poses()
             .iter()
             .map(|(ideal, measured)| Measurement {
@@ -416,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn two_bodies_are_matched_by_what_their_tables_call_a_pose() {
+    fn two_bodies_are_matched_by_their_groups() {
         let rows = |order: &[usize]| RecordedTable {
             rows: order
                 .iter()

@@ -39,10 +39,7 @@ pub enum CalibrationError {
     NoFrames,
 }
 
-/// Where each EM marker should have been read: `F_D⁻¹ F_A c`, EM frame, mm.
-///
-/// # Errors
-/// Markers that do not determine a pose; `frame` only names it.
+/// Where each EM marker should have been read: `F_D⁻¹ F_A c`, EM frame, mm; `frame` is for errors.
 pub fn expected_positions(
     body: &CalibrationBody,
     readings: &CalibrationFrame,
@@ -60,9 +57,6 @@ pub fn expected_positions(
 }
 
 /// A position-only measurement set: one row an EM marker and frame, frame by frame.
-///
-/// # Errors
-/// See [`CalibrationError`].
 pub fn measurements(
     body: &CalibrationBody,
     frames: &[CalibrationFrame],

@@ -21,8 +21,7 @@ const CELL_MM: f64 = 50.0;
 /// A volume that is far larger has larger cells: a hand visits hundreds, not thousands.
 const MOST_CELLS_A_SIDE: usize = 12;
 
-/// Samples in the same one of so many parts of a cell a side, turned to the same basis orientation,
-/// are alike: 12.5 mm in a cell of 50.
+/// Parts of a cell a side; samples in one of them, turned alike, are alike.
 const PARTS: usize = 4;
 
 /// What coverage is judged against.
@@ -106,14 +105,14 @@ impl CoverageSummary {
         least as f64 / coefficient_count(order) as f64
     }
 
-    /// The highest order, up to 6, for which every basis orientation has as many samples as unknowns,
-    /// below which a fit is not determined.
+    /// The highest order, up to 6, that the samples determine at every basis orientation.
     pub fn highest_order(&self) -> Option<usize> {
         (0..=6).take_while(|order| self.samples_per_unknown(*order) >= 1.0).last()
     }
 }
 
 impl Coverage {
+    /// Coverage without samples.
     pub fn new(plan: CoveragePlan) -> Self {
         let bounds = plan.volume.bounds();
         let size = bounds.size_mm();
@@ -138,6 +137,7 @@ impl Coverage {
         coverage
     }
 
+    /// What coverage is judged against.
     pub fn plan(&self) -> &CoveragePlan {
         &self.plan
     }
@@ -190,6 +190,7 @@ impl Coverage {
         })
     }
 
+    /// Counts of all samples.
     pub fn summary(&self) -> CoverageSummary {
         let directions = self.plan.directions.directions();
         CoverageSummary {

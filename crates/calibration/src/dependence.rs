@@ -115,7 +115,7 @@ mod tests {
         [(120, 6.163041557040422), (500, 14.121226450919256), (2000, 25.495274340047597)];
 
     #[test]
-    fn an_autoregressive_series_is_worth_what_its_coefficient_says() {
+    fn autoregression_has_its_effective_size() {
         let mut random = ChaCha8Rng::seed_from_u64(2);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let a = 0.8;
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn white_noise_is_worth_its_number_and_a_constant_has_no_dependence() {
+    fn white_noise_is_independent() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let series: Vec<_> = (0..2000)
             .map(|_| Vector3::from_fn(|_, _| StandardNormal.sample(&mut random)))

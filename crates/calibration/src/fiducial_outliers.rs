@@ -9,6 +9,7 @@
 use super::registration::{MIN_PAIRS, Registration, RegistrationError, register};
 use super::registration_error::{PointSpread, fle_rms_mm};
 use nalgebra::Point3;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 /// How often a good set of points may have one left out.
 const LEVEL: f64 = 0.01;
@@ -28,9 +29,6 @@ pub struct OutlyingPoint {
 }
 
 /// Registers the points that agree.
-///
-/// # Errors
-/// Those of [`register`].
 pub fn register_without_outliers(
     source: &[Point3<f64>],
     target: &[Point3<f64>],
@@ -62,8 +60,7 @@ fn registered(
     register(&of(source), &of(target))
 }
 
-/// The place in the list of the point that the others contradict most, and how often chance does;
-/// `None` where too few would stay.
+/// The index in `stay` of the point that the others contradict most, and the chance of that.
 fn worst(source: &[Point3<f64>], target: &[Point3<f64>], stay: &[usize]) -> Option<(usize, f64)> {
     if stay.len() <= MIN_LEFT {
         return None;
@@ -85,43 +82,8 @@ fn worst(source: &[Point3<f64>], target: &[Point3<f64>], stay: &[usize]) -> Opti
         Some((place, ratio))
     });
     let (place, ratio) = judged.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some((place, (stay.len() as f64 * upper_tail_of_f3(ratio, freedom)).min(1.0)))
-}
-
-/// How often Fisher's F with 3 and `freedom` degrees of freedom is above `ratio`:
-/// `I_x(m/2, 3/2)` with `x = m / (m + 3 F)` (Abramowitz & Stegun 26.6.2), by Simpson's rule over
-/// `t = x u²`, `u = v (2 − v)`, which leaves nothing singular at either end.
-fn upper_tail_of_f3(ratio: f64, freedom: usize) -> f64 {
-    const STEPS: usize = 1024;
-    let m = freedom as f64;
-    let x = m / (m + 3.0 * ratio);
-    let value = |v: f64| {
-        let u = v * (2.0 - v);
-        2.0 * (1.0 - v) * u.powi(freedom as i32 - 1) * (1.0 - x * u * u).max(0.0).sqrt()
-    };
-    let sum: f64 = (0..=STEPS)
-        .map(|k| {
-            let weight = match k {
-                0 | STEPS => 1.0,
-                _ if k % 2 == 1 => 4.0,
-                _ => 2.0,
-            };
-            weight * value(k as f64 / STEPS as f64)
-        })
-        .sum();
-    let integral = sum / (3.0 * STEPS as f64);
-    let ln_beta = ln_gamma_of_half(freedom) + ln_gamma_of_half(3) - ln_gamma_of_half(freedom + 3);
-    2.0 * integral * (0.5 * m * x.ln() - ln_beta).exp()
-}
-
-/// `ln Γ(n / 2)`.
-fn ln_gamma_of_half(n: usize) -> f64 {
-    let (first, start) = match n % 2 {
-        0 => (2, 0.0),
-        _ => (1, 0.5 * std::f64::consts::PI.ln()),
-    };
-    let steps = (first..n).step_by(2).map(|k| (k as f64 / 2.0).ln());
-    start + steps.sum::<f64>()
+    let by_chance = FisherSnedecor::new(3.0, freedom as f64).ok()?;
+    Some((place, (stay.len() as f64 * by_chance.sf(ratio)).min(1.0)))
 }
 
 #[cfg(test)]
@@ -140,16 +102,6 @@ mod tests {
     fn noisy(points: &[Point3<f64>], rng: &mut ChaCha8Rng) -> Vec<Point3<f64>> {
         let noise = Normal::new(0.0, 0.4).unwrap();
         points.iter().map(|p| p + Vector3::from_fn(|_, _| noise.sample(rng))).collect()
-    }
-
-    #[test]
-    fn tails_of_f_are_those_of_tables() {
-        // Upper 5 % and 1 % points of F(3, m).
-        for (m, five, one) in [(3, 9.2766, 29.457), (6, 4.7571, 9.7795), (12, 3.4903, 5.9525)] {
-            assert!((upper_tail_of_f3(five, m) - 0.05).abs() < 1e-5, "{m}");
-            assert!((upper_tail_of_f3(one, m) - 0.01).abs() < 1e-5, "{m}");
-        }
-        assert!((upper_tail_of_f3(0.0, 9) - 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -19,8 +19,7 @@ pub struct ErrorSummary {
     pub position_max_mm: f64,
     /// `None` where orientations were not measured.
     pub angle_max_rad: Option<f64>,
-    /// 95th percentile of the samples: what a colour map spans, so that one stray sample does not
-    /// take all its colours.
+    /// 95th percentile: what a colour map spans, whatever stray samples there are.
     pub position_p95_mm: f64,
     /// Length of what is left of each sample's position error.
     pub position_mm: Vec<f64>,

@@ -110,11 +110,8 @@ impl KindError {
     }
 }
 
-/// Tries the kinds on the same rows held out. Polynomials are tried always: what the other kinds are
-/// told beside.
-///
-/// # Errors
-/// What [`choose_by`] refuses; a kind that cannot be judged is left out and said.
+/// Tries the kinds on the same rows held out, polynomials always; a kind that cannot be judged is
+/// left out with its reason.
 pub fn choose_kind(
     samples: &SampleSet,
     labels: RowLabels,
@@ -145,8 +142,7 @@ pub fn choose_kind(
     Ok((chosen, choice))
 }
 
-/// The kind that leaves least of the positions; of those as good within the noise of the folds, the one
-/// that leaves least of the angles.
+/// The kind with the least position error; of those within the folds' noise, the least angle error.
 fn best_of(kinds: &[KindScored]) -> Option<usize> {
     let least = kinds.first()?.deciding();
     let angle = |k: &KindScored| k.deciding().overall.angle_rms_rad.unwrap_or(0.0);
@@ -249,8 +245,7 @@ impl Judge<'_> {
         })
     }
 
-    /// Kernel and amplitude are found from all rows; what the rows of the other folds say of a row is
-    /// exact given them.
+    /// Kernel and amplitude are of all rows; a row's value given the other folds is then exact.
     fn kriging(&self, task: &Task) -> Result<KindScored, KindError> {
         let process = GaussianField::fit(self.samples, None, &task.stretch(0.0, 0.4))
             .map_err(RoomModelError::from)?;
@@ -278,8 +273,7 @@ impl Judge<'_> {
         Ok(KindScored { model: RoomModel::Kriging, candidate: None, scores })
     }
 
-    /// The best degree by the hold-out that decides. A generator that is learned is learned in every
-    /// fold from the rows of the others.
+    /// The best degree by the deciding hold-out; a learned generator is learned in every fold anew.
     fn harmonic(
         &self,
         generator: &GeneratorChoice,

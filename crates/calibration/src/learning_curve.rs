@@ -19,6 +19,13 @@ pub struct LearningPoint {
 }
 
 /// Numbers of rows, each twice as many as the one before, up to all of them.
+///
+/// ```
+/// use trackwright_calibration::learning_curve::doubled;
+/// assert_eq!(doubled(4_000), [62, 125, 250, 500, 1_000, 2_000, 4_000]);
+/// assert_eq!(doubled(60), [60]);
+/// assert!(doubled(30).is_empty());
+/// ```
 pub fn doubled(all: usize) -> Vec<usize> {
     let halves = std::iter::successors(Some(all), |rows| Some(rows / 2));
     let mut rows: Vec<usize> = halves.take_while(|rows| *rows >= LEAST_ROWS).collect();
@@ -28,9 +35,6 @@ pub fn doubled(all: usize) -> Vec<usize> {
 
 /// Cross-validates the kinds on some of the rows, for each number of them. Smaller sets lie in larger
 /// ones as far as chance has it; the same numbers give the same sets.
-///
-/// # Errors
-/// As [`choose_kind`].
 pub fn learning_curve(
     samples: &SampleSet,
     labels: &RowLabels,
@@ -74,13 +78,6 @@ fn of_rows(labels: &RowLabels, rows: &[usize]) -> RowLabels {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_of_rows_double_up_to_all_of_them() {
-        assert_eq!(doubled(4_000), [62, 125, 250, 500, 1_000, 2_000, 4_000]);
-        assert_eq!(doubled(60), [60]);
-        assert!(doubled(30).is_empty());
-    }
 
     #[test]
     fn labels_stay_with_their_rows() {

@@ -49,8 +49,7 @@ pub struct LongRun {
 pub struct EffectiveSize {
     /// How many independent readings, at most as many as there are.
     pub effective: f64,
-    /// Degrees of freedom of the covariance; `None` where the series is too short to tell, and its
-    /// covariance is a lower bound.
+    /// Degrees of freedom; `None` where the series is too short, and its covariance a lower bound.
     pub freedom: Option<usize>,
 }
 
@@ -118,8 +117,7 @@ fn cosines(units: usize, effective: f64) -> Option<usize> {
     (borne >= MIN_COSINES).then_some(borne as usize)
 }
 
-/// The axes along which a covariance is diagonal once its rows and columns are divided by the roots
-/// of its diagonal: unknowns have different units.
+/// The axes along which a covariance, scaled to a unit diagonal, is diagonal.
 struct Axes {
     whitened: DMatrix<f64>,
     back: DMatrix<f64>,

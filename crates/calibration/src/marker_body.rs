@@ -28,10 +28,7 @@ impl MarkerBody {
         Self { markers_in_body: markers.iter().map(|marker| marker - mean).collect() }
     }
 
-    /// `tracker_from_body` in each frame.
-    ///
-    /// # Errors
-    /// The first frame whose markers determine no pose.
+    /// `tracker_from_body` in each frame, or the first frame whose markers determine no pose.
     pub fn poses(&self, frames: &[Vec<Point3<f64>>]) -> Result<Vec<Pose>, MarkerPoseError> {
         frames
             .iter()
@@ -45,18 +42,14 @@ impl MarkerBody {
     }
 }
 
-/// What an optical tracker sees at once, mm, optical frame: markers of an EM tracker's base, and of a
-/// tool.
+/// What an optical tracker sees at once, mm, optical frame: markers of a base and of a tool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseAndTool {
     pub on_base: Vec<Point3<f64>>,
     pub on_tool: Vec<Point3<f64>>,
 }
 
-/// The tool's markers in the frame of the base, whichever way the optical tracker was moved.
-///
-/// # Errors
-/// The first frame whose markers on the base determine no pose.
+/// The tool's markers in the base's frame, or the first frame whose base determines no pose.
 pub fn in_base(
     markers_in_base: &[Point3<f64>],
     frames: &[BaseAndTool],
@@ -80,7 +73,7 @@ mod tests {
     use trackwright_geometry::pose::pose_from_array;
 
     #[test]
-    fn the_first_frame_has_its_own_axes_and_moved_markers_move_the_pose() {
+    fn moved_markers_move_the_pose() {
         let markers = [[0.0, 0.0, 0.0], [30.0, 0.0, 0.0], [0.0, 30.0, 6.0]].map(Point3::from);
         let moved = pose_from_array([1.0, -2.0, 300.0, 0.8, 0.0, 0.6, 0.0]).unwrap();
         let frames = [markers.to_vec(), markers.iter().map(|marker| moved * marker).collect()];

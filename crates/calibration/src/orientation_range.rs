@@ -41,7 +41,7 @@ mod tests {
     }
 
     #[test]
-    fn of_very_many_poses_the_two_that_differ_most_are_found_too() {
+    fn the_largest_angle_of_many_poses_is_found() {
         let around = |i: usize| {
             let (s, c) = (i as f64 * 2.4).sin_cos();
             turned(Vector3::new(c, 0.3, s).normalize() * 0.2)

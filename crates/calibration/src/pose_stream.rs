@@ -118,6 +118,7 @@ impl Clock {
 }
 
 impl ClockFaults {
+    /// Adds counts.
     pub fn add(&mut self, other: &Self) {
         self.without_time += other.without_time;
         self.repeated += other.repeated;
@@ -136,12 +137,6 @@ impl PoseStream {
     /// First and last time; `None` without samples.
     pub fn span_s(&self) -> Option<(f64, f64)> {
         Some((self.samples.first()?.0, self.samples.last()?.0))
-    }
-
-    /// The usual time between two samples.
-    pub fn usual_step_s(&self) -> Option<f64> {
-        let steps = self.samples.windows(2).map(|w| w[1].0 - w[0].0);
-        super::robust::median(&mut steps.collect::<Vec<_>>())
     }
 
     /// The pose at a time: straight in position and at constant speed in rotation (slerp) between the
@@ -197,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_out_of_order_and_repeated_ones_are_left_out_and_counted() {
+    fn unordered_and_repeated_frames_are_left_out() {
         let (frames, faults) = left(&[10, 20, 40, 30, 50, 50, 60]);
         assert_eq!(frames, [10.0, 20.0, 40.0, 50.0, 60.0]);
         assert_eq!((faults.out_of_order, faults.repeated), (1, 1));
@@ -208,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn of_a_clock_that_jumps_back_the_longest_stretch_is_used() {
+    fn after_a_jump_back_the_longest_segment_is_used() {
         let (frames, faults) = left(&[100, 110, 120, 5, 15, 25, 35, 45]);
         assert_eq!(frames, [5.0, 15.0, 25.0, 35.0, 45.0]);
         assert_eq!((faults.jumps_back, faults.beyond_jump), (1, 3));
@@ -230,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_in_between_move_evenly_and_none_are_made_up_in_gaps_or_beyond_the_ends() {
+    fn poses_are_interpolated_within_gaps_only() {
         let turn = Vector3::new(0.0, 1.2, 0.4);
         let end = pose_from_parts(Vector3::new(10.0, -4.0, 2.0), exp_vector(&turn));
         let stream = PoseStream { samples: vec![(1.0, Pose::identity()), (3.0, end), (9.0, end)] };

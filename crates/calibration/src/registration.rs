@@ -7,8 +7,7 @@ use trackwright_geometry::svd3::svd3;
 /// Fewest pairs that can determine a pose.
 pub const MIN_PAIRS: usize = 3;
 
-/// Second singular value of the cross-covariance, relative to the first, at or below which the
-/// points lie on one line. The same bound as in frame fitting.
+/// Relative second singular value of points on one line. The same bound as in frame fitting.
 const COLLINEAR_RATIO: f64 = 1e-10;
 
 /// A registration and what it leaves.
@@ -34,8 +33,17 @@ pub enum RegistrationError {
 
 /// The rotation and translation that minimise `Σ ‖target − T source‖²`.
 ///
-/// # Errors
-/// See [`RegistrationError`].
+/// ```
+/// use nalgebra::{Point3, Vector3};
+/// use trackwright_calibration::registration::register;
+///
+/// let source = [[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [0.0, 50.0, 0.0]].map(Point3::from);
+/// let target = source.map(|p| p + Vector3::new(3.0, -1.0, 2.0));
+/// let found = register(&source, &target)?;
+/// assert!(found.fre_rms_mm < 1e-12);
+/// assert!((found.target_from_source * source[1] - target[1]).norm() < 1e-12);
+/// # Ok::<(), trackwright_calibration::registration::RegistrationError>(())
+/// ```
 pub fn register(
     source: &[Point3<f64>],
     target: &[Point3<f64>],

@@ -72,6 +72,11 @@ impl PointSpread {
 }
 
 /// How well points were localised, from what their registration leaves: `FRE² = (1 - 2/N) FLE²`.
+///
+/// ```
+/// use trackwright_calibration::registration_error::fle_rms_mm;
+/// assert!((fle_rms_mm(0.3, 8) - 0.3 / 0.75_f64.sqrt()).abs() < 1e-15);
+/// ```
 pub fn fle_rms_mm(fre_rms_mm: f64, points: usize) -> f64 {
     fre_rms_mm / (1.0 - 2.0 / points.max(MIN_PAIRS) as f64).sqrt()
 }
@@ -96,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn tools_of_a_catalogue_have_the_errors_that_another_program_computed() {
+    fn catalogue_tools_have_published_errors() {
         let fle_mm = 0.25 * 3.0_f64.sqrt();
         for (number, target, expected_mm) in
             [(8_700_340, [0.0, 0.0, -150.0], 0.7881), (8_700_339, [120.0, 30.0, -60.0], 0.9575)]
@@ -107,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn registrations_of_noisy_points_are_as_far_off_as_predicted() {
+    fn noisy_registrations_err_as_predicted() {
         let markers = tool(8_700_339);
         let target = Point3::new(120.0, 30.0, -60.0);
         let spread = PointSpread::of(&markers);
@@ -134,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn points_on_a_line_leave_the_turn_about_it_open_and_targets_on_it_known() {
+    fn points_on_a_line_leave_the_turn_open() {
         let line: Vec<_> = (0..4).map(|i| Point3::new(f64::from(i), 0.0, 0.0)).collect();
         let spread = PointSpread::of(&line);
         assert!(spread.off_line_mm() < 1e-7);

@@ -25,6 +25,17 @@ pub struct RigidCheck {
 }
 
 /// From what the tracker read of both at the same moments; `None` without any.
+///
+/// ```
+/// use trackwright_calibration::rigid_check::rigid_check;
+/// use trackwright_geometry::pose::Pose;
+///
+/// let at = |x: f64| (Pose::identity(), Pose::translation(x, 0.0, 0.0));
+/// let found = rigid_check(&[at(20.0), at(20.2)]).unwrap();
+/// assert!((found.distance_mm.mean - 20.1).abs() < 1e-12);
+/// assert!((found.distance_mm.std - 0.1).abs() < 1e-12);
+/// assert!(rigid_check(&[]).is_none());
+/// ```
 pub fn rigid_check(moments: &[(Pose, Pose)]) -> Option<RigidCheck> {
     let distances =
         moments.iter().map(|(a, b)| (a.translation.vector - b.translation.vector).norm());

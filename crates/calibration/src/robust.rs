@@ -1,6 +1,8 @@
 //! Robust estimation: what a residual counts for, and the scale of residuals of which some are
 //! outliers.
 
+use nalgebra::Matrix3;
+
 /// How fast a residual stops counting. `s` is its length in standard deviations, over six
 /// components (three of a position, three of a rotation).
 ///
@@ -25,8 +27,7 @@ const HUBER: f64 = 3.263;
 const CAUCHY: f64 = 2.862;
 const TUKEY: f64 = 6.356;
 
-/// Median length of three standard normal components: the root of the median of χ² with three
-/// degrees of freedom.
+/// Median length of three standard normal components: the root of that of χ² with three.
 const MEDIAN_LENGTH_OF_3: f64 = 1.538_172_254_455_055_2;
 
 impl Loss {
@@ -77,6 +78,17 @@ pub fn median(values: &mut [f64]) -> Option<f64> {
     Some(*median)
 }
 
+/// Standard deviation along the direction in which it is largest, from a covariance.
+///
+/// ```
+/// use nalgebra::{Matrix3, Vector3};
+/// let covariance = Matrix3::from_diagonal(&Vector3::new(1.0, 9.0, 4.0));
+/// assert_eq!(trackwright_calibration::robust::largest_std_dev(&covariance), 3.0);
+/// ```
+pub fn largest_std_dev(covariance: &Matrix3<f64>) -> f64 {
+    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+}
+
 /// Standard deviation of a component of residuals of three, from their lengths: what their median
 /// says, which outliers hardly move. Zero without any. Reorders them.
 pub fn scale_of_lengths(lengths: &mut [f64]) -> f64 {
@@ -105,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_median_stays_while_fewer_than_half_of_the_values_are_wrong() {
+    fn a_median_resists_half_of_the_values() {
         assert_eq!(median(&mut []), None);
         assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median(&mut [1.0, 2.0, 3.0, 1e9, f64::NAN]), Some(3.0));

@@ -94,8 +94,7 @@ pub struct Chosen {
 }
 
 impl ModelRequest {
-    /// The settings, or what has to be tried to find them: orders 0 to 6 with every set of
-    /// orientations, but for what was said.
+    /// The settings, or what is to be tried: orders 0 to 6 with every set of orientations.
     pub fn wanted(&self, samples: &SampleSet) -> ModelChoice {
         // Without orientations there is only one set of them: no choice.
         let directions =
@@ -159,10 +158,7 @@ pub fn row_groups(
     }))
 }
 
-/// A column of labels as numbers, one a row.
-///
-/// # Errors
-/// A column with more or fewer rows than the samples.
+/// A column of labels as numbers, one a row; an error for another number of rows.
 pub fn numbered_labels(
     name: &str,
     labels: &[String],
@@ -175,9 +171,6 @@ pub fn numbered_labels(
 }
 
 /// Tries the models on rows held out by their groups, and chooses.
-///
-/// # Errors
-/// Those of [`select_by`].
 pub fn choose(
     samples: &SampleSet,
     grouping: Option<Grouping>,
@@ -189,9 +182,6 @@ pub fn choose(
 }
 
 /// Tries the models in every hold-out that is known, and chooses by the one that decides.
-///
-/// # Errors
-/// Those of [`select_by`].
 pub fn choose_by(
     samples: &SampleSet,
     labels: RowLabels,

@@ -95,10 +95,7 @@ impl RoomError {
     }
 }
 
-/// Fits a room and judges it; `task_of` gives each stage the task that it is told to.
-///
-/// # Errors
-/// Samples or settings that make no fit; held-out rows that are fitted as well; a cancelled task.
+/// Fits a room and judges it; `task_of` gives each stage its task.
 pub fn fit_room(
     order: &RoomOrder,
     mut task_of: impl FnMut(RoomStage) -> Task,

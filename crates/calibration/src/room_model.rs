@@ -32,6 +32,7 @@ impl RoomModel {
     /// The paper's.
     pub const PAPER: Self = Self::Bernstein { is_symmetric: false };
 
+    /// The kind of model.
     pub fn kind(&self) -> ModelKind {
         match self {
             Self::Bernstein { .. } => ModelKind::Bernstein,
@@ -82,6 +83,7 @@ pub enum RoomModelError {
 }
 
 impl RoomModelError {
+    /// Whether the work was cancelled.
     pub fn is_cancelled(&self) -> bool {
         matches!(
             self,
@@ -157,9 +159,6 @@ impl HarmonicTable {
     }
 
     /// With a generator that is learned from some of the samples.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
     pub fn learned(
         samples: &SampleSet,
         from: &[usize],
@@ -177,9 +176,6 @@ impl HarmonicTable {
     }
 
     /// Fits all samples, or those whose indices are `used`.
-    ///
-    /// # Errors
-    /// [`HarmonicFitError`].
     pub fn fit(
         &self,
         used: Option<&[usize]>,
@@ -198,9 +194,6 @@ pub fn predicted(model: &HarmonicModel, sample: &Sample) -> PoseError {
 }
 
 /// Fits a harmonic model.
-///
-/// # Errors
-/// See [`RoomModelError`].
 pub fn fit_harmonic(
     samples: &SampleSet,
     order: &HarmonicOrder,
@@ -225,9 +218,6 @@ pub fn fit_harmonic(
 }
 
 /// Fits a process to the errors themselves, and its mean as the model.
-///
-/// # Errors
-/// [`RoomModelError::Process`].
 pub fn fit_kriging(
     samples: &SampleSet,
     map: MapKind,

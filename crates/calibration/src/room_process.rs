@@ -19,8 +19,7 @@ use trackwright_task::Task;
 /// leaves without: a choice within the noise of both is the simpler one.
 const BETTER: f64 = 0.95;
 
-/// Numbers measured an unknown from which a harmonic model's own residuals are held-out ones: they are
-/// then smaller by 2.5 %.
+/// Numbers measured an unknown from which own residuals are 2.5 % below held-out ones at most.
 const MANY_ROWS_AN_UNKNOWN: usize = 20;
 
 /// Rows an unknown below which a model's residuals say nothing.
@@ -36,9 +35,6 @@ pub enum Refit<'a> {
 ///
 /// The model's residuals at its own samples are smaller than elsewhere, so that kernel and variance
 /// are found from residuals of folds that a model has not seen.
-///
-/// # Errors
-/// See [`GaussianError`].
 pub fn room_process(
     samples: &SampleSet,
     fit: &Fit,

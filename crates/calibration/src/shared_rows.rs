@@ -9,8 +9,7 @@ const TOLERANCE: f64 = 1e-9;
 /// Rotation errors are differences of quaternions, each off by as much as their numbers.
 const ROTATION_TOLERANCE_RAD: f64 = 1e-8;
 
-/// Cells of positions; far larger than the tolerance, so that few positions are near a border, and
-/// far smaller than the distance of readings.
+/// Cells of positions: far larger than the tolerance, far smaller than distances of readings.
 const CELL_MM: f64 = 1e-5;
 
 type Cell = [i64; 6];

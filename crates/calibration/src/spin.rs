@@ -10,6 +10,7 @@
 
 use super::long_run::{EffectiveSize, long_run};
 use super::orientation_range::orientation_range_rad;
+use super::robust::largest_std_dev;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, Unit, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
 use trackwright_geometry::svd3::svd3;
@@ -93,10 +94,7 @@ pub enum SpinError {
     TooLargeError { rms_deg: f64, allowed_deg: f64 },
 }
 
-/// The shaft of a tool from poses in which it was turned about it; each pose is `tracker_from_tool`.
-///
-/// # Errors
-/// Too few poses, too little variation of their orientations, too large an error.
+/// The shaft of a tool from poses (`tracker_from_tool`) in which it was turned about it.
 pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
     // Two poses have an axis, whatever was turned: nothing is left over to judge it by.
     let needed = limits.min_poses.max(3);
@@ -167,7 +165,7 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
         worst_rad,
         covariance,
         effective_size: found.effective_size,
-        std_error_rad: covariance.symmetric_eigenvalues().max().max(0.0).sqrt(),
+        std_error_rad: largest_std_dev(&covariance),
         turn_rad,
         orientation_range_rad,
     })
@@ -237,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exact_turn_gives_the_shaft_in_both_frames_to_round_off() {
+    fn an_exact_turn_gives_the_shaft() {
         for sweep_deg in [16.0_f64, 90.0, 360.0, 1000.0] {
             let poses = turned_by(40, sweep_deg.to_radians());
             let found = spin(&poses, &SpinLimits::default()).unwrap();
@@ -257,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shaft_that_runs_around_a_cone_is_off_by_its_half_angle_from_the_middle() {
+    fn a_coning_shaft_is_off_by_its_half_angle() {
         // The tool turns about an axis of the tracker, and twice as far about its shaft: the shaft is
         // anywhere on a cone about the first, whose middle is what it points along on average.
         let half_rad = 1.5_f64.to_radians();
@@ -278,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn each_recording_that_cannot_answer_is_refused_for_its_reason() {
+    fn each_insufficient_recording_is_refused() {
         let limits = SpinLimits::default();
         let refused = |poses: &[Pose]| spin(poses, &limits).unwrap_err();
         let few = refused(&turned_by(9, 3.0));
@@ -377,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shaft_points_to_the_tip_unless_that_is_beside_the_origin() {
+    fn the_shaft_points_to_the_tip() {
         let found = spin(&turned_by(30, 3.0), &SpinLimits::default()).unwrap();
         let tip = |mm: f64| Point3::from(shaft().into_inner() * mm);
         let forward = found.towards(&tip(150.0), 1.0).unwrap();
@@ -390,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tips_frame_is_right_handed_with_z_along_the_shaft_and_the_tools_own_x() {
+    fn the_tip_frame_has_z_along_the_shaft() {
         let tip = Point3::new(1.0, -2.0, 150.0);
         for (towards, near) in [
             (Vector3::new(0.1, 0.2, 0.9), Vector3::x()),

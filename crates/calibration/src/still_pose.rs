@@ -5,10 +5,10 @@
 //! using the Weiszfeld algorithm*, CVPR 2011). What is far from it, measured by the median distance,
 //! is left out, and the means of the rest are the pose.
 
-use super::robust::scale_of_lengths;
+use super::robust::{median, scale_of_lengths};
 use nalgebra::{UnitQuaternion, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::rotation::{exp_vector, log_quaternion};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion, rotation_angle_rad};
 
 /// Standard deviations of a component: of a position along an axis, of a rotation vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,8 +27,7 @@ pub struct StillPose {
     pub outliers: usize,
     /// Jitter of a single reading, of those used.
     pub jitter: Spread,
-    /// How far half of all readings are from the pose, outliers and all: what tells a pose from a
-    /// path.
+    /// How far half of all readings are from the pose: what tells a pose from a path.
     pub half_within: Spread,
 }
 
@@ -52,8 +51,7 @@ const RESOLUTION: Spread = Spread { position_mm: 1e-3, angle_rad: 1e-6 };
 /// Readings that the start is looked for among; evenly spread.
 const STARTS: usize = 32;
 
-/// Far more than is needed: each step of Weiszfeld shrinks the distance to the answer, and the
-/// answer only has to tell outliers.
+/// Far more than is needed, for an answer that only has to tell outliers.
 const STEPS: usize = 30;
 
 /// The pose of a still tool; `None` without readings.
@@ -83,7 +81,7 @@ pub fn still_pose(readings: &[Pose]) -> Option<StillPose> {
         rad2 += rad * rad;
     }
     let degrees = (3 * kept.len().saturating_sub(1).max(1)) as f64;
-    let middle = |values: Vec<f64>| super::robust::median(&mut { values }).unwrap_or(0.0);
+    let middle = |values: Vec<f64>| median(&mut { values }).unwrap_or(0.0);
     Some(StillPose {
         pose,
         used: kept.len(),
@@ -100,8 +98,13 @@ pub fn still_pose(readings: &[Pose]) -> Option<StillPose> {
 pub fn distances(a: &Pose, b: &Pose) -> (f64, f64) {
     (
         (a.translation.vector - b.translation.vector).norm(),
-        trackwright_geometry::rotation::rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
+        rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
     )
+}
+
+/// Whether a pose has only finite numbers.
+pub(crate) fn is_finite(pose: &Pose) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|v| v.is_finite())
 }
 
 /// Position and rotation, each of the reading whose distances to the others sum to the least.
@@ -138,7 +141,7 @@ fn geometric_median(readings: &[Pose], start: Pose) -> Pose {
     pose_from_parts(at, rotation)
 }
 
-/// The mean of the ways to all readings, each weighed by the inverse of its length.
+/// The mean of the ways to all readings, each weighted by the inverse of its length.
 fn weiszfeld_step(ways: impl Iterator<Item = Vector3<f64>>, least: f64) -> Vector3<f64> {
     let (mut sum, mut weights) = (Vector3::zeros(), 0.0);
     for way in ways {
@@ -194,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn four_of_ten_readings_elsewhere_do_not_move_the_pose_and_are_counted() {
+    fn four_of_ten_outliers_do_not_move_the_pose() {
         let mut noise = Seeded::new(4);
         let elsewhere = truth() * Pose::translation(40.0, 5.0, 0.0);
         let turned = pose_from_parts(
@@ -216,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn equal_readings_are_their_own_pose_and_none_give_none() {
+    fn equal_readings_are_their_own_pose() {
         assert!(still_pose(&[]).is_none());
         for count in [1, 2, 100] {
             let found = still_pose(&vec![truth(); count]).unwrap();

@@ -37,8 +37,7 @@ pub struct TimeAlignment {
     pub offset_s: f64,
     /// Of the signal that agrees best.
     pub correlation: f64,
-    /// Offset of the second half less that of the first: clocks that run differently, or jumped.
-    /// `None` where a half does not tell.
+    /// Offset of the second half less that of the first: clocks that differ; `None` where unknown.
     pub drift_s: Option<f64>,
 }
 
@@ -72,12 +71,10 @@ const MIN_OVERLAP: f64 = 0.5;
 /// with anything from 0.15 to 0.6 s.
 const WINDOW_S: f64 = 0.3;
 
-/// Least correlation of the best signal: four recorded paths have 0.97 to 1.00, and at wrong shifts
-/// 0.5.
+/// Least correlation: four recorded paths have 0.97 to 1.00, and at wrong shifts 0.5.
 const MIN_CORRELATION: f64 = 0.7;
 
-/// A second peak of this part of the first one's likelihood is as good an answer. The four paths
-/// have 0.02 to 0.07.
+/// Part of the likelihood that makes a second peak as good; four recorded paths have 0.07.
 const RIVAL: f64 = 0.5;
 
 /// Points of a coarse signal: shifts take time with its square.
@@ -93,9 +90,6 @@ const FINE_POINTS: f64 = 16_384.0;
 const FULL: f64 = 1.0 - 1e-12;
 
 /// Lays the streams of all sensors together over that of the reference.
-///
-/// # Errors
-/// Streams that are too short, have no motion in common, or one that repeats itself.
 pub fn align(
     sensors: &[PoseStream],
     reference: &PoseStream,
@@ -357,7 +351,7 @@ mod tests {
     const SETTINGS: AlignmentSettings = AlignmentSettings { max_gap_s: 0.2 };
 
     #[test]
-    fn an_offset_is_found_before_anything_is_known_of_where_anything_is() {
+    fn an_offset_is_found_without_registration() {
         for seed in 0..6 {
             let mut noise = Seeded::new(seed);
             let (tracker, sensor) = (noise.pose_within(700.0), noise.pose_within(20.0));

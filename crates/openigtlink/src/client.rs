@@ -3,7 +3,7 @@
 use super::codec::{
     Content, DEFAULT_PORT, DecodeError, Decoded, Decoder, Message, StartTracking, Timestamp,
 };
-use super::keepalive;
+use socket2::{SockRef, TcpKeepalive};
 use std::io;
 use std::net::SocketAddr;
 use std::thread::JoinHandle;
@@ -23,7 +23,7 @@ const READ_BYTES: usize = 64 * 1024;
 const CONNECT_WITHIN: Duration = Duration::from_secs(5);
 
 /// How long a message may take to arrive whole: the longest that is passed over, at 55 Mbit/s. Where a
-/// length lies, what follows is taken for the message's body, and nothing is heard.
+/// length lies, what follows is taken for the message's body, and nothing is received.
 const WHOLE_WITHIN: Duration = Duration::from_secs(5);
 
 /// What a client is told beforehand.
@@ -39,6 +39,7 @@ pub struct ClientOptions {
 }
 
 impl ClientOptions {
+    /// Options for a server, with the usual waits.
     pub fn to(server: impl Into<String>) -> Self {
         Self {
             server: server.into(),
@@ -49,10 +50,7 @@ impl ClientOptions {
     }
 }
 
-/// A host and a port, as they are.
-///
-/// # Errors
-/// What was expected.
+/// A host and a port, or what was expected.
 pub fn server_address(text: &str) -> Result<String, String> {
     let expected =
         || format!("expected HOST:PORT, as localhost:{DEFAULT_PORT} or [::1]:{DEFAULT_PORT}");
@@ -117,18 +115,15 @@ pub struct Client {
 }
 
 impl Client {
-    /// Connects, and again whenever the connection is lost. `tell` is called from the client's
-    /// thread; while it does not return nothing is read, and the server has to wait.
-    ///
-    /// # Errors
-    /// The system gives no thread.
+    /// Connects, and again whenever the connection is lost. While `on_event`, called from the
+    /// client's thread, does not return, nothing is read.
     pub fn start(
         options: ClientOptions,
-        tell: impl FnMut(ClientEvent) + Send + 'static,
+        on_event: impl FnMut(ClientEvent) + Send + 'static,
     ) -> io::Result<Self> {
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
         let (stop, stopped) = oneshot::channel();
-        let listening = Listening { options, tell, buffer: vec![0; READ_BYTES] };
+        let listening = Listening { options, on_event, buffer: vec![0; READ_BYTES] };
         let thread =
             std::thread::Builder::new().name("live client".to_owned()).spawn(move || {
                 runtime.block_on(async {
@@ -168,7 +163,7 @@ impl Drop for Client {
 
 struct Listening<F> {
     options: ClientOptions,
-    tell: F,
+    on_event: F,
     buffer: Vec<u8>,
 }
 
@@ -176,13 +171,13 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
     async fn run(mut self) {
         let mut wait = self.options.first_wait;
         loop {
-            (self.tell)(ClientEvent::Connecting);
+            (self.on_event)(ClientEvent::Connecting);
             let (why, has_heard) = self.connection().await;
             // A server that closes every connection at once is not there either.
             if has_heard {
                 wait = self.options.first_wait;
             }
-            (self.tell)(ClientEvent::Lost { why, wait });
+            (self.on_event)(ClientEvent::Lost { why, wait });
             sleep(wait).await;
             wait = (wait * 2).min(self.options.longest_wait);
         }
@@ -201,12 +196,12 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
 
     async fn listen(&mut self, mut stream: TcpStream, has_heard: &mut bool) -> DisconnectReason {
         let failed = |error: io::Error| DisconnectReason::Failed(error.to_string());
-        keepalive::set(&stream);
+        keep_alive(&stream);
         let server = match stream.peer_addr() {
             Ok(server) => server,
             Err(error) => return failed(error),
         };
-        (self.tell)(ClientEvent::Connected { server });
+        (self.on_event)(ClientEvent::Connected { server });
         if let Some(bytes) = self.request()
             && let Err(error) = stream.write_all(&bytes).await
         {
@@ -237,13 +232,13 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
                     }
                     Ok(Decoded::Skipped { kind, .. }) => ClientEvent::Skipped { kind },
                     Err(error) if error.ends_the_stream() => {
-                        (self.tell)(ClientEvent::Unreadable(error));
+                        (self.on_event)(ClientEvent::Unreadable(error));
                         return DisconnectReason::Unreadable;
                     }
                     Err(error) => ClientEvent::Unreadable(error),
                 };
                 *has_heard |= matches!(event, ClientEvent::Received { .. });
-                (self.tell)(event);
+                (self.on_event)(event);
             }
             if !decoder.is_between_messages() {
                 begun = was_begun.filter(|_| !is_another).or(Some(now));
@@ -261,6 +256,23 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
         let content = Content::StartTracking(start);
         Message::new("", Timestamp::now(), content).encode().ok()
     }
+}
+
+/// Silence after which the system probes the other end.
+const PROBE_AFTER: Duration = Duration::from_secs(3);
+
+const PROBE_EVERY: Duration = Duration::from_secs(1);
+
+/// Probes without an answer until the connection is given up, where the system lets that be set.
+const PROBES: u32 = 3;
+
+/// Has the system find out when the other end is gone without a word: a pulled cable, a machine without
+/// power. Where it cannot, the connection is as good as any.
+pub(crate) fn keep_alive(stream: &TcpStream) {
+    let keepalive = TcpKeepalive::new().with_time(PROBE_AFTER).with_interval(PROBE_EVERY);
+    #[cfg(unix)]
+    let keepalive = keepalive.with_retries(PROBES);
+    let _ = SockRef::from(stream).set_tcp_keepalive(&keepalive);
 }
 
 #[cfg(test)]

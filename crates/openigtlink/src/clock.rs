@@ -19,16 +19,14 @@ use std::time::{Duration, Instant};
 /// that grows as slowly (0.72 s an hour) looks the same.
 const DRIFT: f64 = 200e-6;
 
-/// How much the lag may vary for it to count as the same, in seconds: frames of 40 Hz come in
-/// packets that are a few of them apart at most.
+/// How much the lag may vary and be the same, in seconds: packets are a few frames of 40 Hz apart.
 const SAME_LAG_S: f64 = 0.1;
 
 /// How long samples have to be late by the same amount until that is taken for a step of the clock,
 /// where steps are followed. What has waited comes faster than it was sent, so its lag shrinks by then.
 const LATER_STEP_S: f64 = 2.0;
 
-/// How long samples have to be too early until the reference is moved: a single wrong timestamp
-/// moves nothing.
+/// How long samples are too early until the reference moves: one wrong timestamp moves nothing.
 const EARLIER_STEP_S: f64 = 0.25;
 
 /// How samples are judged.
@@ -93,6 +91,7 @@ pub struct SenderClock {
 }
 
 impl SenderClock {
+    /// A clock of which nothing is known yet.
     pub fn new(rules: ClockRules) -> Self {
         Self {
             bound_s: rules.bound.as_secs_f64(),
@@ -122,8 +121,7 @@ impl SenderClock {
         self.late_since = None;
     }
 
-    /// Judges a sample by its timestamp and the moment it arrived at; one without a timestamp is
-    /// taken as it comes.
+    /// Judges a sample by its timestamp and arrival; one without a timestamp is in time.
     pub fn judge(&mut self, timestamp: Timestamp, at: Instant) -> Judged {
         if !timestamp.is_stated() {
             return Judged::InTime { latency_s: 0.0 };
@@ -151,8 +149,7 @@ impl SenderClock {
         Judged::InTime { latency_s }
     }
 
-    /// Clocks drift while samples are in time or none come. While they are late, it is the delay that
-    /// would be followed.
+    /// Allows for drift, except while samples are late: the delay would be followed.
     fn allow_drift(&mut self, at: Instant) {
         let last = self.last_at.replace(at);
         if let Some(last) = last
@@ -324,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_set_back_is_followed_only_where_that_is_asked() {
+    fn a_clock_set_back_is_followed_on_request() {
         let mut stream = Stream::new(RULES);
         assert_eq!(stream.in_time(0.0, 40, |_| 0.0), 40);
         assert_eq!(stream.in_time(1.0, 4000, |_| 500.0), 0);
@@ -338,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reconnect_a_step_is_followed_and_a_backlog_is_not() {
+    fn after_a_reconnect_only_steps_are_followed() {
         let mut stream = Stream::new(RULES);
         assert_eq!(stream.in_time(0.0, 40, |_| 0.01), 40);
         stream.clock.reconnect();
@@ -352,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn on_a_shared_clock_a_delay_from_the_first_sample_is_late() {
+    fn on_a_shared_clock_early_delays_are_late() {
         let mut stream = Stream::new(RULES);
         stream.clock = SenderClock::new(ClockRules {
             shared: Some(Moment {

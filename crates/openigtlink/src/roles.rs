@@ -19,13 +19,13 @@ pub struct BodyNames {
 /// The tools that a person has said something of: a body, or none of them.
 pub type Assigned = BTreeMap<String, Option<BodyRole>>;
 
-/// The tool that each body is heard as, if any.
+/// The tool that each body is received as, if any.
 ///
 /// What a person says goes first; then a tool called like the body; then, where the other body's
 /// name does not fit it as well, one of a usual name. `StylusToTracker` is called `Stylus`. Of two
 /// that fit alike it is the first in the order of names.
 pub fn roles<'n>(
-    heard: impl Iterator<Item = &'n str> + Clone,
+    received: impl Iterator<Item = &'n str> + Clone,
     names: &BodyNames,
     assigned: &Assigned,
 ) -> BTreeMap<BodyRole, String> {
@@ -33,11 +33,11 @@ pub fn roles<'n>(
     let roles_there =
         (BodyRole::ALL.into_iter()).filter(|role| *role == BodyRole::Tool || names.crf.is_some());
     for role in roles_there.clone() {
-        if let Some(name) = heard.clone().find(|name| assigned.get(*name) == Some(&Some(role))) {
+        if let Some(name) = received.clone().find(|name| assigned.get(*name) == Some(&Some(role))) {
             roles.insert(role, name.to_owned());
         }
     }
-    let free = heard.filter(|name| !assigned.contains_key(*name));
+    let free = received.filter(|name| !assigned.contains_key(*name));
     for fits in [is_called_so as Fits, is_called_as_usual] {
         for role in roles_there.clone() {
             if roles.contains_key(&role) {
@@ -81,6 +81,13 @@ pub fn target_frame(name: &str) -> Option<&str> {
 }
 
 /// `Stylus` of `StylusToTracker`, and of `Stylus`.
+///
+/// ```
+/// use trackwright_openigtlink::roles::{base_name, target_frame};
+/// assert_eq!(base_name("StylusToTracker"), "Stylus");
+/// assert_eq!(target_frame("StylusToTracker"), Some("Tracker"));
+/// assert_eq!((base_name("Stylus"), target_frame("Stylus")), ("Stylus", None));
+/// ```
 pub fn base_name(name: &str) -> &str {
     split(name).map_or(name, |(tool, _)| tool)
 }
@@ -97,11 +104,11 @@ mod tests {
     use super::*;
     use BodyRole::{Crf, Tool};
 
-    fn of(heard: &[&str], assigned: &[(&str, Option<BodyRole>)]) -> Vec<(BodyRole, String)> {
+    fn of(received: &[&str], assigned: &[(&str, Option<BodyRole>)]) -> Vec<(BodyRole, String)> {
         let names =
             BodyNames { tool: "Long pointer".to_owned(), crf: Some("Head frame".to_owned()) };
         let assigned = (assigned.iter()).map(|(name, role)| ((*name).to_owned(), *role)).collect();
-        (roles(heard.iter().copied(), &names, &assigned).into_iter()).collect()
+        (roles(received.iter().copied(), &names, &assigned).into_iter()).collect()
     }
 
     fn pairs(expected: &[(BodyRole, &str)]) -> Vec<(BodyRole, String)> {
@@ -109,25 +116,25 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_called_like_a_body_goes_before_one_of_a_usual_name() {
-        let heard = ["LongPointerToTracker", "HeadFrame", "StylusToTracker", "Reference"];
+    fn a_tool_named_as_a_body_comes_first() {
+        let received = ["LongPointerToTracker", "HeadFrame", "StylusToTracker", "Reference"];
         let expected = pairs(&[(Tool, "LongPointerToTracker"), (Crf, "HeadFrame")]);
-        assert_eq!(of(&heard, &[]), expected);
+        assert_eq!(of(&received, &[]), expected);
         let expected = pairs(&[(Tool, "StylusToTracker"), (Crf, "ReferenceToTracker")]);
         assert_eq!(of(&["ReferenceToTracker", "StylusToTracker"], &[]), expected);
         assert_eq!(of(&["Something", "To", "", "ToTracker"], &[]), []);
     }
 
     #[test]
-    fn what_a_person_says_goes_first_and_one_tool_is_one_body() {
-        let heard = ["Coil 3", "Reference", "Stylus"];
+    fn assignments_come_first() {
+        let received = ["Coil 3", "Reference", "Stylus"];
         let assigned = [("Coil 3", Some(Tool)), ("Reference", None)];
-        assert_eq!(of(&heard, &assigned), pairs(&[(Tool, "Coil 3")]));
-        // A tool that is not heard is not looked for further.
+        assert_eq!(of(&received, &assigned), pairs(&[(Tool, "Coil 3")]));
+        // A tool that is not received is not looked for further.
         let expected = pairs(&[(Tool, "Stylus"), (Crf, "Reference")]);
-        assert_eq!(of(&heard, &[("Gone", Some(Tool))]), expected);
+        assert_eq!(of(&received, &[("Gone", Some(Tool))]), expected);
         let both = [("Stylus", Some(Crf))];
-        assert_eq!(of(&heard, &both), pairs(&[(Crf, "Stylus")]));
+        assert_eq!(of(&received, &both), pairs(&[(Crf, "Stylus")]));
     }
 
     #[test]
@@ -138,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_says_what_the_tool_is_called_and_in_which_frame_it_is() {
+    fn a_name_has_the_tool_and_its_frame() {
         for (name, tool, frame) in [
             ("StylusToTracker", "Stylus", Some("Tracker")),
             ("ToolTip", "ToolTip", None),

@@ -2,8 +2,9 @@
 
 use super::error::StoreError;
 use super::open::{World, home};
-use super::place::{Place, free_name};
-use super::tool::{body_format_of, body_text, is_same_file};
+use super::paths::{file_name, free_name};
+use super::read::Storage;
+use super::tool::{body_format_of, is_same_file, moved_body_text};
 use super::watch::watched_files;
 use super::write::write_bytes;
 use std::path::{Path, PathBuf};
@@ -33,7 +34,7 @@ impl BodyExport {
     /// [`StoreError::NoBodyFormat`], [`StoreError::NotConvertible`], and [`StoreError::InUse`] for a
     /// file that the design is made of: Save alone writes those, and no maker's among them.
     pub fn of(world: &World, role: BodyRole, file: &Path) -> Result<Option<Self>, StoreError> {
-        let (place, design_file) = home(world.document.origin())?;
+        let (storage, design_file) = home(world.document.origin())?;
         let Some(own) = world.document.design().body(role) else {
             return Ok(None);
         };
@@ -54,11 +55,12 @@ impl BodyExport {
                 })?)
             }
         };
-        let is_embedded = |mesh: &str| place == Place::BuiltIn && !Path::new(mesh).is_absolute();
+        let is_embedded =
+            |mesh: &str| storage == Storage::BuiltIn && !Path::new(mesh).is_absolute();
         let embedded = body.mesh.take_if(|mesh| is_embedded(&mesh.file));
         Ok(Some(Self {
             file: file.to_owned(),
-            source: place.resolve(&design_file, &own.reference),
+            source: storage.resolve(&design_file, &own.reference),
             body,
             lost_mesh: embedded
                 .filter(|_| conversion.is_none())
@@ -67,6 +69,7 @@ impl BodyExport {
         }))
     }
 
+    /// The file that is written.
     pub fn file(&self) -> &Path {
         &self.file
     }
@@ -85,22 +88,18 @@ impl BodyExport {
     }
 
     /// Writes it, over what is there.
-    ///
-    /// # Errors
-    /// [`StoreError::Write`].
     pub fn write(&self) -> Result<(), StoreError> {
         match &self.conversion {
             Some(conversion) => write_bytes(&self.file, &conversion.definition.write()),
             None => {
-                let text = body_text(&self.body, &self.source, &self.file);
+                let text = moved_body_text(&self.body, &self.source, &self.file);
                 write_bytes(&self.file, text.as_bytes())
             }
         }
     }
 }
 
-/// What a body's definition in a folder is called unless told: of the kind that it came from, else of
-/// one that holds its sensors, and no file that is there.
+/// A free name for a body's definition, of the kind that it came from or that holds its sensors.
 pub fn definition_name(body: &DesignBody, folder: &Path) -> String {
     let kind = body.definition.as_ref().map(|it| it.kind);
     let sensors = &body.rigid.sensors;
@@ -120,9 +119,7 @@ pub fn definition_name(body: &DesignBody, folder: &Path) -> String {
     // "probe.body.ron" is "probe".
     let stem = stem.strip_suffix(".body").unwrap_or(&stem);
     let path = folder.join(format!("{stem}.{extension}"));
-    let free = free_name(&path, |path| !path.exists());
-    let name = free.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
+    file_name(&free_name(&path, |path| !path.exists()))
 }
 
 #[cfg(test)]
@@ -134,7 +131,7 @@ mod tests {
     use trackwright_formats::tool_definition::OnMismatch;
 
     #[test]
-    fn what_is_lost_is_known_before_anything_is_written_and_what_is_written_reads_back() {
+    fn losses_are_known_before_writing() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let world = open_builtin("pointer-on-head").unwrap();
@@ -166,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_the_design_is_made_of_and_names_without_a_format_are_refused() {
+    fn the_designs_own_files_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let design = folder.path().join("a.design.ron");
         let mut world = open_builtin("pointer-on-head").unwrap();
@@ -193,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_body_that_a_format_cannot_be_is_refused_with_the_reason() {
+    fn a_body_that_a_format_cannot_hold_is_refused() {
         let mut world = open_builtin("pointer-on-head").unwrap();
         let mut sensor = world.document.design().tool.body.rigid.sensors[0].clone();
         sensor.orientation = SensorOrientation::Marker;

@@ -100,11 +100,7 @@ pub enum BuiltToolFailure {
     Agreement { file: PathBuf, cause: AgreementError },
 }
 
-/// Reads the tables, predicts, compares. Without the CRF's table, and of poses in the tracker's
-/// frame, a design's CRF is left out.
-///
-/// # Errors
-/// See [`BuiltToolFailure`].
+/// Reads the tables, predicts, compares; a CRF without a table is left out in the tracker's frame.
 pub fn built_tool(
     files: &Files,
     mut scenario: Scenario,
@@ -185,7 +181,7 @@ pub fn built_tool(
         .map_err(BuiltToolFailure::Simulation)?;
     if tables.crf.is_none()
         && !tables.is_one_frame
-        && let Some(mismatch) = told_mismatch(&scenario, &rows)
+        && let Some(mismatch) = reported_mismatch(&scenario, &rows)
     {
         let file = tables.tool.to_owned();
         return Err(BuiltToolFailure::Frames { file, mismatch });
@@ -218,14 +214,14 @@ fn check_frames(
     let quiet = Task::cancelled_by(task.cancel.clone());
     let rows =
         paired_rows(scenario, &poses_of(body), &quiet).map_err(BuiltToolFailure::Simulation)?;
-    match told_mismatch(scenario, &rows) {
+    match reported_mismatch(scenario, &rows) {
         None => Ok(()),
         Some(mismatch) => Err(BuiltToolFailure::Frames { file: file.to_owned(), mismatch }),
     }
 }
 
 /// Poses that are all outside the room are looked at where they are asked for.
-fn told_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<FrameMismatch> {
+fn reported_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<FrameMismatch> {
     let is_asked_for = scenario.outside != OutsidePolicy::Reject;
     frame_mismatch(scenario, rows)
         .filter(|found| !(is_asked_for && matches!(found, FrameMismatch::NotInRoom { .. })))

@@ -1,11 +1,8 @@
 //! The built-in world, embedded in the program: designs, and all that they refer to.
 
 use super::error::StoreError;
-use super::place::Place;
-use super::read::read_mesh_at;
 use std::path::{Path, PathBuf};
 use trackwright_design::Origin;
-use trackwright_geometry::mesh::SurfaceMesh;
 
 /// What opens where no file is named.
 pub const DEFAULT_BUILTIN: &str = "pointer-on-head";
@@ -66,19 +63,12 @@ const FILES: &[(&str, &[u8])] = embedded![
     "assets/meshes/field-generator.glb",
 ];
 
-const GENERATOR_MESH: &str = "assets/meshes/field-generator.glb";
+/// The field generator.
+pub(super) const GENERATOR_MESH: &str = "assets/meshes/field-generator.glb";
 
 /// The built-in designs' names.
 pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     NAMES.into_iter()
-}
-
-/// The field generator, in the tracker frame.
-///
-/// # Errors
-/// None, as long as the embedded mesh is one.
-pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
-    read_mesh_at(Place::BuiltIn, Path::new(GENERATOR_MESH), None)
 }
 
 /// The paths of the embedded files.
@@ -108,7 +98,7 @@ pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreEr
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Files, open_builtin, resolve};
+    use crate::{Files, generator_mesh, open_builtin, resolve};
     use std::sync::Arc;
     use trackwright_calibration::room_process::{Refit, room_process};
     use trackwright_field::environment::{HoldoutProvenance, Provenance};
@@ -224,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn each_design_opens_and_all_its_sensors_are_where_the_tracker_measures() {
+    fn each_design_has_its_sensors_in_the_volume() {
         for name in builtin_names().chain(Starter::ALL.map(Starter::name)) {
             let world = open_builtin(name).unwrap();
             let scenario = resolve(world.document.design(), &world.environment);
@@ -238,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_generator_stands_behind_the_origin_of_the_tracker_frame() {
+    fn the_generator_is_behind_the_tracker_origin() {
         let bounds = generator_mesh().unwrap().body_bounds().unwrap();
         assert!(bounds.min_mm.z > -1.0 && bounds.max_mm.z > 10.0, "{bounds:?}");
     }

@@ -55,8 +55,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Whether an image's bytes are not those that its checksum was made of: it can be read all the
-    /// same.
+    /// Whether a checksum does not match: the file can be read all the same.
     pub fn is_checksum(&self) -> bool {
         let Self::Format { cause, .. } = self else {
             return false;

@@ -2,11 +2,11 @@
 //! document that it did not write.
 
 use super::error::StoreError;
-use super::file_id::FileId;
 use super::open::{self, World};
-use super::tool::{ReadTool, body_text, read_tool};
-use super::watch::Stamps;
-use super::write::{Draft, folder_of, remove_leftovers, write_error};
+use super::paths::{FileId, extension_of, folder_of};
+use super::stamps::Stamps;
+use super::tool::{ReadTool, moved_body_text, read_tool};
+use super::write::{Draft, remove_leftovers, write_error};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -21,6 +21,19 @@ use trackwright_formats::{BodyFile, environment, generator};
 
 /// The files of one command. Everything that a command reads is read through this, and written through
 /// [`output`](Self::output).
+///
+/// ```
+/// use trackwright_project::{Files, StoreError};
+///
+/// let folder = tempfile::tempdir()?;
+/// let table = folder.path().join("points.csv");
+/// std::fs::write(&table, "x,y,z\n1,2,3\n4,5,6\n7,8,10\n")?;
+/// let files = Files::default();
+/// assert_eq!(files.read_points(&table)?.as_it_stands().len(), 3);
+/// // What is read is never written over.
+/// assert!(matches!(files.output(&table), Err(StoreError::IsInput { .. })));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Default)]
 pub struct Files {
     /// Whether other documents may be written over, which the user asked for.
@@ -43,8 +56,7 @@ pub struct Output<'a> {
 }
 
 impl Files {
-    /// Files of which those that other programs or other commands wrote may be written over. One that
-    /// is read is never written.
+    /// Files of which others' may be written over; one that is read is never written.
     pub fn overwriting(is_overwriting: bool) -> Self {
         Self { is_overwriting, known: Mutex::default() }
     }
@@ -83,17 +95,11 @@ impl Files {
     }
 
     /// An [`output`](Self::output) where one is asked for.
-    ///
-    /// # Errors
-    /// As there.
     pub fn optional_output(&self, file: Option<&Path>) -> Result<Option<Output<'_>>, StoreError> {
         file.map(|file| self.output(file)).transpose()
     }
 
-    /// States that a file is read.
-    ///
-    /// # Errors
-    /// [`StoreError::IsInput`] where it is an [`output`](Self::output).
+    /// States that a file is read, which must be no [`output`](Self::output).
     pub(super) fn input(&self, file: &Path) -> Result<(), StoreError> {
         let id = FileId::of(file);
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
@@ -105,25 +111,16 @@ impl Files {
     }
 
     /// Opens a design with all that it refers to; see [`open_design`](super::open_design).
-    ///
-    /// # Errors
-    /// Those of opening it, and [`StoreError::IsInput`].
     pub fn open_design(&self, file: &Path) -> Result<World, StoreError> {
         self.opened(open::open_design(file)?)
     }
 
     /// Opens a design for its numbers alone.
-    ///
-    /// # Errors
-    /// As [`open_design`](Self::open_design).
     pub fn open_design_without_meshes(&self, file: &Path) -> Result<World, StoreError> {
         self.opened(open::open_design_without_meshes(file)?)
     }
 
-    /// Reads a body file or a maker's definition, whichever it is.
-    ///
-    /// # Errors
-    /// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
+    /// Reads a body file or a maker's definition; refuses a wrong checksum unless it is accepted.
     pub fn read_tool(&self, file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
         self.input(file)?;
         read_tool(file, on_mismatch)
@@ -145,6 +142,7 @@ impl Files {
 }
 
 impl Output<'_> {
+    /// The file that is written.
     pub fn file(&self) -> &Path {
         &self.file
     }
@@ -203,30 +201,30 @@ impl Output<'_> {
         let Some([old, new]) = draft.beginnings(signature::BEGINNING as u64)? else {
             return Ok(None);
         };
-        let extension = self.file.extension().unwrap_or_default();
-        match signature::may_replace(&old, &new, &extension.to_string_lossy()) {
+        match signature::may_replace(&old, &new, &extension_of(&self.file)) {
             Err(found) if !draft.is_there_already()? => Ok(Some(found)),
             _ => Ok(None),
         }
     }
 
-    /// # Errors
-    /// As [`write`](Self::write), here and below.
+    /// Writes bytes, as [`write`](Self::write) does.
     pub fn write_bytes(&self, bytes: &[u8]) -> Result<(), StoreError> {
         self.write(|out| out.write_all(bytes))
     }
 
+    /// Writes an environment.
     pub fn write_environment(&self, written: &Environment) -> Result<(), StoreError> {
         self.write_bytes(environment::write(written).as_bytes())
     }
 
+    /// Writes a field generator.
     pub fn write_generator(&self, written: &Generator) -> Result<(), StoreError> {
         self.write_bytes(generator::write(written).as_bytes())
     }
 
     /// Writes a body that was read from `source`, whose meshes it still refers to.
     pub fn write_body(&self, body: &BodyFile, source: &Path) -> Result<(), StoreError> {
-        self.write_bytes(body_text(body, source, &self.file).as_bytes())
+        self.write_bytes(moved_body_text(body, source, &self.file).as_bytes())
     }
 
     /// Writes a maker's definition.

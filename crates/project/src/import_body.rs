@@ -2,18 +2,16 @@
 //! has no world, and named so that Save puts it beside the design and over nobody's file.
 
 use super::error::StoreError;
-use super::mesh_cache::{ImportedMesh, MeshImport};
+use super::meshes::{ImportedMesh, MeshImport};
 use super::open::{World, home};
-use super::place::{Kind, Place, absolute, free_name};
-use super::read::read;
-use super::save::reach_mesh;
-use super::tool::{body_name, extension_of};
-use super::watch::Stamps;
-use super::write::folder_of;
+use super::paths::{absolute, extension_of, file_name, folder_of, free_name};
+use super::read::{Kind, Storage, read};
+use super::stamps::Stamps;
+use super::tool::{body_name, body_text, reach_mesh};
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, DesignBody};
+use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{OnMismatch, read_body};
-use trackwright_formats::{BodyFile, body};
 
 /// A file that is to be the tool or the CRF: what there is to read.
 #[derive(Clone, Debug)]
@@ -22,7 +20,7 @@ pub struct BodyImport {
     pub on_mismatch: OnMismatch,
     file: PathBuf,
     /// Of the design, and its file in its own place.
-    place: Place,
+    storage: Storage,
     design_file: PathBuf,
     /// What it takes the place of.
     present: DesignBody,
@@ -41,17 +39,14 @@ pub struct ImportedBody {
 }
 
 impl BodyImport {
-    /// `None` where the design has no such body.
-    ///
-    /// # Errors
-    /// A built-in design that is none.
+    /// A file for a body; `None` where the design has no such body.
     pub fn of_file(
         world: &World,
         role: BodyRole,
         file: &Path,
         on_mismatch: OnMismatch,
     ) -> Result<Option<Self>, StoreError> {
-        let (place, design_file) = home(world.document.origin())?;
+        let (storage, design_file) = home(world.document.origin())?;
         let design = world.document.design();
         let Some(present) = design.body(role) else {
             return Ok(None);
@@ -61,25 +56,23 @@ impl BodyImport {
             role,
             on_mismatch,
             file: file.to_owned(),
-            place,
+            storage,
             design_file,
             present: present.clone(),
             other_reference: others.next().map(|(_, body)| body.reference.clone()),
         }))
     }
 
+    /// The file that is read.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// Reads the body, and its mesh if it has one: work for a thread.
-    ///
-    /// # Errors
-    /// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
+    /// Reads the body and its mesh: work for a thread. A wrong checksum is refused unless accepted.
     pub fn read(&self) -> Result<ImportedBody, StoreError> {
         let mut stamps = Stamps::default();
         let extension = extension_of(&self.file);
-        let (found, kind) = read(Place::Disk, &self.file, Kind::TOOL, |bytes| {
+        let (found, kind) = read(Storage::Disk, &self.file, Kind::TOOL, |bytes| {
             if self.is_own_place(&self.file) {
                 stamps.take(&self.file, bytes);
             }
@@ -90,7 +83,7 @@ impl BodyImport {
             _ => body_name(&self.file),
         };
         let body = self.as_design_body(found, &name, kind.is_none());
-        let mesh = MeshImport::of_body(self.place, &self.design_file, self.role, &body);
+        let mesh = MeshImport::of_body(self.storage, &self.design_file, self.role, &body);
         Ok(ImportedBody {
             role: self.role,
             mesh: mesh.and_then(|mesh| mesh.read().ok()),
@@ -101,7 +94,7 @@ impl BodyImport {
 
     /// Whether a body file lies where the design's own are saved.
     fn is_own_place(&self, file: &Path) -> bool {
-        self.place == Place::Disk
+        self.storage == Storage::Disk
             && absolute(&folder_of(file)) == absolute(&folder_of(&self.design_file))
     }
 
@@ -116,14 +109,13 @@ impl BodyImport {
         // What is there already is not another one because its file would be called otherwise.
         let mut again = body.clone();
         again.reference.clone_from(&self.present.reference);
-        if text(&again) == text(&self.present) {
+        if body_text(&again) == body_text(&self.present) {
             return self.present.clone();
         }
         body
     }
 
-    /// What the design refers to the body by: its own file where that lies beside the design, else
-    /// a name there that nothing has yet.
+    /// The design's reference: the file itself beside the design, else a free name there.
     fn reference(&self, name: &str, is_body_file: bool) -> String {
         let is_others = |name: &str| self.other_reference.as_deref() == Some(name);
         if is_body_file && self.is_own_place(&self.file) && !is_others(name) {
@@ -132,23 +124,22 @@ impl BodyImport {
         let folder = folder_of(&self.design_file);
         let is_free = |path: &PathBuf| {
             let name = file_name(path);
-            let exists = self.place == Place::Disk && path.exists();
+            let exists = self.storage == Storage::Disk && path.exists();
             !exists && !is_others(&name) && self.present.reference != name
         };
         file_name(&free_name(&folder.join(name), is_free))
     }
 
-    /// Leads to the same mesh from where the body will be; a built-in design has no place on the
-    /// disk, so that the whole path does there.
+    /// Leads to the same mesh from the body's file; by the whole path in a built-in design.
     fn reach_mesh(&self, body: &mut DesignBody) {
-        match self.place {
-            Place::Disk => {
+        match self.storage {
+            Storage::Disk => {
                 let own_file = folder_of(&self.design_file).join(&body.reference);
                 reach_mesh(&mut body.mesh, &self.file, &own_file);
             }
-            Place::BuiltIn => {
+            Storage::BuiltIn => {
                 if let Some(mesh) = &mut body.mesh {
-                    let file = Place::Disk.resolve(&self.file, &mesh.file);
+                    let file = Storage::Disk.resolve(&self.file, &mesh.file);
                     mesh.file = absolute(&file).to_string_lossy().into_owned();
                 }
             }
@@ -161,19 +152,7 @@ impl World {
     pub fn keep_body(&mut self, taken: &ImportedBody) {
         self.stamps.extend(taken.stamps.clone());
         if let Some(mesh) = &taken.mesh {
-            self.mesh_cache.keep(mesh.clone());
+            self.meshes.cache(mesh.clone());
         }
     }
 }
-
-fn text(body: &DesignBody) -> String {
-    body::write(&BodyFile::of(body))
-}
-
-fn file_name(file: &Path) -> String {
-    let name = file.file_name().unwrap_or_default();
-    name.to_string_lossy().into_owned()
-}
-
-#[cfg(test)]
-mod tests;

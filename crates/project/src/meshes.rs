@@ -1,24 +1,32 @@
-//! The meshes of an open design, its bodies' and its anatomy: read with it, again when an edit names
-//! others, and missed rather than demanded, as no number depends on them.
+//! The meshes of an open design, its bodies' and its anatomy's: read with it and again when an edit
+//! names others. A missing one is a [`World::mesh_problems`], since no number depends on meshes.
+//!
+//! A mesh is known by what the design refers to it by, so that the order of anatomy, its names and
+//! poses do not matter. Those read last are cached: a thread reads a mesh before an edit names it,
+//! and undo comes back to one. None of them is read twice.
 
-use super::anatomy::{AnatomyMeshes, refresh_anatomy};
 use super::error::StoreError;
-use super::mesh_cache::{ImportedMesh, MeshImport};
 use super::open::{Reader, World, home};
-use super::place::{Place, absolute, relative};
-use super::write::folder_of;
-use std::path::Path;
+use super::paths::{absolute, extension_of, folder_of, relative};
+use super::read::{Storage, read};
+use super::stamps::Stamps;
+use std::fmt;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use trackwright_design::{BodyRole, Design, DesignBody, Origin};
+use trackwright_formats::mesh;
 use trackwright_geometry::mesh::SurfaceMesh;
-use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::mesh_report::MeshReport;
+
+/// Meshes that are cached; a million triangles take some 100 MB.
+const MOST_CACHED: usize = 4;
 
 /// Whose a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MeshOwner {
     Body(BodyRole),
-    /// Anatomy by its place in the design's list; `None` for what is not yet in it.
+    /// Anatomy by its index in the design's list; `None` for what is not yet in it.
     Anatomy(Option<usize>),
 }
 
@@ -29,8 +37,8 @@ impl From<BodyRole> for MeshOwner {
 }
 
 /// Within a sentence.
-impl std::fmt::Display for MeshOwner {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for MeshOwner {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Body(role) => role.fmt(f),
             Self::Anatomy(_) => f.write_str("anatomy"),
@@ -42,15 +50,15 @@ impl std::fmt::Display for MeshOwner {
 #[derive(Clone, Debug)]
 pub struct MeshProblem {
     pub whose: MeshOwner,
-    /// Of the anatomy; a body is told by its role.
+    /// Of the anatomy; a body is named by its role.
     pub name: String,
     /// What the body or the design refers to.
     pub reference: MeshReference,
     pub cause: Arc<StoreError>,
 }
 
-impl std::fmt::Display for MeshProblem {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for MeshProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.whose {
             MeshOwner::Body(role) => write!(f, "the {role}'s mesh is missing: {}", self.cause),
             MeshOwner::Anatomy(_) => {
@@ -69,8 +77,8 @@ pub struct MeshDoubt {
     pub text: String,
 }
 
-impl std::fmt::Display for MeshDoubt {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for MeshDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.whose {
             MeshOwner::Body(role) => write!(f, "the {role}'s mesh: {}", self.text),
             MeshOwner::Anatomy(_) => write!(f, "the anatomy {:?}: {}", self.name, self.text),
@@ -78,190 +86,321 @@ impl std::fmt::Display for MeshDoubt {
     }
 }
 
-impl World {
-    /// What is wrong with the meshes that were read, as their reports have it.
-    pub fn mesh_doubts(&self) -> Vec<MeshDoubt> {
-        let design = self.document.design();
-        let bodies = BodyRole::ALL
-            .into_iter()
-            .filter_map(|role| Some((role.into(), role.to_string(), self.mesh_report(role)?)));
-        let anatomy = design.anatomy.iter().enumerate().filter_map(|(index, own)| {
-            let whose = MeshOwner::Anatomy(Some(index));
-            Some((whose, own.name.clone(), self.anatomy_report(&own.mesh)?))
-        });
-        let mut doubts = Vec::new();
-        for (whose, name, report) in bodies.chain(anatomy) {
-            let faults = report.findings().into_iter().filter(|it| it.is_fault);
-            doubts.extend(faults.map(|fault| MeshDoubt {
-                whose,
-                name: name.clone(),
-                text: fault.text,
-            }));
-        }
-        doubts
-    }
-}
-
 /// The meshes of an open design, as far as they were read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Meshes {
     /// The tool's and the CRF's.
-    pub(super) bodies: [BodyMesh; 2],
-    pub(super) anatomy: AnatomyMeshes,
+    bodies: [LoadedMesh; 2],
+    /// Each file in each unit once.
+    anatomy: Vec<LoadedMesh>,
+    /// The meshes that were read last, the newest first.
+    cache: Vec<ImportedMesh>,
 }
 
-impl Meshes {
-    pub(super) fn read(reader: &mut Reader, design_file: &Path, design: &Design) -> Self {
-        Self {
-            bodies: BodyRole::ALL.map(|role| {
-                design.body(role).map_or_else(BodyMesh::default, |body| {
-                    BodyMesh::read(reader, design_file, body)
-                })
-            }),
-            anatomy: AnatomyMeshes::read(reader, design_file, design),
-        }
-    }
-}
-
-/// The mesh of one body as it was read, or not.
+/// A mesh as it was read, or not.
 #[derive(Clone, Debug, Default)]
-pub(super) struct BodyMesh {
-    /// What it was read by; `None` where nobody looked yet.
-    source: Option<Source>,
-    pub(super) surface: Option<Arc<SurfaceMesh>>,
-    /// Made when it is first asked for.
+struct LoadedMesh {
+    /// What it was read by; `None` before that.
+    source: Option<MeshSource>,
+    surface: Option<Arc<SurfaceMesh>>,
+    /// Made on first use.
     report: OnceLock<Arc<MeshReport>>,
     cause: Option<Arc<StoreError>>,
 }
 
-/// What leads to a mesh: the body's reference, and the mesh's in the body, if it has one.
+/// What leads to a mesh.
 #[derive(Clone, Debug, PartialEq)]
-struct Source {
-    body: String,
+struct MeshSource {
+    /// The design's reference to the body whose file refers to the mesh; `None` for the design's own.
+    body: Option<String>,
     mesh: Option<MeshReference>,
 }
 
-impl BodyMesh {
-    /// A mesh that the body refers to now.
-    pub(super) fn current(body: Option<&DesignBody>, surface: Option<Arc<SurfaceMesh>>) -> Self {
-        Self { source: body.map(Source::of), surface, ..Self::default() }
+impl MeshSource {
+    fn of_body(body: &DesignBody) -> Self {
+        Self { body: Some(body.reference.clone()), mesh: body.mesh.clone() }
+    }
+
+    fn of_anatomy(mesh: &MeshReference) -> Self {
+        Self { body: None, mesh: Some(mesh.clone()) }
+    }
+
+    /// The file that refers to the mesh.
+    fn referring_file(&self, storage: Storage, design_file: &Path) -> PathBuf {
+        let body = self.body.as_ref();
+        body.map_or_else(|| design_file.to_owned(), |body| storage.resolve(design_file, body))
+    }
+}
+
+impl LoadedMesh {
+    /// Reads what the source refers to; a failure is kept.
+    fn read(reader: &mut Reader, design_file: &Path, source: MeshSource) -> Self {
+        let from = source.referring_file(reader.storage, design_file);
+        let read = source.mesh.as_ref().map(|mesh| reader.mesh(&from, mesh)).transpose();
+        let (surface, cause) = match read {
+            Ok(surface) => (surface, None),
+            Err(error) => (None, Some(Arc::new(error))),
+        };
+        Self { source: Some(source), surface, cause, ..Self::default() }
     }
 
     /// A mesh that was read before.
-    pub(super) fn kept(body: &DesignBody, mesh: &ImportedMesh) -> Self {
+    fn imported(source: MeshSource, mesh: &ImportedMesh) -> Self {
         Self {
-            source: Some(Source::of(body)),
+            source: Some(source),
             surface: Some(Arc::clone(&mesh.surface)),
             report: Arc::clone(&mesh.report).into(),
             cause: None,
         }
     }
 
-    /// Reads what the body refers to; a failure is kept beside it.
-    fn read(reader: &mut Reader, design_file: &Path, body: &DesignBody) -> Self {
-        let (surface, cause) = match reader.mesh(design_file, body) {
-            Ok(surface) => (surface, None),
-            Err(error) => (None, Some(Arc::new(error))),
-        };
-        Self { source: Some(Source::of(body)), surface, report: OnceLock::new(), cause }
+    fn reference(&self) -> Option<&MeshReference> {
+        self.source.as_ref()?.mesh.as_ref()
     }
 
-    /// What there is to say of the mesh.
-    pub(super) fn report(&self) -> Option<Arc<MeshReport>> {
+    fn report(&self) -> Option<Arc<MeshReport>> {
         let surface = self.surface.as_ref()?;
-        let report = self.report.get_or_init(|| Arc::new(MeshReport::of(surface)));
-        Some(Arc::clone(report))
+        Some(Arc::clone(self.report.get_or_init(|| Arc::new(MeshReport::of(surface)))))
     }
 
-    /// States that the body refers to the same mesh by other words now.
-    pub(super) fn moved(&mut self, body: Option<&DesignBody>) {
-        if self.source.is_some() {
-            self.source = body.map(Source::of);
+    fn problem(&self, whose: MeshOwner, name: String) -> Option<MeshProblem> {
+        let cause = Arc::clone(self.cause.as_ref()?);
+        Some(MeshProblem { whose, name, reference: self.reference()?.clone(), cause })
+    }
+
+    /// Keeps an equal surface, so that nothing is made of it again; whether anything differs.
+    fn differs_after(&mut self, before: &Self) -> bool {
+        let cause = |mesh: &Self| mesh.cause.as_ref().map(ToString::to_string);
+        if self.surface == before.surface {
+            self.surface.clone_from(&before.surface);
+            return self.surface.is_none() && cause(self) != cause(before);
         }
-    }
-
-    pub(super) fn problem(&self, body: BodyRole) -> Option<MeshProblem> {
-        Some(MeshProblem {
-            whose: body.into(),
-            name: body.to_string(),
-            cause: Arc::clone(self.cause.as_ref()?),
-            reference: self.source.as_ref()?.mesh.clone()?,
-        })
+        true
     }
 }
 
-impl Source {
-    fn of(body: &DesignBody) -> Self {
-        Self { body: body.reference.clone(), mesh: body.mesh.clone() }
+impl Meshes {
+    /// Meshes that the bodies refer to now.
+    pub(super) fn of_bodies(design: &Design, surfaces: [Option<Arc<SurfaceMesh>>; 2]) -> Self {
+        let mut meshes = Self::default();
+        for (role, surface) in BodyRole::ALL.into_iter().zip(surfaces) {
+            let source = design.body(role).map(MeshSource::of_body);
+            meshes.bodies[place(role)] = LoadedMesh { source, surface, ..LoadedMesh::default() };
+        }
+        meshes
+    }
+
+    pub(super) fn read(reader: &mut Reader, design_file: &Path, design: &Design) -> Self {
+        let mut meshes = Self::default();
+        for (role, body) in design.bodies() {
+            let source = MeshSource::of_body(body);
+            meshes.bodies[place(role)] = LoadedMesh::read(reader, design_file, source);
+        }
+        for anatomy in &design.anatomy {
+            if meshes.find_anatomy(&anatomy.mesh).is_none() {
+                let source = MeshSource::of_anatomy(&anatomy.mesh);
+                meshes.anatomy.push(LoadedMesh::read(reader, design_file, source));
+            }
+        }
+        meshes
+    }
+
+    fn find_anatomy(&self, reference: &MeshReference) -> Option<&LoadedMesh> {
+        self.anatomy.iter().find(|mesh| mesh.reference() == Some(reference))
+    }
+
+    /// Another state of a mesh, and whether it differs: read again where the source is another one,
+    /// from the cache where it is there, or from the file in any case where that is forced.
+    fn reread(
+        &self,
+        reader: &mut Reader,
+        design_file: &Path,
+        (before, source): (&LoadedMesh, MeshSource),
+        is_forced: bool,
+    ) -> (LoadedMesh, bool) {
+        if !is_forced && before.source.as_ref() == Some(&source) {
+            return (before.clone(), false);
+        }
+        let cached = source.mesh.as_ref().filter(|_| !is_forced).and_then(|mesh| {
+            let from = source.referring_file(reader.storage, design_file);
+            let file = reader.storage.resolve(&from, &mesh.file);
+            let key = (reader.storage, file.as_path(), mesh.unit);
+            // As it was read, if its file is still what it was then.
+            self.cache.iter().find(|it| it.request.key() == key).filter(|it| it.is_current())
+        });
+        let mut now = match cached {
+            Some(cached) => {
+                reader.stamps.extend(cached.stamps.clone());
+                LoadedMesh::imported(source, cached)
+            }
+            None => LoadedMesh::read(reader, design_file, source),
+        };
+        let differs = now.differs_after(before);
+        (now, differs)
+    }
+
+    /// States that the design moved: its bodies' references, and what its files are called now.
+    pub(super) fn moved(&mut self, design: &Design, file_now: impl Fn(&str) -> String) {
+        for (mesh, role) in self.bodies.iter_mut().zip(BodyRole::ALL) {
+            if mesh.source.is_some() {
+                mesh.source = design.body(role).map(MeshSource::of_body);
+            }
+        }
+        for mesh in &mut self.anatomy {
+            if let Some(reference) = mesh.source.as_mut().and_then(|source| source.mesh.as_mut()) {
+                reference.file = file_now(&reference.file);
+            }
+        }
+    }
+
+    pub(super) fn cache(&mut self, mesh: ImportedMesh) {
+        self.cache.retain(|it| it.request.key() != mesh.request.key());
+        self.cache.insert(0, mesh);
+        self.cache.truncate(MOST_CACHED);
+    }
+}
+
+fn place(role: BodyRole) -> usize {
+    match role {
+        BodyRole::Tool => 0,
+        BodyRole::Crf => 1,
+    }
+}
+
+impl World {
+    /// The mesh of a body; `None` where it has none or it could not be read.
+    pub fn mesh(&self, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
+        self.meshes.bodies[place(role)].surface.as_ref()
+    }
+
+    /// Findings on a body's mesh, made on first use.
+    pub fn mesh_report(&self, role: BodyRole) -> Option<Arc<MeshReport>> {
+        self.meshes.bodies[place(role)].report()
+    }
+
+    /// The mesh that anatomy refers to; `None` where it could not be read.
+    pub fn anatomy_mesh(&self, reference: &MeshReference) -> Option<&Arc<SurfaceMesh>> {
+        self.meshes.find_anatomy(reference)?.surface.as_ref()
+    }
+
+    /// Findings on a mesh of the anatomy, made on first use.
+    pub fn anatomy_report(&self, reference: &MeshReference) -> Option<Arc<MeshReport>> {
+        self.meshes.find_anatomy(reference)?.report()
+    }
+
+    /// Keeps a mesh at hand, for an edit that is going to name it. Where its owner refers to it
+    /// already, as after its file was written anew, it is its own from now on; whether it is.
+    pub fn keep_mesh(&mut self, mesh: ImportedMesh) -> bool {
+        let design = self.document.shared_design();
+        let reference = &mesh.request.reference;
+        let is_used = match mesh.request.whose {
+            MeshOwner::Anatomy(_) => {
+                let is_used = design.anatomy.iter().any(|it| it.mesh == *reference);
+                if is_used {
+                    self.meshes.anatomy.retain(|it| it.reference() != Some(reference));
+                    let loaded = LoadedMesh::imported(MeshSource::of_anatomy(reference), &mesh);
+                    self.meshes.anatomy.push(loaded);
+                }
+                is_used
+            }
+            MeshOwner::Body(role) => {
+                let body = design.body(role).filter(|body| body.mesh.as_ref() == Some(reference));
+                if let Some(body) = body {
+                    let loaded = LoadedMesh::imported(MeshSource::of_body(body), &mesh);
+                    self.meshes.bodies[place(role)] = loaded;
+                }
+                body.is_some()
+            }
+        };
+        if is_used {
+            self.stamps.extend(mesh.stamps.clone());
+        }
+        self.meshes.cache(mesh);
+        is_used
+    }
+
+    /// The meshes that could not be read, and why.
+    pub fn mesh_problems(&self) -> Vec<MeshProblem> {
+        let bodies = BodyRole::ALL.into_iter().filter_map(|role| {
+            self.meshes.bodies[place(role)].problem(role.into(), role.to_string())
+        });
+        let anatomy = self.document.design().anatomy.iter().enumerate();
+        let anatomy = anatomy.filter_map(|(index, anatomy)| {
+            let whose = MeshOwner::Anatomy(Some(index));
+            self.meshes.find_anatomy(&anatomy.mesh)?.problem(whose, anatomy.name.clone())
+        });
+        bodies.chain(anatomy).collect()
+    }
+
+    /// What is wrong with the meshes that were read, as their reports have it.
+    pub fn mesh_doubts(&self) -> Vec<MeshDoubt> {
+        let bodies = BodyRole::ALL
+            .into_iter()
+            .filter_map(|role| Some((role.into(), role.to_string(), self.mesh_report(role)?)));
+        let anatomy = self.document.design().anatomy.iter().enumerate();
+        let anatomy = anatomy.filter_map(|(index, own)| {
+            let whose = MeshOwner::Anatomy(Some(index));
+            Some((whose, own.name.clone(), self.anatomy_report(&own.mesh)?))
+        });
+        let doubts = bodies.chain(anatomy).flat_map(|(whose, name, report)| {
+            let faults = report.findings().into_iter().filter(|it| it.is_fault);
+            let doubt = move |text| MeshDoubt { whose, name: name.clone(), text };
+            faults.map(|fault| doubt(fault.text)).collect::<Vec<_>>()
+        });
+        doubts.collect()
     }
 }
 
 /// Reads the meshes again that the design now refers to otherwise, as after an edit, its undo or a
-/// recovery; whether there were any. What cannot be read is a [`World::mesh_problems`], not an
-/// error: a body without mesh is drawn by its sensors, anatomy without one not at all.
-///
-/// # Errors
-/// A built-in design that is none.
+/// recovery; whether any differs. Fails only for a built-in design that does not exist.
 pub fn refresh_meshes(world: &mut World) -> Result<bool, StoreError> {
     read_meshes(world, false)
 }
 
 /// Reads all meshes again, as after their files were changed or put back; whether any differs.
-///
-/// # Errors
-/// As [`refresh_meshes`].
 pub fn reload_meshes(world: &mut World) -> Result<bool, StoreError> {
     read_meshes(world, true)
 }
 
 fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
     let design = world.document.shared_design();
-    let (place, file) = home(world.document.origin())?;
-    let mut reader = Reader::new(place);
+    let (storage, file) = home(world.document.origin())?;
+    let mut reader = Reader::new(storage);
     let mut is_changed = false;
     for role in BodyRole::ALL {
-        let body = design.body(role);
-        let has = world.body_mesh(role);
-        if has.source == body.map(Source::of) && !is_forced {
-            continue;
-        }
-        let kept = match body.and_then(|body| body.mesh.clone()) {
-            Some(mesh) if !is_forced => MeshImport::of_reference(world, role.into(), mesh)?,
-            _ => None,
-        };
-        let kept = kept.and_then(|wanted| world.mesh_cache.find(&wanted));
-        let mut now = match (body, kept) {
-            (None, _) => BodyMesh::default(),
-            (Some(body), Some(kept)) => {
-                reader.stamps.extend(kept.stamps());
-                BodyMesh::kept(body, kept)
+        let before = &world.meshes.bodies[place(role)];
+        let (now, differs) = match design.body(role) {
+            Some(body) => {
+                let source = MeshSource::of_body(body);
+                world.meshes.reread(&mut reader, &file, (before, source), is_forced)
             }
-            (Some(body), None) => BodyMesh::read(&mut reader, &file, body),
+            None => {
+                let mut none = LoadedMesh::default();
+                let differs = none.differs_after(before);
+                (none, differs)
+            }
         };
-        if now.surface == has.surface {
-            // Whoever made something of it need not make it again.
-            now.surface.clone_from(&has.surface);
-        }
-        is_changed |= match (&now.surface, &has.surface) {
-            (Some(now), Some(before)) => !Arc::ptr_eq(now, before),
-            (None, None) => words(now.cause.as_ref()) != words(has.cause.as_ref()),
-            _ => true,
-        };
-        world.set_body_mesh(role, now);
+        is_changed |= differs;
+        world.meshes.bodies[place(role)] = now;
     }
-    is_changed |= refresh_anatomy(world, &mut reader, &file, is_forced)?;
+    let mut anatomy: Vec<LoadedMesh> = Vec::new();
+    for reference in design.anatomy.iter().map(|anatomy| &anatomy.mesh) {
+        if anatomy.iter().all(|mesh| mesh.reference() != Some(reference)) {
+            let before = world.meshes.find_anatomy(reference).cloned().unwrap_or_default();
+            let source = MeshSource::of_anatomy(reference);
+            let (now, differs) =
+                world.meshes.reread(&mut reader, &file, (&before, source), is_forced);
+            is_changed |= differs;
+            anatomy.push(now);
+        }
+    }
+    world.meshes.anatomy = anatomy;
     world.stamps.extend(reader.stamps);
     Ok(is_changed)
 }
 
-/// What went wrong, to be compared.
-pub(super) fn words(cause: Option<&Arc<StoreError>>) -> Option<String> {
-    cause.map(ToString::to_string)
-}
-
 /// How a body, or the design its anatomy, refers to a mesh file: relative to its own file, or by the
-/// whole path in a built-in design, which has no place on the disk. `None` where there is no such
-/// body.
+/// whole path in a built-in design, which is not on the disk. `None` where there is no such body.
 pub fn mesh_reference_to(
     world: &World,
     whose: impl Into<MeshOwner>,
@@ -271,14 +410,139 @@ pub fn mesh_reference_to(
         MeshOwner::Body(role) => Some(world.document.design().body(role)?),
         MeshOwner::Anatomy(_) => None,
     };
-    Some(match world.document.origin() {
-        Origin::File(design_file) => {
-            let own_file = match body {
-                Some(body) => Place::Disk.resolve(design_file, &body.reference),
-                None => design_file.clone(),
-            };
-            relative(&folder_of(&own_file), mesh_file)
+    let Origin::File(design_file) = world.document.origin() else {
+        return Some(absolute(mesh_file).to_string_lossy().into_owned());
+    };
+    let resolve = |body: &DesignBody| Storage::Disk.resolve(design_file, &body.reference);
+    let own_file = body.map_or_else(|| design_file.clone(), resolve);
+    Some(relative(&folder_of(&own_file), mesh_file))
+}
+
+/// A mesh that a body or the anatomy may get: what there is to read, for a thread that has no world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshImport {
+    pub whose: MeshOwner,
+    /// How its owner would refer to it.
+    pub reference: MeshReference,
+    storage: Storage,
+    file: PathBuf,
+}
+
+/// A mesh that was read, with its findings.
+#[derive(Clone, Debug)]
+pub struct ImportedMesh {
+    pub request: MeshImport,
+    pub surface: Arc<SurfaceMesh>,
+    pub report: Arc<MeshReport>,
+    stamps: Stamps,
+}
+
+impl MeshImport {
+    /// A file for a body or the anatomy; `None` where there is no such body.
+    pub fn of_file(
+        world: &World,
+        whose: impl Into<MeshOwner>,
+        mesh_file: &Path,
+        unit: Option<MeshUnit>,
+    ) -> Result<Option<Self>, StoreError> {
+        let whose = whose.into();
+        match mesh_reference_to(world, whose, mesh_file) {
+            Some(file) => Self::of_reference(world, whose, MeshReference { file, unit }),
+            None => Ok(None),
         }
-        Origin::BuiltIn(_) => absolute(mesh_file).to_string_lossy().into_owned(),
-    })
+    }
+
+    /// The owner's present mesh in another unit, or in that of its format.
+    pub fn in_unit(
+        world: &World,
+        whose: impl Into<MeshOwner>,
+        unit: Option<MeshUnit>,
+    ) -> Result<Option<Self>, StoreError> {
+        let whose = whose.into();
+        let design = world.document.design();
+        let own = match whose {
+            MeshOwner::Body(role) => design.body(role).and_then(|body| body.mesh.clone()),
+            MeshOwner::Anatomy(index) => index
+                .and_then(|index| design.anatomy.get(index))
+                .map(|anatomy| anatomy.mesh.clone()),
+        };
+        match own {
+            Some(own) => Self::of_reference(world, whose, MeshReference { unit, ..own }),
+            None => Ok(None),
+        }
+    }
+
+    fn of_reference(
+        world: &World,
+        whose: MeshOwner,
+        reference: MeshReference,
+    ) -> Result<Option<Self>, StoreError> {
+        let (storage, design_file) = home(world.document.origin())?;
+        let own_file = match whose {
+            MeshOwner::Anatomy(_) => design_file,
+            MeshOwner::Body(role) => match world.document.design().body(role) {
+                Some(body) => storage.resolve(&design_file, &body.reference),
+                None => return Ok(None),
+            },
+        };
+        let file = storage.resolve(&own_file, &reference.file);
+        Ok(Some(Self { whose, file, reference, storage }))
+    }
+
+    /// The mesh of a body that the design may get; `None` where it has none.
+    pub(super) fn of_body(
+        storage: Storage,
+        design_file: &Path,
+        role: BodyRole,
+        body: &DesignBody,
+    ) -> Option<Self> {
+        let reference = body.mesh.clone()?;
+        let body_file = storage.resolve(design_file, &body.reference);
+        let file = storage.resolve(&body_file, &reference.file);
+        Some(Self { whose: role.into(), file, reference, storage })
+    }
+
+    /// The same file in another unit.
+    pub fn with_unit(&self, unit: MeshUnit) -> Self {
+        let mut other = self.clone();
+        other.reference.unit = Some(unit);
+        other
+    }
+
+    /// The file that is read.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// Meshes of one key have the same surface.
+    fn key(&self) -> (Storage, &Path, Option<MeshUnit>) {
+        (self.storage, &self.file, self.reference.unit)
+    }
+
+    fn is_embedded(&self) -> bool {
+        self.storage == Storage::BuiltIn && !self.file.is_absolute()
+    }
+
+    /// Reads and examines it, which takes seconds for a million triangles: work for a thread.
+    pub fn read(&self) -> Result<ImportedMesh, StoreError> {
+        let mut stamps = Stamps::default();
+        let surface = read(self.storage, &self.file, "a mesh", |bytes| {
+            if !self.is_embedded() {
+                stamps.take(&self.file, bytes);
+            }
+            Ok(mesh::read(bytes, &extension_of(&self.file), self.reference.unit)?)
+        })?;
+        Ok(ImportedMesh {
+            request: self.clone(),
+            report: Arc::new(MeshReport::of(&surface)),
+            surface: Arc::new(surface),
+            stamps,
+        })
+    }
+}
+
+impl ImportedMesh {
+    fn is_current(&self) -> bool {
+        self.request.is_embedded() || self.stamps.is_unchanged(&self.request.file)
+    }
 }

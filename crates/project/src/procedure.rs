@@ -5,7 +5,8 @@ use super::built_tool::{BuiltTool, BuiltToolNote, BuiltToolTables, built_tool};
 use super::error::StoreError;
 use super::files::Files;
 use super::open::{Reader, World, home};
-use super::place::{Place, absolute};
+use super::paths::absolute;
+use super::read::Storage;
 use super::resolve::{resolve, resolve_crf};
 use super::rooms::{RoomSource, reference_to_room};
 use rayon::prelude::*;
@@ -41,7 +42,7 @@ pub fn procedure(
     task: &Task,
     note: &dyn Fn(BuiltToolNote),
 ) -> Result<StepStatus, StoreError> {
-    let (place, file) = home(world.document.origin())?;
+    let (storage, file) = home(world.document.origin())?;
     let design = world.document.design();
     let decided = |step| design.procedure.decision(step).map(|d| &d.basis);
     let own = || world.environment.name.clone();
@@ -53,7 +54,7 @@ pub fn procedure(
         None => None,
         Some(wanted) => {
             let found =
-                recorded(files, world, (place, &file), wanted, &task.stretch(0.0, 0.4), note);
+                recorded(files, world, (storage, &file), wanted, &task.stretch(0.0, 0.4), note);
             task.step(4, 10)?;
             let room = RoomName { name: own(), file: design.environment.clone() };
             Some(found.map(|found| decided_on(found, wanted, room)))
@@ -67,7 +68,7 @@ pub fn procedure(
             .collect(),
         crf_requirement: design.crf.as_ref().and_then(|crf| crf.requirement),
         requirement: design.requirement,
-        rooms: rooms(files, world, (place, &file), &wish.rooms_for_now),
+        rooms: rooms(files, world, (storage, &file), &wish.rooms_for_now),
         recording,
         decided_crf: studies_of(decided(Step::Crf)),
         decided_tool: studies_of(decided(Step::Tool)),
@@ -80,9 +81,6 @@ pub fn procedure(
 }
 
 /// How a design refers to a file that a person named.
-///
-/// # Errors
-/// [`StoreError::NoSuchBuiltIn`].
 pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreError> {
     let place = RoomSource::File(absolute(file));
     // A file is always within a design's reach.
@@ -91,15 +89,12 @@ pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreErro
 
 /// The further room of a design that a person means by a file, as the design refers to it; also where
 /// the file is gone.
-///
-/// # Errors
-/// [`StoreError::NoSuchBuiltIn`].
 pub fn further_room<'a>(world: &'a World, file: &Path) -> Result<Option<&'a str>, StoreError> {
-    let (place, design_file) = home(world.document.origin())?;
+    let (storage, design_file) = home(world.document.origin())?;
     let meant = absolute(file);
     let rooms = &world.document.design().procedure.further_rooms;
     let is_it = |room: &&String| {
-        Path::new(room) == file || absolute(&place.resolve(&design_file, room)) == meant
+        Path::new(room) == file || absolute(&storage.resolve(&design_file, room)) == meant
     };
     Ok(rooms.iter().find(is_it).map(String::as_str))
 }
@@ -122,18 +117,18 @@ struct Wanted {
 fn rooms(
     files: &Files,
     world: &World,
-    (place, file): (Place, &Path),
+    (storage, file): (Storage, &Path),
     for_now: &[PathBuf],
 ) -> Vec<Room> {
     let design = world.document.design();
-    let real = |path: &Path| match place {
-        Place::BuiltIn if !path.is_absolute() => path.to_owned(),
+    let real = |path: &Path| match storage {
+        Storage::BuiltIn if !path.is_absolute() => path.to_owned(),
         _ => absolute(path),
     };
-    let mut known = vec![real(&place.resolve(file, &design.environment))];
+    let mut known = vec![real(&storage.resolve(file, &design.environment))];
     let further = design.procedure.further_rooms.iter().map(|room| Wanted {
         file: room.clone(),
-        path: place.resolve(file, room),
+        path: storage.resolve(file, room),
         is_for_now: false,
     });
     let for_now = for_now.iter().map(|room| Wanted {
@@ -160,7 +155,7 @@ fn rooms(
         .map(|wanted| {
             let path = wanted.path.to_string_lossy();
             // What is resolved already is resolved to itself.
-            let mut reader = Reader::new(place);
+            let mut reader = Reader::new(storage);
             let found = reader.environment(Path::new(""), &path);
             let found = files.inputs(&reader.stamps).and(found);
             Room {
@@ -186,13 +181,13 @@ fn studies_in(design: &Design, environment: &Arc<Environment>) -> RoomStudies {
 fn recorded(
     files: &Files,
     world: &World,
-    (place, file): (Place, &Path),
+    (storage, file): (Storage, &Path),
     wanted: &BuiltRecording,
     task: &Task,
     note: &dyn Fn(BuiltToolNote),
 ) -> Result<BuiltTool, String> {
     let scenario = resolve(world.document.design(), &world.environment);
-    let at = |reference: &String| place.resolve(file, reference);
+    let at = |reference: &String| storage.resolve(file, reference);
     let crf = wanted.crf_table.as_ref().map(at);
     let tables = BuiltToolTables {
         tool: &at(&wanted.table),
@@ -251,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_design_that_moves_finds_its_rooms_and_what_was_decided_in_them() {
+    fn a_moved_design_keeps_rooms_and_decisions() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         for name in ["a", "b", "rooms"] {

@@ -1,212 +1,247 @@
-//! Reads one file of a kind; every error names the file.
+//! Reads files of a kind, from the disk or out of the program; every error names the file.
 
-use super::doubted::{Doubted, read_doubted};
+use super::builtin;
 use super::error::StoreError;
-use super::files::Files;
-use super::place::{Kind, Place};
-use nalgebra::Point3;
-use std::path::Path;
-use trackwright_calibration::built_tool::RecordedTable;
-use trackwright_calibration::calibration_object::{CalibrationBody, CalibrationFrame};
-use trackwright_calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
-use trackwright_field::Environment;
-use trackwright_field::generator::Generator;
-use trackwright_field::samples::{MeasurementContent, MeasurementSet};
-use trackwright_formats::groups::{self, GroupColumn};
-use trackwright_formats::pivot_recording::{self, PivotRecording};
-use trackwright_formats::poses::WhosePoses;
-use trackwright_formats::{
-    FormatError, environment, foreign, generator, input, jhu_cis, measurements, mesh, points,
-    poses, recorded_tool, recording,
-};
-use trackwright_geometry::mesh::SurfaceMesh;
-use trackwright_geometry::mesh_reference::MeshUnit;
-use trackwright_geometry::pose::Pose;
-use trackwright_simulation::InputTrial;
-use trackwright_simulation::recording::Recording;
+use super::paths::{file_name, without_dots};
+use std::borrow::Cow;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use trackwright_formats::{FormatError, foreign};
 
-/// Files by their kinds.
-impl Files {
-    /// # Errors
-    /// See [`StoreError`], here and below.
-    pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
-        self.read(file, Kind::ENVIRONMENT, environment::parse)
+/// Largest table, recording or mesh that is read: a hundred times any real one.
+pub(super) const MAX_BYTES: u64 = 1 << 30;
+
+const MIB: u64 = 1 << 20;
+
+/// A kind of file: what messages call it, with its article, and the largest that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Kind {
+    pub expected: &'static str,
+    pub most_bytes: u64,
+}
+
+impl Kind {
+    /// A hundred slides, and decisions on as many rooms as there may be, are less than 1 MiB.
+    pub const DESIGN: Self = Self::new("a design", 16 * MIB);
+    /// A maker's definition in it is at most 1 MiB, and all else some kilobytes.
+    pub const BODY: Self = Self::new("a body", 16 * MIB);
+    /// A body or what a maker's program wrote, whichever it is.
+    pub const TOOL: Self = Self::new("a body or a tool definition", 16 * MIB);
+    /// At the highest order it has 12 MiB of coefficients, and less than that of all else.
+    pub const ENVIRONMENT: Self = Self::new("an environment", 64 * MIB);
+    /// At most 32 coils, a line each.
+    pub const GENERATOR: Self = Self::new("a field generator", MIB);
+    /// A design and its two bodies, with each of their quotes escaped.
+    pub const RECOVERY: Self = Self::new("a recovery file", 64 * MIB);
+    pub const PREFERENCES: Self = Self::new("preferences", MIB);
+    pub const RECENT: Self = Self::new("a list of designs", MIB);
+
+    const fn new(expected: &'static str, most_bytes: u64) -> Self {
+        Self { expected, most_bytes }
     }
+}
 
-    pub fn read_generator(&self, file: &Path) -> Result<Generator, StoreError> {
-        self.read(file, Kind::GENERATOR, generator::parse)
+/// Any other kind: one with as many rows or triangles as were measured.
+impl From<&'static str> for Kind {
+    fn from(expected: &'static str) -> Self {
+        Self::new(expected, MAX_BYTES)
     }
+}
 
-    /// A whole measurement table as it stands; commands use [`Self::read_samples`].
-    pub fn read_measurements(&self, file: &Path) -> Result<MeasurementSet, StoreError> {
-        self.read(file, "a measurement table", measurements::parse)
+/// Where files are read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Storage {
+    Disk,
+    BuiltIn,
+}
+
+/// A file that cannot be read.
+#[derive(Debug)]
+pub(super) enum ReadFailure {
+    Io(io::Error),
+    TooLarge,
+}
+
+impl ReadFailure {
+    /// The failure with the file's name.
+    pub(super) fn into_error(self, file: &Path, kind: impl Into<Kind>) -> StoreError {
+        let Kind { expected, most_bytes } = kind.into();
+        let file = file.to_owned();
+        match self {
+            Self::Io(cause) => StoreError::Read { file, expected, cause },
+            Self::TooLarge => StoreError::TooLarge { file, limit: most_bytes, expected },
+        }
     }
+}
 
-    /// The column of a measurement table that groups its rows: the named one, or one that is known to.
-    pub fn read_groups(
-        &self,
-        file: &Path,
-        column: Option<&str>,
-    ) -> Result<Option<GroupColumn>, StoreError> {
-        self.read(file, "a measurement table", |bytes| groups::parse(bytes, column))
-    }
-
-    /// The column of a measurement table that says which sensor each row is of, where there is one.
-    pub fn read_sensors(&self, file: &Path) -> Result<Option<GroupColumn>, StoreError> {
-        self.read(file, "a measurement table", groups::parse_sensors)
-    }
-
-    /// Poses of sensors in the tracker frame.
-    pub fn read_poses(&self, file: &Path) -> Result<Doubted<Vec<Pose>>, StoreError> {
-        self.read_doubted(file, "a poses table", poses::parse, |poses| {
-            doubts::with_written_quaternions(poses, PoseFrame::Tracker)
-        })
-    }
-
-    /// Some poses of a table that has several.
-    pub fn read_poses_of(
-        &self,
-        file: &Path,
-        whose: WhosePoses,
-    ) -> Result<Doubted<Vec<Pose>>, StoreError> {
-        self.read_doubted(
-            file,
-            "a table of poses",
-            |bytes| poses::parse_of(bytes, whose),
-            |poses| doubts::with_written_quaternions(poses, PoseFrame::Any),
-        )
-    }
-
-    /// Input data; the CRF's columns count only for a design that has one.
-    pub fn read_input(
-        &self,
-        file: &Path,
-        design_has_crf: bool,
-    ) -> Result<Doubted<Vec<InputTrial>>, StoreError> {
-        self.read_doubted(
-            file,
-            "an input table",
-            |bytes| input::parse(bytes, design_has_crf),
-            |trials| {
-                let tools: Vec<Pose> = trials.iter().map(|trial| trial.crf_from_tool).collect();
-                doubts::with_written_quaternions(&tools, PoseFrame::Any)
-            },
-        )
-    }
-
-    pub fn read_calbody(&self, file: &Path) -> Result<CalibrationBody, StoreError> {
-        self.read(file, "a calbody file", jhu_cis::parse_calbody)
-    }
-
-    pub fn read_calreadings(&self, file: &Path) -> Result<Vec<CalibrationFrame>, StoreError> {
-        self.read(file, "a calreadings file", jhu_cis::parse_calreadings)
-    }
-
-    /// A tool's poses or markers around one point, in any format of theirs.
-    pub fn read_pivot_recording(&self, file: &Path) -> Result<Doubted<PivotRecording>, StoreError> {
-        self.read_doubted(file, "a recording", pivot_recording::parse, |found| match found {
-            PivotRecording::Poses(poses) => {
-                doubts::with_written_quaternions(poses, PoseFrame::Recorded)
-            }
-            PivotRecording::Markers(frames) => doubts::of_points(frames.iter().flatten()),
-            PivotRecording::MarkersAndBase(frames) => {
-                doubts::of_points(frames.iter().flat_map(|frame| &frame.on_tool))
-            }
-            PivotRecording::Tools(recording) => of_recording(recording),
-        })
-    }
-
-    /// The true and measured poses of a built tool or of its sensors. Whether they are in one frame is
-    /// for `verify` to judge, which knows what the tool should read.
-    pub fn read_recorded_tool(&self, file: &Path) -> Result<Doubted<RecordedTable>, StoreError> {
-        self.read_doubted(file, "a measurement table", recorded_tool::parse, |table| {
-            let mut found =
-                PairedDoubts::of(&table.rows, MeasurementContent::SixDof, PoseFrame::Any);
-            found.retain(|suspicion| !suspicion.is_of_frames());
-            found
-        })
-    }
-
-    /// Points in any of their formats.
-    pub fn read_points(&self, file: &Path) -> Result<Doubted<Vec<Point3<f64>>>, StoreError> {
-        self.read_doubted(file, "points", points::parse, |points| doubts::of_points(points))
-    }
-
-    /// What a tracker recorded: an NDI table, an Aurora log, a PLUS sequence or a live recording.
-    pub fn read_recording(&self, file: &Path) -> Result<Doubted<Recording>, StoreError> {
-        self.read_doubted(file, "a recording", recording::parse, of_recording)
-    }
-
-    /// A mesh in any format; `unit` overrides that of the format.
-    pub fn read_mesh(
-        &self,
-        file: &Path,
-        unit: Option<MeshUnit>,
-    ) -> Result<SurfaceMesh, StoreError> {
-        self.input(file)?;
-        read_mesh_at(Place::Disk, file, unit)
-    }
-
-    fn read<T>(
-        &self,
+impl Storage {
+    /// The bytes of a file. The built-in world has no absolute paths; those are the disk's.
+    pub(super) fn read(
+        self,
         file: &Path,
         kind: impl Into<Kind>,
-        parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
-    ) -> Result<T, StoreError> {
-        self.input(file)?;
-        read(Place::Disk, file, kind, parse)
+    ) -> Result<Cow<'static, [u8]>, ReadFailure> {
+        let most_bytes = kind.into().most_bytes;
+        match self {
+            Self::Disk => read_disk(file, most_bytes).map(Cow::Owned),
+            Self::BuiltIn if file.is_absolute() => read_disk(file, most_bytes).map(Cow::Owned),
+            Self::BuiltIn => builtin::bytes(&without_dots(file))
+                .map(Cow::Borrowed)
+                .ok_or_else(|| ReadFailure::Io(io::ErrorKind::NotFound.into())),
+        }
     }
 
-    fn read_doubted<T>(
-        &self,
-        file: &Path,
-        expected: &'static str,
-        parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
-        doubts: impl FnOnce(&T) -> Vec<Suspicion>,
-    ) -> Result<Doubted<T>, StoreError> {
-        self.input(file)?;
-        read_doubted(file, expected, parse, doubts)
+    /// The file that `reference`, written in `from`, means.
+    pub(super) fn resolve(self, from: &Path, reference: &str) -> PathBuf {
+        let joined = from.parent().unwrap_or(Path::new("")).join(reference);
+        match self {
+            // `a/link/../b` is for the file system to work out, where `link` may lead elsewhere.
+            Self::Disk => joined,
+            Self::BuiltIn => without_dots(&joined),
+        }
     }
 }
 
-/// All tools of a recording have one unit.
-fn of_recording(recording: &Recording) -> Vec<Suspicion> {
-    let poses = recording.tools.iter().flat_map(|tool| tool.good());
-    doubts::of_poses(poses, PoseFrame::Recorded)
+fn read_disk(file: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFailure> {
+    let file = open_input(file)?;
+    // Of what is no regular file the length is nothing that it tells beforehand.
+    let length = file.metadata().map_or(0, |m| m.len());
+    if length > most_bytes {
+        return Err(ReadFailure::TooLarge);
+    }
+    // As long as it is, so that it is not copied while it grows; the last byte finds its end.
+    let mut bytes = Vec::with_capacity(length as usize + 1);
+    (file.take(most_bytes + 1).read_to_end(&mut bytes)).map_err(ReadFailure::Io)?;
+    if bytes.len() as u64 > most_bytes {
+        return Err(ReadFailure::TooLarge);
+    }
+    Ok(bytes)
 }
 
-pub(super) fn read_mesh_at(
-    place: Place,
-    file: &Path,
-    unit: Option<MeshUnit>,
-) -> Result<SurfaceMesh, StoreError> {
-    let extension = file.extension().unwrap_or_default().to_string_lossy();
-    read(place, file, "a mesh", |bytes| Ok(mesh::read(bytes, &extension, unit)?))
+/// Opens what is read: a file, or a pipe that somebody writes to already (`/dev/stdin`, or what a shell
+/// makes of `<(…)`). Any other pipe would have to be waited for, and a device may never end.
+///
+/// # Errors
+/// [`ReadFailure::Io`], which says what it is instead.
+pub(super) fn open_input(file: &Path) -> Result<File, ReadFailure> {
+    let metadata = fs::metadata(file).map_err(ReadFailure::Io)?;
+    match special_kind(metadata.file_type()) {
+        Some(PIPE) if is_own_descriptor(file) => {}
+        Some(kind) => return Err(ReadFailure::Io(io::Error::other(kind))),
+        None => {}
+    }
+    File::open(file).map_err(ReadFailure::Io)
+}
+
+const PIPE: &str = "a named pipe";
+
+/// What is neither file nor folder, in words.
+#[cfg(unix)]
+fn special_kind(kind: fs::FileType) -> Option<&'static str> {
+    use std::os::unix::fs::FileTypeExt;
+    match kind {
+        kind if kind.is_fifo() => Some(PIPE),
+        kind if kind.is_char_device() || kind.is_block_device() => Some("a device"),
+        kind if kind.is_socket() => Some("a socket"),
+        _ => None,
+    }
+}
+
+#[cfg(not(unix))]
+fn special_kind(_: fs::FileType) -> Option<&'static str> {
+    None
+}
+
+/// Whether a name means one of this process's open files.
+fn is_own_descriptor(file: &Path) -> bool {
+    file == Path::new("/dev/stdin")
+        || ["/dev/fd", "/proc/self/fd"]
+            .iter()
+            .any(|folder| file.parent() == Some(Path::new(folder)))
 }
 
 /// Reads a file and parses it.
 pub(super) fn read<T>(
-    place: Place,
+    storage: Storage,
     file: &Path,
     kind: impl Into<Kind>,
     parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
 ) -> Result<T, StoreError> {
     let kind = kind.into();
-    let bytes = place.read(file, kind).map_err(|failure| failure.into_error(file, kind))?;
+    let bytes = storage.read(file, kind).map_err(|failure| failure.into_error(file, kind))?;
     parse(&bytes).map_err(|cause| not_of_its_kind(file, &bytes, kind.expected, cause))
 }
 
-/// The error of a file whose content is not what is expected: what it is instead, where that is known,
-/// and else what is wrong in it.
+/// The error of a file of another content: what it is, where that is known, else what is wrong.
 pub(super) fn not_of_its_kind(
     file: &Path,
     head: &[u8],
     expected: &'static str,
     cause: FormatError,
 ) -> StoreError {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
     StoreError::Format {
         file: file.to_owned(),
-        cause: foreign::foreign(head, &name, expected).unwrap_or(cause),
+        cause: foreign::foreign(head, &file_name(file), expected).unwrap_or(cause),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Files without content that only say how long they are: nothing of them is read.
+    #[test]
+    fn files_that_are_too_long_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let kinds = [
+            Kind::DESIGN,
+            Kind::BODY,
+            Kind::TOOL,
+            Kind::ENVIRONMENT,
+            Kind::GENERATOR,
+            Kind::RECOVERY,
+            Kind::PREFERENCES,
+            Kind::RECENT,
+            Kind::from("a poses table"),
+        ];
+        for kind in kinds {
+            let path = folder.path().join("long");
+            let file = File::create(&path).unwrap();
+            for length in [kind.most_bytes + 1, 2 << 30] {
+                file.set_len(length).unwrap();
+                let failure = Storage::Disk.read(&path, kind).unwrap_err();
+                let expected = format!(
+                    "found more than {} bytes, expected {}",
+                    kind.most_bytes, kind.expected
+                );
+                let error = failure.into_error(&path, kind).to_string();
+                assert!(error.ends_with(&expected), "{error}");
+            }
+            if kind.most_bytes <= 1 << 20 {
+                file.set_len(kind.most_bytes).unwrap();
+                let bytes = Storage::Disk.read(&path, kind).unwrap();
+                assert_eq!(bytes.len() as u64, kind.most_bytes);
+                assert!(matches!(bytes, Cow::Owned(bytes) if bytes.capacity() <= (1 << 20) + 64));
+            }
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_may_never_end_is_refused_by_its_kind() {
+        let refused = |file: &Path| match read_disk(file, MAX_BYTES) {
+            Err(failure) => failure.into_error(file, "a table").to_string(),
+            Ok(_) => panic!("{} was read", file.display()),
+        };
+        for device in ["/dev/zero", "/dev/null"] {
+            let expected = format!("{device}: found a device, expected a table");
+            assert_eq!(refused(Path::new(device)), expected);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let socket = folder.path().join("socket");
+        let _listener = std::os::unix::net::UnixListener::bind(&socket).unwrap();
+        assert!(refused(&socket).ends_with("found a socket, expected a table"));
+        assert!(refused(folder.path()).ends_with("found a folder, expected a table"));
     }
 }

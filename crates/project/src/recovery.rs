@@ -11,14 +11,12 @@
 
 use super::builtin;
 use super::error::StoreError;
-use super::lock::Lock;
 use super::meshes::Meshes;
 use super::open::{Reader, World, home};
-use super::place::{Kind, Place};
-use super::read::read;
+use super::read::{Kind, Storage, read};
+use super::stamps::Stamps;
 use super::state::create_private_folder;
-use super::watch::Stamps;
-use super::write::write_bytes;
+use super::write::{Lock, write_bytes, write_error};
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -68,20 +66,17 @@ pub struct Leftover {
 
 impl Recovery {
     /// Begins a session with recovery files in a folder, which is made if it has to be.
-    ///
-    /// # Errors
-    /// [`StoreError::Write`] or [`StoreError::Lock`].
     pub fn start(folder: &Path) -> Result<Self, StoreError> {
-        create_private_folder(folder).map_err(write_error(folder))?;
+        create_private_folder(folder)?;
         remove_stale_locks(folder);
         for _ in 0..LOCK_ATTEMPTS {
             let (handle, file) = tempfile::Builder::new()
                 .prefix(&format!("{}-", std::process::id()))
                 .suffix(LOCK_EXTENSION)
                 .tempfile_in(folder)
-                .map_err(write_error(folder))?
+                .map_err(|cause| write_error(folder, cause))?
                 .keep()
-                .map_err(|error| write_error(folder)(error.error))?;
+                .map_err(|error| write_error(folder, error.error))?;
             // Another session that starts may tidy it away before it is locked.
             if let Some(lock) = Lock::take_open(handle, &file)?
                 && file.exists()
@@ -124,9 +119,6 @@ impl Recovery {
     }
 
     /// States that nothing is unsaved: removes the file until the next [`write`](Self::write).
-    ///
-    /// # Errors
-    /// [`StoreError::Write`].
     pub fn clear(&mut self) -> Result<(), StoreError> {
         if let Some((file, _)) = &self.written {
             remove(file)?;
@@ -146,6 +138,7 @@ impl Drop for Recovery {
 }
 
 impl Snapshot {
+    /// What is unsaved of a world.
     pub fn of(world: &World) -> Self {
         let document = &world.document;
         Self {
@@ -214,14 +207,12 @@ pub fn leftovers(folder: &Path) -> Result<Vec<Leftover>, StoreError> {
 }
 
 impl Leftover {
+    /// The recovery file.
     pub fn file(&self) -> &Path {
         &self.file
     }
 
-    /// What is in it: the design, when it was written, where it came from.
-    ///
-    /// # Errors
-    /// Why the file cannot be used; see [`StoreError`].
+    /// What is in it, or why it cannot be used.
     pub fn content(&self) -> Result<&RecoveryFile, &StoreError> {
         self.content.as_ref()
     }
@@ -240,11 +231,11 @@ impl Leftover {
             RecoveryOrigin::BuiltIn(name) => Origin::BuiltIn(builtin::design_file(&name)?.0),
             RecoveryOrigin::File(file) => Origin::File(file),
         };
-        let (place, own_file) = home(&origin)?;
-        let saved = Reader::new(place).design(&own_file).ok();
+        let (storage, own_file) = home(&origin)?;
+        let saved = Reader::new(storage).design(&own_file).ok();
         let document = Document::recovered(content.design, content.view, origin, saved);
         let design = document.design();
-        let mut reader = Reader::new(place);
+        let mut reader = Reader::new(storage);
         let environment = reader.environment(&own_file, &design.environment)?;
         let meshes = Meshes::read(&mut reader, &own_file, design);
         let mut world = World::with_meshes(document, environment, meshes);
@@ -255,9 +246,6 @@ impl Leftover {
     }
 
     /// Removes it for good.
-    ///
-    /// # Errors
-    /// [`StoreError::Write`].
     pub fn discard(self) -> Result<(), StoreError> {
         remove(&self.file)?;
         // Last, so that it is never missing while there is something to guard.
@@ -266,7 +254,7 @@ impl Leftover {
 }
 
 fn read_recovery(file: &Path) -> Result<RecoveryFile, StoreError> {
-    read(Place::Disk, file, Kind::RECOVERY, recovery_file::parse)
+    read(Storage::Disk, file, Kind::RECOVERY, recovery_file::parse)
 }
 
 /// Removes locks of sessions that left nothing. One that is held is no such lock, nor one that
@@ -324,15 +312,7 @@ fn file_name(origin: &Origin) -> String {
 
 fn remove(file: &Path) -> Result<(), StoreError> {
     match fs::remove_file(file) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(write_error(file)(error)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(write_error(file, error)),
         _ => Ok(()),
     }
 }
-
-fn write_error(file: &Path) -> impl FnOnce(io::Error) -> StoreError {
-    let file = file.to_owned();
-    |cause| StoreError::Write { file, cause }
-}
-
-#[cfg(test)]
-mod tests;

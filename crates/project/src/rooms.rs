@@ -4,9 +4,8 @@ use super::builtin;
 use super::error::StoreError;
 use super::files::Files;
 use super::open::{World, home};
-use super::place::{Place, absolute, relative};
-use super::read::read;
-use super::write::folder_of;
+use super::paths::{absolute, file_name, folder_of, relative};
+use super::read::{Storage, read};
 use std::fs;
 use std::path::{Path, PathBuf};
 use trackwright_field::Environment;
@@ -44,6 +43,7 @@ pub struct RoomSummary {
 }
 
 impl RoomSummary {
+    /// The summary of an environment.
     pub fn of(environment: &Environment) -> Self {
         let provenance = environment.provenance.as_ref();
         Self {
@@ -63,7 +63,7 @@ impl RoomSource {
             Self::BuiltIn(path) => Path::new(path),
             Self::File(path) => path,
         };
-        path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+        file_name(path)
     }
 
     /// A file of the disk, by any of its names.
@@ -71,37 +71,37 @@ impl RoomSource {
         Self::File(absolute(file))
     }
 
-    /// # Errors
-    /// See [`StoreError`].
+    /// Reads the room.
     pub fn read(&self) -> Result<Environment, StoreError> {
-        match self {
-            Self::BuiltIn(path) => {
-                read(Place::BuiltIn, Path::new(path), "an environment", environment::parse)
-            }
-            Self::File(path) => read(Place::Disk, path, "an environment", environment::parse),
-        }
+        let (storage, path) = match self {
+            Self::BuiltIn(path) => (Storage::BuiltIn, Path::new(path)),
+            Self::File(path) => (Storage::Disk, path.as_path()),
+        };
+        read(storage, path, "an environment", environment::parse)
     }
 }
 
 /// `room` of `folder/room.env.ron`.
+///
+/// ```
+/// use std::path::Path;
+/// use trackwright_project::room_name;
+/// assert_eq!(room_name(Path::new("a/room.env.ron")), "room");
+/// assert_eq!(room_name(Path::new("a/room.ron")), "room");
+/// assert_eq!(room_name(Path::new("a/cube-fit")), "cube-fit");
+/// ```
 pub fn room_name(file: &Path) -> String {
-    let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+    let name = file_name(file);
     let stem = name.strip_suffix(".ron").unwrap_or(&name);
     stem.strip_suffix(".env").unwrap_or(stem).to_owned()
 }
 
 /// Where the room of the open design is.
-///
-/// # Errors
-/// [`StoreError::NoSuchBuiltIn`].
 pub fn own_room(world: &World) -> Result<RoomSource, StoreError> {
     room_at(world, &world.document.design().environment)
 }
 
 /// Where the further rooms are that the open design is judged in.
-///
-/// # Errors
-/// [`StoreError::NoSuchBuiltIn`].
 pub fn further_rooms(world: &World) -> Result<Vec<RoomSource>, StoreError> {
     let files = &world.document.design().procedure.further_rooms;
     files.iter().map(|file| room_at(world, file)).collect()
@@ -109,34 +109,30 @@ pub fn further_rooms(world: &World) -> Result<Vec<RoomSource>, StoreError> {
 
 /// Where a room is that the open design refers to.
 fn room_at(world: &World, reference: &str) -> Result<RoomSource, StoreError> {
-    let (place, file) = home(world.document.origin())?;
-    let path = place.resolve(&file, reference);
-    Ok(match place {
-        Place::BuiltIn => match builtin::path_of(&path) {
+    let (storage, file) = home(world.document.origin())?;
+    let path = storage.resolve(&file, reference);
+    Ok(match storage {
+        Storage::BuiltIn => match builtin::path_of(&path) {
             Some(path) => RoomSource::BuiltIn(path),
             None => RoomSource::File(absolute(&path)),
         },
-        Place::Disk => RoomSource::File(absolute(&path)),
+        Storage::Disk => RoomSource::File(absolute(&path)),
     })
 }
 
-/// How the open design refers to a room. `None` for a built-in room and a design on the disk:
-/// that has to be written to a file first.
-///
-/// # Errors
-/// [`StoreError::NoSuchBuiltIn`].
+/// How the open design refers to a room; `None` for a built-in room and a design on the disk.
 pub fn reference_to_room(world: &World, room: &RoomSource) -> Result<Option<String>, StoreError> {
-    let (place, file) = home(world.document.origin())?;
-    Ok(match (place, room) {
-        (Place::BuiltIn, RoomSource::BuiltIn(path)) => {
+    let (storage, file) = home(world.document.origin())?;
+    Ok(match (storage, room) {
+        (Storage::BuiltIn, RoomSource::BuiltIn(path)) => {
             let folder = file.parent().unwrap_or(Path::new(""));
             Some(upwards(folder, Path::new(path)))
         }
-        (Place::BuiltIn, RoomSource::File(path)) => {
+        (Storage::BuiltIn, RoomSource::File(path)) => {
             Some(absolute(path).to_string_lossy().into_owned())
         }
-        (Place::Disk, RoomSource::File(path)) => Some(relative(&folder_of(&file), path)),
-        (Place::Disk, RoomSource::BuiltIn(_)) => None,
+        (Storage::Disk, RoomSource::File(path)) => Some(relative(&folder_of(&file), path)),
+        (Storage::Disk, RoomSource::BuiltIn(_)) => None,
     })
 }
 
@@ -182,11 +178,7 @@ pub fn rooms_of_folder(folder: &Path) -> Vec<RoomSource> {
     files.into_iter().map(RoomSource::File).collect()
 }
 
-/// Reads rooms for a list, each once: the built-in ones, then the others by name. What is no room
-/// is left out.
-///
-/// # Errors
-/// [`Cancelled`].
+/// Reads rooms for a list, each once, built-in ones first, then by name; others are left out.
 pub fn list_rooms(places: Vec<RoomSource>, task: &Task) -> Result<Vec<RoomListing>, Cancelled> {
     let mut listings: Vec<RoomListing> = Vec::new();
     let all = places.len();
@@ -229,12 +221,5 @@ mod tests {
         assert_eq!(rooms_of_folder(folder.path()), std::slice::from_ref(&own));
         let reference = reference_to_room(&world, &own).unwrap();
         assert_eq!(reference.as_ref(), Some(&world.document.design().environment));
-    }
-
-    #[test]
-    fn a_room_is_named_after_its_file() {
-        assert_eq!(room_name(Path::new("a/room.env.ron")), "room");
-        assert_eq!(room_name(Path::new("a/room.ron")), "room");
-        assert_eq!(room_name(Path::new("a/cube-fit")), "cube-fit");
     }
 }

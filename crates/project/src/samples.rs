@@ -1,18 +1,23 @@
-//! Reads measurement tables of any length as samples, row by row.
+//! Measurement tables of any length as samples, row by row, and as a person judges one before anything
+//! is fitted to it.
 
-use super::doubted::Doubted;
 use super::error::StoreError;
 use super::files::Files;
-use super::place::{MAX_BYTES, ReadFailure, open_input};
-use super::read::not_of_its_kind;
+use super::kinds::Doubted;
+use super::paths::file_name;
+use super::read::{MAX_BYTES, ReadFailure, not_of_its_kind, open_input};
+use std::collections::HashSet;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use trackwright_calibration::doubts::{PairedDoubts, PoseFrame};
+use trackwright_calibration::doubts::{PairedDoubts, PoseFrame, Suspicion};
+use trackwright_calibration::fit_quality::{ErrorSummary, measured_errors};
 use trackwright_field::samples::{MapKind, MeasurementContent, SampleSet};
+use trackwright_formats::groups::GroupColumn;
 use trackwright_formats::measurements::MeasurementReader;
 use trackwright_formats::{FormatError, foreign};
+use trackwright_geometry::bounds::Bounds;
 use trackwright_task::Task;
 
 const EXPECTED: &str = "a measurement table";
@@ -30,10 +35,6 @@ pub struct SampleReading {
 
 impl Files {
     /// Reads a measurement table; memory is that of its samples, whatever else is in the table.
-    ///
-    /// # Errors
-    /// A file that cannot be read or is no measurement table; one without quaternions where they were
-    /// said to be whole; [`StoreError::Cancelled`].
     pub fn read_samples(
         &self,
         file: &Path,
@@ -59,8 +60,8 @@ fn read_samples(
     let count = Arc::new(AtomicU64::new(0));
     let counted = Counted { inner: opened.take(MAX_BYTES + 1), count: count.clone() };
     let read = || count.load(Ordering::Relaxed);
-    let told = || Ok(task.step(read() as usize, len.max(read()) as usize)?);
-    let samples = samples(counted, file, reading, told);
+    let report = || Ok(task.step(read() as usize, len.max(read()) as usize)?);
+    let samples = samples(counted, file, reading, report);
     if read() > MAX_BYTES {
         return Err(ReadFailure::TooLarge.into_error(file, EXPECTED));
     }
@@ -76,7 +77,7 @@ fn samples(
     reader: impl Read,
     file: &Path,
     reading: SampleReading,
-    told: impl Fn() -> Result<(), StoreError>,
+    report: impl Fn() -> Result<(), StoreError>,
 ) -> Result<Doubted<SampleSet>, StoreError> {
     let in_file = |cause| match cause {
         FormatError::Unreadable { .. } => StoreError::Format { file: file.to_owned(), cause },
@@ -94,7 +95,7 @@ fn samples(
     let mut doubts = PairedDoubts::new(content, PoseFrame::Tracker);
     while let Some(measurement) = reader.next_measurement().map_err(in_file)? {
         if set.samples.len().is_multiple_of(ROWS_PER_STEP) {
-            told()?;
+            report()?;
         }
         doubts.push(&measurement);
         set.push(&measurement, content, reading.map);
@@ -129,10 +130,79 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
+/// A table that was read, with everything that is said of it.
+#[derive(Debug)]
+pub struct MeasurementTable {
+    pub file: PathBuf,
+    pub reading: SampleReading,
+    pub samples: SampleSet,
+    /// What the table may be instead of what it is read as.
+    pub suspicions: Vec<Suspicion>,
+    /// Their errors as they were measured.
+    pub measured: ErrorSummary,
+    /// Of the samples' positions.
+    pub bounds: Option<Bounds>,
+    /// The column of groups; one that cannot be used prevents a choice of model, not a fit.
+    pub groups: Result<Option<TableGroups>, StoreError>,
+}
+
+/// A column of groups, and how many there are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TableGroups {
+    pub column: GroupColumn,
+    pub count: usize,
+}
+
+impl MeasurementTable {
+    /// The file's name without its folder.
+    pub fn name(&self) -> String {
+        file_name(&self.file)
+    }
+
+    /// Whether no tracker's table is like this; commands take one only with `--as-is`.
+    pub fn is_beyond_doubt(&self) -> bool {
+        self.suspicions.iter().any(Suspicion::is_beyond_doubt)
+    }
+
+    /// Edge of the cube that each sample would have to itself, mm; `None` for samples in a plane.
+    pub fn spacing_mm(&self) -> Option<f64> {
+        let volume_mm3 = self.bounds?.size_mm().product();
+        let spacing_mm = (volume_mm3 / self.samples.samples.len() as f64).cbrt();
+        (spacing_mm > 0.0).then_some(spacing_mm)
+    }
+}
+
+impl Files {
+    /// Reads a table with its groups.
+    pub fn read_table(
+        &self,
+        file: &Path,
+        reading: SampleReading,
+        task: &Task,
+    ) -> Result<MeasurementTable, StoreError> {
+        let found = self.read_samples(file, reading, task)?;
+        let (suspicions, samples) = (found.suspicions.clone(), found.as_it_stands());
+        let groups = self.read_groups(file, None).map(|column| {
+            column.map(|column| TableGroups {
+                count: column.labels.iter().collect::<HashSet<_>>().len(),
+                column,
+            })
+        });
+        Ok(MeasurementTable {
+            file: file.to_owned(),
+            reading,
+            bounds: Bounds::around(samples.samples.iter().map(|s| s.position_mm)),
+            measured: measured_errors(&samples),
+            samples,
+            suspicions,
+            groups,
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::PathBuf;
     use trackwright_task::{CancelToken, Cancelled};
 
     fn in_repository(name: &str) -> PathBuf {
@@ -175,5 +245,27 @@ mod tests {
             let found = read_samples(&file, reading, &Task::default()).unwrap_err();
             assert_eq!(found.to_string(), whole);
         }
+    }
+
+    fn table(text: &str) -> MeasurementTable {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), text).unwrap();
+        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
+        Files::default().read_table(file.path(), reading, &Task::default()).unwrap()
+    }
+
+    const HEAD: &str = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z,cluster\n";
+
+    #[test]
+    fn an_unusable_group_column_leaves_the_rows() {
+        let good = table(&format!("{HEAD}0,0,0,0,0,0,a\n8,0,0,8,0,0,b\n0,2,4,0,2,4,a\n"));
+        let groups = good.groups.as_ref().unwrap().as_ref().unwrap();
+        assert_eq!((groups.count, groups.column.name.as_str()), (2, "cluster"));
+        assert!((good.spacing_mm().unwrap() - (64.0_f64 / 3.0).cbrt()).abs() < 1e-12);
+        let bad = table(&format!("{HEAD}0,0,0,0,0,0,a\n8,0,0,8,0,0,\n"));
+        assert_eq!(bad.samples.samples.len(), 2);
+        assert_eq!(bad.spacing_mm(), None);
+        let problem = bad.groups.unwrap_err().to_string();
+        assert!(problem.contains("cluster is empty"), "{problem}");
     }
 }

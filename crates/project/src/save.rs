@@ -1,18 +1,24 @@
-//! Saves a design and its bodies: only what changed, bodies first, each file whole or not at all.
+//! Saves a design and its bodies: only what changed, bodies first, each file whole or not at all; and
+//! which other designs that would change.
 
 use super::error::StoreError;
 use super::open::{World, home};
-use super::place::{Kind, Place, absolute, free_name, relative};
-use super::replace::{KeptFile, keep_former, lock_all, replace};
-use super::shared::shared_bodies;
-use super::tool::{body_name, is_definition, parse_body};
-use super::watch::Stamps;
-use super::write::{folder_of, write_bytes};
+use super::paths::{absolute, file_name, folder_of, free_name, relative};
+use super::read::{Kind, Storage};
+use super::stamps::Stamps;
+use super::tool::{body_name, body_text, is_definition, parse_body, reach_mesh};
+use super::write::{KeptFile, keep_former, lock_all, replace, write_bytes};
 use std::fs;
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, Design, DesignBody, Origin, View};
-use trackwright_formats::{BodyFile, DesignFile, body, design_file};
-use trackwright_geometry::mesh_reference::MeshReference;
+use trackwright_formats::{DesignFile, body, design_file};
+
+/// Kinds of files that are copied out of the built-in world.
+const MESH: &str = "a mesh";
+const ENVIRONMENT: &str = "an environment";
+
+/// How design files are named.
+const DESIGN_EXTENSION: &str = ".design.ron";
 
 /// What Save did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -39,9 +45,6 @@ pub fn save(world: &mut World) -> Result<SaveReport, StoreError> {
 }
 
 /// Saves like [`save`], except that changed bodies which other designs use are saved as copies.
-///
-/// # Errors
-/// As [`save`].
 pub fn save_with_copies(world: &mut World) -> Result<SaveReport, StoreError> {
     let file = own_file(world)?;
     let mut moves = moved_bodies(world, &file);
@@ -68,13 +71,12 @@ struct BodyMove {
     file: PathBuf,
 }
 
-/// The changed bodies whose files are others' to write, each with a name beside the design that is
-/// no other file's.
+/// The changed bodies whose files are others', each with a free name beside the design.
 fn moved_bodies(world: &World, design_file: &Path) -> Vec<BodyMove> {
     let folder = folder_of(design_file);
     let mut moves: Vec<BodyMove> = Vec::new();
     for (role, body) in world.document.design().bodies() {
-        let old_file = Place::Disk.resolve(design_file, &body.reference);
+        let old_file = Storage::Disk.resolve(design_file, &body.reference);
         if !is_changed(world, role) || !is_left_alone(world, role, &old_file) {
             continue;
         }
@@ -99,7 +101,7 @@ pub(super) fn is_left_alone(world: &World, role: BodyRole, file: &Path) -> bool 
 fn own_name(file: &Path) -> String {
     match is_definition(file) {
         true => body_name(file),
-        false => file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        false => file_name(file),
     }
 }
 
@@ -151,10 +153,10 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     {
         return save(world);
     }
-    let (place, old_file) = home(world.document.origin())?;
-    refuse_own_parts(world, place, &old_file, file)?;
+    let (storage, old_file) = home(world.document.origin())?;
+    refuse_own_parts(world, storage, &old_file, file)?;
     let mut mover = Mover {
-        place,
+        storage,
         old_file,
         folder: folder_of(file),
         report: SaveReport::default(),
@@ -170,14 +172,14 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     for anatomy in &design.anatomy {
         let old = &anatomy.mesh.file;
         if moved_anatomy.iter().all(|(moved, _)| moved != old) {
-            moved_anatomy.push((old.clone(), mover.move_anatomy(old)?));
+            moved_anatomy.push((old.clone(), mover.move_file(old, MESH)?));
         }
     }
-    let own_room = mover.move_environment(&design.environment)?;
+    let own_room = mover.move_file(&design.environment, ENVIRONMENT)?;
     let mut rooms = vec![(design.environment.clone(), own_room)];
     for room in &design.procedure.further_rooms {
         // One that is not there was missed before, and is no reason not to save.
-        let moved = mover.move_environment(room);
+        let moved = mover.move_file(room, ENVIRONMENT);
         rooms.extend(moved.ok().map(|moved| (room.clone(), moved)));
     }
     let anatomy_file = |old: &str| {
@@ -216,8 +218,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
     write_bytes(file, text.as_bytes())?;
     world.document.relocate(Origin::File(file.to_owned()), rewrite);
     world.document.mark_saved();
-    world.references_are_current();
-    world.anatomy.moved(anatomy_file);
+    world.references_are_current(anatomy_file);
     mover.stamps.take(file, text.as_bytes());
     world.stamps.extend(mover.stamps);
     mover.report.written.push(file.to_owned());
@@ -242,22 +243,11 @@ fn is_held(world: &World, body: &DesignBody) -> bool {
     let Origin::File(design_file) = world.document.origin() else {
         return false;
     };
-    let file = Place::Disk.resolve(design_file, &body.reference);
-    let Ok(bytes) = Place::Disk.read(&file, Kind::BODY) else {
+    let file = Storage::Disk.resolve(design_file, &body.reference);
+    let Ok(bytes) = Storage::Disk.read(&file, Kind::BODY) else {
         return false;
     };
     parse_body(&file, &bytes).is_ok_and(|held| body::write(&held) == body_text(body))
-}
-
-/// What a body refers to its mesh by from a file in perhaps another folder.
-pub(super) fn reach_mesh(mesh: &mut Option<MeshReference>, old_file: &Path, file: &Path) {
-    let (old_folder, folder) = (folder_of(old_file), folder_of(file));
-    if let Some(mesh) = mesh
-        && !is_absolute(&mesh.file)
-        && absolute(&old_folder) != absolute(&folder)
-    {
-        mesh.file = relative(&folder, &Place::Disk.resolve(old_file, &mesh.file));
-    }
 }
 
 fn own_file(world: &World) -> Result<PathBuf, StoreError> {
@@ -265,10 +255,6 @@ fn own_file(world: &World) -> Result<PathBuf, StoreError> {
         Origin::BuiltIn(name) => Err(StoreError::ReadOnly(name)),
         Origin::File(file) => Ok(file.clone()),
     }
-}
-
-fn body_text(body: &DesignBody) -> String {
-    body::write(&BodyFile::of(body))
 }
 
 fn design_text(design: &Design, view: &View) -> String {
@@ -284,7 +270,7 @@ fn write_changes(
     let bodies: Vec<_> = design
         .bodies()
         .map(|(role, body)| {
-            let body_file = Place::Disk.resolve(file, &body.reference);
+            let body_file = Storage::Disk.resolve(file, &body.reference);
             (body_file, body_text(body), is_changed(world, role))
         })
         .collect();
@@ -323,7 +309,7 @@ fn write_changes(
 /// Refuses to write a design over its own body or environment.
 fn refuse_own_parts(
     world: &World,
-    place: Place,
+    storage: Storage,
     old_file: &Path,
     file: &Path,
 ) -> Result<(), StoreError> {
@@ -333,9 +319,9 @@ fn refuse_own_parts(
         .map(|(_, body)| &body.reference)
         .chain([&design.environment])
         .chain(&design.procedure.further_rooms)
-        .map(|reference| place.resolve(old_file, reference));
+        .map(|reference| storage.resolve(old_file, reference));
     let file = absolute(file);
-    if place == Place::Disk && parts.any(|part| absolute(&part) == file) {
+    if storage == Storage::Disk && parts.any(|part| absolute(&part) == file) {
         return Err(StoreError::InUse { file });
     }
     Ok(())
@@ -354,7 +340,7 @@ struct MovedBody {
 
 /// Brings what a design refers to within reach of a new folder.
 struct Mover {
-    place: Place,
+    storage: Storage,
     old_file: PathBuf,
     folder: PathBuf,
     report: SaveReport,
@@ -363,10 +349,10 @@ struct Mover {
 
 impl Mover {
     fn move_body(&mut self, body: &DesignBody, is_changed: bool) -> Result<MovedBody, StoreError> {
-        let old_file = self.place.resolve(&self.old_file, &body.reference);
+        let old_file = self.storage.resolve(&self.old_file, &body.reference);
         let mut moved = MovedBody {
             reference: String::new(),
-            is_copied: self.place == Place::BuiltIn || is_changed,
+            is_copied: self.storage == Storage::BuiltIn || is_changed,
             old_file,
             copied_mesh: None,
         };
@@ -376,11 +362,12 @@ impl Mover {
         }
         let mut copy = body.clone();
         if let Some(mesh) = &mut copy.mesh {
-            moved.copied_mesh = self.copy_mesh(&moved.old_file, &mesh.file)?;
+            let copy = self.copy_built_in(&moved.old_file, &mesh.file, MESH)?;
+            moved.copied_mesh = copy.map(|copy| (mesh.file.clone(), copy));
             mesh.file = self.mesh_from(&moved, &mesh.file);
         }
         // A maker's definition that changed is a body file from now on.
-        let name = match self.place == Place::Disk && is_definition(&moved.old_file) {
+        let name = match self.storage == Storage::Disk && is_definition(&moved.old_file) {
             true => body_name(&moved.old_file),
             false => body.reference.clone(),
         };
@@ -388,71 +375,58 @@ impl Mover {
         Ok(moved)
     }
 
-    /// Leads a body of a past state, which is another one than the present, to where it is from the
-    /// new folder; one that no file holds will be saved there.
+    /// Refers to a past state's body from the new folder; one without a file will be saved there.
     fn move_past_body(&self, body: &mut DesignBody) {
-        let old_file = self.place.resolve(&self.old_file, &body.reference);
-        if self.place == Place::Disk && old_file.exists() {
+        let old_file = self.storage.resolve(&self.old_file, &body.reference);
+        if self.storage == Storage::Disk && old_file.exists() {
             body.reference = relative(&self.folder, &old_file);
             return;
         }
-        let name = old_file.file_name().unwrap_or_default().to_string_lossy();
-        if self.place == Place::Disk {
-            reach_mesh(&mut body.mesh, &old_file, &self.folder.join(&*name));
+        body.reference = file_name(&old_file);
+        if self.storage == Storage::Disk {
+            reach_mesh(&mut body.mesh, &old_file, &self.folder.join(&body.reference));
         }
-        body.reference = name.into_owned();
-    }
-
-    /// Copies a mesh of the built-in world, which nothing else on the disk could refer to.
-    fn copy_mesh(
-        &mut self,
-        old_body_file: &Path,
-        mesh: &str,
-    ) -> Result<Option<(String, String)>, StoreError> {
-        let old_file = self.place.resolve(old_body_file, mesh);
-        // One that is not there was missed before, and is no reason not to save.
-        if self.place == Place::Disk
-            || is_absolute(mesh)
-            || self.place.read(&old_file, "a file").is_err()
-        {
-            return Ok(None);
-        }
-        let copy = self.copy_built_in(&old_file, "a mesh")?;
-        Ok(Some((mesh.to_owned(), copy)))
-    }
-
-    /// The reference to a mesh of the anatomy from the new folder, to where it was copied if it had
-    /// to be.
-    fn move_anatomy(&mut self, reference: &str) -> Result<String, StoreError> {
-        let old_file = self.place.resolve(&self.old_file, reference);
-        let is_within_reach = self.place == Place::Disk || is_absolute(reference);
-        // One that is not there was missed before, and is no reason not to save.
-        if is_within_reach || self.place.read(&old_file, "a file").is_err() {
-            return Ok(self.reference(reference));
-        }
-        self.copy_built_in(&old_file, "a mesh")
     }
 
     /// What a mesh of a body, a past one too, is referred to by from where the body is now.
     fn mesh_from(&self, body: &MovedBody, mesh: &str) -> String {
-        match (&body.copied_mesh, self.place) {
+        match (&body.copied_mesh, self.storage) {
             (Some((old, copy)), _) if old == mesh => copy.clone(),
-            (_, Place::Disk) if body.is_copied && !is_absolute(mesh) => {
-                relative(&self.folder, &self.place.resolve(&body.old_file, mesh))
+            (_, Storage::Disk) if body.is_copied && !Path::new(mesh).is_absolute() => {
+                relative(&self.folder, &self.storage.resolve(&body.old_file, mesh))
             }
             // It stayed where it is, or it is only ever undone to.
             _ => mesh.to_owned(),
         }
     }
 
-    fn copy_built_in(&mut self, file: &Path, kind: &'static str) -> Result<String, StoreError> {
-        let bytes =
-            self.place.read(file, kind).map_err(|failure| failure.into_error(file, kind))?;
-        self.copy(&file.to_string_lossy(), &bytes)
+    /// Copies what only a file of the built-in world could refer to; its name, `None` of what is within
+    /// reach. A mesh that is not there was missed before, and is no reason not to save.
+    fn copy_built_in(
+        &mut self,
+        from: &Path,
+        reference: &str,
+        kind: &'static str,
+    ) -> Result<Option<String>, StoreError> {
+        if self.storage == Storage::Disk || Path::new(reference).is_absolute() {
+            return Ok(None);
+        }
+        let file = self.storage.resolve(from, reference);
+        match self.storage.read(&file, kind) {
+            Ok(bytes) => self.copy(&file.to_string_lossy(), &bytes).map(Some),
+            Err(_) if kind == MESH => Ok(None),
+            Err(failure) => Err(failure.into_error(&file, kind)),
+        }
     }
 
-    /// Writes a copy into the new folder under its old name, or under one like it where that
-    /// name is another file's; the name.
+    /// A file's reference from the new folder, to where it was copied if it had to be.
+    fn move_file(&mut self, reference: &str, kind: &'static str) -> Result<String, StoreError> {
+        let old_file = self.old_file.clone();
+        let copy = self.copy_built_in(&old_file, reference, kind)?;
+        Ok(copy.unwrap_or_else(|| self.reference(reference)))
+    }
+
+    /// Writes a copy into the new folder under its old name, or a free one like it; the name.
     fn copy(&mut self, old_reference: &str, bytes: &[u8]) -> Result<String, StoreError> {
         let name = Path::new(old_reference).file_name().unwrap_or_default();
         let is_same = |path: &Path| fs::read(path).is_ok_and(|found| found == bytes);
@@ -462,29 +436,83 @@ impl Mover {
             self.report.written.push(copy.clone());
         }
         self.stamps.take(&copy, bytes);
-        let name = copy.file_name().unwrap_or_default();
-        Ok(name.to_string_lossy().into_owned())
-    }
-
-    /// The environment's reference from the new folder, to where it was copied if it had to be.
-    fn move_environment(&mut self, reference: &str) -> Result<String, StoreError> {
-        if self.place == Place::Disk || is_absolute(reference) {
-            return Ok(self.reference(reference));
-        }
-        self.copy_built_in(&self.place.resolve(&self.old_file, reference), "an environment")
+        Ok(file_name(&copy))
     }
 
     /// What a reference of the old design's is from the new folder.
     fn reference(&self, reference: &str) -> String {
-        match self.place {
-            _ if is_absolute(reference) => reference.to_owned(),
-            Place::Disk => relative(&self.folder, &self.place.resolve(&self.old_file, reference)),
+        match self.storage {
+            _ if Path::new(reference).is_absolute() => reference.to_owned(),
+            Storage::Disk => {
+                relative(&self.folder, &self.storage.resolve(&self.old_file, reference))
+            }
             // Only ever undone to; nothing else of the built-in world is copied.
-            Place::BuiltIn => reference.to_owned(),
+            Storage::BuiltIn => reference.to_owned(),
         }
     }
 }
 
-fn is_absolute(reference: &str) -> bool {
-    Path::new(reference).is_absolute()
+/// A changed body that other designs use too.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SharedBody {
+    pub role: BodyRole,
+    pub file: PathBuf,
+    /// The other designs of the folder that use it, in order of their names.
+    pub designs: Vec<PathBuf>,
+}
+
+/// The bodies that Save would change and that other designs of the folder use.
+pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
+    let Origin::File(own_file) = world.document.origin() else {
+        return Vec::new();
+    };
+    let design = world.document.design();
+    let changed: Vec<_> = design
+        .bodies()
+        .filter(|(role, _)| is_changed(world, *role))
+        .map(|(role, body)| (role, Storage::Disk.resolve(own_file, &body.reference)))
+        // Save leaves it as it is, and so the others too.
+        .filter(|(role, file)| !is_left_alone(world, *role, file))
+        .collect();
+    if changed.is_empty() {
+        return Vec::new();
+    }
+    let others = other_designs(own_file);
+    changed
+        .into_iter()
+        .filter_map(|(role, file)| {
+            let file_now = absolute(&file);
+            let designs: Vec<_> = others
+                .iter()
+                .filter(|(_, bodies)| bodies.contains(&file_now))
+                .map(|(design, _)| design.clone())
+                .collect();
+            (!designs.is_empty()).then_some(SharedBody { role, file, designs })
+        })
+        .collect()
+}
+
+/// The other designs of a folder, each with the bodies it uses.
+fn other_designs(own_file: &Path) -> Vec<(PathBuf, Vec<PathBuf>)> {
+    let own_place = absolute(own_file);
+    let mut files: Vec<_> = fs::read_dir(folder_of(own_file))
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.to_string_lossy().ends_with(DESIGN_EXTENSION))
+        .filter(|path| absolute(path) != own_place)
+        .collect();
+    files.sort();
+    files
+        .into_iter()
+        .filter_map(|file| {
+            let design = design_file::parse(&Storage::Disk.read(&file, Kind::DESIGN).ok()?).ok()?;
+            let bodies = design
+                .design
+                .bodies()
+                .map(|(_, body)| absolute(&Storage::Disk.resolve(&file, &body.reference)))
+                .collect();
+            Some((file, bodies))
+        })
+        .collect()
 }

@@ -1,16 +1,17 @@
 //! Tools on the disk: body files and makers' definitions, each of which may stand for the other.
 
 use super::error::StoreError;
-use super::place::{Kind, Place, absolute, open_input};
-use super::read::read;
-use super::save::reach_mesh;
+use super::paths::{absolute, extension_of, folder_of, relative};
+use super::read::{Kind, Storage, open_input, read};
 use std::io::Read;
 use std::path::Path;
+use trackwright_design::DesignBody;
 use trackwright_design::definition::DefinitionKind;
 use trackwright_formats::tool_definition::{
     BodyFormat, OnMismatch, kind_of, kind_of_extension, read_body as parse_tool,
 };
 use trackwright_formats::{BodyFile, FormatError, body};
+use trackwright_geometry::mesh_reference::MeshReference;
 
 /// Enough of a file to tell what kind of one it is, its first comment included.
 const BEGINNING: u64 = 4096;
@@ -23,28 +24,22 @@ pub struct ReadTool {
     pub kind: Option<DefinitionKind>,
 }
 
-/// Reads a body file or a maker's definition, whichever it is.
-///
-/// # Errors
-/// See [`StoreError`]; a checksum that does not match only with [`OnMismatch::Refuse`].
+/// Reads a body file or a maker's definition; refuses a wrong checksum unless it is accepted.
 pub(super) fn read_tool(file: &Path, on_mismatch: OnMismatch) -> Result<ReadTool, StoreError> {
-    read(Place::Disk, file, Kind::TOOL, |bytes| {
+    read(Storage::Disk, file, Kind::TOOL, |bytes| {
         let (body, kind) = parse_tool(bytes, &extension_of(file), on_mismatch)?;
         Ok(ReadTool { body, kind })
     })
 }
 
 /// The file of a body that was read from `source`, whose meshes it still refers to from `file`.
-pub(super) fn body_text(body: &BodyFile, source: &Path, file: &Path) -> String {
+pub(super) fn moved_body_text(body: &BodyFile, source: &Path, file: &Path) -> String {
     let mut body = body.clone();
     reach_mesh(&mut body.mesh, source, file);
     body::write(&body)
 }
 
 /// What a body is written as to a file of this name.
-///
-/// # Errors
-/// [`StoreError::NoBodyFormat`].
 pub fn body_format_of(file: &Path) -> Result<BodyFormat, StoreError> {
     BodyFormat::of_extension(&extension_of(file))
         .ok_or_else(|| StoreError::NoBodyFormat { file: file.to_owned() })
@@ -60,8 +55,7 @@ pub(super) fn parse_body(file: &Path, bytes: &[u8]) -> Result<BodyFile, FormatEr
     parse_tool(bytes, &extension_of(file), OnMismatch::Refuse).map(|(body, _)| body)
 }
 
-/// Whether a file is a maker's by what is in it, or, where it is gone, by its name: nothing of
-/// this program's is written over it.
+/// Whether a file is a maker's by its content, or by its name where it is gone.
 pub(super) fn is_definition(file: &Path) -> bool {
     let mut bytes = Vec::new();
     let beginning = open_input(file).ok().map(|file| {
@@ -80,10 +74,18 @@ pub(super) fn body_name(definition: &Path) -> String {
     format!("{}.body.ron", stem.to_string_lossy())
 }
 
-pub(super) fn extension_of(file: &Path) -> String {
-    let extension = file.extension().unwrap_or_default();
-    extension.to_string_lossy().into_owned()
+/// A body as its file says it.
+pub(super) fn body_text(body: &DesignBody) -> String {
+    body::write(&BodyFile::of(body))
 }
 
-#[cfg(test)]
-mod tests;
+/// Makes a body's mesh reachable from a file in perhaps another folder.
+pub(super) fn reach_mesh(mesh: &mut Option<MeshReference>, old_file: &Path, file: &Path) {
+    let (old_folder, folder) = (folder_of(old_file), folder_of(file));
+    if let Some(mesh) = mesh
+        && !Path::new(&mesh.file).is_absolute()
+        && absolute(&old_folder) != absolute(&folder)
+    {
+        mesh.file = relative(&folder, &Storage::Disk.resolve(old_file, &mesh.file));
+    }
+}

@@ -2,7 +2,8 @@
 //! one into a folder where it is not installed.
 
 use super::error::StoreError;
-use super::write::{Draft, Temporary, folder_of, remove_leftovers, write_error};
+use super::paths::{extension_of, folder_of};
+use super::write::{Draft, Temporary, remove_leftovers, write_error};
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::fs;
@@ -19,29 +20,10 @@ const TOLD_LINES: usize = 5;
 
 /// H.264 in 4:2:0, which every player and slide program shows, at a quality at which thin lines stay
 /// clean; sRGB's primaries are those of BT.709, whose matrix players expect of what is large.
-const ENCODING: [&str; 20] = [
-    "-an",
-    "-vf",
-    "scale=out_color_matrix=bt709:out_range=tv",
-    "-c:v",
-    "libx264",
-    "-preset",
-    "medium",
-    "-crf",
-    "18",
-    "-pix_fmt",
-    "yuv420p",
-    "-colorspace",
-    "bt709",
-    "-color_primaries",
-    "bt709",
-    "-color_trc",
-    "bt709",
-    // Playing begins before all of it is there.
-    "-movflags",
-    "+faststart",
-    "-y",
-];
+/// Playing begins before all of it is there.
+const ENCODING: &str = "-an -vf scale=out_color_matrix=bt709:out_range=tv -c:v libx264 \
+    -preset medium -crf 18 -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 \
+    -color_trc bt709 -movflags +faststart -y";
 
 /// Width and height in pixels, and frames a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,9 +70,6 @@ pub struct VideoFile {
 
 impl VideoFile {
     /// Starts an encoder, usually [`ENCODER`]; `None` where there is no such program.
-    ///
-    /// # Errors
-    /// See [`VideoError`].
     pub fn start(
         encoder: impl AsRef<OsStr>,
         file: &Path,
@@ -99,9 +78,8 @@ impl VideoFile {
         let [width, height] = shape.size;
         shape.check()?;
         // The encoder tells the container from the name's end.
-        let end = file.extension().unwrap_or_default().to_string_lossy();
         remove_leftovers(&folder_of(file));
-        let temporary = Temporary::beside(file, &format!(".{end}"))
+        let temporary = Temporary::beside(file, &format!(".{}", extension_of(file)))
             .map_err(|cause| write_error(file, cause))?;
         let encoder = encoder.as_ref();
         let mut command = Command::new(encoder);
@@ -113,7 +91,7 @@ impl VideoFile {
             .arg("-framerate")
             .arg(shape.frames_per_s.to_string())
             .args(["-i", "pipe:0"])
-            .args(ENCODING)
+            .args(ENCODING.split(' '))
             .arg(&temporary.path)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
@@ -125,9 +103,7 @@ impl VideoFile {
         let mut child = match command.spawn() {
             Ok(child) => child,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(cause) => {
-                return Err(VideoError::Start { encoder: name, cause });
-            }
+            Err(cause) => return Err(VideoError::Start { encoder: name, cause }),
         };
         let mut video = Self {
             encoder: name,
@@ -151,9 +127,6 @@ impl VideoFile {
     }
 
     /// Hands a frame on: red, green, blue and opacity of each pixel, from the upper left.
-    ///
-    /// # Errors
-    /// [`VideoError::Frame`], or what the encoder said when it ended.
     pub fn frame(&mut self, rgba: &[u8]) -> Result<(), VideoError> {
         if rgba.len() != self.frame_bytes {
             return Err(VideoError::Frame { found: rgba.len(), expected: self.frame_bytes });
@@ -170,9 +143,6 @@ impl VideoFile {
     }
 
     /// Waits for the encoder and puts the video in its place.
-    ///
-    /// # Errors
-    /// What the encoder said, or [`StoreError::Write`].
     pub fn finish(mut self) -> Result<(), VideoError> {
         self.end()?;
         let placed = self.temporary.handle.sync_all();
@@ -216,8 +186,7 @@ impl VideoShape {
         width * height * 4
     }
 
-    /// # Errors
-    /// [`VideoError::OddSize`].
+    /// Refuses odd sizes.
     pub fn check(self) -> Result<(), VideoError> {
         match self.size.iter().all(|side| side % 2 == 0 && *side > 0) {
             true => Ok(()),
@@ -249,9 +218,6 @@ pub struct FrameFolder {
 
 impl FrameFolder {
     /// Makes the folder if it has to be. Frames that are there are written over.
-    ///
-    /// # Errors
-    /// [`StoreError::Write`].
     pub fn new(folder: &Path) -> Result<Self, StoreError> {
         fs::create_dir_all(folder).map_err(|cause| write_error(folder, cause))?;
         remove_leftovers(folder);
@@ -259,15 +225,18 @@ impl FrameFolder {
     }
 
     /// Where frames go that were to become a video.
+    ///
+    /// ```
+    /// use std::path::Path;
+    /// let folder = trackwright_project::FrameFolder::beside(Path::new("a/turn.mp4"));
+    /// assert_eq!(folder, Path::new("a/turn-frames"));
+    /// ```
     pub fn beside(video: &Path) -> PathBuf {
         let stem = video.file_stem().unwrap_or_default().to_string_lossy();
         folder_of(video).join(format!("{stem}-frames"))
     }
 
     /// Writes a frame, counted from 0.
-    ///
-    /// # Errors
-    /// [`StoreError::Write`].
     pub fn frame(&self, index: usize, png: &[u8]) -> Result<(), StoreError> {
         let file = self.folder.join(format!("frame-{:05}.png", index + 1));
         let draft = Draft::write(&file, |out| out.write_all(png));
@@ -279,19 +248,11 @@ impl FrameFolder {
         // A percent sign would begin a number.
         let folder = self.folder.to_string_lossy().replace('%', "%%");
         let pattern = Path::new(&folder).join("frame-%05d.png");
-        let mut words = vec![
-            ENCODER.to_owned(),
-            "-framerate".to_owned(),
-            frames_per_s.to_string(),
-            "-i".to_owned(),
-            for_shell(&pattern),
-            // Older frames may be there too.
-            "-frames:v".to_owned(),
-            frames.to_string(),
-        ];
-        words.extend(ENCODING.map(str::to_owned));
-        words.push(for_shell(video));
-        words.join(" ")
+        let (pattern, video) = (for_shell(&pattern), for_shell(video));
+        // Older frames may be there too.
+        format!(
+            "{ENCODER} -framerate {frames_per_s} -i {pattern} -frames:v {frames} {ENCODING} {video}"
+        )
     }
 }
 
@@ -309,6 +270,7 @@ fn for_shell(path: &Path) -> String {
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crate::tests::files as names;
     use std::os::unix::fs::PermissionsExt;
 
     const SHAPE: VideoShape = VideoShape { size: [4, 2], frames_per_s: 25 };
@@ -336,16 +298,8 @@ mod tests {
         panic!("the script stays busy")
     }
 
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
-        let name = |e: io::Result<fs::DirEntry>| e.unwrap().file_name().into_string().unwrap();
-        let mut names: Vec<_> = entries.map(name).collect();
-        names.sort();
-        names
-    }
-
     #[test]
-    fn every_byte_of_every_frame_arrives_in_order_and_the_video_takes_its_place_at_the_end() {
+    fn every_byte_arrives_in_order() {
         let folder = tempfile::tempdir().unwrap();
         // The last word is the file to write.
         let copy = "for last; do :; done\necho \"$@\" > \"$0.words\"\ncat > \"$last\"";
@@ -369,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn an_encoder_that_fails_is_told_with_its_last_lines_and_leaves_what_was_there() {
+    fn a_failed_encoder_is_reported_with_its_last_lines() {
         let folder = tempfile::tempdir().unwrap();
         let fail = "head -c 32 > /dev/null\nfor k in 1 2 3 4 5 6 7; do echo \"reason $k\" >&2; done\nexit 3";
         let encoder = script(folder.path(), fail);
@@ -389,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_video_that_is_given_up_leaves_nothing_and_its_encoder_ends() {
+    fn an_abandoned_video_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
         // One process, as an encoder is: nobody is left who could write after it.
         let encoder = script(folder.path(), "for last; do :; done\nexec cat > \"$last\"");
@@ -400,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn without_an_encoder_nothing_is_begun_and_an_odd_size_is_refused() {
+    fn odd_sizes_and_missing_encoders_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let video = folder.path().join("turn.mp4");
         let missing = folder.path().join("no-such-program");
@@ -430,6 +384,5 @@ mod tests {
         assert_eq!(words[4], pattern.to_string_lossy());
         assert_eq!(words[5..7], ["-frames:v", "12"]);
         assert_eq!(words.last(), Some(&"my turn.mp4"));
-        assert_eq!(FrameFolder::beside(Path::new("a/turn.mp4")), Path::new("a/turn-frames"));
     }
 }

@@ -1,10 +1,14 @@
-//! Writes whole files or nothing: an interrupted write leaves the old file.
+//! Writes whole files or nothing: an interrupted write leaves the old file. Files that others may be
+//! saving too are replaced under a lock, and with a copy of what would be lost.
 
 use super::error::StoreError;
-use super::lock::Lock;
-use std::fs::{self, File};
+use super::paths::{absolute, folder_of, free_name, is_still};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
+use trackwright_formats::signature::holds_more_than_written;
 
 /// What the names of temporary files begin with.
 const TEMPORARY: &str = ".trackwright-";
@@ -12,11 +16,8 @@ const TEMPORARY: &str = ".trackwright-";
 /// Tries to make a temporary file that nobody removes while it is made. One is all but always enough.
 const TEMPORARY_ATTEMPTS: usize = 16;
 
-/// Writes a file of the program's own, whatever was there before, and removes what interrupted writes
-/// left in its folder.
-///
-/// # Errors
-/// [`StoreError::Write`]; a file that was there before is then untouched.
+/// Writes a file of the program's own over what was there, whole or not at all, and removes what
+/// interrupted writes left in its folder.
 pub(super) fn write_bytes(file: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     remove_leftovers(&folder_of(file));
     let draft = Draft::write(file, |out| out.write_all(bytes));
@@ -27,8 +28,7 @@ pub(super) fn write_error(file: &Path, cause: io::Error) -> StoreError {
     StoreError::Write { file: file.to_owned(), cause }
 }
 
-/// A file that is whole and on the disk, beside the one whose place it is to take. What is no plain
-/// file (`/dev/stdout`, a pipe) has been written to as it is.
+/// A whole file beside the one that it replaces; what is no plain file was written to as it is.
 #[derive(Debug)]
 pub(super) struct Draft {
     /// Links followed: a link stays a link.
@@ -155,34 +155,156 @@ pub(super) fn remove_leftovers(folder: &Path) {
     }
 }
 
-/// The folder of a file, never empty.
-pub(super) fn folder_of(file: &Path) -> PathBuf {
-    match file.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_owned(),
-        _ => PathBuf::from("."),
-    }
-}
-
-/// Makes the new name outlast a power cut. The file is in place by now, and file systems that
-/// cannot do this are no reason to say it isn't.
+/// Makes the new name outlast a power cut, where the file system can.
 fn sync_folder(folder: &Path) {
     if cfg!(unix) {
         let _ = File::open(folder).and_then(|folder| folder.sync_all());
     }
 }
 
+/// What the name of a file's former version ends in.
+const FORMER: &str = ".old";
+
+/// A file that held comments, or fields that this version does not use, which its new version lacks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KeptFile {
+    pub file: PathBuf,
+    /// The file as it was.
+    pub former: PathBuf,
+}
+
+impl fmt::Display for KeptFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}: comments, and fields that this version does not use, are not kept; the file as it was is {}",
+            self.file.display(),
+            self.former.display()
+        )
+    }
+}
+
+/// Locks the files that are there, so that nobody else saves them between the look at what they hold
+/// and their replacement. In one order everywhere, so that nobody waits for each other.
+pub(super) fn lock_all(texts: &[(PathBuf, String)]) -> Result<BTreeMap<PathBuf, Lock>, StoreError> {
+    let files: BTreeSet<PathBuf> = texts.iter().map(|(file, _)| absolute(file)).collect();
+    let mut locks = BTreeMap::new();
+    for file in files {
+        if let Some(lock) = Lock::for_replacing(&file)? {
+            locks.insert(file, lock);
+        }
+    }
+    Ok(locks)
+}
+
+/// Writes a file; one that was not there must not have appeared meanwhile.
+pub(super) fn replace(file: &Path, bytes: &[u8], was_there: bool) -> Result<(), StoreError> {
+    remove_leftovers(&folder_of(file));
+    let draft = Draft::write(file, |out| out.write_all(bytes));
+    let placed = draft.and_then(|draft| match was_there {
+        true => draft.place(),
+        false => draft.place_new(),
+    });
+    placed.map_err(|cause| match cause.kind() {
+        io::ErrorKind::AlreadyExists => StoreError::ChangedOnDisk { file: file.to_owned() },
+        _ => write_error(file, cause),
+    })
+}
+
+/// Copies a file of which something is lost when it is written anew.
+pub(super) fn keep_former(file: &Path) -> Result<Option<KeptFile>, StoreError> {
+    let Ok(bytes) = fs::read(file) else {
+        return Ok(None);
+    };
+    if !holds_more_than_written(&bytes) {
+        return Ok(None);
+    }
+    let mut former = file.as_os_str().to_owned();
+    former.push(FORMER);
+    let former = free_name(Path::new(&former), |path| !path.exists());
+    write_bytes(&former, &bytes)?;
+    Ok(Some(KeptFile { file: file.to_owned(), former }))
+}
+
+/// A locked file. What is locked is the file itself and not its name.
+#[derive(Debug)]
+pub(super) struct Lock {
+    handle: File,
+    file: PathBuf,
+}
+
+impl Lock {
+    /// Locks a file, which is made if it has to be; `None` while somebody else has it locked.
+    pub(super) fn take(file: &Path) -> Result<Option<Self>, StoreError> {
+        let handle = options().open(file).map_err(|e| lock_error(file, e))?;
+        Self::take_open(handle, file)
+    }
+
+    /// Locks an open file; `None` while somebody else has it locked.
+    pub(super) fn take_open(handle: File, file: &Path) -> Result<Option<Self>, StoreError> {
+        match handle.try_lock() {
+            Ok(()) => Ok(Some(Self { handle, file: file.to_owned() })),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(cause)) => Err(lock_error(file, cause)),
+        }
+    }
+
+    /// Locks a file, which is made if it has to be, once whoever has it locked is done.
+    pub(super) fn wait_for(file: &Path) -> Result<Self, StoreError> {
+        let lock = |handle: File| handle.lock().map(|()| handle);
+        let handle = options().open(file).and_then(lock);
+        Ok(Self { handle: handle.map_err(|e| lock_error(file, e))?, file: file.to_owned() })
+    }
+
+    /// Locks a file that is going to be replaced, once others are done; `None` where there is none.
+    pub(super) fn for_replacing(file: &Path) -> Result<Option<Self>, StoreError> {
+        loop {
+            let handle = match File::open(file) {
+                Ok(handle) => handle,
+                Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+                Err(error) => return Err(lock_error(file, error)),
+            };
+            // There a lock would keep this program itself from reading.
+            if cfg!(unix) {
+                handle.lock().map_err(|e| lock_error(file, e))?;
+            }
+            // The lock is on the file that was there; its name may lead to a newer one by now.
+            if is_still(&handle, file).map_err(|e| lock_error(file, e))? {
+                return Ok(Some(Self { handle, file: file.to_owned() }));
+            }
+        }
+    }
+
+    pub(super) fn file(&self) -> &Path {
+        &self.file
+    }
+}
+
+impl Drop for Lock {
+    fn drop(&mut self) {
+        // Closing alone is too late where another thread is starting a process, which has every
+        // open file until it has become its own program.
+        let _ = self.handle.unlock();
+    }
+}
+
+fn options() -> OpenOptions {
+    let mut options = File::options();
+    options.create(true).truncate(false).write(true);
+    options
+}
+
+fn lock_error(file: &Path, cause: io::Error) -> StoreError {
+    StoreError::Lock { file: file.to_owned(), cause }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::{open_builtin_without_meshes, open_design_without_meshes, save, save_as};
     use super::*;
-
-    fn names(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder).unwrap();
-        let name = |entry: io::Result<fs::DirEntry>| entry.unwrap().file_name();
-        let mut names: Vec<String> =
-            entries.map(|entry| name(entry).to_string_lossy().into_owned()).collect();
-        names.sort();
-        names
-    }
+    use crate::tests::files;
+    use std::thread;
+    use trackwright_design::Edit;
 
     #[test]
     fn leftovers_of_interrupted_writes_are_removed() {
@@ -192,7 +314,7 @@ mod tests {
             fs::write(folder.path().join(name), "half a li").unwrap();
         }
         write_bytes(&file, b"whole").unwrap();
-        assert_eq!(names(folder.path()), [".trackwrong", "a.csv"]);
+        assert_eq!(files(folder.path()), [".trackwrong", "a.csv"]);
     }
 
     #[test]
@@ -203,7 +325,7 @@ mod tests {
         write_bytes(&file, b"whole").unwrap();
         assert!(in_use.path.exists());
         drop(in_use);
-        assert_eq!(names(folder.path()), ["a.csv"]);
+        assert_eq!(files(folder.path()), ["a.csv"]);
     }
 
     #[test]
@@ -217,6 +339,55 @@ mod tests {
         });
         assert_eq!(failed.unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert_eq!(fs::read(&file).unwrap(), b"old");
-        assert_eq!(names(folder.path()), ["a.csv"]);
+        assert_eq!(files(folder.path()), ["a.csv"]);
+    }
+
+    /// Saves of each of two threads; more with `TRACKWRIGHT_RUNS`.
+    fn saves() -> usize {
+        let runs = std::env::var("TRACKWRIGHT_RUNS");
+        runs.map_or(40, |runs| runs.parse().unwrap())
+    }
+
+    /// Adds a letter to a design's name, as often as it takes to be the one who saves.
+    fn add_letter(file: &Path, letter: char) {
+        loop {
+            let mut world = open_design_without_meshes(file).unwrap();
+            let name = format!("{}{letter}", world.document.design().name);
+            world.document.apply(Edit::SetName(name)).unwrap();
+            match save(&mut world) {
+                Ok(_) => return,
+                Err(StoreError::ChangedOnDisk { .. }) => {}
+                Err(error) => panic!("{error}"),
+            }
+        }
+    }
+
+    #[test]
+    fn no_save_of_two_at_once_is_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.design.ron");
+        let mut world = open_builtin_without_meshes("pointer-on-head").unwrap();
+        world.document.apply(Edit::SetName("n".into())).unwrap();
+        save_as(&mut world, &file).unwrap();
+        thread::scope(|scope| {
+            for letter in ['a', 'b'] {
+                let file = &file;
+                scope.spawn(move || (0..saves()).for_each(|_| add_letter(file, letter)));
+            }
+        });
+        let world = open_design_without_meshes(&file).unwrap();
+        let name = &world.document.design().name;
+        let count = |letter| name.chars().filter(|c| *c == letter).count();
+        assert_eq!((count('a'), count('b')), (saves(), saves()));
+    }
+
+    #[test]
+    fn a_file_that_appears_meanwhile_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a");
+        fs::write(&file, "theirs").unwrap();
+        let error = replace(&file, b"mine", false).unwrap_err();
+        assert!(matches!(error, StoreError::ChangedOnDisk { .. }), "{error}");
+        assert_eq!(fs::read(&file).unwrap(), b"theirs");
     }
 }

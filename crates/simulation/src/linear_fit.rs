@@ -511,7 +511,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_free_turn_does_to_a_point_is_projected_away_and_nothing_else() {
+    fn a_free_turn_alone_is_projected_away() {
         let pose = pose_from_parts(
             Vector3::new(1.0, 2.0, 3.0),
             UnitQuaternion::from_euler_angles(0.3, 1.0, -2.0),

@@ -18,7 +18,7 @@ fn short(size_mm: f64) -> Scenario {
 }
 
 #[test]
-fn where_the_first_order_begins_to_fail_the_check_says_so_and_by_how_much() {
+fn the_check_reports_where_first_order_fails() {
     let scenario = short(2.5);
     let formula = first_order(&scenario).unwrap();
     let check = check_first_order(&scenario, &formula).unwrap().unwrap();
@@ -36,7 +36,7 @@ fn where_the_first_order_begins_to_fail_the_check_says_so_and_by_how_much() {
 }
 
 #[test]
-fn the_first_order_holds_for_large_tools_and_for_none_that_are_as_small_as_the_jitter() {
+fn first_order_holds_for_large_tools_only() {
     // Half a millimetre of jitter turns 12 mm by some 0.08 rad, and small ones any way at all.
     let holds = |size_mm| {
         let scenario = short(size_mm);

@@ -1,7 +1,10 @@
 //! The formula against closed forms and the simulation; what moves it and what does not.
 
-use super::{alone, assert_agree, body, built_in, five, head, jitter, on_head, six, three_fives};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use super::{
+    alone, assert_agree, body, built_in, fitzpatrick_mm, five, head, jitter, on_head, six,
+    three_fives,
+};
+use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::DistortionModel;
 use trackwright_field::environment::{Jitter, JitterGrowth};
@@ -15,7 +18,7 @@ use trackwright_simulation::{AxisRange, Motion, Scenario};
 use trackwright_task::Task;
 
 #[test]
-fn one_six_dof_sensor_scatters_its_tip_as_its_own_reading_does() {
+fn a_six_dof_sensor_scatters_as_its_reading() {
     let lever: Vector3<f64> = Vector3::new(0.0, 30.0, 90.0);
     let tool = body(vec![six([0.0; 3], [0.1, 0.2, 0.3])], lever.into());
     let found = first_order(&alone(tool, 95.0, jitter())).unwrap();
@@ -25,29 +28,8 @@ fn one_six_dof_sensor_scatters_its_tip_as_its_own_reading_does() {
     assert!((found.rotation_rms_rad - 3.0_f64.sqrt() * angle_rad).abs() < 1e-16);
 }
 
-/// Fitzpatrick, West & Maurer, IEEE TMI 17(5), 1998: `<TRE²> = <FLE²>/N (1 + ⅓ Σ d²/f²)` over the
-/// principal axes.
-fn fitzpatrick_mm(markers: &[[f64; 3]], tip: [f64; 3], sigma_mm: f64) -> f64 {
-    let n = markers.len() as f64;
-    let points: Vec<Vector3<f64>> = markers.iter().map(|p| Vector3::from(*p)).collect();
-    let mean = points.iter().sum::<Vector3<f64>>() / n;
-    let moments: Matrix3<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
-    let axes = moments.symmetric_eigen().eigenvectors;
-    let distance2 = |p: &Vector3<f64>, k: usize| {
-        let d = p - mean;
-        d.norm_squared() - axes.column(k).dot(&d).powi(2)
-    };
-    let ratio: f64 = (0..3)
-        .map(|k| {
-            let f2 = points.iter().map(|p| distance2(p, k)).sum::<f64>() / n;
-            distance2(&tip.into(), k) / f2
-        })
-        .sum();
-    (3.0 * sigma_mm * sigma_mm / n * (1.0 + ratio / 3.0)).sqrt()
-}
-
 #[test]
-fn position_only_tools_have_fitzpatricks_target_registration_error() {
+fn position_only_tools_have_fitzpatricks_error() {
     // NDI's passive rigid bodies 8700340 and 8700339, as published in their tool definitions.
     let cases = [
         (
@@ -87,7 +69,7 @@ fn tool_and_crf_add_up_as_west_and_maurer_say() {
 }
 
 #[test]
-fn turning_and_moving_the_tool_changes_nothing_but_the_axes() {
+fn moving_the_tool_changes_only_the_axes() {
     let scenario = alone(three_fives(), 60.0, jitter());
     let at_home = first_order(&scenario).unwrap();
     let turn = pose_from_parts(
@@ -105,7 +87,7 @@ fn turning_and_moving_the_tool_changes_nothing_but_the_axes() {
 }
 
 #[test]
-fn jitter_that_grows_scatters_a_tool_more_farther_from_the_generator() {
+fn growing_jitter_scatters_more_farther_away() {
     let scenario = alone(
         three_fives(),
         60.0,
@@ -138,7 +120,7 @@ fn the_order_of_the_sensors_does_not_matter() {
 }
 
 #[test]
-fn the_first_order_bias_is_the_simulated_error_up_to_the_square_of_the_field() {
+fn first_order_bias_is_right_to_second_order() {
     let difference = [1.0, 0.1, 0.01].map(|field| {
         let tip = first_order(&built_in(field)).unwrap();
         assert!(tip.bias_check.holds, "{:?}", tip.bias_check);
@@ -158,7 +140,7 @@ fn the_first_order_bias_is_the_simulated_error_up_to_the_square_of_the_field() {
 }
 
 #[test]
-fn the_same_shift_and_turn_of_everything_is_no_bias_relative_to_a_crf() {
+fn a_uniform_field_is_no_bias_against_a_crf() {
     let bounds = Volume::AuroraCube.bounds();
     let error = [0.7, -0.4, 0.2, 1e-4, 2e-4, -3e-4];
     let uniform = DistortionModel::new(
@@ -181,7 +163,7 @@ fn the_same_shift_and_turn_of_everything_is_no_bias_relative_to_a_crf() {
 }
 
 #[test]
-fn over_a_range_of_motion_each_pose_scatters_as_it_does_alone() {
+fn over_motion_each_pose_scatters_as_alone() {
     let axis = |max: f64, step: f64| Some(AxisRange { min: -max, max, step });
     let motion = Motion { x: axis(30.0, 60.0), ry: axis(40.0, 40.0), ..Motion::default() };
     let grown = Jitter { growth: Some(JitterGrowth::dipole(250.0)), ..jitter() };

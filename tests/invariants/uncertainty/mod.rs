@@ -6,7 +6,7 @@ mod formula;
 mod refusals;
 mod sampling;
 
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::environment::Jitter;
 use trackwright_field::samples::MapKind;
@@ -117,8 +117,7 @@ fn on_head(scenario: Scenario, crf: RigidBody) -> Scenario {
 
 /// The built-in design with jitter, its room's distortion times a factor.
 fn built_in(field: f64) -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let scenario = super::support::built_in();
     let model = &scenario.environment.model;
     let scaled = model.coefficients().iter().map(|c| c.map(|v| v * field));
     let model = DistortionModel::new(
@@ -179,4 +178,25 @@ fn assert_agree(scenario: &Scenario, what: &str) -> TipUncertainty {
         }
     }
     formula
+}
+
+/// Fitzpatrick, West & Maurer, IEEE TMI 17(5), 1998: `<TRE²> = <FLE²>/N (1 + ⅓ Σ d²/f²)` over the
+/// principal axes.
+pub(super) fn fitzpatrick_mm(markers: &[[f64; 3]], tip: [f64; 3], sigma_mm: f64) -> f64 {
+    let n = markers.len() as f64;
+    let points: Vec<Vector3<f64>> = markers.iter().map(|p| Vector3::from(*p)).collect();
+    let mean = points.iter().sum::<Vector3<f64>>() / n;
+    let moments: Matrix3<f64> = points.iter().map(|p| (p - mean) * (p - mean).transpose()).sum();
+    let axes = moments.symmetric_eigen().eigenvectors;
+    let distance2 = |p: &Vector3<f64>, k: usize| {
+        let d = p - mean;
+        d.norm_squared() - axes.column(k).dot(&d).powi(2)
+    };
+    let ratio: f64 = (0..3)
+        .map(|k| {
+            let f2 = points.iter().map(|p| distance2(p, k)).sum::<f64>() / n;
+            distance2(&tip.into(), k) / f2
+        })
+        .sum();
+    (3.0 * sigma_mm * sigma_mm / n * (1.0 + ratio / 3.0)).sqrt()
 }

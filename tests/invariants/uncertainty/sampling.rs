@@ -27,7 +27,7 @@ fn sampling_agrees_with_first_order_relative_to_a_crf() {
 }
 
 #[test]
-fn sampling_agrees_with_first_order_for_six_dof_sensors() {
+fn sampling_agrees_for_six_dof_sensors() {
     let single = body(vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])], [0.0, 0.0, 90.0]);
     let mixed = body(
         vec![five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]), six([8.0, -3.0, 95.0], [0.4, -1.0, 2.0])],
@@ -41,7 +41,7 @@ fn sampling_agrees_with_first_order_for_six_dof_sensors() {
 }
 
 #[test]
-fn sampling_agrees_with_first_order_in_a_distorted_room_whose_jitter_grows() {
+fn sampling_agrees_where_jitter_grows() {
     let grown = Jitter {
         growth: Some(JitterGrowth::dipole(300.0)),
         ..Jitter::uniform(0.1, 0.1_f64.to_radians())
@@ -50,7 +50,7 @@ fn sampling_agrees_with_first_order_in_a_distorted_room_whose_jitter_grows() {
 }
 
 #[test]
-fn samples_are_the_same_to_the_bit_on_any_number_of_threads() {
+fn samples_do_not_depend_on_threads() {
     let scenario = on_head(alone(three_fives(), 60.0, jitter()), head());
     let on = |threads| {
         rayon::ThreadPoolBuilder::new()
@@ -92,7 +92,7 @@ fn percentiles_of_an_isotropic_scatter_are_maxwells() {
 }
 
 #[test]
-fn one_five_dof_sensor_has_the_uncertainty_that_its_roll_cannot_change() {
+fn a_free_roll_leaves_part_of_the_uncertainty() {
     let pen = |axis| body(vec![five([0.0, 0.0, 0.0], axis)], [0.0, 0.0, -80.0]);
     for (axis, is_on_axis) in [([0.0, 0.0, 1.0], true), ([0.0, 0.6, 0.8], false)] {
         let scenario = alone(pen(axis), 100.0, jitter());

@@ -7,22 +7,16 @@ use nalgebra::Point3;
 use trackwright_geometry::rotation::rotation_angle_rad;
 use trackwright_simulation::scenario::Scenario;
 
-/// Median disagreement below which frames are taken to be one.
-///
-/// In tables in one frame (room-a, cube, jhu-cis, aurora-polaris after `characterize`) no single
-/// reading is further off than 24.0 mm, and the median of no part of a room exceeds 15.7 mm. Before
-/// the trackers of aurora-polaris are registered the median is 606 to 914 mm.
+/// Median disagreement below which frames are taken to be one: tables in one frame have 15.7 mm at
+/// most, tables of two frames 606 to 914 mm.
 pub const APART_MM: f64 = 25.0;
 
-/// How far beyond the largest error that the room predicts at these poses the median has to be, for
-/// rooms that are worse than any of those: in recordings that agree with their prediction, medians
-/// are below the largest predicted error.
+/// The same as a multiple of the largest predicted error, for worse rooms; agreeing recordings have
+/// medians below that error.
 const BEYOND_PREDICTION: f64 = 3.0;
 
-/// Part of the disagreement that a registration may leave where it is one of frames.
-///
-/// Over whole rooms a registration leaves 0.93 to 1.00 of a field's error (RMS), in two frames 0.06
-/// to 0.16 although the tool's marker is not where its sensor is, which no common frame takes up.
+/// Part of the disagreement that a registration may leave where it is one of frames: it leaves 0.93
+/// to 1.00 of a field's error (RMS), and 0.06 to 0.16 of two frames.
 const LEFT_PART: f64 = 0.25;
 
 /// True and measured poses that cannot be in one frame, or not in that of the room.

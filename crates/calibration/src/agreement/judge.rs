@@ -2,7 +2,7 @@
 
 use super::noise::Noise;
 use super::resampling::{Sums, interval, resampled};
-use super::rows::{AgreementRow, is_finite, tip_in_crf};
+use super::rows::{AgreementRow, pivot_rows, tip_in_crf};
 use super::unknowns::take_out;
 use super::verdict::verdict;
 use super::{
@@ -10,11 +10,14 @@ use super::{
     MIN_EFFECTIVE, MIN_POSES, MIN_SPREAD_DEG, MIN_SPREAD_MM, NoiseCheck, Summary, Unknowns,
 };
 use crate::dependence::Dependence;
+use crate::pivot::{Pivot, PivotError, PivotLimits, pivot};
+use crate::still_pose::is_finite;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 use std::collections::HashSet;
 use trackwright_field::OutsidePolicy;
+use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::rotation_angle_rad;
 use trackwright_simulation::expected::{Expected, expected_where_measured};
 use trackwright_simulation::scenario::{InputTrial, Mode, Scenario};
@@ -33,11 +36,7 @@ const NORMAL_95: f64 = 1.959_963_984_540_054;
 /// Part of the squares below which a mean or a spread is round-off.
 const ROUND_OFF: f64 = 1e-24;
 
-/// How far measured and predicted agree. Rows are judged as [`AgreementSettings`] says; those that
-/// are not used are kept and marked.
-///
-/// # Errors
-/// See [`AgreementError`].
+/// How far measured and predicted agree; rows that are not used are kept and marked.
 pub fn agreement(
     scenario: &Scenario,
     mut rows: Vec<AgreementRow>,
@@ -376,4 +375,41 @@ fn noise_check(
         normalised_measured: of_measured.map(|squares| squares / free),
         accepted,
     })
+}
+
+/// What a pivoted tool comes to.
+#[derive(Clone, Debug)]
+pub struct PivotedTool {
+    pub pivot: Pivot,
+    pub agreement: Agreement,
+}
+
+/// Why a pivoted tool has no figures.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PivotedError {
+    #[error("no tip: {0}")]
+    NoTip(PivotError),
+    /// The design cannot be simulated there.
+    #[error(transparent)]
+    Simulation(AgreementError),
+    /// The recording says nothing.
+    #[error(transparent)]
+    Agreement(AgreementError),
+}
+
+/// Finds the tip, predicts, compares; the scenario's CRF is not looked at.
+pub fn pivoted_tool(
+    scenario: &Scenario,
+    poses: &[Pose],
+    settings: &AgreementSettings,
+    task: &Task,
+) -> Result<PivotedTool, PivotedError> {
+    // How far the tip strays is what is asked here, so no distance is too large.
+    let limits = PivotLimits { max_rms_mm: f64::MAX, ..PivotLimits::default() };
+    let found = pivot(poses, &limits).map_err(PivotedError::NoTip)?;
+    let (with_tip, rows) = pivot_rows(scenario, poses, &found, &task.stretch(0.0, 0.5))
+        .map_err(PivotedError::Simulation)?;
+    let agreement = agreement(&with_tip, rows, settings, &task.stretch(0.5, 1.0))
+        .map_err(PivotedError::Agreement)?;
+    Ok(PivotedTool { pivot: found, agreement })
 }

@@ -27,7 +27,6 @@
 mod frames;
 pub mod judge;
 pub mod noise;
-mod pivoted;
 mod recording;
 pub mod resampling;
 mod rows;
@@ -36,8 +35,7 @@ mod verdict;
 
 pub use crate::dependence::MIN_EFFECTIVE;
 pub use frames::{APART_MM, CommonFrame, FrameMismatch, frame_mismatch};
-pub use judge::agreement;
-pub use pivoted::{PivotedError, PivotedTool, pivoted_tool};
+pub use judge::{PivotedError, PivotedTool, agreement, pivoted_tool};
 pub use recording::{BuiltRecording, RecordedFrame};
 pub use rows::{AgreementRow, RecordedPose, paired_rows, pivot_rows, tip_in_crf};
 pub use verdict::Verdict;
@@ -52,8 +50,7 @@ use trackwright_task::Cancelled;
 /// Fewest poses that anything is said of: with fewer, an interval is wider than what it is about.
 pub const MIN_POSES: usize = 10;
 
-/// Poses that all lie closer together than this (RMS, with the turns below) are one pose: a still
-/// sensor scatters by some tenths.
+/// Poses closer together than this (RMS) are one pose: a still sensor scatters by some tenths.
 pub const MIN_SPREAD_MM: f64 = 1.0;
 pub const MIN_SPREAD_DEG: f64 = 1.0;
 
@@ -74,8 +71,7 @@ pub enum Unknowns {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AgreementSettings {
     pub unknowns: Unknowns,
-    /// What happens to poses with a sensor outside the model's box: they are left out under
-    /// [`OutsidePolicy::Reject`].
+    /// For poses with a sensor outside the model's box; [`OutsidePolicy::Reject`] leaves them out.
     pub outside: OutsidePolicy,
     /// Whether poses count that lean on field which the samples do not support.
     pub keeps_unsupported: bool,
@@ -126,8 +122,7 @@ pub struct Summary {
     pub used: usize,
     /// Left out: a sensor outside the model's box.
     pub outside: usize,
-    /// Poses that lean on field which the samples do not support; `None` where the room does not
-    /// say.
+    /// Poses without model validity; `None` where the room does not say.
     pub unsupported: Option<usize>,
     pub unknowns: Unknowns,
     pub position_mm: Compared,
@@ -138,8 +133,7 @@ pub struct Summary {
     /// Mean length of the blocks that were resampled.
     pub block: f64,
     pub noise: Option<NoiseCheck>,
-    /// RMS that the room's own misfit would give the tip, were it independent from sensor to
-    /// sensor.
+    /// RMS of the tip for the room's own misfit, independent from sensor to sensor.
     pub room_misfit_rms_mm: Option<f64>,
     pub verdict: Verdict,
     pub statement: String,

@@ -22,6 +22,7 @@ pub struct Noise<'a> {
 }
 
 impl<'a> Noise<'a> {
+    /// The noise of a scenario, for means of so many readings.
     pub fn new(scenario: &'a Scenario, averaged: f64, truth_std_mm: f64) -> Self {
         let linear = |body: &RigidBody| LinearFit::new(body, scenario.orientation_weight_mm);
         Self {
@@ -33,10 +34,12 @@ impl<'a> Noise<'a> {
         }
     }
 
+    /// Whether the room states jitter.
     pub fn has_jitter(&self) -> bool {
         self.scenario.environment.jitter.is_some()
     }
 
+    /// Whether the room states its field's standard error.
     pub fn has_field_error(&self) -> bool {
         self.scenario.environment.fit_validity.is_some()
     }

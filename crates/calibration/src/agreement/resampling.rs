@@ -29,6 +29,7 @@ pub struct Sums {
 }
 
 impl Sums {
+    /// The sums of one pose.
     pub fn of(measured: &Vector3<f64>, predicted: &Vector3<f64>) -> Self {
         Self {
             count: 1.0,
@@ -81,9 +82,6 @@ impl AddAssign<&Sums> for Sums {
 }
 
 /// The sums of so many resamplings of a series; the same for one seed on any number of threads.
-///
-/// # Errors
-/// [`Cancelled`].
 pub fn resampled(
     series: &[Sums],
     block: f64,
@@ -124,8 +122,7 @@ fn one(series: &[Sums], block: f64, random: &mut ChaCha8Rng) -> Sums {
     sums
 }
 
-/// The 2.5 % and 97.5 % percentiles of what resamplings say; `None` where fewer than half say
-/// anything.
+/// The 2.5 % and 97.5 % percentiles; `None` where fewer than half of the resamplings have a figure.
 pub fn interval(resampled: &[Sums], figure: fn(&Sums) -> Option<f64>) -> Option<[f64; 2]> {
     let mut values: Vec<f64> = resampled.iter().filter_map(figure).collect();
     if values.is_empty() || 2 * values.len() < resampled.len() {

@@ -2,6 +2,7 @@
 
 use super::AgreementError;
 use crate::pivot::Pivot;
+use crate::still_pose::is_finite;
 use nalgebra::{Point3, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::Method;
@@ -67,15 +68,13 @@ pub struct AgreementRow {
 }
 
 impl AgreementRow {
+    /// Measured minus predicted.
     pub fn residual_mm(&self) -> Vector3<f64> {
         self.measured_mm - self.predicted_mm
     }
 }
 
 /// Simulates the design at the true poses, and sets what it predicts beside what was measured.
-///
-/// # Errors
-/// Numbers that are none, a rotation that is free, a tool without sensors, cancelled.
 pub fn paired_rows(
     scenario: &Scenario,
     recorded: &[RecordedPose],
@@ -119,9 +118,6 @@ pub fn paired_rows(
 /// the tip is where the recording has it, not where the design does. What is compared has its mean
 /// and a tip's shift taken out of both, so that measured minus predicted is what the same
 /// calibration would leave of corrected poses.
-///
-/// # Errors
-/// As [`paired_rows`].
 pub fn pivot_rows(
     scenario: &Scenario,
     measured: &[Pose],
@@ -172,8 +168,7 @@ fn predicted(trial: &Trial, tracker_from_crf: Option<Pose>, group: usize) -> Agr
     }
 }
 
-/// The study's own trials, in order. Poses outside the box are simulated too: who asks leaves them
-/// out.
+/// The study's own trials, in order, poses outside the box included.
 fn simulated(
     scenario: &Scenario,
     given: Vec<InputTrial>,
@@ -198,11 +193,6 @@ fn simulated(
     }
     run(&scenario, &Mode::Input(given.into()), &task.cancel, Some(&mut log))?;
     Ok(trials)
-}
-
-pub(super) fn is_finite(pose: &Pose) -> bool {
-    let numbers = pose.translation.vector.iter().chain(pose.rotation.coords.iter());
-    numbers.into_iter().all(|v| v.is_finite())
 }
 
 /// Where the tip is at a row.

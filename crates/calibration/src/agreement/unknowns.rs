@@ -11,8 +11,7 @@ use super::Unknowns;
 use super::rows::AgreementRow;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, SymmetricEigen, Vector3};
 
-/// Eigenvalue, relative to the largest, at or below which a direction changes nothing: columns have
-/// length one, and turns of a degree leave 1e-4.
+/// Relative eigenvalue at or below which a direction changes nothing; turns of a degree leave 1e-4.
 const NOTHING: f64 = 1e-12;
 
 /// Rows of three that a fit runs over, by column.
@@ -37,11 +36,11 @@ pub(super) fn take_out(
         .map(|&i| *rows[i].crf_from_tool.rotation.to_rotation_matrix().matrix())
         .collect();
     let tips: Vec<Vector3<f64>> = used.iter().map(|&i| tips[i].coords).collect();
-    let mut of_tips = Columns::shifts(&rotations);
+    let mut of_tips = Columns::translations(&rotations);
     if has_reference {
-        of_tips.add_turns(&tips);
+        of_tips.add_rotations(&tips);
     }
-    let of_turns = Columns::shifts(&rotations);
+    let of_rotations = Columns::translations(&rotations);
     let mut measured: Vec<_> = used.iter().map(|&i| rows[i].measured_mm).collect();
     let mut predicted: Vec<_> = used.iter().map(|&i| rows[i].predicted_mm).collect();
     let taken = of_tips.take_out(&mut measured);
@@ -53,8 +52,8 @@ pub(super) fn take_out(
     let turns: Option<Vec<_>> = used.iter().map(|&i| rows[i].measured_rad).collect();
     if let Some(mut measured) = turns {
         let mut predicted: Vec<_> = used.iter().map(|&i| rows[i].predicted_rad).collect();
-        of_turns.take_out(&mut measured);
-        of_turns.take_out(&mut predicted);
+        of_rotations.take_out(&mut measured);
+        of_rotations.take_out(&mut predicted);
         for (k, &i) in used.iter().enumerate() {
             rows[i].measured_rad = Some(measured[k]);
             rows[i].predicted_rad = predicted[k];
@@ -65,7 +64,7 @@ pub(super) fn take_out(
 
 impl Columns {
     /// The same for all poses, and the same in the tool's axes.
-    fn shifts(rotations: &[Matrix3<f64>]) -> Self {
+    fn translations(rotations: &[Matrix3<f64>]) -> Self {
         let axis = |k: usize| Vector3::ith(k, 1.0);
         let fixed = (0..3).map(|k| vec![axis(k); rotations.len()]);
         let carried = (0..3).map(|k| rotations.iter().map(|r| r * axis(k)).collect());
@@ -73,7 +72,7 @@ impl Columns {
     }
 
     /// Turns about the middle of the tips.
-    fn add_turns(&mut self, tips: &[Vector3<f64>]) {
+    fn add_rotations(&mut self, tips: &[Vector3<f64>]) {
         let middle = tips.iter().sum::<Vector3<f64>>() / tips.len().max(1) as f64;
         for k in 0..3 {
             let axis = Vector3::ith(k, 1.0);

@@ -22,8 +22,7 @@ pub enum Verdict {
     TooFewIndependent,
 }
 
-/// The verdict and its sentence; `poses` are those used, and how many independent ones they are
-/// worth.
+/// The verdict and its sentence; `poses` are those used, and their effective number.
 pub(super) fn verdict(
     found: &Compared,
     noise: Option<&NoiseCheck>,

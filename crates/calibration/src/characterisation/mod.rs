@@ -80,8 +80,7 @@ impl HeldOut {
 }
 
 impl CharacterisationSettings {
-    /// An Aurora counts 320 ticks a second (8 a sample at 40 Hz), a Polaris 60: recordings of both
-    /// that began and ended together say so.
+    /// An Aurora counts 320 ticks a second, a Polaris 60, as recordings of both show.
     pub const TRACKER_TICKS_PER_S: f64 = 320.0;
     pub const REFERENCE_TICKS_PER_S: f64 = 60.0;
     /// Beyond what a field is worth correcting: files that do not belong together, a body that was
@@ -225,9 +224,6 @@ pub enum CharacterisationError {
 const ROUNDS: usize = 6;
 
 /// Characterises a room.
-///
-/// # Errors
-/// See [`CharacterisationError`].
 pub fn characterise(
     pairs: &[RecordedPair],
     settings: &CharacterisationSettings,

@@ -23,8 +23,7 @@ const SETTLED_S: f64 = 1e-4;
 /// Steps of the golden section: 0.3 s to 0.01 ms.
 const STEPS: usize = 22;
 
-/// Step of the finite differences that tell how well an offset is determined: a fraction of the time
-/// between a reference's samples.
+/// Step of the finite differences for the offset's error, below the time between two samples.
 const SLOPE_STEP_S: f64 = 0.01;
 
 /// How a path was laid over the reference's.
@@ -35,8 +34,7 @@ pub struct PathReport {
     pub faults: ClockFaults,
     /// By speeds alone.
     pub alignment: TimeAlignment,
-    /// By the poses: the reference's time is the EM tracker's plus this, each counted from its first
-    /// good sample.
+    /// By the poses: the reference's time less the EM tracker's, each from its first good sample.
     pub offset_s: f64,
     /// Standard error, the frames held.
     pub offset_std_error_s: f64,
@@ -138,7 +136,7 @@ impl PathPair {
         }
     }
 
-    /// The sandwich of `hand_eye/covariance.rs` for one unknown, the frames held.
+    /// The sandwich of `hand_eye` for one unknown, the frames held.
     fn offset_error(&self, found: &HandEye, loss: Loss) -> (f64, EffectiveSize) {
         let [before, at, after] =
             [-SLOPE_STEP_S, 0.0, SLOPE_STEP_S].map(|step_s| self.matched(self.offset_s + step_s));

@@ -231,8 +231,7 @@ fn path(
     Ok(path)
 }
 
-/// What the EM tracker read at the same moments, by sensor: the averages of a still pose, or sample
-/// by sample.
+/// What the EM tracker read at the same moments, by sensor: averages, or sample by sample.
 pub(super) fn tracker_moments(
     pair: &RecordedPair,
     sensors: &[String],
@@ -297,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_that_were_written_together_are_matched_by_rows_and_others_by_frames() {
+    fn sensors_are_matched_by_rows_else_by_frames() {
         let moments = |a: &[Option<u64>], b: &[Option<u64>]| -> Vec<Vec<f64>> {
             let (a, b) = (track(a), track(b));
             let moments = path_moments(&[(0, &a), (1, &b)]);

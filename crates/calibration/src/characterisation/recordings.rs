@@ -6,6 +6,7 @@
 //! McCaffrey, *Survey Methodology* 28, 2002).
 
 use super::{HandEye, HandEyeSettings, PairedReading, hand_eye};
+use crate::robust::largest_std_dev;
 use crate::still_pose::Spread;
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::collections::BTreeSet;
@@ -90,6 +91,5 @@ fn worst(changes: impl Iterator<Item = Vector3<f64>> + Clone) -> f64 {
     let mean = changes.clone().sum::<Vector3<f64>>() / count;
     let scatter: Matrix3<f64> =
         changes.map(|change| (change - mean) * (change - mean).transpose()).sum();
-    let covariance = scatter * ((count - 1.0) / count);
-    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+    largest_std_dev(&(scatter * ((count - 1.0) / count)))
 }

@@ -89,7 +89,7 @@ fn found(pairs: &[RecordedPair]) -> Result<Characterisation, CharacterisationErr
 }
 
 #[test]
-fn still_poses_give_the_frames_and_errors_of_the_jitter_of_their_means() {
+fn still_poses_give_the_frames() {
     let mut room = Room::new(1, 3);
     let pairs = room.stills(30);
     let found = found(&pairs).unwrap();
@@ -115,7 +115,7 @@ fn still_poses_give_the_frames_and_errors_of_the_jitter_of_their_means() {
 }
 
 #[test]
-fn paths_are_laid_over_each_other_and_lie_as_still_poses_do() {
+fn paths_give_the_frames_that_still_poses_give() {
     let mut room = Room::new(2, 2);
     let pairs = [room.path(0.731), room.path(-0.2)];
     let found = found(&pairs).unwrap();
@@ -176,7 +176,7 @@ fn what_paths_differ_by_is_in_the_standard_errors() {
 }
 
 #[test]
-fn pairs_that_do_not_belong_together_are_left_out_and_said() {
+fn mismatched_pairs_are_left_out() {
     let mut room = Room::new(3, 2);
     let mut pairs = room.stills(20);
     let clean = found(&pairs).unwrap();
@@ -245,7 +245,7 @@ fn recordings_that_give_no_room_say_why() {
 }
 
 #[test]
-fn frames_hang_on_nothing_of_a_pair_that_is_held_out_and_judge_it() {
+fn held_out_pairs_do_not_change_the_frames() {
     let mut room = Room::new(12, 2);
     let pairs = room.stills(36);
     let held = HeldOut { part: 1, of: 3 };

@@ -19,7 +19,7 @@ fn turned(at: [f64; 3], axis: Vector3<f64>) -> Pose {
 }
 
 #[test]
-fn a_sample_like_one_before_adds_nothing_and_another_turn_does() {
+fn repeated_samples_add_nothing() {
     let mut coverage = cube();
     let at = [1.0, 1.0, -299.0];
     assert!(coverage.add(&turned(at, Vector3::z())));
@@ -77,7 +77,7 @@ fn going_where_it_says_samples_every_cell_once() {
 }
 
 #[test]
-fn the_order_that_samples_determine_is_that_of_the_orientation_with_the_fewest() {
+fn the_sparsest_orientation_decides_the_order() {
     let mut coverage = cube();
     for direction in DirectionSet::Six.directions() {
         for (x, y) in (0..6).flat_map(|x| (0..6).map(move |y| (x, y))) {
@@ -92,7 +92,7 @@ fn the_order_that_samples_determine_is_that_of_the_orientation_with_the_fewest()
 }
 
 #[test]
-fn a_volume_without_depth_and_numbers_that_are_none_do_no_harm() {
+fn flat_volumes_and_bad_numbers_are_harmless() {
     let flat = Bounds::from(([0.0, 0.0, -5.0], [1e7, 10.0, -5.0]));
     let mut coverage = Coverage::new(CoveragePlan {
         volume: Volume::Box(flat),

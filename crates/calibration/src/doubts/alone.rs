@@ -14,8 +14,7 @@ const METRES_SPAN: f64 = 2.0;
 /// trackers begin at 10 to 80 mm and are 150 mm deep at least; 60 inches are 1.5 m.
 const SMALL_REACH: f64 = 70.0;
 
-/// Rows that tell the order of quaternions by their signs: by chance none of so many numbers is
-/// negative once in a million tables.
+/// Rows that tell the order of quaternions by their signs, by chance once in a million tables.
 const MIN_SIGNED: usize = 20;
 
 /// Smallest last component at or below which it counts as one that changes sign where it is no scalar.

@@ -113,8 +113,7 @@ impl Suspicion {
         matches!(self, Self::OtherFrame { .. } | Self::OrientationFrame { .. })
     }
 
-    /// Whether no table of a tracker is like this, so that it is not used unless somebody says that it
-    /// is meant.
+    /// Whether no tracker's table is like this, so that it is used only on request.
     pub fn is_beyond_doubt(&self) -> bool {
         match self {
             Self::TooFar { .. } => true,

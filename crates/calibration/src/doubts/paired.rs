@@ -25,8 +25,7 @@ const MIN_STEPS: usize = 6;
 /// Difference in the median that asks for an explanation, mm: the worst good table has 4.7.
 const LEAST_MM: f64 = 5.0;
 
-/// Part of the positions' spread beyond which a difference is not the field's; the worst good table
-/// has 0.04.
+/// Part of the spread beyond which a difference is not the field's; good tables have at most 0.04.
 const CERTAIN_PART: f64 = 0.2;
 
 /// An explanation as good as the best to this factor is preferred where it is simpler.
@@ -38,8 +37,7 @@ const AS_GOOD: f64 = 1.5;
 const OUTLIER_MM: f64 = 60.0;
 const OUTLIER_RATIO: f64 = 20.0;
 
-/// Spread of the wider side, mm, from which on the other one's tells its unit: a sensor at rest is
-/// spread by noise.
+/// Spread of the wider side that tells the other's unit, mm: a still sensor's is noise.
 const MIN_SPREAD_MM: f64 = 20.0;
 
 /// Rows that the distance of each row to is compared.
@@ -58,8 +56,7 @@ const UNIT_TOLERANCE: f64 = 0.1;
 /// Ratio of the sides' spreads that no field makes, where it is of no units.
 const MAX_SCALE: f64 = 1.5;
 
-/// Parts of the spread of points that a registration leaves where it is worth a word, and where it is
-/// of no good localisation.
+/// Parts of the spread that a registration leaves: to be reported, and of no good localisation.
 const LEAST_PART: f64 = 0.02;
 const MIRRORED_PART: f64 = 0.05;
 
@@ -88,6 +85,7 @@ pub struct PairedDoubts {
 }
 
 impl PairedDoubts {
+    /// Of a table without rows.
     pub fn new(content: MeasurementContent, frame: PoseFrame) -> Self {
         Self {
             content,

@@ -5,25 +5,34 @@
 //! `tracker_from_reference`) and how each sensor sits on the body (`X`, `body_from_sensor`).
 //!
 //! A closed form starts (`start.rs`: Shah 2013, over all sensors), robust nonlinear least squares
-//! ends (`solve.rs`), and `covariance.rs` says how far the answer is to be believed. Motions that do
-//! not determine the answer are refused (`motion.rs`).
+//! ends (`solve.rs`).
+//!
+//! Where every turn is about one axis `u` of the body, `R u` is the same in every pose, and moving a
+//! sensor along `u` moves all its readings alike: `Y` takes it up. So the least singular value of the
+//! stacked `R − R̄` decides whether a motion determines the answer, as in a pivot calibration.
+//!
+//! Standard errors are those of a sandwich over poses: a distorted field shifts all sensors of a pose
+//! together, and residuals are not normal, so the curvature alone would promise too much. With `g` the
+//! gradient of a pose's part of the cost and `H` the curvature of the whole, the covariance is
+//! `H⁻¹ Ω H⁻¹` with `Ω` that of `Σ g` (Huber 1967; over clusters: Liang & Zeger 1986), with the usual
+//! factor for few clusters, and `Ω` that of neighbours which are not independent
+//! (`calibration/long_run.rs`). What the room does alike everywhere is in the answer itself, and no
+//! residual shows it.
 
-mod covariance;
-mod motion;
 mod solve;
 mod start;
 #[cfg(test)]
 mod tests;
 
-pub use motion::Motion;
-
-use super::long_run::{EffectiveSize, LongRun};
-use super::robust::Loss;
-use super::still_pose::Spread;
-use nalgebra::{DMatrix, Matrix3, Matrix6, Vector3};
-use std::collections::BTreeSet;
+use super::long_run::{EffectiveSize, LongRun, long_run_along};
+use super::robust::{Loss, largest_std_dev};
+use super::still_pose::{Spread, is_finite};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3};
+use solve::{Solved, scatter_matrix, scatter_vector, whitened_slopes};
+use std::collections::{BTreeMap, BTreeSet};
 use trackwright_geometry::pose::Pose;
-use trackwright_geometry::rotation::log_quaternion;
+use trackwright_geometry::rotation::{log_quaternion, rotation_angle_rad};
+use trackwright_geometry::svd3::svd3;
 
 /// What both trackers read of one sensor at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +58,7 @@ pub struct ReadingNoise {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandEyeSettings {
     pub loss: Loss,
-    /// Standard deviation of what the known noise does not say, for all sensors; `None` is estimated
-    /// for each from the residuals.
+    /// Standard deviation beyond the known noise; `None` is estimated for each sensor.
     pub scale: Option<Spread>,
     pub min_poses: usize,
     /// RMS turn about the axis that the body turned about least, at least.
@@ -86,10 +94,80 @@ pub struct HandEye {
     pub poses: usize,
     /// Independent poses that they are worth, neighbours not being independent.
     pub effective_size: EffectiveSize,
-    /// What each sensor's readings scatter by beside the known noise: the scale that residuals were
-    /// weighed with.
+    /// Standard deviations beyond the known noise that residuals were weighted with, by sensor.
     pub scales: Vec<Spread>,
     pub motion: Motion,
+}
+
+/// How a body turned, seen by the reference tracker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Largest angle from the first pose to any other: at least half of that between any two.
+    pub largest_rad: f64,
+    /// RMS turn about the axis that the body turned about least.
+    pub least_turn_rad: f64,
+    /// RMS turn about the axis that it turned about second least.
+    pub second_turn_rad: f64,
+    /// The axis whose direction hardly changed: what the body turned about, if anything.
+    pub axis_in_body: Vector3<f64>,
+    pub axis_in_reference: Vector3<f64>,
+}
+
+impl Motion {
+    fn of(readings: &[PairedReading]) -> Self {
+        // Every pose once, however many sensors were read in it.
+        let poses: BTreeMap<usize, UnitQuaternion<f64>> =
+            readings.iter().map(|r| (r.pose, r.reference_from_body.rotation)).collect();
+        let rotations: Vec<Matrix3<f64>> =
+            poses.values().map(|r| r.to_rotation_matrix().into_inner()).collect();
+        let count = rotations.len().max(1) as f64;
+        let mean = rotations.iter().sum::<Matrix3<f64>>() / count;
+        let squares: Matrix3<f64> =
+            rotations.iter().map(|r| (r - mean).transpose() * (r - mean)).sum();
+        let svd = svd3(&(squares / count));
+        let first = poses.values().next().copied().unwrap_or_default();
+        let largest_rad =
+            poses.values().map(|r| rotation_angle_rad(&(first.inverse() * r))).fold(0.0, f64::max);
+        let axis_in_body: Vector3<f64> = svd.v.column(2).into_owned();
+        // The sense of the longest turn, so that it reads like one.
+        let turn = poses
+            .values()
+            .map(|r| log_quaternion(&(first.inverse() * r)))
+            .max_by(|a, b| a.norm().total_cmp(&b.norm()))
+            .unwrap_or_default();
+        let sign = if turn.dot(&axis_in_body) < 0.0 { -1.0 } else { 1.0 };
+        let in_reference = mean * axis_in_body;
+        // Round-off reads like a tilt.
+        let clean = |axis: Vector3<f64>| {
+            let unit = axis.try_normalize(0.0).unwrap_or(axis);
+            unit.map(|v| if v.abs() < 1e-9 { 0.0 } else { v * sign })
+        };
+        Self {
+            largest_rad,
+            least_turn_rad: svd.singular_values[2].max(0.0).sqrt(),
+            second_turn_rad: svd.singular_values[1].max(0.0).sqrt(),
+            axis_in_body: clean(axis_in_body),
+            axis_in_reference: clean(in_reference),
+        }
+    }
+
+    fn check(&self, min_turn_rad: f64) -> Result<(), HandEyeError> {
+        // A rotation of 0 leaves nothing to solve for, whatever is allowed.
+        let needed_rad = min_turn_rad.max(1e-6);
+        // A turn about one axis moves the two directions across it.
+        if self.second_turn_rad < needed_rad {
+            return Err(HandEyeError::NoRotation { largest_deg: self.largest_rad.to_degrees() });
+        }
+        if self.least_turn_rad < needed_rad {
+            return Err(HandEyeError::OneAxis {
+                axis_in_body: self.axis_in_body,
+                axis_in_reference: self.axis_in_reference,
+                found_deg: self.least_turn_rad.to_degrees(),
+                needed_deg: needed_rad.to_degrees(),
+            });
+        }
+        Ok(())
+    }
 }
 
 /// Why paired readings say nothing about where the trackers are.
@@ -156,12 +234,12 @@ pub fn hand_eye(
     if readings.iter().any(|r| r.sensor >= sensors || !r.is_finite()) {
         return Err(HandEyeError::NoAnswer);
     }
-    let motion = motion::of(readings);
+    let motion = Motion::of(readings);
     motion.check(settings.min_turn_rad)?;
     let start = start::start(readings, sensors).ok_or(HandEyeError::NoAnswer)?;
     let solved = solve::solve(readings, start, settings).ok_or(HandEyeError::NoAnswer)?;
     let LongRun { covariance, effective_size } =
-        covariance::covariance(readings, &solved, settings.loss).ok_or(HandEyeError::NoAnswer)?;
+        covariance(readings, &solved, settings.loss).ok_or(HandEyeError::NoAnswer)?;
     Ok(HandEye {
         tracker_from_reference: solved.frames.y,
         body_from_sensor: solved.frames.x,
@@ -175,11 +253,7 @@ pub fn hand_eye(
 
 impl PairedReading {
     fn is_finite(&self) -> bool {
-        [&self.reference_from_body, &self.tracker_from_sensor].iter().all(|pose| {
-            let at = pose.translation.vector;
-            let turn = pose.rotation.coords;
-            at.iter().chain(turn.iter()).all(|v| v.is_finite())
-        })
+        is_finite(&self.reference_from_body) && is_finite(&self.tracker_from_sensor)
     }
 }
 
@@ -214,8 +288,8 @@ impl HandEye {
         from_change.fixed_view_mut::<3, 3>(0, 3).copy_from(&Matrix3::identity());
         let covariance = &from_change * &self.covariance * from_change.transpose();
         Spread {
-            position_mm: worst(&covariance.fixed_view::<3, 3>(0, 0).into_owned()),
-            angle_rad: worst(&self.block(0)),
+            position_mm: largest_std_dev(&covariance.fixed_view::<3, 3>(0, 0).into_owned()),
+            angle_rad: largest_std_dev(&self.block(0)),
         }
     }
 
@@ -234,7 +308,10 @@ impl HandEye {
     /// Standard errors of a `body_from_sensor` along the worst direction.
     pub fn sensor_error(&self, sensor: usize) -> Spread {
         let first = 6 + 6 * sensor;
-        Spread { position_mm: worst(&self.block(first + 3)), angle_rad: worst(&self.block(first)) }
+        Spread {
+            position_mm: largest_std_dev(&self.block(first + 3)),
+            angle_rad: largest_std_dev(&self.block(first)),
+        }
     }
 
     fn block(&self, first: usize) -> Matrix3<f64> {
@@ -242,7 +319,43 @@ impl HandEye {
     }
 }
 
-/// Standard deviation along the direction in which it is largest.
-fn worst(covariance: &Matrix3<f64>) -> f64 {
-    covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
+/// Of small changes of all unknowns; `None` where the curvature is not positive.
+fn covariance(readings: &[PairedReading], solved: &Solved, loss: Loss) -> Option<LongRun> {
+    let unknowns = solved.frames.unknowns();
+    let mut curvature = DMatrix::zeros(unknowns, unknowns);
+    let mut of_weights = DMatrix::zeros(unknowns, unknowns);
+    let mut gradients: BTreeMap<usize, DVector<f64>> = BTreeMap::new();
+    for (reading, sigma) in readings.iter().zip(&solved.sigmas) {
+        let residual = solved.frames.residual(reading);
+        let slopes = whitened_slopes(solved.frames.slopes(reading, &residual), sigma);
+        let r = residual.whitened(sigma);
+        let s = r.norm();
+        let weight = loss.weight(s);
+        // ρ bends along the residual by ρ'' and across it by ρ' / s.
+        let along = if s > 0.0 { (loss.curvature(s) - weight) / (s * s) } else { 0.0 };
+        let bend = SMatrix::<f64, 6, 6>::identity() * weight + r * r.transpose() * along;
+        let full = slopes.transpose() * bend * slopes;
+        scatter_matrix(&mut curvature, reading.sensor, &full);
+        let straight = slopes.transpose() * slopes * weight;
+        scatter_matrix(&mut of_weights, reading.sensor, &straight);
+        let gradient = gradients.entry(reading.pose).or_insert_with(|| DVector::zeros(unknowns));
+        scatter_vector(gradient, reading.sensor, &(slopes.transpose() * r * weight));
+    }
+    // By number of the pose, which is the order of recording.
+    let scores = DMatrix::from_columns(&gradients.into_values().collect::<Vec<_>>());
+    let found = long_run_along(&scores, &(&scores * scores.transpose()), &of_weights);
+    // A loss that is not convex can bend the wrong way where many readings are far.
+    let inverse = inverse(&curvature).or_else(|| inverse(&of_weights))?;
+    let (clusters, values) = (scores.ncols() as f64, 6.0 * readings.len() as f64);
+    let factor = clusters / (clusters - 1.0) * (values - 1.0) / (values - unknowns as f64).max(1.0);
+    Some(LongRun { covariance: &inverse * found.covariance * &inverse * factor, ..found })
+}
+
+/// Of a positive definite matrix, its rows and columns divided by the root of the diagonal first.
+fn inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let lengths = matrix.diagonal().map(f64::sqrt);
+    let divided = |m: &DMatrix<f64>| {
+        DMatrix::from_fn(m.nrows(), m.ncols(), |i, j| m[(i, j)] / (lengths[i] * lengths[j]))
+    };
+    Some(divided(&divided(matrix).cholesky()?.inverse()))
 }

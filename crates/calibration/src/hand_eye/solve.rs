@@ -4,14 +4,13 @@
 //! A change of a pose turns its rotation from the left, `R ← exp(δ) R`, and adds to its translation.
 
 use super::{HandEyeSettings, PairedReading};
-use crate::robust::{Loss, scale_of_lengths};
+use crate::robust::{Loss, median, scale_of_lengths};
 use crate::still_pose::Spread;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 
-/// Least scales, so that exact readings can be divided by theirs: a tenth of the last digits that
-/// trackers write.
+/// Least scales, for exact readings: a tenth of the last digits that trackers write.
 const LEAST: Spread = Spread { position_mm: 1e-4, angle_rad: 1e-7 };
 
 /// Readings from which a sensor has a scale of its own; with fewer it has that of all.
@@ -224,7 +223,7 @@ fn scales_of(readings: &[PairedReading], frames: &Frames) -> Vec<Spread> {
             rad2.push(known.1);
         }
         let beyond = |lengths: &mut [f64], known: &mut [f64], least: f64| {
-            let known = super::super::robust::median(known).unwrap_or(0.0);
+            let known = median(known).unwrap_or(0.0);
             let square = scale_of_lengths(lengths).powi(2) - known;
             square.max(least * least).sqrt()
         };

@@ -1,10 +1,10 @@
-//! A closed form to start from, over all sensors at once, that outliers do not lead astray.
+//! A closed form to start from, over all sensors at once, that outliers hardly bias.
 //!
 //! Rotations: `R_A = R_Y R_B R_X` is linear in the nine numbers of `R_Y` and of each `R_Xᵀ`, and the
 //! Kronecker products `M = Σ R_B ⊗ R_A` have them as their first singular vectors (Shah, *Solving the
 //! robot-world/hand-eye calibration problem using the Kronecker product*, J. Mechanisms Robotics
 //! 5(3), 2013; here one `M` a sensor side by side, with `R_Y` in common). Then positions by linear
-//! least squares. Each is done a few times over, with readings weighed by what they were off.
+//! least squares. Each is done a few times over, with readings weighted by what they were off.
 
 use super::PairedReading;
 use super::solve::Frames;
@@ -18,46 +18,55 @@ use trackwright_geometry::svd3::svd3;
 const ROUNDS: usize = 8;
 
 /// A weight of `1 / (1 + (off / median)²)`.
-fn weights(off: &[f64]) -> Vec<f64> {
+fn weights_of(off: &[f64]) -> Vec<f64> {
     let middle = median(&mut off.to_vec()).unwrap_or(0.0).max(1e-12);
     off.iter().map(|d| 1.0 / (1.0 + (d / middle).powi(2))).collect()
 }
 
 /// `None` where there is no answer.
 pub(super) fn start(readings: &[PairedReading], sensors: usize) -> Option<Frames> {
-    let mut weighed = vec![1.0; readings.len()];
-    let mut rotations = None;
-    for _ in 0..ROUNDS {
-        let (y, x) = turns(readings, sensors, &weighed)?;
-        let off: Vec<f64> = readings
-            .iter()
-            .map(|r| {
-                let expected = y * r.reference_from_body.rotation * x[r.sensor];
-                rotation_angle_rad(&(expected.inverse() * r.tracker_from_sensor.rotation))
-            })
-            .collect();
-        weighed = weights(&off);
-        rotations = Some((y, x));
-    }
-    let (y, x) = rotations?;
-    let mut weighed = vec![1.0; readings.len()];
-    let mut frames = None;
-    for _ in 0..ROUNDS {
-        let found = shifts(readings, &y, &x, &weighed)?;
-        let off: Vec<f64> = readings.iter().map(|r| found.residual(r).position_mm.norm()).collect();
-        weighed = weights(&off);
-        frames = Some(found);
-    }
-    frames
+    let (y, x) = reweighted(
+        readings,
+        |weights| solve_rotations(readings, sensors, weights),
+        |(y, x), r| {
+            let expected = y * r.reference_from_body.rotation * x[r.sensor];
+            rotation_angle_rad(&(expected.inverse() * r.tracker_from_sensor.rotation))
+        },
+    )?;
+    reweighted(
+        readings,
+        |weights| solve_translations(readings, &y, &x, weights),
+        |found, r| found.residual(r).position_mm.norm(),
+    )
 }
 
-type Turns = (UnitQuaternion<f64>, Vec<UnitQuaternion<f64>>);
+/// Solves some times over, with readings weighted by what they were off before.
+fn reweighted<T>(
+    readings: &[PairedReading],
+    solve: impl Fn(&[f64]) -> Option<T>,
+    off: impl Fn(&T, &PairedReading) -> f64,
+) -> Option<T> {
+    let mut weights = vec![1.0; readings.len()];
+    let mut found = None;
+    for _ in 0..ROUNDS {
+        let now = solve(&weights)?;
+        weights = weights_of(&readings.iter().map(|r| off(&now, r)).collect::<Vec<_>>());
+        found = Some(now);
+    }
+    found
+}
+
+type Rotations = (UnitQuaternion<f64>, Vec<UnitQuaternion<f64>>);
 
 /// The rotations of `Y` and of each `X`.
-fn turns(readings: &[PairedReading], sensors: usize, weighed: &[f64]) -> Option<Turns> {
+fn solve_rotations(
+    readings: &[PairedReading],
+    sensors: usize,
+    weights: &[f64],
+) -> Option<Rotations> {
     let mut products = vec![SMatrix::<f64, 9, 9>::zeros(); sensors];
     let mut totals = vec![0.0; sensors];
-    for (reading, weight) in readings.iter().zip(weighed) {
+    for (reading, weight) in readings.iter().zip(weights) {
         let matrix = |pose: &Pose| pose.rotation.to_rotation_matrix().into_inner();
         let b = matrix(&reading.reference_from_body);
         let a = matrix(&reading.tracker_from_sensor);
@@ -93,16 +102,16 @@ fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
 }
 
 /// The translations of `Y` and of each `X`: `R_Y R_B t_X + t_Y = t_A − R_Y t_B`.
-fn shifts(
+fn solve_translations(
     readings: &[PairedReading],
     y: &UnitQuaternion<f64>,
     x: &[UnitQuaternion<f64>],
-    weighed: &[f64],
+    weights: &[f64],
 ) -> Option<Frames> {
     let unknowns = 3 + 3 * x.len();
     let mut normal = DMatrix::<f64>::zeros(unknowns, unknowns);
     let mut right = DVector::<f64>::zeros(unknowns);
-    for (reading, &weight) in readings.iter().zip(weighed) {
+    for (reading, &weight) in readings.iter().zip(weights) {
         let at = |pose: &Pose| pose.translation.vector;
         let turn = (y * reading.reference_from_body.rotation).to_rotation_matrix().into_inner();
         let shift: Vector3<f64> =

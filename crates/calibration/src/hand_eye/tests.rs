@@ -1,9 +1,10 @@
 //! Known frames found again, with noise and without, and motions that do not tell.
 
 use super::*;
+use crate::still_pose::distances;
 use trackwright_field::random_models::Seeded;
 use trackwright_geometry::pose::pose_from_parts;
-use trackwright_geometry::rotation::{exp_vector, rotation_angle_rad};
+use trackwright_geometry::rotation::exp_vector;
 
 /// A room as it is: a reference a metre away, sensors some centimetres from the body's origin.
 struct Truth {
@@ -46,15 +47,8 @@ fn bodies(noise: &mut Seeded, count: usize) -> Vec<Pose> {
     (0..count).map(one).collect()
 }
 
-fn off(a: &Pose, b: &Pose) -> (f64, f64) {
-    (
-        (a.translation.vector - b.translation.vector).norm(),
-        rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
-    )
-}
-
 #[test]
-fn exact_readings_give_the_exact_frames_for_one_and_for_several_sensors_and_every_loss() {
+fn exact_readings_give_exact_frames() {
     for seed in 0..10 {
         let mut noise = Seeded::new(seed);
         let truth = Truth::new(&mut noise, 1 + seed as usize % 4);
@@ -62,10 +56,10 @@ fn exact_readings_give_the_exact_frames_for_one_and_for_several_sensors_and_ever
         for loss in [Loss::Huber, Loss::Cauchy, Loss::Tukey] {
             let settings = HandEyeSettings { loss, ..HandEyeSettings::default() };
             let found = hand_eye(&readings, truth.x.len(), &settings).unwrap();
-            let (mm, rad) = off(&found.tracker_from_reference, &truth.y);
+            let (mm, rad) = distances(&found.tracker_from_reference, &truth.y);
             assert!(mm < 1e-9 && rad < 1e-12, "{seed}: {mm} {rad}");
             for (found, x) in found.body_from_sensor.iter().zip(&truth.x) {
-                let (mm, rad) = off(found, x);
+                let (mm, rad) = distances(found, x);
                 assert!(mm < 1e-9 && rad < 1e-12, "{seed}: {mm} {rad}");
             }
         }
@@ -105,10 +99,8 @@ fn slopes_are_those_of_finite_differences() {
     }
 }
 
-/// Mean of `error² / variance` over repeats and unknowns.
-fn normalised_square(repeats: u64, one: impl FnMut(u64) -> Vec<f64>) -> f64 {
-    let all: Vec<f64> = (0..repeats).flat_map(one).collect();
-    all.iter().sum::<f64>() / all.len() as f64
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// What the unknowns are off by, frame by frame.
@@ -132,34 +124,9 @@ fn squares(found: &HandEye, truth: &Truth) -> Vec<f64> {
 }
 
 #[test]
-fn the_covariance_of_each_frame_holds_along_every_direction_of_its_six_numbers() {
-    // A turn of the reference a metre away is a shift of some millimetres: its numbers hang together
-    // so closely that variances alone would be wrong along most directions.
-    let mean = normalised_square(60, |seed| {
-        let mut noise = Seeded::new(500 + seed);
-        let truth = Truth::new(&mut noise, 2);
-        let bodies = bodies(&mut noise, 80);
-        let readings = truth.read(&bodies, |pose| noise.around(&pose, 0.5, 0.01));
-        let found = hand_eye(&readings, 2, &HandEyeSettings::default()).unwrap();
-        let covariances =
-            [found.reference_covariance(), found.sensor_covariance(0), found.sensor_covariance(1)];
-        let errors = errors(&found, &truth);
-        let each = errors.iter().zip(covariances);
-        each.map(|(error, covariance)| {
-            let error = nalgebra::Vector6::from(*error);
-            error.dot(&covariance.cholesky().unwrap().solve(&error)) / 6.0
-        })
-        .collect()
-    });
-    // Of six numbers at once the mean is known to √(2 / 6 / 60) = 0.075 by one frame alone; the inverse
-    // of a covariance from 80 poses is 80 / 73 of what it should be on average (Wishart), beside the 3 %
-    // of above.
-    assert!((mean - 1.13).abs() < 0.25, "{mean}");
-}
-
-#[test]
-fn errors_are_as_large_as_the_covariance_says_for_normal_noise() {
-    let mean = normalised_square(60, |seed| {
+fn errors_match_the_covariance_for_normal_noise() {
+    let (mut alone, mut of_frames) = (Vec::new(), Vec::new());
+    for seed in 0..60 {
         let mut noise = Seeded::new(100 + seed);
         let truth = Truth::new(&mut noise, 2);
         let bodies = bodies(&mut noise, 80);
@@ -170,17 +137,33 @@ fn errors_are_as_large_as_the_covariance_says_for_normal_noise() {
             assert!((scale.position_mm / 0.5 - 1.0).abs() < 0.32, "{scale:?}");
             assert!((scale.angle_rad / 0.01 - 1.0).abs() < 0.32, "{scale:?}");
         }
-        squares(&found, &truth)
-    });
+        alone.extend(squares(&found, &truth));
+        // A turn of the reference a metre away is a shift of some millimetres: its numbers depend on
+        // each other so closely that variances alone would be wrong along most directions.
+        let covariances =
+            [found.reference_covariance(), found.sensor_covariance(0), found.sensor_covariance(1)];
+        of_frames.extend(errors(&found, &truth).into_iter().zip(covariances).map(
+            |(error, covariance)| {
+                let error = nalgebra::Vector6::from(error);
+                error.dot(&covariance.cholesky().unwrap().solve(&error)) / 6.0
+            },
+        ));
+    }
     // A square over its variance has mean 1 and variance 2. Over 60 repeats with 18 unknowns, of which
     // at least three are independent, the mean is known to √(2 / 180) = 0.11; a variance from 80 poses
     // is itself 2 to 3 % low on average.
-    assert!((mean - 1.03).abs() < 0.33, "{mean}");
+    let mean_of = mean(&alone);
+    assert!((mean_of - 1.03).abs() < 0.33, "{mean_of}");
+    // Of six numbers at once the mean is known to √(2 / 6 / 60) = 0.075 by one frame alone; the inverse
+    // of a covariance from 80 poses is 80 / 73 of what it should be on average (Wishart), beside the 3 %
+    // of above.
+    let mean_of = mean(&of_frames);
+    assert!((mean_of - 1.13).abs() < 0.25, "{mean_of}");
 }
 
 #[test]
-fn errors_that_the_sensors_of_a_pose_share_are_in_the_covariance() {
-    let mean = normalised_square(60, |seed| {
+fn shared_errors_of_a_pose_are_in_the_covariance() {
+    let all = (0..60).flat_map(|seed| {
         let mut noise = Seeded::new(300 + seed);
         let truth = Truth::new(&mut noise, 3);
         let bodies = bodies(&mut noise, 80);
@@ -196,6 +179,7 @@ fn errors_that_the_sensors_of_a_pose_share_are_in_the_covariance() {
         let found = hand_eye(&readings, 3, &HandEyeSettings::default()).unwrap();
         squares(&found, &truth)
     });
+    let mean = mean(&all.collect::<Vec<_>>());
     // As above; a covariance that took the three for independent would be three times too small in
     // what depends on the shifts.
     assert!((mean - 1.03).abs() < 0.33, "{mean}");
@@ -242,8 +226,8 @@ fn intervals_hold_for_errors_that_neighbours_share() {
 }
 
 #[test]
-fn known_noise_weighs_a_poor_half_of_the_readings_down() {
-    let (mut weighed, mut plain) = (0.0, 0.0);
+fn known_noise_weights_readings() {
+    let (mut weighted, mut plain) = (0.0, 0.0);
     for seed in 0..20 {
         let mut noise = Seeded::new(500 + seed);
         let truth = Truth::new(&mut noise, 1);
@@ -262,9 +246,9 @@ fn known_noise_weighs_a_poor_half_of_the_readings_down() {
         let error = |scale, readings: &[PairedReading]| {
             let settings = HandEyeSettings { scale, ..HandEyeSettings::default() };
             let found = hand_eye(readings, 1, &settings).unwrap();
-            off(&found.body_from_sensor[0], &truth.x[0]).0
+            distances(&found.body_from_sensor[0], &truth.x[0]).0
         };
-        weighed += error(scale, &readings).powi(2);
+        weighted += error(scale, &readings).powi(2);
         for reading in &mut readings {
             reading.noise = ReadingNoise::default();
         }
@@ -273,7 +257,7 @@ fn known_noise_weighs_a_poor_half_of_the_readings_down() {
     }
     // Variances: 1 / (20 + 20 / 100) against (20 + 20 × 100) / 40²: 25 times, of which half is left
     // for chance.
-    assert!(plain > 12.0 * weighed, "{plain} {weighed}");
+    assert!(plain > 12.0 * weighted, "{plain} {weighted}");
 }
 
 #[test]
@@ -290,7 +274,7 @@ fn a_third_of_wrong_readings_hardly_moves_the_answer() {
     for loss in [Loss::Cauchy, Loss::Tukey, Loss::Huber] {
         let settings = HandEyeSettings { loss, ..HandEyeSettings::default() };
         let found = hand_eye(&spoilt, 2, &settings).unwrap();
-        let (mm, rad) = off(&found.body_from_sensor[0], &clean.body_from_sensor[0]);
+        let (mm, rad) = distances(&found.body_from_sensor[0], &clean.body_from_sensor[0]);
         // Standard errors of the clean answer are 0.03 mm and 0.6 mrad. Huber's loss bounds what a
         // reading pulls but does not end it: a third of them pull by one to two scales.
         let allowed = if loss == Loss::Huber { 0.5 } else { 0.15 };
@@ -299,7 +283,7 @@ fn a_third_of_wrong_readings_hardly_moves_the_answer() {
 }
 
 #[test]
-fn another_frame_of_either_tracker_or_of_the_body_gives_the_same_answer_in_it() {
+fn the_answer_moves_with_the_frames() {
     let mut noise = Seeded::new(8);
     let truth = Truth::new(&mut noise, 2);
     let bodies = bodies(&mut noise, 30);
@@ -316,17 +300,17 @@ fn another_frame_of_either_tracker_or_of_the_body_gives_the_same_answer_in_it() 
     let settings = HandEyeSettings::default();
     let [a, b] = [&readings, &moved].map(|r| hand_eye(r, 2, &settings).unwrap());
     let y = tracker * a.tracker_from_reference * reference.inverse();
-    let (mm, rad) = off(&b.tracker_from_reference, &y);
+    let (mm, rad) = distances(&b.tracker_from_reference, &y);
     // Scales are taken until they stay to 1e-6 of themselves.
     assert!(mm < 1e-4 && rad < 1e-7, "{mm} {rad}");
     for (a_x, b_x) in a.body_from_sensor.iter().zip(&b.body_from_sensor) {
-        let (mm, rad) = off(b_x, &(body.inverse() * a_x));
+        let (mm, rad) = distances(b_x, &(body.inverse() * a_x));
         assert!(mm < 1e-4 && rad < 1e-7, "{mm} {rad}");
     }
 }
 
 #[test]
-fn motions_that_do_not_tell_are_refused_with_what_is_missing() {
+fn insufficient_motions_are_refused() {
     let mut noise = Seeded::new(10);
     let truth = Truth::new(&mut noise, 1);
     let settings = HandEyeSettings::default();

@@ -26,7 +26,7 @@ fn cone(count: usize, half_rad: f64) -> Vec<Pose> {
 }
 
 #[test]
-fn an_exact_recording_gives_tip_and_pivot_to_round_off() {
+fn an_exact_recording_gives_tip_and_pivot() {
     let found = pivot(&cone(12, 0.5), &PivotLimits::default()).unwrap();
     // Positions of half a metre in a double, amplified by the turns' 0.3.
     assert!((found.tip_in_tool - Point3::from(TIP)).norm() < 1e-11);
@@ -36,7 +36,7 @@ fn an_exact_recording_gives_tip_and_pivot_to_round_off() {
 }
 
 #[test]
-fn too_few_poses_are_refused_and_three_are_the_least_that_can_answer() {
+fn too_few_poses_are_refused() {
     let refused = pivot(&cone(9, 0.5), &PivotLimits::default());
     let expected = PivotError::TooFewPoses { found: 9, needed: 10 };
     assert_eq!(refused, Err(expected));
@@ -47,7 +47,7 @@ fn too_few_poses_are_refused_and_three_are_the_least_that_can_answer() {
 }
 
 #[test]
-fn a_tool_that_hardly_turns_and_one_that_only_spins_are_refused_for_their_reasons() {
+fn still_and_spinning_tools_are_refused() {
     let still = pivot(&cone(50, 0.05), &PivotLimits::default()).unwrap_err();
     let PivotError::TooSmallRange { found_deg, .. } = still else {
         panic!("{still}");
@@ -62,7 +62,7 @@ fn a_tool_that_hardly_turns_and_one_that_only_spins_are_refused_for_their_reason
 }
 
 #[test]
-fn a_tip_that_slid_is_refused_with_how_far_and_allowed_where_that_is_said() {
+fn a_tip_that_slid_is_refused_unless_allowed() {
     let mut poses = cone(20, 0.4);
     for (i, pose) in poses.iter_mut().enumerate() {
         pose.translation.vector.x += if i % 2 == 0 { 10.0 } else { -10.0 };
@@ -132,7 +132,7 @@ fn coverage(count: usize, mut errors_mm: impl FnMut(usize) -> Vec<Vector3<f64>>)
         let found = pivot(&poses, &PivotLimits::default()).unwrap();
         let fit = Fit::of(&poses).unwrap();
         let residuals: Vec<_> = poses.iter().map(|p| fit.residual_mm(p)).collect();
-        let independent = precision::independent_mm2(&fit, &residuals).diagonal();
+        let independent = independent_mm2(&fit, &residuals).diagonal();
         let halves = found.half_widths_mm().unwrap();
         let off = found.tip_in_tool - Point3::from(TIP);
         let offs = [off, found.pivot_in_tracker - Point3::from(PIVOT)];
@@ -151,7 +151,7 @@ fn coverage(count: usize, mut errors_mm: impl FnMut(usize) -> Vec<Vector3<f64>>)
     Coverage {
         stated: part(within),
         as_independent: part(simple),
-        size: stated_mm / precision::worst_mm(&true_mm2),
+        size: stated_mm / largest_std_dev(&true_mm2),
         drifts,
     }
 }

@@ -228,7 +228,7 @@ impl Requested<'_> {
         };
         let doubt = read.report.suggestion.filter(|_| !loading.is_settled);
         let design = world.0.document.design();
-        let edit = edit_of(design, loading, &read.wanted.reference);
+        let edit = edit_of(design, loading, &read.request.reference);
         // Unless it is read again, nothing that is shown changes before the edit does it.
         if world.bypass_change_detection().0.keep_mesh(read) {
             world.set_changed();

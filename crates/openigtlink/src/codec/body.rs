@@ -1,9 +1,7 @@
 //! What messages say: the contents that a tracker sends and is asked for.
 
-use super::bytes::{EncodeError, Reader, counted, put_floats, put_text, text_of};
-use super::header::NAME_BYTES;
+use super::header::{EncodeError, NAME_BYTES, Reader, counted, put_floats, put_text, text_of};
 use super::poses::{Matrix, NotAPose, Orientation, ToolKind};
-use super::status::{Status, StatusCode};
 use trackwright_geometry::pose::Pose;
 
 /// The content of a message of a known type.
@@ -35,8 +33,7 @@ pub struct Position {
 }
 
 impl Position {
-    /// # Errors
-    /// See [`Orientation::rotation`].
+    /// Place and orientation as a pose.
     pub fn pose(&self) -> Result<Pose, NotAPose> {
         self.orientation.pose(self.at_mm)
     }
@@ -58,6 +55,41 @@ pub struct QuaternionElement {
     pub kind: ToolKind,
     pub at_mm: [f32; 3],
     pub quaternion: [f32; 4],
+}
+
+/// The codes of the protocol that are used here; any other number is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StatusCode(pub u16);
+
+impl StatusCode {
+    pub const OK: Self = Self(1);
+    pub const NOT_FOUND: Self = Self(4);
+    pub const TIME_OUT: Self = Self(7);
+    pub const RESOURCE_ERROR: Self = Self(11);
+    pub const NOT_READY: Self = Self(13);
+    pub const NOT_PRESENT: Self = Self(16);
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Status {
+    pub code: StatusCode,
+    /// Of the device's own making.
+    pub subcode: i64,
+    /// 20 bytes at most.
+    pub name: String,
+    pub text: String,
+}
+
+impl Status {
+    /// A device that works.
+    pub fn ok(text: impl Into<String>) -> Self {
+        Self { code: StatusCode::OK, subcode: 0, name: String::new(), text: text.into() }
+    }
+
+    /// A device with a problem.
+    pub fn problem(code: StatusCode, name: &str, text: impl Into<String>) -> Self {
+        Self { code, subcode: 0, name: name.to_owned(), text: text.into() }
+    }
 }
 
 /// A text in the character set of a number in IANA's list; 3 is US-ASCII.
@@ -107,8 +139,7 @@ const MAX_ELEMENTS: u64 = 1024;
 /// Longest text of a status.
 const MAX_STATUS_TEXT_BYTES: u64 = 4096;
 
-/// The limit of types that are shorter than this: a body of a few bytes too many is one wrong message
-/// and not the end of the stream.
+/// The least limit: a body of a few bytes too many is one wrong message, no end of the stream.
 const SHORTEST_LIMIT: u64 = 1024;
 
 /// The longest content that a type of [`Content`] may have; `None` for any other type.
@@ -195,6 +226,7 @@ impl Content {
         })
     }
 
+    /// Writes the body.
     pub fn encode(&self, out: &mut Vec<u8>) -> Result<(), EncodeError> {
         match self {
             Self::Transform(matrix) => put_floats(out, &matrix.0),
@@ -291,8 +323,7 @@ fn text(reader: &mut Reader, width: usize, field: &'static str) -> Result<String
     reader.take(width).and_then(text_of).ok_or(BodyError::NotText { field })
 }
 
-/// The name of a tool in a list; empty where it is no text, so that the other tools of the list are
-/// not lost with it.
+/// The name of a tool in a list; empty where it is no text, so that other tools are kept.
 fn tool_name(reader: &mut Reader) -> String {
     let text = reader.take(NAME_BYTES).and_then(text_of);
     text.unwrap_or_default()

@@ -5,8 +5,7 @@ use super::header::{HEADER_BYTES, Header, HeaderError, Version, checksum};
 use super::metadata::{Extension, MAX_METADATA_BYTES};
 use super::{Content, Message};
 
-/// The longest body of a type that is not known here, which is passed over: an image of 4096 x 4096
-/// pixels of 16 bits.
+/// The longest body of an unknown type that is passed over: 4096 x 4096 pixels of 16 bits.
 pub const MAX_SKIPPED_BYTES: u64 = 32 << 20;
 
 /// The longest body that a message of a type may announce. What announces more has lost where messages
@@ -23,8 +22,7 @@ pub fn longest_body(kind: &str, version: Version) -> u64 {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Decoded {
     Message(Message),
-    /// Of a type that is not known here, or longer than a message of use can be: passed over, byte
-    /// by byte, as it arrives.
+    /// Of an unknown type, or too long to be of use: passed over as it arrives.
     Skipped {
         kind: String,
         device: String,

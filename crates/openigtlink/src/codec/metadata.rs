@@ -1,7 +1,7 @@
 //! What headers of version 2 add to a body: a number for the message, and keys with values.
 
 use super::body::BodyError;
-use super::bytes::{EncodeError, Reader, counted};
+use super::header::{EncodeError, Reader, counted};
 
 /// Bytes of the extended header.
 const EXTENDED_BYTES: u16 = 12;
@@ -34,6 +34,7 @@ pub struct MetadataEntry {
 }
 
 impl MetadataEntry {
+    /// An entry of US-ASCII.
     pub fn text(key: &str, value: &str) -> Self {
         Self { key: key.to_owned(), encoding: ASCII, value: value.as_bytes().to_vec() }
     }

@@ -1,28 +1,29 @@
 //! OpenIGTLink messages, between bytes and types: headers of versions 1 (protocols 1 and 2) and 2
-//! (protocol 3), what a tracker sends and is asked for, and a decoder for streams of any bytes.
+//! (protocol 3), what a tracker sends and receives, and a decoder for streams of any bytes.
 //!
 //! Source: the OpenIGTLink protocol's own description, versions 1 to 3, and its test vectors. All
 //! numbers are big-endian, lengths are in mm. Nothing here knows a socket.
+//!
+//! The crate `openigtlink-rust` (0.4.1) does not replace this: it keeps metadata as a map from text to
+//! text, so that their order and character sets are lost and the test vectors with metadata are not
+//! encoded to the same bytes.
 
 mod body;
-mod bytes;
 mod decoder;
 mod header;
 mod metadata;
 mod poses;
-mod status;
 #[cfg(test)]
 mod tests;
 
 pub use body::{
-    BodyError, Content, Point, Position, QuaternionElement, StartTracking, Text, TrackingElement,
+    BodyError, Content, Point, Position, QuaternionElement, StartTracking, Status, StatusCode,
+    Text, TrackingElement,
 };
-pub use bytes::EncodeError;
 pub use decoder::{DecodeError, Decoded, Decoder, MAX_SKIPPED_BYTES, longest_body};
-pub use header::{HEADER_BYTES, Header, HeaderError, NAME_BYTES, Timestamp, Version};
+pub use header::{EncodeError, HEADER_BYTES, Header, HeaderError, NAME_BYTES, Timestamp, Version};
 pub use metadata::{Extension, MetadataEntry};
 pub use poses::{MAX_OFF, Matrix, NotAPose, Orientation, ToolKind};
-pub use status::{Status, StatusCode};
 
 /// The port that OpenIGTLink servers listen on where nothing else is said.
 pub const DEFAULT_PORT: u16 = 18944;
@@ -44,10 +45,7 @@ impl Message {
         Self { device: device.into(), timestamp, content, extension: None }
     }
 
-    /// The bytes to send.
-    ///
-    /// # Errors
-    /// Names, texts and lists that are longer than their fields can say.
+    /// The bytes to send; an error for names, texts and lists that are too long.
     pub fn encode(&self) -> Result<Vec<u8>, EncodeError> {
         let mut body = Vec::with_capacity(128);
         match &self.extension {

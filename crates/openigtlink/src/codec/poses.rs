@@ -27,6 +27,7 @@ pub enum NotAPose {
 pub struct Matrix(pub [f32; 12]);
 
 impl Matrix {
+    /// The matrix of a pose, in single precision.
     pub fn from_pose(pose: &Pose) -> Self {
         let turn = pose.rotation.to_rotation_matrix();
         let mut values = [0.0; 12];
@@ -37,10 +38,7 @@ impl Matrix {
         Self(values)
     }
 
-    /// The pose, with the nearest rotation.
-    ///
-    /// # Errors
-    /// Numbers that are none; a part that is farther than [`MAX_OFF`] from any rotation.
+    /// The pose with the nearest rotation, where that is within [`MAX_OFF`].
     pub fn pose(&self) -> Result<Pose, NotAPose> {
         let values = self.0.map(f64::from);
         if values.iter().any(|value| !value.is_finite()) {
@@ -70,8 +68,7 @@ pub enum Orientation {
 }
 
 impl Orientation {
-    /// # Errors
-    /// None, one of numbers that are none, or of a length that is not 1 to [`MAX_OFF`].
+    /// The rotation of a quaternion whose length is 1 to [`MAX_OFF`].
     pub fn rotation(&self) -> Result<UnitQuaternion<f64>, NotAPose> {
         let [x, y, z, w] = match *self {
             Self::None => return Err(NotAPose::NoOrientation),
@@ -95,6 +92,7 @@ impl Orientation {
         Ok(UnitQuaternion::from_quaternion(quaternion))
     }
 
+    /// The pose at a place.
     pub fn pose(&self, at_mm: [f32; 3]) -> Result<Pose, NotAPose> {
         let rotation = self.rotation()?;
         if at_mm.iter().any(|value| !value.is_finite()) {

@@ -162,7 +162,7 @@ proptest! {
     }
 
     #[test]
-    fn a_changed_byte_of_a_body_is_seen_and_the_next_message_is_found(
+    fn a_changed_byte_fails_its_own_message_only(
         sample in message(),
         at in any::<prop::sample::Index>(),
         change in 1..=255_u8,
@@ -191,7 +191,7 @@ proptest! {
 }
 
 #[test]
-fn a_stream_cut_anywhere_gives_the_whole_messages_before_the_cut() {
+fn a_cut_stream_gives_its_whole_messages() {
     let extension =
         Extension { message_id: 3, metadata: vec![MetadataEntry::text("TransformStatus", "OK")] };
     let matrix = Matrix::from_pose(&Pose::translation(1.0, 2.0, 3.0));
@@ -214,7 +214,7 @@ fn a_stream_cut_anywhere_gives_the_whole_messages_before_the_cut() {
 }
 
 #[test]
-fn announced_bytes_are_neither_allocated_nor_waited_for_without_end() {
+fn announced_bytes_are_not_allocated() {
     for (version, kind, limit) in [
         (1, "TRANSFORM", 1024),
         (2, "TRANSFORM", 1024 + 65_536),
@@ -343,7 +343,7 @@ fn a_bad_name_in_a_list_costs_its_own_tool_only() {
 }
 
 #[test]
-fn what_is_no_openigtlink_says_what_was_expected_and_ends_the_stream() {
+fn other_protocols_end_the_stream() {
     let cases: [(Vec<u8>, &str); 3] = [
         (
             b"GET / HTTP/1.1\r\nHost: localhost\r\nUser-Agent: some browser\r\n\r\n".to_vec(),
@@ -397,7 +397,7 @@ fn only_rotations_and_numbers_are_poses() {
 }
 
 #[test]
-fn what_a_field_cannot_hold_is_an_error_and_no_other_message() {
+fn what_a_field_cannot_hold_is_an_error() {
     let long = Message::new("a device of 21 bytes.", Timestamp::NONE, Content::GetStatus);
     let said = long.encode().unwrap_err().to_string();
     assert_eq!(

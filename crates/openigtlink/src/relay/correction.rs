@@ -23,8 +23,7 @@ pub struct LiveRoom {
     pub environment: Arc<Environment>,
     pub outside: OutsidePolicy,
     pub method: Method,
-    /// The design whose tools are heard; without one every tool is compensated as if it were a
-    /// sensor at its origin.
+    /// The design whose tools are received; without one every tool counts as a sensor.
     pub design: Option<LiveDesign>,
 }
 
@@ -49,6 +48,7 @@ impl LiveDesign {
         }
     }
 
+    /// What its bodies are called.
     pub fn names(&self) -> BodyNames {
         BodyNames {
             tool: self.tool.name.clone(),
@@ -65,12 +65,13 @@ pub struct Correction<'a> {
     bodies: BTreeMap<BodyRole, (BodyCompensator<'a>, BodyPredictor<'a>)>,
     names: BodyNames,
     assigned: Assigned,
-    heard: BTreeSet<String>,
+    received: BTreeSet<String>,
     /// Which tool is which body.
     found: BTreeMap<String, BodyRole>,
 }
 
 impl<'a> Correction<'a> {
+    /// Prepares a room.
     pub fn new(room: &'a LiveRoom) -> Self {
         let environment = &*room.environment;
         let ready = |body: &RigidBody, weight_mm| {
@@ -98,7 +99,7 @@ impl<'a> Correction<'a> {
             bodies,
             names: design.map(LiveDesign::names).unwrap_or_default(),
             assigned: design.map(|d| d.assigned.clone()).unwrap_or_default(),
-            heard: BTreeSet::new(),
+            received: BTreeSet::new(),
             found: BTreeMap::new(),
         }
     }
@@ -111,7 +112,7 @@ impl<'a> Correction<'a> {
     /// The poses of tools by name, each corrected or refused.
     pub fn correct(&mut self, readings: &[(&str, Pose)]) -> Vec<Result<Pose, Reason>> {
         for (tool, _) in readings {
-            self.hear(tool);
+            self.add_tool(tool);
         }
         let body_of = |tool: &str| self.bodies.get(self.found.get(tool)?);
         let alone: Vec<Pose> = (readings.iter())
@@ -144,13 +145,13 @@ impl<'a> Correction<'a> {
         })
     }
 
-    fn hear(&mut self, tool: &str) {
-        if self.bodies.is_empty() || self.heard.contains(tool) {
+    fn add_tool(&mut self, tool: &str) {
+        if self.bodies.is_empty() || self.received.contains(tool) {
             return;
         }
-        self.heard.insert(tool.to_owned());
-        let heard = self.heard.iter().map(String::as_str);
-        self.found = (roles(heard, &self.names, &self.assigned).into_iter())
+        self.received.insert(tool.to_owned());
+        let received = self.received.iter().map(String::as_str);
+        self.found = (roles(received, &self.names, &self.assigned).into_iter())
             .map(|(role, tool)| (tool, role))
             .collect();
     }

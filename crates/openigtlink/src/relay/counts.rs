@@ -80,6 +80,13 @@ impl Reason {
     }
 }
 
+/// Whether a tool is good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToolState {
+    Good,
+    NotGood(Reason),
+}
+
 /// What a relay has done. Poses are either sent or dropped.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RelayCounts {

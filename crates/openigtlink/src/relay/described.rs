@@ -1,6 +1,6 @@
 //! What a pose that is sent on says of itself: keys and values of version 2 metadata.
 
-use super::ToolClock;
+use super::tool::ToolClock;
 use crate::codec::Extension;
 use trackwright_simulation::body_prediction::BodyPrediction;
 
@@ -19,8 +19,7 @@ pub const STD_DEG: &str = "trackwright.correction_std_deg";
 /// How much longer the sample took to arrive than the fastest of its tool, in ms.
 pub const LATENCY_MS: &str = "trackwright.latency_ms";
 
-/// By how much the clocks were taken to have moved against each other, in ms: a delay that is as long
-/// may be hidden in it.
+/// By how much the clocks have moved against each other, in ms: as much delay may be hidden.
 pub const CLOCK_SHIFT_MS: &str = "trackwright.clock_shift_ms";
 
 /// All of them.

@@ -16,7 +16,7 @@ mod tests;
 mod tool;
 
 pub use correction::{Correction, LiveDesign, LiveRoom};
-pub use counts::{Reason, RelayCounts};
+pub use counts::{Reason, RelayCounts, ToolState};
 pub use tool::{ClockChange, ToolClock};
 
 use super::clock::ClockRules;
@@ -34,9 +34,6 @@ use trackwright_simulation::recording::Unusable;
 
 /// Tools that are told apart; a sender that goes on naming new ones fills no memory.
 pub const MAX_TOOLS: usize = 256;
-
-/// How often a tool that is not good is said to be so, for those who came later.
-const REMINDER: Duration = Duration::from_secs(1);
 
 /// What a relay is told beforehand.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -100,15 +97,8 @@ pub struct SentPose {
     /// What the room's model says of it; `None` without a room, or where it keeps no support.
     pub known: Option<BodyPrediction>,
     pub clock: ToolClock,
-    /// TRANSFORM, with the name and the timestamp that it came with, and what is known of it as
-    /// [metadata](described).
+    /// TRANSFORM with its own name and timestamp, and what is known as [metadata](described).
     pub message: Message,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ToolState {
-    Good,
-    NotGood(Reason),
 }
 
 /// Compensates and judges; knows no socket, and no clock but the moments it is told.
@@ -148,6 +138,7 @@ impl<'a> Relay<'a> {
         }
     }
 
+    /// What was received, sent and dropped.
     pub fn counts(&self) -> &RelayCounts {
         &self.counts
     }
@@ -159,7 +150,7 @@ impl<'a> Relay<'a> {
         for sample in incoming(message) {
             self.counts.poses += 1;
             let pose = self.admit(&sample, message.timestamp, at);
-            self.tell_clock(&sample.tool, out);
+            self.report_clock(&sample.tool, out);
             out.push(measured(&sample, message.timestamp, pose));
             match pose {
                 Ok(pose) => readings.push((sample, pose)),
@@ -179,22 +170,22 @@ impl<'a> Relay<'a> {
     pub fn tick(&mut self, now: Instant, out: &mut Vec<Output>) {
         for (name, tool) in &mut self.tools {
             let reason = match (tool.state, tool.lateness()) {
-                (ToolState::Good, late) if tool.is_stale(&self.options, now) => {
+                (ToolState::Good, late) if tool.is_stale(self.options.stale_after, now) => {
                     self.counts.went_stale += 1;
                     late.unwrap_or(Reason::Stale)
                 }
                 (ToolState::Good, _) => continue,
-                // It is heard, but not in time.
+                // It is received, but not in time.
                 (ToolState::NotGood(Reason::Stale | Reason::LinkLost), Some(late)) => late,
                 (ToolState::NotGood(reason), _) => reason,
             };
-            tool.is_told_late(reason);
+            tool.report_late(reason);
             out.extend(tool.take_change().map(|change| clock(name, change)));
-            say(name, tool, reason, now, out);
+            report(name, tool, reason, now, out);
         }
     }
 
-    fn tell_clock(&mut self, name: &str, out: &mut Vec<Output>) {
+    fn report_clock(&mut self, name: &str, out: &mut Vec<Output>) {
         let tool = self.tools.get_mut(name);
         let change = tool.and_then(Tool::take_change);
         out.extend(change.map(|change| clock(name, change)));
@@ -204,14 +195,14 @@ impl<'a> Relay<'a> {
     pub fn lost(&mut self, now: Instant, out: &mut Vec<Output>) {
         for (name, tool) in &mut self.tools {
             tool.reconnect();
-            say(name, tool, Reason::LinkLost, now, out);
+            report(name, tool, Reason::LinkLost, now, out);
         }
     }
 
     /// Nothing more is sent on.
     pub fn end(&mut self, now: Instant, out: &mut Vec<Output>) {
         for (name, tool) in &mut self.tools {
-            say(name, tool, Reason::SessionEnds, now, out);
+            report(name, tool, Reason::SessionEnds, now, out);
         }
     }
 
@@ -311,7 +302,7 @@ impl<'a> Relay<'a> {
             return;
         }
         if let Some(tool) = self.tools.get_mut(name) {
-            say(name, tool, reason, at, out);
+            report(name, tool, reason, at, out);
         }
     }
 }
@@ -320,7 +311,7 @@ fn clock(name: &str, change: ClockChange) -> Output {
     Output::Clock { tool: name.to_owned(), change }
 }
 
-fn say(name: &str, tool: &mut Tool, reason: Reason, at: Instant, out: &mut Vec<Output>) {
+fn report(name: &str, tool: &mut Tool, reason: Reason, at: Instant, out: &mut Vec<Output>) {
     if let Some(message) = tool.not_good(name, reason, at) {
         out.push(Output::Status { tool: name.to_owned(), state: tool.state, message });
     }

@@ -1,13 +1,16 @@
 //! One tool: whether it is good, and whether its next sample is one to be used.
 
-use super::counts::Reason;
-use super::{REMINDER, RelayOptions, ToolState};
+use super::counts::{Reason, ToolState};
 use crate::clock::{ClockRules, Judged, SenderClock};
 use crate::codec::{Content, Message, Status, StatusCode, Timestamp};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use trackwright_formats::printable::printable;
 use trackwright_geometry::pose::Pose;
 
+/// How often a tool that is not good is said to be so, for those who came later.
+const REMINDER: Duration = Duration::from_secs(1);
+
+/// One tool of a tracker.
 pub struct Tool {
     pub state: ToolState,
     clock: SenderClock,
@@ -18,8 +21,8 @@ pub struct Tool {
     off: Option<(Reason, f64)>,
     /// What is to be told of the clock, and what has been.
     change: Option<ClockChange>,
-    is_off_told: bool,
-    is_drift_told: bool,
+    is_off_reported: bool,
+    is_drift_reported: bool,
     /// The last sample that was in time and order.
     last: Option<(Timestamp, Pose)>,
     last_good: Instant,
@@ -57,8 +60,8 @@ impl Tool {
             latency_s: None,
             off: None,
             change: None,
-            is_off_told: false,
-            is_drift_told: false,
+            is_off_reported: false,
+            is_drift_reported: false,
             last: None,
             last_good: at,
             last_said: None,
@@ -84,7 +87,7 @@ impl Tool {
                 self.latency_s = Some(0.0);
                 self.change = Some(ClockChange::Step { by_s });
                 // The step was told, which is more than its drift would be.
-                self.is_drift_told |= self.clock.shift_s() > self.bound_s;
+                self.is_drift_reported |= self.clock.shift_s() > self.bound_s;
                 self.last = None;
             }
         }
@@ -111,8 +114,8 @@ impl Tool {
 
     fn look_at_drift(&mut self) {
         let shift_s = self.clock.shift_s();
-        if shift_s > self.bound_s && !self.is_drift_told {
-            self.is_drift_told = true;
+        if shift_s > self.bound_s && !self.is_drift_reported {
+            self.is_drift_reported = true;
             self.change = Some(ClockChange::Drift { shift_s });
         }
     }
@@ -123,12 +126,12 @@ impl Tool {
     }
 
     /// The tool is not good for a reason; what its clock has to do with it is to be told once.
-    pub fn is_told_late(&mut self, reason: Reason) {
+    pub fn report_late(&mut self, reason: Reason) {
         if let Some((off, by_s)) = self.off
             && off == reason
-            && !self.is_off_told
+            && !self.is_off_reported
         {
-            self.is_off_told = true;
+            self.is_off_reported = true;
             self.change = Some(match off {
                 Reason::Early => ClockChange::Early { by_s },
                 _ => ClockChange::Late { by_s },
@@ -147,10 +150,10 @@ impl Tool {
     /// A good sample came; says so where the tool was not good before.
     pub fn good(&mut self, name: &str, at: Instant) -> Option<Message> {
         self.last_good = at;
-        self.is_off_told = false;
+        self.is_off_reported = false;
         let was = std::mem::replace(&mut self.state, ToolState::Good);
         self.last_said = None;
-        (was != ToolState::Good).then(|| said(name, ToolState::Good))
+        (was != ToolState::Good).then(|| status_message(name, ToolState::Good))
     }
 
     /// The tool is not good; says so where that is new, and every second.
@@ -162,42 +165,34 @@ impl Tool {
             return None;
         }
         self.last_said = Some(at);
-        Some(said(name, state))
+        Some(status_message(name, state))
     }
 
     pub fn is_to_be_reminded_of(&self, at: Instant) -> bool {
         self.last_said.is_none_or(|said| at.saturating_duration_since(said) >= REMINDER)
     }
 
-    pub fn is_stale(&self, options: &RelayOptions, now: Instant) -> bool {
-        self.state == ToolState::Good
-            && now.saturating_duration_since(self.last_good) > options.stale_after
+    pub fn is_stale(&self, stale_after: Duration, now: Instant) -> bool {
+        self.state == ToolState::Good && now.saturating_duration_since(self.last_good) > stale_after
     }
 
     /// What comes next is of another connection, and may be by another clock.
     pub fn reconnect(&mut self) {
         self.clock.reconnect();
         self.off = None;
-        self.is_off_told = false;
+        self.is_off_reported = false;
     }
 }
 
 /// A STATUS message of a tool, with a header that every receiver reads.
-fn said(name: &str, state: ToolState) -> Message {
+fn status_message(name: &str, state: ToolState) -> Message {
     let shown = printable(name);
     let status = match state {
-        ToolState::Good => Status {
-            code: StatusCode::OK,
-            subcode: 0,
-            name: "OK".to_owned(),
-            text: format!("{shown} is tracked"),
-        },
-        ToolState::NotGood(reason) => Status {
-            code: reason.status(),
-            subcode: 0,
-            name: reason.name().to_owned(),
-            text: format!("no transform of {shown} is sent: {reason}"),
-        },
+        ToolState::Good => Status::problem(StatusCode::OK, "OK", format!("{shown} is tracked")),
+        ToolState::NotGood(reason) => {
+            let text = format!("no transform of {shown} is sent: {reason}");
+            Status::problem(reason.status(), reason.name(), text)
+        }
     };
     Message::new(name, Timestamp::now(), Content::Status(status))
 }

@@ -1,11 +1,11 @@
 //! One client of a server: what is queued goes out, what it asks for is answered.
 
-use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking};
-use super::{LeaveReason, ServerEvent, Shared, Teller, lock};
+use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking, lock};
+use super::{EventHandler, LeaveReason, ServerEvent, Shared};
+use crate::client::keep_alive;
 use crate::codec::{
     Content, Decoded, Decoder, Message, StartTracking, Status, StatusCode, Timestamp,
 };
-use crate::keepalive;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
@@ -35,64 +35,39 @@ const UNSENT_BYTES: u32 = 1;
 
 pub struct Connection {
     pub client: SocketAddr,
-    pub stream: TcpStream,
     pub outbox: Arc<Outbox>,
     pub is_tracking: Arc<AtomicBool>,
+    /// Whether the client is known to read headers of version 1 only.
+    pub is_version_one: AtomicBool,
     pub shared: Arc<Shared>,
-    pub tell: Teller,
+    pub on_event: EventHandler,
     /// A client that takes nothing for so long is dropped.
     pub stuck_after: Duration,
 }
 
 impl Connection {
-    /// Serves until the client leaves or `let_go` says that its place is taken away.
-    pub async fn run(mut self, let_go: oneshot::Receiver<()>) -> LeaveReason {
+    /// Serves until the client leaves or `let_go` reports that its slot is taken away.
+    pub async fn run(self, mut stream: TcpStream, let_go: oneshot::Receiver<()>) -> LeaveReason {
         // Without it a transform may wait for the next one.
-        if let Err(error) = self.stream.set_nodelay(true) {
+        if let Err(error) = stream.set_nodelay(true) {
             return LeaveReason::Failed(error.to_string());
         }
-        keepalive::set(&self.stream);
+        keep_alive(&stream);
         #[cfg(any(target_os = "linux", target_os = "android"))]
         {
             // Where it cannot be set a client that stops reading gets some old poses more.
-            let _ = socket2::SockRef::from(&self.stream).set_tcp_notsent_lowat(UNSENT_BYTES);
+            let _ = socket2::SockRef::from(&stream).set_tcp_notsent_lowat(UNSENT_BYTES);
         }
-        let (reading, writing) = self.stream.split();
-        let is_version_one = AtomicBool::new(false);
-        let requests = Requests {
-            outbox: &self.outbox,
-            is_tracking: &self.is_tracking,
-            is_version_one: &is_version_one,
-            shared: &self.shared,
-        };
-        let writer = Writer {
-            client: self.client,
-            outbox: &self.outbox,
-            is_version_one: &is_version_one,
-            shared: &self.shared,
-            tell: &self.tell,
-            stuck_after: self.stuck_after,
-        };
+        let (reading, writing) = stream.split();
         tokio::select! {
-            why = requests.read(reading) => why,
-            why = writer.run(writing) => why,
+            why = self.answer_requests(reading) => why,
+            why = self.write_queue(writing) => why,
             _ = let_go => LeaveReason::Stopped,
         }
     }
-}
 
-/// Writes what is queued, message by message, and tracking data where they were asked for.
-struct Writer<'a> {
-    client: SocketAddr,
-    outbox: &'a Outbox,
-    is_version_one: &'a AtomicBool,
-    shared: &'a Shared,
-    tell: &'a Teller,
-    stuck_after: Duration,
-}
-
-impl Writer<'_> {
-    async fn run(&self, mut out: WriteHalf<'_>) -> LeaveReason {
+    /// Writes what is queued, message by message, and tracking data where they were requested.
+    async fn write_queue(&self, mut out: WriteHalf<'_>) -> LeaveReason {
         let mut tracking: Option<(Tracking, Interval)> = None;
         let mut shown = 0;
         loop {
@@ -100,7 +75,7 @@ impl Writer<'_> {
                 next = self.outbox.next() => next,
                 () = tick(&mut tracking) => {
                     let Some((wanted, _)) = &tracking else { continue };
-                    let Some(message) = snapshot(self.shared, wanted.has_quaternions, &mut shown)
+                    let Some(message) = snapshot(&self.shared, wanted.has_quaternions, &mut shown)
                     else {
                         continue;
                     };
@@ -127,7 +102,7 @@ impl Writer<'_> {
                     }
                     if let Some(dropped) = self.outbox.caught_up(now) {
                         let client = self.client;
-                        (self.tell)(ServerEvent::CaughtUp { client, dropped });
+                        (self.on_event)(ServerEvent::CaughtUp { client, dropped });
                     }
                 }
                 Item::Track(wanted) => {
@@ -164,7 +139,7 @@ impl Writer<'_> {
         while !bytes.is_empty() {
             if self.outbox.fell_behind() {
                 let client = self.client;
-                (self.tell)(ServerEvent::FellBehind { client });
+                (self.on_event)(ServerEvent::FellBehind { client });
             }
             tokio::select! {
                 // Most messages are taken at once, which needs no timer.
@@ -187,45 +162,8 @@ impl Writer<'_> {
         }
         Ok(Some(now))
     }
-}
 
-async fn tick(tracking: &mut Option<(Tracking, Interval)>) {
-    match tracking {
-        Some((_, ticks)) => {
-            ticks.tick().await;
-        }
-        None => std::future::pending().await,
-    }
-}
-
-/// All tools in one message, where any has moved since the last.
-fn snapshot(shared: &Shared, has_quaternions: bool, shown: &mut u64) -> Option<Arc<Encoded>> {
-    let served = lock(&shared.served);
-    if served.revision == *shown {
-        return None;
-    }
-    *shown = served.revision;
-    let message = served.tracking(has_quaternions, Instant::now())?;
-    Encoded::of(&message).ok().map(Arc::new)
-}
-
-fn failed(error: &io::Error) -> LeaveReason {
-    match error.kind() {
-        io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => LeaveReason::Closed,
-        _ => LeaveReason::Failed(error.to_string()),
-    }
-}
-
-/// What a client asks for.
-struct Requests<'a> {
-    outbox: &'a Outbox,
-    is_tracking: &'a AtomicBool,
-    is_version_one: &'a AtomicBool,
-    shared: &'a Shared,
-}
-
-impl Requests<'_> {
-    async fn read(self, mut stream: ReadHalf<'_>) -> LeaveReason {
+    async fn answer_requests(&self, mut stream: ReadHalf<'_>) -> LeaveReason {
         let mut decoder = Decoder::new(MAX_REQUEST_BYTES);
         let mut buffer = vec![0; READ_BYTES];
         loop {
@@ -303,5 +241,32 @@ impl Requests<'_> {
             }
             _ => Vec::new(),
         }
+    }
+}
+
+async fn tick(tracking: &mut Option<(Tracking, Interval)>) {
+    match tracking {
+        Some((_, ticks)) => {
+            ticks.tick().await;
+        }
+        None => std::future::pending().await,
+    }
+}
+
+/// All tools in one message, where any has moved since the last.
+fn snapshot(shared: &Shared, has_quaternions: bool, shown: &mut u64) -> Option<Arc<Encoded>> {
+    let served = lock(&shared.served);
+    if served.revision == *shown {
+        return None;
+    }
+    *shown = served.revision;
+    let message = served.tracking(has_quaternions, Instant::now())?;
+    Encoded::of(&message).ok().map(Arc::new)
+}
+
+fn failed(error: &io::Error) -> LeaveReason {
+    match error.kind() {
+        io::ErrorKind::BrokenPipe | io::ErrorKind::ConnectionReset => LeaveReason::Closed,
+        _ => LeaveReason::Failed(error.to_string()),
     }
 }

@@ -7,20 +7,18 @@
 
 mod connection;
 mod outbox;
-mod served;
 
 use super::codec::{Content, EncodeError, Message, Status, StatusCode, ToolKind};
 use super::latency::{Latencies, LatencySummary};
 use super::relay::RelayOptions;
 use connection::Connection;
-use outbox::{Encoded, Item, Outbox, PoseTimes};
-pub use served::DEVICE;
-use served::Served;
+pub use outbox::DEVICE;
+use outbox::{Encoded, Item, Outbox, PoseTimes, Served, lock};
 use std::fs::File;
 use std::io::{self, Write};
 use std::net::SocketAddr;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
@@ -34,8 +32,7 @@ const SEND_BUFFER_BYTES: u32 = 8 * 1024;
 /// Clients that may wait for being accepted.
 const BACKLOG: u32 = 1024;
 
-/// How long the loop waits after the system would not accept a client: for want of file
-/// descriptors, say, which trying again at once does not bring.
+/// How long the loop waits after the system accepted no client, as for want of descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 
 /// How long clients have to take what is queued for them when the server stops.
@@ -63,6 +60,7 @@ impl ServerOptions {
     pub const QUEUE: usize = 512;
     pub const STUCK_AFTER: Duration = Duration::from_secs(300);
 
+    /// Options for an address, with the usual limits.
     pub fn at(address: SocketAddr) -> Self {
         Self {
             address,
@@ -133,7 +131,7 @@ pub enum ServerError {
     Thread(io::Error),
 }
 
-type Teller = Arc<dyn Fn(ServerEvent) + Send + Sync>;
+type EventHandler = Arc<dyn Fn(ServerEvent) + Send + Sync>;
 
 /// What the thread that serves and those that publish share.
 struct Shared {
@@ -155,14 +153,9 @@ struct Slot {
     id: u64,
     outbox: Arc<Outbox>,
     /// Whether it has asked for tracking data, and gets them in place of transforms.
-    is_tracking: Arc<std::sync::atomic::AtomicBool>,
+    is_tracking: Arc<AtomicBool>,
     /// Its connection ends when this is dropped.
     _hold: oneshot::Sender<()>,
-}
-
-/// Locks whatever a thread that panicked left.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A server that runs as long as this is there.
@@ -176,13 +169,10 @@ pub struct Server {
 }
 
 impl Server {
-    /// Binds and serves; `tell` is called from the server's thread and is to return soon.
-    ///
-    /// # Errors
-    /// See [`ServerError`].
+    /// Binds and serves; `on_event` is called from the server's thread and is to return soon.
     pub fn start(
         options: &ServerOptions,
-        tell: impl Fn(ServerEvent) + Send + Sync + 'static,
+        on_event: impl Fn(ServerEvent) + Send + Sync + 'static,
     ) -> Result<Self, ServerError> {
         let runtime = Builder::new_current_thread()
             .enable_io()
@@ -204,7 +194,7 @@ impl Server {
             shared: shared.clone(),
             options: options.clone(),
             spare: spare(),
-            tell: Arc::new(tell),
+            on_event: Arc::new(on_event),
         };
         let thread = std::thread::Builder::new()
             .name("live server".to_owned())
@@ -228,6 +218,7 @@ impl Server {
         self.address
     }
 
+    /// The number of clients.
     pub fn clients(&self) -> usize {
         lock(&self.shared.clients).len()
     }
@@ -243,16 +234,12 @@ impl Server {
         lock(&self.shared.ages).summary()
     }
 
-    /// Messages that were thrown away because they had become too old for a client, or found no place
-    /// in its queue.
+    /// Messages that were dropped as too old for a client, or for want of room in its queue.
     pub fn dropped_messages(&self) -> u64 {
         self.shared.dropped_messages.load(Ordering::Relaxed)
     }
 
-    /// Sends a tool's transform to all clients, at once; `arrived` is when what it says came in.
-    ///
-    /// # Errors
-    /// A name that is too long.
+    /// Sends a tool's transform to all clients; `arrived` is when what it says came in.
     pub fn send_transform(
         &self,
         message: &Message,
@@ -263,9 +250,6 @@ impl Server {
     }
 
     /// The same of a pose that had an age already when it arrived.
-    ///
-    /// # Errors
-    /// A name that is too long.
     pub fn send_delayed(
         &self,
         message: &Message,
@@ -281,9 +265,6 @@ impl Server {
     }
 
     /// Sends any other message to all clients.
-    ///
-    /// # Errors
-    /// A name that is too long.
     pub fn send(&self, message: &Message) -> Result<(), EncodeError> {
         let encoded = self.encoded(message)?;
         self.queue(&encoded, None, |_| true);
@@ -318,8 +299,7 @@ impl Server {
         }
     }
 
-    /// Gives clients what is queued for them, for a second at most, and ends; how long all took, and
-    /// how old it was then.
+    /// Gives clients their queues for a second at most, and ends; all latencies and ages.
     pub fn stop(mut self) -> (LatencySummary, LatencySummary) {
         self.end();
         (self.latencies(), self.ages())
@@ -371,7 +351,7 @@ struct Accepting {
     options: ServerOptions,
     /// A file descriptor to give away for a client that is refused for want of one.
     spare: Option<File>,
-    tell: Teller,
+    on_event: EventHandler,
 }
 
 impl Accepting {
@@ -393,7 +373,7 @@ impl Accepting {
                     if lock(&self.shared.clients).len() >= max_clients {
                         let why = format!("{max_clients} clients are served already");
                         refuse(stream, &why);
-                        (self.tell)(ServerEvent::Refused { client, why });
+                        (self.on_event)(ServerEvent::Refused { client, why });
                         continue;
                     }
                     next_id += 1;
@@ -404,7 +384,7 @@ impl Accepting {
                     if error.kind() != io::ErrorKind::ConnectionAborted {
                         if was_accepting {
                             let why = error.to_string();
-                            (self.tell)(ServerEvent::NotAccepted { why });
+                            (self.on_event)(ServerEvent::NotAccepted { why });
                         }
                         was_accepting = false;
                         if !self.refuse_by_spare(&error.to_string()).await {
@@ -423,8 +403,7 @@ impl Accepting {
         lock(&self.shared.clients).clear();
     }
 
-    /// Refuses a client that the system has no file descriptor for, with the one that was kept for it;
-    /// whether there was one.
+    /// Refuses a client for want of a descriptor, by the spare one; whether there was one.
     async fn refuse_by_spare(&mut self, why: &str) -> bool {
         if self.spare.take().is_none() {
             self.spare = spare();
@@ -435,7 +414,7 @@ impl Accepting {
             Ok(Ok((stream, client))) => {
                 refuse(stream, why);
                 let why = why.to_owned();
-                (self.tell)(ServerEvent::Refused { client, why });
+                (self.on_event)(ServerEvent::Refused { client, why });
                 true
             }
             _ => false,
@@ -455,11 +434,11 @@ impl Accepting {
         let is_tracking = Arc::default();
         let connection = Connection {
             client,
-            stream,
             outbox: Arc::clone(&outbox),
             is_tracking: Arc::clone(&is_tracking),
+            is_version_one: AtomicBool::new(false),
             shared: self.shared.clone(),
-            tell: self.tell.clone(),
+            on_event: self.on_event.clone(),
             stuck_after: self.options.stuck_after,
         };
         let clients = {
@@ -467,17 +446,17 @@ impl Accepting {
             clients.push(Slot { id, outbox, is_tracking, _hold: hold });
             clients.len()
         };
-        let tell = self.tell.clone();
+        let on_event = self.on_event.clone();
         let shared = self.shared.clone();
-        tell(ServerEvent::Joined { client, clients });
+        on_event(ServerEvent::Joined { client, clients });
         async move {
-            let why = connection.run(let_go).await;
+            let why = connection.run(stream, let_go).await;
             let clients = {
                 let mut clients = lock(&shared.clients);
                 clients.retain(|slot| slot.id != id);
                 clients.len()
             };
-            tell(ServerEvent::Left { client, why, clients });
+            on_event(ServerEvent::Left { client, why, clients });
         }
     }
 }

@@ -1,23 +1,26 @@
-//! A tracker heard, its poses compensated, recorded and served on, until it is stopped.
+//! A tracker received, its poses compensated, recorded and served on, until it is stopped.
 
 mod running;
-mod state;
 
 pub use super::relay::{LiveDesign, LiveRoom};
-pub use state::{Link, Recording, SessionState, ToolView};
 
 use super::client::{Client, ClientEvent, ClientOptions, DisconnectReason};
 use super::codec::{DecodeError, Status};
-use super::relay::{ClockChange, Reason, RelayOptions, SentPose, ToolState};
+use super::latency::LatencySummary;
+use super::relay::{
+    ClockChange, Reason, RelayCounts, RelayOptions, SentPose, ToolClock, ToolState,
+};
 use super::server::{Server, ServerError, ServerEvent, ServerOptions};
 use running::{Next, Running};
+use std::collections::BTreeMap;
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
+use trackwright_design::BodyRole;
 use trackwright_geometry::pose::Pose;
 use trackwright_project::{Recorder, StoreError};
 
@@ -87,6 +90,93 @@ pub enum SessionEvent {
     },
 }
 
+/// How a session is.
+#[derive(Clone, Debug)]
+pub struct SessionState {
+    pub link: Link,
+    /// Where it serves, and to how many clients.
+    pub serving: Option<(SocketAddr, usize)>,
+    /// The one that grows, or the last one if writing it failed.
+    pub recording: Option<Recording>,
+    /// By name.
+    pub tools: BTreeMap<String, ToolView>,
+    pub counts: RelayCounts,
+    /// Connections that were made, the first among them.
+    pub connections: u64,
+    /// Messages with wrong checksums, lengths or texts, and streams that were none.
+    pub unreadable: u64,
+    /// Messages of types that are not known.
+    pub skipped: u64,
+    /// Clients dropped because they did not read, and messages that became too old for clients.
+    pub slow_clients: u64,
+    pub undelivered: u64,
+    /// From the read off the tracker's connection to the write into a client's.
+    pub latency: LatencySummary,
+    /// Of poses when they were written into a client's connection, as far as timestamps tell.
+    pub age: LatencySummary,
+}
+
+/// The connection to the tracker's server.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Link {
+    Connecting,
+    Connected {
+        server: SocketAddr,
+        since: Instant,
+    },
+    Lost {
+        /// When it was there for the last time, or first tried.
+        since: Instant,
+        why: DisconnectReason,
+        wait: Duration,
+    },
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Recording {
+    pub file: PathBuf,
+    pub samples: u64,
+    /// Why nothing more is written to it, where writing failed.
+    pub failed: Option<String>,
+}
+
+impl Recording {
+    fn begun(file: PathBuf) -> Self {
+        Self { file, samples: 0, failed: None }
+    }
+}
+
+/// A tool as it was last seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolView {
+    pub state: ToolState,
+    /// Which body of the design it is, where one is known and found.
+    pub role: Option<BodyRole>,
+    /// The last good one, as measured and as sent on, and when it came.
+    pub last: Option<(Pose, Pose, Instant)>,
+    /// At the last good one.
+    pub clock: ToolClock,
+}
+
+impl SessionState {
+    fn new(settings: &SessionSettings, address: Option<SocketAddr>) -> Self {
+        Self {
+            link: Link::Connecting,
+            serving: address.map(|address| (address, 0)),
+            recording: settings.record.clone().map(Recording::begun),
+            tools: BTreeMap::new(),
+            counts: RelayCounts::default(),
+            connections: 0,
+            unreadable: 0,
+            skipped: 0,
+            slow_clients: 0,
+            undelivered: 0,
+            latency: LatencySummary::default(),
+            age: LatencySummary::default(),
+        }
+    }
+}
+
 /// Why a session does not begin.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
@@ -116,14 +206,11 @@ pub struct Session {
 }
 
 impl Session {
-    /// Binds and begins to record, connects, and goes on by itself. `tell` is called from the
-    /// session's thread, between a pose and the next.
-    ///
-    /// # Errors
-    /// See [`SessionError`]. A tracker that is not there is none: it is waited for.
+    /// Binds, begins to record, connects, and goes on by itself; a tracker that is absent is waited
+    /// for. `on_event` is called from the session's thread.
     pub fn start(
         settings: SessionSettings,
-        tell: impl FnMut(&SessionEvent) + Send + 'static,
+        on_event: impl FnMut(&SessionEvent) + Send + 'static,
     ) -> Result<Self, SessionError> {
         let (inputs, received) = sync_channel(INPUTS);
         let server = match &settings.server {
@@ -152,7 +239,7 @@ impl Session {
         let ends = Ends { client, server, recorder, received };
         let thread = std::thread::Builder::new().name("live session".to_owned()).spawn({
             let state = state.clone();
-            move || run(settings, ends, &state, tell)
+            move || run(settings, ends, &state, on_event)
         })?;
         Ok(Self { address, state, inputs, thread: Some(thread) })
     }
@@ -173,10 +260,7 @@ impl Session {
         let _ = self.inputs.send(Input::Room(room.map(Box::new)));
     }
 
-    /// Records in a new file from now on; without one nothing more is recorded.
-    ///
-    /// # Errors
-    /// The file cannot be begun, or is there already: what was recorded goes on.
+    /// Records in a new file from now on, or no more; after an error recording goes on as before.
     pub fn record(&self, file: Option<&Path>) -> Result<(), StoreError> {
         let recorder = file.map(Recorder::create).transpose()?;
         // A session that ended by itself records nothing.
@@ -217,10 +301,10 @@ fn run(
     settings: SessionSettings,
     ends: Ends,
     state: &Mutex<SessionState>,
-    tell: impl FnMut(&SessionEvent),
+    on_event: impl FnMut(&SessionEvent),
 ) {
     let Ends { client, server, recorder, received } = ends;
-    let mut running = Running::new(settings.relay, server.as_ref(), recorder, state, tell);
+    let mut running = Running::new(settings.relay, server.as_ref(), recorder, state, on_event);
     let mut room = settings.room.map(Box::new);
     loop {
         let mut in_room = running.in_room(room.as_deref());

@@ -1,7 +1,6 @@
 //! A session's own thread: from the client's messages to recording, server and state.
 
-use super::state::{Link, Recording, SessionState, ToolView};
-use super::{Input, SessionEvent};
+use super::{Input, Link, Recording, SessionEvent, SessionState, ToolView};
 use crate::client::ClientEvent;
 use crate::codec::{Content, DecodeError, Message, Status, StatusCode, Timestamp};
 use crate::relay::{
@@ -19,8 +18,7 @@ use trackwright_project::Recorder;
 /// How often tools are looked at that say nothing: a fifth of the time after which they are stale.
 const TICK: Duration = Duration::from_millis(50);
 
-/// Types of messages that are passed over, and statuses of devices, that are told; a sender that
-/// makes up new ones is not told on for ever.
+/// Types of unknown messages, and statuses of devices, that are reported at most.
 const MAX_KINDS: usize = 64;
 
 /// Why a session comes out of its loop.
@@ -35,12 +33,12 @@ pub struct Running<'a, 'r, F> {
     server: Option<&'a Server>,
     recorder: Option<Recorder>,
     state: &'a Mutex<SessionState>,
-    tell: F,
+    on_event: F,
     /// Since when there is no connection.
     lost_since: Instant,
     skipped_kinds: BTreeSet<String>,
-    told_errors: Vec<Discriminant<DecodeError>>,
-    told_statuses: BTreeSet<(String, u16)>,
+    reported_errors: Vec<Discriminant<DecodeError>>,
+    reported_statuses: BTreeSet<(String, u16)>,
     outputs: Vec<Output>,
 }
 
@@ -51,18 +49,18 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         server: Option<&'a Server>,
         recorder: Option<Recorder>,
         state: &'a Mutex<SessionState>,
-        tell: F,
+        on_event: F,
     ) -> Self {
         Self {
             relay: Relay::new(None, options),
             server,
             recorder,
             state,
-            tell,
+            on_event,
             lost_since: Instant::now(),
             skipped_kinds: BTreeSet::new(),
-            told_errors: Vec::new(),
-            told_statuses: BTreeSet::new(),
+            reported_errors: Vec::new(),
+            reported_statuses: BTreeSet::new(),
             outputs: Vec::new(),
         }
     }
@@ -74,11 +72,11 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             server: self.server,
             recorder: self.recorder,
             state: self.state,
-            tell: self.tell,
+            on_event: self.on_event,
             lost_since: self.lost_since,
             skipped_kinds: self.skipped_kinds,
-            told_errors: self.told_errors,
-            told_statuses: self.told_statuses,
+            reported_errors: self.reported_errors,
+            reported_statuses: self.reported_statuses,
             outputs: self.outputs,
         }
     }
@@ -143,8 +141,8 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             ClientEvent::Received { message, arrived } => self.message(&message, arrived),
             ClientEvent::Connecting => self.link(Link::Connecting, SessionEvent::Connecting),
             ClientEvent::Connected { server } => {
-                self.told_errors.clear();
-                self.told_statuses.clear();
+                self.reported_errors.clear();
+                self.reported_statuses.clear();
                 lock(self.state).connections += 1;
                 let since = Instant::now();
                 self.link(Link::Connected { server, since }, SessionEvent::Connected { server });
@@ -165,15 +163,15 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                 let is_new =
                     self.skipped_kinds.len() < MAX_KINDS && self.skipped_kinds.insert(kind.clone());
                 if is_new {
-                    (self.tell)(&SessionEvent::Skipped { kind });
+                    (self.on_event)(&SessionEvent::Skipped { kind });
                 }
             }
             ClientEvent::Unreadable(error) => {
                 lock(self.state).unreadable += 1;
                 let of_its_kind = std::mem::discriminant(&error);
-                if !self.told_errors.contains(&of_its_kind) {
-                    self.told_errors.push(of_its_kind);
-                    (self.tell)(&SessionEvent::Unreadable(error));
+                if !self.reported_errors.contains(&of_its_kind) {
+                    self.reported_errors.push(of_its_kind);
+                    (self.on_event)(&SessionEvent::Unreadable(error));
                 }
             }
         }
@@ -181,16 +179,16 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
 
     fn link(&mut self, link: Link, event: SessionEvent) {
         lock(self.state).link = link;
-        (self.tell)(&event);
+        (self.on_event)(&event);
     }
 
     fn message(&mut self, message: &Message, arrived: Instant) {
         if let Content::Status(status) = &message.content
             && status.code != StatusCode::OK
-            && self.told_statuses.len() < MAX_KINDS
-            && self.told_statuses.insert((message.device.clone(), status.code.0))
+            && self.reported_statuses.len() < MAX_KINDS
+            && self.reported_statuses.insert((message.device.clone(), status.code.0))
         {
-            (self.tell)(&SessionEvent::TrackerStatus {
+            (self.on_event)(&SessionEvent::TrackerStatus {
                 device: message.device.clone(),
                 status: status.clone(),
             });
@@ -233,16 +231,16 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
                         pose: pose.clone(),
                     });
                     if let Ok(pose) = pose {
-                        (self.tell)(&SessionEvent::Measured { tool, pose });
+                        (self.on_event)(&SessionEvent::Measured { tool, pose });
                     }
                 }
                 Output::Pose(sent) => self.show(sent, at),
-                Output::Status { tool, state, .. } => self.say(tool, state),
+                Output::Status { tool, state, .. } => self.report(tool, state),
                 Output::Clock { tool, change } => {
-                    (self.tell)(&SessionEvent::Clock { tool, change });
+                    (self.on_event)(&SessionEvent::Clock { tool, change });
                 }
                 Output::Refused { tool, reason } => {
-                    (self.tell)(&SessionEvent::Refused { tool, reason });
+                    (self.on_event)(&SessionEvent::Refused { tool, reason });
                 }
             }
         }
@@ -268,7 +266,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             };
             lock(self.state).recording = Some(recording);
             self.recorder = None;
-            (self.tell)(&SessionEvent::NotRecorded { why });
+            (self.on_event)(&SessionEvent::NotRecorded { why });
         }
     }
 
@@ -281,13 +279,16 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             state.tools.insert(sent.tool.clone(), view).is_none()
         };
         if is_new {
-            (self.tell)(&SessionEvent::Tool { tool: sent.tool.clone(), state: ToolState::Good });
+            (self.on_event)(&SessionEvent::Tool {
+                tool: sent.tool.clone(),
+                state: ToolState::Good,
+            });
         }
-        (self.tell)(&SessionEvent::Pose(Box::new(sent)));
+        (self.on_event)(&SessionEvent::Pose(Box::new(sent)));
     }
 
     /// Told where it is new; clients are reminded, a person is not.
-    fn say(&mut self, tool: String, new: ToolState) {
+    fn report(&mut self, tool: String, new: ToolState) {
         let is_new = {
             let mut state = lock(self.state);
             let view = state.tools.entry(tool.clone()).or_insert(ToolView {
@@ -299,7 +300,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
             std::mem::replace(&mut view.state, new) != new
         };
         if is_new {
-            (self.tell)(&SessionEvent::Tool { tool, state: new });
+            (self.on_event)(&SessionEvent::Tool { tool, state: new });
         }
     }
 
@@ -307,7 +308,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         if let ServerEvent::Left { why: LeaveReason::TooSlow, .. } = event {
             lock(self.state).slow_clients += 1;
         }
-        (self.tell)(&SessionEvent::Server(event));
+        (self.on_event)(&SessionEvent::Server(event));
     }
 }
 

@@ -1,48 +1,20 @@
 //! Bodies from elsewhere: what becomes of their files, and of the ones that were there.
 
-use super::super::recovery::{Recovery, Snapshot, leftovers};
-use super::super::tool::read_tool;
-use super::super::{
-    changes, open_builtin, open_design, refresh_meshes, save, save_as, shared_bodies,
-};
 use super::*;
-use nalgebra::{Point3, Vector3};
-use std::fs;
-use tempfile::TempDir;
-use trackwright_design::Edit;
-use trackwright_formats::tool_definition::{DefinitionFormat, ToolDefinition, from_body};
+use crate::paths::file_name;
+use crate::tool::read_tool;
+use trackwright_design::DesignBody;
+use trackwright_formats::tool_definition::{OnMismatch, ToolDefinition};
 use trackwright_geometry::mesh_reference::MeshReference;
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 
-/// An image of two coils, after which a byte stands that is none of its own.
+/// An image of two coils, after which a byte follows that is none of its own.
 fn image() -> Vec<u8> {
-    let coil = |name: &str, x, axis| Sensor {
-        name: name.to_owned(),
-        position_in_body: Point3::new(x, 0.0, 40.0),
-        orientation: SensorOrientation::FiveDof(axis),
-        coil: None,
-    };
-    let body = BodyFile {
-        rigid: RigidBody {
-            name: "8700339".to_owned(),
-            tip_in_body: None,
-            sensors: vec![
-                coil("coil 1", -2.0, Vector3::z_axis()),
-                coil("coil 2", 2.0, Vector3::x_axis()),
-            ],
-        },
-        mesh: None,
-        definition: None,
-    };
-    let conversion = from_body(&body, DefinitionFormat::Rom).unwrap();
-    [&conversion.definition.write()[..], &[7]].concat()
+    [&rom("8700339")[..], &[7]].concat()
 }
 
 /// A design in a folder, and in another folder a maker's file of the name that the tool's has.
 fn saved() -> (TempDir, World, PathBuf) {
-    let folder = tempfile::tempdir().unwrap();
-    let mut world = open_builtin("pointer-on-head").unwrap();
-    save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
+    let (folder, world) = saved_world();
     fs::create_dir(folder.path().join("roms")).unwrap();
     let rom = folder.path().join("roms/pointer.rom");
     fs::write(&rom, image()).unwrap();
@@ -68,7 +40,7 @@ fn written(world: &mut World) -> Vec<String> {
 }
 
 #[test]
-fn a_makers_file_is_saved_beside_the_design_and_undo_leads_to_the_files_that_were_there() {
+fn an_imported_file_is_saved_beside_the_design() {
     let (folder, _, rom) = saved();
     let at = |name: &str| folder.path().join(name);
     // As a person would write it: Save has no reason to put it in order.
@@ -99,7 +71,7 @@ fn a_makers_file_is_saved_beside_the_design_and_undo_leads_to_the_files_that_wer
 }
 
 #[test]
-fn a_file_that_took_the_name_meanwhile_is_not_written_over() {
+fn a_file_that_took_the_name_is_not_replaced() {
     let (folder, mut world, rom) = saved();
     take(&mut world, BodyRole::Tool, &rom);
     let theirs = folder.path().join("pointer-2.body.ron");
@@ -113,12 +85,11 @@ fn a_file_that_took_the_name_meanwhile_is_not_written_over() {
 }
 
 #[test]
-fn a_body_file_of_the_designs_folder_is_used_where_it_is_and_one_of_another_folder_is_copied() {
+fn body_files_of_other_folders_are_copied() {
     let (folder, mut world, _) = saved();
     let at = |name: &str| folder.path().join(name);
     let mesh = at("roms/other.obj");
-    fs::write(&mesh, "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
-        .unwrap();
+    fs::write(&mesh, tetrahedron(9.0)).unwrap();
     let text = "(version: 1, name: \"other\", mesh: \"other.obj\", sensors: [(name: \"a\", kind: Marker, position: (1, 2, 3))])";
     fs::write(at("roms/other.body.ron"), text).unwrap();
     take(&mut world, BodyRole::Tool, &at("roms/other.body.ron"));
@@ -143,11 +114,8 @@ fn a_crash_keeps_a_body_that_was_taken_in() {
     let (folder, mut world, rom) = saved();
     take(&mut world, BodyRole::Tool, &rom);
     let state = folder.path().join("state");
-    let mut recovery = Recovery::start(&state).unwrap();
-    assert!(recovery.write(&Snapshot::of(&world)).unwrap());
-    drop(recovery);
+    let leftover = crashed(&state, &world);
     fs::remove_file(&rom).unwrap();
-    let leftover = leftovers(&state).unwrap().remove(0);
     let mut recovered = leftover.open().unwrap();
     assert_eq!(recovered.document.design(), world.document.design());
     assert_eq!(written(&mut recovered), ["pointer-2.body.ron", "a.design.ron"]);
@@ -183,7 +151,7 @@ fn saved_elsewhere_every_state_leads_to_its_own_file() {
 }
 
 #[test]
-fn a_sum_that_does_not_match_is_refused_until_it_is_wanted_and_then_kept() {
+fn a_wrong_checksum_is_kept_on_request() {
     let (_folder, world, rom) = saved();
     let mut bytes = image();
     bytes[60] ^= 1;

@@ -1,52 +1,20 @@
 //! Designs whose bodies are makers' files: what Save leaves alone and what it writes instead.
 
-use super::super::recovery::{Recovery, Snapshot, leftovers};
-use super::super::{
-    FileChange, World, accept_changes, changes, open_builtin, open_design, save, save_as,
-    save_with_copies, shared_bodies,
-};
 use super::*;
-use nalgebra::{Point3, Vector3};
-use std::fs;
-use std::path::PathBuf;
-use tempfile::TempDir;
-use trackwright_design::{BodyRole, Edit};
-use trackwright_formats::tool_definition::{DefinitionFormat, from_body};
+use crate::tool::read_tool;
+use trackwright_formats::tool_definition::OnMismatch;
 use trackwright_geometry::mesh_reference::MeshReference;
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 
 const PROBE: &str = "roms/probe.rom";
 
-/// The image of two coils.
 fn probe() -> Vec<u8> {
-    let coil = |name: &str, x, axis| Sensor {
-        name: name.to_owned(),
-        position_in_body: Point3::new(x, 0.0, 40.0),
-        orientation: SensorOrientation::FiveDof(axis),
-        coil: None,
-    };
-    let body = BodyFile {
-        rigid: RigidBody {
-            name: "probe".to_owned(),
-            tip_in_body: None,
-            sensors: vec![
-                coil("coil 1", -2.0, Vector3::z_axis()),
-                coil("coil 2", 2.0, Vector3::x_axis()),
-            ],
-        },
-        mesh: None,
-        definition: None,
-    };
-    let conversion = from_body(&body, DefinitionFormat::Rom).unwrap();
-    conversion.definition.write().into_owned()
+    rom("probe")
 }
 
 /// A design in a folder whose tool, and CRF if it has one, are the maker's file in another folder.
 fn world(builtin: &str) -> (TempDir, PathBuf, World) {
-    let folder = tempfile::tempdir().unwrap();
+    let (folder, saved) = saved_design(builtin);
     let file = folder.path().join("a.design.ron");
-    let saved = &mut open_builtin(builtin).unwrap();
-    save_as(saved, &file).unwrap();
     fs::create_dir(folder.path().join("roms")).unwrap();
     fs::write(folder.path().join(PROBE), probe()).unwrap();
     let mut text = fs::read_to_string(&file).unwrap();
@@ -69,33 +37,28 @@ fn shift(world: &mut World, body: BodyRole) {
     assert!(world.document.apply(edit).unwrap());
 }
 
-fn written(report: &super::super::SaveReport) -> Vec<String> {
-    let name = |path: &PathBuf| path.file_name().unwrap().to_string_lossy().into_owned();
-    report.written.iter().map(name).collect()
-}
-
 #[test]
-fn a_makers_file_is_never_written_over_and_a_changed_body_goes_beside_the_design() {
+fn a_makers_file_is_never_written_over() {
     let (folder, file, mut world) = world("endoscope");
     world.document.apply(Edit::SetName("b".into())).unwrap();
-    assert_eq!(written(&save(&mut world).unwrap()), ["a.design.ron"]);
+    assert_eq!(names(&save(&mut world).unwrap()), ["a.design.ron"]);
     assert_eq!(reference(&world, BodyRole::Tool), PROBE);
     // Of another design, and not this one's to write over.
     fs::write(folder.path().join("probe.body.ron"), "mine").unwrap();
     shift(&mut world, BodyRole::Tool);
     assert_eq!(shared_bodies(&world), []);
     let report = save(&mut world).unwrap();
-    assert_eq!(written(&report), ["probe-2.body.ron", "a.design.ron"]);
+    assert_eq!(names(&report), ["probe-2.body.ron", "a.design.ron"]);
     assert_eq!(fs::read(folder.path().join("probe.body.ron")).unwrap(), b"mine");
     assert_eq!(fs::read(folder.path().join(PROBE)).unwrap(), probe());
     assert!(!world.document.is_dirty());
     assert_eq!(changes(&world), []);
-    assert_eq!(written(&save(&mut world).unwrap()), [""; 0]);
+    assert_eq!(names(&save(&mut world).unwrap()), [""; 0]);
     let again = open_design(&file).unwrap();
     assert_eq!(again.document.design(), world.document.design());
     // Undo leads to the body as it was, in the new file: there all that the maker's file said is.
     assert!(world.document.undo().is_some());
-    assert_eq!(written(&save(&mut world).unwrap()), ["probe-2.body.ron"]);
+    assert_eq!(names(&save(&mut world).unwrap()), ["probe-2.body.ron"]);
     let body = read_tool(&folder.path().join("probe-2.body.ron"), OnMismatch::Refuse).unwrap();
     assert_eq!(body.kind, None);
     let conversion = from_body(&body.body, DefinitionFormat::Rom).unwrap();
@@ -103,7 +66,7 @@ fn a_makers_file_is_never_written_over_and_a_changed_body_goes_beside_the_design
 }
 
 #[test]
-fn a_mesh_that_was_given_to_a_makers_tool_is_still_reached_after_the_body_moved() {
+fn a_makers_tools_mesh_is_reached_after_a_move() {
     let (folder, file, mut world) = world("endoscope");
     fs::write(folder.path().join("m.stl"), "solid s\nendsolid s\n").unwrap();
     for file in ["../m.stl", "/nowhere/m.stl", "../m.stl"] {
@@ -121,48 +84,45 @@ fn a_mesh_that_was_given_to_a_makers_tool_is_still_reached_after_the_body_moved(
 }
 
 #[test]
-fn one_makers_file_in_two_roles_becomes_as_many_bodies_as_changed() {
+fn one_file_in_two_roles_becomes_two_bodies() {
     let (folder, _, mut world) = world("pointer-on-head");
     shift(&mut world, BodyRole::Tool);
     let report = save_with_copies(&mut world).unwrap();
-    assert_eq!(written(&report), ["probe.body.ron", "a.design.ron"]);
+    assert_eq!(names(&report), ["probe.body.ron", "a.design.ron"]);
     assert_eq!(reference(&world, BodyRole::Tool), "probe.body.ron");
     assert_eq!(reference(&world, BodyRole::Crf), PROBE);
     shift(&mut world, BodyRole::Crf);
     shift(&mut world, BodyRole::Crf);
     let report = save(&mut world).unwrap();
-    assert_eq!(written(&report), ["probe-2.body.ron", "a.design.ron"]);
+    assert_eq!(names(&report), ["probe-2.body.ron", "a.design.ron"]);
     assert_eq!(fs::read(folder.path().join(PROBE)).unwrap(), probe());
 }
 
 #[test]
-fn save_as_leaves_a_makers_file_where_it_is_until_its_body_changed() {
+fn save_as_leaves_an_unchanged_makers_file() {
     let (folder, _, mut world) = world("endoscope");
     let deep = folder.path().join("deep");
     fs::create_dir(&deep).unwrap();
     let report = save_as(&mut world, &deep.join("b.design.ron")).unwrap();
-    assert_eq!(written(&report), ["b.design.ron"]);
+    assert_eq!(names(&report), ["b.design.ron"]);
     assert_eq!(reference(&world, BodyRole::Tool), "../roms/probe.rom");
     shift(&mut world, BodyRole::Tool);
     let report = save_as(&mut world, &folder.path().join("roms/c.design.ron")).unwrap();
-    assert_eq!(written(&report), ["probe.body.ron", "c.design.ron"]);
+    assert_eq!(names(&report), ["probe.body.ron", "c.design.ron"]);
     assert_eq!(reference(&world, BodyRole::Tool), "probe.body.ron");
     assert_eq!(fs::read(folder.path().join(PROBE)).unwrap(), probe());
 }
 
 #[test]
-fn what_a_crash_left_of_a_makers_tool_is_saved_beside_the_design_too() {
+fn a_recovered_makers_tool_is_saved_beside() {
     let (folder, file, mut world) = world("endoscope");
     shift(&mut world, BodyRole::Tool);
     let state = folder.path().join("state");
-    let mut recovery = Recovery::start(&state).unwrap();
-    assert!(recovery.write(&Snapshot::of(&world)).unwrap());
-    drop(recovery);
+    let leftover = crashed(&state, &world);
     // Somebody else's file by now, and gone later: neither is a reason to write over it.
     let mut other = probe();
     other.push(0);
     fs::write(folder.path().join(PROBE), &other).unwrap();
-    let leftover = leftovers(&state).unwrap().remove(0);
     let mut recovered = leftover.open().unwrap();
     assert_eq!(recovered.document.design(), world.document.design());
     let changed = changes(&recovered);

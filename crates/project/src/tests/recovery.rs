@@ -1,17 +1,12 @@
 //! Sessions that end well, badly, and by being killed.
 
-use super::super::{
-    FileChange, STATE_VARIABLE, WatchedPart, changes, open_builtin, open_design, recovery_folder,
-    save, save_as,
-};
 use super::*;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Command, Stdio};
-use tempfile::TempDir;
-use trackwright_design::{BodyRole, Edit};
+use trackwright_formats::recovery_file::RecoveryOrigin;
 
 /// A folder with a design and all that belongs to it, and a state folder in it.
-fn saved_world() -> (TempDir, PathBuf, World) {
+fn world_and_state() -> (TempDir, PathBuf, World) {
     let folder = tempfile::tempdir().unwrap();
     let mut world = open_builtin("pointer-on-head").unwrap();
     save_as(&mut world, &folder.path().join("a b.design.ron")).unwrap();
@@ -25,9 +20,9 @@ fn change(world: &mut World) {
     let sensor = world.document.design().tool.body.rigid.sensors[0].clone();
     let edit = Edit::AddSensor {
         body: BodyRole::Tool,
-        sensor: trackwright_simulation::body::Sensor {
+        sensor: Sensor {
             name: "third".to_owned(),
-            position_in_body: nalgebra::Point3::new(0.1, 1.0 / 3.0, -1e-300),
+            position_in_body: Point3::new(0.1, 1.0 / 3.0, -1e-300),
             ..sensor
         },
     };
@@ -35,24 +30,6 @@ fn change(world: &mut World) {
     let mut view = world.document.view().clone();
     view.layers.ghost = false;
     assert!(world.document.set_view(view));
-}
-
-/// What a session leaves that writes and ends without a word.
-fn crashed(state: &Path, world: &World) -> Leftover {
-    let mut recovery = Recovery::start(state).unwrap();
-    assert!(recovery.write(&Snapshot::of(world)).unwrap());
-    drop(recovery);
-    let mut found = leftovers(state).unwrap();
-    assert_eq!(found.len(), 1);
-    found.remove(0)
-}
-
-fn files(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> =
-        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// Runs only as a process of its own, by the test after it.
@@ -72,11 +49,11 @@ fn a_session_for_killing() {
 }
 
 #[test]
-fn a_killed_process_leaves_its_design_to_the_next_one_and_to_no_other_before() {
-    let (folder, state, mut expected) = saved_world();
+fn a_killed_process_leaves_its_design() {
+    let (folder, state, mut expected) = world_and_state();
     let design = folder.path().join("a b.design.ron");
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "store::recovery::tests::a_session_for_killing"])
+        .args(["--exact", "tests::recovery::a_session_for_killing"])
         .args(["--ignored", "--nocapture"])
         .env("TRACKWRIGHT_TEST_DESIGN", &design)
         .env(STATE_VARIABLE, folder.path().join("state"))
@@ -118,8 +95,8 @@ fn a_killed_process_leaves_its_design_to_the_next_one_and_to_no_other_before() {
 }
 
 #[test]
-fn sessions_that_live_keep_apart_and_a_leftover_is_offered_once() {
-    let (_folder, state, mut world) = saved_world();
+fn a_leftover_is_offered_once() {
+    let (_folder, state, mut world) = world_and_state();
     change(&mut world);
     let mut sessions = [(); 2].map(|()| Recovery::start(&state).unwrap());
     for session in &mut sessions {
@@ -142,8 +119,8 @@ fn sessions_that_live_keep_apart_and_a_leftover_is_offered_once() {
 }
 
 #[test]
-fn what_did_not_change_is_not_written_again_and_an_old_name_goes() {
-    let (folder, state, mut world) = saved_world();
+fn an_unchanged_snapshot_is_not_written_again() {
+    let (folder, state, mut world) = world_and_state();
     let mut recovery = Recovery::start(&state).unwrap();
     assert!(recovery.write(&Snapshot::of(&world)).unwrap());
     assert!(!recovery.write(&Snapshot::of(&world)).unwrap());
@@ -157,7 +134,7 @@ fn what_did_not_change_is_not_written_again_and_an_old_name_goes() {
 }
 
 #[test]
-fn a_recovered_built_in_design_can_be_saved_as_another() {
+fn a_recovered_built_in_design_can_be_saved() {
     let folder = tempfile::tempdir().unwrap();
     let mut world = open_builtin("endoscope").unwrap();
     change(&mut world);
@@ -172,8 +149,8 @@ fn a_recovered_built_in_design_can_be_saved_as_another() {
 }
 
 #[test]
-fn a_design_whose_files_are_gone_is_recovered_and_saved_whole() {
-    let (folder, state, mut world) = saved_world();
+fn a_design_without_its_files_is_recovered() {
+    let (folder, state, mut world) = world_and_state();
     change(&mut world);
     let leftover = crashed(&state, &world);
     for name in ["a b.design.ron", "head-crf.body.ron", "pointer.body.ron", "pointer.glb"] {
@@ -194,8 +171,8 @@ fn a_design_whose_files_are_gone_is_recovered_and_saved_whole() {
 }
 
 #[test]
-fn what_was_changed_after_the_crash_is_told_and_not_written_over() {
-    let (folder, state, mut world) = saved_world();
+fn changes_after_the_crash_are_not_written_over() {
+    let (folder, state, mut world) = world_and_state();
     change(&mut world);
     let leftover = crashed(&state, &world);
     let file = folder.path().join("a b.design.ron");
@@ -211,8 +188,8 @@ fn what_was_changed_after_the_crash_is_told_and_not_written_over() {
 }
 
 #[test]
-fn a_broken_recovery_file_is_reported_and_stays_until_it_is_discarded() {
-    let (_folder, state, world) = saved_world();
+fn a_broken_recovery_file_stays_until_discarded() {
+    let (_folder, state, world) = world_and_state();
     let leftover = crashed(&state, &world);
     let file = leftover.file().to_owned();
     let whole = fs::read(&file).unwrap();
@@ -233,8 +210,8 @@ fn a_broken_recovery_file_is_reported_and_stays_until_it_is_discarded() {
 }
 
 #[test]
-fn locks_that_guard_nothing_are_tidied_away_and_strange_files_left_alone() {
-    let (_folder, state, world) = saved_world();
+fn stale_locks_are_removed() {
+    let (_folder, state, world) = world_and_state();
     let leftover = crashed(&state, &world);
     drop(leftover);
     let names = files(&state);
@@ -242,7 +219,8 @@ fn locks_that_guard_nothing_are_tidied_away_and_strange_files_left_alone() {
     fs::write(state.join("notes.txt"), "").unwrap();
     let session = Recovery::start(&state).unwrap();
     let other = Recovery::start(&state).unwrap();
-    assert!(session.lock.file().exists());
+    let locks = files(&state).iter().filter(|name| name.ends_with(".lock")).count();
+    assert_eq!(locks, 3);
     drop((session, other));
     let mut expected = names;
     expected.push("notes.txt".to_owned());

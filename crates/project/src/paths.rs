@@ -1,0 +1,150 @@
+//! Paths as text and as files: how one refers to another, and which file a name leads to.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+/// The path with `.` and `..` worked out by name alone.
+pub(super) fn without_dots(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir => match out.components().next_back() {
+                Some(Component::Normal(_)) => {
+                    out.pop();
+                }
+                Some(Component::RootDir | Component::Prefix(_)) => {}
+                _ => out.push(component),
+            },
+            _ => out.push(component),
+        }
+    }
+    out
+}
+
+/// How a file in `folder` refers to `target`: relative with slashes, absolute on another drive.
+pub(super) fn relative(folder: &Path, target: &Path) -> String {
+    let (folder, target) = (absolute(folder), absolute(target));
+    let mut from = folder.components().peekable();
+    let mut to = target.components().peekable();
+    while from.peek().is_some() && from.peek() == to.peek() {
+        from.next();
+        to.next();
+    }
+    if from.peek().is_some_and(|c| matches!(c, Component::Prefix(_))) {
+        return target.to_string_lossy().into_owned();
+    }
+    let ups = from.map(|_| "..".to_owned());
+    let downs = to.map(|c| c.as_os_str().to_string_lossy().into_owned());
+    ups.chain(downs).collect::<Vec<_>>().join("/")
+}
+
+/// The path as the file system sees it, links followed, as far as it exists.
+pub(super) fn absolute(path: &Path) -> PathBuf {
+    if let Ok(path) = path.canonicalize() {
+        return path;
+    }
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    match (path.parent(), path.file_name()) {
+        (Some(parent), Some(name)) => absolute(parent).join(name),
+        _ => path,
+    }
+}
+
+/// The path, or the first of `name-2.ext`, `name-3.ext`, … that will do.
+pub(super) fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    // "pointer.body.ron" is "pointer" and ".body.ron".
+    let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));
+    let mut candidate = path.to_owned();
+    let mut number = 2;
+    while !will_do(&candidate) {
+        candidate = path.with_file_name(format!("{stem}-{number}{extension}"));
+        number += 1;
+    }
+    candidate
+}
+
+/// The folder of a file, never empty.
+pub(super) fn folder_of(file: &Path) -> PathBuf {
+    match file.parent() {
+        Some(folder) if folder != Path::new("") => folder.to_owned(),
+        _ => PathBuf::from("."),
+    }
+}
+
+/// The last part of a path, as text.
+pub(super) fn file_name(file: &Path) -> String {
+    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// What a path ends in, without the dot.
+pub(super) fn extension_of(file: &Path) -> String {
+    file.extension().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// A file by what the system knows it by: hard and symbolic links to one file are equal.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum FileId {
+    /// Device and number.
+    #[cfg(unix)]
+    Node(u64, u64),
+    /// What cannot be looked at, or has no number.
+    Path(PathBuf),
+}
+
+impl FileId {
+    pub(super) fn of(file: &Path) -> Self {
+        #[cfg(unix)]
+        if let Ok(metadata) = fs::metadata(file) {
+            return Self::of_metadata(&metadata);
+        }
+        Self::Path(absolute(file))
+    }
+
+    #[cfg(unix)]
+    fn of_metadata(metadata: &fs::Metadata) -> Self {
+        use std::os::unix::fs::MetadataExt;
+        Self::Node(metadata.dev(), metadata.ino())
+    }
+}
+
+/// Whether a name still leads to the file that was opened by it.
+#[cfg(unix)]
+pub(super) fn is_still(handle: &File, file: &Path) -> io::Result<bool> {
+    let opened = FileId::of_metadata(&handle.metadata()?);
+    match fs::metadata(file) {
+        Ok(there) => Ok(FileId::of_metadata(&there) == opened),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Names do not move there while a file is open.
+#[cfg(not(unix))]
+pub(super) fn is_still(_: &File, file: &Path) -> io::Result<bool> {
+    fs::exists(file)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dots_are_resolved_by_name() {
+        let clean = |s: &str| without_dots(Path::new(s)).display().to_string();
+        assert_eq!(clean("designs/../assets/./a.glb"), "assets/a.glb");
+        assert_eq!(clean("../x"), "../x");
+        assert_eq!(clean("a/../../x"), "../x");
+        assert_eq!(clean("/../x"), "/x");
+    }
+
+    #[test]
+    fn references_go_up_only_as_far_as_needed() {
+        let relative = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
+        assert_eq!(relative("/nowhere/a/b", "/nowhere/a/b/x.ron"), "x.ron");
+        assert_eq!(relative("/nowhere/a/b", "/nowhere/c/x.ron"), "../../c/x.ron");
+        assert_eq!(relative("/nowhere", "/nowhere/c/x.ron"), "c/x.ron");
+    }
+}
