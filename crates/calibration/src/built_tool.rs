@@ -55,7 +55,6 @@ pub enum BodySource {
     },
 }
 
-/// Why a table does not tell a body's poses.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuiltToolError {
     #[error("{column} names {found} rows, expected {expected}, one a row")]

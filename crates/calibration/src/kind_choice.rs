@@ -89,7 +89,6 @@ pub struct KindChoice {
     pub left_out: Vec<(&'static str, String)>,
 }
 
-/// Why there is no choice.
 #[derive(Debug, thiserror::Error)]
 pub enum KindError {
     #[error(transparent)]

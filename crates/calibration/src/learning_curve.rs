@@ -2,6 +2,7 @@
 
 use super::kind_choice::{KindChoice, KindError, TriedKind, choose_kind};
 use super::room_choice::{Grouping, RowLabels};
+use super::room_model::rows_of;
 use trackwright_field::gaussian::chosen_rows;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::SelectSettings;
@@ -49,13 +50,9 @@ pub fn learning_curve(
     for &size in sizes {
         let part = |rows: usize| rows as f64 / all.max(1) as f64;
         let rows = chosen_rows(samples.samples.len(), size);
-        let some = SampleSet {
-            samples: rows.iter().map(|&row| samples.samples[row]).collect(),
-            has_rotations: samples.has_rotations,
-            ambiguous: 0,
-        };
+        let some = rows_of(samples, &rows);
         let task = task.stretch(part(before), part(before + size));
-        let (_, choice) = choose_kind(&some, of_rows(labels, &rows), tried, kinds, &task)?;
+        let (_, choice) = choose_kind(&some, labels_of(labels, &rows), tried, kinds, &task)?;
         points.push(LearningPoint { rows: rows.len(), choice });
         before += size;
     }
@@ -63,7 +60,7 @@ pub fn learning_curve(
 }
 
 /// What is known of some of the rows.
-fn of_rows(labels: &RowLabels, rows: &[usize]) -> RowLabels {
+fn labels_of(labels: &RowLabels, rows: &[usize]) -> RowLabels {
     let of = |all: &[usize]| -> Vec<usize> { rows.iter().map(|&row| all[row]).collect() };
     RowLabels {
         grouping: labels
@@ -91,7 +88,7 @@ mod tests {
             sensors: Some(vec![0, 1, 0, 1]),
             deciding: None,
         };
-        let some = of_rows(&labels, &[1, 3]);
+        let some = labels_of(&labels, &[1, 3]);
         assert_eq!(some.groups(), Some(&[8, 7][..]));
         assert_eq!(some.sensors, Some(vec![1, 1]));
     }

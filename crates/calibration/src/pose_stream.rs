@@ -10,9 +10,7 @@ use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample};
 /// What tells a recording's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clock {
-    /// Seconds that the file has itself.
     Times,
-    /// A tracker's frame counter, so many ticks a second.
     Frames { ticks_per_s: f64 },
 }
 

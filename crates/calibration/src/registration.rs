@@ -10,7 +10,6 @@ pub const MIN_PAIRS: usize = 3;
 /// Relative second singular value of points on one line. The same bound as in frame fitting.
 const COLLINEAR_RATIO: f64 = 1e-10;
 
-/// A registration and what it leaves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Registration {
     pub target_from_source: Pose,
@@ -18,7 +17,6 @@ pub struct Registration {
     pub fre_rms_mm: f64,
 }
 
-/// Why points do not determine a pose.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RegistrationError {
     #[error("{source_len} source points but {target_len} target points")]

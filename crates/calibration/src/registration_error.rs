@@ -12,7 +12,6 @@ use nalgebra::{Matrix3, Point3, Vector3};
 pub struct PointSpread {
     count: usize,
     mean: Vector3<f64>,
-    /// Principal axes as columns.
     axes: Matrix3<f64>,
     /// Mean squared distance of the points from each of them, mm².
     from_axis_mm2: [f64; 3],

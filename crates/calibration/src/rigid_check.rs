@@ -20,7 +20,6 @@ pub struct RigidCheck {
     /// Moments in which both were read.
     pub moments: usize,
     pub distance_mm: Range,
-    /// Of the rotation from one to the other.
     pub angle_rad: Range,
 }
 

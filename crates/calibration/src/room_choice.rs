@@ -23,7 +23,6 @@ pub struct ModelRequest {
     pub rcond: f64,
 }
 
-/// What an [`ModelRequest`] comes to.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ModelChoice {
     /// Nothing is open.
@@ -37,7 +36,6 @@ pub enum ModelChoice {
 pub struct Grouping {
     /// "column cluster", "clusters of positions", "places found from the data".
     pub by: String,
-    /// One number a row.
     pub groups: Vec<usize>,
     /// Whether nobody said so: fewer groups than folds are then held out in fewer folds.
     pub is_found: bool,
@@ -49,7 +47,6 @@ pub struct Grouping {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RowLabels {
     pub grouping: Option<Grouping>,
-    /// The sensor of each row.
     pub sensors: Option<Vec<usize>>,
     /// `None`: groups where there are any, else rows.
     pub deciding: Option<HoldOutBy>,
@@ -87,9 +84,7 @@ pub struct GroupRowsError {
 pub struct Chosen {
     pub selection: Selection,
     pub tried: SelectSettings,
-    /// Who said which rows belong together, if anyone did.
     pub by: Option<String>,
-    /// What places were found by, where rows were grouped by them.
     pub places: Option<Places>,
 }
 

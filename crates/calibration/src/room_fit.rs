@@ -24,7 +24,6 @@ const FACTORING_PART: f64 = 0.8;
 /// What a room is made of.
 #[derive(Clone, Copy, Debug)]
 pub struct RoomOrder<'a> {
-    /// The room's.
     pub name: &'a str,
     pub table: RoomTable<'a>,
     /// Measurements that are not fitted, to judge the model on.
@@ -40,14 +39,12 @@ pub struct RoomOrder<'a> {
     pub sensors: Option<SensorSpread>,
 }
 
-/// A measurement table by the name that provenance keeps, without its folder.
 #[derive(Clone, Copy, Debug)]
 pub struct RoomTable<'a> {
     pub name: &'a str,
     pub samples: &'a SampleSet,
 }
 
-/// A room, and what its fit was like.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedRoom {
     pub environment: Environment,
@@ -66,7 +63,6 @@ pub enum RoomStage {
     Process,
 }
 
-/// Why there is no room.
 #[derive(Debug, thiserror::Error)]
 pub enum RoomError {
     #[error(transparent)]
@@ -150,7 +146,6 @@ pub fn fit_room(
     })
 }
 
-/// What the kinds of model give.
 struct Made {
     fit: Fit,
     fit_validity: Option<FitValidity>,

@@ -16,7 +16,6 @@ use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_task::Task;
 
-/// What kind of model a room gets.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RoomModel {
     /// Bernstein polynomials, of the settings beside it.
@@ -69,17 +68,16 @@ impl GeneratorChoice {
     }
 }
 
-/// Why there is no such model.
 #[derive(Debug, thiserror::Error)]
 pub enum RoomModelError {
     #[error("a harmonic model is a function of the true pose, expected the distortion map")]
     CorrectionMap,
     #[error(transparent)]
-    Process(GaussianError),
+    Process(#[from] GaussianError),
     #[error(transparent)]
-    Harmonic(HarmonicFitError),
+    Harmonic(#[from] HarmonicFitError),
     #[error(transparent)]
-    Learn(LearnError),
+    Learn(#[from] LearnError),
 }
 
 impl RoomModelError {
@@ -91,18 +89,6 @@ impl RoomModelError {
                 | Self::Harmonic(HarmonicFitError::Cancelled(_))
                 | Self::Learn(LearnError::Fit(HarmonicFitError::Cancelled(_)))
         )
-    }
-}
-
-impl From<GaussianError> for RoomModelError {
-    fn from(error: GaussianError) -> Self {
-        Self::Process(error)
-    }
-}
-
-impl From<HarmonicFitError> for RoomModelError {
-    fn from(error: HarmonicFitError) -> Self {
-        Self::Harmonic(error)
     }
 }
 
@@ -118,7 +104,6 @@ pub struct HarmonicReport {
     pub learned: Option<LearnedGenerator>,
 }
 
-/// Name of a generator that is learned with a room.
 const LEARNED: &str = "learned";
 
 /// Part of the time that learning takes, for telling progress only.
@@ -145,8 +130,7 @@ impl HarmonicTable {
             GeneratorChoice::Known(generator) => (generator.clone(), None),
             GeneratorChoice::Learned => {
                 let task = task.stretch(0.0, LEARNING_PART);
-                let learned = learn(&task, LEARNED, &set, &LearnSettings::default())
-                    .map_err(RoomModelError::Learn)?;
+                let learned = learn(&task, LEARNED, &set, &LearnSettings::default())?;
                 (learned.generator.clone(), Some(learned))
             }
         };
@@ -165,11 +149,7 @@ impl HarmonicTable {
         max_degree: usize,
         task: &Task,
     ) -> Result<Self, RoomModelError> {
-        let part = SampleSet {
-            samples: from.iter().map(|&row| samples.samples[row]).collect(),
-            has_rotations: samples.has_rotations,
-            ambiguous: 0,
-        };
+        let part = rows_of(samples, from);
         let learned = Self::new(&part, &GeneratorChoice::Learned, max_degree, task)?;
         let known = GeneratorChoice::Known(learned.generator);
         Self::new(samples, &known, max_degree, task)
@@ -185,6 +165,15 @@ impl HarmonicTable {
     ) -> Result<HarmonicFit, HarmonicFitError> {
         let settings = HarmonicFitSettings { loss, ..HarmonicFitSettings::new(degree) };
         self.rows.fit(task, used, &settings)
+    }
+}
+
+/// Some of the samples.
+pub(super) fn rows_of(samples: &SampleSet, rows: &[usize]) -> SampleSet {
+    SampleSet {
+        samples: rows.iter().map(|&row| samples.samples[row]).collect(),
+        has_rotations: samples.has_rotations,
+        ambiguous: 0,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The process of a room's field: around the model where held-out rows say that this is better, else
 //! by itself.
 
-use super::room_model::{HarmonicTable, predicted};
+use super::room_model::{HarmonicTable, predicted, rows_of};
 use trackwright_field::DistortionModel;
 use trackwright_field::batch::Batch;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit_with};
@@ -128,17 +128,12 @@ impl Refit<'_> {
         let quiet = Task::cancelled_by(task.cancel.clone());
         match *self {
             Self::Polynomials { settings, is_symmetric } => {
-                let part = |indices: &[usize]| SampleSet {
-                    samples: indices.iter().map(|&i| samples.samples[i]).collect(),
-                    has_rotations: samples.has_rotations,
-                    ambiguous: 0,
-                };
-                let mut known = part(rest);
+                let mut known = rows_of(samples, rest);
                 if is_symmetric {
                     known = known.with_turned_axes();
                 }
                 match fit_with(&known, settings, Some(*bounds), &quiet) {
-                    Ok(fitted) => Ok(Some(trend(&fitted.model, &part(out)))),
+                    Ok(fitted) => Ok(Some(trend(&fitted.model, &rows_of(samples, out)))),
                     Err(FitError::Cancelled(cancelled)) => Err(cancelled.into()),
                     Err(_) => Ok(None),
                 }

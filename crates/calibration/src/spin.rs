@@ -54,11 +54,8 @@ pub struct Spin {
     pub poses: usize,
     /// Tool frame; which of the two directions along the shaft it is, only a tip can tell.
     pub shaft_in_tool: Unit<Vector3<f64>>,
-    /// The same direction in the tracker's frame.
     pub shaft_in_tracker: Unit<Vector3<f64>>,
-    /// RMS angle between the shaft and its direction.
     pub rms_rad: f64,
-    /// Largest angle between them.
     pub worst_rad: f64,
     /// Of `shaft_in_tool`, tool frame, of rank two.
     pub covariance: Matrix3<f64>,
@@ -66,13 +63,10 @@ pub struct Spin {
     pub effective_size: EffectiveSize,
     /// Standard error along the direction in which the shaft is known least.
     pub std_error_rad: f64,
-    /// RMS turn about the shaft.
     pub turn_rad: f64,
-    /// Largest angle between any two poses.
     pub orientation_range_rad: f64,
 }
 
-/// Why a recording gives no shaft.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SpinError {
     #[error("too few poses: {found}, expected at least {needed}")]

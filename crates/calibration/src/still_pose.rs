@@ -17,13 +17,10 @@ pub struct Spread {
     pub angle_rad: f64,
 }
 
-/// The pose of a tool that stood still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StillPose {
     pub pose: Pose,
-    /// Readings that the pose is the mean of.
     pub used: usize,
-    /// Readings that were left out.
     pub outliers: usize,
     /// Jitter of a single reading, of those used.
     pub jitter: Spread,
@@ -102,7 +99,6 @@ pub fn distances(a: &Pose, b: &Pose) -> (f64, f64) {
     )
 }
 
-/// Whether a pose has only finite numbers.
 pub(crate) fn is_finite(pose: &Pose) -> bool {
     pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|v| v.is_finite())
 }

@@ -30,18 +30,15 @@ impl Default for AlignmentSettings {
     }
 }
 
-/// How two streams lie to each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeAlignment {
     /// The reference's time is the EM tracker's plus this.
     pub offset_s: f64,
-    /// Of the signal that agrees best.
     pub correlation: f64,
     /// Offset of the second half less that of the first: clocks that differ; `None` where unknown.
     pub drift_s: Option<f64>,
 }
 
-/// Why two streams cannot be laid over each other.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum AlignmentError {
     #[error(
@@ -140,7 +137,6 @@ fn length_s(stream: &PoseStream) -> f64 {
     stream.span_s().map_or(0.0, |(first, last)| last - first)
 }
 
-/// A shift in steps of a grid, with what speaks for it.
 #[derive(Clone, Copy, Debug)]
 struct Shift {
     shift: i64,
@@ -167,7 +163,6 @@ fn rival(all: &[Shift], best: &Shift, step_s: f64) -> Option<i64> {
 
 /// The speed of something at the points of a grid; `NaN` where it is not known.
 struct Signal {
-    /// Grid point of the first value.
     first: i64,
     values: Vec<f64>,
 }

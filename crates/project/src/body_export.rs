@@ -18,7 +18,6 @@ use trackwright_simulation::body::SensorOrientation;
 #[derive(Clone, Debug)]
 pub struct BodyExport {
     file: PathBuf,
-    /// The body's own file, which it refers to its mesh from.
     source: PathBuf,
     body: BodyFile,
     /// `None` for a body file.

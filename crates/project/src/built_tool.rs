@@ -18,7 +18,6 @@ use trackwright_simulation::Scenario;
 use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 
-/// What is asked of a built tool.
 #[derive(Clone, Debug)]
 pub struct BuiltToolTables<'a> {
     pub tool: &'a Path,
@@ -34,23 +33,17 @@ pub struct BuiltToolTables<'a> {
     pub settings: AgreementSettings,
 }
 
-/// What it comes to.
 #[derive(Clone, Debug)]
 pub struct BuiltTool {
-    /// Whether errors are those of the tool in the CRF.
     pub has_crf: bool,
     pub source: BodySource,
     pub rows_left_out: usize,
-    /// Rows of the CRF's table that were not used.
     pub crf_rows_left_out: usize,
-    /// Moments of the tool at which the CRF was not recorded.
     pub without_crf: usize,
-    /// Moments of the CRF at which the tool was not recorded.
     pub without_tool: usize,
     pub agreement: Agreement,
 }
 
-/// Something to know beside the figures.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BuiltToolNote {
     RowsNotUsed {
@@ -64,7 +57,6 @@ pub enum BuiltToolNote {
         file: PathBuf,
         unpaired: usize,
         moments: usize,
-        /// The table that has no such moments.
         other: PathBuf,
     },
     /// It was not recorded, and errors are in the tracker's frame.
@@ -75,7 +67,6 @@ pub enum BuiltToolNote {
     },
 }
 
-/// Why a built tool has no figures. The message is whole.
 #[derive(Debug, thiserror::Error)]
 pub enum BuiltToolFailure {
     #[error(transparent)]

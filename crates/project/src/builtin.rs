@@ -9,7 +9,6 @@ pub const DEFAULT_BUILTIN: &str = "pointer-on-head";
 
 const NAMES: [&str; 3] = ["pointer-on-head", "shaver-on-head", "endoscope"];
 
-/// What a new design begins as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Starter {
     Tool,
@@ -71,7 +70,6 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     NAMES.into_iter()
 }
 
-/// The paths of the embedded files.
 pub(super) fn paths() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(path, _)| *path)
 }
@@ -81,12 +79,10 @@ pub(super) fn path_of(path: &Path) -> Option<&'static str> {
     paths().find(|name| Path::new(name) == path)
 }
 
-/// The embedded file at a path without dots.
 pub(super) fn bytes(path: &Path) -> Option<&'static [u8]> {
     FILES.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
 }
 
-/// A built-in design's own spelling of its name, and its file.
 pub(super) fn design_file(name: &str) -> Result<(&'static str, PathBuf), StoreError> {
     let name =
         NAMES.into_iter().chain(Starter::ALL.map(Starter::name)).find(|n| *n == name).ok_or_else(
@@ -118,7 +114,6 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
     }
 
-    /// The room of the cube data, as `fit` would make it.
     fn fitted() -> Environment {
         let read = |name: &str| {
             Files::default()

@@ -44,11 +44,9 @@ pub struct Files {
 #[derive(Debug, Default)]
 struct Known {
     read: BTreeSet<FileId>,
-    /// By the names that they were given.
     written: BTreeMap<FileId, PathBuf>,
 }
 
-/// A file that a command is going to write.
 #[derive(Debug)]
 pub struct Output<'a> {
     files: &'a Files,
@@ -196,7 +194,6 @@ impl Output<'_> {
         }
     }
 
-    /// What is there that must not be replaced.
     fn refused(&self, draft: &Draft) -> io::Result<Option<Signature>> {
         let Some([old, new]) = draft.beginnings(signature::BEGINNING as u64)? else {
             return Ok(None);
@@ -233,7 +230,6 @@ impl Output<'_> {
     }
 }
 
-/// The files that a design was read from.
 fn files_of(world: &World) -> impl Iterator<Item = &Path> {
     let own = match world.document.origin() {
         Origin::File(file) => Some(file.as_path()),

@@ -19,12 +19,9 @@ pub struct BodyImport {
     pub role: BodyRole,
     pub on_mismatch: OnMismatch,
     file: PathBuf,
-    /// Of the design, and its file in its own place.
     storage: Storage,
     design_file: PathBuf,
-    /// What it takes the place of.
     present: DesignBody,
-    /// What the other body is referred to by.
     other_reference: Option<String>,
 }
 
@@ -92,7 +89,6 @@ impl BodyImport {
         })
     }
 
-    /// Whether a body file lies where the design's own are saved.
     fn is_own_place(&self, file: &Path) -> bool {
         self.storage == Storage::Disk
             && absolute(&folder_of(file)) == absolute(&folder_of(&self.design_file))

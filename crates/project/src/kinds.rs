@@ -31,7 +31,6 @@ use trackwright_simulation::recording::Recording;
 pub struct Doubted<T> {
     content: T,
     pub file: PathBuf,
-    /// Those beyond doubt first.
     pub suspicions: Vec<Suspicion>,
 }
 
@@ -74,7 +73,6 @@ impl<T> Doubted<T> {
     }
 }
 
-/// Files by their kinds.
 impl Files {
     /// Reads an environment.
     pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {

@@ -22,7 +22,6 @@ use trackwright_geometry::mesh_report::MeshReport;
 /// Meshes that are cached; a million triangles take some 100 MB.
 const MOST_CACHED: usize = 4;
 
-/// Whose a mesh is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MeshOwner {
     Body(BodyRole),
@@ -52,7 +51,6 @@ pub struct MeshProblem {
     pub whose: MeshOwner,
     /// Of the anatomy; a body is named by its role.
     pub name: String,
-    /// What the body or the design refers to.
     pub reference: MeshReference,
     pub cause: Arc<StoreError>,
 }
@@ -72,7 +70,6 @@ impl fmt::Display for MeshProblem {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MeshDoubt {
     pub whose: MeshOwner,
-    /// As of [`MeshProblem`].
     pub name: String,
     pub text: String,
 }
@@ -86,10 +83,8 @@ impl fmt::Display for MeshDoubt {
     }
 }
 
-/// The meshes of an open design, as far as they were read.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Meshes {
-    /// The tool's and the CRF's.
     bodies: [LoadedMesh; 2],
     /// Each file in each unit once.
     anatomy: Vec<LoadedMesh>,
@@ -97,7 +92,6 @@ pub(super) struct Meshes {
     cache: Vec<ImportedMesh>,
 }
 
-/// A mesh as it was read, or not.
 #[derive(Clone, Debug, Default)]
 struct LoadedMesh {
     /// What it was read by; `None` before that.
@@ -108,7 +102,6 @@ struct LoadedMesh {
     cause: Option<Arc<StoreError>>,
 }
 
-/// What leads to a mesh.
 #[derive(Clone, Debug, PartialEq)]
 struct MeshSource {
     /// The design's reference to the body whose file refers to the mesh; `None` for the design's own.
@@ -125,7 +118,6 @@ impl MeshSource {
         Self { body: None, mesh: Some(mesh.clone()) }
     }
 
-    /// The file that refers to the mesh.
     fn referring_file(&self, storage: Storage, design_file: &Path) -> PathBuf {
         let body = self.body.as_ref();
         body.map_or_else(|| design_file.to_owned(), |body| storage.resolve(design_file, body))
@@ -144,7 +136,6 @@ impl LoadedMesh {
         Self { source: Some(source), surface, cause, ..Self::default() }
     }
 
-    /// A mesh that was read before.
     fn imported(source: MeshSource, mesh: &ImportedMesh) -> Self {
         Self {
             source: Some(source),
@@ -180,7 +171,6 @@ impl LoadedMesh {
 }
 
 impl Meshes {
-    /// Meshes that the bodies refer to now.
     pub(super) fn of_bodies(design: &Design, surfaces: [Option<Arc<SurfaceMesh>>; 2]) -> Self {
         let mut meshes = Self::default();
         for (role, surface) in BodyRole::ALL.into_iter().zip(surfaces) {

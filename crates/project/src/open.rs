@@ -21,9 +21,7 @@ pub struct World {
     pub document: Document,
     pub environment: Arc<Environment>,
     pub(super) meshes: Meshes,
-    /// The reference that `environment` was read by.
     environment_reference: String,
-    /// What the files were when they were last read or written.
     pub(super) stamps: Stamps,
 }
 
@@ -87,7 +85,6 @@ pub fn open_builtin_without_meshes(name: &str) -> Result<World, StoreError> {
     open(Storage::BuiltIn, &file, Origin::BuiltIn(name), WhichMeshes::None)
 }
 
-/// Which meshes are asked for.
 #[derive(Clone, Copy, PartialEq)]
 enum WhichMeshes {
     All,
@@ -155,7 +152,6 @@ impl Reader {
         Self { storage, stamps: Stamps::default() }
     }
 
-    /// A design with its bodies.
     pub(super) fn design(&mut self, file: &Path) -> Result<(Design, View), StoreError> {
         let entry = self.read(file, Kind::DESIGN, design_file::parse)?;
         entry.into_design(|reference| {
@@ -173,7 +169,6 @@ impl Reader {
         self.read(&file, Kind::ENVIRONMENT, environment::parse).map(Arc::new)
     }
 
-    /// The mesh that a file refers to.
     pub(super) fn mesh(
         &mut self,
         from: &Path,

@@ -74,12 +74,10 @@ pub(super) fn folder_of(file: &Path) -> PathBuf {
     }
 }
 
-/// The last part of a path, as text.
 pub(super) fn file_name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// What a path ends in, without the dot.
 pub(super) fn extension_of(file: &Path) -> String {
     file.extension().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -87,10 +85,8 @@ pub(super) fn extension_of(file: &Path) -> String {
 /// A file by what the system knows it by: hard and symbolic links to one file are equal.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum FileId {
-    /// Device and number.
     #[cfg(unix)]
     Node(u64, u64),
-    /// What cannot be looked at, or has no number.
     Path(PathBuf),
 }
 

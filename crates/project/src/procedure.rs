@@ -24,7 +24,6 @@ use trackwright_task::Task;
 /// What is looked at beside what the design holds.
 #[derive(Clone, Debug, Default)]
 pub struct ProcedureRequest {
-    /// Rooms that are no part of the design.
     pub rooms_for_now: Vec<PathBuf>,
     /// In the place of the recording that the built tool was decided on.
     pub recording: Option<BuiltRecording>,
@@ -106,7 +105,6 @@ fn studies_of(basis: Option<&DecisionBasis>) -> Option<DecidedStudies> {
     }
 }
 
-/// A room to be read: what it is called, and where it is.
 struct Wanted {
     file: String,
     path: PathBuf,

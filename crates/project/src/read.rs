@@ -56,7 +56,6 @@ pub(super) enum Storage {
     BuiltIn,
 }
 
-/// A file that cannot be read.
 #[derive(Debug)]
 pub(super) enum ReadFailure {
     Io(io::Error),
@@ -64,7 +63,6 @@ pub(super) enum ReadFailure {
 }
 
 impl ReadFailure {
-    /// The failure with the file's name.
     pub(super) fn into_error(self, file: &Path, kind: impl Into<Kind>) -> StoreError {
         let Kind { expected, most_bytes } = kind.into();
         let file = file.to_owned();

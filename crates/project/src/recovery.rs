@@ -294,7 +294,6 @@ fn files_of(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, StoreError> 
     Ok(files)
 }
 
-/// What a file's name begins with.
 fn session_of(file: &Path) -> String {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.split('.').next().unwrap_or_default().to_owned()

@@ -92,7 +92,6 @@ pub fn read_compared_designs(
     read.collect::<Vec<_>>().into_iter().collect()
 }
 
-/// A room by the first file that named it.
 #[derive(Clone, Debug)]
 pub struct ComparedRoom {
     pub file: PathBuf,

@@ -14,7 +14,6 @@ use trackwright_formats::log;
 use trackwright_formats::recording::live_table::{self, LiveSample};
 use trackwright_simulation::{CancelToken, Mode, Outcome, Scenario, StudyError, Trial, run};
 
-/// Why there is no log.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     #[error(transparent)]
@@ -94,7 +93,6 @@ pub fn report_file(output: &Path, name: &OsStr) -> Result<PathBuf, StoreError> {
     Ok(file)
 }
 
-/// Whether a file's name is that of a page.
 fn is_page(file: &Path) -> bool {
     let extension = file.extension().and_then(OsStr::to_str);
     extension.is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"))

@@ -12,28 +12,23 @@ use trackwright_field::Environment;
 use trackwright_formats::environment;
 use trackwright_task::{Cancelled, Task};
 
-/// How environment files are named.
 pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
 
 /// Most rooms of one folder that are read: a list for a person.
 const MOST_ROOMS: usize = 64;
 
-/// Where a room is.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum RoomSource {
-    /// A file of the embedded world.
     BuiltIn(&'static str),
     File(PathBuf),
 }
 
-/// A room as a list shows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomListing {
     pub place: RoomSource,
     pub summary: RoomSummary,
 }
 
-/// What is said of a room in one line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoomSummary {
     pub name: String,
@@ -107,7 +102,6 @@ pub fn further_rooms(world: &World) -> Result<Vec<RoomSource>, StoreError> {
     files.iter().map(|file| room_at(world, file)).collect()
 }
 
-/// Where a room is that the open design refers to.
 fn room_at(world: &World, reference: &str) -> Result<RoomSource, StoreError> {
     let (storage, file) = home(world.document.origin())?;
     let path = storage.resolve(&file, reference);

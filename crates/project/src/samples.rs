@@ -138,15 +138,12 @@ pub struct MeasurementTable {
     pub samples: SampleSet,
     /// What the table may be instead of what it is read as.
     pub suspicions: Vec<Suspicion>,
-    /// Their errors as they were measured.
     pub measured: ErrorSummary,
-    /// Of the samples' positions.
     pub bounds: Option<Bounds>,
     /// The column of groups; one that cannot be used prevents a choice of model, not a fit.
     pub groups: Result<Option<TableGroups>, StoreError>,
 }
 
-/// A column of groups, and how many there are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TableGroups {
     pub column: GroupColumn,

@@ -17,10 +17,8 @@ use trackwright_formats::{DesignFile, body, design_file};
 const MESH: &str = "a mesh";
 const ENVIRONMENT: &str = "an environment";
 
-/// How design files are named.
 const DESIGN_EXTENSION: &str = ".design.ron";
 
-/// What Save did.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SaveReport {
     /// The files written, in order; none where nothing had changed.

@@ -33,7 +33,6 @@ pub struct VideoShape {
     pub frames_per_s: u32,
 }
 
-/// Why there is no video; nothing is left of it.
 #[derive(Debug, thiserror::Error)]
 pub enum VideoError {
     #[error("{} x {} pixels cannot be a video, expected even numbers", .0[0], .0[1])]

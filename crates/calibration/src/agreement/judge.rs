@@ -384,7 +384,6 @@ pub struct PivotedTool {
     pub agreement: Agreement,
 }
 
-/// Why a pivoted tool has no figures.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PivotedError {
     #[error("no tip: {0}")]

@@ -214,7 +214,6 @@ impl NoiseCheck {
     }
 }
 
-/// Why nothing is said.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AgreementError {
     #[error(

@@ -195,7 +195,6 @@ pub struct SensorDistance {
     pub check: RigidCheck,
 }
 
-/// Why recordings give no room.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CharacterisationError {
     #[error("found no sensor with {wanted:?} in its name, expected one of {}", .names.join("; "))]

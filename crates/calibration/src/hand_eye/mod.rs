@@ -170,7 +170,6 @@ impl Motion {
     }
 }
 
-/// Why paired readings say nothing about where the trackers are.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HandEyeError {
     #[error("too few poses: {found}, expected at least {needed}")]

@@ -73,7 +73,6 @@ pub struct Pivot {
     /// Whether parts of the recording agree; `None` where a quarter by itself does not determine the
     /// tip, so that a slow drift cannot be told from the tool's motion, or is too short.
     pub quarters: Option<Quarters>,
-    /// Largest angle between any two poses.
     pub orientation_range_rad: f64,
 }
 
@@ -96,7 +95,6 @@ impl Pivot {
     }
 }
 
-/// Why a recording gives no tip.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PivotError {
     #[error("too few poses: {found}, expected at least {needed}")]
@@ -237,12 +235,10 @@ const AGREEMENT: f64 = 0.01;
 /// The tips of a recording's quarters, each found by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quarters {
-    /// Largest distance between two of the tips.
     pub apart_mm: f64,
     /// Standard error of the difference of those two along the direction in which it is largest, by
     /// what happens within the two quarters.
     pub expected_mm: f64,
-    /// The quarters differ by more than what happens within them explains.
     pub has_drift: bool,
 }
 
@@ -314,7 +310,6 @@ fn quarters(poses: &[Pose], min_turn_rad: f64) -> Option<Quarters> {
     })
 }
 
-/// Of tip and pivot, for readings that are independent of each other.
 fn independent_mm2(fit: &Fit, residuals: &[Vector3<f64>]) -> Matrix6<f64> {
     let squares: f64 = residuals.iter().map(Vector3::norm_squared).sum();
     // Three components a pose, less those of tip and pivot.

@@ -76,7 +76,6 @@ pub struct Header {
     pub checksum: u64,
 }
 
-/// Why 58 bytes are no header. Only after a wrong name is the next message found.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum HeaderError {
     #[error(

@@ -120,7 +120,6 @@ pub enum LeaveReason {
     Stopped,
 }
 
-/// Why there is no server.
 #[derive(Debug, thiserror::Error)]
 pub enum ServerError {
     #[error("port {port} of {host} is in use, expected a free one: another program serves there", port = .0.port(), host = .0.ip())]

@@ -177,7 +177,6 @@ impl SessionState {
     }
 }
 
-/// Why a session does not begin.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
     #[error(transparent)]
