@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
 use trackwright_field::OutsidePolicy;
 use trackwright_formats::printable::printable;
-use trackwright_formats::printable_text::{printable_json, printable_lines};
+use trackwright_formats::printable::{printable_json, printable_lines};
 use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 

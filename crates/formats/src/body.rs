@@ -1,6 +1,6 @@
 //! Bodies, `*.body.ron`: a tool or CRF with its sensors.
 
-use super::error::FormatError;
+use super::error::{FormatError, from_base64};
 use super::ron_text::{self, RonWriter, Version};
 use super::tool_definition::{OnMismatch, ToolDefinition};
 use data_encoding::BASE64;
@@ -111,13 +111,7 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
 }
 
 fn read_definition(entry: DefinitionEntry) -> Result<Arc<DefinitionFile>, FormatError> {
-    let bytes = BASE64.decode(entry.file.as_bytes()).map_err(|error| {
-        FormatError::field(
-            "tool_definition.file",
-            format!("no base64 from its letter {} on", error.position + 1),
-            "base64",
-        )
-    })?;
+    let bytes = from_base64("tool_definition.file", entry.file.as_bytes())?;
     // Whoever made the body was told of a sum that does not match, and wanted it all the same.
     ToolDefinition::parse(entry.kind, &bytes, OnMismatch::Accept)
         .map(|definition| Arc::new(definition.file()))

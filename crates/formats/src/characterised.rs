@@ -1,11 +1,10 @@
 //! Measurement tables of a characterised room: as any, and which sensor, recording and pose a row is of.
 
+use super::table::POSE;
 use std::io::{self, Write};
 use trackwright_calibration::characterisation::{Characterisation, CharacterisedReading};
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
-
-const NAMES: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
 /// Writes a row a reading: `sensor` by name, `pair` and `pose` numbered from 0. Rows of one pose
 /// belong together: a still pose, or a second of a path.
@@ -32,9 +31,9 @@ fn write_readings(
     let mut table = csv::Writer::from_writer(out);
     let poses = ["ideal", "measured"]
         .iter()
-        .flat_map(|whose| NAMES.iter().map(move |name| format!("{whose}_{name}")));
+        .flat_map(|whose| POSE.iter().map(move |name| format!("{whose}_{name}")));
     let names = ["sensor", "pair", "pose"].map(str::to_owned);
-    table.write_record(poses.chain(names)).map_err(io_error)?;
+    table.write_record(poses.chain(names))?;
     for reading in readings {
         let m = &reading.measurement;
         let numbers = [&m.tracker_from_ideal, &m.tracker_from_measured]
@@ -43,13 +42,9 @@ fn write_readings(
             .map(shortest);
         let sensor = found.sensors.get(reading.sensor).cloned();
         let rest = [sensor.unwrap_or_default(), reading.pair.to_string(), reading.pose.to_string()];
-        table.write_record(numbers.chain(rest)).map_err(io_error)?;
+        table.write_record(numbers.chain(rest))?;
     }
     table.flush()
-}
-
-fn io_error(error: csv::Error) -> io::Error {
-    io::Error::other(error)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What can be wrong with a file's content: where, what was found, what was expected.
 
 use super::mesh::MeshError;
+use data_encoding::BASE64;
 use std::io::ErrorKind;
 use trackwright_design::DecisionError;
 use trackwright_design::view::ViewError;
@@ -123,6 +124,14 @@ fn written_by(found: u64, expected: u64) -> &'static str {
         true => "; a newer trackwright wrote it",
         false => "",
     }
+}
+
+/// The bytes that letters in base64 stand for.
+pub(super) fn from_base64(field: &str, letters: &[u8]) -> Result<Vec<u8>, FormatError> {
+    BASE64.decode(letters).map_err(|error| {
+        let found = format!("no base64 from its letter {} on", error.position + 1);
+        FormatError::field(field, found, "base64")
+    })
 }
 
 /// The bytes as text, without a byte order mark.

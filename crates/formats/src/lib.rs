@@ -29,7 +29,6 @@ pub mod points;
 pub mod poses;
 pub mod preferences_file;
 pub mod printable;
-pub mod printable_text;
 mod process;
 pub mod recent_file;
 pub mod recorded_tool;

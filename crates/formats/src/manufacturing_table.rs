@@ -8,38 +8,10 @@ use trackwright_simulation::tolerance::{
 
 /// The table's columns, in order. Lengths are in mm and angles in degrees; cells of what does not
 /// apply are empty.
-pub const HEADER: [&str; 30] = [
-    "role",
-    "body",
-    "sensor",
-    "kind",
-    "x",
-    "y",
-    "z",
-    "from_tip_x",
-    "from_tip_y",
-    "from_tip_z",
-    "from_tip_mm",
-    "axis_x",
-    "axis_y",
-    "axis_z",
-    "axis_polar_deg",
-    "axis_azimuth_deg",
-    "qw",
-    "qx",
-    "qy",
-    "qz",
-    "coil_diameter_mm",
-    "coil_length_mm",
-    "alone_position_mm",
-    "alone_position_limited_by",
-    "alone_angle_deg",
-    "alone_angle_limited_by",
-    "together_position_mm",
-    "together_position_limited_by",
-    "together_angle_deg",
-    "together_angle_limited_by",
-];
+pub const HEADER: &str = "role,body,sensor,kind,x,y,z,from_tip_x,from_tip_y,from_tip_z,from_tip_mm,\
+    axis_x,axis_y,axis_z,axis_polar_deg,axis_azimuth_deg,qw,qx,qy,qz,coil_diameter_mm,coil_length_mm,\
+    alone_position_mm,alone_position_limited_by,alone_angle_deg,alone_angle_limited_by,\
+    together_position_mm,together_position_limited_by,together_angle_deg,together_angle_limited_by";
 
 /// Writes the sheet's sensors, the tool's first.
 ///
@@ -47,7 +19,7 @@ pub const HEADER: [&str; 30] = [
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, sheet: &ManufacturingSheet) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
-    table.write_record(HEADER)?;
+    table.write_record(HEADER.split(','))?;
     for body in &sheet.bodies {
         for sensor in &body.sensors {
             table.write_record(row(body, sensor))?;

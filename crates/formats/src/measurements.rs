@@ -1,7 +1,7 @@
 //! Measurement tables: where sensors were, and where the tracker said they were.
 
 use super::error::{FormatError, text};
-use super::table::{PoseColumns, Table};
+use super::table::{POSE, PoseColumns, Table};
 use std::io::{self, Read, Write};
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright_geometry::number::shortest;
@@ -75,10 +75,8 @@ pub fn parse(bytes: &[u8]) -> Result<MeasurementSet, FormatError> {
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, set: &MeasurementSet) -> io::Result<()> {
     let names = match set.content {
-        MeasurementContent::PositionOnly => &["x", "y", "z"][..],
-        MeasurementContent::FiveDof | MeasurementContent::SixDof => {
-            &["x", "y", "z", "qw", "qx", "qy", "qz"]
-        }
+        MeasurementContent::PositionOnly => &POSE[..3],
+        MeasurementContent::FiveDof | MeasurementContent::SixDof => &POSE[..],
     };
     let header: Vec<_> = ["ideal", "measured"]
         .iter()

@@ -15,7 +15,7 @@ use trackwright_geometry::pose::{Pose, pose_from_parts};
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// What the names of a pose's columns end in.
-const POSE: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+pub(super) const POSE: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
 /// A table that is split into cells row by row, so that it is never in memory as a whole. Columns
 /// nobody asks for are ignored.

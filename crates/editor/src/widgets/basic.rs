@@ -8,7 +8,7 @@ use bevy_egui::egui::{
 };
 use std::cell::RefCell;
 use trackwright_formats::printable::printable;
-use trackwright_formats::printable_text::printable_lines;
+use trackwright_formats::printable::printable_lines;
 use trackwright_formats::typed_number::{self, NumberUnit};
 
 /// Stands between a value and its unit.

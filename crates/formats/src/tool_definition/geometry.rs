@@ -1,9 +1,8 @@
 //! What the text formats of marker tools spell out.
 
 use super::super::error::FormatError;
-use super::marker;
 use nalgebra::Point3;
-use trackwright_simulation::body::RigidBody;
+use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 
 /// Markers and, perhaps, the point that the tool turns about; millimetres, tool frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,4 +46,14 @@ fn name_of(id: Option<i64>) -> String {
 pub(super) fn id_of(name: &str) -> Option<i64> {
     let id = name.strip_prefix("geometry ")?.parse().ok();
     id.filter(|id| name_of(Some(*id)) == name)
+}
+
+/// The marker of a slot, counted from 0.
+pub(super) fn marker(slot: usize, position_in_body: Point3<f64>) -> Sensor {
+    Sensor {
+        name: format!("marker {}", slot + 1),
+        position_in_body,
+        orientation: SensorOrientation::Marker,
+        coil: None,
+    }
 }

@@ -48,7 +48,7 @@ pub(super) fn nearest_slot(place: &Point3<f64>, slots: &[Sensor]) -> Option<usiz
 
 #[cfg(test)]
 mod tests {
-    use super::super::marker;
+    use super::super::geometry::marker;
     use super::*;
 
     #[test]

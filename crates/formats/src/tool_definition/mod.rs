@@ -8,40 +8,32 @@ mod atracsys_ini;
 mod facts;
 mod from_body;
 mod geometry;
-mod identity;
-mod image;
-mod lost;
 mod matching;
 mod ndi_em;
 mod ndi_optical;
 mod ndi_rom;
 mod saw_json;
-mod serial;
 #[cfg(test)]
 mod tests;
 mod tool_plist;
 
 pub use atracsys_ini::AtracsysIni;
-pub use facts::Fact;
+pub use facts::{Fact, Lost};
 pub use from_body::{BodyFormat, Conversion, ConversionError, DefinitionFormat, from_body};
 pub use geometry::Geometry;
-pub use image::Checksum;
-pub use lost::Lost;
 pub use ndi_em::{EmCoil, EmRom};
 pub use ndi_optical::{OpticalMarker, OpticalRom};
-pub use ndi_rom::NdiRom;
+pub use ndi_rom::{Checksum, NdiRom, SerialWord};
 pub use saw_json::SawJson;
-pub use serial::{CalendarDate, SerialWord};
 pub use tool_plist::ToolPlist;
 
 use super::body::{self, BodyFile};
 use super::error::FormatError;
 use super::ron_text;
-use nalgebra::Point3;
 use std::borrow::Cow;
 use std::sync::Arc;
 use trackwright_design::definition::{DefinitionFile, DefinitionKind};
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::body::RigidBody;
 
 /// Longest definition that is read, bytes: a thousand times any real one.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -235,23 +227,4 @@ fn check_positions(body: &RigidBody) -> Result<(), FormatError> {
         ron_text::point(&format!("{name}: position"), position.coords.into())?;
     }
     Ok(())
-}
-
-/// What the marker of a slot is called, counted from 0.
-fn marker_name(slot: usize) -> String {
-    format!("marker {}", slot + 1)
-}
-
-/// What the coil of a slot is called, counted from 0.
-fn coil_name(slot: usize) -> String {
-    format!("coil {}", slot + 1)
-}
-
-fn marker(slot: usize, position_in_body: Point3<f64>) -> Sensor {
-    Sensor {
-        name: marker_name(slot),
-        position_in_body,
-        orientation: SensorOrientation::Marker,
-        coil: None,
-    }
 }

@@ -4,13 +4,10 @@
 //! it in the file. Each coil is a 5-DOF sensor whose axis is given by azimuth and polar angle.
 
 use super::super::error::FormatError;
-use super::identity::IdentityAt;
-use super::image::{
-    Checksum, check_finite, f32_at, put, put_vector, split, sum, u16_at, u32_at, vector_at,
-};
-use super::{OnMismatch, coil_name};
-use nalgebra::{Point3, Unit, Vector3};
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use super::OnMismatch;
+use super::ndi_rom::{Checksum, IdentityAt, Image, check_finite, sum};
+use nalgebra::{Unit, Vector3};
+use trackwright_simulation::body::{Sensor, SensorOrientation};
 
 /// Version 1; the other kind of image begins with letters, every text too.
 pub(super) const MAGIC: &[u8] = &[1, 0];
@@ -32,20 +29,11 @@ const VALUES: usize = 216;
 const CHECKSUM: usize = 325;
 /// What the sum begins with; it ends before the checksum.
 const SUMMED: usize = 4;
-pub(super) const IDENTITY: IdentityAt = IdentityAt {
-    sub_type: 4,
-    main_type: 7,
-    revision: 8,
-    serial: 12,
-    manufacturer: 292,
-    part_number: 304,
-};
 
 /// An image, and what follows it in its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EmRom {
-    image: Box<[u8; SIZE]>,
-    trailing: Vec<u8>,
+    pub(super) image: Image,
 }
 
 /// What an image says of one coil.
@@ -88,18 +76,27 @@ impl EmRom {
     pub const MIN_COILS: usize = 2;
     pub const MAX_COILS: usize = SLOTS;
 
+    pub(super) const IDENTITY: IdentityAt = IdentityAt {
+        sub_type: 4,
+        main_type: 7,
+        revision: 8,
+        serial: 12,
+        manufacturer: 292,
+        part_number: 304,
+    };
+
     /// An image without coils and with what the one real one says elsewhere: not to be written
     /// before it has some.
     pub(super) fn blank() -> Self {
-        let mut image = Box::new([0; SIZE]);
-        put(&mut image, 0, MAGIC);
-        put(&mut image, PAYLOAD, &((SIZE - FRAME) as u16).to_le_bytes());
+        let mut image = Image::zeros(SIZE);
+        image.put(0, MAGIC);
+        image.put(PAYLOAD, &((SIZE - FRAME) as u16).to_le_bytes());
         // User defined.
-        image[IDENTITY.main_type] = 4;
-        put(&mut image, MIN_COILS, &2_u32.to_le_bytes());
-        put(&mut image, UNKNOWN_THIRD, &0x3eaa_aa9f_u32.to_le_bytes());
-        put(&mut image, CAPACITY, &(SLOTS as u32).to_le_bytes());
-        Self { image, trailing: Vec::new() }
+        image[Self::IDENTITY.main_type] = 4;
+        image.put(MIN_COILS, &2_u32.to_le_bytes());
+        image.put(UNKNOWN_THIRD, &0x3eaa_aa9f_u32.to_le_bytes());
+        image.put(CAPACITY, &(SLOTS as u32).to_le_bytes());
+        Self { image }
     }
 
     /// Reads an image and what follows it.
@@ -108,14 +105,13 @@ impl EmRom {
     /// What is no such image, an impossible count, coils at no place, and a checksum that does not
     /// match unless that is accepted.
     pub fn parse(bytes: &[u8], on_mismatch: OnMismatch) -> Result<Self, FormatError> {
-        let (image, trailing) = split(bytes, "329 bytes of an NDI Aurora ROM")?;
-        let rom = Self { image, trailing };
-        let payload = u16_at(&rom.image, PAYLOAD);
+        let rom = Self { image: Image::read(bytes, SIZE, "329 bytes of an NDI Aurora ROM")? };
+        let payload = rom.image.u16(PAYLOAD);
         if usize::from(payload) != SIZE - FRAME {
             return Err(FormatError::field("payload's length", payload, "321 (bytes 2 and 3)"));
         }
         rom.checksum().check(on_mismatch)?;
-        let count = u32_at(&rom.image, COUNT);
+        let count = rom.image.u32(COUNT);
         if !(Self::MIN_COILS as u32..=Self::MAX_COILS as u32).contains(&count) {
             return Err(FormatError::field("number of coils", count, "2 to 8 (byte 16)"));
         }
@@ -129,54 +125,42 @@ impl EmRom {
         Ok(rom)
     }
 
-    /// The whole file.
-    pub fn write(&self) -> Vec<u8> {
-        [&self.image[..], &self.trailing].concat()
-    }
-
     pub fn checksum(&self) -> Checksum {
-        Checksum {
-            stored: u32_at(&self.image, CHECKSUM),
-            computed: sum(&self.image[SUMMED..CHECKSUM]),
-        }
+        Checksum { stored: self.image.u32(CHECKSUM), computed: sum(&self.image[SUMMED..CHECKSUM]) }
     }
 
     pub(super) fn set_checksum(&mut self) {
         let sum = self.checksum().computed;
-        put(&mut self.image, CHECKSUM, &sum.to_le_bytes());
-    }
-
-    pub fn trailing(&self) -> &[u8] {
-        &self.trailing
+        self.image.put(CHECKSUM, &sum.to_le_bytes());
     }
 
     pub fn coils(&self) -> Vec<EmCoil> {
-        let count = u32_at(&self.image, COUNT).min(SLOTS as u32);
+        let count = self.image.u32(COUNT).min(SLOTS as u32);
         (0..count as usize).map(|slot| self.slot(slot)).collect()
     }
 
     fn slot(&self, slot: usize) -> EmCoil {
         let at = COILS + STRIDE * slot;
         EmCoil {
-            position: vector_at(&self.image, at),
-            azimuth: f32_at(&self.image, at + 12),
-            polar: f32_at(&self.image, at + 16),
-            value: f32_at(&self.image, VALUES + 4 * slot),
+            position: self.image.vector(at),
+            azimuth: self.image.f32(at + 12),
+            polar: self.image.f32(at + 16),
+            value: self.image.f32(VALUES + 4 * slot),
         }
     }
 
     fn set_slot(&mut self, slot: usize, coil: &EmCoil) {
         let at = COILS + STRIDE * slot;
-        put_vector(&mut self.image, at, coil.position);
-        put(&mut self.image, at + 12, &coil.azimuth.to_le_bytes());
-        put(&mut self.image, at + 16, &coil.polar.to_le_bytes());
-        put(&mut self.image, VALUES + 4 * slot, &coil.value.to_le_bytes());
+        self.image.put_vector(at, coil.position);
+        self.image.put(at + 12, &coil.azimuth.to_le_bytes());
+        self.image.put(at + 16, &coil.polar.to_le_bytes());
+        self.image.put(VALUES + 4 * slot, &coil.value.to_le_bytes());
     }
 
     /// Gives it these coils, 2 to 8 of them. While their number stays what it is, what lies behind
     /// them stays too; otherwise nothing is left behind them.
     pub(super) fn set_coils(&mut self, coils: &[EmCoil]) {
-        let before = u32_at(&self.image, COUNT);
+        let before = self.image.u32(COUNT);
         for (slot, coil) in coils.iter().take(SLOTS).enumerate() {
             self.set_slot(slot, coil);
         }
@@ -185,36 +169,24 @@ impl EmRom {
             for slot in coils.len()..SLOTS {
                 self.set_slot(slot, &EmCoil::NONE);
             }
-            let min = u32_at(&self.image, MIN_COILS).min(count);
-            put(&mut self.image, COUNT, &count.to_le_bytes());
-            put(&mut self.image, MIN_COILS, &min.to_le_bytes());
+            let min = self.image.u32(MIN_COILS).min(count);
+            self.image.put(COUNT, &count.to_le_bytes());
+            self.image.put(MIN_COILS, &min.to_le_bytes());
         }
-    }
-
-    pub(super) fn image(&self) -> &[u8] {
-        &self.image[..]
-    }
-
-    pub(super) fn image_mut(&mut self) -> &mut [u8] {
-        &mut self.image[..]
     }
 
     /// How many coils have to be seen.
     pub fn min_coils(&self) -> u32 {
-        u32_at(&self.image, MIN_COILS)
+        self.image.u32(MIN_COILS)
     }
 
     pub(super) fn sensors(&self) -> Vec<Sensor> {
         let sensor = |(slot, coil): (usize, EmCoil)| Sensor {
-            name: coil_name(slot),
+            name: format!("coil {}", slot + 1),
             position_in_body: coil.position.map(f64::from).into(),
             orientation: SensorOrientation::FiveDof(coil.axis()),
             coil: None,
         };
         self.coils().into_iter().enumerate().map(sensor).collect()
-    }
-
-    pub(super) fn to_body(&self, name: String) -> RigidBody {
-        RigidBody { name, tip_in_body: Some(Point3::origin()), sensors: self.sensors() }
     }
 }

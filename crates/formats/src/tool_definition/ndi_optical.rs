@@ -5,12 +5,10 @@
 //! other tools, in the tables of faces and firing too.
 
 use super::super::error::FormatError;
-use super::identity::IdentityAt;
-use super::image::{
-    Checksum, check_finite, f32_at, put, put_vector, split, sum, u16_at, vector_at,
-};
-use super::{OnMismatch, marker};
-use trackwright_simulation::body::{RigidBody, Sensor};
+use super::OnMismatch;
+use super::geometry::marker;
+use super::ndi_rom::{Checksum, IdentityAt, Image, check_finite, sum};
+use trackwright_simulation::body::Sensor;
 
 pub(super) const MAGIC: &[u8] = b"NDI\0";
 
@@ -37,20 +35,11 @@ const ALGORITHM: usize = 653;
 const MARKER_TYPE: usize = 655;
 const FACE_NORMALS: usize = 656;
 const FACE_COUNT: usize = 8;
-pub(super) const IDENTITY: IdentityAt = IdentityAt {
-    sub_type: 12,
-    main_type: 15,
-    revision: 16,
-    serial: 20,
-    manufacturer: 580,
-    part_number: 592,
-};
 
 /// An image, and what follows it in its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OpticalRom {
-    image: Box<[u8; SIZE]>,
-    trailing: Vec<u8>,
+    pub(super) image: Image,
 }
 
 /// What an image says of one marker.
@@ -70,18 +59,27 @@ impl OpticalRom {
     pub const MIN_MARKERS: usize = 3;
     pub const MAX_MARKERS: usize = SLOTS;
 
+    pub(super) const IDENTITY: IdentityAt = IdentityAt {
+        sub_type: 12,
+        main_type: 15,
+        revision: 16,
+        serial: 20,
+        manufacturer: 580,
+        part_number: 592,
+    };
+
     /// An image without markers and with what most real ones say elsewhere: not to be written
     /// before it has some.
     pub(super) fn blank() -> Self {
-        let mut image = Box::new([0; SIZE]);
-        put(&mut image, 0, MAGIC);
-        put(&mut image, 8, &1_u32.to_le_bytes());
+        let mut image = Image::zeros(SIZE);
+        image.put(0, MAGIC);
+        image.put(8, &1_u32.to_le_bytes());
         // A tool whose tip is not said, of no special kind.
-        image[IDENTITY.sub_type] = 2;
+        image[Self::IDENTITY.sub_type] = 2;
         image[MAX_ANGLE] = 90;
         image[MIN_MARKERS] = 3;
-        put(&mut image, MAX_ERROR, &2_f32.to_le_bytes());
-        put(&mut image, UNKNOWN_TEN, &10_f32.to_le_bytes());
+        image.put(MAX_ERROR, &2_f32.to_le_bytes());
+        image.put(UNKNOWN_TEN, &10_f32.to_le_bytes());
         // No tracking LED, nor any other.
         image[LEDS..LEDS + 4].fill(31);
         image[IN_PORT] = 9;
@@ -90,7 +88,7 @@ impl OpticalRom {
         image[ALGORITHM] = 0x80;
         // Passive spheres.
         image[MARKER_TYPE] = 41;
-        Self { image, trailing: Vec::new() }
+        Self { image }
     }
 
     /// Reads an image and what follows it.
@@ -107,8 +105,7 @@ impl OpticalRom {
                 "4E 44 49 00 (an NDI optical ROM) or 01 00 (an Aurora ROM)",
             ));
         }
-        let (image, trailing) = split(bytes, "752 bytes of an NDI optical ROM")?;
-        let rom = Self { image, trailing };
+        let rom = Self { image: Image::read(bytes, SIZE, "752 bytes of an NDI optical ROM")? };
         rom.checksum().check(on_mismatch)?;
         let count = usize::from(rom.image[COUNT]);
         if !(Self::MIN_MARKERS..=Self::MAX_MARKERS).contains(&count) {
@@ -121,25 +118,16 @@ impl OpticalRom {
         Ok(rom)
     }
 
-    /// The whole file.
-    pub fn write(&self) -> Vec<u8> {
-        [&self.image[..], &self.trailing].concat()
-    }
-
     pub fn checksum(&self) -> Checksum {
         Checksum {
-            stored: u32::from(u16_at(&self.image, CHECKSUM)),
+            stored: u32::from(self.image.u16(CHECKSUM)),
             computed: sum(&self.image[SUMMED..]) & 0xffff,
         }
     }
 
     pub(super) fn set_checksum(&mut self) {
         let sum = self.checksum().computed.to_le_bytes();
-        put(&mut self.image, CHECKSUM, &sum[..2]);
-    }
-
-    pub fn trailing(&self) -> &[u8] {
-        &self.trailing
+        self.image.put(CHECKSUM, &sum[..2]);
     }
 
     pub fn markers(&self) -> Vec<OpticalMarker> {
@@ -149,8 +137,8 @@ impl OpticalRom {
 
     fn slot(&self, slot: usize) -> OpticalMarker {
         OpticalMarker {
-            position: vector_at(&self.image, POSITIONS + 12 * slot),
-            normal: vector_at(&self.image, NORMALS + 12 * slot),
+            position: self.image.vector(POSITIONS + 12 * slot),
+            normal: self.image.vector(NORMALS + 12 * slot),
             firing: self.image[FIRING + slot],
             face: self.image[FACES + slot],
             group: self.image[GROUPS + slot],
@@ -158,8 +146,8 @@ impl OpticalRom {
     }
 
     fn set_slot(&mut self, slot: usize, marker: &OpticalMarker) {
-        put_vector(&mut self.image, POSITIONS + 12 * slot, marker.position);
-        put_vector(&mut self.image, NORMALS + 12 * slot, marker.normal);
+        self.image.put_vector(POSITIONS + 12 * slot, marker.position);
+        self.image.put_vector(NORMALS + 12 * slot, marker.normal);
         self.image[FIRING + slot] = marker.firing;
         self.image[FACES + slot] = marker.face;
         self.image[GROUPS + slot] = marker.group;
@@ -186,14 +174,6 @@ impl OpticalRom {
         }
     }
 
-    pub(super) fn image(&self) -> &[u8] {
-        &self.image[..]
-    }
-
-    pub(super) fn image_mut(&mut self) -> &mut [u8] {
-        &mut self.image[..]
-    }
-
     /// Degrees between a marker's normal and the tracker beyond which it does not count.
     pub fn max_angle_deg(&self) -> u8 {
         self.image[MAX_ANGLE]
@@ -206,7 +186,7 @@ impl OpticalRom {
 
     /// Of a marker, mm.
     pub fn max_error_mm(&self) -> f32 {
-        f32_at(&self.image, MAX_ERROR)
+        self.image.f32(MAX_ERROR)
     }
 
     /// 41 passive sphere, 49 passive disc, 57 Radix lens.
@@ -221,16 +201,12 @@ impl OpticalRom {
 
     /// Zero where a face has none. They need not agree with the markers' normals.
     pub fn face_normals(&self) -> [[f32; 3]; FACE_COUNT] {
-        std::array::from_fn(|face| vector_at(&self.image, FACE_NORMALS + 12 * face))
+        std::array::from_fn(|face| self.image.vector(FACE_NORMALS + 12 * face))
     }
 
     pub(super) fn sensors(&self) -> Vec<Sensor> {
         let markers = self.markers().into_iter().enumerate();
         markers.map(|(slot, m)| marker(slot, m.position.map(f64::from).into())).collect()
-    }
-
-    pub(super) fn to_body(&self, name: String) -> RigidBody {
-        RigidBody { name, tip_in_body: None, sensors: self.sensors() }
     }
 }
 

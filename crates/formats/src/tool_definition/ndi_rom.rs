@@ -1,12 +1,22 @@
-//! What both kinds of NDI images have in common.
+//! What both kinds of NDI images have in common: little-endian fields, which tool it is, who made it
+//! and when, a sum of bytes.
 
-use super::identity::IdentityAt;
-use super::image::Checksum;
-use super::{EmRom, OpticalRom, SerialWord, ndi_em, ndi_optical};
+use super::super::error::FormatError;
+use super::{EmRom, OnMismatch, OpticalRom};
+use std::ops::{Deref, DerefMut};
+use time::Date;
 use trackwright_simulation::body::{RigidBody, Sensor};
 
 /// Name of a body whose image names neither a part nor a manufacturer.
 const NAMELESS: &str = "tool";
+
+/// Longest name of a manufacturer.
+const MANUFACTURER_ROOM: usize = 12;
+
+/// Longest part number.
+const PART_NUMBER_ROOM: usize = 20;
+
+const FIRST_YEAR: u16 = 1900;
 
 /// An NDI image of either kind.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,79 +25,243 @@ pub enum NdiRom {
     Em(EmRom),
 }
 
-/// Calls the same method of either kind.
-macro_rules! either {
-    ($rom:expr, $inner:ident => $call:expr) => {
-        match $rom {
-            NdiRom::Optical($inner) => $call,
-            NdiRom::Em($inner) => $call,
+/// The sum that an image names and the one that its bytes have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Checksum {
+    pub stored: u32,
+    pub computed: u32,
+}
+
+/// The word that is both a serial number and the day a tool was made. Four bytes: a number within the
+/// day (10 bits), the day of the year (9), the month (4) and the year since 1900 (9). NDI prints it as
+/// one little-endian number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SerialWord(pub [u8; 4]);
+
+/// The bytes of an image, and what follows them in its file.
+///
+/// Offsets are those of the formats' tables, and so within the image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Image {
+    bytes: Vec<u8>,
+    trailing: Vec<u8>,
+}
+
+/// Where an image says what a tool is as a whole.
+pub(super) struct IdentityAt {
+    pub sub_type: usize,
+    pub main_type: usize,
+    pub revision: usize,
+    pub serial: usize,
+    pub manufacturer: usize,
+    pub part_number: usize,
+}
+
+impl Checksum {
+    pub fn matches(self) -> bool {
+        self.stored == self.computed
+    }
+
+    pub(super) fn check(self, on_mismatch: OnMismatch) -> Result<(), FormatError> {
+        if self.matches() || on_mismatch == OnMismatch::Accept {
+            return Ok(());
         }
-    };
+        Err(FormatError::Checksum { stored: self.stored, computed: self.computed })
+    }
+}
+
+impl SerialWord {
+    /// As NDI prints it, in hexadecimal.
+    pub fn number(self) -> u32 {
+        u32::from_le_bytes(self.0)
+    }
+
+    /// The day; `None` where the year has no such day, or it lies in another month than the word
+    /// says.
+    pub fn date(self) -> Option<Date> {
+        let [_, b1, b2, b3] = self.0.map(u16::from);
+        let year = FIRST_YEAR + 2 * b3 + (b2 >> 7);
+        let day = (b2 & 7) << 6 | b1 >> 2;
+        let date = Date::from_ordinal_date(i32::from(year), day + 1).ok()?;
+        (u16::from(u8::from(date.month())) == (b2 >> 3 & 15) + 1).then_some(date)
+    }
+}
+
+impl std::fmt::Display for SerialWord {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:08X}", self.number())
+    }
+}
+
+impl Image {
+    /// An image of zeros.
+    pub(super) fn zeros(size: usize) -> Self {
+        Self { bytes: vec![0; size], trailing: Vec::new() }
+    }
+
+    /// The image that a file begins with, and the bytes behind it.
+    pub(super) fn read(
+        bytes: &[u8],
+        size: usize,
+        expected: &'static str,
+    ) -> Result<Self, FormatError> {
+        match bytes.split_at_checked(size) {
+            Some((image, trailing)) => {
+                Ok(Self { bytes: image.to_vec(), trailing: trailing.to_vec() })
+            }
+            None => {
+                let found = format!("{} bytes", bytes.len());
+                Err(FormatError::field("length", found, expected))
+            }
+        }
+    }
+
+    pub(super) fn f32(&self, at: usize) -> f32 {
+        f32::from_bits(self.u32(at))
+    }
+
+    pub(super) fn u32(&self, at: usize) -> u32 {
+        u32::from_le_bytes(std::array::from_fn(|i| self.bytes[at + i]))
+    }
+
+    pub(super) fn u16(&self, at: usize) -> u16 {
+        u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
+    }
+
+    pub(super) fn vector(&self, at: usize) -> [f32; 3] {
+        std::array::from_fn(|i| self.f32(at + 4 * i))
+    }
+
+    pub(super) fn put(&mut self, at: usize, bytes: &[u8]) {
+        self.bytes[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+
+    pub(super) fn put_vector(&mut self, at: usize, vector: [f32; 3]) {
+        for (i, value) in vector.into_iter().enumerate() {
+            self.put(at + 4 * i, &value.to_le_bytes());
+        }
+    }
+
+    /// A text that ends with its field or at the first NUL; what is not ASCII is shown as �.
+    fn text(&self, at: usize, room: usize) -> String {
+        let letters = self.bytes[at..at + room].iter().take_while(|b| **b != 0);
+        let letter = |b: &u8| match b {
+            b' '..=b'~' => char::from(*b),
+            _ => char::REPLACEMENT_CHARACTER,
+        };
+        letters.map(letter).collect()
+    }
+}
+
+impl Deref for Image {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl DerefMut for Image {
+    fn deref_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes
+    }
+}
+
+/// The sum of bytes.
+pub(super) fn sum(bytes: &[u8]) -> u32 {
+    bytes.iter().map(|b| u32::from(*b)).sum()
+}
+
+/// Refuses what is no number where one is needed.
+pub(super) fn check_finite(field: &str, values: &[f32]) -> Result<(), FormatError> {
+    if values.iter().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    let values: Vec<_> = values.iter().map(f32::to_string).collect();
+    let found = format!("({})", values.join(", "));
+    Err(FormatError::field(field, found, "finite numbers"))
 }
 
 impl NdiRom {
+    /// The image, and where it says what the tool is.
+    fn image(&self) -> (&Image, &'static IdentityAt) {
+        match self {
+            Self::Optical(rom) => (&rom.image, &OpticalRom::IDENTITY),
+            Self::Em(rom) => (&rom.image, &EmRom::IDENTITY),
+        }
+    }
+
     /// The whole file.
     pub fn write(&self) -> Vec<u8> {
-        either!(self, rom => rom.write())
-    }
-
-    pub fn checksum(&self) -> Checksum {
-        either!(self, rom => rom.checksum())
-    }
-
-    pub(super) fn set_checksum(&mut self) {
-        either!(self, rom => rom.set_checksum());
+        let (image, _) = self.image();
+        [&image.bytes[..], &image.trailing].concat()
     }
 
     /// What follows the image in its file.
     pub fn trailing(&self) -> &[u8] {
-        either!(self, rom => rom.trailing())
+        &self.image().0.trailing
     }
 
-    /// The image, and where it says what the tool is.
-    fn identity(&self) -> (&[u8], &'static IdentityAt) {
+    /// The sum that the image names and that of its bytes.
+    pub fn checksum(&self) -> Checksum {
         match self {
-            Self::Optical(rom) => (rom.image(), &ndi_optical::IDENTITY),
-            Self::Em(rom) => (rom.image(), &ndi_em::IDENTITY),
+            Self::Optical(rom) => rom.checksum(),
+            Self::Em(rom) => rom.checksum(),
+        }
+    }
+
+    pub(super) fn set_checksum(&mut self) {
+        match self {
+            Self::Optical(rom) => rom.set_checksum(),
+            Self::Em(rom) => rom.set_checksum(),
         }
     }
 
     pub fn manufacturer(&self) -> String {
-        let (image, at) = self.identity();
-        at.manufacturer(image)
+        let (image, at) = self.image();
+        image.text(at.manufacturer, MANUFACTURER_ROOM)
     }
 
     pub fn part_number(&self) -> String {
-        let (image, at) = self.identity();
-        at.part_number(image)
+        let (image, at) = self.image();
+        image.text(at.part_number, PART_NUMBER_ROOM)
     }
 
-    /// Whether it did: not for what is too long or no ASCII.
+    /// Writes a part number; whether it did: not for what is too long or no ASCII.
     pub(super) fn set_part_number(&mut self, text: &str) -> bool {
-        let (_, at) = self.identity();
-        at.set_part_number(either!(self, rom => rom.image_mut()), text)
+        let is_ascii = text.bytes().all(|b| matches!(b, b' '..=b'~'));
+        let is_fitting = text.len() <= PART_NUMBER_ROOM && is_ascii;
+        if is_fitting {
+            let mut field = [0; PART_NUMBER_ROOM];
+            field[..text.len()].copy_from_slice(text.as_bytes());
+            match self {
+                Self::Optical(rom) => rom.image.put(OpticalRom::IDENTITY.part_number, &field),
+                Self::Em(rom) => rom.image.put(EmRom::IDENTITY.part_number, &field),
+            }
+        }
+        is_fitting
     }
 
     pub fn serial(&self) -> SerialWord {
-        let (image, at) = self.identity();
-        at.serial(image)
+        let (image, at) = self.image();
+        SerialWord(std::array::from_fn(|i| image[at.serial + i]))
     }
 
     /// What it is for: 1 a reference, 2 a probe, …
     pub fn main_type(&self) -> u8 {
-        let (image, at) = self.identity();
+        let (image, at) = self.image();
         image[at.main_type]
     }
 
     /// 0 removable tip, 1 fixed tip, 2 undefined.
     pub fn sub_type(&self) -> u8 {
-        let (image, at) = self.identity();
+        let (image, at) = self.image();
         image[at.sub_type]
     }
 
     pub fn revision(&self) -> u16 {
-        let (image, at) = self.identity();
-        at.revision(image)
+        let (image, at) = self.image();
+        image.u16(at.revision)
     }
 
     /// What the main type is called.
@@ -127,18 +301,65 @@ impl NdiRom {
 
     /// The body's name: the part number, or who made it.
     pub(super) fn name(&self) -> String {
-        [self.part_number(), self.manufacturer()]
-            .into_iter()
-            .map(|text| text.trim().to_owned())
-            .find(|text| !text.is_empty())
-            .unwrap_or_else(|| NAMELESS.to_owned())
+        let names = [self.part_number(), self.manufacturer()].map(|text| text.trim().to_owned());
+        names.into_iter().find(|text| !text.is_empty()).unwrap_or_else(|| NAMELESS.to_owned())
     }
 
     pub(super) fn sensors(&self) -> Vec<Sensor> {
-        either!(self, rom => rom.sensors())
+        match self {
+            Self::Optical(rom) => rom.sensors(),
+            Self::Em(rom) => rom.sensors(),
+        }
     }
 
+    /// The body of its sensors; the tip of a coil tool is the origin.
     pub(super) fn to_body(&self) -> RigidBody {
-        either!(self, rom => rom.to_body(self.name()))
+        let tip_in_body = match self {
+            Self::Optical(_) => None,
+            Self::Em(_) => Some(nalgebra::Point3::origin()),
+        };
+        RigidBody { name: self.name(), tip_in_body, sensors: self.sensors() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use time::{Duration, Month};
+
+    #[test]
+    fn words_of_real_tools_are_the_days_they_were_made() {
+        // NDI's own passive probe, and its Mini 6DOF sensor.
+        for (bytes, number, date) in [
+            ([0x03, 0x14, 0x80, 0x34], "34801403", "2005-01-06"),
+            ([0x00, 0x10, 0x91, 0x37], "37911000", "2011-03-10"),
+        ] {
+            let word = SerialWord(bytes);
+            assert_eq!(word.to_string(), number);
+            assert_eq!(word.date().unwrap().to_string(), date);
+        }
+        // Day 366 (5 * 64 + 45, from 0) of a year that has 365, and a January day that calls itself
+        // a February one.
+        assert_eq!(SerialWord([0, 45 << 2, 0x80 | 11 << 3 | 5, 50]).date(), None);
+        assert_eq!(SerialWord([0, 0, 1 << 3, 50]).date(), None);
+    }
+
+    proptest! {
+        #[test]
+        fn any_day_is_read_whatever_the_number(days in 0..187_000_i64, number in 0..1024_u16) {
+            let first = Date::from_calendar_date(i32::from(FIRST_YEAR), Month::January, 1).unwrap();
+            let date = first + Duration::days(days);
+            let (years, day) = (date.year() as u16 - FIRST_YEAR, date.ordinal() - 1);
+            let month = u16::from(u8::from(date.month())) - 1;
+            let word = [
+                number,
+                number >> 8 | (day & 63) << 2,
+                day >> 6 | month << 3 | (years & 1) << 7,
+                years >> 1,
+            ];
+            let word = SerialWord(word.map(|bits| bits.to_le_bytes()[0]));
+            prop_assert_eq!(word.date(), Some(date));
+        }
     }
 }

@@ -3,7 +3,7 @@
 //! Only that one datum is looked at. The rest of the text stays as it is, and entities are not
 //! expanded, so that no text is longer than its file.
 
-use super::super::error::{FormatError, text};
+use super::super::error::{FormatError, from_base64, text};
 use super::kind_of;
 use super::{DefinitionKind, EmRom, NdiRom, OnMismatch, OpticalRom};
 use data_encoding::BASE64;
@@ -112,13 +112,7 @@ fn encode(rom: &NdiRom) -> String {
 
 fn decode(data: &[u8]) -> Result<Vec<u8>, FormatError> {
     let letters: Vec<u8> = data.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
-    BASE64.decode(&letters).map_err(|error| {
-        FormatError::field(
-            "ROMData",
-            format!("no base64 from its letter {} on", error.position + 1),
-            "base64",
-        )
-    })
+    from_base64("ROMData", &letters)
 }
 
 /// Where the datum under the key is.

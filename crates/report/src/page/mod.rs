@@ -19,7 +19,7 @@ use super::words::{PlainWords, plain_words};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use trackwright_design::BodyRole;
 use trackwright_formats::printable::printable;
-use trackwright_formats::printable_text::printable_lines;
+use trackwright_formats::printable::printable_lines;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_project::World;
 use trackwright_simulation::expected::expected_where_measured;

@@ -68,7 +68,7 @@ fn a_marker_that_goes_takes_its_normal_along_and_leaves_nothing_behind() {
         assert_eq!(marker.normal[2], (i + 1) as f32);
         assert_eq!((marker.firing, marker.face), (i as u8, 1 + (i as u8 + 1) % 2));
     }
-    let image = rom.write();
+    let image = conversion.definition.write();
     assert!(image[72 + 36..312].iter().all(|b| *b == 0));
     assert!(image[552 + 3..572].iter().all(|b| *b == 0));
     // One beside marker 3 is like it.

@@ -6,8 +6,11 @@ mod losses;
 mod properties;
 mod texts;
 
+use super::geometry::marker;
 use super::*;
+use nalgebra::Point3;
 use std::f32::consts::PI;
+use trackwright_simulation::body::{Sensor, SensorOrientation};
 
 const PLACES: [[f32; 3]; 4] =
     [[0.0, -0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]];

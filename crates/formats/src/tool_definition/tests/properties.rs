@@ -41,7 +41,7 @@ proptest! {
         coils in prop::collection::vec((any_image_place(), any_axis()), 2..=8),
     ) {
         let sensors = coils.iter().enumerate().map(|(i, (place, axis))| Sensor {
-            name: coil_name(i),
+            name: format!("coil {}", i + 1),
             position_in_body: place.map(f64::from).into(),
             orientation: SensorOrientation::FiveDof(*axis),
             coil: None,
