@@ -208,7 +208,7 @@ fn layers_that_are_off_have_no_entities() {
         assert!(named(&mut hand.app, name) > 0, "{name}");
     }
     let mut view = hand.app.world().resource::<OpenWorld>().0.document.view().clone();
-    view.layers = Layers::NONE;
+    view.layers = Layers::none();
     hand.app.world_mut().write_message(ViewRequest::Set(view));
     settle(&mut hand.app);
     for name in LAYERS {

@@ -23,7 +23,7 @@ fn app(change: impl FnOnce(&mut View)) -> App {
         app.add_plugins(ProbePlugin);
     });
     look(&mut app, |view| {
-        view.layers = Layers::NONE;
+        view.layers = Layers::none();
         change(view);
     });
     app

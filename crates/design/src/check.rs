@@ -1,7 +1,8 @@
 //! What an edit may put into a design.
 
-use super::content::{BodyRole, DesignBody};
-use super::edit::EditError;
+use super::content::DesignBody;
+use super::edit_error::EditError;
+use super::things::BodyRole;
 use std::collections::HashSet;
 use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
 use trackwright_geometry::mesh_reference::MeshReference;

@@ -1,9 +1,10 @@
 //! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
 
-use super::anatomy::Anatomy;
+use super::anatomy::{Anatomy, AnatomyFrame};
 use super::definition::DefinitionFile;
 use super::procedure::Procedure;
 use super::slides::Slide;
+use super::things::BodyRole;
 use nalgebra::Point3;
 use std::sync::Arc;
 use trackwright_geometry::mesh_reference::MeshReference;
@@ -79,33 +80,24 @@ pub struct Target {
     pub position_in_crf: Point3<f64>,
 }
 
-/// Which of a design's two bodies.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum BodyRole {
-    Tool,
-    Crf,
-}
-
-impl BodyRole {
-    pub const ALL: [Self; 2] = [Self::Tool, Self::Crf];
-
-    /// What a person calls it within a sentence.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Tool => "tool",
-            Self::Crf => "CRF",
+impl Design {
+    /// A design of a tool alone, at the tracker's origin, of which nothing is required.
+    pub fn of_tool(name: &str, environment: &str, body: DesignBody) -> Self {
+        Self {
+            name: name.to_owned(),
+            environment: environment.to_owned(),
+            crf: None,
+            tool: ToolPlacement { body, crf_from_tool: Pose::identity() },
+            motion: None,
+            orientation_weight_mm: None,
+            requirement: None,
+            procedure: Procedure::default(),
+            anatomy: Vec::new(),
+            slides: Vec::new(),
         }
     }
-}
 
-impl std::fmt::Display for BodyRole {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl Design {
-    /// `None` for the CRF of a design without one.
+    /// The body of a role; `None` for the CRF of a design without one.
     pub fn body(&self, role: BodyRole) -> Option<&DesignBody> {
         match role {
             BodyRole::Tool => Some(&self.tool.body),
@@ -154,6 +146,35 @@ impl Design {
                 Some(tracker_from_crf) => tracker_from_crf * self.tool.crf_from_tool,
                 None => self.tool.crf_from_tool,
             }),
+        }
+    }
+}
+
+impl Anatomy {
+    /// Where the mesh is in the tracker frame.
+    pub fn tracker_from_mesh(&self, design: &Design) -> Pose {
+        tracker_from_frame(design, self.on) * self.frame_from_mesh
+    }
+
+    /// The same on another frame, staying where it is.
+    pub fn put_on(&self, on: AnatomyFrame, design: &Design) -> Self {
+        let frame_from_tracker = tracker_from_frame(design, on).inverse();
+        Self {
+            on,
+            frame_from_mesh: match on == self.on {
+                true => self.frame_from_mesh,
+                false => frame_from_tracker * self.tracker_from_mesh(design),
+            },
+            ..self.clone()
+        }
+    }
+}
+
+fn tracker_from_frame(design: &Design, frame: AnatomyFrame) -> Pose {
+    match frame {
+        AnatomyFrame::Tracker => Pose::identity(),
+        AnatomyFrame::Crf => {
+            (design.tracker_from_body(BodyRole::Crf)).unwrap_or_else(Pose::identity)
         }
     }
 }

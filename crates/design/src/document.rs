@@ -1,7 +1,8 @@
 //! The open document: a design, its view, its history, and what of it is saved.
 
 use super::content::Design;
-use super::edit::{Edit, EditError};
+use super::edit::Edit;
+use super::edit_error::EditError;
 use super::history::{History, HistoryList};
 use super::view::View;
 use std::path::PathBuf;

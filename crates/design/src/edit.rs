@@ -1,22 +1,19 @@
 //! Edits: the only ways in which a design changes, each checked before it is applied.
 
-use super::anatomy::{AnatomyEdit, MAX_ANATOMY};
-use super::arrange::{ArrangeError, Arrangement, as_set};
+use super::arrange::{Arrangement, as_set};
 use super::check::{
     check_body, check_length, check_mesh, check_motion, check_not_empty, check_pose,
     check_position, check_requirement, check_sensors,
 };
-use super::content::{BodyRole, CrfPlacement, Design, DesignBody, Target};
-use super::procedure::{DecisionError, MAX_FURTHER_ROOMS, ProcedureEdit};
-use super::slides::{MAX_SLIDES, SlideEdit};
-use super::view::ViewError;
+use super::content::{CrfPlacement, Design, DesignBody, Target};
+use super::edit_error::EditError;
+use super::list_edits::{AnatomyEdit, ProcedureEdit, SlideEdit};
+use super::things::BodyRole;
 use nalgebra::Point3;
-use trackwright_geometry::limits::short;
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
-use trackwright_procedure::Step;
 use trackwright_simulation::body::Sensor;
-use trackwright_simulation::motion::{Motion, MotionError};
+use trackwright_simulation::motion::Motion;
 use trackwright_simulation::requirement::Requirement;
 
 /// One change of a design.
@@ -101,63 +98,6 @@ pub enum Edit {
     Anatomy(AnatomyEdit),
     Slides(SlideEdit),
     Procedure(ProcedureEdit),
-}
-
-/// Why an edit was not applied; the design is as it was.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum EditError {
-    #[error("the design has no CRF")]
-    NoCrf,
-    #[error("the {body} has no sensor {index}, it has {count}")]
-    NoSuchSensor { body: BodyRole, index: usize, count: usize },
-    #[error("the CRF has no target {index}, it has {count}")]
-    NoSuchTarget { index: usize, count: usize },
-    #[error("the CRF already has a target named {name:?}, expected another name")]
-    DuplicateTargetName { name: String },
-    #[error("a body needs at least one sensor")]
-    LastSensor,
-    #[error("the {what} is empty, expected a name")]
-    Empty { what: &'static str },
-    #[error("the {body} already has a sensor named {name:?}, expected another name")]
-    DuplicateSensorName { body: BodyRole, name: String },
-    #[error("{what} is {value}, expected a finite number")]
-    NotFinite { what: &'static str, value: f64 },
-    #[error("{what} is {value}, expected a number above zero")]
-    NotPositive { what: &'static str, value: f64 },
-    #[error("{what} is {}, expected {expected}", short(*value))]
-    Number { what: &'static str, value: f64, expected: &'static str },
-    #[error("the {what} has length {length}, expected 1")]
-    NotUnit { what: &'static str, length: f64 },
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    #[error("crf.{0}")]
-    CrfMotion(MotionError),
-    #[error(transparent)]
-    Arrange(#[from] ArrangeError),
-    #[error("the design has no anatomy at {index}, it has {count}")]
-    NoSuchAnatomy { index: usize, count: usize },
-    #[error("the design has {MAX_ANATOMY} meshes of anatomy, which is as many as there may be")]
-    TooMuchAnatomy,
-    #[error("the design already has anatomy named {name:?}, expected another name")]
-    DuplicateAnatomyName { name: String },
-    #[error("a part of the colour is {value}, expected a number from 0 to 1")]
-    NoColor { value: f64 },
-    #[error("the design has no slide at {index}, it has {count}")]
-    NoSuchSlide { index: usize, count: usize },
-    #[error("the design has {MAX_SLIDES} slides, which is as many as there may be")]
-    TooManySlides,
-    #[error("slide: {0}")]
-    SlideView(#[from] ViewError),
-    #[error("the design is judged in {file} already")]
-    RoomTwice { file: String },
-    #[error("the design is not judged in {file:?}, expected one of its further rooms")]
-    NoSuchRoom { file: String },
-    #[error("the design has {MAX_FURTHER_ROOMS} further rooms, which is as many as there may be")]
-    TooManyRooms,
-    #[error("nothing is decided on the {step}")]
-    NotDecided { step: Step },
-    #[error("decision: {0}")]
-    Decision(#[from] DecisionError),
 }
 
 impl Edit {
@@ -263,11 +203,72 @@ impl Edit {
                 check_body(body, &content)?;
                 *old = *content;
             }
-            Self::Anatomy(edit) => edit.apply_to(design)?,
-            Self::Slides(edit) => edit.apply_to(design)?,
+            Self::Anatomy(edit) => edit.apply_to(&mut design.anatomy)?,
+            Self::Slides(edit) => edit.apply_to(&mut design.slides)?,
             Self::Procedure(edit) => edit.apply_to(design)?,
         }
         Ok(())
+    }
+
+    /// What undo calls it, knowing what it changes.
+    pub fn label_for(&self, design: &Design) -> String {
+        let named = |what: &str, name: Option<&String>| match name {
+            Some(name) => format!("{what} {name}"),
+            None => what.to_owned(),
+        };
+        match self {
+            Self::SetName(_) => "Rename design".into(),
+            Self::SetBodyName { body, .. } => format!("Rename {body}"),
+            Self::SetSensor { body, index, sensor } => {
+                change_of_sensor(design, *body, *index, sensor)
+            }
+            Self::SetSensors { body, sensors } => match &sensors[..] {
+                [(index, sensor)] => change_of_sensor(design, *body, *index, sensor),
+                sensors => format!("Move {} sensors", sensors.len()),
+            },
+            Self::AddSensor { sensor, .. } => format!("Add sensor {}", sensor.name),
+            Self::AddSensors { sensors, .. } => match &sensors[..] {
+                [sensor] => format!("Add sensor {}", sensor.name),
+                sensors => format!("Add {} sensors", sensors.len()),
+            },
+            Self::RemoveSensor { body, index } => {
+                named("Remove sensor", sensor_at(design, *body, *index).map(|s| &s.name))
+            }
+            Self::RemoveSensors { body, indices } => match as_set(indices)[..] {
+                [index] => Self::RemoveSensor { body: *body, index }.label_for(design),
+                ref indices => format!("Remove {} sensors", indices.len()),
+            },
+            Self::Arrange { body, indices, arrangement } => {
+                let first = indices.first().and_then(|i| sensor_at(design, *body, *i));
+                arrangement.label(as_set(indices).len(), first.map(|s| s.name.as_str()))
+            }
+            Self::SetTip { body, .. } => format!("Move {body} tip"),
+            Self::SetCrfPose(_) => "Move CRF".into(),
+            Self::SetToolPose(_) => "Move tool".into(),
+            Self::SetMotion(_) => "Change range of motion".into(),
+            Self::SetRequirement(_) => "Change requirement".into(),
+            Self::SetCrfMotion(_) => "Change range of motion of CRF".into(),
+            Self::SetCrfRequirement(_) => "Change requirement of CRF".into(),
+            Self::AddTarget(target) => format!("Add target {}", target.name),
+            Self::SetTarget { index, target } => match target_at(design, *index) {
+                Some(before) if before.name != target.name => {
+                    format!("Rename target {}", before.name)
+                }
+                _ => format!("Move target {}", target.name),
+            },
+            Self::RemoveTarget { index } => {
+                named("Remove target", target_at(design, *index).map(|t| &t.name))
+            }
+            Self::SetOrientationWeight(_) => "Change orientation weight".into(),
+            Self::SetEnvironment(_) => "Change environment".into(),
+            Self::SetMesh { body, .. } => format!("Change {body}'s mesh"),
+            Self::SetBody { body, content } => {
+                format!("Use {} as the {body}", content.rigid.name)
+            }
+            Self::Anatomy(edit) => edit.label_for(&design.anatomy),
+            Self::Slides(edit) => edit.label_for(&design.slides),
+            Self::Procedure(edit) => edit.label(),
+        }
     }
 }
 
@@ -336,4 +337,25 @@ fn check_target_name(name: &str, others: &[Target]) -> Result<(), EditError> {
         return Err(EditError::DuplicateTargetName { name: name.to_owned() });
     }
     Ok(())
+}
+
+fn change_of_sensor(design: &Design, body: BodyRole, index: usize, after: &Sensor) -> String {
+    match sensor_at(design, body, index) {
+        Some(before) if before.name != after.name => format!("Rename sensor {}", before.name),
+        Some(before) if is_retyped(before, after) => format!("Change sensor {}", after.name),
+        _ => format!("Move sensor {}", after.name),
+    }
+}
+
+fn is_retyped(before: &Sensor, after: &Sensor) -> bool {
+    before.coil != after.coil
+        || before.orientation.degrees_of_freedom() != after.orientation.degrees_of_freedom()
+}
+
+fn sensor_at(design: &Design, body: BodyRole, index: usize) -> Option<&Sensor> {
+    design.body(body)?.rigid.sensors.get(index)
+}
+
+fn target_at(design: &Design, index: usize) -> Option<&Target> {
+    design.crf.as_ref()?.targets.get(index)
 }

@@ -1,17 +1,12 @@
 //! Where a design stands in the paper's procedure: the further rooms that it is judged in, and what
 //! was decided at each step, saved with the design and edited like it.
 
-use super::content::Design;
 use super::day::Day;
-use super::edit::EditError;
 use trackwright_geometry::limits::short;
 use trackwright_procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
 use trackwright_simulation::requirement::Requirement;
-
-/// More rooms than anybody measures for one design; a file may hold any number, edits stop here.
-pub const MAX_FURTHER_ROOMS: usize = 32;
 
 /// What a design file keeps of the procedure.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,23 +26,6 @@ pub struct Decision {
     /// In the words of who decided; may be empty.
     pub note: String,
     pub basis: DecisionBasis,
-}
-
-/// A change of the procedure.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ProcedureEdit {
-    /// A file relative to the design's, at the end of the list.
-    AddRoom(String),
-    /// As it is written in the list. What was decided in it stays decided.
-    RemoveRoom(String),
-    /// In the place of what was decided before.
-    Decide {
-        step: Step,
-        decision: Box<Decision>,
-    },
-    Withdraw {
-        step: Step,
-    },
 }
 
 /// What no decision can be.
@@ -86,62 +64,11 @@ impl Procedure {
         self.further_rooms.iter_mut().chain(of_decisions)
     }
 
-    fn decision_mut(&mut self, step: Step) -> &mut Option<Decision> {
+    pub(super) fn decision_mut(&mut self, step: Step) -> &mut Option<Decision> {
         match step {
             Step::Crf => &mut self.crf,
             Step::Tool => &mut self.tool,
             Step::Built => &mut self.built,
-        }
-    }
-}
-
-impl ProcedureEdit {
-    /// Changes the procedure, or leaves it as it is.
-    pub(super) fn apply_to(self, design: &mut Design) -> Result<(), EditError> {
-        match self {
-            Self::AddRoom(file) => {
-                if file.trim().is_empty() {
-                    return Err(EditError::Empty { what: "further room's file" });
-                }
-                let rooms = &mut design.procedure.further_rooms;
-                if file == design.environment || rooms.contains(&file) {
-                    return Err(EditError::RoomTwice { file });
-                }
-                if rooms.len() >= MAX_FURTHER_ROOMS {
-                    return Err(EditError::TooManyRooms);
-                }
-                rooms.push(file);
-            }
-            Self::RemoveRoom(file) => {
-                let rooms = &mut design.procedure.further_rooms;
-                let Some(index) = rooms.iter().position(|room| *room == file) else {
-                    return Err(EditError::NoSuchRoom { file });
-                };
-                rooms.remove(index);
-            }
-            Self::Decide { step, decision } => {
-                if step == Step::Crf && design.crf.is_none() {
-                    return Err(EditError::NoCrf);
-                }
-                decision.check(step)?;
-                *design.procedure.decision_mut(step) = Some(*decision);
-            }
-            Self::Withdraw { step } => {
-                if design.procedure.decision_mut(step).take().is_none() {
-                    return Err(EditError::NotDecided { step });
-                }
-            }
-        }
-        Ok(())
-    }
-
-    /// What undo calls it.
-    pub(super) fn label(&self) -> String {
-        match self {
-            Self::AddRoom(_) => "Add room".to_owned(),
-            Self::RemoveRoom(_) => "Remove room".to_owned(),
-            Self::Decide { step, .. } => format!("Decide on {step}"),
-            Self::Withdraw { step } => format!("Withdraw decision on {step}"),
         }
     }
 }

@@ -1,8 +1,33 @@
-//! Things of a design that its view hides or locks: bodies, and sensors by their names.
+//! The two bodies of a design, and the things that its view hides or locks: bodies, and sensors by
+//! their names.
 
-use super::content::BodyRole;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+
+/// Which of a design's two bodies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum BodyRole {
+    Tool,
+    Crf,
+}
+
+impl BodyRole {
+    pub const ALL: [Self; 2] = [Self::Tool, Self::Crf];
+
+    /// What a person calls it within a sentence.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Tool => "tool",
+            Self::Crf => "CRF",
+        }
+    }
+}
+
+impl std::fmt::Display for BodyRole {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
 
 /// A body or a sensor. By name, as places in lists change: a sensor that gets another name is
 /// shown again, which does no harm.
@@ -33,30 +58,16 @@ impl Thing {
             BodyRole::Crf => Self::CrfSensor(name.to_owned()),
         }
     }
-
-    fn is_body(&self, role: BodyRole) -> bool {
-        *self == Self::body(role)
-    }
-
-    fn is_sensor(&self, role: BodyRole, name: &str) -> bool {
-        match (self, role) {
-            (Self::ToolSensor(own), BodyRole::Tool) | (Self::CrfSensor(own), BodyRole::Crf) => {
-                own == name
-            }
-            _ => false,
-        }
-    }
 }
 
 impl Things {
     pub fn has_body(&self, role: BodyRole) -> bool {
-        self.0.iter().any(|thing| thing.is_body(role))
+        self.has(&Thing::body(role))
     }
 
     /// Whether the sensor or its body is among them.
     pub fn has_sensor(&self, role: BodyRole, name: &str) -> bool {
-        let mut things = self.0.iter();
-        things.any(|thing| thing.is_sensor(role, name) || thing.is_body(role))
+        self.has_body(role) || self.has(&Thing::sensor(role, name))
     }
 
     /// Whether this very thing is among them.

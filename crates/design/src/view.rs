@@ -1,5 +1,6 @@
 //! How a design is looked at: camera, layers, what is hidden or locked, magnification, slice. Saved with it, never undone.
 
+pub use super::layers::Layers;
 use super::things::Things;
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
@@ -76,78 +77,6 @@ impl From<CameraView> for OrbitCamera {
             distance_mm: view.distance_mm,
             azimuth_rad: view.azimuth_rad,
             elevation_rad: view.elevation_rad,
-        }
-    }
-}
-
-/// What is drawn; a layer that is off costs nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Layers {
-    /// Edges of the tracker's measurement volume.
-    pub volume: bool,
-    pub generator: bool,
-    pub grid: bool,
-    /// The head or whatever else the CRF's mesh shows beside the CRF itself.
-    pub anatomy: bool,
-    /// Error vector of each sensor.
-    pub sensor_errors: bool,
-    /// Error vector of the tip.
-    pub tip_error: bool,
-    /// The tool as the tracker believes it to be.
-    pub ghost: bool,
-    /// What the tool's range of motion runs through.
-    pub motion: bool,
-    /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
-    pub tip_scatter: bool,
-    pub slice: bool,
-    /// The field's error as arrows on a lattice.
-    pub arrows: bool,
-    /// The selected sensor's body painted by what the tip error would be with the sensor there.
-    pub placement: bool,
-    /// Where the design meets its requirement.
-    pub region: bool,
-    /// Where the room's model is valid: the surface around it, and hatching on the slice.
-    pub support: bool,
-    pub labels: bool,
-}
-
-impl Layers {
-    /// Bodies and sensors only.
-    pub const NONE: Self = Self {
-        volume: false,
-        generator: false,
-        grid: false,
-        anatomy: false,
-        sensor_errors: false,
-        tip_error: false,
-        ghost: false,
-        motion: false,
-        tip_scatter: false,
-        slice: false,
-        arrows: false,
-        placement: false,
-        region: false,
-        support: false,
-        labels: false,
-    };
-}
-
-impl Default for Layers {
-    fn default() -> Self {
-        Self {
-            volume: true,
-            generator: true,
-            grid: true,
-            anatomy: true,
-            sensor_errors: true,
-            tip_error: true,
-            ghost: true,
-            motion: true,
-            tip_scatter: true,
-            slice: true,
-            labels: true,
-            ..Self::NONE
         }
     }
 }
@@ -331,39 +260,25 @@ impl View {
     /// The first number that is not finite, too large, or not positive where it has to be.
     pub fn check(&self) -> Result<(), ViewError> {
         let error = |field, value, expected| Err(ViewError::Number { field, value, expected });
+        type Problem = fn(f64) -> Option<&'static str>;
+        let position: Problem = |value| position_problem(&[value]);
+        let angle: Problem = |value| angle_problem(value.abs().to_degrees());
         let (slice, free, camera) = (&self.slice, self.slice.free, self.camera);
-        let position = |value: f64| position_problem(&[value]);
         // Any length of a direction will do that can be squared.
-        let finite = [
-            ("slice.position_mm", Some(slice.position_mm)),
-            ("slice.free.offset_mm", free.map(|free| free.offset_mm)),
-            ("slice.free.normal", free.and_then(|free| worst(&free.normal))),
-            ("camera.focus_mm", camera.and_then(|c| worst(&c.focus_mm))),
-            ("slice.sensor_axis", worst(&slice.sensor_axis)),
+        let numbers: [(_, Option<f64>, Problem); 11] = [
+            ("slice.position_mm", Some(slice.position_mm), position),
+            ("slice.free.offset_mm", free.map(|free| free.offset_mm), position),
+            ("slice.free.normal", free.and_then(|free| worst(&free.normal)), position),
+            ("camera.focus_mm", camera.and_then(|c| worst(&c.focus_mm)), position),
+            ("slice.sensor_axis", worst(&slice.sensor_axis), position),
+            ("camera.azimuth_rad", camera.map(|c| c.azimuth_rad), angle),
+            ("camera.elevation_rad", camera.map(|c| c.elevation_rad), angle),
+            ("camera.distance_mm", camera.map(|c| c.distance_mm), length_above_zero_problem),
+            ("slice.range_mm", slice.range_mm, length_above_zero_problem),
+            ("arrows.range_mm", self.arrows.range_mm, length_above_zero_problem),
+            ("placement_range_mm", self.placement_range_mm, length_above_zero_problem),
         ];
-        for (field, value) in finite {
-            if let Some((value, expected)) = value.and_then(|v| Some((v, position(v)?))) {
-                return error(field, value, expected);
-            }
-        }
-        let angles = [
-            ("camera.azimuth_rad", camera.map(|c| c.azimuth_rad)),
-            ("camera.elevation_rad", camera.map(|c| c.elevation_rad)),
-        ];
-        for (field, value) in angles {
-            let problem = |value: f64| angle_problem(value.abs().to_degrees());
-            if let Some((value, expected)) = value.and_then(|v| Some((v, problem(v)?))) {
-                return error(field, value, expected);
-            }
-        }
-        let positive = [
-            ("camera.distance_mm", camera.map(|c| c.distance_mm)),
-            ("slice.range_mm", slice.range_mm),
-            ("arrows.range_mm", self.arrows.range_mm),
-            ("placement_range_mm", self.placement_range_mm),
-        ];
-        for (field, value) in positive {
-            let problem = length_above_zero_problem;
+        for (field, value, problem) in numbers {
             if let Some((value, expected)) = value.and_then(|v| Some((v, problem(v)?))) {
                 return error(field, value, expected);
             }

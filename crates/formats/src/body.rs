@@ -2,7 +2,8 @@
 
 use super::error::{FormatError, from_base64};
 use super::ron_text::{self, RonWriter, Version};
-use super::tool_definition::{OnMismatch, ToolDefinition};
+use super::tool_definition::definition::ToolDefinition;
+use super::tool_definition::ndi_rom::OnMismatch;
 use data_encoding::BASE64;
 use serde::Deserialize;
 use serde::de::IgnoredAny;

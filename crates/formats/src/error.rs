@@ -1,6 +1,6 @@
 //! What can be wrong with a file's content: where, what was found, what was expected.
 
-use super::mesh::MeshError;
+use super::mesh::error::MeshError;
 use data_encoding::BASE64;
 use std::io::ErrorKind;
 use trackwright_design::DecisionError;

@@ -1,8 +1,8 @@
 //! Documents: edits, history, and what counts as saved.
 
 mod edits;
+mod handles;
 mod history;
-mod place;
 mod procedure;
 
 use super::*;
@@ -33,27 +33,16 @@ fn body(reference: &str) -> DesignBody {
 }
 
 fn design() -> Design {
-    Design {
-        name: "design".to_owned(),
-        environment: "room.env.ron".to_owned(),
-        crf: Some(CrfPlacement {
-            body: body("crf.body.ron"),
-            tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
-            targets: Vec::new(),
-            motion: None,
-            requirement: None,
-        }),
-        tool: ToolPlacement {
-            body: body("tool.body.ron"),
-            crf_from_tool: Pose::translation(0.0, 20.0, 0.0),
-        },
+    let mut design = Design::of_tool("design", "room.env.ron", body("tool.body.ron"));
+    design.tool.crf_from_tool = Pose::translation(0.0, 20.0, 0.0);
+    design.crf = Some(CrfPlacement {
+        body: body("crf.body.ron"),
+        tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
+        targets: Vec::new(),
         motion: None,
-        orientation_weight_mm: None,
         requirement: None,
-        procedure: Procedure::default(),
-        anatomy: Vec::new(),
-        slides: Vec::new(),
-    }
+    });
+    design
 }
 
 pub(super) fn document() -> Document {

@@ -4,7 +4,7 @@
 //! moved: the file of a tool's pose holds `tool_from_tracker`, and Slicer inverts it on reading, so
 //! that what hangs under the transform moves by `tracker_from_tool`.
 
-use super::PatientAxes;
+use super::patient_axes::PatientAxes;
 use nalgebra::Matrix3;
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;

@@ -1,6 +1,6 @@
 //! Points as 3D Slicer's markups (`*.mrk.json`).
 
-use super::PatientAxes;
+use super::patient_axes::PatientAxes;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use trackwright_geometry::pose::Pose;

@@ -3,8 +3,8 @@
 //! The rows of `TransformMatrix` are the directions of the lattice's axes in LPS, and `Offset` is the
 //! centre of the first point.
 
-use super::PatientAxes;
 use super::nrrd::{first_point, write_vectors};
+use super::patient_axes::PatientAxes;
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
 use trackwright_simulation::field_lattice::FieldLattice;

@@ -3,7 +3,7 @@
 //! Format: teem's definition of NRRD, version 5. The vector comes first of four dimensions, and the
 //! origin is the centre of the first point.
 
-use super::PatientAxes;
+use super::patient_axes::PatientAxes;
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
 use trackwright_simulation::field_lattice::FieldLattice;

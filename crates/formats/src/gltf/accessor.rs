@@ -1,7 +1,7 @@
 //! Numbers out of a glTF buffer, every offset checked before it is used.
 
-use super::GltfError;
 use super::buffer::Buffers;
+use super::error::GltfError;
 use gltf::accessor::{DataType, Dimensions};
 use nalgebra::Vector3;
 

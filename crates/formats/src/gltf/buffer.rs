@@ -1,6 +1,6 @@
 //! Where a glTF file's numbers are: in its binary chunk, or in its JSON as base64.
 
-use super::GltfError;
+use super::error::GltfError;
 use data_encoding::BASE64;
 use gltf::buffer::Source;
 use std::borrow::Cow;

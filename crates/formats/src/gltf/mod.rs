@@ -2,7 +2,7 @@
 
 mod accessor;
 mod buffer;
-mod error;
+pub(super) mod error;
 mod surface;
 #[cfg(test)]
 pub(super) mod tests;

@@ -4,10 +4,10 @@
 //! frame's millimetres; no axis is swapped. The crate reads the structure; numbers are read here, because its own readers trust
 //! the offsets in a file.
 
-use super::super::mesh::MAX_TRIANGLES;
-use super::GltfError;
 use super::accessor::{triangles, vectors};
 use super::buffer::Buffers;
+use super::error::GltfError;
+use crate::mesh::error::MAX_TRIANGLES;
 use gltf::mesh::Mode;
 use nalgebra::{Matrix4, Point3, Vector3};
 use std::collections::HashMap;

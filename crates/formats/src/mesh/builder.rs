@@ -1,6 +1,6 @@
 //! A mesh in the making, from formats without material: vertices merged, normals made, parts apart.
 
-use super::{MAX_TRIANGLES, MeshError};
+use super::error::{MAX_TRIANGLES, MeshError};
 use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 use trackwright_geometry::mesh::{ANATOMY_PREFIX, MeshPart, MeshReading, SurfaceMesh};

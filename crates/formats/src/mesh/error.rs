@@ -1,8 +1,15 @@
 //! Why bytes are not a mesh.
 
-use super::super::gltf::GltfError;
-use super::{MAX_COORDINATE_MM, MAX_TRIANGLES};
+use crate::gltf::error::GltfError;
 use trackwright_geometry::mesh_reference::MeshUnit;
+
+/// Most triangles of a mesh. CAD models of instruments have up to some hundred thousand, scans of
+/// anatomy a few million; this many fill about 2 GB while they are read, drawn and picked.
+pub const MAX_TRIANGLES: usize = 10_000_000;
+
+/// Farthest corner from the origin: a thousand kilometres. What is computed from products of
+/// coordinates stays far from overflow.
+pub const MAX_COORDINATE_MM: f64 = 1e9;
 
 /// Why bytes are not a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

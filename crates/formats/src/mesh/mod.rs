@@ -6,26 +6,18 @@
 //! overflow on indices of an OBJ (stl_io 0.11, tobj 4.0), and none of them names a line.
 
 mod builder;
-mod error;
+pub(super) mod error;
 mod obj;
 mod polygon;
 mod stl;
 #[cfg(test)]
 pub(super) mod tests;
 
-pub use error::MeshError;
+pub use error::{MAX_COORDINATE_MM, MAX_TRIANGLES, MeshError};
 
 use super::gltf;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::mesh_reference::MeshUnit;
-
-/// Most triangles of a mesh. CAD models of instruments have up to some hundred thousand, scans of
-/// anatomy a few million; this many fill about 2 GB while they are read, drawn and picked.
-pub const MAX_TRIANGLES: usize = 10_000_000;
-
-/// Farthest corner from the origin: a thousand kilometres. What is computed from products of
-/// coordinates stays far from overflow.
-pub const MAX_COORDINATE_MM: f64 = 1e9;
 
 /// The formats that meshes are read in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

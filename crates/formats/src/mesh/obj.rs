@@ -2,9 +2,9 @@
 //! another file and not read; points, lines, curves and texture coordinates are passed over.
 
 use super::builder::Builder;
+use super::error::{MAX_TRIANGLES, MeshError};
 use super::polygon::Cutter;
 use super::stl::{lines, point_mm, quote, vector};
-use super::{MAX_TRIANGLES, MeshError};
 use nalgebra::{Point3, Vector3};
 use std::borrow::Cow;
 use trackwright_geometry::mesh::SurfaceMesh;

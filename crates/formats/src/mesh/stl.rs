@@ -5,7 +5,7 @@
 //! its triangles and say nothing that the corners don't; they are not read.
 
 use super::builder::{Builder, in_mm};
-use super::{MAX_TRIANGLES, MeshError};
+use super::error::{MAX_TRIANGLES, MeshError};
 use nalgebra::{Point3, Vector3};
 use trackwright_geometry::mesh::SurfaceMesh;
 

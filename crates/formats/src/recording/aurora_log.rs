@@ -2,7 +2,7 @@
 //! Seconds, ms` and seven cells a sensor, `X, Y, Z, qo, qx, qy, qz`; a sensor that is missing has
 //! seven zeros.
 
-use super::pose;
+use super::rows::pose;
 use crate::error::{FormatError, quoted, text};
 use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
 

@@ -5,8 +5,7 @@
 //! unit quaternion, as measured. No count and no end have to be written, so that what a crash leaves
 //! is a recording up to its last line.
 
-use super::pose;
-use super::rows::Tools;
+use super::rows::{Tools, pose};
 use crate::error::{FormatError, quoted, text};
 use crate::table_dialect::quoted_cells;
 use trackwright_geometry::number::shortest;

@@ -9,13 +9,7 @@ mod rows;
 pub mod sensor_log;
 
 use super::error::{FormatError, quoted, text};
-use nalgebra::Vector3;
-use trackwright_geometry::number;
-use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_simulation::recording::{Recording, Unusable};
-
-/// How far the length of a recorded quaternion may be from 1: trackers write seven digits, logs four.
-const MAX_QUATERNION_OFF: f64 = 1e-2;
+use trackwright_simulation::recording::Recording;
 
 /// Whether the first lines are those of a recording that [`parse`] reads.
 pub fn is_recording(bytes: &[u8]) -> bool {
@@ -59,15 +53,4 @@ pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
         return Err(FormatError::line(1, quoted(first), expected));
     };
     reader(bytes)
-}
-
-/// The pose of recorded numbers, scalar first.
-fn pose(at_mm: [f64; 3], quaternion: [f64; 4]) -> Result<Pose, Unusable> {
-    let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
-    let is_unit = (length - 1.0).abs() <= MAX_QUATERNION_OFF;
-    if !(is_unit && at_mm.iter().all(|v| v.is_finite())) {
-        return Err(Unusable::NoPose);
-    }
-    let rotation = number::rotation(quaternion).ok_or(Unusable::NoPose)?;
-    Ok(pose_from_parts(Vector3::from(at_mm), rotation))
 }

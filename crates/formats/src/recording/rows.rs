@@ -1,10 +1,15 @@
 //! Rows of delimited text as programs around a tracker write them: cells by their place, numbers that
 //! may be missing, a last row that the file may end within.
 
-use super::pose;
 use crate::error::{FormatError, quoted};
+use nalgebra::Vector3;
 use std::collections::HashMap;
+use trackwright_geometry::number;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample, Unusable};
+
+/// How far the length of a recorded quaternion may be from 1: trackers write seven digits, logs four.
+const MAX_QUATERNION_OFF: f64 = 1e-2;
 
 /// NDI writes −3.697314e28 where there is no number.
 const MISSING_BELOW: f64 = -1e27;
@@ -148,4 +153,15 @@ impl Tools {
             false => Ok(Recording { tools: self.tracks }),
         }
     }
+}
+
+/// The pose of recorded numbers, scalar first.
+pub(super) fn pose(at_mm: [f64; 3], quaternion: [f64; 4]) -> Result<Pose, Unusable> {
+    let length = quaternion.iter().map(|q| q * q).sum::<f64>().sqrt();
+    let is_unit = (length - 1.0).abs() <= MAX_QUATERNION_OFF;
+    if !(is_unit && at_mm.iter().all(|v| v.is_finite())) {
+        return Err(Unusable::NoPose);
+    }
+    let rotation = number::rotation(quaternion).ok_or(Unusable::NoPose)?;
+    Ok(pose_from_parts(Vector3::from(at_mm), rotation))
 }

@@ -4,8 +4,7 @@
 //! Such a file does not say which of four numbers is a quaternion's scalar. Its sign does where
 //! programs keep it from being negative, as nearly all do; else the log is refused.
 
-use super::pose;
-use super::rows::Tools;
+use super::rows::{Tools, pose};
 use crate::error::{FormatError, quoted, text};
 use nalgebra::{Matrix3, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};

@@ -4,7 +4,7 @@
 //! lines of a marker stay with it when others are added or removed.
 
 use super::super::error::{FormatError, text};
-use super::Geometry;
+use super::geometry::Geometry;
 use nalgebra::Point3;
 use std::collections::HashMap;
 use trackwright_geometry::number::shortest;

@@ -1,7 +1,11 @@
 //! What a definition says of its tool as a whole, a line each, and what of a body a file cannot hold.
 
-use super::{DefinitionKind, Geometry, NdiRom, OpticalRom, ToolDefinition};
+use super::definition::ToolDefinition;
+use super::geometry::Geometry;
+use super::ndi_optical::OpticalRom;
+use super::ndi_rom::NdiRom;
 use nalgebra::Point3;
+use trackwright_design::definition::DefinitionKind;
 
 /// Trailing bytes that are shown.
 const MAX_SHOWN_BYTES: usize = 16;

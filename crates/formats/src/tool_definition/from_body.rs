@@ -1,15 +1,19 @@
 //! Bodies as tool definitions: what a body owns over what its definition said, and what is lost.
 
-use super::facts::beyond_body;
-use super::geometry::id_of;
-use super::kind_of_extension;
+use super::atracsys_ini::AtracsysIni;
+use super::definition::ToolDefinition;
+use super::facts::{Lost, beyond_body};
+use super::geometry::{Geometry, id_of};
+use super::kind::kind_of_extension;
 use super::matching::{nearest_slot, slots_of};
-use super::{
-    AtracsysIni, Checksum, DefinitionKind, EmCoil, EmRom, Geometry, Lost, NdiRom, OpticalMarker,
-    OpticalRom, SawJson, ToolDefinition, ToolPlist,
-};
-use crate::BodyFile;
+use super::ndi_em::{EmCoil, EmRom};
+use super::ndi_optical::{OpticalMarker, OpticalRom};
+use super::ndi_rom::{Checksum, NdiRom};
+use super::saw_json::SawJson;
+use super::tool_plist::ToolPlist;
+use crate::body::BodyFile;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_design::definition::DefinitionKind;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 
 /// Axes that are closer than this are one to an image: half a step of its angles near π, which are

@@ -5,9 +5,8 @@
 //! other tools, in the tables of faces and firing too.
 
 use super::super::error::FormatError;
-use super::OnMismatch;
 use super::geometry::marker;
-use super::ndi_rom::{Checksum, IdentityAt, Image, check_finite, sum};
+use super::ndi_rom::{Checksum, IdentityAt, Image, OnMismatch, check_finite, sum};
 use trackwright_simulation::body::Sensor;
 
 pub(super) const MAGIC: &[u8] = b"NDI\0";

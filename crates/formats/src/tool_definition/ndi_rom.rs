@@ -1,8 +1,9 @@
 //! What both kinds of NDI images have in common: little-endian fields, which tool it is, who made it
 //! and when, a sum of bytes.
 
-use super::super::error::FormatError;
-use super::{EmRom, OnMismatch, OpticalRom};
+use super::ndi_em::EmRom;
+use super::ndi_optical::OpticalRom;
+use crate::error::FormatError;
 use std::ops::{Deref, DerefMut};
 use time::Date;
 use trackwright_simulation::body::{RigidBody, Sensor};
@@ -30,6 +31,14 @@ pub enum NdiRom {
 pub struct Checksum {
     pub stored: u32,
     pub computed: u32,
+}
+
+/// What becomes of an image whose checksum does not match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnMismatch {
+    Refuse,
+    /// It is read as it is; [`NdiRom::checksum`] still tells.
+    Accept,
 }
 
 /// The word that is both a serial number and the day a tool was made. Four bytes: a number within the

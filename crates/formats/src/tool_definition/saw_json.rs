@@ -4,7 +4,7 @@
 //! it but its comments.
 
 use super::super::error::{FormatError, text};
-use super::Geometry;
+use super::geometry::Geometry;
 use nalgebra::Point3;
 use serde_json::{Map, Value, json};
 

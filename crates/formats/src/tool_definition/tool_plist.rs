@@ -4,12 +4,15 @@
 //! expanded, so that no text is longer than its file.
 
 use super::super::error::{FormatError, from_base64, text};
-use super::kind_of;
-use super::{DefinitionKind, EmRom, NdiRom, OnMismatch, OpticalRom};
+use super::kind::kind_of;
+use super::ndi_em::EmRom;
+use super::ndi_optical::OpticalRom;
+use super::ndi_rom::{NdiRom, OnMismatch};
 use data_encoding::BASE64;
 use quick_xml::Reader;
 use quick_xml::events::Event;
 use std::ops::Range;
+use trackwright_design::definition::DefinitionKind;
 
 const KEY: &[u8] = b"ROMData";
 

@@ -8,8 +8,11 @@ mod texts;
 
 use super::geometry::marker;
 use super::*;
+use crate::body::{self, BodyFile};
 use nalgebra::Point3;
 use std::f32::consts::PI;
+use trackwright_design::definition::DefinitionKind;
+use trackwright_simulation::body::RigidBody;
 use trackwright_simulation::body::{Sensor, SensorOrientation};
 
 const PLACES: [[f32; 3]; 4] =

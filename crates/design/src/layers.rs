@@ -1,6 +1,60 @@
-//! Layers by the names that a command line gives them.
+//! The layers of a view: their switches, and the names that a command line gives them.
 
-use super::view::Layers;
+use serde::{Deserialize, Serialize};
+
+/// What is drawn; a layer that is off costs nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Layers {
+    /// Edges of the tracker's measurement volume.
+    pub volume: bool,
+    pub generator: bool,
+    pub grid: bool,
+    /// The head or whatever else the CRF's mesh shows beside the CRF itself.
+    pub anatomy: bool,
+    /// Error vector of each sensor.
+    pub sensor_errors: bool,
+    /// Error vector of the tip.
+    pub tip_error: bool,
+    /// The tool as the tracker believes it to be.
+    pub ghost: bool,
+    /// What the tool's range of motion runs through.
+    pub motion: bool,
+    /// The ellipsoid that holds 95 % of where the tracker's jitter puts the tip.
+    pub tip_scatter: bool,
+    pub slice: bool,
+    /// The field's error as arrows on a lattice.
+    pub arrows: bool,
+    /// The selected sensor's body painted by what the tip error would be with the sensor there.
+    pub placement: bool,
+    /// Where the design meets its requirement.
+    pub region: bool,
+    /// Where the room's model is valid: the surface around it, and hatching on the slice.
+    pub support: bool,
+    pub labels: bool,
+}
+
+impl Default for Layers {
+    fn default() -> Self {
+        Self {
+            volume: true,
+            generator: true,
+            grid: true,
+            anatomy: true,
+            sensor_errors: true,
+            tip_error: true,
+            ghost: true,
+            motion: true,
+            tip_scatter: true,
+            slice: true,
+            arrows: false,
+            placement: false,
+            region: false,
+            support: false,
+            labels: true,
+        }
+    }
+}
 
 /// A layer's switch.
 type Switch = fn(&mut Layers) -> &mut bool;
@@ -25,9 +79,13 @@ const NAMES: [(&str, Switch); 15] = [
 ];
 
 impl Layers {
-    /// Every layer on, or every one off.
+    /// Bodies and sensors only.
+    pub fn none() -> Self {
+        Self::every(false)
+    }
+
     fn every(is_on: bool) -> Self {
-        let mut layers = Self::NONE;
+        let mut layers = Self::default();
         for (_, switch) in NAMES {
             *switch(&mut layers) = is_on;
         }
@@ -39,12 +97,12 @@ impl Layers {
     /// # Errors
     /// The first name that no layer has.
     pub fn named(list: &str) -> Result<Self, String> {
-        let mut layers = Self::NONE;
+        let mut layers = Self::none();
         let names = list.split(',').map(str::trim);
         for name in names.filter(|name| !name.is_empty()) {
             match name {
                 "all" => layers = Self::every(true),
-                "none" => layers = Self::every(false),
+                "none" => layers = Self::none(),
                 _ => match NAMES.iter().find(|(own, _)| *own == name) {
                     Some((_, switch)) => *switch(&mut layers) = true,
                     None => return Err(format!("no layer {name}")),
@@ -80,7 +138,7 @@ mod tests {
         for (name, _) in NAMES {
             assert_eq!(Layers::named(name).unwrap().names(), [name]);
         }
-        assert_eq!(Layers::named("all,none,"), Ok(Layers::NONE));
+        assert_eq!(Layers::named("all,none,"), Ok(Layers::none()));
         assert_eq!(Layers::named("sliec"), Err("no layer sliec".to_owned()));
     }
 

@@ -1,8 +1,9 @@
 //! Moving things by hand: which edit puts a body or a sensor where a movement in the tracker
 //! frame takes it.
 
-use super::content::{BodyRole, Design};
+use super::content::Design;
 use super::edit::Edit;
+use super::things::BodyRole;
 use nalgebra::{Translation3, UnitQuaternion};
 use trackwright_geometry::movement::Movement;
 use trackwright_geometry::pose::Pose;
