@@ -4,7 +4,7 @@ use trackwright_openigtlink::codec::{Content, Decoded, Decoder, HEADER_BYTES};
 
 /// What came of a part of a stream, in a form that equals itself also where numbers are none.
 #[derive(Debug, PartialEq)]
-enum Told {
+enum Received {
     Message(Vec<u8>),
     Skipped(String, u64),
     Wrong(String),
@@ -16,11 +16,11 @@ pub fn openigtlink(bytes: &[u8]) -> bool {
     let Some((piece, stream)) = bytes.split_first() else {
         return false;
     };
-    let whole = told(stream.len().max(1), stream);
-    assert_eq!(told(usize::from(*piece) + 1, stream), whole);
+    let whole = received(stream.len().max(1), stream);
+    assert_eq!(received(usize::from(*piece) + 1, stream), whole);
     assert!(whole.len() * HEADER_BYTES <= stream.len());
-    let messages = whole.iter().filter_map(|told| match told {
-        Told::Message(message) => Some(message),
+    let messages = whole.iter().filter_map(|part| match part {
+        Received::Message(message) => Some(message),
         _ => None,
     });
     let mut is_found = false;
@@ -28,13 +28,13 @@ pub fn openigtlink(bytes: &[u8]) -> bool {
         is_found = true;
         // Text that was no UTF-8 has become up to three times as long.
         assert!(message.len() <= 3 * stream.len() + HEADER_BYTES);
-        let again = told(message.len(), message);
-        assert_eq!(again, [Told::Message(message.clone())]);
+        let again = received(message.len(), message);
+        assert_eq!(again, [Received::Message(message.clone())]);
     }
     is_found
 }
 
-fn told(piece: usize, stream: &[u8]) -> Vec<Told> {
+fn received(piece: usize, stream: &[u8]) -> Vec<Received> {
     let mut decoder = Decoder::new(1 << 20);
     let mut all = Vec::new();
     for mut arrived in stream.chunks(piece) {
@@ -47,10 +47,12 @@ fn told(piece: usize, stream: &[u8]) -> Vec<Told> {
                         assert!(pose.translation.vector.iter().all(|v| v.is_finite()));
                         assert!((pose.rotation.norm() - 1.0).abs() < 1e-9);
                     }
-                    Told::Message(message.encode().expect("what had a place has one again"))
+                    Received::Message(message.encode().expect("what had a place has one again"))
                 }
-                Ok(Decoded::Skipped { kind, body_bytes, .. }) => Told::Skipped(kind, body_bytes),
-                Err(error) => Told::Wrong(error.to_string()),
+                Ok(Decoded::Skipped { kind, body_bytes, .. }) => {
+                    Received::Skipped(kind, body_bytes)
+                }
+                Err(error) => Received::Wrong(error.to_string()),
             });
         }
     }

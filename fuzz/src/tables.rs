@@ -3,7 +3,7 @@
 use super::read;
 use trackwright_formats::poses::WhosePoses;
 use trackwright_formats::table::Table;
-use trackwright_formats::{groups, input, measurements, points, poses, recorded_tool};
+use trackwright_formats::{FormatError, groups, input, measurements, points, poses, recorded_tool};
 
 /// The same bytes as each kind of table: there are as many rows for each, and tables that are written
 /// too are written and read as the same again.
@@ -13,21 +13,11 @@ pub fn table(bytes: &[u8]) -> bool {
     assert!(rows.is_none_or(|rows| rows <= bytes.len()));
     let mut counts = Vec::new();
     if let Some(set) = read(measurements::parse(bytes)) {
-        let mut once = Vec::new();
-        measurements::write(&mut once, &set).expect("memory takes it");
-        let again = measurements::parse(&once).expect("it was written here");
-        let mut twice = Vec::new();
-        measurements::write(&mut twice, &again).expect("memory takes it");
-        assert_eq!(text(&twice), text(&once));
+        assert_survives(&set, |out, set| measurements::write(out, set), measurements::parse);
         counts.push(set.measurements.len());
     }
     if let Some(found) = read(poses::parse(bytes)) {
-        let mut once = Vec::new();
-        poses::write(&mut once, &found).expect("memory takes it");
-        let again = poses::parse(&once).expect("it was written here");
-        let mut twice = Vec::new();
-        poses::write(&mut twice, &again).expect("memory takes it");
-        assert_eq!(text(&twice), text(&once));
+        assert_survives(&found, |out, found| poses::write(out, found), poses::parse);
         counts.push(found.len());
     }
     counts.extend(read(recorded_tool::parse(bytes)).map(|table| table.rows.len()));
@@ -58,6 +48,18 @@ pub fn table(bytes: &[u8]) -> bool {
     !counts.is_empty()
 }
 
-fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
-    String::from_utf8_lossy(bytes)
+/// What is written is read as the same again; compared as text.
+fn assert_survives<T>(
+    found: &T,
+    write: impl Fn(&mut Vec<u8>, &T) -> std::io::Result<()>,
+    parse: impl Fn(&[u8]) -> Result<T, FormatError>,
+) {
+    let written = |found: &T| {
+        let mut bytes = Vec::new();
+        write(&mut bytes, found).expect("memory takes it");
+        bytes
+    };
+    let once = written(found);
+    let again = parse(&once).expect("it was written here");
+    assert_eq!(String::from_utf8_lossy(&written(&again)), String::from_utf8_lossy(&once));
 }

@@ -151,6 +151,11 @@ pub(super) fn as_set(indices: &[usize]) -> Vec<usize> {
 
 /// `shaft 2`, or the first number that is free; a number that the name ends in is counted on
 /// from its beginning, so that a copy of `shaft 2` is no `shaft 2 2`.
+///
+/// ```
+/// let taken = ["shaft 2".to_owned()].into();
+/// assert_eq!(trackwright_design::fresh_name("shaft 2", &taken), "shaft 3");
+/// ```
 pub fn fresh_name(name: &str, taken: &HashSet<String>) -> String {
     let stem = match name.rsplit_once(' ') {
         Some((stem, number))
@@ -324,12 +329,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_mirrored_sensor_mirrored_again_is_where_it_was(s in any_sensor(), p in plane()) {
+        fn mirroring_twice_is_exact(s in any_sensor(), p in plane()) {
             prop_assert_eq!(mirrored(&mirrored(&s, p), p), s);
         }
 
         #[test]
-        fn x_and_z_are_mirrored_as_arrows_and_the_frame_stays_right_handed(
+        fn x_and_z_are_mirrored_as_arrows(
             s in any_sensor(),
             p in plane(),
         ) {
@@ -351,7 +356,7 @@ mod tests {
         }
 
         #[test]
-        fn a_mirrored_6_dof_sensor_made_5_dof_is_the_mirrored_5_dof_one(
+        fn mirroring_and_reducing_to_5_dof_commute(
             s in any_sensor(),
             p in plane(),
         ) {
@@ -364,7 +369,7 @@ mod tests {
         }
 
         #[test]
-        fn an_axis_survives_the_way_to_six_degrees_of_freedom_and_back(
+        fn an_axis_survives_6_dof_and_back(
             s in any_sensor(),
             // Close to z and to -z, where angles found by their cosine are lost.
             squeeze in prop::sample::select(vec![1.0, 1e-4, 1e-8, 0.0]),
@@ -381,7 +386,7 @@ mod tests {
         }
 
         #[test]
-        fn an_aligned_sensor_points_along_the_direction_and_is_turned_no_more_than_needed(
+        fn aligning_turns_no_more_than_needed(
             s in any_sensor(),
             direction in prop::array::uniform3(-9.0..9.0_f64),
         ) {
@@ -418,7 +423,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_is_evenly_spaced_and_begins_with_the_sensor_itself() {
+    fn a_row_is_evenly_spaced_from_its_first_sensor() {
         let row = Arrangement::Array {
             count: 4,
             spacing_mm: -2.5,
@@ -432,7 +437,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_and_directions_that_cannot_be_are_refused() {
+    fn impossible_rows_and_directions_are_refused() {
         let array = |count, spacing_mm, x| Arrangement::Array {
             count,
             spacing_mm,

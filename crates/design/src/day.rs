@@ -5,6 +5,15 @@ use std::str::FromStr;
 use time::{Date, Month, OffsetDateTime};
 
 /// A day of the years 0 to 9999, which ISO 8601 writes with ten characters.
+///
+/// ```
+/// use trackwright_design::Day;
+///
+/// let day: Day = "2005-10-26".parse()?;
+/// assert_eq!(day.to_string(), "2005-10-26");
+/// assert!("2005-02-30".parse::<Day>().is_err());
+/// # Ok::<(), trackwright_design::NoDay>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Day(Date);
 

@@ -20,6 +20,22 @@ pub enum Origin {
 ///
 /// Edits between [`begin`](Self::begin) and [`commit`](Self::commit) are one undo step; an edit
 /// outside is a step of its own. A step that changes nothing in the end leaves no trace.
+///
+/// ```
+/// use trackwright_design::{Design, DesignBody, Document, Edit, Origin, View};
+///
+/// let body = DesignBody::of_file("probe.body.ron".to_owned());
+/// let design = Design::of_tool("probe", "room.env.ron", body);
+/// let mut document = Document::new(design, View::default(), Origin::BuiltIn("probe"));
+/// document.begin("Drag");
+/// for weight_mm in [10.0, 20.0, 30.0] {
+///     document.apply(Edit::SetOrientationWeight(Some(weight_mm)))?;
+/// }
+/// assert!(document.commit());
+/// assert_eq!(document.undo().as_deref(), Some("Drag"));
+/// assert_eq!(document.design().orientation_weight_mm, None);
+/// # Ok::<(), trackwright_design::EditError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Document {
     design: Arc<Design>,

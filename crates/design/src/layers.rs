@@ -94,6 +94,13 @@ impl Layers {
 
     /// Those of a list with commas, and no others; `all` and `none` stand for what they say.
     ///
+    /// ```
+    /// use trackwright_design::view::Layers;
+    ///
+    /// assert_eq!(Layers::named("slice, grid").unwrap().names(), ["grid", "slice"]);
+    /// assert!(Layers::named("sliec").is_err());
+    /// ```
+    ///
     /// # Errors
     /// The first name that no layer has.
     pub fn named(list: &str) -> Result<Self, String> {
@@ -131,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_list_turns_on_is_what_its_layers_are_called() {
+    fn layers_are_turned_on_by_their_names() {
         let every = Layers::named("all").unwrap();
         assert_eq!(every.names(), NAMES.map(|(name, _)| name));
         assert_eq!(Layers::named(&every.names().join(", ")), Ok(every));

@@ -1,4 +1,18 @@
 //! The document that a person edits: a design with its bodies inlined, its view, edits, history.
+//!
+//! ```
+//! use trackwright_design::{Design, DesignBody, Document, Edit, Origin, View};
+//!
+//! let body = DesignBody::of_file("probe.body.ron".to_owned());
+//! let design = Design::of_tool("probe", "room.env.ron", body);
+//! let mut document = Document::new(design, View::default(), Origin::BuiltIn("probe"));
+//! document.apply(Edit::SetName("pointer".to_owned()))?;
+//! assert_eq!(document.design().name, "pointer");
+//! assert_eq!(document.undo().as_deref(), Some("Rename design"));
+//! assert_eq!(document.design().name, "probe");
+//! assert!(!document.is_dirty());
+//! # Ok::<(), trackwright_design::EditError>(())
+//! ```
 
 mod anatomy;
 mod arrange;

@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn anatomy_is_added_changed_removed_and_undone_under_names_that_say_so() {
+    fn anatomy_edits_are_undone_by_name() {
         let mut document = document();
         let mut present = anatomy("head");
         document.apply(add("head")).unwrap();
@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_or_told_apart_is_refused_and_nothing_changes() {
+    fn impossible_anatomy_is_refused() {
         let mut document = document();
         document.apply(add("head")).unwrap();
         let changed = |change: fn(&mut Anatomy)| {
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_put_on_the_other_frame_stays_where_it_is_and_moves_with_its_own() {
+    fn anatomy_on_another_frame_stays_in_place() {
         let mut document = document();
         let turn = UnitQuaternion::from_euler_angles(0.3, -0.2, 1.1);
         let crf = pose_from_parts(Vector3::new(-40.0, 5.0, -200.0), turn);
@@ -381,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn slides_are_added_moved_changed_removed_and_undone_under_names_that_say_so() {
+    fn slide_edits_are_undone_by_name() {
         let mut document = document();
         let mut edit = |edit| document.apply(Edit::Slides(edit)).unwrap();
         for (index, title) in [(0, "b"), (0, "a"), (2, "c")] {
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slide_that_is_not_there_or_cannot_be_drawn_leaves_the_slides_as_they_are() {
+    fn bad_slide_edits_change_nothing() {
         let mut document = document();
         let mut refused = |edit| document.apply(Edit::Slides(edit)).unwrap_err().to_string();
         let index = 1;
@@ -429,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn a_presented_view_is_looked_at_and_changed_but_never_the_documents_own() {
+    fn a_presented_view_is_never_the_documents_own() {
         let mut document = document();
         let own = document.own_view().clone();
         let mut presented = View::default();

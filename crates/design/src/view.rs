@@ -256,11 +256,21 @@ impl View {
         *self != default
     }
 
+    /// Whether it can be drawn.
+    ///
+    /// ```
+    /// use trackwright_design::view::{Magnification, View};
+    ///
+    /// let view = View { magnification: Magnification::Times(0.0), ..View::default() };
+    /// let error = view.check().unwrap_err().to_string();
+    /// assert_eq!(error, "view.magnification is 0, expected a number above zero");
+    /// ```
+    ///
     /// # Errors
     /// The first number that is not finite, too large, or not positive where it has to be.
     pub fn check(&self) -> Result<(), ViewError> {
-        let error = |field, value, expected| Err(ViewError::Number { field, value, expected });
         type Problem = fn(f64) -> Option<&'static str>;
+        let error = |field, value, expected| Err(ViewError::Number { field, value, expected });
         let position: Problem = |value| position_problem(&[value]);
         let angle: Problem = |value| angle_problem(value.abs().to_degrees());
         let (slice, free, camera) = (&self.slice, self.slice.free, self.camera);
@@ -349,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slice_that_faces_the_camera_goes_through_its_focus_and_comes_back_from_a_file() {
+    fn a_facing_slice_goes_through_the_focus() {
         let bounds = Bounds::from(([-100.0, -100.0, -400.0], [100.0, 100.0, -200.0]));
         let mut camera = OrbitCamera {
             focus_mm: Point3::new(20.0, -30.0, -310.0),

@@ -83,6 +83,17 @@ enum SensorKind {
 
 /// Reads a body.
 ///
+/// ```
+/// use trackwright_formats::body::{parse, write};
+///
+/// let marker = "(name: \"a\", kind: Marker, position: (0, 0, 9))";
+/// let text = format!("(version: 1, name: \"probe\", sensors: [{marker}])");
+/// let body = parse(text.as_bytes())?;
+/// assert_eq!(body.rigid.sensors[0].position_in_body.z, 9.0);
+/// assert_eq!(parse(write(&body).as_bytes())?, body);
+/// # Ok::<(), trackwright_formats::FormatError>(())
+/// ```
+///
 /// # Errors
 /// Anything that leaves a doubt about what the body is; see [`FormatError`].
 pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
@@ -240,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_example_of_the_contract_is_read_and_normalised() {
+    fn the_contracts_example_is_read() {
         let body = parse(EXAMPLE.as_bytes()).unwrap();
         assert_eq!(body.mesh, Some(MeshReference::new("../../assets/meshes/pointer.glb")));
         assert_eq!(body.rigid.tip_in_body, Some(Point3::origin()));
@@ -251,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn absent_fields_are_absent_and_unknown_ones_refused() {
+    fn unknown_fields_are_refused() {
         let text = EXAMPLE.replace("tip: (0.0, 0.0, 0.0),", "tip: None,");
         let body = parse(text.as_bytes()).unwrap();
         assert_eq!(body.rigid.tip_in_body, None);
@@ -271,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn every_wrong_field_is_named_with_what_was_found_and_expected() {
+    fn every_wrong_field_is_named() {
         let cases = r#"
             version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
             version: 1 => version: 0 | version is 0, expected 1

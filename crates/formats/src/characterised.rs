@@ -59,7 +59,7 @@ mod tests {
     use trackwright_geometry::pose::pose_from_array;
 
     #[test]
-    fn the_table_reads_back_as_measurements_with_their_groups_whatever_a_sensor_is_called() {
+    fn characterised_tables_read_back_with_groups() {
         let measurement = Measurement {
             tracker_from_ideal: pose_from_array([0.1, -2.0, 1.0 / 3.0, 0.8, 0.0, 0.6, 0.0])
                 .unwrap(),

@@ -168,7 +168,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn models_that_are_no_polynomials_are_read_back_exactly() {
+    fn computed_models_are_read_back_exactly() {
         for environment in environments() {
             let text = write(&environment);
             assert_eq!(parse(text.as_bytes()).unwrap(), environment, "{text}");
@@ -176,7 +176,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_no_model_is_refused_with_its_field_and_what_was_expected() {
+    fn impossible_models_are_refused_by_field() {
         let [kriging, harmonic] = environments().map(|e| write(&e));
         let refusal = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
         let cases = r#"

@@ -327,7 +327,7 @@ fn the_documents_have_every_field() {
 }
 
 #[test]
-fn every_misspelt_field_is_named_with_the_right_one() {
+fn every_misspelt_field_is_corrected() {
     let (mut tried, mut accepted) = (0, 0);
     for document in documents() {
         for field in document.fields() {
@@ -362,7 +362,7 @@ fn every_misspelt_field_is_named_with_the_right_one() {
 const MISSPELT: usize = 1195;
 
 #[test]
-fn every_misspelt_variant_is_named_with_the_right_one() {
+fn every_misspelt_variant_is_corrected() {
     let mut tried = 0;
     for document in documents() {
         for variant in document.variants() {
@@ -498,7 +498,7 @@ fn ranges(document: &Document) -> Vec<(Range<usize>, Range<usize>)> {
 }
 
 #[test]
-fn every_reversed_range_is_named_with_both_numbers() {
+fn every_reversed_range_is_named() {
     let mut tried = 0;
     for document in documents() {
         for (min, max) in ranges(&document) {

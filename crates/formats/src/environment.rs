@@ -228,7 +228,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn where_a_model_may_be_believed_reads_back_to_the_bit() {
+    fn model_validity_reads_back_to_the_bit() {
         let mut room = room();
         let mut parts = support(&room).parts().clone();
         room.fit_validity = Some(support(&room));
@@ -331,7 +331,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_jitter_that_does_not_say_how_it_grows_is_the_same_everywhere_or_grows_as_a_dipole() {
+    fn jitter_growth_defaults_to_none_or_a_dipole() {
         let text = write(&room());
         let (start, end) = (text.find("jitter: ").unwrap(), text.find("    provenance").unwrap());
         let with = |jitter: &str| {

@@ -122,6 +122,13 @@ impl Kind {
 
 /// What a file that cannot be read as `expected` is instead, by its beginning or else by its name;
 /// `None` where it is of no known kind, or of the one that is expected.
+///
+/// ```
+/// use trackwright_formats::foreign::foreign;
+///
+/// let png = foreign(b"\x89PNG\r\n\x1a\n", "a.csv", "a table").unwrap();
+/// assert_eq!(png.to_string(), "found a PNG image, expected a table");
+/// ```
 pub fn foreign(head: &[u8], file_name: &str, expected: &'static str) -> Option<FormatError> {
     let name = file_name.to_lowercase();
     // A workbook is an archive by its bytes.
@@ -147,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn files_are_named_by_their_bytes_before_their_names() {
+    fn bytes_decide_before_file_names() {
         let png = said(b"\x89PNG\r\n\x1a\n....", "a.csv", "a measurement table");
         assert_eq!(png.unwrap(), "found a PNG image, expected a measurement table");
         let workbook = said(b"PK\x03\x04....", "A.XLSX", "points");

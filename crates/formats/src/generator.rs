@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn every_wrong_field_is_named_with_what_was_found_and_expected() {
+    fn every_wrong_field_is_named() {
         let cases = r#"
             version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
             (-120, 0, 0) => (NaN, 0, 0)

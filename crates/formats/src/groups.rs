@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cluster_column_goes_before_the_frame_column() {
+    fn cluster_columns_go_before_frame_columns() {
         let table = "frame, cluster ,x\n1,a,0\n1,b,0\n";
         let found = labels(table, None).unwrap();
         assert_eq!(found, ("cluster".into(), vec!["a".into(), "b".into()]));

@@ -1,4 +1,18 @@
 //! Bytes to types and back: one parser and writer a file format, no disk.
+//!
+//! ```
+//! use trackwright_formats::poses;
+//!
+//! let table = b"x,y,z,qw,qx,qy,qz\n1.5,0,-300,1,0,0,0\n";
+//! let found = poses::parse(table)?;
+//! assert_eq!(found[0].translation.vector.z, -300.0);
+//! let mut written = Vec::new();
+//! poses::write(&mut written, &found).expect("memory takes it");
+//! assert_eq!(written, table);
+//! let error = poses::parse(b"x,y\n1,2\n").unwrap_err();
+//! assert!(error.to_string().starts_with("line 1: found no column z"));
+//! # Ok::<(), trackwright_formats::FormatError>(())
+//! ```
 
 pub mod agreement_log;
 pub mod body;

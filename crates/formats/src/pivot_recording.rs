@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn what_it_is_not_is_said_as_of_the_nearest_format() {
+    fn errors_are_those_of_the_nearest_format() {
         let said = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();
         assert_eq!(said(b""), "found no rows, expected at least one");
         let no_poses = said(b"time,x,y\n0,1,2\n");

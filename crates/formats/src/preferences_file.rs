@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_no_window_has_are_refused_with_the_value() {
+    fn impossible_window_values_are_refused() {
         let refused = |from: &str, to: &str| {
             let preferences = Preferences { window: Some([1280, 720]), ..Preferences::default() };
             let text = write(&preferences).replace(from, to);

@@ -9,6 +9,12 @@ use std::fmt::Write;
 
 /// The text with control characters, bidirectional controls, zero-width characters and separators of
 /// lines and paragraphs written as `\u{..}`. All else stays as it is.
+///
+/// ```
+/// use trackwright_formats::printable::printable;
+///
+/// assert_eq!(printable("a\u{202e}b"), r"a\u{202e}b");
+/// ```
 pub fn printable(text: &str) -> Cow<'_, str> {
     if !text.chars().any(is_hidden) {
         return Cow::Borrowed(text);

@@ -246,7 +246,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_the_part_that_it_is_in() {
+    fn errors_name_the_part_of_a_recovery_file() {
         let good = String::from_utf8(good()).unwrap();
         let cases = r#"
             version: 1,\n    w => version: 2,\n    w | version is 2, expected 1…

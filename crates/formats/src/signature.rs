@@ -64,7 +64,14 @@ pub enum Signature {
 }
 
 impl Signature {
-    /// `extension` tells formats apart whose beginnings say nothing.
+    /// The kind of a file; `extension` tells formats apart whose beginnings say nothing.
+    ///
+    /// ```
+    /// use trackwright_formats::signature::Signature;
+    ///
+    /// let body = b"(version: 1, name: \"a\", sensors: [";
+    /// assert_eq!(Signature::of(body, "ron").to_string(), "a body");
+    /// ```
     pub fn of(beginning: &[u8], extension: &str) -> Self {
         if beginning.is_empty() {
             return Self::Empty;

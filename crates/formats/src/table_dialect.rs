@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_read_but_for_capitals_spaces_and_units() {
+    fn column_names_ignore_case_spaces_and_units() {
         for (written, plain, unit) in [
             ("ideal_x", "ideal_x", None),
             (" Ideal X ", "ideal_x", None),

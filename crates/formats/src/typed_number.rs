@@ -135,6 +135,13 @@ impl NumberUnit {
 /// `-`, `−` and `–` are minus, `*`, `×` and `·` times, `/` and `÷` divided by. A comma is a
 /// decimal one unless it can as well set off thousands, as in `1,234`.
 ///
+/// ```
+/// use trackwright_formats::typed_number::{NumberUnit, parse};
+///
+/// assert_eq!(parse("1in + 2", NumberUnit::Millimetre), Ok(27.4));
+/// assert_eq!(parse("12,5", NumberUnit::Plain), Ok(12.5));
+/// ```
+///
 /// # Errors
 /// See [`TypedNumberError`].
 pub fn parse(text: &str, unit: NumberUnit) -> Result<f64, TypedNumberError> {

@@ -47,7 +47,7 @@ fn set_body(content: DesignBody) -> Edit {
 }
 
 #[test]
-fn another_body_takes_the_place_of_one_whole_and_undo_brings_the_old_one_back_to_the_bit() {
+fn a_replaced_body_is_restored_exactly() {
     let mut document = document();
     let mesh = set_mesh(MeshReference::new("a.stl"));
     document.apply(mesh).unwrap();
@@ -66,7 +66,7 @@ fn another_body_takes_the_place_of_one_whole_and_undo_brings_the_old_one_back_to
 }
 
 #[test]
-fn a_body_that_no_study_could_be_of_is_refused_and_changes_nothing() {
+fn bodies_that_cannot_be_studied_are_refused() {
     let with = |change: fn(&mut DesignBody)| {
         let mut body = probe();
         change(&mut body);
@@ -99,7 +99,7 @@ fn set_mesh(mesh: MeshReference) -> Edit {
 }
 
 #[test]
-fn edits_that_cannot_be_are_refused_and_change_nothing() {
+fn refused_edits_change_nothing() {
     let tool = BodyRole::Tool;
     let set = |index, sensor| Edit::SetSensor { body: tool, index, sensor };
     let mut bent = sensor("a", 0.0);
@@ -153,7 +153,7 @@ fn edits_that_cannot_be_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn a_body_keeps_its_last_sensor_and_a_design_without_crf_has_none_to_edit() {
+fn the_last_sensor_and_a_missing_crf_are_refused() {
     let mut document = document();
     let remove = Edit::RemoveSensor { body: BodyRole::Tool, index: 0 };
     document.apply(remove.clone()).unwrap();
@@ -166,7 +166,7 @@ fn a_body_keeps_its_last_sensor_and_a_design_without_crf_has_none_to_edit() {
 }
 
 #[test]
-fn arranging_is_one_step_that_is_named_after_what_it_did() {
+fn arranging_is_one_named_step() {
     let row = Arrangement::Array { count: 3, spacing_mm: 5.0, direction_in_body: Vector3::y() };
     for (edit, label, names) in [
         (arrange(&[1], Arrangement::Duplicate), "Duplicate sensor b", vec!["a", "b", "b 2"]),
@@ -201,7 +201,7 @@ fn arranging_is_one_step_that_is_named_after_what_it_did() {
 }
 
 #[test]
-fn several_sensors_move_at_once_and_names_may_change_hands() {
+fn several_sensors_move_at_once() {
     let mut document = document();
     let edit = |sensors| Edit::SetSensors { body: BodyRole::Tool, sensors };
     let swap = edit(vec![(0, sensor("b", 50.0)), (1, sensor("a", 0.1))]);
@@ -214,7 +214,7 @@ fn several_sensors_move_at_once_and_names_may_change_hands() {
 }
 
 #[test]
-fn a_crf_has_targets_a_motion_and_a_requirement_of_its_own() {
+fn a_crf_has_its_own_targets_and_study() {
     let target = |name: &str, x_mm| Target {
         name: name.to_owned(),
         position_in_crf: Point3::new(x_mm, 0.0, 0.0),

@@ -43,7 +43,7 @@ fn pivot(design: &Design, role: BodyRole) -> Point3<f64> {
 }
 
 #[test]
-fn a_crf_that_is_moved_takes_the_tool_along_and_keeps_its_pose_in_it_to_the_bit() {
+fn moving_the_crf_keeps_the_tool_in_it_exactly() {
     let before = turned_design();
     let at = pivot(&before, BodyRole::Crf);
     for movement in [slide(12.0), turn(at, 0.8)] {
@@ -56,7 +56,7 @@ fn a_crf_that_is_moved_takes_the_tool_along_and_keeps_its_pose_in_it_to_the_bit(
 }
 
 #[test]
-fn a_tool_that_is_moved_in_the_tracker_frame_goes_there_and_leaves_the_crf() {
+fn a_moved_tool_leaves_the_crf() {
     let before = turned_design();
     let tool = |design: &Design| design.tracker_from_body(BodyRole::Tool).unwrap();
     let after = moved(&before, BodyRole::Tool, &slide(-7.5));
@@ -70,7 +70,7 @@ fn a_tool_that_is_moved_in_the_tracker_frame_goes_there_and_leaves_the_crf() {
 }
 
 #[test]
-fn a_body_turns_about_its_tip_which_stays_where_it_is() {
+fn a_body_turns_about_its_tip() {
     let before = turned_design();
     for role in BodyRole::ALL {
         let at = pivot(&before, role);
@@ -93,7 +93,7 @@ fn a_movement_by_nothing_changes_nothing() {
 }
 
 #[test]
-fn a_sensor_turns_in_its_place_about_an_axis_of_the_tracker() {
+fn a_sensor_turns_about_a_tracker_axis_in_place() {
     let before = turned_design();
     let movement = turn(Point3::origin(), 0.6);
     let mut document = document(before.clone());

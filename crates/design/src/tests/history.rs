@@ -4,7 +4,7 @@ use super::*;
 use proptest::prelude::*;
 
 #[test]
-fn a_drag_is_one_step_and_undo_restores_it_to_the_bit() {
+fn a_drag_is_one_step_undone_exactly() {
     let mut document = document();
     document.begin("Drag sensor a");
     for step in 1..=10 {
@@ -49,7 +49,7 @@ fn a_step_that_ends_where_it_began_is_none() {
 }
 
 #[test]
-fn a_cancelled_or_empty_step_keeps_what_can_be_redone_and_a_new_edit_does_not() {
+fn only_a_new_edit_clears_redo() {
     let mut document = document();
     document.apply(move_to(1.0)).unwrap();
     document.undo();
@@ -74,7 +74,7 @@ fn a_step_that_begins_within_another_ends_it() {
 }
 
 #[test]
-fn undo_past_a_save_is_dirty_and_redo_to_it_clean() {
+fn undo_past_a_save_is_dirty() {
     let mut document = document();
     document.apply(move_to(1.0)).unwrap();
     document.mark_saved();
@@ -86,7 +86,7 @@ fn undo_past_a_save_is_dirty_and_redo_to_it_clean() {
 }
 
 #[test]
-fn the_history_is_listed_with_the_present_and_the_saved_state() {
+fn history_lists_the_present_and_saved_state() {
     let mut document = document();
     document.apply(move_to(1.0)).unwrap();
     document.mark_saved();
@@ -165,7 +165,7 @@ proptest! {
 
     /// Wherever one jumps, each state is the one that was there before, and so is the way back.
     #[test]
-    fn a_jump_and_its_opposite_give_back_the_same_bits(
+    fn a_jump_back_and_forth_is_exact(
         heights_mm in prop::collection::vec(any::<f64>().prop_filter("a coordinate", |z| z.abs() <= 1e6), 1..12),
         jumps in prop::collection::vec(any::<prop::sample::Index>(), 1..20),
     ) {

@@ -67,7 +67,7 @@ fn tool_names(document: &Document) -> Vec<String> {
 }
 
 #[test]
-fn the_tool_goes_by_way_of_the_crf_where_there_is_one() {
+fn a_tools_pose_goes_by_way_of_the_crf() {
     let mut design = design();
     let pose = design.tracker_from_body(BodyRole::Tool).unwrap();
     assert_eq!(pose.translation.vector, Vector3::new(0.0, 20.0, -300.0));

@@ -56,7 +56,7 @@ fn remove_room(file: &str) -> Edit {
 }
 
 #[test]
-fn rooms_and_decisions_come_and_go_and_undo_brings_each_back_by_its_name() {
+fn rooms_and_decisions_are_undone_by_name() {
     let mut document = document();
     let withdraw = Edit::Procedure(ProcedureEdit::Withdraw { step: Step::Tool });
     let edits = [

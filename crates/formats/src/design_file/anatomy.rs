@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_and_a_name_are_enough_and_what_is_written_reads_back() {
+    fn anatomy_needs_a_name_and_a_file_only() {
         let least = read(r#"(name: "head", mesh: "head.glb")"#).unwrap();
         let head = Anatomy {
             name: "head".into(),
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_a_mesh_is_said_with_its_name() {
+    fn errors_of_anatomy_name_it() {
         let cases = r#"
             (name: "", mesh: "a.stl") | anatomy[0]: name is empty, expected a name
             (name: "a", mesh: "a.stl"), (name: "a", mesh: "b.stl")

@@ -3,8 +3,7 @@
 //! A layer is a plugin, so that a file may name one that this program was built without: such a name
 //! is kept and told. One that is like that of a known layer is mistyped, and an error.
 
-use crate::FormatError;
-use crate::error::text;
+use crate::error::{FormatError, text};
 use crate::nearest::nearest;
 use crate::ron_text::{from_text, unknown_field};
 use serde::Deserialize;

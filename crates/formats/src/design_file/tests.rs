@@ -42,7 +42,7 @@ fn the_example_of_the_contract_is_read() {
 }
 
 #[test]
-fn a_slide_that_cannot_be_drawn_is_named_and_layers_that_are_no_more_are_told_and_do_no_harm() {
+fn unknown_layers_are_kept_and_bad_slides_named() {
     let with = |slides: &str| {
         EXAMPLE.replace("    motion: (", &format!("    slides: {slides},\n    motion: ("))
     };
@@ -124,7 +124,7 @@ fn what_is_written_reads_back() {
 }
 
 #[test]
-fn every_wrong_field_is_named_with_what_was_found_and_expected() {
+fn every_wrong_field_is_named() {
     let cases = r#"
         version: 1 => version: 7 | version is 7, expected 1; a newer trackwright wrote it
         rotation: (2.0, 0.0, 0.0, 0.0) => rotation: (0, 0, 0, 0)
@@ -147,7 +147,7 @@ fn every_wrong_field_is_named_with_what_was_found_and_expected() {
 }
 
 #[test]
-fn a_range_of_a_million_million_poses_is_refused_with_its_count() {
+fn too_many_poses_are_refused_with_their_count() {
     let text = EXAMPLE
         .replace("(min: -50.0, max: 50.0, step: 50.0)", "(min: 0, max: 999999, step: 1)")
         .replace("(min: -90.0, max: 90.0, step: 45.0)", "(min: 0, max: 3600, step: 0.0036)");

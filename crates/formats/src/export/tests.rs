@@ -19,7 +19,7 @@ fn markup(axes: PatientAxes) -> Value {
 }
 
 #[test]
-fn a_markup_is_in_lps_and_defined_and_its_orientation_has_its_axes_as_columns() {
+fn markups_are_lps_with_axes_as_columns() {
     for (axes, sign) in [(PatientAxes::Ras, -1.0), (PatientAxes::Lps, 1.0)] {
         let file = markup(axes);
         let list = &file["markups"][0];

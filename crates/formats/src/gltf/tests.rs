@@ -45,7 +45,7 @@ pub(crate) fn triangle() -> Vec<u8> {
 }
 
 #[test]
-fn metres_under_nested_nodes_become_millimetres_of_the_body() {
+fn nested_metres_become_body_millimetres() {
     let mesh = parse(&triangle()).unwrap();
     let [part] = &mesh.parts[..] else { panic!("{mesh:?}") };
     assert!(part.is_anatomy());
@@ -57,7 +57,7 @@ fn metres_under_nested_nodes_become_millimetres_of_the_body() {
 }
 
 #[test]
-fn a_mirrored_node_keeps_its_triangles_facing_outward() {
+fn mirrored_triangles_still_face_outward() {
     let file = glb(&JSON.replace("[2,2,2]", "[2,2,-2]"), CORNERS, [0, 1, 2]);
     let part = parse(&file).unwrap().parts.remove(0);
     assert_eq!(part.triangles, [[0, 2, 1]]);

@@ -34,7 +34,7 @@ fn file(
 const CORNERS: [[f64; 3]; 3] = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 3.0, 0.5]];
 
 #[test]
-fn the_programs_own_reader_finds_what_was_written() {
+fn the_own_reader_finds_what_was_written() {
     let positions = CORNERS.map(Point3::from);
     let shape = Shape {
         positions: &positions,
@@ -77,7 +77,7 @@ fn indices_are_as_wide_as_their_vertices_need() {
 }
 
 #[test]
-fn what_no_number_of_the_format_holds_is_told_with_its_name() {
+fn numbers_beyond_32_bits_are_refused_by_name() {
     for bad in [f64::NAN, f64::INFINITY, 1e39] {
         let mut positions = CORNERS.map(Point3::from);
         positions[1].y = bad;
@@ -118,7 +118,7 @@ fn a_scene_of_nothing_is_a_file_too() {
 
 proptest! {
     #[test]
-    fn any_shape_is_written_so_that_a_reader_which_checks_takes_it(
+    fn any_written_shape_passes_a_strict_reader(
         name in prop::collection::vec(any::<char>(), 0..20),
         corners in prop::collection::vec(prop::array::uniform3(-1e6..1e6), 3..40),
         colors in prop::array::uniform4(-1.0..2.0),

@@ -86,6 +86,14 @@ impl std::fmt::Display for MeshFormat {
 /// as in glTF. STL and OBJ without normals get those of [`trackwright_geometry::normals`]; triangles
 /// with a corner that is no finite number are left out and counted.
 ///
+/// ```
+/// use trackwright_formats::mesh;
+///
+/// let mesh = mesh::read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", None)?;
+/// assert_eq!(mesh.parts[0].triangles, [[0, 1, 2]]);
+/// # Ok::<(), trackwright_formats::mesh::MeshError>(())
+/// ```
+///
 /// # Errors
 /// See [`MeshError`].
 pub fn read(

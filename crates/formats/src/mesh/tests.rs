@@ -56,7 +56,7 @@ fn corners(part: &MeshPart) -> Vec<[Point3<f64>; 3]> {
 }
 
 #[test]
-fn a_square_is_the_same_in_binary_in_text_and_as_obj() {
+fn a_square_is_the_same_in_every_format() {
     let expected = SQUARE.map(|t| t.map(|c| Point3::from(c.map(f64::from))));
     let obj = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4\n";
     let files = [
@@ -75,7 +75,7 @@ fn a_square_is_the_same_in_binary_in_text_and_as_obj() {
 }
 
 #[test]
-fn a_binary_file_that_begins_with_solid_is_binary() {
+fn binary_stl_may_begin_with_solid() {
     for header in ["solid", "solid thing\n facet", "SOLID"] {
         let part = only_part(&binary(header, &SQUARE), "stl");
         assert_eq!(part.triangles.len(), 2);
@@ -85,7 +85,7 @@ fn a_binary_file_that_begins_with_solid_is_binary() {
 }
 
 #[test]
-fn all_solids_of_a_text_are_parts_with_their_names() {
+fn solids_are_parts_with_their_names() {
     let text = text_stl("shaft", &SQUARE[..1]) + &text_stl("anatomy skull base", &SQUARE[1..]);
     let mesh = read(text.as_bytes(), "stl", None).unwrap();
     let names: Vec<_> = mesh.parts.iter().map(|p| p.name.as_str()).collect();
@@ -95,7 +95,7 @@ fn all_solids_of_a_text_are_parts_with_their_names() {
 }
 
 #[test]
-fn text_is_read_whatever_its_case_its_line_ends_and_its_spaces() {
+fn text_is_read_in_any_case_and_spacing() {
     let text = text_stl("", &SQUARE);
     let plain = only_part(text.as_bytes(), "stl");
     let mixed: String = text
@@ -125,7 +125,7 @@ fn text_is_read_whatever_its_case_its_line_ends_and_its_spaces() {
 }
 
 #[test]
-fn lengths_that_do_not_fit_the_count_are_refused_before_memory_is_taken() {
+fn lengths_must_fit_the_count() {
     let mut file = binary("", &SQUARE);
     assert_eq!(
         error(&file[..file.len() - 1], "stl"),
@@ -146,7 +146,7 @@ fn lengths_that_do_not_fit_the_count_are_refused_before_memory_is_taken() {
 }
 
 #[test]
-fn more_triangles_than_the_limit_are_refused_by_their_number() {
+fn too_many_triangles_are_refused_by_count() {
     let count = MAX_TRIANGLES as u32 + 1;
     let mut file = binary("", &[]);
     file[80..84].copy_from_slice(&count.to_le_bytes());
@@ -177,7 +177,7 @@ fn files_without_triangles_are_refused() {
 }
 
 #[test]
-fn triangles_whose_corners_are_no_numbers_are_left_out_and_counted() {
+fn triangles_without_numbers_are_left_out() {
     let mut triangles = SQUARE.to_vec();
     triangles.push([[f32::NAN, 0.0, 0.0], [1.0; 3], [2.0; 3]]);
     triangles.push([[0.0; 3], [f32::INFINITY; 3], [2.0; 3]]);
@@ -225,7 +225,7 @@ fn wrong_text_is_named_with_its_line() {
 }
 
 #[test]
-fn groups_are_parts_and_indices_count_back_from_the_latest_position() {
+fn groups_are_parts_and_indices_may_be_negative() {
     let mesh = read(OBJ.as_bytes(), "obj", None).unwrap();
     let [plate, skin] = &mesh.parts[..] else { panic!("{mesh:?}") };
     assert_eq!((plate.name.as_str(), plate.triangles.len()), ("plate", 2));
@@ -237,7 +237,7 @@ fn groups_are_parts_and_indices_count_back_from_the_latest_position() {
 }
 
 #[test]
-fn normals_of_an_obj_are_kept_where_every_corner_has_one() {
+fn obj_normals_are_kept_if_every_corner_has_one() {
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 2\nvn 1 0 0\nf 1//1 2//1 3//2\nf 1//2 3//1 2//1\n";
     let mesh = read(obj.as_bytes(), "obj", None).unwrap();
     let part = &mesh.parts[0];
@@ -279,7 +279,7 @@ fn a_concave_polygon_is_covered_once() {
 }
 
 #[test]
-fn a_unit_scales_what_the_format_leaves_open_and_overrides_what_it_says() {
+fn a_unit_overrides_that_of_the_format() {
     let size = |bytes: &[u8], unit| {
         let mesh = read(bytes, "", unit).unwrap();
         mesh.body_bounds().unwrap().size_mm().x
@@ -308,7 +308,7 @@ fn a_unit_scales_what_the_format_leaves_open_and_overrides_what_it_says() {
 }
 
 #[test]
-fn numbers_near_the_largest_are_refused_in_any_unit() {
+fn huge_coordinates_are_refused_in_any_unit() {
     let stl = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1e308 0 0\nvertex 0 1 0\n\
                endloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n\
                endloop\nendfacet\nendsolid a\n";
@@ -325,7 +325,7 @@ fn numbers_near_the_largest_are_refused_in_any_unit() {
 }
 
 #[test]
-fn a_file_of_a_thousand_groups_and_more_is_a_thousand_parts_and_the_rest() {
+fn parts_beyond_a_thousand_are_one() {
     let mut obj = String::from("v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     for i in 0..3000 {
         let name = if i % 3 == 2 { "anatomy" } else { "face" };

@@ -137,7 +137,7 @@ mod tests {
         2, 0 , 0 , 0, 100,1, 2, 3, 1, 0, 0, 0, 1, 2, 3, 0.5, 0, 0, 0, \n";
 
     #[test]
-    fn sensors_are_named_by_their_letters_and_zeros_are_missing() {
+    fn sensors_have_letters_and_zeros_are_missing() {
         let found = parse(LOG.as_bytes()).unwrap();
         let [a, b] = found.tools.as_slice() else { panic!("two sensors") };
         assert_eq!((a.name.as_str(), b.name.as_str()), ("a", "b"));
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_cut_anywhere_panics_nowhere_and_keeps_what_was_whole() {
+    fn a_cut_log_keeps_its_whole_rows() {
         let rows = LOG.find("1, 23").unwrap();
         for end in 0..LOG.len() {
             let found = parse(&LOG.as_bytes()[..end]);

@@ -43,6 +43,15 @@ fn reader_of(bytes: &[u8]) -> Option<Reader> {
 /// Reads a recording: an NDI Track or ToolBox table, what NDI's combined API is read by, an Aurora
 /// log, a PLUS sequence, a log of labelled lines, or a table of live poses.
 ///
+/// ```
+/// use trackwright_formats::recording;
+///
+/// let log = b"Sensor: a Position: 1 2 3 Orientation: 1 0 0 0 1 0 0 0 1\n";
+/// let found = recording::parse(log)?;
+/// assert_eq!(found.tools[0].good().count(), 1);
+/// # Ok::<(), trackwright_formats::FormatError>(())
+/// ```
+///
 /// # Errors
 /// Those of the format that the first lines belong to, or that there is none.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {

@@ -79,7 +79,6 @@ mod tests {
     use super::*;
     use crate::test_cases::assert_refused;
     use nalgebra::Vector3;
-    use proptest::prelude::*;
     use trackwright_geometry::pose::Pose;
     use trackwright_simulation::recording::Unusable;
 
@@ -100,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn commas_between_cells_and_commas_in_numbers_are_read_alike() {
+    fn separators_and_decimal_commas_are_told_apart() {
         let csv = parse(TSV.replace('\t', ",").as_bytes()).unwrap();
         let decimal = parse(TSV.replace('.', ",").as_bytes()).unwrap();
         let expected = parse(TSV.as_bytes()).unwrap();
@@ -125,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_cut_anywhere_panics_nowhere_and_keeps_what_was_whole() {
+    fn a_cut_table_keeps_its_whole_rows() {
         let header = TSV.find('\n').unwrap();
         for end in 0..TSV.len() {
             let found = parse(&TSV.as_bytes()[..end]);
@@ -140,12 +139,5 @@ mod tests {
         let cut = parse(&TSV.as_bytes()[..TSV.len() - 100]).unwrap();
         assert_eq!(cut.tools[0].good().count(), 2);
         assert_eq!(cut.tools[1].samples[1].pose, Err(Unusable::Cut));
-    }
-
-    proptest! {
-        #[test]
-        fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-            let _ = parse(&[b"Tools\tPort 1\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\n", &bytes[..]].concat());
-        }
     }
 }

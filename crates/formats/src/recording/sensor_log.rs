@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn matrices_and_missing_readings_are_read_as_such() {
+    fn matrices_and_missing_readings_are_read() {
         let log = "Sensor: a Position: 1 2 3 Orientation: 1 0 0 0 0 -1 0 1 0\n\
                    Sensor: b Position: -3.7e28 -3.7e28 -3.7e28 Orientation: 1 0 0 0 1 0 0 0 1\n";
         let found = parse(log.as_bytes()).unwrap();

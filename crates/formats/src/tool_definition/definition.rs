@@ -31,6 +31,15 @@ pub enum ToolDefinition {
 /// Reads whatever a body may be given by: a body file or a definition, by its content and then by
 /// its name; and which kind of definition it was, if any.
 ///
+/// ```
+/// use trackwright_formats::tool_definition::{OnMismatch, read_body};
+///
+/// let json = br#"{"count": 1, "id": 7, "fiducials": [{"x": 1, "y": 0, "z": 2.5}]}"#;
+/// let (body, _) = read_body(json, "json", OnMismatch::Refuse)?;
+/// assert_eq!(body.rigid.sensors[0].position_in_body.z, 2.5);
+/// # Ok::<(), trackwright_formats::FormatError>(())
+/// ```
+///
 /// # Errors
 /// See [`FormatError`].
 pub fn read_body(

@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sensor_is_known_by_its_place_then_its_name_then_its_index() {
+    fn sensors_match_by_position_name_then_index() {
         let slots: Vec<_> = [0.0, 1.0, 2.0, 2.0]
             .into_iter()
             .enumerate()

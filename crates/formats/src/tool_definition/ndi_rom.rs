@@ -338,7 +338,7 @@ mod tests {
     use time::{Duration, Month};
 
     #[test]
-    fn words_of_real_tools_are_the_days_they_were_made() {
+    fn serial_words_of_real_tools_are_their_days() {
         // NDI's own passive probe, and its Mini 6DOF sensor.
         for (bytes, number, date) in [
             ([0x03, 0x14, 0x80, 0x34], "34801403", "2005-01-06"),

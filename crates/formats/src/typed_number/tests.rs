@@ -32,7 +32,7 @@ fn sums_products_and_parentheses_are_worked_out() {
 }
 
 #[test]
-fn a_comma_is_decimal_unless_it_can_set_off_thousands() {
+fn commas_are_decimal_unless_ambiguous() {
     for (text, value) in [
         ("12,5", 12.5),
         (",5", 0.5),

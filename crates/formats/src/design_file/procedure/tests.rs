@@ -68,7 +68,7 @@ const DECIDED: &str = r#"(
 "#;
 
 #[test]
-fn decisions_are_read_as_they_stand_and_written_as_they_were() {
+fn decisions_are_written_as_they_were_read() {
     let design = parse(DECIDED.as_bytes()).unwrap();
     let procedure = &design.design.procedure;
     assert_eq!(procedure.further_rooms, ["ward.env.ron"]);
@@ -90,7 +90,7 @@ fn decisions_are_read_as_they_stand_and_written_as_they_were() {
 }
 
 #[test]
-fn a_procedure_that_nobody_began_leaves_no_trace_in_the_file() {
+fn an_empty_procedure_is_not_written() {
     let text = write(&design(Procedure::default()));
     assert!(!text.contains("procedure"), "{text}");
     let empty = text.replace("    tool: (", "    procedure: (),\n    tool: (");
@@ -98,7 +98,7 @@ fn a_procedure_that_nobody_began_leaves_no_trace_in_the_file() {
 }
 
 #[test]
-fn what_cannot_have_been_decided_is_refused_by_the_name_of_its_field() {
+fn impossible_decisions_are_refused_by_field() {
     let cases = r#"
         "2005-10-26" => "2005-02-30"
             | procedure.tool.date is "2005-02-30", expected a day such as 2005-10-26

@@ -9,7 +9,7 @@ fn said(body: &BodyFile) -> Vec<String> {
 }
 
 #[test]
-fn an_image_says_what_its_bytes_say_with_units_and_what_follows_it() {
+fn an_images_facts_have_values_and_units() {
     let mut image = optical_image();
     image.extend([0xee, 0xff]);
     let body = read(&image, "rom").unwrap();
@@ -42,7 +42,7 @@ fn a_new_image_was_made_on_no_day_by_nobody() {
 }
 
 #[test]
-fn a_sum_that_does_not_match_is_said_of_an_image_that_was_read_all_the_same() {
+fn an_accepted_wrong_checksum_is_reported() {
     let mut image = em_image();
     image[60] ^= 1;
     let (body, _) = read_body(&image, "rom", OnMismatch::Accept).unwrap();

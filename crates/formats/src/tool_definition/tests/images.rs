@@ -6,7 +6,7 @@ use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_simulation::body::Coil;
 
 #[test]
-fn an_unchanged_body_gives_the_image_byte_for_byte_with_what_no_body_has() {
+fn an_unchanged_body_gives_the_image_exactly() {
     for image in [optical_image(), [optical_image(), vec![0xee, 0xfd, 0]].concat(), em_image()] {
         let body = read(&image, "rom").unwrap();
         assert_eq!(rom_bytes(&body), image);
@@ -19,7 +19,7 @@ fn an_unchanged_body_gives_the_image_byte_for_byte_with_what_no_body_has() {
 }
 
 #[test]
-fn two_coils_of_an_aurora_image_are_5_dof_sensors_that_cross() {
+fn aurora_coils_are_crossed_5_dof_sensors() {
     let body = read(&em_image(), "").unwrap().rigid;
     assert_eq!((body.name.as_str(), body.tip_in_body), ("610029", Some(Point3::origin())));
     let pair = trackwright_simulation::pairs::sensor_pairs(&body.sensors).next().unwrap();
@@ -32,7 +32,7 @@ fn two_coils_of_an_aurora_image_are_5_dof_sensors_that_cross() {
 }
 
 #[test]
-fn only_what_the_body_owns_is_written_over_the_image() {
+fn only_changed_fields_of_an_image_are_written() {
     let image = optical_image();
     let mut body = read(&image, "rom").unwrap();
     body.rigid.sensors[1].position_in_body.y = 30.0;
@@ -55,7 +55,7 @@ fn only_what_the_body_owns_is_written_over_the_image() {
 }
 
 #[test]
-fn a_marker_that_goes_takes_its_normal_along_and_leaves_nothing_behind() {
+fn a_removed_marker_leaves_nothing_behind() {
     let mut body = read(&optical_image(), "rom").unwrap();
     body.rigid.sensors.remove(0);
     let conversion = to(&body, DefinitionFormat::Rom);
@@ -85,7 +85,7 @@ fn a_marker_that_goes_takes_its_normal_along_and_leaves_nothing_behind() {
 }
 
 #[test]
-fn a_body_that_no_rom_holds_is_refused_with_the_numbers() {
+fn bodies_that_no_rom_holds_are_refused() {
     let mut body = read(&optical_image(), "rom").unwrap();
     let message = |body: &BodyFile| from_body(body, DefinitionFormat::Rom).unwrap_err().to_string();
     let spare = body.rigid.sensors.split_off(2);
@@ -134,7 +134,7 @@ fn what_a_format_cannot_hold_is_listed() {
 }
 
 #[test]
-fn a_sum_that_does_not_match_is_refused_accepted_and_mended() {
+fn a_wrong_checksum_is_refused_or_mended() {
     for (image, at) in [(optical_image(), 700), (em_image(), 100)] {
         let mut bad = image.clone();
         bad[at] ^= 0x10;
@@ -155,7 +155,7 @@ fn a_sum_that_does_not_match_is_refused_accepted_and_mended() {
 }
 
 #[test]
-fn every_changed_byte_and_every_cut_of_an_image_is_found() {
+fn every_changed_byte_of_an_image_is_found() {
     for image in [optical_image(), em_image()] {
         for at in 0..image.len() {
             assert!(read(&image[..at], "rom").is_err(), "cut at {at}");
@@ -171,7 +171,7 @@ fn every_changed_byte_and_every_cut_of_an_image_is_found() {
 }
 
 #[test]
-fn counts_that_lie_and_numbers_that_are_none_are_named() {
+fn wrong_counts_and_numbers_are_named() {
     for count in [0, 2, 21, 255] {
         let mut image = optical_image();
         image[28] = count;

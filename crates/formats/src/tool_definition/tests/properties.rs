@@ -24,7 +24,7 @@ fn body_of(sensors: Vec<Sensor>, tip_in_body: Option<Point3<f64>>) -> BodyFile {
 
 proptest! {
     #[test]
-    fn markers_that_an_image_can_hold_come_back_to_the_bit(
+    fn markers_of_an_image_come_back_exactly(
         places in prop::collection::vec(any_image_place(), 3..=20),
     ) {
         let sensors = places.iter().enumerate();
@@ -37,7 +37,7 @@ proptest! {
     }
 
     #[test]
-    fn coils_come_back_to_within_the_rounding_of_their_angles(
+    fn coils_come_back_within_angle_rounding(
         coils in prop::collection::vec((any_image_place(), any_axis()), 2..=8),
     ) {
         let sensors = coils.iter().enumerate().map(|(i, (place, axis))| Sensor {

@@ -4,7 +4,7 @@ use super::*;
 use crate::test_cases::assert_refused;
 
 #[test]
-fn text_geometries_are_one_body_and_stay_as_they_are_until_it_changes() {
+fn text_geometries_stay_until_the_body_changes() {
     let (ini, json) = (read(INI.as_bytes(), "").unwrap(), read(JSON.as_bytes(), "").unwrap());
     assert_eq!(ini.rigid, json.rigid);
     assert_eq!(ini.rigid.name, "geometry 7");
@@ -48,7 +48,7 @@ fn text_geometries_are_one_body_and_stay_as_they_are_until_it_changes() {
 }
 
 #[test]
-fn wrong_text_geometries_are_named_with_their_place() {
+fn errors_of_text_geometries_have_a_place() {
     let cases = r#"
         count=3 => count=4
             | geometry.count is 4, with 3 [fiducial…] sections, expected the number of these, one
@@ -98,7 +98,7 @@ pub(super) fn plist_of(image: &[u8]) -> String {
 }
 
 #[test]
-fn a_tool_file_gives_its_image_and_keeps_everything_around_it() {
+fn a_tool_file_keeps_all_around_its_image() {
     for image in [optical_image(), em_image()] {
         let text = plist_of(&image);
         let mut body = through_body_file(&read(text.as_bytes(), "").unwrap());
@@ -121,7 +121,7 @@ fn a_tool_file_gives_its_image_and_keeps_everything_around_it() {
 }
 
 #[test]
-fn property_lists_without_a_sound_image_are_refused_and_nesting_costs_nothing() {
+fn property_lists_need_a_sound_image() {
     let image = optical_image();
     let text = plist_of(&image);
     let cases = r#"
