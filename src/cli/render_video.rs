@@ -220,7 +220,7 @@ fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Frames, PathBuf)> 
     if let Some(file) = VideoFile::start(ENCODER, to, shape)? {
         return Ok((Frames::Video(file), to.to_owned()));
     }
-    let folder = FrameFolder::beside(to);
+    let folder = FrameFolder::path_for(to);
     output::note(&format!(
         "note: {ENCODER} was not found; the frames go to {}, and the command that joins them is \
          printed at the end",

@@ -44,24 +44,16 @@ const WORDS: &[(&str, &str)] = &[
 /// Words that are still somewhere.
 const WORDS_LEFT: &[&str] = &[
     "told_to",
-    "take_in",
-    "mesh_shelf",
     "few_marks",
     "fn look(",
     "fn stretch(",
     "fn turns(",
-    "fn shifts(",
     "fn fold(",
     "fn beside(",
-    "weighed:",
     "Desk",
     "struct Hand",
     "Asked",
     "struct Place ",
-    "enum Place ",
-    "Standing",
-    "Grounds",
-    "be believed",
     "fn hear",
     "fn tell",
     "fn told",
@@ -117,7 +109,7 @@ fn names_and_texts_use_plain_words() {
 
 /// The length of a test's name, at most, and how many longer ones are left.
 const TEST_NAME: usize = 50;
-const LONGER_LEFT: usize = 820;
+const LONGER_LEFT: usize = 300;
 
 #[test]
 fn names_of_tests_are_short() {

@@ -19,7 +19,7 @@
 //! let Some(Ok(Decoded::Message(message))) = decoder.next(&mut &bytes[..]) else { panic!() };
 //! assert_eq!(message.device, "StylusToTracker");
 //! let Content::Transform(matrix) = message.content else { panic!() };
-//! assert_eq!(matrix.pose()?, pose);
+//! assert_eq!(matrix.pose()?.translation, pose.translation);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -61,7 +61,7 @@ impl Files {
 
     /// Files beside an open design, none of whose own files is to be written; others may be written
     /// over, which whoever names one has agreed to.
-    pub fn beside(world: &World) -> Self {
+    pub fn except_design(world: &World) -> Self {
         Self {
             is_overwriting: true,
             known: Mutex::new(Known {

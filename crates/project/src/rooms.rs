@@ -147,7 +147,7 @@ pub fn write_room_for(
     file: &Path,
     environment: &Environment,
 ) -> Result<String, StoreError> {
-    Files::beside(world).output(file)?.write_environment(environment)?;
+    Files::except_design(world).output(file)?.write_environment(environment)?;
     let room = RoomSource::File(absolute(file));
     // A file is always within a design's reach.
     Ok(reference_to_room(world, &room)?.unwrap_or_default())

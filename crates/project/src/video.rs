@@ -78,7 +78,7 @@ impl VideoFile {
         shape.check()?;
         // The encoder tells the container from the name's end.
         remove_leftovers(&folder_of(file));
-        let temporary = Temporary::beside(file, &format!(".{}", extension_of(file)))
+        let temporary = Temporary::next_to(file, &format!(".{}", extension_of(file)))
             .map_err(|cause| write_error(file, cause))?;
         let encoder = encoder.as_ref();
         let mut command = Command::new(encoder);
@@ -227,10 +227,10 @@ impl FrameFolder {
     ///
     /// ```
     /// use std::path::Path;
-    /// let folder = trackwright_project::FrameFolder::beside(Path::new("a/turn.mp4"));
+    /// let folder = trackwright_project::FrameFolder::path_for(Path::new("a/turn.mp4"));
     /// assert_eq!(folder, Path::new("a/turn-frames"));
     /// ```
-    pub fn beside(video: &Path) -> PathBuf {
+    pub fn path_for(video: &Path) -> PathBuf {
         let stem = video.file_stem().unwrap_or_default().to_string_lossy();
         folder_of(video).join(format!("{stem}-frames"))
     }

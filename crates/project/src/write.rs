@@ -50,7 +50,7 @@ impl Draft {
             out.flush()?;
             return Ok(Self { file, temporary: None });
         }
-        let temporary = Temporary::beside(&file, ".tmp")?;
+        let temporary = Temporary::next_to(&file, ".tmp")?;
         let mut out = BufWriter::new(&temporary.handle);
         write(&mut out)?;
         out.flush()?;
@@ -117,7 +117,7 @@ pub(super) struct Temporary {
 }
 
 impl Temporary {
-    pub(super) fn beside(file: &Path, suffix: &str) -> io::Result<Self> {
+    pub(super) fn next_to(file: &Path, suffix: &str) -> io::Result<Self> {
         let mut builder = tempfile::Builder::new();
         builder.prefix(TEMPORARY).suffix(suffix);
         // The mode that any new file gets; the umask is taken off it. A temporary file's own is 0600.
@@ -321,7 +321,7 @@ mod tests {
     fn a_temporary_file_in_use_is_no_leftover() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("a.csv");
-        let in_use = Temporary::beside(&file, ".tmp").unwrap();
+        let in_use = Temporary::next_to(&file, ".tmp").unwrap();
         write_bytes(&file, b"whole").unwrap();
         assert!(in_use.path.exists());
         drop(in_use);

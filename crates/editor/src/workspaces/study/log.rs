@@ -90,7 +90,7 @@ fn start(
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = choice.mode(&scenario);
     let trials = trial_count(&scenario, &mode).unwrap_or(1).max(1);
-    let (output, files) = (file.to_owned(), Files::beside(world));
+    let (output, files) = (file.to_owned(), Files::except_design(world));
     let job = Job::start("log", waker, move |task| {
         let mut done = 0;
         let mut visit = |_: &Trial| {
