@@ -4,6 +4,7 @@
 mod report;
 
 use super::as_is::AsIsArgs;
+use super::file_kinds::own_name;
 use super::numbers::above_zero;
 use super::output::{self, Format, Shown};
 use anyhow::{anyhow, bail};
@@ -229,8 +230,6 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
 
 /// The body that the sensors were on.
 fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.split(".body.ron").next().unwrap_or_default();
     let sensors = found.sensors.iter().zip(&found.hand_eye.body_from_sensor);
     let sensors = sensors.map(|(name, body_from_sensor)| Sensor {
         name: name.clone(),
@@ -239,7 +238,11 @@ fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
         coil: None,
     });
     BodyFile {
-        rigid: RigidBody { name: name.to_owned(), tip_in_body: None, sensors: sensors.collect() },
+        rigid: RigidBody {
+            name: own_name(file, ".body.ron"),
+            tip_in_body: None,
+            sensors: sensors.collect(),
+        },
         mesh: None,
         definition: None,
     }

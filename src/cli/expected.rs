@@ -78,7 +78,7 @@ pub(super) fn as_text(expected: &Expected) -> String {
 }
 
 /// Label, expected value, unit and interval.
-pub(super) fn rows(expected: &Expected) -> Vec<(String, String, String)> {
+pub(super) fn rows(expected: &Expected) -> Vec<output::Row> {
     let each = expected_rows(expected).into_iter();
     each.map(|row| {
         (row.label(), row.value.clone(), format!("{} {}", row.figure.unit(), row.interval_words()))

@@ -70,9 +70,3 @@ fn refuse_axes(axes: AxesArg, file: &Path) -> anyhow::Result<()> {
     }
     Ok(())
 }
-
-/// Whether a file's name ends so, in any case.
-fn ends_with(file: &Path, ending: &str) -> bool {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    name.to_lowercase().ends_with(ending)
-}

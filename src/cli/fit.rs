@@ -49,30 +49,13 @@ pub struct FitArgs {
     #[arg(long, value_name = "M", default_value_if("order", "0", "1"))]
     directions: Option<usize>,
 
-    /// How the orientations share the samples
-    #[arg(long, value_enum, default_value_t)]
-    method: MethodArg,
-
-    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
-    #[arg(long, value_enum, default_value_t)]
-    map: MapArg,
-
-    /// What the table's quaternions mean
-    #[arg(long, value_enum, default_value_t)]
-    sensors: SensorsArg,
-
-    /// How an axis is shared among the three orientations around it
-    #[arg(long, value_enum, default_value_t)]
-    weights: WeightsArg,
+    #[command(flatten)]
+    fitting: FittingArgs,
 
     /// Ridge, as a part of the largest singular value; 0, or chosen with order or directions where
     /// one of them is left out
     #[arg(long, value_name = "R")]
     ridge: Option<f64>,
-
-    /// Singular values below this part of the largest count as zero
-    #[arg(long, default_value = "1e-10", value_name = "R")]
-    rcond: f64,
 
     /// Measurements that are not fitted, to judge the model on
     #[arg(long, value_name = "DATA2.csv")]
@@ -102,6 +85,41 @@ pub struct FitArgs {
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+}
+
+/// How a table is read, and how polynomials are fitted to it.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct FittingArgs {
+    /// How the orientations share the samples
+    #[arg(long, value_enum, default_value_t)]
+    pub method: MethodArg,
+
+    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
+    #[arg(long, value_enum, default_value_t)]
+    pub map: MapArg,
+
+    /// What the table's quaternions mean
+    #[arg(long, value_enum, default_value_t)]
+    pub sensors: SensorsArg,
+
+    /// How an axis is shared among the three orientations around it
+    #[arg(long, value_enum, default_value_t)]
+    pub weights: WeightsArg,
+
+    /// Singular values below this part of the largest count as zero
+    #[arg(long, default_value = "1e-10", value_name = "R")]
+    pub rcond: f64,
+}
+
+impl FittingArgs {
+    /// The options of polynomials, and whether each is other than usual.
+    pub(super) fn of_polynomials(&self) -> [(&'static str, bool); 3] {
+        [
+            ("--method", self.method != MethodArg::default()),
+            ("--weights", self.weights != WeightsArg::default()),
+            ("--rcond", self.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+        ]
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -169,7 +187,7 @@ impl From<VolumeArg> for Option<Volume> {
 }
 
 /// Singular values that count as zero where nothing else is said, as the option has it in text.
-pub(super) const DEFAULT_RCOND: f64 = 1e-10;
+const DEFAULT_RCOND: f64 = 1e-10;
 
 /// Fits, writes the environment, and prints the residuals.
 ///
@@ -182,9 +200,12 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let map = asked.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
-    let set = read(files, &args.data, args.sensors, map, args.as_is)?;
-    let holdout_set =
-        args.holdout.as_ref().map(|f| read(files, f, args.sensors, map, args.as_is)).transpose()?;
+    let set = read(files, &args.data, args.fitting.sensors, map, args.as_is)?;
+    let holdout_set = args
+        .holdout
+        .as_ref()
+        .map(|f| read(files, f, args.fitting.sensors, map, args.as_is))
+        .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
             choose::settings(files, &args.data, &set, &asked, args.hold_out.as_ref())?
@@ -297,17 +318,17 @@ pub(super) fn fit_and_write(
 
 /// Options of polynomials beside another kind of model.
 fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()> {
-    let said = [
+    let of_size = [
         ("--order", args.order.is_some()),
         ("--directions", args.directions.is_some()),
         ("--ridge", args.ridge.is_some()),
-        ("--method", args.method != MethodArg::default()),
-        ("--weights", args.weights != WeightsArg::default()),
-        ("--rcond", args.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+    ];
+    let others = [
         ("--hold-out", args.hold_out.is_some()),
         ("--no-support", args.no_support && kind == ModelKind::Kriging),
     ];
-    match said.into_iter().find(|(_, is_said)| *is_said) {
+    let mut given = of_size.into_iter().chain(args.fitting.of_polynomials()).chain(others);
+    match given.find(|(_, is_said)| *is_said) {
         Some((name, _)) if kind != ModelKind::Bernstein => bail!(
             "{name} does not go with --model {}{}",
             kind.name(),
@@ -330,10 +351,10 @@ fn asked(args: &FitArgs) -> anyhow::Result<ModelRequest> {
             .map(|m| DirectionSet::try_from(m).context("--directions"))
             .transpose()?,
         ridge: args.ridge,
-        method: args.method.into(),
-        map: args.map.into(),
-        weighting: args.weights.into(),
-        rcond: args.rcond,
+        method: args.fitting.method.into(),
+        map: args.fitting.map.into(),
+        weighting: args.fitting.weights.into(),
+        rcond: args.fitting.rcond,
     })
 }
 

@@ -27,6 +27,19 @@ pub fn open_named_without_meshes(files: &Files, design: &Path) -> Result<World, 
     }
 }
 
+/// Opens the numbers of a design's file, or those of the built-in design where none is named.
+///
+/// # Errors
+/// Those of opening it.
+pub fn named_or_builtin(files: &Files, design: Option<&Path>) -> Result<World, StoreError> {
+    match design {
+        Some(file) => files.open_design_without_meshes(file),
+        None => {
+            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+        }
+    }
+}
+
 /// Says which meshes could not be read and what is wrong with the others; nothing that is computed
 /// depends on them.
 pub fn note_meshes(world: &World) {

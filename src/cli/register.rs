@@ -2,7 +2,7 @@
 
 use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
-use super::output::{self, Format};
+use super::output::{self, Format, count, mm, number, row};
 use anyhow::{Context, bail};
 use clap::Args;
 use nalgebra::Point3;
@@ -17,7 +17,6 @@ use trackwright_formats::poses;
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Doubted, Files};
-use trackwright_simulation::figures::with_separators;
 
 /// Above this a registration says so little of a turn that it is refused unless told otherwise: a
 /// target 50 mm away is off by 9 mm.
@@ -184,34 +183,26 @@ impl Registered {
     }
 
     fn as_text(&self) -> String {
-        let row =
-            |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
-        let mm = |value: f64| format!("{value:.3}");
         let [x, y, z, quaternion @ ..] = pose_to_array(&self.registration.target_from_source);
         let is_left_out = |index: usize| self.left_out.iter().any(|point| point.index == index);
-        let used = (0..self.residuals_mm.len()).filter(|&k| !is_left_out(k));
-        let worst = used.map(|k| self.residuals_mm[k]).fold(0.0, f64::max);
-        let count = self.residuals_mm.len() - self.left_out.len();
+        let kept = (0..self.residuals_mm.len()).filter(|&k| !is_left_out(k));
+        let worst = kept.map(|k| self.residuals_mm[k]).fold(0.0, f64::max);
+        let used = self.residuals_mm.len() - self.left_out.len();
         let mut rows = vec![
-            row("points", with_separators(count), ""),
-            row("shift to the target frame", [x, y, z].map(mm).join(" "), "mm"),
+            count("points", used),
+            row("shift to the target frame", format!("{x:.3} {y:.3} {z:.3}"), "mm"),
             row("rotation, scalar first", quaternion.map(|v| format!("{v:.6}")).join(" "), ""),
-            row("left at the points, RMS (FRE)", mm(self.registration.fre_rms_mm), "mm"),
-            row("  largest", mm(worst), "mm"),
-            row("localisation of a point, RMS (FLE)", mm(self.fle_mm), "mm"),
-            row("points from one line, RMS", mm(self.spread.off_line_mm()), "mm"),
-            row(
-                "standard error of the rotation about it",
-                format!("{:.3}", self.turn_error_deg()),
-                "deg",
-            ),
+            mm("left at the points, RMS (FRE)", self.registration.fre_rms_mm),
+            mm("  largest", worst),
+            mm("localisation of a point, RMS (FLE)", self.fle_mm),
+            mm("points from one line, RMS", self.spread.off_line_mm()),
+            number("standard error of the rotation about it", self.turn_error_deg(), 3, "deg"),
         ];
         for point in &self.left_out {
-            let label = format!("point {} left out, off by", point.index + 1);
-            rows.push(row(&label, mm(point.off_mm), "mm"));
+            rows.push(mm(format!("point {} left out, off by", point.index + 1), point.off_mm));
         }
         if !self.left_out.is_empty() {
-            rows.push(row("  FRE with all points", mm(self.fre_of_all_mm), "mm"));
+            rows.push(mm("  FRE with all points", self.fre_of_all_mm));
         }
         output::aligned(&rows)
     }

@@ -1,11 +1,9 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
-mod crf;
-
 use super::as_is::AsIsArgs;
 use super::expected;
-use super::named_design::note_sizes;
-use super::output::{self, Format, OutsideArg};
+use super::named_design::{named_or_builtin, note_sizes};
+use super::output::{self, Format, OutsideArg, Row, Shown, number, row};
 use super::uncertainty::UncertaintyArgs;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
@@ -19,7 +17,6 @@ use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
     self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
 };
-use trackwright_task::Task;
 
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
@@ -93,7 +90,7 @@ pub(super) enum ModeArg {
 pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let asked = asked_mode(args)?;
     if args.body == BodyArg::Crf {
-        return crf::run(args, asked, files);
+        return run_crf(args, asked, files);
     }
     let log = files.optional_output(args.log.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;
@@ -102,32 +99,31 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = trackwright_project::resolve(design, &environment);
     scenario.outside = args.outside.into();
-    args.uncertainty.check(&scenario, &mode).with_context(|| args.design.display().to_string())?;
+    let named = || args.design.display().to_string();
+    args.uncertainty.check(&scenario, &mode).with_context(named)?;
     note_world(&world);
     let uncertainty = args
         .uncertainty
         .report(&scenario, design.orientation_weight_mm, &mode)
-        .with_context(|| args.design.display().to_string())?;
+        .with_context(named)?;
     // Before the log is written: an environment that cannot tell is an error.
     let survey = match args.support {
         false => None,
-        true => Some(survey(&scenario, &mode).with_context(|| args.design.display().to_string())?),
+        true => Some(survey(&scenario, &mode).with_context(named)?),
     };
-    let (outcome, last) = simulate(&scenario, &mode, log.as_ref())
-        .with_context(|| args.design.display().to_string())?;
+    let (outcome, last) = simulate(&scenario, &mode, log.as_ref()).with_context(named)?;
     if args.explain {
         for line in trackwright_simulation::explain(&scenario, &outcome) {
             output::note(&line.to_string());
         }
     }
-    let expected =
-        expected::of(&scenario, &mode).with_context(|| args.design.display().to_string())?;
+    let expected = expected::of(&scenario, &mode).with_context(named)?;
     if args.explain {
         output::note(&expected::explained(expected.as_ref()).to_string());
     }
     let figures = &outcome.figures;
-    let needed = expected::needed(&scenario, &mode, expected.as_ref(), figures)
-        .with_context(|| args.design.display().to_string())?;
+    let needed =
+        expected::needed(&scenario, &mode, expected.as_ref(), figures).with_context(named)?;
     let single = last.filter(|_| asked == ModeArg::Single);
     match args.format {
         Format::Json => {
@@ -162,6 +158,65 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             }
             output::print(&text)
         }
+    }
+}
+
+/// `--body crf`: the CRF alone at each of its targets, step 2 of the paper's design procedure.
+fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result<()> {
+    let (file, named) = (args.design.display(), || args.design.display().to_string());
+    let world = files.open_design_without_meshes(&args.design)?;
+    let design = world.document.design();
+    let Some(crf) = &design.crf else {
+        anyhow::bail!("{file}: the design has no CRF to simulate");
+    };
+    let mode = match asked {
+        ModeArg::Single => Mode::Single,
+        ModeArg::Motion if crf.motion.is_none() => {
+            anyhow::bail!("{file}: crf.motion is absent, expected the CRF's own range of motion");
+        }
+        ModeArg::Motion => Mode::Motion,
+        ModeArg::Input => anyhow::bail!("--body crf takes --mode single or motion, not input"),
+    };
+    for (is_given, flag) in [
+        (args.log.is_some(), "--log"),
+        (args.support, "--support"),
+        (args.explain, "--explain"),
+        (args.uncertainty.is_asked(), "--uncertainty"),
+    ] {
+        if is_given {
+            anyhow::bail!("{flag} is of the tool's study, not of the CRF's");
+        }
+    }
+    note_world(&world);
+    let mut texts = Vec::new();
+    let mut values: Vec<Value> = Vec::new();
+    for study in trackwright_project::resolve_crf(design, &world.environment) {
+        let mut scenario = study.scenario;
+        scenario.outside = args.outside.into();
+        let (outcome, last) = simulate(&scenario, &mode, None).with_context(named)?;
+        let single = last.filter(|_| asked == ModeArg::Single);
+        let at = match &study.target {
+            Some(target) => format!(" at {target}"),
+            None => String::new(),
+        };
+        let name = &crf.body.rigid.name;
+        let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
+        let expected = expected::of(&scenario, &mode)?;
+        texts.push(study_text(&title, &outcome, single.as_ref(), expected.as_ref()));
+        let mut value = as_json(&outcome.figures, single.as_ref());
+        if let Some(expected) = &expected {
+            let bounds = judged(&outcome.figures, Some(expected));
+            expected::add_json(&mut value, expected, &bounds);
+        }
+        value["target"] = json!(study.target);
+        values.push(value);
+    }
+    match args.format {
+        Format::Json => output::print_json(&json!({
+            "crf": crf.body.rigid.name,
+            "targets": values,
+        })),
+        Format::Text => output::print(&texts.join("\n\n")),
     }
 }
 
@@ -217,12 +272,7 @@ pub(super) fn mode_of(
 /// # Errors
 /// As [`run`].
 pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
-    let world = match design {
-        Some(file) => files.open_design_without_meshes(file)?,
-        None => {
-            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)?
-        }
-    };
+    let world = named_or_builtin(files, design)?;
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
@@ -247,14 +297,8 @@ pub(super) fn note_world(world: &World) {
 
 /// Looks up the support of all sensors, with progress.
 fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
-    let bar = output::progress(1000, "looking up support");
-    let task = Task::told_to({
-        let bar = bar.clone();
-        move |part| bar.set_position((1000.0 * part) as u64)
-    });
-    let survey = trackwright_simulation::survey(scenario, mode, &task)?;
-    bar.finish_and_clear();
-    Ok(survey)
+    let shown = Shown::new("looking up support");
+    Ok(trackwright_simulation::survey(scenario, mode, &shown.task)?)
 }
 
 /// Runs with progress and, where asked, a log; gives the last trial beside the outcome.
@@ -309,8 +353,8 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
 }
 
 /// Rows as they are aligned.
-fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
-    rows.into_iter().map(|r| (r.label.to_owned(), r.value, r.unit.to_owned())).collect()
+fn rows(rows: Vec<FigureRow>) -> Vec<Row> {
+    rows.into_iter().map(|r| row(r.label, r.value, r.unit)).collect()
 }
 
 /// What the figures are of.
@@ -345,7 +389,7 @@ fn as_text(
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
         for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {
-            rows.push((format!("tip error {axis}"), format!("{value:.4}"), "mm".to_owned()));
+            rows.push(number(format!("tip error {axis}"), value, 4, "mm"));
         }
     }
     let mut lines = vec![title.to_owned()];

@@ -1,15 +1,13 @@
 //! `stability`: the battery of stiff and extreme cases.
 
 use super::Ending;
-use super::output::{self, Format};
-use anyhow::Context;
+use super::output::{self, Format, Shown};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use trackwright_accuracy::stability::methods::Own;
 use trackwright_accuracy::stability::row::Row;
 use trackwright_accuracy::stability::{Extent, families, page, run as run_battery};
 use trackwright_project::Files;
-use trackwright_task::Task;
 
 #[derive(Debug, Args)]
 pub struct StabilityArgs {
@@ -26,27 +24,16 @@ pub struct StabilityArgs {
     format: Format,
 }
 
-/// Steps of the progress bar.
-const PROGRESS_STEPS: u64 = 1000;
-
 /// Runs the battery, prints every row, and says whether all hold.
 ///
 /// # Errors
 /// A folder that cannot be written.
 pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
-    // Before the minutes, not after them.
-    if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot be made", folder.display()))?;
-    }
-    let bar = output::progress(PROGRESS_STEPS, "stability");
-    let task = Task::told_to({
-        let bar = bar.clone();
-        move |part| bar.set_position((part * PROGRESS_STEPS as f64) as u64)
-    });
+    output::make_folder(args.output.as_deref())?;
+    let shown = Shown::new("stability");
     let families = families(if args.quick { Extent::Reduced } else { Extent::Full });
-    let rows = run_battery(&families, &Own, &task)?;
-    bar.finish_and_clear();
+    let rows = run_battery(&families, &Own, &shown.task)?;
+    drop(shown);
     if let Some(folder) = &args.output {
         write(files, folder, "stability.md", page::markdown(&families, &rows).as_bytes())?;
         write(files, folder, "stability.json", serde_json::to_string_pretty(&rows)?.as_bytes())?;

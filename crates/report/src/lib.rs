@@ -11,4 +11,5 @@ pub mod plot;
 pub mod room;
 pub mod selection;
 pub mod selection_chart;
+pub mod text_table;
 pub mod words;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_design::view::View;
-use trackwright_geometry::magnification::round_below;
+use trackwright_geometry::number::round_below;
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_simulation::{ArrowOutcome, ArrowPlan, ArrowSensor};
 

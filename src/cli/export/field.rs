@@ -1,12 +1,13 @@
 //! `export field`: the error of an environment on a lattice.
 
+use super::super::file_kinds::file_kind;
 use super::super::numbers::{lengths_above_zero, six, three};
-use super::super::output::{self, Format, OutsideArg, Shown};
-use super::{AxesArg, ends_with, refuse_axes};
+use super::super::output::{self, Format, OutsideArg, Shown, count, mm, row};
+use super::{AxesArg, refuse_axes};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::export::{field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;
@@ -72,22 +73,15 @@ pub enum DisplacementArg {
     Correction,
 }
 
-#[derive(Clone, Copy)]
-enum FileKind {
-    Nrrd,
-    Mha,
-    Vti,
-    Csv,
-}
-
 /// Reads, samples, and writes.
 ///
 /// # Errors
 /// Files that can't be used, a box that is none, a lattice of too many points.
 pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let kind = kind_of(&args.output)?;
-    if matches!(kind, FileKind::Vti | FileKind::Csv) {
+    let kind = file_kind(&args.output, "a field", &[".nrrd", ".mha", ".vti", ".csv"])?;
+    let is_for_slicer = matches!(kind, ".nrrd" | ".mha");
+    if !is_for_slicer {
         refuse_axes(args.axes, &args.output)?;
     }
     let environment = files.read_environment(&args.environment)?;
@@ -106,14 +100,14 @@ pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(|| args.environment.display().to_string())?;
     let axes = args.axes.into();
     output.write(|out| match kind {
-        FileKind::Nrrd => nrrd::write(out, &field, axes),
-        FileKind::Mha => mha::write(out, &field, axes),
-        FileKind::Vti => vti::write(out, &field),
-        FileKind::Csv => field_table::write(out, &field),
+        ".nrrd" => nrrd::write(out, &field, axes),
+        ".mha" => mha::write(out, &field, axes),
+        ".vti" => vti::write(out, &field),
+        _ => field_table::write(out, &field),
     })?;
     let mut lengths = field.lengths_mm();
     let missing = field.displacement_mm.len() - lengths.len();
-    if missing > 0 && matches!(kind, FileKind::Nrrd | FileKind::Mha) {
+    if missing > 0 && is_for_slicer {
         output::note(&format!(
             "{}: {} points are NaN, which 3D Slicer cannot move anything by; --outside clamp or a smaller --box leaves \
              fewer",
@@ -147,23 +141,6 @@ fn sensor(text: &str) -> Result<FieldSensor, String> {
     match three(text).map(direction) {
         Ok(Some(axis)) => Ok(FieldSensor::Along(axis)),
         _ => Err("expected three numbers with commas that are not all zero, or mean".to_owned()),
-    }
-}
-
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    let kinds = [
-        (".nrrd", FileKind::Nrrd),
-        (".mha", FileKind::Mha),
-        (".vti", FileKind::Vti),
-        (".csv", FileKind::Csv),
-    ];
-    match kinds.iter().find(|(ending, _)| ends_with(file, ending)) {
-        Some((_, kind)) => Ok(*kind),
-        None => bail!(
-            "{}: found no kind of file that a field can be written as, expected a name that ends with .nrrd, .mha, \
-             .vti or .csv",
-            file.display()
-        ),
     }
 }
 
@@ -211,8 +188,6 @@ impl FieldFigures<'_> {
 
     fn as_text(&self) -> String {
         let plan = &self.field.plan;
-        let row =
-            |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
         let list = |values: [f64; 3]| values.map(|v| format!("{v:.3}")).join(" ");
         let [nx, ny, nz] = plan.counts;
         let mut rows = vec![
@@ -220,12 +195,12 @@ impl FieldFigures<'_> {
             row("step", list(plan.step_mm()), "mm"),
             row("from", list(plan.bounds.min_mm.coords.into()), "mm"),
             row("to", list(plan.bounds.max_mm.coords.into()), "mm"),
-            row("outside the model's box", with_separators(self.outside), ""),
-            row("without an answer", with_separators(self.missing), ""),
+            count("outside the model's box", self.outside),
+            count("without an answer", self.missing),
         ];
         if let Some(s) = &self.displacement_mm {
-            rows.push(row("displacement, RMS", format!("{:.3}", s.rms), "mm"));
-            rows.push(row("displacement, largest", format!("{:.3}", s.max), "mm"));
+            rows.push(mm("displacement, RMS", s.rms));
+            rows.push(mm("displacement, largest", s.max));
         }
         output::aligned(&rows)
     }

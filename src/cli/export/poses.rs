@@ -1,13 +1,14 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
 use super::super::as_is::AsIsArgs;
+use super::super::file_kinds::file_kind;
 use super::super::numbers::three;
 use super::super::output;
 use super::super::tool_reader::ToolReader;
-use super::{AxesArg, ends_with, refuse_axes};
+use super::{AxesArg, refuse_axes};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trackwright_formats::export::markups::MarkupPoint;
 use trackwright_formats::export::{itk_transform, markups};
 use trackwright_formats::poses::{self, WhosePoses};
@@ -77,21 +78,14 @@ impl From<ColumnsArg> for WhosePoses {
     }
 }
 
-#[derive(Clone, Copy)]
-enum FileKind {
-    Markups,
-    Transform,
-    Csv,
-}
-
 /// Reads and writes.
 ///
 /// # Errors
 /// Files that can't be used, rows that are not there, several poses for one transform.
 pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let kind = kind_of(&args.output)?;
-    if matches!(kind, FileKind::Csv) {
+    let kind = file_kind(&args.output, "poses", &[".mrk.json", ".tfm", ".csv"])?;
+    if kind == ".csv" {
         refuse_axes(args.axes, &args.output)?;
     }
     let mut found = match args.columns {
@@ -112,10 +106,10 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
     let chosen = chosen(&found, args.row)?;
     let axes = args.axes.into();
     match (kind, chosen.as_slice()) {
-        (FileKind::Csv, _) => {
+        (".csv", _) => {
             output.write(|out| poses::write(out, chosen.iter().map(|(_, pose)| pose)))?;
         }
-        (FileKind::Markups, _) => {
+        (".mrk.json", _) => {
             let points: Vec<_> = chosen
                 .iter()
                 .map(|(row, pose)| MarkupPoint {
@@ -125,10 +119,10 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
                 .collect();
             output.write(|out| markups::write(out, &points, axes))?;
         }
-        (FileKind::Transform, [(_, pose)]) => {
+        (_, [(_, pose)]) => {
             output.write(|out| itk_transform::write(out, pose, axes))?;
         }
-        (FileKind::Transform, _) => bail!(
+        _ => bail!(
             "{}: found {} poses, expected one for a transform; --row 0 to {} chooses it",
             args.output.display(),
             with_separators(chosen.len()),
@@ -151,19 +145,6 @@ fn chosen(poses: &[Pose], row: Option<usize>) -> anyhow::Result<Vec<(usize, Pose
         Some(row) => bail!(
             "found {} poses, expected more than --row {row}, which counts from 0",
             with_separators(poses.len())
-        ),
-    }
-}
-
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    let kinds =
-        [(".mrk.json", FileKind::Markups), (".tfm", FileKind::Transform), (".csv", FileKind::Csv)];
-    match kinds.iter().find(|(ending, _)| ends_with(file, ending)) {
-        Some((_, kind)) => Ok(*kind),
-        None => bail!(
-            "{}: found no kind of file that poses can be written as, expected a name that ends with .mrk.json, .tfm or \
-             .csv",
-            file.display()
         ),
     }
 }

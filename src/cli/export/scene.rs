@@ -1,9 +1,9 @@
 //! `export scene`: the 3D view of a design as binary glTF.
 
+use super::super::file_kinds::ends_with;
 use super::super::named_design::{note_meshes, open_named};
 use super::super::output::{self, Shown};
 use super::super::simulate::note_world;
-use super::ends_with;
 use anyhow::{Context, bail};
 use clap::Args;
 use std::path::PathBuf;

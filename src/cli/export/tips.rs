@@ -1,18 +1,18 @@
 //! `export tips`: the tips of a design's study, true and simulated.
 
 use super::super::as_is::AsIsArgs;
+use super::super::file_kinds::file_kind;
 use super::super::output::{self, OutsideArg};
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
-use super::{AxesArg, ends_with, refuse_axes};
-use anyhow::{Context, bail};
+use super::{AxesArg, refuse_axes};
+use anyhow::Context;
 use clap::Args;
-use plotters::style::RGBColor;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use trackwright_formats::export::markups::{self, MarkupList, MarkupPoint};
 use trackwright_formats::export::tips_table::{self, StudiedTip};
 use trackwright_geometry::pose::Pose;
 use trackwright_project::Files;
-use trackwright_report::palette::SERIES;
+use trackwright_report::palette::{Rgb, SERIES};
 use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::{CancelToken, Trial, trial_count};
 
@@ -49,20 +49,14 @@ pub struct TipsArgs {
     as_is: AsIsArgs,
 }
 
-#[derive(Clone, Copy)]
-enum FileKind {
-    Markups,
-    Csv,
-}
-
 /// Simulates and writes.
 ///
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited, nothing left to write.
 pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let kind = kind_of(&args.output)?;
-    if matches!(kind, FileKind::Csv) {
+    let kind = file_kind(&args.output, "tips", &[".mrk.json", ".csv"])?;
+    if kind == ".csv" {
         refuse_axes(args.axes, &args.output)?;
     }
     let named = || args.design.display().to_string();
@@ -98,8 +92,8 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(named)?;
     bar.finish_and_clear();
     match kind {
-        FileKind::Csv => output.write(|out| tips_table::write(out, &tips))?,
-        FileKind::Markups => {
+        ".csv" => output.write(|out| tips_table::write(out, &tips))?,
+        _ => {
             if tips.len() > MANY {
                 output::note(&format!(
                     "{}: {} points in each of two lists, with which 3D Slicer is slow; a *.csv holds as many as you \
@@ -138,7 +132,7 @@ fn lists(design: &str, tips: &[StudiedTip]) -> [MarkupList; 2] {
 
 fn list(
     name: String,
-    RGBColor(red, green, blue): RGBColor,
+    Rgb(red, green, blue): Rgb,
     tips: &[StudiedTip],
     pose: impl Fn(&StudiedTip) -> Pose,
 ) -> MarkupList {
@@ -147,17 +141,4 @@ fn list(
         tracker_from_point: pose(tip),
     };
     MarkupList { name, color: [red, green, blue], points: tips.iter().map(point).collect() }
-}
-
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    if ends_with(file, ".mrk.json") {
-        Ok(FileKind::Markups)
-    } else if ends_with(file, ".csv") {
-        Ok(FileKind::Csv)
-    } else {
-        bail!(
-            "{}: found no kind of file that tips can be written as, expected a name that ends with .mrk.json or .csv",
-            file.display()
-        )
-    }
 }

@@ -2,10 +2,8 @@
 
 mod draw;
 mod label;
-mod marker;
+mod svg;
 mod ticks;
-
-pub use ticks::nice_step;
 
 /// One set of points with a name in the legend.
 #[derive(Clone, Debug, PartialEq)]

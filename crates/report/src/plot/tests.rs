@@ -105,6 +105,6 @@ fn two_series_differ_in_colour_and_in_shape() {
 fn no_two_of_forty_series_share_both_colour_and_shape() {
     let colors = super::super::palette::SERIES.len();
     let looks: std::collections::HashSet<_> =
-        (0..40).map(|number| (number % colors, marker::shape(number, colors))).collect();
+        (0..40).map(|number| (number % colors, draw::shape(number))).collect();
     assert_eq!(looks.len(), 40);
 }

@@ -1,6 +1,7 @@
 //! Where an axis begins and ends, and which of its values are written beside it.
 
 use super::Scale;
+use trackwright_geometry::number::round_above;
 
 /// Part of the data's extent that is left free at either end of an axis.
 const MARGIN: f64 = 0.05;
@@ -90,23 +91,13 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
         min = 0.0;
     }
     let counts_things = max - min >= 2.0 && values.iter().all(|v| v.fract() == 0.0);
-    let step = nice_step((max - min) / wanted.max(1) as f64, counts_things);
+    let least = if counts_things { 1.0 } else { 0.0 };
+    let step = round_above((max - min) / wanted.max(1) as f64).max(least);
     let first = (min / step).ceil();
     let count = ((max / step).floor() - first).max(0.0) as usize;
     let labelled =
         (0..=count).map(|i| (first + i as f64) * step).map(|v| (v, decimal(v, step))).collect();
     Ticks { scale: Scale::Linear, min, max, labelled, minor: Vec::new(), zero_lane: 0.0 }
-}
-
-/// 1, 2 or 5 times a power of ten, at least `rough`.
-pub fn nice_step(rough: f64, is_whole: bool) -> f64 {
-    let power = 10.0_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|&s| s >= rough * (1.0 - 1e-9))
-        .unwrap_or(10.0 * power);
-    if is_whole { step.max(1.0) } else { step }
 }
 
 fn logarithmic(values: &[f64], wanted: usize) -> Ticks {
