@@ -219,13 +219,8 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
             args.reference[pair].display()
         ));
     }
-    match args.format {
-        Format::Json => output::print_json(&report::as_json(&found)),
-        Format::Text => {
-            let text = report::as_text(&found);
-            output::print(&format!("{text}\nwritten to {}", args.output.display()))
-        }
-    }
+    let text = || format!("{}\nwritten to {}", report::as_text(&found), args.output.display());
+    args.format.print(|| report::as_json(&found), text)
 }
 
 /// The body that the sensors were on.

@@ -122,10 +122,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
     if let Some(csv) = &csv {
         csv.write(|out| comparison_table::write(out, &found, &names))?;
     }
-    match args.format {
-        Format::Json => output::print_json(&as_json(&found, &names)),
-        Format::Text => output::print(&as_text(&found, &names)),
-    }
+    args.format.print(|| as_json(&found, &names), || as_text(&found, &names))
 }
 
 /// # Errors

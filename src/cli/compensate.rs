@@ -79,10 +79,7 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
         compensated(&environment.model, &measured, args.outside.into(), method)?;
     output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
     let outcome = Outcome { method, tally: Tally::of(&measured, &compensated), shortcut };
-    match args.format {
-        Format::Json => output::print_json(&as_json(&outcome)),
-        Format::Text => output::print(&as_text(args, &outcome)),
-    }
+    args.format.print(|| as_json(&outcome), || as_text(args, &outcome))
 }
 
 fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {

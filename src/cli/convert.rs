@@ -92,19 +92,12 @@ fn convert(args: &ConvertArgs, input: &Path, file: &Path, files: &Files) -> anyh
     for note in notes(&tool, written.as_ref()) {
         output::note(&format!("{}: {note}", file.display()));
     }
-    match args.format {
-        Format::Json => output::print_json(&as_json(&tool, written.as_ref())),
-        Format::Text => {
-            let read = tool_report::as_text(&tool);
-            let kind = written_kind(written.as_ref());
-            output::print(&format!(
-                "{}: {}\n{read}\n{}: {kind}, written",
-                input.display(),
-                tool_report::kind_name(&tool),
-                file.display(),
-            ))
-        }
-    }
+    let text = || {
+        let (kind, read) = (tool_report::kind_name(&tool), tool_report::as_text(&tool));
+        let (input, file) = (input.display(), file.display());
+        format!("{input}: {kind}\n{read}\n{file}: {}, written", written_kind(written.as_ref()))
+    };
+    args.format.print(|| as_json(&tool, written.as_ref()), text)
 }
 
 /// The error and, where there is one, the way past it.
@@ -176,10 +169,8 @@ fn check(args: &ConvertArgs, files: &Files) -> anyhow::Result<Ending> {
         ));
     }
     let pairs = compared(&tools, args.least_mm);
-    match args.format {
-        Format::Json => output::print_json(&check_json(&tools, &pairs, args.least_mm))?,
-        Format::Text => output::print(&check_text(&tools, &pairs))?,
-    }
+    args.format
+        .print(|| check_json(&tools, &pairs, args.least_mm), || check_text(&tools, &pairs))?;
     let is_apart = |pair: &Pair| pair.found.distinction == Distinction::Apart;
     Ok(match pairs.iter().all(is_apart) {
         true => Ending::Done,

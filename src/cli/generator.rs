@@ -84,10 +84,7 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
             learned.last_steps
         ));
     }
-    match args.format {
-        Format::Json => output::print_json(&as_json(&learned)),
-        Format::Text => output::print(&as_text(args, &names, &learned)),
-    }
+    args.format.print(|| as_json(&learned), || as_text(args, &names, &learned))
 }
 
 fn start_name(start: Start) -> &'static str {

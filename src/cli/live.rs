@@ -1,4 +1,4 @@
-//! `live`: a tracker's poses heard over the network, compensated, recorded and served on.
+//! `live`: a tracker's poses received over the network, compensated, recorded and served on.
 
 use super::numbers::above_zero;
 use super::output::{self, Format, OutsideArg, number};
@@ -126,10 +126,7 @@ pub fn run(args: &LiveArgs, files: &Files) -> anyhow::Result<()> {
         }
     }
     let state = session.stop();
-    match args.format {
-        Format::Json => output::print_json(&as_json(&state, started.elapsed())),
-        Format::Text => output::print(&as_text(&state, started.elapsed())),
-    }
+    args.format.print(|| as_json(&state, started.elapsed()), || as_text(&state, started.elapsed()))
 }
 
 fn settings(args: &LiveArgs, files: &Files) -> anyhow::Result<SessionSettings> {

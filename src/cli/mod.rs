@@ -148,7 +148,7 @@ fn subcommands() -> Vec<Registered> {
         ),
         command(
             "live",
-            "Hear a tracker's poses over OpenIGTLink, compensate each, record them and serve them on",
+            "Receive a tracker's poses over OpenIGTLink, compensate each, record them and serve them on",
             live::run,
         ),
         command(

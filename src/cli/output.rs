@@ -22,6 +22,23 @@ pub enum Format {
     Json,
 }
 
+impl Format {
+    /// Prints a result in this format.
+    ///
+    /// # Errors
+    /// Standard output that cannot be written.
+    pub fn print<J: Serialize>(
+        self,
+        json: impl FnOnce() -> J,
+        text: impl FnOnce() -> String,
+    ) -> anyhow::Result<()> {
+        match self {
+            Self::Json => print_json(&json()),
+            Self::Text => print(&text()),
+        }
+    }
+}
+
 /// What happens to positions outside the model's box.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum OutsideArg {

@@ -42,10 +42,7 @@ pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
     if let Some(folder) = &args.output {
         write(files, &report, &design.name, folder)?;
     }
-    match args.format {
-        Format::Json => output::print_json(&report.rows().collect::<Vec<_>>()),
-        Format::Text => output::print(&as_text(&report, &design.name)),
-    }
+    args.format.print(|| report.rows().collect::<Vec<_>>(), || as_text(&report, &design.name))
 }
 
 fn write(files: &Files, report: &Report, design: &str, folder: &Path) -> anyhow::Result<()> {

@@ -130,13 +130,8 @@ pub fn run(args: &ProcedureArgs, files: &Files) -> anyhow::Result<()> {
         }
     };
     let procedure = &world.document.design().procedure;
-    match args.format {
-        Format::Json => {
-            let design = &world.document.design().name;
-            output::print_json(&as_json(design, procedure, &found))
-        }
-        Format::Text => output::print(&as_text(world.document.design(), &found)),
-    }
+    let design = world.document.design();
+    args.format.print(|| as_json(&design.name, procedure, &found), || as_text(design, &found))
 }
 
 /// Whether nothing was saved because somebody else did between reading and saving.

@@ -129,10 +129,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         let pose = [&found.registration.target_from_source];
         files.output(file)?.write(|out| poses::write(out, pose))?;
     }
-    match args.format {
-        Format::Json => output::print_json(&found.as_json()),
-        Format::Text => output::print(&found.as_text()),
-    }
+    args.format.print(|| found.as_json(), || found.as_text())
 }
 
 /// A registration, and what it says of other points.

@@ -7,7 +7,7 @@ use super::fit::{
 };
 use super::jitter::JitterArgs;
 use super::model_kind::{LossArg, tried_kinds};
-use super::output::{self, Format, Shown};
+use super::output::{Format, Shown};
 use anyhow::{Context, bail};
 use clap::Args;
 use serde_json::{Value, json};
@@ -205,10 +205,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         text.push_str(&curve_lines(points).join("\n"));
         text.push_str(&format!("\ndrawn to {}", output.file().display()));
     }
-    match args.format {
-        Format::Json => output::print_json(&value),
-        Format::Text => output::print(&text),
-    }
+    args.format.print(|| value, || text)
 }
 
 /// Refuses what none of the kinds that are tried would look at.

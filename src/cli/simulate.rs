@@ -88,7 +88,7 @@ pub(super) enum ModeArg {
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
-    let asked = asked_mode(args)?;
+    let asked = required_mode(args)?;
     if args.body == BodyArg::Crf {
         return run_crf(args, asked, files);
     }
@@ -211,16 +211,11 @@ fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result
         value["target"] = json!(study.target);
         values.push(value);
     }
-    match args.format {
-        Format::Json => output::print_json(&json!({
-            "crf": crf.body.rigid.name,
-            "targets": values,
-        })),
-        Format::Text => output::print(&texts.join("\n\n")),
-    }
+    let all = json!({"crf": crf.body.rigid.name, "targets": values});
+    args.format.print(|| all, || texts.join("\n\n"))
 }
 
-fn asked_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
+fn required_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
     mode_arg(args.mode, args.input.as_deref())?.context("expected --mode single, motion or input")
 }
 

@@ -4,9 +4,8 @@ use super::Ending;
 use super::output::{self, Format, Shown};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use trackwright_accuracy::stability::methods::Own;
-use trackwright_accuracy::stability::row::Row;
-use trackwright_accuracy::stability::{Extent, families, page, run as run_battery};
+use trackwright_accuracy::stability::case::{Extent, Methods, Row};
+use trackwright_accuracy::stability::{families, page, run as run_battery};
 use trackwright_project::Files;
 
 #[derive(Debug, Args)]
@@ -32,17 +31,14 @@ pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
     output::make_folder(args.output.as_deref())?;
     let shown = Shown::new("stability");
     let families = families(if args.quick { Extent::Reduced } else { Extent::Full });
-    let rows = run_battery(&families, &Own, &shown.task)?;
+    let rows = run_battery(&families, &Methods::OWN, &shown.task)?;
     drop(shown);
     if let Some(folder) = &args.output {
         write(files, folder, "stability.md", page::markdown(&families, &rows).as_bytes())?;
         write(files, folder, "stability.json", serde_json::to_string_pretty(&rows)?.as_bytes())?;
         write(files, folder, "stability.csv", &page::csv(&rows)?)?;
     }
-    match args.format {
-        Format::Json => output::print_json(&rows)?,
-        Format::Text => output::print(&page::text(&rows))?,
-    }
+    args.format.print(|| &rows, || page::text(&rows))?;
     Ok(ending(&rows))
 }
 

@@ -152,14 +152,9 @@ pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
         let svg = agreement_chart::chart(&design.name, &found).to_svg(CHART_SIZE);
         chart.write_bytes(svg.as_bytes())?;
     }
-    match args.format {
-        Format::Json => output::print_json(&as_json(&recorded, &found)),
-        Format::Text => {
-            let head = output::head(&design.name, &world.environment.name);
-            let text = as_text(&recorded, &found);
-            output::print(&format!("{head}\n{text}"))
-        }
-    }
+    let head = output::head(&design.name, &world.environment.name);
+    let text = || format!("{head}\n{}", as_text(&recorded, &found));
+    args.format.print(|| as_json(&recorded, &found), text)
 }
 
 fn settings(args: &VerifyArgs) -> AgreementSettings {

@@ -61,6 +61,7 @@ pub struct SensorLook {
 }
 
 impl SensorLook {
+    /// The look of a sensor: its own coil, or the usual one.
     pub fn of(sensor: &Sensor) -> Self {
         Self {
             degrees_of_freedom: sensor.orientation.degrees_of_freedom(),
@@ -68,6 +69,7 @@ impl SensorLook {
         }
     }
 
+    /// Whether the sensor has a position alone, and is drawn as a ball.
     pub fn is_marker(&self) -> bool {
         self.degrees_of_freedom == 3
     }

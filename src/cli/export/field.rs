@@ -122,15 +122,9 @@ pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
         displacement_mm: Statistics::of(&mut lengths),
         field: &field,
     };
-    match args.format {
-        Format::Json => output::print_json(&figures.as_json()),
-        Format::Text => output::print(&format!(
-            "{}\n{}\nwritten to {}",
-            figures.as_text(),
-            plan.meaning(),
-            args.output.display()
-        )),
-    }
+    let (meaning, file) = (plan.meaning(), args.output.display());
+    let text = || format!("{}\n{meaning}\nwritten to {file}", figures.as_text());
+    args.format.print(|| figures.as_json(), text)
 }
 
 /// A sensor along a direction, or `mean`.

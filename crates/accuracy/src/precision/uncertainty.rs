@@ -25,18 +25,13 @@ const USUAL_JITTER_DEG: f64 = 0.3;
 
 const PROBLEM: &str = "tip scatter at the design's pose";
 
+/// First order, next order and Monte Carlo.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
     steps: &Steps,
 ) -> Result<Family, Cancelled> {
-    let mut family = Family {
-        what: What::Uncertainty,
-        about: String::new(),
-        rows: Vec::new(),
-        charted: PROBLEM.to_owned(),
-        left_out: None,
-    };
+    let mut family = Family::new(What::Uncertainty, "", PROBLEM);
     let (scenario, jitter) = with_jitter(scenario);
     let task = Task::cancelled_by(steps.task.cancel.clone());
     match rows(&scenario, settings, steps, &task) {
@@ -88,19 +83,10 @@ fn rows(
         monte_carlo(scenario, settings.monte_carlo_reference, reference_seed, task)?.rms_mm;
     steps.at(1, all)?;
     let row = |method: &str, size: usize, seconds: f64, error: f64| Row {
-        what: What::Uncertainty,
-        method: method.to_owned(),
-        order: model.order(),
-        directions: model.directions().len(),
         size,
         seconds,
         error,
-        error_unit: "mm",
-        on_front: false,
-        is_default: false,
-        problem: PROBLEM.to_owned(),
-        series: method.to_owned(),
-        is_step: false,
+        ..Row::new(What::Uncertainty, model, PROBLEM, method)
     };
     let mut rows = Vec::new();
     let (seconds, first) = settings.timing.measure(|| first_order(scenario));

@@ -1,9 +1,9 @@
 //! What a least-squares solution is compared with: the same system solved in [`High`] numbers.
 
-use super::references;
-use super::row::Quantity;
+use super::case::Quantity;
 use crate::high::High;
 use crate::high_linear::{HighMatrix, least_squares, norm, reduce, svd, truncated_least_squares};
+use crate::references;
 
 /// Perturbation theory of least squares: an error of the matrix by epsilon moves the solution by
 /// condition times epsilon of itself, and by the squared condition of what it cannot reach

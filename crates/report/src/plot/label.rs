@@ -20,10 +20,12 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// From left to right.
     pub fn width(&self) -> i32 {
         self.right - self.left
     }
 
+    /// From top to bottom.
     pub fn height(&self) -> i32 {
         self.bottom - self.top
     }

@@ -14,6 +14,13 @@ pub struct Series {
     pub style: SeriesStyle,
 }
 
+impl Series {
+    /// A series of points.
+    pub fn new(name: impl Into<String>, style: SeriesStyle, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style }
+    }
+}
+
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeriesStyle {
@@ -57,6 +64,13 @@ impl Scale {
 pub struct Axis {
     pub label: String,
     pub scale: Scale,
+}
+
+impl Axis {
+    /// An axis on which equal distances are equal differences.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Linear }
+    }
 }
 
 /// A chart, ready to be written.

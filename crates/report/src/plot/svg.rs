@@ -22,6 +22,7 @@ pub struct Svg {
 }
 
 impl Svg {
+    /// An empty picture.
     pub fn new(size: (u32, u32)) -> Self {
         Self { size, shapes: Vec::new() }
     }
@@ -47,10 +48,12 @@ impl Svg {
         }
     }
 
+    /// A filled polygon.
     pub fn polygon(&mut self, corners: &[(i32, i32)], color: Rgb) {
         self.shapes.push(html! { polygon fill=(color) points=(listed(corners)) {} });
     }
 
+    /// A filled rectangle between two corners.
     pub fn rectangle(
         &mut self,
         (left, top): (i32, i32),
@@ -64,16 +67,19 @@ impl Svg {
         });
     }
 
+    /// A filled circle.
     pub fn disc(&mut self, (x, y): (i32, i32), radius: i32, color: Rgb) {
         self.shapes.push(html! { circle cx=(x) cy=(y) r=(radius) fill=(color) {} });
     }
 
+    /// A circle.
     pub fn ring(&mut self, (x, y): (i32, i32), radius: i32, color: Rgb, width: u32) {
         self.shapes.push(html! {
             circle cx=(x) cy=(y) r=(radius) fill="none" stroke=(color) stroke-width=(width) {}
         });
     }
 
+    /// Text at a place.
     pub fn text(&mut self, (x, y): (i32, i32), words: &str, size: f64, color: Rgb, at: Anchor) {
         let Anchor(across, below) = at;
         self.shapes.push(html! {

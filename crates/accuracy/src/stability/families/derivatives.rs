@@ -1,11 +1,9 @@
-//! Derivatives of equation (8), on which Newton's steps and determinants hang.
+//! Derivatives of equation (8), on which Newton's steps and determinants depend.
 
 use crate::high::High;
 use crate::high_linear::{High3, add3, cross3, scale3, sub3, unit3, vector3};
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube, model};
-use crate::stability::references::{self, axis3, distance, point3};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::references::{self, axis3, distance, point3};
+use crate::stability::case::{Case, Extent, Family, Quantity, Row, Sequence, cube, model};
 use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
@@ -99,7 +97,7 @@ fn case(name: String, make: impl Fn() -> Place + Send + Sync + 'static) -> Case 
         for _ in 0..place.poses {
             let position = sequence.point_in(&place.bounds);
             let axis = sequence.axis();
-            let [p, a] = m.derivatives(model, &position, &axis, OutsidePolicy::Clamp);
+            let [p, a] = (m.derivatives)(model, &position, &axis, OutsidePolicy::Clamp);
             let at = Exact { model, position: point3(&position), axis: unit3(&axis3(&axis)) };
             by_position.push(at.by_position(case, &p));
             by_axis.push(at.by_axis(case, &a));

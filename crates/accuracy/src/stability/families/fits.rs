@@ -2,11 +2,8 @@
 
 use crate::high::High;
 use crate::high_linear::{HighMatrix, norm};
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube};
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, point3};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::references::{self, point3};
+use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence, cube};
 use crate::stability::systems::{Reference, SOLUTION, off_by};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::bernstein::coefficient_count;
@@ -198,14 +195,14 @@ fn case(name: impl Into<String>, make: impl Fn() -> Problem + Send + Sync + 'sta
     Case::new(name, move |m, case| rows(m, case, make()))
 }
 
-fn rows(methods: &dyn Methods, case: &str, problem: Problem) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, problem: Problem) -> Vec<Row> {
     let settings = FitSettings {
         method: if problem.is_joint { FitMethod::Joint } else { FitMethod::PerDirection },
         weighting: problem.weighting,
         ..FitSettings::new(problem.order, problem.directions)
     };
     let set = SampleSet { samples: problem.samples, has_rotations: true, ambiguous: 0 };
-    let Ok(fit) = methods.fit(&set, &settings, None) else {
+    let Ok(fit) = (methods.fit)(&set, &settings, None) else {
         return vec![Row::behaviour(case, "is fitted", false)];
     };
     let systems = systems(&set.samples, &settings, fit.model.bounds());

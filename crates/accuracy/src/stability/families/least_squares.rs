@@ -2,10 +2,7 @@
 
 use crate::high::High;
 use crate::high_linear::HighMatrix;
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
 use crate::stability::systems::{Reference, SOLUTION, off_by};
 use nalgebra::Vector3;
 use trackwright_field::bernstein::coefficient_count;
@@ -164,13 +161,13 @@ fn case(name: impl Into<String>, make: impl Fn() -> System + Send + Sync + 'stat
     Case::new(name, move |m, case| rows(m, case, &make()))
 }
 
-fn rows(methods: &dyn Methods, case: &str, system: &System) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, system: &System) -> Vec<Row> {
     let unknowns = system.rows[0].len();
     let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| High::from(system.rows[i][j]));
     let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| High::from(system.values[i][k]));
     let reference = Reference::of(a, b, RCOND, system.ridge);
     let case = reference.named(case);
-    let Ok(found) = methods.solve(&system.rows, &system.values, RCOND, system.ridge) else {
+    let Ok(found) = (methods.solve)(&system.rows, &system.values, RCOND, system.ridge) else {
         return vec![Row::behaviour(&case, "is solved", false)];
     };
     let mut rows = vec![

@@ -14,8 +14,7 @@ mod statistics;
 mod uncertainty;
 mod weights;
 
-use super::Extent;
-use super::row::Family;
+use super::case::{Extent, Family};
 
 /// All families, in the order of the page.
 pub fn all(extent: Extent) -> Vec<Family> {

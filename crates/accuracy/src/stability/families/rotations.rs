@@ -2,10 +2,8 @@
 
 use crate::high::High;
 use crate::high_linear::{High3, apply33, norm, scale3, unit3, vector3};
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::references::{self, axis3, distance};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::references::{self, axis3, distance};
+use crate::stability::case::{Case, Extent, Family, Quantity, Row, Sequence};
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 
@@ -75,7 +73,7 @@ pub(super) fn family(_: Extent) -> Family {
                 let vector = axis.into_inner() * angle;
                 let exact = vector3(vector.into());
                 let expected = references::exp(&exact);
-                rows[0].push(exponential(case, &m.exp(&vector), &expected, angle));
+                rows[0].push(exponential(case, &(m.exp)(&vector), &expected, angle));
 
                 let nearest = UnitQuaternion::new_unchecked(Quaternion::new(
                     expected[0].to_f64(),
@@ -85,14 +83,14 @@ pub(super) fn family(_: Extent) -> Family {
                 ));
                 let own = references::log(&references::quaternion(&nearest));
                 let size = norm(&own).to_f64();
-                let found = m.log_quaternion(&nearest);
+                let found = (m.log_quaternion)(&nearest);
                 rows[1].push(LOG_QUATERNION.row(case, 1.0, distance(found.as_slice(), &own), size));
-                let error = (High::from(m.angle(&nearest)) - norm(&own)).abs();
+                let error = (High::from((m.angle)(&nearest)) - norm(&own)).abs();
                 rows[2].push(ANGLE.row(case, 1.0, error.to_f64(), size));
 
                 // A matrix in f64 is a little off the rotation; so is its logarithm.
                 let matrix = references::nearest_matrix(&references::matrix(&expected));
-                let found = m.log_matrix(&matrix);
+                let found = (m.log_matrix)(&matrix);
                 rows[3].push(log_matrix(case, &found, &exact, angle));
             }
             rows.into_iter().filter_map(Row::worst_of).collect()
@@ -107,7 +105,7 @@ pub(super) fn family(_: Extent) -> Family {
                 let turn = references::matrix(&references::exp(&scale3(&turn, &High::from(angle))));
                 let to = apply33(&turn, &axis3(&from));
                 let to = Unit::new_unchecked(Vector3::from(to.map(|x| x.to_f64())));
-                smallest(case, &m.axis_rotation(&from, &to).vector_rad, &from, &to)
+                smallest(case, &(m.axis_rotation)(&from, &to).vector_rad, &from, &to)
             });
             Row::worst_of(rows.collect()).into_iter().collect()
         }));
@@ -119,7 +117,7 @@ pub(super) fn family(_: Extent) -> Family {
             let is_right = (0..12).all(|_| {
                 let from = sequence.axis();
                 let aside = from.cross(&Vector3::y()).normalize() * gap;
-                let found = m.axis_rotation(&from, &Unit::new_unchecked(aside - from.as_ref()));
+                let found = (m.axis_rotation)(&from, &Unit::new_unchecked(aside - from.as_ref()));
                 let v = found.vector_rad;
                 found.is_ambiguous && (v.norm() - PI).abs() < 1e-15 && v.dot(&from).abs() < 1e-15
             });

@@ -1,11 +1,8 @@
-//! Singular values of three by three matrices, on which what is undetermined hangs.
+//! Singular values of three by three matrices: which rotations are determined depends on them.
 
 use crate::high::High;
 use crate::high_linear::{HighMatrix, svd};
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
 use nalgebra::{Matrix3, Vector3};
 
 const VALUES: Quantity = Quantity {
@@ -87,8 +84,8 @@ fn worst_each(rows: Vec<Row>) -> Vec<Row> {
     [VALUES, FACTORS].into_iter().filter_map(of).collect()
 }
 
-fn rows(methods: &dyn Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
-    let found = methods.svd3(matrix);
+fn rows(methods: &Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
+    let found = (methods.svd3)(matrix);
     let exact = svd(&HighMatrix::from_fn(3, 3, |i, j| High::from(matrix[(i, j)])));
     let largest = exact.singular_values[0].to_f64();
     let error = (0..3)

@@ -1,10 +1,7 @@
 //! Summary statistics of many trials.
 
 use crate::high::High;
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
 
 const MEAN: Quantity =
     Quantity { name: "mean", constant: 4.0, condition: "1", scale: "mean of the absolute values" };
@@ -62,9 +59,9 @@ pub(super) fn family(extent: Extent) -> Family {
     }
 }
 
-fn rows(methods: &dyn Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
     let mut reordered = values.clone();
-    let Some(found) = methods.statistics(&mut reordered) else {
+    let Some(found) = (methods.statistics)(&mut reordered) else {
         return vec![Row::behaviour(case, "has statistics", false)];
     };
     let n = values.len() as f64;

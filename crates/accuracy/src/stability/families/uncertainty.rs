@@ -5,11 +5,8 @@ use crate::high_linear::{
     High3, High33, add3, cross3, dot, inverse33, matrix_from_fn, norm, sub3, times33, transposed33,
     vector3,
 };
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, distance, matrix, moved, point3, quaternion};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use crate::references::{self, distance, matrix, moved, point3, quaternion};
+use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
@@ -65,7 +62,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let aside = if weight_mm == 0.0 { 0.0 } else { 10.0 };
             let body = body(4, aside, true, 0.0);
             let own = [unit_covariance(); 4];
-            let refused = m.covariance(&body, weight_mm, &own, &Point3::origin()).is_err();
+            let refused = (m.covariance)(&body, weight_mm, &own, &Point3::origin()).is_err();
             vec![Row::behaviour(case, "refused: not determined", refused)]
         }));
     }
@@ -117,7 +114,7 @@ fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> Rigid
     RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
 }
 
-fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
+fn covariance(methods: &Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
     let mut sequence = Sequence::new(62);
     let mut symmetric = |size: f64| {
         let m = Matrix3::from_fn(|_, _| sequence.signed());
@@ -130,7 +127,7 @@ fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f6
         })
         .collect();
     let tip = body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);
-    let Ok(found) = methods.covariance(body, weight_mm, &sensors, &tip) else {
+    let Ok(found) = (methods.covariance)(body, weight_mm, &sensors, &tip) else {
         return vec![Row::behaviour(case, "is determined", false)];
     };
     let exact = HighCovariance::of(body, weight_mm, &sensors, &tip);
@@ -223,7 +220,7 @@ fn cross_matrix(x: &High3) -> High33 {
     transposed33(&units.each_ref().map(|e| cross3(x, e)))
 }
 
-fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec<Row> {
+fn tip_error(methods: &Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec<Row> {
     let mut sequence = Sequence::new(71);
     let (mut tips, mut angles) = (Vec::new(), Vec::new());
     for _ in 0..6 {
@@ -232,7 +229,7 @@ fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) ->
         let simulated =
             pose_from_parts(truth.translation.vector + sequence.vector(), turn * truth.rotation);
         let tip = Point3::from(sequence.vector() * 200.0);
-        let found = methods.relative_error(&truth, &simulated, &tip);
+        let found = (methods.relative_error)(&truth, &simulated, &tip);
         let at = |pose: &Pose| {
             let place = vector3(pose.translation.vector.into());
             moved(&matrix(&quaternion(&pose.rotation)), &place, &point3(&tip))
