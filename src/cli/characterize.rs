@@ -4,6 +4,7 @@
 mod report;
 
 use super::as_is::AsIsArgs;
+use super::choice::Choice;
 use super::file_kinds::own_name;
 use super::numbers::above_zero;
 use super::output::{self, Format, Shown};
@@ -24,6 +25,7 @@ use trackwright_project::Files;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 use trackwright_simulation::figures::with_separators;
 
+/// Make a room's measurements from recordings of the tracker beside those of a reference tracker
 #[derive(Debug, Args)]
 pub struct CharacterizeArgs {
     /// Recordings of the EM tracker, with any number of 6-DOF sensors on one rigid body: tables of
@@ -54,8 +56,8 @@ pub struct CharacterizeArgs {
     pairs: PairsArg,
 
     /// How fast a reading that is far off stops counting where the trackers are matched
-    #[arg(long, value_enum, default_value_t)]
-    loss: LossArg,
+    #[arg(long, value_parser = LOSS, default_value = "huber")]
+    loss: Loss,
 
     /// What a reading's position is expected to be off by, a standard deviation an axis; taken from
     /// the readings where left out
@@ -141,16 +143,11 @@ enum PairsArg {
     Path,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum LossArg {
-    /// Its pull is bounded
-    #[default]
-    Huber,
-    /// Its pull fades with its distance
-    Cauchy,
-    /// Beyond six standard deviations it has none
-    Tukey,
-}
+const LOSS: Choice<Loss> = Choice(&[
+    ("huber", "Its pull is bounded", Loss::Huber),
+    ("cauchy", "Its pull fades with its distance", Loss::Cauchy),
+    ("tukey", "Beyond six standard deviations it has none", Loss::Tukey),
+]);
 
 /// Reads, characterises, and writes the table.
 ///
@@ -270,11 +267,7 @@ fn settings(args: &CharacterizeArgs) -> CharacterisationSettings {
     let scale = args.scale_mm.zip(args.scale_deg);
     CharacterisationSettings {
         hand_eye: HandEyeSettings {
-            loss: match args.loss {
-                LossArg::Huber => Loss::Huber,
-                LossArg::Cauchy => Loss::Cauchy,
-                LossArg::Tukey => Loss::Tukey,
-            },
+            loss: args.loss,
             scale: scale.map(|(position_mm, angle_deg)| Spread {
                 position_mm,
                 angle_rad: angle_deg.to_radians(),

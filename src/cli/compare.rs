@@ -3,12 +3,13 @@
 use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, OutsideArg, Shown};
+use super::output::{self, Format, OUTSIDE, Shown};
 use anyhow::bail;
 use clap::Args;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use trackwright_design::Design;
+use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::comparison_table::{self, Names};
 use trackwright_geometry::pose::pose_to_array;
@@ -23,6 +24,8 @@ use trackwright_simulation::expected::{judged, requirement_figures};
 /// Longest name that a table shows whole.
 const MAX_NAME: usize = 36;
 
+/// Hold designs against each other in one room or several, and say which differences are more than
+/// the room's uncertainty and the sampling of the motion
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     /// Designs (*.design.ron); each is simulated over its range of motion, or where it has none at its
@@ -40,8 +43,8 @@ pub struct CompareArgs {
     baseline: Option<PathBuf>,
 
     /// What happens to sensors outside the model's box; rejected trials are left out and counted
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// Difference of tip errors below which there is none that matters
     #[arg(long, value_name = "MM", default_value_t = LEAST_MM, value_parser = zero_or_more)]
@@ -97,7 +100,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
         rooms.iter().map(|r| r.environment.clone()).collect(),
         of_design,
         baseline,
-        args.outside.into(),
+        args.outside,
     );
     for ComparedRoom { file, environment } in &rooms {
         if environment.model.map() == MapKind::Correction {

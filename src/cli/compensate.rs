@@ -1,7 +1,7 @@
 //! `compensate`: measured poses corrected, and what became of them.
 
 use super::as_is::AsIsArgs;
-use super::output::{self, Format, OutsideArg, Shown, count, number};
+use super::output::{self, Format, OUTSIDE, Shown, count, number};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
@@ -15,6 +15,7 @@ use trackwright_formats::poses::{self, CompensatedRow};
 use trackwright_geometry::pose::Pose;
 use trackwright_project::Files;
 
+/// Correct measured poses by the map of an environment, or by the inverse of it
 #[derive(Debug, Args)]
 pub struct CompensateArgs {
     /// Environment (*.env.ron)
@@ -30,8 +31,8 @@ pub struct CompensateArgs {
 
     /// What happens to positions outside the model's box; rejected ones count as not converged in
     /// the table
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// How poses are corrected
     #[arg(long, value_enum, default_value_t)]
@@ -75,8 +76,7 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let room = environment.model.bounds();
     let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
     let measured = args.as_is.take(poses)?;
-    let (compensated, shortcut) =
-        compensated(&environment.model, &measured, args.outside.into(), method)?;
+    let (compensated, shortcut) = compensated(&environment.model, &measured, args.outside, method)?;
     output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
     let outcome = Outcome { method, tally: Tally::of(&measured, &compensated), shortcut };
     args.format.print(|| as_json(&outcome), || as_text(args, &outcome))

@@ -19,6 +19,7 @@ use trackwright_simulation::distinct::{
     Comparison, Distinction, LEAST_MM, compare_tools, compare_with_itself,
 };
 
+/// Convert a tool definition of a tracker's maker to a body file, back, or to another maker's
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
     /// The tool, known by what is in the file: an NDI ROM (*.rom, optical or Aurora) or one in a

@@ -5,12 +5,14 @@ mod poses;
 mod scene;
 mod tips;
 
+use super::choice::Choice;
 use anyhow::bail;
-use clap::{Subcommand, ValueEnum};
+use clap::Subcommand;
 use std::path::Path;
 use trackwright_formats::export::PatientAxes;
 use trackwright_project::Files;
 
+/// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
 #[derive(Debug, Subcommand)]
 pub enum ExportCommand {
     /// The error of an environment on a lattice: a displacement field for 3D Slicer (*.nrrd, *.mha),
@@ -41,28 +43,23 @@ pub fn run(command: &ExportCommand, files: &Files) -> anyhow::Result<()> {
 }
 
 /// What 3D Slicer takes the tracker's x, y and z for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum AxesArg {
-    /// Its own right, anterior, superior, as it takes live poses over OpenIGTLink: files, which are
-    /// in LPS, have x and y negated
-    #[default]
-    Ras,
-    /// Left, posterior, superior: files have the tracker's numbers as they are
-    Lps,
-}
-
-impl From<AxesArg> for PatientAxes {
-    fn from(arg: AxesArg) -> Self {
-        match arg {
-            AxesArg::Ras => Self::Ras,
-            AxesArg::Lps => Self::Lps,
-        }
-    }
-}
+const AXES: Choice<PatientAxes> = Choice(&[
+    (
+        "ras",
+        "Its own right, anterior, superior, as it takes live poses over OpenIGTLink: files, which \
+         are in LPS, have x and y negated",
+        PatientAxes::Ras,
+    ),
+    (
+        "lps",
+        "Left, posterior, superior: files have the tracker's numbers as they are",
+        PatientAxes::Lps,
+    ),
+]);
 
 /// Refuses other axes than the usual ones for a file that is in the tracker's own.
-fn refuse_axes(axes: AxesArg, file: &Path) -> anyhow::Result<()> {
-    if axes != AxesArg::default() {
+fn refuse_axes(axes: PatientAxes, file: &Path) -> anyhow::Result<()> {
+    if axes != PatientAxes::Ras {
         bail!(
             "--axes: {} is in the tracker's own axes, expected a file for 3D Slicer with it",
             file.display()

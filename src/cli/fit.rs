@@ -1,13 +1,14 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
 use super::as_is::AsIsArgs;
+use super::choice::Choice;
 use super::choose::{self, HoldOutArg};
 use super::generator;
 use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
 use super::output::{self, Format, Shown};
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::{ArgAction, Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use trackwright_calibration::room_choice::ModelRequest;
@@ -28,6 +29,7 @@ use trackwright_project::{Files, Output, SampleReading};
 use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
 use trackwright_simulation::figures::with_separators;
 
+/// Fit a distortion model to measurements and write it as an environment
 #[derive(Debug, Args)]
 pub struct FitArgs {
     /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
@@ -87,24 +89,40 @@ pub struct FitArgs {
     format: Format,
 }
 
+const METHOD: Choice<FitMethod> = Choice(&[
+    ("per-direction", "Each orientation by itself, the paper's", FitMethod::PerDirection),
+    ("joint", "All orientations at once", FitMethod::Joint),
+]);
+const MAP: Choice<MapKind> =
+    Choice(&[("distortion", "", MapKind::Distortion), ("correction", "", MapKind::Correction)]);
+const WEIGHTS: Choice<Weighting> = Choice(&[
+    ("area", "Areas of spherical triangles, the paper's", Weighting::Area),
+    ("gnomonic", "Coordinates in the triangle's plane, continuous", Weighting::Gnomonic),
+]);
+const HAS_ROLLS: Choice<bool> = Choice(&[
+    ("5dof", "Only the sensors' local z was measured", false),
+    ("6dof", "Full rotations were measured", true),
+]);
+
 /// How a table is read, and how polynomials are fitted to it.
 #[derive(Args, Clone, Copy, Debug)]
 pub(super) struct FittingArgs {
     /// How the orientations share the samples
-    #[arg(long, value_enum, default_value_t)]
-    pub method: MethodArg,
+    #[arg(long, value_parser = METHOD, default_value = "per-direction")]
+    pub method: FitMethod,
 
     /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
-    #[arg(long, value_enum, default_value_t)]
-    pub map: MapArg,
+    #[arg(long, value_parser = MAP, default_value = "distortion")]
+    pub map: MapKind,
 
     /// What the table's quaternions mean
-    #[arg(long, value_enum, default_value_t)]
-    pub sensors: SensorsArg,
+    #[arg(long = "sensors", value_name = "SENSORS", value_parser = HAS_ROLLS, default_value = "5dof",
+        action = ArgAction::Set)]
+    pub has_rolls: bool,
 
     /// How an axis is shared among the three orientations around it
-    #[arg(long, value_enum, default_value_t)]
-    pub weights: WeightsArg,
+    #[arg(long, value_parser = WEIGHTS, default_value = "area")]
+    pub weights: Weighting,
 
     /// Singular values below this part of the largest count as zero
     #[arg(long, default_value = "1e-10", value_name = "R")]
@@ -115,47 +133,11 @@ impl FittingArgs {
     /// The options of polynomials, and whether each is other than usual.
     pub(super) fn of_polynomials(&self) -> [(&'static str, bool); 3] {
         [
-            ("--method", self.method != MethodArg::default()),
-            ("--weights", self.weights != WeightsArg::default()),
+            ("--method", self.method != FitMethod::default()),
+            ("--weights", self.weights != Weighting::default()),
             ("--rcond", self.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
         ]
     }
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum MethodArg {
-    /// Each orientation by itself, the paper's
-    #[default]
-    PerDirection,
-    /// All orientations at once
-    Joint,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum MapArg {
-    #[default]
-    Distortion,
-    Correction,
-}
-
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-pub(super) enum SensorsArg {
-    /// Only the sensors' local z was measured
-    #[default]
-    #[value(name = "5dof")]
-    FiveDof,
-    /// Full rotations were measured
-    #[value(name = "6dof")]
-    SixDof,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum WeightsArg {
-    /// Areas of spherical triangles, the paper's
-    #[default]
-    Area,
-    /// Coordinates in the triangle's plane, continuous
-    Gnomonic,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -200,11 +182,11 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let map = asked.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
-    let set = read(files, &args.data, args.fitting.sensors, map, args.as_is)?;
+    let set = read(files, &args.data, args.fitting.has_rolls, map, args.as_is)?;
     let holdout_set = args
         .holdout
         .as_ref()
-        .map(|f| read(files, f, args.fitting.sensors, map, args.as_is))
+        .map(|f| read(files, f, args.fitting.has_rolls, map, args.as_is))
         .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
@@ -351,38 +333,11 @@ fn asked(args: &FitArgs) -> anyhow::Result<ModelRequest> {
             .map(|m| DirectionSet::try_from(m).context("--directions"))
             .transpose()?,
         ridge: args.ridge,
-        method: args.fitting.method.into(),
-        map: args.fitting.map.into(),
-        weighting: args.fitting.weights.into(),
+        method: args.fitting.method,
+        map: args.fitting.map,
+        weighting: args.fitting.weights,
         rcond: args.fitting.rcond,
     })
-}
-
-impl From<MethodArg> for FitMethod {
-    fn from(arg: MethodArg) -> Self {
-        match arg {
-            MethodArg::PerDirection => Self::PerDirection,
-            MethodArg::Joint => Self::Joint,
-        }
-    }
-}
-
-impl From<MapArg> for MapKind {
-    fn from(arg: MapArg) -> Self {
-        match arg {
-            MapArg::Distortion => Self::Distortion,
-            MapArg::Correction => Self::Correction,
-        }
-    }
-}
-
-impl From<WeightsArg> for Weighting {
-    fn from(arg: WeightsArg) -> Self {
-        match arg {
-            WeightsArg::Area => Self::Area,
-            WeightsArg::Gnomonic => Self::Gnomonic,
-        }
-    }
 }
 
 /// Reads a table as samples, with a progress bar.
@@ -392,11 +347,11 @@ impl From<WeightsArg> for Weighting {
 pub(super) fn read(
     files: &Files,
     file: &Path,
-    sensors: SensorsArg,
+    has_rolls: bool,
     map: MapKind,
     as_is: AsIsArgs,
 ) -> anyhow::Result<SampleSet> {
-    let reading = SampleReading { has_rolls: matches!(sensors, SensorsArg::SixDof), map };
+    let reading = SampleReading { has_rolls, map };
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 

@@ -11,6 +11,7 @@ use trackwright_formats::{groups, measurements};
 use trackwright_project::{Doubted, Files};
 use trackwright_simulation::figures::with_separators;
 
+/// Make a measurement table from another program's files
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {
     /// From the calibration files of the Johns Hopkins computer-integrated-surgery data sets

@@ -1,7 +1,7 @@
 //! `live`: a tracker's poses received over the network, compensated, recorded and served on.
 
 use super::numbers::above_zero;
-use super::output::{self, Format, OutsideArg, number};
+use super::output::{self, Format, OUTSIDE, number};
 use anyhow::Context;
 use clap::{ArgGroup, Args};
 use serde_json::{Map, Value, json};
@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
+use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::Method;
 use trackwright_formats::printable::printable;
 use trackwright_openigtlink::client::{ClientOptions, server_address};
@@ -21,6 +22,7 @@ use trackwright_openigtlink::session::{
 };
 use trackwright_project::Files;
 
+/// Receive a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("room").multiple(true)))]
 pub struct LiveArgs {
@@ -40,8 +42,8 @@ pub struct LiveArgs {
     design: Option<PathBuf>,
 
     /// What happens to positions outside the model's box; rejected ones are not sent on
-    #[arg(long, value_enum, default_value = "reject", requires = "room")]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "reject", requires = "room")]
+    outside: OutsidePolicy,
 
     /// The tracker's frame, as in StylusToTracker; transforms to other frames are not compensated
     #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "room", value_parser = name)]
@@ -168,7 +170,7 @@ fn room(args: &LiveArgs, files: &Files) -> anyhow::Result<Option<LiveRoom>> {
     Ok(Some(LiveRoom {
         method: Method::of(environment.model.map()),
         environment,
-        outside: args.outside.into(),
+        outside: args.outside,
         design,
     }))
 }

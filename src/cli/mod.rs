@@ -2,6 +2,7 @@
 
 mod as_is;
 mod characterize;
+mod choice;
 mod choose;
 mod compare;
 mod compensate;
@@ -67,107 +68,31 @@ pub struct Cli {
     measure: bool,
 }
 
-/// The table of subcommands: a line each.
+/// The table of subcommands: a line each. What a command is for is the first comment of its arguments.
 fn subcommands() -> Vec<Registered> {
     vec![
-        command(
-            "fit",
-            "Fit a distortion model to measurements and write it as an environment",
-            fit::run,
-        ),
-        group(
-            "generator",
-            "Learn the field generator of a tracker from its measurements",
-            generator::run,
-        ),
-        command(
-            "select",
-            "Cross-validate model sizes and regularisation on measurements, and name the best",
-            select::run,
-        ),
-        command(
-            "distort",
-            "Distort poses as the tracker of an environment would measure them",
-            distort::run,
-        ),
-        command(
-            "compensate",
-            "Correct measured poses by the map of an environment, or by the inverse of it",
-            compensate::run,
-        ),
-        command(
-            "simulate",
-            "Simulate a design at one pose, over its range of motion, or at given poses",
-            simulate::run,
-        ),
-        command(
-            "compare",
-            "Hold designs against each other in one room or several, and say which differences are more than the room's uncertainty and the sampling of the motion",
-            compare::run,
-        ),
-        command(
-            "procedure",
-            "Say where a design stands in the design procedure: the CRF alone, the tool, the built tool, each in its rooms and against its requirement; and keep what is decided in the design",
-            procedure::run,
-        ),
-        command(
-            "precision",
-            "Measure error against run time, for every way of computing the same thing",
-            precision::run,
-        ),
-        group("import", "Make a measurement table from another program's files", import::run),
-        command(
-            "convert",
-            "Convert a tool definition of a tracker's maker to a body file, back, or to another maker's",
-            convert::run,
-        ),
-        command(
-            "characterize",
-            "Make a room's measurements from recordings of the tracker beside those of a reference tracker",
-            characterize::run,
-        ),
-        command(
-            "pivot",
-            "Find where a tool's tip is from recordings around one point, and which way its shaft points from recordings of turns about it, or say why they don't tell",
-            pivot::run,
-        ),
-        command(
-            "verify",
-            "Hold recordings of the built tool against what its design predicts for the same poses",
-            verify::run,
-        ),
-        command(
-            "register",
-            "Register points in two frames, and say how far off other points are to be expected",
-            register::run,
-        ),
-        group(
-            "export",
-            "Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet",
-            export::run,
-        ),
-        command(
-            "live",
-            "Receive a tracker's poses over OpenIGTLink, compensate each, record them and serve them on",
-            live::run,
-        ),
-        command(
-            "tolerances",
-            "Print where a design's sensors are to be built, and how far off each may be before the requirement fails",
-            tolerances::run,
-        ),
-        command(
-            "report",
-            "Write a design's report: one HTML page that holds all it shows, to open, mail and print",
-            report::run,
-        ),
-        command(
-            "stability",
-            "Check the program's own numbers in stiff and extreme cases against 192 bits, for some minutes; exit status 1 where a bound is broken",
-            stability::run,
-        ),
+        command("fit", fit::run),
+        group("generator", generator::run),
+        command("select", select::run),
+        command("distort", distort::run),
+        command("compensate", compensate::run),
+        command("simulate", simulate::run),
+        command("compare", compare::run),
+        command("procedure", procedure::run),
+        command("precision", precision::run),
+        group("import", import::run),
+        command("convert", convert::run),
+        command("characterize", characterize::run),
+        command("pivot", pivot::run),
+        command("verify", verify::run),
+        command("register", register::run),
+        group("export", export::run),
+        command("live", live::run),
+        command("tolerances", tolerances::run),
+        command("report", report::run),
+        command("stability", stability::run),
         #[cfg(feature = "editor")]
-        command("render", "Draw a design's 3D view to a PNG file, without a window", render::run),
+        command("render", render::run),
     ]
 }
 
@@ -196,19 +121,17 @@ struct Registered {
 /// A subcommand with arguments.
 fn command<A: Args + 'static, E: Into<Ending> + 'static>(
     name: &'static str,
-    about: &'static str,
     run: fn(&A, &Files) -> anyhow::Result<E>,
 ) -> Registered {
-    Registered { command: A::augment_args(Command::new(name)).about(about), run: parsed(run) }
+    Registered { command: A::augment_args(Command::new(name)), run: parsed(run) }
 }
 
 /// A subcommand that has further ones.
 fn group<S: Subcommand + 'static, E: Into<Ending> + 'static>(
     name: &'static str,
-    about: &'static str,
     run: fn(&S, &Files) -> anyhow::Result<E>,
 ) -> Registered {
-    let command = S::augment_subcommands(Command::new(name)).about(about);
+    let command = S::augment_subcommands(Command::new(name));
     let command = command.subcommand_required(true).arg_required_else_help(true);
     Registered { command, run: parsed(run) }
 }

@@ -1,5 +1,6 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
+use super::choice::Choice;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -40,26 +41,11 @@ impl Format {
 }
 
 /// What happens to positions outside the model's box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum OutsideArg {
-    /// The nearest point of the box stands for them
-    #[default]
-    Clamp,
-    /// The polynomial is used as it is
-    Extrapolate,
-    /// They are left out and counted
-    Reject,
-}
-
-impl From<OutsideArg> for OutsidePolicy {
-    fn from(arg: OutsideArg) -> Self {
-        match arg {
-            OutsideArg::Clamp => Self::Clamp,
-            OutsideArg::Extrapolate => Self::Extrapolate,
-            OutsideArg::Reject => Self::Reject,
-        }
-    }
-}
+pub const OUTSIDE: Choice<OutsidePolicy> = Choice(&[
+    ("clamp", "The nearest point of the box stands for them", OutsidePolicy::Clamp),
+    ("extrapolate", "The polynomial is used as it is", OutsidePolicy::Extrapolate),
+    ("reject", "They are left out and counted", OutsidePolicy::Reject),
+]);
 
 /// Prints a result to standard output; nothing else goes there. What of it a terminal would obey, or
 /// nobody would see, is escaped.

@@ -6,7 +6,7 @@ mod spin;
 use super::as_is::AsIsArgs;
 use super::compensate::tally_as_json;
 use super::numbers::above_zero;
-use super::output::{self, Format, OutsideArg, Row, count, mm, number, row};
+use super::output::{self, Format, OUTSIDE, Row, count, mm, number, row};
 use super::tool_reader::ToolReader;
 use anyhow::{anyhow, bail};
 use clap::Args;
@@ -15,9 +15,12 @@ use serde_json::{Value, json};
 use spin::{Shaft, SpinArgs};
 use std::path::PathBuf;
 use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
+use trackwright_field::OutsidePolicy;
 use trackwright_formats::points;
 use trackwright_project::Files;
 
+/// Find where a tool's tip is from recordings around one point, and which way its shaft points
+/// from recordings of turns about it, or say why they don't tell
 #[derive(Debug, Args)]
 pub struct PivotArgs {
     /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV) or of NDI's
@@ -60,8 +63,8 @@ pub struct PivotArgs {
     environment: Option<PathBuf>,
 
     /// What happens to readings outside that room's box; of markers, the whole frame is left out
-    #[arg(long, value_enum, default_value_t, requires = "environment")]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp", requires = "environment")]
+    outside: OutsidePolicy,
 
     /// Geometry of the JHU course's calibration object (*-calbody.txt), which an optpivot file needs:
     /// its pivot is then in the frame of the EM tracker
@@ -167,7 +170,7 @@ fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'
     let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.as_is);
     reader.reference.clone_from(&args.relative_to);
     if let Some(file) = &args.environment {
-        reader.room = Some((files.read_environment(file)?, args.outside.into()));
+        reader.room = Some((files.read_environment(file)?, args.outside));
     }
     if let Some(file) = &args.calbody {
         reader.base = Some(files.read_calbody(file)?.optical_on_base);

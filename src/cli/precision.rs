@@ -8,6 +8,7 @@ use trackwright_accuracy::precision::page::{self, PICTURE};
 use trackwright_accuracy::precision::{self, Report, Settings};
 use trackwright_project::Files;
 
+/// Measure error against run time, for every way of computing the same thing
 #[derive(Debug, Args)]
 pub struct PrecisionArgs {
     /// Design whose room and study are measured (*.design.ron); the built-in one where none is named

@@ -1,16 +1,17 @@
 //! `procedure`: where a design stands in the paper's design procedure, and what is decided in it.
 
+use super::choice::Choice;
 use super::expected;
 use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
 use super::output::{self, Format, Shown};
 use super::simulate::note_world;
-use super::verify::FrameArg;
+use super::verify::FRAME;
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use trackwright_calibration::agreement::BuiltRecording;
+use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{BodyRole, Decision, Design, Edit, Origin, Procedure, ProcedureEdit};
 use trackwright_formats::printable::printable;
 use trackwright_procedure::{
@@ -27,6 +28,8 @@ use trackwright_simulation::requirement::Requirement;
 /// many are always enough but for a program that does nothing but save.
 const ATTEMPTS: usize = 100;
 
+/// Say where a design stands in the design procedure: the CRF alone, the tool, the built tool,
+/// each in its rooms and against its requirement; and keep what is decided in the design
 #[derive(Debug, Args)]
 pub struct ProcedureArgs {
     /// Design (*.design.ron), or the name of a built-in one
@@ -54,8 +57,8 @@ pub struct ProcedureArgs {
     crf: Option<PathBuf>,
 
     /// Frame of a table's poses
-    #[arg(long, value_enum, default_value_t, requires = "built", conflicts_with = "crf")]
-    frame: FrameArg,
+    #[arg(long, value_parser = FRAME, default_value = "tracker", requires = "built", conflicts_with = "crf")]
+    frame: RecordedFrame,
 
     /// The true poses were registered to this very recording, as `characterize` does
     #[arg(long, requires = "built")]
@@ -75,41 +78,27 @@ pub struct ProcedureArgs {
     truth_mm: f64,
 
     /// Decide that a step is good enough to go on, and keep what that was decided on in the design
-    #[arg(long, value_enum, value_name = "STEP")]
-    decide: Option<StepArg>,
+    #[arg(long, value_parser = STEP, value_name = "STEP")]
+    decide: Option<Step>,
 
     /// Why; has to be said where the requirement is missed
     #[arg(long, value_name = "TEXT", requires = "decide")]
     note: Option<String>,
 
     /// Take back what was decided
-    #[arg(long, value_enum, value_name = "STEP")]
-    withdraw: Option<StepArg>,
+    #[arg(long, value_parser = STEP, value_name = "STEP")]
+    withdraw: Option<Step>,
 
     /// How to print where the design stands
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum StepArg {
-    /// The CRF alone against the tracker
-    Crf,
-    /// The tool against that CRF
-    Tool,
-    /// The built tool against its prediction
-    Built,
-}
-
-impl From<StepArg> for Step {
-    fn from(arg: StepArg) -> Self {
-        match arg {
-            StepArg::Crf => Self::Crf,
-            StepArg::Tool => Self::Tool,
-            StepArg::Built => Self::Built,
-        }
-    }
-}
+const STEP: Choice<Step> = Choice(&[
+    ("crf", "The CRF alone against the tracker", Step::Crf),
+    ("tool", "The tool against that CRF", Step::Tool),
+    ("built", "The built tool against its prediction", Step::Built),
+]);
 
 /// Changes what is asked for, computes every step, decides, saves, and prints. Nothing is saved where
 /// anything of it fails.
@@ -151,7 +140,7 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
     note_world(&world);
     change_rooms(args, files, &mut world)?;
     if let Some(step) = args.withdraw {
-        let edit = ProcedureEdit::Withdraw { step: step.into() };
+        let edit = ProcedureEdit::Withdraw { step };
         apply(args, &mut world, edit)?;
     }
     let wish = ProcedureRequest {
@@ -165,8 +154,8 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
     drop(shown);
     let mut found = found?;
     if let Some(step) = args.decide {
-        decide(args, &mut world, step.into(), &found)?;
-        found.decide(step.into());
+        decide(args, &mut world, step, &found)?;
+        found.decide(step);
     }
     if is_changing {
         for kept in trackwright_project::save(&mut world)?.kept {
@@ -217,7 +206,7 @@ fn recording(args: &ProcedureArgs, world: &World) -> anyhow::Result<Option<Built
     let reference = |file: &Path| trackwright_project::reference_to_file(world, file);
     Ok(Some(BuiltRecording {
         crf_table: args.crf.as_deref().map(reference).transpose()?,
-        frame: args.frame.into(),
+        frame: args.frame,
         is_registered: args.registered,
         averaged: args.averaged,
         truth_std_mm: args.truth_mm,

@@ -22,6 +22,7 @@ use trackwright_project::{Doubted, Files};
 /// target 50 mm away is off by 9 mm.
 const MAX_TURN_ERROR_DEG: f64 = 10.0;
 
+/// Register points in two frames, and say how far off other points are to be expected
 #[derive(Debug, Args)]
 pub struct RegisterArgs {
     /// Points in the frame that is moved: a table (CSV: x, y, z), rows of three numbers, points of

@@ -23,6 +23,7 @@ const DESIGN_EXTENSION: &str = ".design.ron";
 #[cfg(feature = "editor")]
 const SLIDE_PX: [u32; 2] = [1280, 720];
 
+/// Write a design's report: one HTML page that holds all it shows, to open, mail and print
 #[derive(Debug, Args)]
 pub struct ReportArgs {
     /// Design (*.design.ron), or the name of a built-in one

@@ -6,7 +6,7 @@ use super::fit::{
     FittingArgs, Target, VolumeArg, as_json as fit_json, file_name, fit_and_write, read,
 };
 use super::jitter::JitterArgs;
-use super::model_kind::{LossArg, tried_kinds};
+use super::model_kind::{LOSS, tried_kinds};
 use super::output::{Format, Shown};
 use anyhow::{Context, bail};
 use clap::Args;
@@ -16,6 +16,7 @@ use trackwright_calibration::kind_choice::{KindChoice, KindScored, TriedKind, ch
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use trackwright_calibration::room_choice::{Chosen, RowLabels};
 use trackwright_calibration::room_model::RoomModel;
+use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::scoring::HeldOutScores;
 use trackwright_field::selection::{
@@ -36,6 +37,7 @@ const DEFAULT_ORDERS: &str = "1-6";
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (960, 640);
 
+/// Cross-validate model sizes and regularisation on measurements, and name the best
 #[derive(Debug, Args)]
 pub struct SelectArgs {
     /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
@@ -56,8 +58,8 @@ pub struct SelectArgs {
     degree: Option<usize>,
 
     /// How the measurements of harmonic models count
-    #[arg(long, value_enum, default_value_t)]
-    loss: LossArg,
+    #[arg(long, value_parser = LOSS, default_value = "huber")]
+    loss: Loss,
 
     /// Orders to try, as 1-6 or 1,2,4; 0, no correction, is tried always
     #[arg(long, value_name = "LIST", default_value = DEFAULT_ORDERS)]
@@ -140,7 +142,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;
-    let samples = read(files, &args.data, args.fitting.sensors, settings.map, args.as_is)?;
+    let samples = read(files, &args.data, args.fitting.has_rolls, settings.map, args.as_is)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }
@@ -277,9 +279,9 @@ fn settings(args: &SelectArgs) -> anyhow::Result<SelectSettings> {
         ridges,
         folds: args.folds,
         seed: args.seed,
-        method: args.fitting.method.into(),
-        map: args.fitting.map.into(),
-        weighting: args.fitting.weights.into(),
+        method: args.fitting.method,
+        map: args.fitting.map,
+        weighting: args.fitting.weights,
         rcond: args.fitting.rcond,
     })
 }

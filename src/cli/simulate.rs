@@ -1,14 +1,17 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 use super::as_is::AsIsArgs;
+use super::choice::Choice;
 use super::expected;
 use super::named_design::{named_or_builtin, note_sizes};
-use super::output::{self, Format, OutsideArg, Row, Shown, number, row};
+use super::output::{self, Format, OUTSIDE, Row, Shown, number, row};
 use super::uncertainty::UncertaintyArgs;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
+use trackwright_design::BodyRole;
+use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, Output, World};
@@ -18,6 +21,7 @@ use trackwright_simulation::{
     self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
 };
 
+/// Simulate a design at one pose, over its range of motion, or at given poses
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
     /// Design (*.design.ron)
@@ -29,8 +33,8 @@ pub struct SimulateArgs {
 
     /// Whose study: the tool's in the CRF, or the CRF's alone against the tracker, judged at each of
     /// its targets, with its own range of motion and requirement
-    #[arg(long, value_enum, default_value_t)]
-    body: BodyArg,
+    #[arg(long, value_parser = BODY, default_value = "tool")]
+    body: BodyRole,
 
     /// Poses for `--mode input` (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
     #[arg(long, required_if_eq("mode", "input"), value_name = "FILE")]
@@ -44,8 +48,8 @@ pub struct SimulateArgs {
     log: Option<PathBuf>,
 
     /// What happens to sensors outside the model's box; rejected trials are left out and counted
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// Count the trials that lean on field which the environment's samples do not support, and add
     /// the predicted standard errors of the field at the sensors
@@ -64,15 +68,6 @@ pub struct SimulateArgs {
     format: Format,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum BodyArg {
-    /// In the CRF, or in the tracker's frame where the design has none
-    #[default]
-    Tool,
-    /// Alone against the tracker
-    Crf,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ModeArg {
     /// The design's own pose
@@ -83,13 +78,18 @@ pub(super) enum ModeArg {
     Input,
 }
 
+const BODY: Choice<BodyRole> = Choice(&[
+    ("tool", "In the CRF, or in the tracker's frame where the design has none", BodyRole::Tool),
+    ("crf", "Alone against the tracker", BodyRole::Crf),
+]);
+
 /// Simulates, writes the log, and prints the figures.
 ///
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let asked = required_mode(args)?;
-    if args.body == BodyArg::Crf {
+    if args.body == BodyRole::Crf {
         return run_crf(args, asked, files);
     }
     let log = files.optional_output(args.log.as_deref())?;
@@ -98,7 +98,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = trackwright_project::resolve(design, &environment);
-    scenario.outside = args.outside.into();
+    scenario.outside = args.outside;
     let named = || args.design.display().to_string();
     args.uncertainty.check(&scenario, &mode).with_context(named)?;
     note_world(&world);
@@ -192,7 +192,7 @@ fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result
     let mut values: Vec<Value> = Vec::new();
     for study in trackwright_project::resolve_crf(design, &world.environment) {
         let mut scenario = study.scenario;
-        scenario.outside = args.outside.into();
+        scenario.outside = args.outside;
         let (outcome, last) = simulate(&scenario, &mode, None).with_context(named)?;
         let single = last.filter(|_| asked == ModeArg::Single);
         let at = match &study.target {

@@ -8,6 +8,8 @@ use trackwright_accuracy::stability::case::{Extent, Methods, Row};
 use trackwright_accuracy::stability::{families, page, run as run_battery};
 use trackwright_project::Files;
 
+/// Check the program's own numbers in stiff and extreme cases against 192 bits, for some minutes;
+/// exit status 1 where a bound is broken
 #[derive(Debug, Args)]
 pub struct StabilityArgs {
     /// Folder to write stability.md, stability.json and stability.csv to; made where it isn't there

@@ -1,13 +1,14 @@
 //! `verify`: recordings of the built tool against what its design predicts for the same poses.
 
 use super::as_is::{AsIsArgs, refused};
+use super::choice::Choice;
 use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, OutsideArg, Row, Shown, count, mm, number, row};
+use super::output::{self, Format, OUTSIDE, Row, Shown, count, mm, number, row};
 use super::tool_reader::ToolReader;
 use anyhow::{anyhow, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use nalgebra::Point3;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -18,6 +19,7 @@ use trackwright_calibration::agreement::{
 use trackwright_calibration::built_tool::BodySource;
 use trackwright_calibration::pivot::Pivot;
 use trackwright_design::Design;
+use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
 use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
@@ -28,6 +30,7 @@ use trackwright_simulation::statistics::Statistics;
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);
 
+/// Hold recordings of the built tool against what its design predicts for the same poses
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
     /// Design that the tool was built after (*.design.ron), in the room that it was recorded in
@@ -47,8 +50,8 @@ pub struct VerifyArgs {
     crf: Option<PathBuf>,
 
     /// Frame of a table's poses
-    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["pivot", "crf"])]
-    frame: FrameArg,
+    #[arg(long, value_parser = FRAME, default_value = "tracker", conflicts_with_all = ["pivot", "crf"])]
+    frame: RecordedFrame,
 
     /// The recordings are of the tool with its tip at rest in one point, and nothing told the truth:
     /// where that point is and where the tip is on the tool are found from them, and what this takes
@@ -72,8 +75,8 @@ pub struct VerifyArgs {
     same_frame: bool,
 
     /// What happens to poses with a sensor outside the room's box, about which the room knows nothing
-    #[arg(long, value_enum, default_value = "reject")]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "reject")]
+    outside: OutsidePolicy,
 
     /// Leave out poses that lean on field which the room's samples do not support; they are counted
     /// either way
@@ -110,23 +113,10 @@ pub struct VerifyArgs {
 }
 
 /// Frame of a table's poses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum FrameArg {
-    /// The tracker's
-    #[default]
-    Tracker,
-    /// The CRF's, which is at rest where the design has it
-    Crf,
-}
-
-impl From<FrameArg> for RecordedFrame {
-    fn from(arg: FrameArg) -> Self {
-        match arg {
-            FrameArg::Tracker => Self::Tracker,
-            FrameArg::Crf => Self::Crf,
-        }
-    }
-}
+pub(super) const FRAME: Choice<RecordedFrame> = Choice(&[
+    ("tracker", "The tracker's", RecordedFrame::Tracker),
+    ("crf", "The CRF's, which is at rest where the design has it", RecordedFrame::Crf),
+]);
 
 /// Reads, predicts, compares, and writes what was asked for.
 ///
@@ -164,7 +154,7 @@ fn settings(args: &VerifyArgs) -> AgreementSettings {
             (false, true) => Unknowns::Registration,
             (false, false) => Unknowns::None,
         },
-        outside: args.outside.into(),
+        outside: args.outside,
         keeps_unsupported: !args.supported_only,
         averaged: f64::from(args.averaged),
         truth_std_mm: args.truth_mm,
@@ -189,7 +179,7 @@ fn paired(
     let tables = BuiltToolTables {
         tool: file,
         crf: args.crf.as_deref(),
-        frame: args.frame.into(),
+        frame: args.frame,
         whole: args.tool.as_deref(),
         is_one_frame: args.same_frame,
         is_as_meant: args.as_is.as_is,
@@ -244,7 +234,7 @@ fn pivoted(
     mut scenario: Scenario,
     shown: &Shown,
 ) -> anyhow::Result<(Recorded, Agreement)> {
-    scenario.outside = args.outside.into();
+    scenario.outside = args.outside;
     if scenario.crf.take().is_some() {
         output::note(
             "note: a pivoted tool is compared in the tracker's frame: the CRF is left out",

@@ -1,15 +1,17 @@
 //! `export field`: the error of an environment on a lattice.
 
+use super::super::choice::Choice;
 use super::super::file_kinds::file_kind;
 use super::super::numbers::{lengths_above_zero, six, three};
-use super::super::output::{self, Format, OutsideArg, Shown, count, mm, row};
-use super::{AxesArg, refuse_axes};
+use super::super::output::{self, Format, OUTSIDE, Shown, count, mm, row};
+use super::{AXES, refuse_axes};
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::MapKind;
-use trackwright_formats::export::{field_table, mha, nrrd, vti};
+use trackwright_formats::export::{PatientAxes, field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::number::direction;
 use trackwright_project::Files;
@@ -46,16 +48,16 @@ pub struct FieldArgs {
 
     /// What is displaced; where left out `error` for a distortion map, `correction` for a correction
     /// map
-    #[arg(long, value_enum)]
-    displacement: Option<DisplacementArg>,
+    #[arg(long, value_parser = DISPLACEMENT)]
+    displacement: Option<Displacement>,
 
     /// What 3D Slicer is to take the tracker's x, y and z for (*.nrrd, *.mha)
-    #[arg(long, value_enum, default_value_t)]
-    axes: AxesArg,
+    #[arg(long, value_parser = AXES, default_value = "ras")]
+    axes: PatientAxes,
 
     /// What happens at points outside the model's box; rejected ones are NaN, in tables empty
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -63,15 +65,20 @@ pub struct FieldArgs {
 }
 
 /// What is displaced from where to where.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DisplacementArg {
-    /// Measured minus true position, at the true one: hung under this transform in 3D Slicer, what
-    /// the tracker reads is corrected
-    Error,
-    /// True minus measured position, at the measured one, as `compensate` finds it: hung under this
-    /// transform, what is true goes where the tracker would read it
-    Correction,
-}
+const DISPLACEMENT: Choice<Displacement> = Choice(&[
+    (
+        "error",
+        "Measured minus true position, at the true one: hung under this transform in 3D Slicer, \
+         what the tracker reads is corrected",
+        Displacement::Error,
+    ),
+    (
+        "correction",
+        "True minus measured position, at the measured one, as `compensate` finds it: hung under \
+         this transform, what is true goes where the tracker would read it",
+        Displacement::Correction,
+    ),
+]);
 
 /// Reads, samples, and writes.
 ///
@@ -86,19 +93,17 @@ pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
     }
     let environment = files.read_environment(&args.environment)?;
     let model = &environment.model;
-    let displacement = match (args.displacement, model.map()) {
-        (Some(DisplacementArg::Error), _) | (None, MapKind::Distortion) => Displacement::Error,
-        (Some(DisplacementArg::Correction), _) | (None, MapKind::Correction) => {
-            Displacement::Correction
-        }
-    };
+    let displacement = args.displacement.unwrap_or(match model.map() {
+        MapKind::Distortion => Displacement::Error,
+        MapKind::Correction => Displacement::Correction,
+    });
     let bounds = args.bounds.map_or(Ok(*model.bounds()), box_of)?;
-    let outside = args.outside.into();
+    let outside = args.outside;
     let plan = FieldPlan::spanning(bounds, args.spacing, args.axis, displacement, outside)
         .context("--spacing and --box")?;
     let field = sample_field(model, &plan, &Shown::new("sampling").task)
         .with_context(|| args.environment.display().to_string())?;
-    let axes = args.axes.into();
+    let axes = args.axes;
     output.write(|out| match kind {
         ".nrrd" => nrrd::write(out, &field, axes),
         ".mha" => mha::write(out, &field, axes),

@@ -1,16 +1,17 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
 use super::super::as_is::AsIsArgs;
+use super::super::choice::Choice;
 use super::super::file_kinds::file_kind;
 use super::super::numbers::three;
 use super::super::output;
 use super::super::tool_reader::ToolReader;
-use super::{AxesArg, refuse_axes};
+use super::{AXES, refuse_axes};
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use std::path::PathBuf;
 use trackwright_formats::export::markups::MarkupPoint;
-use trackwright_formats::export::{itk_transform, markups};
+use trackwright_formats::export::{PatientAxes, itk_transform, markups};
 use trackwright_formats::poses::{self, WhosePoses};
 use trackwright_geometry::pose::Pose;
 use trackwright_project::Files;
@@ -34,8 +35,8 @@ pub struct PosesArgs {
 
     /// Which poses of a table that has several: `true` and `sim` of a simulation log, `ideal` and
     /// `measured` of a measurement table, `tool` and `crf` of input data
-    #[arg(long, value_enum)]
-    columns: Option<ColumnsArg>,
+    #[arg(long, value_parser = COLUMNS)]
+    columns: Option<WhosePoses>,
 
     /// What is exported of each pose: the point of its body at this place, mm, as `pivot` prints a
     /// tip; the body's origin where left out
@@ -47,36 +48,21 @@ pub struct PosesArgs {
     row: Option<usize>,
 
     /// What 3D Slicer is to take x, y and z for (*.mrk.json, *.tfm)
-    #[arg(long, value_enum, default_value_t)]
-    axes: AxesArg,
+    #[arg(long, value_parser = AXES, default_value = "ras")]
+    axes: PatientAxes,
 
     #[command(flatten)]
     as_is: AsIsArgs,
 }
 
-/// Whose poses of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ColumnsArg {
-    True,
-    Sim,
-    Ideal,
-    Measured,
-    Tool,
-    Crf,
-}
-
-impl From<ColumnsArg> for WhosePoses {
-    fn from(arg: ColumnsArg) -> Self {
-        match arg {
-            ColumnsArg::True => Self::True,
-            ColumnsArg::Sim => Self::Simulated,
-            ColumnsArg::Ideal => Self::Ideal,
-            ColumnsArg::Measured => Self::Measured,
-            ColumnsArg::Tool => Self::Tool,
-            ColumnsArg::Crf => Self::Crf,
-        }
-    }
-}
+const COLUMNS: Choice<WhosePoses> = Choice(&[
+    ("true", "", WhosePoses::True),
+    ("sim", "", WhosePoses::Simulated),
+    ("ideal", "", WhosePoses::Ideal),
+    ("measured", "", WhosePoses::Measured),
+    ("tool", "", WhosePoses::Tool),
+    ("crf", "", WhosePoses::Crf),
+]);
 
 /// Reads and writes.
 ///
@@ -94,7 +80,7 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
         Some(columns) => {
             let mut all = Vec::new();
             for file in &args.poses {
-                all.extend(args.as_is.take(files.read_poses_of(file, columns.into())?)?);
+                all.extend(args.as_is.take(files.read_poses_of(file, columns)?)?);
             }
             all
         }
@@ -104,7 +90,7 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
         found.iter_mut().for_each(|pose| *pose *= tip);
     }
     let chosen = chosen(&found, args.row)?;
-    let axes = args.axes.into();
+    let axes = args.axes;
     match (kind, chosen.as_slice()) {
         (".csv", _) => {
             output.write(|out| poses::write(out, chosen.iter().map(|(_, pose)| pose)))?;

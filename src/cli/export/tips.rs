@@ -2,12 +2,14 @@
 
 use super::super::as_is::AsIsArgs;
 use super::super::file_kinds::file_kind;
-use super::super::output::{self, OutsideArg};
+use super::super::output::{self, OUTSIDE};
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
-use super::{AxesArg, refuse_axes};
+use super::{AXES, refuse_axes};
 use anyhow::Context;
 use clap::Args;
 use std::path::PathBuf;
+use trackwright_field::OutsidePolicy;
+use trackwright_formats::export::PatientAxes;
 use trackwright_formats::export::markups::{self, MarkupList, MarkupPoint};
 use trackwright_formats::export::tips_table::{self, StudiedTip};
 use trackwright_geometry::pose::Pose;
@@ -38,12 +40,12 @@ pub struct TipsArgs {
     input: Option<PathBuf>,
 
     /// What happens to sensors outside the model's box; tips of rejected trials are left out
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// What 3D Slicer is to take x, y and z for (*.mrk.json)
-    #[arg(long, value_enum, default_value_t)]
-    axes: AxesArg,
+    #[arg(long, value_parser = AXES, default_value = "ras")]
+    axes: PatientAxes,
 
     #[command(flatten)]
     as_is: AsIsArgs,
@@ -62,7 +64,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     let named = || args.design.display().to_string();
     let world = files.open_design_without_meshes(&args.design)?;
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    scenario.outside = args.outside.into();
+    scenario.outside = args.outside;
     let asked = mode_arg(args.mode, args.input.as_deref())?;
     let mode = asked.unwrap_or(match scenario.motion {
         Some(_) => ModeArg::Motion,
@@ -103,7 +105,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
                 ));
             }
             let lists = lists(&world.document.design().name, &tips);
-            output.write(|out| markups::write_lists(out, &lists, args.axes.into()))?;
+            output.write(|out| markups::write_lists(out, &lists, args.axes))?;
         }
     }
     output::note_outside("trials have a sensor", outcome.figures.outside, index, scenario.outside);
