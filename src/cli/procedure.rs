@@ -15,7 +15,7 @@ use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{BodyRole, Decision, Design, Edit, Origin, Procedure, ProcedureEdit};
 use trackwright_formats::printable::printable;
 use trackwright_procedure::{
-    BuiltStatus, Change, DecisionBasis, Row, StepStatus, State, Step, StudiesStatus, headline,
+    BuiltStatus, Change, DecisionBasis, Row, State, Step, StepStatus, StudiesStatus, headline,
 };
 use trackwright_project::{Files, ProcedureRequest, StoreError, World};
 use trackwright_report::text_table::columns;

@@ -192,7 +192,13 @@ impl Drawing<'_> {
     }
 
     /// A node of a mesh.
-    pub fn node(&mut self, name: &str, transform: NodeTransform, mesh: MeshId, extras: Value) -> NodeId {
+    pub fn node(
+        &mut self,
+        name: &str,
+        transform: NodeTransform,
+        mesh: MeshId,
+        extras: Value,
+    ) -> NodeId {
         self.writer.node(Node {
             name: name.to_owned(),
             transform,
