@@ -138,7 +138,7 @@ mod tests {
     use crate::shape::bounds_mm;
 
     #[test]
-    fn the_front_face_is_at_zero_and_the_size_is_right() {
+    fn the_front_face_is_at_zero() {
         assert_sound(&field_generator(), vec3(-100.0, -100.0, 0.0), vec3(155.5, 100.0, 70.0), 0.1);
     }
 

@@ -160,7 +160,7 @@ mod tests {
     use crate::shape::bounds_mm;
 
     #[test]
-    fn the_forehead_passes_through_the_origin_and_faces_forwards() {
+    fn the_forehead_passes_through_the_origin() {
         let head = Head::new();
         assert!(head.value_mm(Vec3::default()).abs() < 1e-6);
         assert!(head.outward(Vec3::default()).z < -0.99);

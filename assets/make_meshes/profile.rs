@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_cylinder_is_closed_and_has_its_volume() {
+    fn a_turned_cylinder_has_its_volume() {
         let corners =
             [at(0.0, 0.0, 0.0), at(0.0, 5.0, 0.0), at(10.0, 5.0, 0.0), at(10.0, 0.0, 0.0)];
         let shape = turned(&corners, 90);

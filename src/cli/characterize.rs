@@ -3,14 +3,10 @@
 
 mod report;
 
-use super::as_is::AsIsArgs;
-use super::choice::Choice;
 use super::file_kinds::own_name;
 use super::numbers::above_zero;
-use super::output::{self, Format, Shown};
-use anyhow::{anyhow, bail};
-use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
+use super::prelude::*;
+use clap::ValueEnum;
 use trackwright_calibration::characterisation::{
     Characterisation, CharacterisationError, CharacterisationSettings, HeldOut, PairKind,
     RecordedPair, characterise,
@@ -21,9 +17,7 @@ use trackwright_calibration::still_pose::Spread;
 use trackwright_calibration::time_alignment::AlignmentSettings;
 use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::characterised;
-use trackwright_project::Files;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
-use trackwright_simulation::figures::with_separators;
 
 /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
 #[derive(Debug, Args)]

@@ -1,10 +1,7 @@
 //! What the command line leaves open about a model, chosen by cross-validation with a progress bar.
 
-use super::output::{self, Shown};
-use anyhow::{Context, bail};
-use serde_json::{Value, json};
+use super::prelude::*;
 use std::convert::Infallible;
-use std::path::Path;
 use std::str::FromStr;
 use trackwright_calibration::room_choice::{
     self, Chosen, Grouping, ModelChoice, ModelRequest, RowLabels, numbered_labels, row_groups,
@@ -15,7 +12,6 @@ use trackwright_field::selection::places::Places;
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::selection::{HoldOutBy, SelectSettings};
 use trackwright_formats::groups::SENSOR_COLUMN;
-use trackwright_project::Files;
 use trackwright_report::selection::{
     SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
 };

@@ -3,17 +3,13 @@
 use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, OUTSIDE, Shown};
-use anyhow::bail;
-use clap::Args;
-use serde_json::{Map, Value, json};
-use std::path::{Path, PathBuf};
+use super::prelude::*;
+use serde_json::Map;
 use trackwright_design::Design;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::comparison_table::{self, Names};
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms, Files};
+use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms};
 use trackwright_report::text_table::columns;
 use trackwright_simulation::comparison::{
     Comparison, Difference, ErrorOf, FIGURES, LEAST_DEG, LEAST_MM, Least, REQUIRED, Row, Settings,
@@ -371,7 +367,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn long_names_are_cut_unless_that_makes_two_the_same() {
+    fn long_names_are_cut_where_they_stay_different() {
         let name = |end: &str| format!("A shaver with three sensors along its shaft, {end}");
         let one = short(&[name("a"), "b".to_owned()]);
         assert_eq!(one[0], "A shaver with three sensors along i…");

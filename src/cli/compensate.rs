@@ -1,19 +1,14 @@
 //! `compensate`: measured poses corrected, and what became of them.
 
-use super::as_is::AsIsArgs;
-use super::output::{self, Format, OUTSIDE, Shown, count, number};
-use anyhow::bail;
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use super::prelude::*;
+use clap::ValueEnum;
 use trackwright_calibration::doubts;
+use trackwright_field::DistortionModel;
 use trackwright_field::compensation::{Compensated, Difference, Method, Tally, compensate};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_formats::poses::{self, CompensatedRow};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
 
 /// Correct measured poses by the map of an environment, or by the inverse of it
 #[derive(Debug, Args)]

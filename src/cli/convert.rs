@@ -2,18 +2,14 @@
 
 use super::Ending;
 use super::numbers::above_zero;
-use super::output::{self, Format};
+use super::prelude::*;
 use super::tool_report;
-use anyhow::Context;
-use clap::Args;
 use nalgebra::Point3;
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
 use trackwright_design::definition::DefinitionKind;
 use trackwright_formats::tool_definition::{
     BodyFormat, Conversion, Lost, OnMismatch, ToolDefinition, from_body,
 };
-use trackwright_project::{Files, ReadTool, StoreError};
+use trackwright_project::{ReadTool, StoreError};
 use trackwright_simulation::SensorOrientation;
 use trackwright_simulation::distinct::{
     Comparison, Distinction, LEAST_MM, compare_tools, compare_with_itself,

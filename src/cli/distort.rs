@@ -1,16 +1,10 @@
 //! `distort`: poses as the tracker of an environment would measure them.
 
-use super::as_is::AsIsArgs;
-use super::output::{self, OUTSIDE};
-use anyhow::Context;
-use clap::Args;
+use super::prelude::*;
 use nalgebra::{Point3, Vector3};
-use std::path::PathBuf;
 use trackwright_calibration::doubts;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::gaussian::FieldPoint;
 use trackwright_formats::poses;
-use trackwright_project::Files;
 
 /// Distort poses as the tracker of an environment would measure them
 #[derive(Debug, Args)]

@@ -1,12 +1,12 @@
 //! Expected figures and their intervals beside those of the room's own field.
 
-use super::output;
-use serde_json::{Map, Value, json};
+use super::prelude::*;
+use serde_json::Map;
 use trackwright_simulation::comparison::{ErrorOf, FIGURES};
 use trackwright_simulation::expected::{
     JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
 };
-use trackwright_simulation::figures::{Figures, with_separators};
+use trackwright_simulation::figures::Figures;
 use trackwright_simulation::{
     CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario, expected,
 };

@@ -5,12 +5,9 @@ mod poses;
 mod scene;
 mod tips;
 
-use super::choice::Choice;
-use anyhow::bail;
+use super::prelude::*;
 use clap::Subcommand;
-use std::path::Path;
 use trackwright_formats::export::PatientAxes;
-use trackwright_project::Files;
 
 /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
 #[derive(Debug, Subcommand)]

@@ -1,22 +1,16 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
-use super::as_is::AsIsArgs;
-use super::choice::Choice;
 use super::choose::{self, HoldOutArg};
 use super::generator;
 use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
-use super::output::{self, Format, Shown};
-use anyhow::{Context, bail};
-use clap::{ArgAction, Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use super::prelude::*;
+use clap::{ArgAction, ValueEnum};
 use trackwright_calibration::room_choice::ModelRequest;
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use trackwright_calibration::room_model::RoomModel;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::{HoldoutProvenance, Jitter};
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};
@@ -25,9 +19,8 @@ use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{Files, Output, SampleReading};
+use trackwright_project::{Output, SampleReading};
 use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
-use trackwright_simulation::figures::with_separators;
 
 /// Fit a distortion model to measurements and write it as an environment
 #[derive(Debug, Args)]
@@ -178,7 +171,7 @@ const DEFAULT_RCOND: f64 = 1e-10;
 pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     output.expect_kind(ENVIRONMENT)?;
-    let asked = asked(args)?;
+    let asked = model_request(args)?;
     let map = asked.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
@@ -325,7 +318,7 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
 }
 
 /// What the command line says about the model, and what it leaves open.
-fn asked(args: &FitArgs) -> anyhow::Result<ModelRequest> {
+fn model_request(args: &FitArgs) -> anyhow::Result<ModelRequest> {
     Ok(ModelRequest {
         order: args.order,
         directions: args

@@ -1,19 +1,13 @@
 //! `generator learn`: the coils that explain a tracker's measurements.
 
-use super::as_is::AsIsArgs;
 use super::fit::{file_name, read};
 use super::model_kind::checked_degree;
-use super::output::{self, Format, Shown};
-use anyhow::{Context, bail};
-use clap::{Args, Subcommand};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use super::prelude::*;
+use clap::Subcommand;
 use trackwright_field::harmonic::learn::{Start, StartReport};
 use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
 use trackwright_field::samples::{MapKind, MeasurementSet};
 use trackwright_formats::signature::GENERATOR;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 
 /// Learn the field generator of a tracker from its measurements
 #[derive(Debug, Subcommand)]

@@ -1,16 +1,13 @@
 //! `live`: a tracker's poses received over the network, compensated, recorded and served on.
 
 use super::numbers::above_zero;
-use super::output::{self, Format, OUTSIDE, number};
-use anyhow::Context;
-use clap::{ArgGroup, Args};
-use serde_json::{Map, Value, json};
+use super::prelude::*;
+use clap::ArgGroup;
+use serde_json::Map;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
-use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::Method;
 use trackwright_formats::printable::printable;
 use trackwright_openigtlink::client::{ClientOptions, server_address};
@@ -20,7 +17,6 @@ use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{
     LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
 };
-use trackwright_project::Files;
 
 /// Receive a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
 #[derive(Debug, Args)]

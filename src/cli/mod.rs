@@ -24,6 +24,7 @@ mod numbers;
 mod output;
 mod pivot;
 mod precision;
+mod prelude;
 mod procedure;
 mod register;
 #[cfg(feature = "editor")]

@@ -1,16 +1,13 @@
 //! What kind of model a room gets, as the command line says it.
 
-use super::choice::Choice;
-use anyhow::bail;
-use clap::{ArgAction, Args};
-use std::path::Path;
+use super::prelude::*;
+use clap::ArgAction;
 use trackwright_calibration::kind_choice::TriedKind;
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::computed::ModelKind;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
-use trackwright_project::Files;
 
 const KIND: Choice<ModelKind> = Choice(&[
     ("bernstein", "Bernstein polynomials per basis orientation, the paper's", ModelKind::Bernstein),

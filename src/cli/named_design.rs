@@ -1,9 +1,8 @@
 //! A design by its file or by the name of a built-in one.
 
-use super::output;
-use std::path::Path;
+use super::prelude::*;
 use trackwright_design::Design;
-use trackwright_project::{Files, StoreError, World};
+use trackwright_project::{StoreError, World};
 
 /// Opens a file, or a built-in design where no file has that name.
 ///

@@ -3,21 +3,14 @@
 
 mod spin;
 
-use super::as_is::AsIsArgs;
 use super::compensate::tally_as_json;
 use super::numbers::above_zero;
-use super::output::{self, Format, OUTSIDE, Row, count, mm, number, row};
+use super::prelude::*;
 use super::tool_reader::ToolReader;
-use anyhow::{anyhow, bail};
-use clap::Args;
 use nalgebra::{Point3, Vector3};
-use serde_json::{Value, json};
 use spin::{Shaft, SpinArgs};
-use std::path::PathBuf;
 use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
-use trackwright_field::OutsidePolicy;
 use trackwright_formats::points;
-use trackwright_project::Files;
 
 /// Find where a tool's tip is from recordings around one point, and which way its shaft points
 /// from recordings of turns about it, or say why they don't tell

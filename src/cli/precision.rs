@@ -1,12 +1,9 @@
 //! `precision`: error against run time, for every way of computing the same thing.
 
 use super::named_design::named_or_builtin;
-use super::output::{self, Format, Shown};
-use clap::Args;
-use std::path::{Path, PathBuf};
+use super::prelude::*;
 use trackwright_accuracy::precision::page::{self, PICTURE};
 use trackwright_accuracy::precision::{self, Report, Settings};
-use trackwright_project::Files;
 
 /// Measure error against run time, for every way of computing the same thing
 #[derive(Debug, Args)]

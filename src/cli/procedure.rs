@@ -1,23 +1,18 @@
 //! `procedure`: where a design stands in the paper's design procedure, and what is decided in it.
 
-use super::choice::Choice;
 use super::expected;
 use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, Shown};
+use super::prelude::*;
 use super::simulate::note_world;
 use super::verify::FRAME;
-use anyhow::{Context, bail};
-use clap::Args;
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{BodyRole, Decision, Design, Edit, Origin, Procedure, ProcedureEdit};
 use trackwright_formats::printable::printable;
 use trackwright_procedure::{
     BuiltStatus, Change, DecisionBasis, Row, State, Step, StepStatus, StudiesStatus, headline,
 };
-use trackwright_project::{Files, ProcedureRequest, StoreError, World};
+use trackwright_project::{ProcedureRequest, StoreError, World};
 use trackwright_report::text_table::columns;
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::expected::{judged, requirement_figures};

@@ -1,14 +1,9 @@
 //! `register`: points in two frames, and how far off others are to be expected.
 
-use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
-use super::output::{self, Format, count, mm, number, row};
-use anyhow::{Context, bail};
-use clap::Args;
+use super::prelude::*;
 use nalgebra::Point3;
-use serde_json::{Value, json};
 use std::io::{self, Write};
-use std::path::PathBuf;
 use trackwright_calibration::doubts;
 use trackwright_calibration::fiducial_outliers::{OutlyingPoint, register_without_outliers};
 use trackwright_calibration::registration::{Registration, register};
@@ -16,7 +11,7 @@ use trackwright_calibration::registration_error::{PointSpread, fle_rms_mm};
 use trackwright_formats::poses;
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{Doubted, Files};
+use trackwright_project::Doubted;
 
 /// Above this a registration says so little of a turn that it is refused unless told otherwise: a
 /// target 50 mm away is off by 9 mm.

@@ -1,12 +1,9 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
-use super::choice::Choice;
 use super::named_design::{note_meshes, open_named};
-use super::output;
+use super::prelude::*;
 use super::render_video::VideoArgs;
-use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use clap::ValueEnum;
 use std::str::FromStr;
 use trackwright_design::MissingLayer;
 use trackwright_design::view::{Layers, View};
@@ -17,7 +14,7 @@ use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::field::desk::TableRole;
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
-use trackwright_project::{Files, World};
+use trackwright_project::World;
 
 /// Widest and highest picture that adapters paint into one texture.
 const MOST_PX: u32 = 8192;
@@ -329,7 +326,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_two_numbers_within_what_adapters_paint() {
+    fn sizes_are_two_numbers_within_limits() {
         assert_eq!("320x240".parse(), Ok(PictureSize([320, 240])));
         for wrong in ["320", "0x240", "320x", "9000x240", "axb", "-1x2", "320x240x3"] {
             assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");

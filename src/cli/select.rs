@@ -1,17 +1,12 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
-use super::as_is::AsIsArgs;
 use super::choose::{self, HoldOutArg};
 use super::fit::{
     FittingArgs, Target, VolumeArg, as_json as fit_json, file_name, fit_and_write, read,
 };
 use super::jitter::JitterArgs;
 use super::model_kind::{LOSS, tried_kinds};
-use super::output::{Format, Shown};
-use anyhow::{Context, bail};
-use clap::Args;
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use super::prelude::*;
 use trackwright_calibration::kind_choice::{KindChoice, KindScored, TriedKind, choose_kind};
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use trackwright_calibration::room_choice::{Chosen, RowLabels};
@@ -24,12 +19,10 @@ use trackwright_field::selection::{
 };
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_project::Files;
 use trackwright_report::room::{map_name, method_name};
 use trackwright_report::selection::{candidate_text, hold_out_name};
 use trackwright_report::text_table::columns;
 use trackwright_report::{learning_chart, selection, selection_chart};
-use trackwright_simulation::figures::with_separators;
 
 /// Orders that are tried where none are named.
 const DEFAULT_ORDERS: &str = "1-6";

@@ -1,20 +1,14 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
-use super::as_is::AsIsArgs;
-use super::choice::Choice;
 use super::expected;
 use super::named_design::{named_or_builtin, note_sizes};
-use super::output::{self, Format, OUTSIDE, Row, Shown, number, row};
+use super::prelude::*;
 use super::uncertainty::UncertaintyArgs;
-use anyhow::Context;
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use clap::ValueEnum;
 use trackwright_design::BodyRole;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{Files, Output, World};
+use trackwright_project::{Output, World};
 use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{

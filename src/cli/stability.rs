@@ -1,12 +1,9 @@
 //! `stability`: the battery of stiff and extreme cases.
 
 use super::Ending;
-use super::output::{self, Format, Shown};
-use clap::Args;
-use std::path::{Path, PathBuf};
+use super::prelude::*;
 use trackwright_accuracy::stability::case::{Extent, Methods, Row};
 use trackwright_accuracy::stability::{families, page, run as run_battery};
-use trackwright_project::Files;
 
 /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some minutes;
 /// exit status 1 where a bound is broken

@@ -1,15 +1,9 @@
 //! `tolerances`: a design's manufacturing sheet, with how far off its sensors may be.
 
 use super::Ending;
-use super::output::{self, Format, OUTSIDE, Shown};
+use super::prelude::*;
 use super::simulate::note_world;
-use anyhow::Context;
-use clap::Args;
-use serde_json::json;
-use std::path::PathBuf;
-use trackwright_field::OutsidePolicy;
 use trackwright_formats::manufacturing_table;
-use trackwright_project::Files;
 use trackwright_report::manufacturing::{built_check_words, sheet_text};
 use trackwright_simulation::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
 

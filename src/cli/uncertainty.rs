@@ -1,11 +1,9 @@
 //! `simulate --uncertainty`: how far jitter scatters the tip, by formula, by Monte Carlo, or both.
 
 use super::jitter::JitterArgs;
-use super::output::{self, Shown, number};
-use anyhow::bail;
-use clap::{Args, ValueEnum};
+use super::prelude::*;
+use clap::ValueEnum;
 use nalgebra::{Matrix3, Vector3};
-use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::{Jitter, OrientationWeight};

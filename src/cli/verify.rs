@@ -1,17 +1,12 @@
 //! `verify`: recordings of the built tool against what its design predicts for the same poses.
 
-use super::as_is::{AsIsArgs, refused};
-use super::choice::Choice;
+use super::as_is::refused;
 use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, OUTSIDE, Row, Shown, count, mm, number, row};
+use super::prelude::*;
 use super::tool_reader::ToolReader;
-use anyhow::{anyhow, bail};
-use clap::Args;
 use nalgebra::Point3;
-use serde_json::{Value, json};
-use std::path::PathBuf;
 use trackwright_calibration::agreement::{
     Agreement, AgreementSettings, Compared, Interval, PivotedError, RecordedFrame, Summary,
     Unknowns, pivoted_tool,
@@ -19,10 +14,9 @@ use trackwright_calibration::agreement::{
 use trackwright_calibration::built_tool::BodySource;
 use trackwright_calibration::pivot::Pivot;
 use trackwright_design::Design;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
-use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
+use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use trackwright_report::agreement_chart;
 use trackwright_simulation::Scenario;
 use trackwright_simulation::statistics::Statistics;

@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_of_the_eight_directions_are_eighths_of_a_turn() {
+    fn the_eight_directions_are_eighths_of_a_turn() {
         for k in -3..=4_i32 {
             let (y, x) = [
                 (0.0, 1.0),

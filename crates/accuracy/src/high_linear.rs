@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn least_squares_leave_a_residual_perpendicular_to_all_columns() {
+    fn least_squares_residual_is_perpendicular() {
         let a = HighMatrix::from_fn(9, 4, entry);
         let b = HighMatrix::from_fn(9, 2, |i, j| entry(i + 3, j + 5));
         let residual = a.times(&least_squares(&a, &b)).minus(&b);
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn the_solution_of_least_norm_lies_in_the_row_space() {
+    fn least_norm_solution_is_in_the_row_space() {
         // Five equations of rank three for six unknowns.
         let left = HighMatrix::from_fn(5, 3, entry);
         let right = HighMatrix::from_fn(3, 6, |i, j| entry(i + 2, j));

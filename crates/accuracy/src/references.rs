@@ -328,7 +328,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_component_of_every_basis_orientation_is_known() {
+    fn every_basis_component_is_known() {
         for set in DirectionSet::ALL {
             for (exact, own) in directions(set).iter().zip(set.directions()) {
                 assert!(distance(own.as_slice(), exact) < 3e-16, "{set:?} {own:?}");

@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn position_and_orientation_have_a_chart_of_rms_and_of_the_largest_each() {
+    fn position_and_orientation_have_two_charts_each() {
         let (profile, requirement) = profile(&Mode::Motion);
         let charts = charts(&profile, Some(&requirement));
         let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();

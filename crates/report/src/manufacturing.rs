@@ -332,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_frame_is_told_by_its_tip_and_where_the_sensors_are_from_there() {
+    fn frame_words_name_tip_and_sensor_direction() {
         let body = |tip, centroid| SheetBody {
             role: BuiltBody::Tool,
             name: "t".into(),

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mesh_is_where_its_frame_has_it_translucent_and_gone_with_its_layer() {
+    fn anatomy_is_in_its_frame_and_its_layer() {
         let folder = tempfile::tempdir().unwrap();
         let world = world(folder.path());
         let read = parse(&scene(&world, "anatomy"), 1000.0).unwrap();

@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_small_coil_is_drawn_larger_and_a_large_one_as_it_is() {
+    fn small_coils_are_drawn_larger() {
         let coil = SizeBounds::of(0.8, [8.0, 40.0]);
         assert_eq!(coil.mm(0.5), 4.0);
         assert_eq!(coil.mm(0.05), 0.8);

@@ -1,25 +1,17 @@
 //! `export field`: the error of an environment on a lattice.
 
-use super::super::choice::Choice;
 use super::super::file_kinds::file_kind;
 use super::super::numbers::{lengths_above_zero, six, three};
-use super::super::output::{self, Format, OUTSIDE, Shown, count, mm, row};
+use super::super::prelude::*;
 use super::{AXES, refuse_axes};
-use anyhow::{Context, bail};
-use clap::Args;
-use serde_json::{Value, json};
-use std::path::PathBuf;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::export::{PatientAxes, field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::number::direction;
-use trackwright_project::Files;
 use trackwright_simulation::Statistics;
 use trackwright_simulation::field_lattice::{
     Displacement, FieldLattice, FieldPlan, FieldSensor, sample_field,
 };
-use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct FieldArgs {

@@ -1,21 +1,14 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
-use super::super::as_is::AsIsArgs;
-use super::super::choice::Choice;
 use super::super::file_kinds::file_kind;
 use super::super::numbers::three;
-use super::super::output;
+use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
 use super::{AXES, refuse_axes};
-use anyhow::bail;
-use clap::Args;
-use std::path::PathBuf;
 use trackwright_formats::export::markups::MarkupPoint;
 use trackwright_formats::export::{PatientAxes, itk_transform, markups};
 use trackwright_formats::poses::{self, WhosePoses};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct PosesArgs {

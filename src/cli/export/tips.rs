@@ -1,21 +1,14 @@
 //! `export tips`: the tips of a design's study, true and simulated.
 
-use super::super::as_is::AsIsArgs;
 use super::super::file_kinds::file_kind;
-use super::super::output::{self, OUTSIDE};
+use super::super::prelude::*;
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use super::{AXES, refuse_axes};
-use anyhow::Context;
-use clap::Args;
-use std::path::PathBuf;
-use trackwright_field::OutsidePolicy;
 use trackwright_formats::export::PatientAxes;
 use trackwright_formats::export::markups::{self, MarkupList, MarkupPoint};
 use trackwright_formats::export::tips_table::{self, StudiedTip};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
 use trackwright_report::palette::{Rgb, SERIES};
-use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::{CancelToken, Trial, trial_count};
 
 /// More points than this make 3D Slicer slow.

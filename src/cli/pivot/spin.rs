@@ -2,13 +2,9 @@
 
 use super::super::file_kinds::{file_kind, own_name};
 use super::super::numbers::{above_zero, three};
-use super::super::output::{self, Row, count, number, row};
+use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
-use anyhow::{anyhow, bail};
-use clap::Args;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
 use trackwright_calibration::pivot::PivotLimits;
 use trackwright_calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
 use trackwright_formats::body::{self, BodyFile};

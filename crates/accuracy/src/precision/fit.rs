@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reference_leaves_a_residual_at_right_angles() {
+    fn the_reference_residual_is_perpendicular() {
         let system = system(4);
         let x = system.reference().unwrap();
         let a = system.matrix();
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn orthogonal_methods_lose_the_condition_and_normal_equations_its_square() {
+    fn normal_equations_lose_the_squared_condition() {
         let system = system(5);
         let exact = system.reference().unwrap();
         let error = |method: Method| system.field_difference_mm(&method(&system).unwrap(), &exact);

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_falls_with_the_square_of_the_spacing() {
+    fn error_falls_with_the_squared_spacing() {
         // An offset keeps the norm away from its kink at zero.
         let model = along_x(3, (0..64).map(|i| 20.0 + (1.3 * f64::from(i)).sin()));
         let errors = errors(model);

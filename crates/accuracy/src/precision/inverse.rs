@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn fixed_point_steps_converge_to_what_newton_finds() {
+    fn fixed_point_steps_converge_to_newton() {
         let family = family();
         let of = |method: &str| family.rows.iter().find(|r| r.method == method).unwrap().error;
         assert!(of("damped Newton") < 1e-9, "{family:?}");

@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn the_full_grid_is_the_figure_that_simulate_prints() {
+    fn the_full_grid_is_what_simulate_prints() {
         let family = rows(&testing::built_in());
         let full = family.rows.iter().find(|r| r.is_default).unwrap();
         assert_eq!((full.size, full.error), (3375, 0.0));
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_design_without_motion_is_left_out_with_a_reason() {
+    fn a_design_without_motion_is_left_out() {
         let mut scenario = testing::built_in();
         scenario.motion = None;
         let family = rows(&scenario);

@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_has_every_row_the_machine_and_what_is_left_out() {
+    fn the_page_has_rows_machine_and_omissions() {
         let page = markdown(&report(), "Pointer");
         for text in [
             "Pointer in the room *Room 7*, on Some processor, AVX-512, 2 threads.",
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chart_has_the_front_of_its_problem_in_order_of_time() {
+    fn the_chart_has_its_front_in_order_of_time() {
         let chart = chart(&report().families[0]);
         assert_eq!(chart.series[0].style, SeriesStyle::Front);
         assert_eq!(chart.series[0].points, [(1e-3, 0.25), (2e-3, 1e-9)]);
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_has_one_line_a_row_under_named_columns() {
+    fn the_table_has_one_line_a_row() {
         let text = String::from_utf8(csv(&report()).unwrap()).unwrap();
         let mut lines = text.lines();
         assert_eq!(

@@ -151,7 +151,7 @@ mod tests {
     use trackwright_geometry::directions::DirectionSet;
 
     #[test]
-    fn single_precision_is_right_to_its_own_round_off_and_no_better() {
+    fn single_precision_is_right_to_its_round_off() {
         for set in DirectionSet::ALL {
             let model = testing::model(4, set, Weighting::Area);
             let single = SingleModel::new(&model);

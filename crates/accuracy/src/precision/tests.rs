@@ -68,7 +68,7 @@ fn fronts_are_those_of_each_problem() {
 }
 
 #[test]
-fn families_come_one_by_one_and_progress_never_falls() {
+fn families_come_one_by_one_with_progress() {
     assert_eq!(MEASURED.shown, What::ALL);
     let reported = &MEASURED.reported;
     assert!(reported.windows(2).all(|w| w[0] <= w[1]), "{reported:?}");
@@ -76,7 +76,7 @@ fn families_come_one_by_one_and_progress_never_falls() {
 }
 
 #[test]
-fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
+fn an_ideal_room_leaves_out_its_field() {
     let model = DistortionModel::zero(testing::bounds(), MapKind::Distortion);
     let report = run(&testing::scenario(model), &Settings::quick(), &Task::default()).unwrap();
     for family in &report.families {
@@ -110,7 +110,7 @@ fn equals_share_the_front_and_nan_has_no_place() {
 }
 
 #[test]
-fn an_exact_result_is_on_the_front_at_its_least_time() {
+fn an_exact_result_is_on_the_front_once() {
     let points = [(2.0, 0.0), (1.0, 0.0), (0.5, 1e-9)];
     assert_eq!(on_front(&points), [false, true, true]);
     assert_eq!(on_front(&[]), [false; 0]);

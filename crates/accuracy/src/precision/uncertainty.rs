@@ -145,7 +145,7 @@ mod tests {
     /// and at most `RMS / √(2 n)`, all of it along one. Over 16 seeds that is known to 18 %;
     /// three times that on either side is beyond chance.
     #[test]
-    fn monte_carlo_errors_fall_with_the_root_of_the_samples() {
+    fn monte_carlo_error_falls_with_root_of_samples() {
         let (family, scenario) = family();
         let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
         for count in [100_usize, 1_000, 10_000] {
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_order_is_the_default_and_within_two_percent() {
+    fn first_order_is_the_default_within_two_percent() {
         let (family, scenario) = family();
         let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
         let row = family.rows.iter().find(|r| r.is_default).unwrap();

@@ -239,12 +239,8 @@ pub struct Quantity {
 }
 
 /// Behaviour instead of a number: one where it is not what it must be, and nothing allowed.
-pub const BEHAVIOUR: Quantity = Quantity {
-    name: "behaviour",
-    constant: 0.0,
-    condition: "1",
-    scale: "violations are counted; none is allowed",
-};
+pub const BEHAVIOUR: Quantity =
+    Quantity::new("behaviour", 0.0, "1", "violations are counted; none is allowed");
 
 /// One error and its bound. `error` and `bound` are in the quantity's unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -260,6 +256,16 @@ pub struct Row {
 }
 
 impl Quantity {
+    /// A quantity by its name, constant, and what condition and scale are of.
+    pub const fn new(
+        name: &'static str,
+        constant: f64,
+        condition: &'static str,
+        scale: &'static str,
+    ) -> Self {
+        Self { name, constant, condition, scale }
+    }
+
     /// A row; an error that is not a number does not hold.
     pub fn row(&self, case: &str, condition: f64, error: f64, scale: f64) -> Row {
         let bound = self.constant * condition * f64::EPSILON * scale;

@@ -104,7 +104,7 @@ fn naive_methods_are_found_out() {
 }
 
 #[test]
-fn constants_are_at_most_100_and_every_quantity_says_what_it_is_relative_to() {
+fn constants_are_at_most_100_and_argued() {
     for family in families(Extent::Full) {
         for q in &family.quantities {
             assert!(q.constant > 0.0 && q.constant <= 100.0, "{q:?}");
@@ -116,7 +116,7 @@ fn constants_are_at_most_100_and_every_quantity_says_what_it_is_relative_to() {
 const LENGTH: Quantity = Quantity { name: "length", constant: 10.0, ..BEHAVIOUR };
 
 #[test]
-fn an_error_beyond_its_bound_or_not_a_number_does_not_hold() {
+fn errors_beyond_bounds_do_not_hold() {
     let bound = 10.0 * 4.0 * f64::EPSILON * 3.0;
     assert!(LENGTH.row("case", 4.0, bound, 3.0).holds);
     assert!(!LENGTH.row("case", 4.0, 1.01 * bound, 3.0).holds);
@@ -126,7 +126,7 @@ fn an_error_beyond_its_bound_or_not_a_number_does_not_hold() {
 }
 
 #[test]
-fn of_several_errors_the_one_nearest_to_its_bound_is_shown() {
+fn the_error_nearest_to_its_bound_is_shown() {
     let row = LENGTH.worst("case", 1.0, &[(1.0, 1.0), (1e-20, 1.0), (0.5, 1e-3)]);
     assert_eq!((row.error, row.holds), (0.5, false));
 }

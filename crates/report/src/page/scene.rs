@@ -110,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn embedded_scripts_neither_end_early_nor_name_a_place_to_fetch_from() {
+    fn embedded_scripts_are_whole_and_fetch_nothing() {
         for script in [LIBRARY, VIEWER] {
             let lower = script.to_ascii_lowercase();
             assert!(!lower.contains("</script") && !lower.contains("<!--"));

@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn many_decades_are_labelled_at_powers_and_few_at_one_two_five() {
+    fn logarithmic_labels_follow_the_decades() {
         let t = Ticks::new(Scale::Logarithmic, [2e-15, 3e-1], 6);
         assert!(labels(&t).contains(&"10⁻¹²"), "{t:?}");
         assert!(t.labelled.len() >= 3 && t.labelled.len() <= 6, "{t:?}");
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn every_axis_holds_its_values_and_has_two_labels() {
+    fn every_axis_holds_its_values() {
         let cases: [&[f64]; 9] = [
             &[],
             &[3.3],
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_has_a_lane_before_everything_else_where_there_is_one() {
+    fn zero_has_a_lane_of_its_own() {
         let scale = Scale::LogarithmicAndZero;
         let with = Ticks::new(scale, [1e-3, 0.0, 10.0], 6);
         assert_eq!(with.labelled[0], (0.0, "0".to_owned()));
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_far_from_zero_keeps_the_digits_that_tell_ticks_apart() {
+    fn ticks_far_from_zero_keep_their_digits() {
         let t = Ticks::new(Scale::Linear, [1.0, 1.0 + 4e-6], 6);
         let mut labels = labels(&t);
         labels.dedup();

@@ -1,12 +1,8 @@
 //! Equation (8) at one pose.
 
-use crate::references::{self, HighEvaluation, axis3, distance, point3};
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence, cube, model};
-use nalgebra::{Point3, Unit, Vector3};
+use super::prelude::*;
+use crate::references::HighEvaluation;
 use trackwright_field::bernstein::MAX_ORDER;
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 const CONDITION: &str = "how the answer reacts to relative errors of coefficients and normalised \
     position, and to errors of the axis: sum of absolute terms over the scale, plus one over the \
@@ -14,12 +10,7 @@ const CONDITION: &str = "how the answer reacts to relative errors of coefficient
 
 /// Roundings of the factors are independent and mostly cancel; those of the last sums remain.
 const fn position(name: &'static str) -> Quantity {
-    Quantity {
-        name,
-        constant: 4.0,
-        condition: CONDITION,
-        scale: "largest position coefficient, mm",
-    }
+    Quantity::new(name, 4.0, CONDITION, "largest position coefficient, mm")
 }
 
 const fn rotation(name: &'static str) -> Quantity {

@@ -1,30 +1,25 @@
 //! Frames of rigid bodies: what sensors say together, and what they leave open.
 
-use crate::references::distance;
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
+use super::prelude::*;
 use crate::stability::high_frames::{Determinacy, HighFrame};
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
-use trackwright_simulation::frame_fit::Reading;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
-const ROTATION: Quantity = Quantity {
-    name: "rotation, rad",
-    constant: 10.0,
-    condition: "sum of the rows' lengths, body times reading, over the two smaller singular \
+const ROTATION: Quantity = Quantity::new(
+    "rotation, rad",
+    10.0,
+    "sum of the rows' lengths, body times reading, over the two smaller singular \
         values' sum (their difference where the best orthogonal matrix is a reflection); for a \
         free axis over the difference of the two largest",
-    scale: "1",
-};
+    "1",
+);
 
-const TIP: Quantity = Quantity {
-    name: "fitted tip, mm",
-    constant: 10.0,
-    condition: "as for the rotation",
-    scale: "distance of the tip from the sensors' centroid, plus the largest coordinate over the \
+const TIP: Quantity = Quantity::new(
+    "fitted tip, mm",
+    10.0,
+    "as for the rotation",
+    "distance of the tip from the sensors' centroid, plus the largest coordinate over the \
         condition, mm",
-};
+);
 
 /// A body, where it is, and what its sensors read there.
 #[derive(Clone)]

@@ -1,17 +1,9 @@
 //! Least squares beyond what can be solved in high precision directly.
 
-use crate::high::High;
-use crate::high_linear::{HighMatrix, dot, least_squares, norm, vector3};
-use crate::references::{self, distance};
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
+use super::prelude::*;
 use crate::stability::systems::{SOLUTION, singular_values};
-use nalgebra::{Point3, Vector3};
-use trackwright_field::bernstein::{coefficient_count, push_products};
-use trackwright_field::fit::FitSettings;
+use trackwright_field::bernstein::push_products;
 use trackwright_field::least_squares::LeastSquares;
-use trackwright_field::samples::{PoseError, Sample, SampleSet};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::DirectionSet;
 
 /// Twelve Bernstein polynomials an axis come to a condition of 1e10; none of them is cut off.
 const RCOND: f64 = 1e-14;

@@ -1,26 +1,18 @@
 //! The pose behind a reading, by Newton's method on the distortion map.
 
-use crate::high::High;
-use crate::high_linear::{High3, add3, apply33, dot, scale3, sub3, unit3, vector3};
-use crate::references::{self, axis3, distance};
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence, cube, model};
-use nalgebra::{Matrix5, Point3, Unit, UnitQuaternion, Vector3, Vector5};
+use super::prelude::*;
+use nalgebra::{Matrix5, Vector5};
 use trackwright_field::inverse::InverseState;
-use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 const CONDITION: &str = "length of the Jacobian's inverse, angles taken as lengths of the box's \
     diagonal";
 
-const POSITION: Quantity = Quantity {
-    name: "position behind a reading, mm",
-    constant: 20.0,
-    condition: CONDITION,
-    scale: "largest coordinate and the box's diagonal, times one plus the field's steepest slope",
-};
+const POSITION: Quantity = Quantity::new(
+    "position behind a reading, mm",
+    20.0,
+    CONDITION,
+    "largest coordinate and the box's diagonal, times one plus the field's steepest slope",
+);
 
 const AXIS: Quantity = Quantity {
     name: "axis behind a reading, rad",

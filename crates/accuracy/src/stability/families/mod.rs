@@ -7,6 +7,7 @@ mod frames;
 mod high_orders;
 mod inverse;
 mod least_squares;
+mod prelude;
 mod refusals;
 mod rotations;
 mod singular_values;

@@ -1,16 +1,9 @@
 //! What is not a number: refused with a reason, or handed on as what it is, and never a panic.
 
-use crate::stability::case::{Case, Extent, Family, Methods, Row, Sequence, cube, model};
-use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
-use trackwright_field::fit::{FitError, FitSettings};
+use super::prelude::*;
+use trackwright_field::fit::FitError;
 use trackwright_field::model::ModelError;
-use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_geometry::pose::{Pose, pose_from_array};
-use trackwright_simulation::frame_fit::Reading;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_geometry::pose::pose_from_array;
 
 const NAN: f64 = f64::NAN;
 const INF: f64 = f64::INFINITY;

@@ -1,46 +1,26 @@
 //! Rotation vectors: exponential, logarithms, angles, and the smallest rotation between axes.
 
-use crate::high::High;
-use crate::high_linear::{High3, apply33, norm, scale3, unit3, vector3};
-use crate::references::{self, axis3, distance};
-use crate::stability::case::{Case, Extent, Family, Quantity, Row, Sequence};
-use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+use super::prelude::*;
+use nalgebra::Quaternion;
 use std::f64::consts::PI;
 
-const EXPONENTIAL: Quantity = Quantity {
-    name: "exponential, vector part",
-    constant: 8.0,
-    condition: "1 + the angle, rad: how sine and cosine react to it",
-    scale: "length of the quaternion's vector part, at most 1",
-};
+const EXPONENTIAL: Quantity = Quantity::new(
+    "exponential, vector part",
+    8.0,
+    "1 + the angle, rad: how sine and cosine react to it",
+    "length of the quaternion's vector part, at most 1",
+);
 
-const LOG_QUATERNION: Quantity = Quantity {
-    name: "logarithm of a quaternion, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const LOG_QUATERNION: Quantity =
+    Quantity::new("logarithm of a quaternion, rad", 8.0, "1", "the angle, rad");
 
-const LOG_MATRIX: Quantity = Quantity {
-    name: "logarithm of a matrix, rad",
-    constant: 16.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const LOG_MATRIX: Quantity =
+    Quantity::new("logarithm of a matrix, rad", 16.0, "1", "the angle, rad");
 
-const ANGLE: Quantity = Quantity {
-    name: "angle of a quaternion, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const ANGLE: Quantity = Quantity::new("angle of a quaternion, rad", 8.0, "1", "the angle, rad");
 
-const SMALLEST: Quantity = Quantity {
-    name: "smallest rotation between axes, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const SMALLEST: Quantity =
+    Quantity::new("smallest rotation between axes, rad", 8.0, "1", "the angle, rad");
 
 const ANGLES: [(&str, f64); 15] = [
     ("0", 0.0),

@@ -1,23 +1,15 @@
 //! Singular values of three by three matrices: which rotations are determined depends on them.
 
-use crate::high::High;
-use crate::high_linear::{HighMatrix, svd};
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
-use nalgebra::{Matrix3, Vector3};
+use super::prelude::*;
 
-const VALUES: Quantity = Quantity {
-    name: "singular values",
-    constant: 6.0,
-    condition: "1",
-    scale: "the largest singular value",
-};
+const VALUES: Quantity = Quantity::new("singular values", 6.0, "1", "the largest singular value");
 
-const FACTORS: Quantity = Quantity {
-    name: "U Λ Vᵀ, and what U and V lack to be orthogonal",
-    constant: 20.0,
-    condition: "1",
-    scale: "the largest singular value, and 1",
-};
+const FACTORS: Quantity = Quantity::new(
+    "U Λ Vᵀ, and what U and V lack to be orthogonal",
+    20.0,
+    "1",
+    "the largest singular value, and 1",
+);
 
 pub(super) fn family(_: Extent) -> Family {
     let shapes: [(&str, [f64; 3]); 10] = [

@@ -1,27 +1,20 @@
 //! Summary statistics of many trials.
 
-use crate::high::High;
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
+use super::prelude::*;
 
-const MEAN: Quantity =
-    Quantity { name: "mean", constant: 4.0, condition: "1", scale: "mean of the absolute values" };
+const MEAN: Quantity = Quantity::new("mean", 4.0, "1", "mean of the absolute values");
 
-const RMS: Quantity =
-    Quantity { name: "root mean square", constant: 4.0, condition: "1", scale: "itself" };
+const RMS: Quantity = Quantity::new("root mean square", 4.0, "1", "itself");
 
-const STD: Quantity = Quantity {
-    name: "standard deviation",
-    constant: 4.0,
-    condition: "root mean square over standard deviation (Chan, Golub & LeVeque, 1983)",
-    scale: "itself",
-};
+const STD: Quantity = Quantity::new(
+    "standard deviation",
+    4.0,
+    "root mean square over standard deviation (Chan, Golub & LeVeque, 1983)",
+    "itself",
+);
 
-const PERCENTILE: Quantity = Quantity {
-    name: "median and 95th percentile",
-    constant: 2.0,
-    condition: "1",
-    scale: "the largest absolute value",
-};
+const PERCENTILE: Quantity =
+    Quantity::new("median and 95th percentile", 2.0, "1", "the largest absolute value");
 
 /// The value of a number in the sequence.
 type Value = fn(usize, &mut Sequence) -> f64;

@@ -1,35 +1,25 @@
 //! First-order covariance of a fitted point, and the tip error itself.
 
-use crate::high::High;
-use crate::high_linear::{
-    High3, High33, add3, cross3, dot, inverse33, matrix_from_fn, norm, sub3, times33, transposed33,
-    vector3,
-};
-use crate::references::{self, distance, matrix, moved, point3, quaternion};
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
-use nalgebra::{Matrix3, Point3, Unit, Vector3};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
+use super::prelude::*;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_simulation::linear_fit::SensorCovariance;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
-const COVARIANCE: Quantity = Quantity {
-    name: "covariance of the tip, mm²",
-    constant: 20.0,
-    condition: "of A, times how much longer the sensors' coordinates are than their distances \
+const COVARIANCE: Quantity = Quantity::new(
+    "covariance of the tip, mm²",
+    20.0,
+    "of A, times how much longer the sensors' coordinates are than their distances \
         from the centroid, plus one",
-    scale: "the covariance, largest entry",
-};
+    "the covariance, largest entry",
+);
 
-const TIP_ERROR: Quantity = Quantity {
-    name: "tip error, mm",
-    constant: 8.0,
-    condition: "1",
-    scale: "the largest coordinate of poses, plus the tip's distance from the tool's origin, mm",
-};
+const TIP_ERROR: Quantity = Quantity::new(
+    "tip error, mm",
+    8.0,
+    "1",
+    "the largest coordinate of poses, plus the tip's distance from the tool's origin, mm",
+);
 
-const ANGLE_ERROR: Quantity =
-    Quantity { name: "angle error, rad", constant: 8.0, condition: "1", scale: "1" };
+const ANGLE_ERROR: Quantity = Quantity::new("angle error, rad", 8.0, "1", "1");
 
 pub(super) fn family(extent: Extent) -> Family {
     let mut cases = Vec::new();

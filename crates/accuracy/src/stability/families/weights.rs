@@ -1,19 +1,15 @@
 //! The weights of an axis between basis orientations.
 
-use crate::high::High;
-use crate::high_linear::norm;
-use crate::references::{self, axis3};
-use crate::stability::case::{Case, Extent, Family, Methods, Quantity, Row, Sequence};
-use nalgebra::{Unit, Vector3};
-use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use super::prelude::*;
+use trackwright_geometry::directions::DirectionWeights;
 
-const WEIGHTS: Quantity = Quantity {
-    name: "weights",
-    constant: 8.0,
-    condition: "one over the sum that the weights are divided by: half areas in steradians, or \
+const WEIGHTS: Quantity = Quantity::new(
+    "weights",
+    8.0,
+    "one over the sum that the weights are divided by: half areas in steradians, or \
         gnomonic coordinates",
-    scale: "1",
-};
+    "1",
+);
 
 /// How far axes are moved off corners and edges.
 const NEAR: f64 = 1e-12;
