@@ -1,6 +1,5 @@
 //! `convert`: tool definitions of trackers' makers, bodies, and back; whether several are told apart.
 
-use super::Ending;
 use super::numbers::above_zero;
 use super::prelude::*;
 use super::tool_report;

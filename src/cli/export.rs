@@ -38,29 +38,3 @@ pub fn run(command: &ExportCommand, files: &Files) -> anyhow::Result<()> {
         ExportCommand::Scene(args) => scene::run(args, files),
     }
 }
-
-/// What 3D Slicer takes the tracker's x, y and z for.
-const AXES: Choice<PatientAxes> = Choice(&[
-    (
-        "ras",
-        "Its own right, anterior, superior, as it takes live poses over OpenIGTLink: files, which \
-         are in LPS, have x and y negated",
-        PatientAxes::Ras,
-    ),
-    (
-        "lps",
-        "Left, posterior, superior: files have the tracker's numbers as they are",
-        PatientAxes::Lps,
-    ),
-]);
-
-/// Refuses other axes than the usual ones for a file that is in the tracker's own.
-fn refuse_axes(axes: PatientAxes, file: &Path) -> anyhow::Result<()> {
-    if axes != PatientAxes::Ras {
-        bail!(
-            "--axes: {} is in the tracker's own axes, expected a file for 3D Slicer with it",
-            file.display()
-        );
-    }
-    Ok(())
-}

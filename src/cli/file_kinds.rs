@@ -1,7 +1,9 @@
 //! What a file's name says: its kind by its ending, and its own name before that.
 
+use super::choice::Choice;
 use anyhow::bail;
 use std::path::Path;
+use trackwright_formats::export::PatientAxes;
 
 /// Whether a file's name ends so, in any case.
 pub fn ends_with(file: &Path, ending: &str) -> bool {
@@ -33,4 +35,30 @@ pub fn file_kind(
 pub fn own_name(file: &Path, ending: &str) -> String {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     name.split(ending).next().unwrap_or_default().to_owned()
+}
+
+/// What 3D Slicer takes the tracker's x, y and z for.
+pub const AXES: Choice<PatientAxes> = Choice(&[
+    (
+        "ras",
+        "Its own right, anterior, superior, as it takes live poses over OpenIGTLink: files, which \
+         are in LPS, have x and y negated",
+        PatientAxes::Ras,
+    ),
+    (
+        "lps",
+        "Left, posterior, superior: files have the tracker's numbers as they are",
+        PatientAxes::Lps,
+    ),
+]);
+
+/// Refuses other axes than the usual ones for a file that is in the tracker's own.
+pub fn refuse_axes(axes: PatientAxes, file: &Path) -> anyhow::Result<()> {
+    if axes != PatientAxes::Ras {
+        bail!(
+            "--axes: {} is in the tracker's own axes, expected a file for 3D Slicer with it",
+            file.display()
+        );
+    }
+    Ok(())
 }

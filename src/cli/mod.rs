@@ -41,6 +41,8 @@ mod tool_report;
 mod uncertainty;
 mod verify;
 
+pub use output::Ending;
+
 use anyhow::Context;
 use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
@@ -95,20 +97,6 @@ fn subcommands() -> Vec<Registered> {
         #[cfg(feature = "editor")]
         command("render", render::run),
     ]
-}
-
-/// How a command that did its work ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    Done,
-    /// It did what was asked, and the answer is that something does not hold.
-    DoesNotHold,
-}
-
-impl From<()> for Ending {
-    fn from((): ()) -> Self {
-        Self::Done
-    }
 }
 
 type Run = Box<dyn Fn(&ArgMatches, &Files) -> anyhow::Result<Ending>>;

@@ -13,6 +13,20 @@ use trackwright_formats::printable_text::{printable_json, printable_lines};
 use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 
+/// How a command that did its work ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    Done,
+    /// It did what was asked, and the answer is that something does not hold.
+    DoesNotHold,
+}
+
+impl From<()> for Ending {
+    fn from((): ()) -> Self {
+        Self::Done
+    }
+}
+
 /// How figures are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Format {

@@ -2,7 +2,7 @@
 
 pub use super::as_is::AsIsArgs;
 pub use super::choice::Choice;
-pub use super::output::{self, Format, OUTSIDE, Row, Shown, count, mm, number, row};
+pub use super::output::{self, Ending, Format, OUTSIDE, Row, Shown, count, mm, number, row};
 pub use anyhow::{Context, anyhow, bail};
 pub use clap::Args;
 pub use serde_json::{Value, json};

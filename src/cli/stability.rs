@@ -1,6 +1,5 @@
 //! `stability`: the battery of stiff and extreme cases.
 
-use super::Ending;
 use super::prelude::*;
 use trackwright_accuracy::stability::case::{Extent, Methods, Row};
 use trackwright_accuracy::stability::{families, page, run as run_battery};

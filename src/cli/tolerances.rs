@@ -1,6 +1,5 @@
 //! `tolerances`: a design's manufacturing sheet, with how far off its sensors may be.
 
-use super::Ending;
 use super::prelude::*;
 use super::simulate::note_world;
 use trackwright_formats::manufacturing_table;

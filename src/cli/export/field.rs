@@ -1,9 +1,8 @@
 //! `export field`: the error of an environment on a lattice.
 
-use super::super::file_kinds::file_kind;
+use super::super::file_kinds::{AXES, file_kind, refuse_axes};
 use super::super::numbers::{lengths_above_zero, six, three};
 use super::super::prelude::*;
-use super::{AXES, refuse_axes};
 use trackwright_field::samples::MapKind;
 use trackwright_formats::export::{PatientAxes, field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;

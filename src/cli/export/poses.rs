@@ -1,10 +1,9 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
-use super::super::file_kinds::file_kind;
+use super::super::file_kinds::{AXES, file_kind, refuse_axes};
 use super::super::numbers::three;
 use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
-use super::{AXES, refuse_axes};
 use trackwright_formats::export::markups::MarkupPoint;
 use trackwright_formats::export::{PatientAxes, itk_transform, markups};
 use trackwright_formats::poses::{self, WhosePoses};

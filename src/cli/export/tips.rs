@@ -1,9 +1,8 @@
 //! `export tips`: the tips of a design's study, true and simulated.
 
-use super::super::file_kinds::file_kind;
+use super::super::file_kinds::{AXES, file_kind, refuse_axes};
 use super::super::prelude::*;
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
-use super::{AXES, refuse_axes};
 use trackwright_formats::export::PatientAxes;
 use trackwright_formats::export::markups::{self, MarkupList, MarkupPoint};
 use trackwright_formats::export::tips_table::{self, StudiedTip};
