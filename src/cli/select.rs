@@ -15,7 +15,7 @@ use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::scoring::HeldOutScores;
 use trackwright_field::selection::{
-    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, HoldOutBy, Scored, Scores, SelectSettings,
+    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, HoldOutBy, Scored, SelectSettings,
 };
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
@@ -307,14 +307,6 @@ fn numbers<T: std::str::FromStr>(
         .with_context(|| format!("{option}: found {list:?}, expected a list of {expected}"))
 }
 
-pub(super) fn scores_json(scores: &Scores) -> Value {
-    json!({
-        "position_rms_mm": scores.position_rms_mm,
-        "position_max_mm": scores.position_max_mm,
-        "angle_rms_deg": scores.angle_rms_rad.map(f64::to_degrees),
-    })
-}
-
 fn as_json(chosen: &Chosen, samples: usize) -> Value {
     let (settings, selection) = (&chosen.tried, &chosen.selection);
     let model = |row: &Scored| {
@@ -331,8 +323,8 @@ fn as_json(chosen: &Chosen, samples: usize) -> Value {
             let mut value = model(row);
             value["coefficients"] = json!(row.candidate.coefficients());
             value["is_determined"] = json!(row.is_determined);
-            value["cv"] = scores_json(row.deciding());
-            value["cv_by_row"] = scores_json(&row.by_row);
+            value["cv"] = choose::scores_json(row.deciding());
+            value["cv_by_row"] = choose::scores_json(&row.by_row);
             value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));
             value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(scores_json));
             value["under_sampled_directions"] = json!(row.under_sampled);
@@ -480,7 +472,7 @@ fn kinds_json(choice: &KindChoice) -> Value {
             let mut value = json!({
                 "model": kind.name(),
                 "is_chosen": place == choice.best,
-                "cv": scores_json(&kind.deciding().overall),
+                "cv": choose::scores_json(&kind.deciding().overall),
             });
             for (by, scores) in &kind.scores.hold_outs {
                 let key = match by {
@@ -488,7 +480,7 @@ fn kinds_json(choice: &KindChoice) -> Value {
                     HoldOutBy::Groups => "cv_by_group",
                     HoldOutBy::Sensors => "cv_by_sensor",
                 };
-                value[key] = scores_json(&scores.overall);
+                value[key] = choose::scores_json(&scores.overall);
             }
             if let Some(candidate) = &kind.candidate {
                 value["order"] = json!(candidate.order);
