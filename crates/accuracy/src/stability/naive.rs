@@ -2,9 +2,9 @@
 
 use super::case::Methods;
 use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::fit::{Fit, fit};
 use trackwright_field::inverse::InverseState;
-use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::least_squares::Solution;
 use trackwright_field::samples::PoseError;
 use trackwright_field::{DistortionModel, OutsidePolicy};
