@@ -4,6 +4,8 @@ use super::pose::Pose;
 use super::rotation::{exp_vector, log_quaternion};
 use nalgebra::{Point3, Translation3, Vector3};
 
+pub use super::number::round_below;
+
 /// Share of the view's height that the tip vector should span: the middle, on a logarithmic
 /// scale, of the 5 to 15 % in which it can be read without hiding the tool.
 const AIMED_SHARE: f64 = 0.087;

@@ -4,7 +4,7 @@ use crate::widgets::basic::decimal;
 use crate::widgets::theme;
 use bevy_egui::egui::{TextStyle, Ui};
 use egui_plot::{GridInput, GridMark};
-use trackwright_geometry::number::round_above;
+use trackwright_report::plot::nice_step;
 
 /// Marks of an axis, at most so many steps apart from end to end.
 pub fn few_marks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
@@ -14,7 +14,7 @@ pub fn few_marks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
         if !(extent > 0.0 && extent.is_finite()) {
             return Vec::new();
         }
-        let step_size = round_above(extent / most as f64);
+        let step_size = nice_step(extent / most as f64, false);
         let (first, last) = ((low / step_size).ceil(), (high / step_size).floor());
         let steps = (last - first).max(0.0) as usize;
         (0..=steps).map(|k| GridMark { value: (first + k as f64) * step_size, step_size }).collect()

@@ -5,6 +5,8 @@ mod label;
 mod svg;
 mod ticks;
 
+pub use ticks::nice_step;
+
 /// One set of points with a name in the legend.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {

@@ -91,13 +91,18 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
         min = 0.0;
     }
     let counts_things = max - min >= 2.0 && values.iter().all(|v| v.fract() == 0.0);
-    let least = if counts_things { 1.0 } else { 0.0 };
-    let step = round_above((max - min) / wanted.max(1) as f64).max(least);
+    let step = nice_step((max - min) / wanted.max(1) as f64, counts_things);
     let first = (min / step).ceil();
     let count = ((max / step).floor() - first).max(0.0) as usize;
     let labelled =
         (0..=count).map(|i| (first + i as f64) * step).map(|v| (v, decimal(v, step))).collect();
     Ticks { scale: Scale::Linear, min, max, labelled, minor: Vec::new(), zero_lane: 0.0 }
+}
+
+/// A step of an axis: 1, 2 or 5 times a power of ten that is at least `rough`, and at least 1 on an
+/// axis of whole numbers.
+pub fn nice_step(rough: f64, is_whole: bool) -> f64 {
+    round_above(rough).max(if is_whole { 1.0 } else { 0.0 })
 }
 
 fn logarithmic(values: &[f64], wanted: usize) -> Ticks {

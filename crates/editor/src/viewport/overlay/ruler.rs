@@ -1,6 +1,6 @@
 //! Round numbers for scale bars and colour bars.
 
-pub use trackwright_geometry::number::round_below;
+pub use trackwright_geometry::magnification::round_below;
 
 /// Round values from 0 to `max`, at most `count` steps apart.
 pub fn ticks(max: f64, count: usize) -> Vec<f64> {
