@@ -7,7 +7,6 @@ mod tips;
 
 use super::prelude::*;
 use clap::Subcommand;
-use trackwright_formats::export::PatientAxes;
 
 /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
 #[derive(Debug, Subcommand)]

@@ -325,8 +325,8 @@ fn as_json(chosen: &Chosen, samples: usize) -> Value {
             value["is_determined"] = json!(row.is_determined);
             value["cv"] = choose::scores_json(row.deciding());
             value["cv_by_row"] = choose::scores_json(&row.by_row);
-            value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));
-            value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(scores_json));
+            value["cv_by_group"] = json!(row.by_group.as_ref().map(choose::scores_json));
+            value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(choose::scores_json));
             value["under_sampled_directions"] = json!(row.under_sampled);
             value["is_admissible"] = json!(row.is_admissible());
             value
