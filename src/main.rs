@@ -2,7 +2,6 @@
 
 mod cli;
 
-use clap::Parser;
 use cli::Ending;
 use std::process::ExitCode;
 
@@ -13,8 +12,7 @@ const UNUSABLE: u8 = 2;
 const DOES_NOT_HOLD: u8 = 1;
 
 fn main() -> ExitCode {
-    let cli = cli::Cli::parse();
-    match cli::start_threads().and_then(|()| cli::run(&cli)) {
+    match cli::run() {
         Ok(Ending::Done) => ExitCode::SUCCESS,
         Ok(Ending::DoesNotHold) => ExitCode::from(DOES_NOT_HOLD),
         Err(error) => {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::model::Model;
 use crate::shape::{Shape, bounds_mm};
-use crate::vector::Vec3;
+use crate::vector::{Vec3, VecExt};
 
 /// Smaller faces than this are slivers: a square of 3 micrometres.
 const MIN_FACE_MM2: f64 = 1e-5;
@@ -17,20 +17,20 @@ pub fn assert_sound(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_mm: f6
         assert_eq!(open_edge_count(shape), 0, "{name} has open edges");
         assert!(volume_mm3(shape) > 0.0, "{name} is inside out");
         for triangle in &shape.triangles {
-            let area_mm2 = shape.area_vector(triangle).length();
+            let area_mm2 = shape.area_vector(triangle).norm();
             assert!(area_mm2 > MIN_FACE_MM2, "{name} has a sliver of {area_mm2} mm2");
         }
         let shaded = shape.shaded();
         for normal in &shaded.normals {
-            assert!((normal.length() - 1.0).abs() < 1e-9, "{name} has a normal that is not unit");
+            assert!((normal.norm() - 1.0).abs() < 1e-9, "{name} has a normal that is not unit");
         }
         for triangle in &shaded.triangles {
             let [a, b, c] = triangle.map(|index| shaded.positions[index as usize]);
-            let face = (b - a).cross(c - a);
+            let face = (b - a).cross(&(c - a));
             for index in triangle {
                 let normal = shaded.normals[*index as usize];
                 assert!(
-                    face.dot(normal) > 0.0,
+                    face.dot(&normal) > 0.0,
                     "{name} has a normal that looks inwards near {a:?}"
                 );
             }
@@ -61,7 +61,7 @@ pub fn open_edge_count(shape: &Shape) -> usize {
 pub fn volume_mm3(shape: &Shape) -> f64 {
     let six_volumes = shape.triangles.iter().map(|triangle| {
         let [a, b, c] = triangle.map(|index| shape.points[index as usize]);
-        a.dot(b.cross(c))
+        a.dot(&b.cross(&c))
     });
     six_volumes.sum::<f64>() / 6.0
 }

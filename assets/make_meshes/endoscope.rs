@@ -103,7 +103,7 @@ fn light_post() -> Shape {
         at(26.0, 2.2, 0.2),
         at(24.8, 2.2, 0.0),
     ];
-    let along_x = Placement::new(vec3(0.0, 0.0, LIGHT_POST_Z_MM), Vec3::X, Vec3::Z);
+    let along_x = Placement::new(vec3(0.0, 0.0, LIGHT_POST_Z_MM), Vec3::x(), Vec3::z());
     turned(&corners, 32).placed(&along_x)
 }
 
@@ -166,7 +166,11 @@ fn camera_head() -> Shape {
 /// Two keys on the upper side, the forward one longer so that a thumb can tell them apart.
 fn camera_buttons() -> Shape {
     let key = |z_mm: f64, length_mm: f64| Pod {
-        placement: Placement::new(vec3(0.0, CAMERA_HALF_HEIGHT_MM - 0.6, z_mm), Vec3::Y, Vec3::Z),
+        placement: Placement::new(
+            vec3(0.0, CAMERA_HALF_HEIGHT_MM - 0.6, z_mm),
+            Vec3::y(),
+            Vec3::z(),
+        ),
         length_mm,
         width_mm: 7.0,
         height_mm: 1.8,
@@ -193,7 +197,7 @@ fn camera_cable() -> Shape {
     let start = vec3(0.0, 0.0, CAMERA_END_Z_MM + 12.0);
     let path = [
         start,
-        start + Vec3::Z * 10.0,
+        start + Vec3::z() * 10.0,
         start + vec3(0.0, -2.0, 19.0),
         start + vec3(0.0, -7.0, 27.0),
     ];

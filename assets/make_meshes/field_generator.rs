@@ -77,7 +77,7 @@ fn front_mark() -> Shape {
     ];
     let ring = ring_around_z(&ring_section, 96);
     let dot = turned(&[at(0.0, 0.0, 0.0), at(0.0, 2.2, 0.2), at(low_mm, 2.2, 0.0)], 40);
-    let strokes = [(Vec3::X, 12.0), (Vec3::Y, 30.0), (-Vec3::X, 12.0), (-Vec3::Y, 12.0)];
+    let strokes = [(Vec3::x(), 12.0), (Vec3::y(), 30.0), (-Vec3::x(), 12.0), (-Vec3::y(), 12.0)];
     strokes.iter().fold(ring.and(dot), |mark, &(direction, length_mm)| {
         mark.and(stroke(direction, r + 6.0, length_mm, low_mm))
     })
@@ -96,7 +96,7 @@ fn stroke(direction: Vec3, start_mm: f64, length_mm: f64, low_mm: f64) -> Shape 
     let middle = direction * (start_mm + length_mm / 2.0);
     lofted(&corners, |outset_mm| bar.outline(outset_mm)).placed(&Placement::new(
         middle,
-        Vec3::Z,
+        Vec3::z(),
         direction,
     ))
 }
@@ -112,7 +112,7 @@ fn ring_around_z(section: &[[f64; 2]], segments: usize) -> Shape {
 }
 
 fn generator_cable() -> Shape {
-    let out_of_side = Placement::new(vec3(HALF_SIZE_MM - 2.0, -62.0, 35.0), Vec3::X, Vec3::Z);
+    let out_of_side = Placement::new(vec3(HALF_SIZE_MM - 2.0, -62.0, 35.0), Vec3::x(), Vec3::z());
     let gland = [
         at(0.0, 10.0, 0.0),
         at(4.0, 10.0, 0.8),
@@ -124,7 +124,7 @@ fn generator_cable() -> Shape {
     let start = vec3(HALF_SIZE_MM + 20.0, -62.0, 35.0);
     let path = [
         start,
-        start + Vec3::X * 14.0,
+        start + Vec3::x() * 14.0,
         start + vec3(24.0, -5.0, 3.0),
         start + vec3(32.0, -17.0, 6.0),
     ];
@@ -138,7 +138,7 @@ mod tests {
     use crate::shape::bounds_mm;
 
     #[test]
-    fn the_front_face_is_at_zero_and_the_size_is_right() {
+    fn the_front_face_is_at_zero() {
         assert_sound(&field_generator(), vec3(-100.0, -100.0, 0.0), vec3(155.5, 100.0, 70.0), 0.1);
     }
 

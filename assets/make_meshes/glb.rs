@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use crate::model::{Material, Model, Part};
 use crate::shape::bounds_mm;
-use crate::vector::Vec3;
+use crate::vector::{Vec3, VecExt};
 
 /// glTF counts in metres; the bodies here are made in millimetres.
 const METRES_PER_MM: f64 = 0.001;

@@ -21,7 +21,7 @@ impl Head {
         const WELL_OUTSIDE_MM: f64 = 60.0;
         let unshifted = Self { forehead_z_mm: 0.0 };
         let origin = vec3(0.0, 0.0, -WELL_OUTSIDE_MM);
-        let hit = unshifted.first_hit_mm(origin, Vec3::Z, 2.0 * WELL_OUTSIDE_MM);
+        let hit = unshifted.first_hit_mm(origin, Vec3::z(), 2.0 * WELL_OUTSIDE_MM);
         Self { forehead_z_mm: hit.map_or(0.0, |mm| mm - WELL_OUTSIDE_MM) }
     }
 
@@ -160,7 +160,7 @@ mod tests {
     use crate::shape::bounds_mm;
 
     #[test]
-    fn the_forehead_passes_through_the_origin_and_faces_forwards() {
+    fn the_forehead_passes_through_the_origin() {
         let head = Head::new();
         assert!(head.value_mm(Vec3::default()).abs() < 1e-6);
         assert!(head.outward(Vec3::default()).z < -0.99);

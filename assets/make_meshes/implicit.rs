@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::shape::Shape;
-use crate::vector::{Vec3, vec3};
+use crate::vector::{Vec3, VecExt, vec3};
 
 /// Step of the central differences that give a gradient: small beside any curve of a head.
 const GRADIENT_STEP_MM: f64 = 0.01;
@@ -24,7 +24,7 @@ pub trait Solid {
         let h = GRADIENT_STEP_MM;
         let along =
             |step: Vec3| (self.value_mm(point + step) - self.value_mm(point - step)) / (2.0 * h);
-        vec3(along(Vec3::X * h), along(Vec3::Y * h), along(Vec3::Z * h))
+        vec3(along(Vec3::x() * h), along(Vec3::y() * h), along(Vec3::z() * h))
     }
 
     /// How far from `origin`, which is outside, a ray first meets the surface, up to `limit_mm`.
@@ -74,8 +74,8 @@ pub fn common(a: f64, b: f64, blend_mm: f64) -> f64 {
 pub fn ellipsoid(point: Vec3, centre: Vec3, radii: Vec3) -> f64 {
     let offset = point - centre;
     let inverse = vec3(1.0 / radii.x, 1.0 / radii.y, 1.0 / radii.z);
-    let k0 = offset.scaled(inverse).length();
-    let k1 = offset.scaled(inverse).scaled(inverse).length();
+    let k0 = offset.component_mul(&inverse).norm();
+    let k1 = offset.component_mul(&inverse).component_mul(&inverse).norm();
     if k1 < 1e-9 {
         return -radii.x.min(radii.y).min(radii.z);
     }
@@ -85,8 +85,8 @@ pub fn ellipsoid(point: Vec3, centre: Vec3, radii: Vec3) -> f64 {
 /// A capsule whose radius goes from `radius_a` to `radius_b` along its axis.
 pub fn capsule(point: Vec3, [a, b]: [Vec3; 2], [radius_a, radius_b]: [f64; 2]) -> f64 {
     let axis = b - a;
-    let t = ((point - a).dot(axis) / axis.dot(axis)).clamp(0.0, 1.0);
-    (point - a.lerp(b, t)).length() - (radius_a + (radius_b - radius_a) * t)
+    let t = ((point - a).dot(&axis) / axis.dot(&axis)).clamp(0.0, 1.0);
+    (point - a.between(b, t)).norm() - (radius_a + (radius_b - radius_a) * t)
 }
 
 /// Grid lines along one axis: `(from, step)` stretches up to `end`, steps rounded to fit.
@@ -128,7 +128,7 @@ pub fn meshed(solid: &impl Solid, [xs, ys, zs]: [&[f64]; 3]) -> Shape {
                 let b = corners[k | 1 << axis];
                 let (from, to) = (value(a), value(b));
                 if a != b && (from < 0.0) != (to < 0.0) {
-                    sum = sum + node(a).lerp(node(b), from / (from - to));
+                    sum = sum + node(a).between(node(b), from / (from - to));
                     crossings += 1.0;
                 }
             }
@@ -171,7 +171,7 @@ fn cells(size: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
 fn projected(solid: &impl Solid, mut point: Vec3) -> Vec3 {
     for _ in 0..PROJECTION_STEPS {
         let gradient = solid.gradient(point);
-        let steepness = gradient.dot(gradient).max(0.05);
+        let steepness = gradient.dot(&gradient).max(0.05);
         point = point - gradient * (solid.value_mm(point) / steepness);
     }
     point
@@ -179,7 +179,7 @@ fn projected(solid: &impl Solid, mut point: Vec3) -> Vec3 {
 
 /// Adds a face cut along its shorter diagonal.
 fn push_quad(shape: &mut Shape, [a, b, c, d]: [u32; 4]) {
-    let length = |i: u32, j: u32| (shape.points[i as usize] - shape.points[j as usize]).length();
+    let length = |i: u32, j: u32| (shape.points[i as usize] - shape.points[j as usize]).norm();
     if length(a, c) < length(b, d) + 1e-9 {
         shape.triangles.extend([[a, b, c], [a, c, d]]);
     } else {
@@ -206,14 +206,14 @@ mod tests {
         let lines = grid_lines(&[(-12.0, 2.0), (0.0, 1.0)], 12.0);
         let shape = meshed(&Ball, [&lines, &lines, &lines]);
         assert_eq!(open_edge_count(&shape), 0);
-        assert!(shape.points.iter().all(|point| (point.length() - 10.0).abs() < 1e-9));
+        assert!(shape.points.iter().all(|point| (point.norm() - 10.0).abs() < 1e-9));
         assert!((volume_mm3(&shape) / (4.0 / 3.0 * PI * 1000.0) - 1.0).abs() < 0.02);
     }
 
     #[test]
     fn a_ray_meets_the_ball_where_it_should() {
-        let hit = Ball.first_hit_mm(vec3(0.0, 6.0, -30.0), Vec3::Z, 60.0);
+        let hit = Ball.first_hit_mm(vec3(0.0, 6.0, -30.0), Vec3::z(), 60.0);
         assert!((hit.unwrap() - 22.0).abs() < 1e-6);
-        assert!(Ball.first_hit_mm(vec3(0.0, 11.0, -30.0), Vec3::Z, 60.0).is_none());
+        assert!(Ball.first_hit_mm(vec3(0.0, 11.0, -30.0), Vec3::z(), 60.0).is_none());
     }
 }

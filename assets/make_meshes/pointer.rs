@@ -108,7 +108,7 @@ fn end_cap() -> Vec<Corner> {
 /// A low flat on the back of the handle, where the sensor's leads are potted.
 fn sensor_housing() -> Pod {
     Pod {
-        placement: Placement::new(vec3(0.0, 4.1, 148.0), Vec3::Y, Vec3::Z),
+        placement: Placement::new(vec3(0.0, 4.1, 148.0), Vec3::y(), Vec3::z()),
         length_mm: 36.0,
         width_mm: 7.4,
         height_mm: 3.9,
@@ -132,7 +132,7 @@ mod tests {
         let touching = turned(&probe(), 48).points;
         for point in touching.iter().filter(|point| point.z < 0.3) {
             let centre = vec3(0.0, 0.0, TIP_BALL_RADIUS_MM);
-            assert!((*point - centre).length() < TIP_BALL_RADIUS_MM + 0.02);
+            assert!((*point - centre).norm() < TIP_BALL_RADIUS_MM + 0.02);
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::shape::{Shape, ShapeBuilder};
-use crate::vector::{Placement, Vec3, vec3};
+use crate::vector::{Placement, Vec3, VecExt, vec3};
 
 /// Greatest turn of one straight piece of a rounded corner: below the crease angle, and fine
 /// enough for fillets of a fraction of a millimetre.
@@ -77,7 +77,7 @@ pub fn skinned(rings: &[Vec<Vec3>], cap_rings: usize) -> Shape {
     let shrunk = |ring: &[Vec3], step: usize| {
         let middle = middle_of(ring);
         let t = step as f64 / cap_rings as f64;
-        ring.iter().map(|&point| point.lerp(middle, t)).collect::<Vec<_>>()
+        ring.iter().map(|&point| point.between(middle, t)).collect::<Vec<_>>()
     };
     for step in (0..cap_rings).rev() {
         add_band(&mut builder, &shrunk(first, step + 1), &shrunk(first, step));
@@ -106,8 +106,8 @@ pub fn cable(path: &[Vec3], radius_mm: f64, segments: usize) -> Shape {
     let mut rings = Vec::new();
     // Any direction across the path's beginning will do.
     let mut side = match path {
-        [a, b, ..] if (*b - *a).normalized().y.abs() < 0.8 => Vec3::Y,
-        _ => Vec3::X,
+        [a, b, ..] if (*b - *a).normalized().y.abs() < 0.8 => Vec3::y(),
+        _ => Vec3::x(),
     };
     for (i, &point) in path.iter().enumerate() {
         let ahead = path[(i + 1).min(path.len() - 1)] - path[i.saturating_sub(1)];
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_turned_cylinder_is_closed_and_has_its_volume() {
+    fn a_turned_cylinder_has_its_volume() {
         let corners =
             [at(0.0, 0.0, 0.0), at(0.0, 5.0, 0.0), at(10.0, 5.0, 0.0), at(10.0, 0.0, 0.0)];
         let shape = turned(&corners, 90);

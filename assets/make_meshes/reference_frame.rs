@@ -88,7 +88,7 @@ fn housings(head: &Head) -> Shape {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
         let foot = vec3(x_mm, -y_mm, PLATE_TOP_MM - HOUSING_SINK_MM);
         let pod = Pod {
-            placement: Placement::new(foot, Vec3::Z, vec3(cos, -sin, 0.0)),
+            placement: Placement::new(foot, Vec3::z(), vec3(cos, -sin, 0.0)),
             length_mm: HOUSING_LENGTH_MM,
             width_mm: HOUSING_WIDTH_MM,
             height_mm: HOUSING_HEIGHT_MM,
@@ -104,7 +104,7 @@ fn housings(head: &Head) -> Shape {
 ///
 /// y is mirrored along with z, so that outsides stay outside.
 fn on_forehead(head: &Head, flat: Shape) -> Shape {
-    flat.mapped(|point| skin_point(head, point.x, -point.y) - Vec3::Z * point.z)
+    flat.mapped(|point| skin_point(head, point.x, -point.y) - Vec3::z() * point.z)
 }
 
 /// A band around the head, lying on the skin, that runs under the plate into the pad.
@@ -157,8 +157,8 @@ fn strap_y_mm(cos_turn: f64) -> f64 {
 fn skin_point(head: &Head, x_mm: f64, y_mm: f64) -> Vec3 {
     const IN_FRONT_MM: f64 = 40.0;
     let from = vec3(x_mm, y_mm, -IN_FRONT_MM);
-    let reach_mm = head.first_hit_mm(from, Vec3::Z, 2.0 * IN_FRONT_MM).unwrap_or(IN_FRONT_MM);
-    from + Vec3::Z * reach_mm
+    let reach_mm = head.first_hit_mm(from, Vec3::z(), 2.0 * IN_FRONT_MM).unwrap_or(IN_FRONT_MM);
+    from + Vec3::z() * reach_mm
 }
 
 #[cfg(test)]
@@ -177,7 +177,7 @@ mod tests {
     #[test]
     fn the_pad_touches_the_skin_at_the_origin() {
         let pad = pad(&Head::new());
-        let nearest_mm = pad.points.iter().map(|point| point.length());
+        let nearest_mm = pad.points.iter().map(|point| point.norm());
         assert!(nearest_mm.fold(f64::INFINITY, f64::min) < 1e-6);
     }
 
@@ -194,7 +194,7 @@ mod tests {
         let head = Head::new();
         for ([x_mm, y_mm], angle_deg) in HOUSINGS_MM_DEG {
             let skin = skin_point(&head, x_mm, y_mm);
-            let coil = skin - Vec3::Z * (PLATE_TOP_MM - HOUSING_SINK_MM + COIL_HEIGHT_MM);
+            let coil = skin - Vec3::z() * (PLATE_TOP_MM - HOUSING_SINK_MM + COIL_HEIGHT_MM);
             let (sin, cos) = angle_deg.to_radians().sin_cos();
             let axis = Placement::new(coil, head.outward(skin), vec3(cos, sin, 0.0)).x_axis;
             // Both ends stay below the housing's roof and above the skin.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::vector::{Placement, Vec3};
+use crate::vector::{Placement, Vec3, VecExt};
 
 /// Points closer than this are one point. A tenth of a micrometre is far below the finest
 /// detail here (a 0.02 mm chord) and far above round-off.
@@ -47,7 +47,7 @@ impl ShapeBuilder {
     /// Adds a four-sided face as two triangles, cut along its shorter diagonal.
     pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4]) {
         // The margin keeps the choice, and so the file, independent of round-off.
-        if (c - a).length() <= (d - b).length() + WELD_MM {
+        if (c - a).norm() <= (d - b).norm() + WELD_MM {
             self.triangle([a, b, c]);
             self.triangle([a, c, d]);
         } else {
@@ -123,7 +123,7 @@ impl Shape {
                 let normal = faces_at[corner as usize]
                     .iter()
                     .map(|&other| area_vectors[other])
-                    .filter(|area| area.normalized().dot(direction) >= min_cosine)
+                    .filter(|area| area.normalized().dot(&direction) >= min_cosine)
                     .fold(Vec3::default(), |sum, area| sum + area)
                     .normalized();
                 let cell = normal.to_array().map(|component| (component * 1e5).round() as i64);
@@ -141,18 +141,15 @@ impl Shape {
     /// Outward, as long as the face is large.
     pub fn area_vector(&self, triangle: &[u32; 3]) -> Vec3 {
         let [a, b, c] = triangle.map(|index| self.points[index as usize]);
-        (b - a).cross(c - a) * 0.5
+        (b - a).cross(&(c - a)) * 0.5
     }
 }
 
 /// Least and greatest coordinates of some points.
 pub fn bounds_mm(points: &[Vec3]) -> (Vec3, Vec3) {
-    let infinite = Vec3::default() + (Vec3::X + Vec3::Y + Vec3::Z) * f64::INFINITY;
+    let infinite = Vec3::repeat(f64::INFINITY);
     points.iter().fold((infinite, -infinite), |(low, high), p| {
-        (
-            Vec3 { x: low.x.min(p.x), y: low.y.min(p.y), z: low.z.min(p.z) },
-            Vec3 { x: high.x.max(p.x), y: high.y.max(p.y), z: high.z.max(p.z) },
-        )
+        (low.zip_map(p, f64::min), high.zip_map(p, f64::max))
     })
 }
 

@@ -94,7 +94,7 @@ fn hub() -> Shape {
         at(13.0, 1.2, 0.4),
         at(13.0, 0.0, 0.0),
     ];
-    let leaning = Placement::new(vec3(0.0, 3.0, 111.5), vec3(0.0, 1.0, 0.55), Vec3::X);
+    let leaning = Placement::new(vec3(0.0, 3.0, 111.5), vec3(0.0, 1.0, 0.55), Vec3::x());
     body.and(turned(&nipple, 20).placed(&leaning))
 }
 
@@ -161,7 +161,7 @@ fn suction_port() -> Shape {
         at(HANDPIECE_END_Z_MM + 15.0, 1.8, 0.2),
         at(HANDPIECE_END_Z_MM + 8.0, 1.8, 0.0),
     ];
-    turned(&corners, 28).mapped(|point| point + Vec3::Y * SUCTION_Y_MM)
+    turned(&corners, 28).mapped(|point| point + Vec3::y() * SUCTION_Y_MM)
 }
 
 fn power_cable() -> Shape {
@@ -175,11 +175,11 @@ fn power_cable() -> Shape {
     let start = vec3(0.0, CABLE_Y_MM, HANDPIECE_END_Z_MM + 12.0);
     let path = [
         start,
-        start + Vec3::Z * 12.0,
+        start + Vec3::z() * 12.0,
         start + vec3(0.0, -3.0, 22.0),
         start + vec3(0.0, -9.0, 32.0),
     ];
-    turned(&relief, 36).mapped(|point| point + Vec3::Y * CABLE_Y_MM).and(cable(
+    turned(&relief, 36).mapped(|point| point + Vec3::y() * CABLE_Y_MM).and(cable(
         &bezier(path, 18),
         1.7,
         18,

@@ -3,12 +3,10 @@
 
 mod report;
 
-use super::as_is::AsIsArgs;
+use super::file_kinds::own_name;
 use super::numbers::above_zero;
-use super::output::{self, Format, Shown};
-use anyhow::{anyhow, bail};
-use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
+use super::prelude::*;
+use clap::ValueEnum;
 use trackwright_calibration::characterisation::{
     Characterisation, CharacterisationError, CharacterisationSettings, HeldOut, PairKind,
     RecordedPair, characterise,
@@ -19,10 +17,9 @@ use trackwright_calibration::still_pose::Spread;
 use trackwright_calibration::time_alignment::AlignmentSettings;
 use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::characterised;
-use trackwright_project::Files;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
-use trackwright_simulation::figures::with_separators;
 
+/// Make a room's measurements from recordings of the tracker beside those of a reference tracker
 #[derive(Debug, Args)]
 pub struct CharacterizeArgs {
     /// Recordings of the EM tracker, with any number of 6-DOF sensors on one rigid body: tables of
@@ -53,8 +50,8 @@ pub struct CharacterizeArgs {
     pairs: PairsArg,
 
     /// How fast a reading that is far off stops counting where the trackers are matched
-    #[arg(long, value_enum, default_value_t)]
-    loss: LossArg,
+    #[arg(long, value_parser = LOSS, default_value = "huber")]
+    loss: Loss,
 
     /// What a reading's position is expected to be off by, a standard deviation an axis; taken from
     /// the readings where left out
@@ -140,16 +137,11 @@ enum PairsArg {
     Path,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum LossArg {
-    /// Its pull is bounded
-    #[default]
-    Huber,
-    /// Its pull fades with its distance
-    Cauchy,
-    /// Beyond six standard deviations it has none
-    Tukey,
-}
+const LOSS: Choice<Loss> = Choice(&[
+    ("huber", "Its pull is bounded", Loss::Huber),
+    ("cauchy", "Its pull fades with its distance", Loss::Cauchy),
+    ("tukey", "Beyond six standard deviations it has none", Loss::Tukey),
+]);
 
 /// Reads, characterises, and writes the table.
 ///
@@ -218,19 +210,12 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
             args.reference[pair].display()
         ));
     }
-    match args.format {
-        Format::Json => output::print_json(&report::as_json(&found)),
-        Format::Text => {
-            let text = report::as_text(&found);
-            output::print(&format!("{text}\nwritten to {}", args.output.display()))
-        }
-    }
+    let text = || format!("{}\nwritten to {}", report::as_text(&found), args.output.display());
+    args.format.print(|| report::as_json(&found), text)
 }
 
 /// The body that the sensors were on.
 fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.split(".body.ron").next().unwrap_or_default();
     let sensors = found.sensors.iter().zip(&found.hand_eye.body_from_sensor);
     let sensors = sensors.map(|(name, body_from_sensor)| Sensor {
         name: name.clone(),
@@ -239,7 +224,11 @@ fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
         coil: None,
     });
     BodyFile {
-        rigid: RigidBody { name: name.to_owned(), tip_in_body: None, sensors: sensors.collect() },
+        rigid: RigidBody {
+            name: own_name(file, ".body.ron"),
+            tip_in_body: None,
+            sensors: sensors.collect(),
+        },
         mesh: None,
         definition: None,
     }
@@ -272,11 +261,7 @@ fn settings(args: &CharacterizeArgs) -> CharacterisationSettings {
     let scale = args.scale_mm.zip(args.scale_deg);
     CharacterisationSettings {
         hand_eye: HandEyeSettings {
-            loss: match args.loss {
-                LossArg::Huber => Loss::Huber,
-                LossArg::Cauchy => Loss::Cauchy,
-                LossArg::Tukey => Loss::Tukey,
-            },
+            loss: args.loss,
             scale: scale.map(|(position_mm, angle_deg)| Spread {
                 position_mm,
                 angle_rad: angle_deg.to_radians(),

@@ -1,10 +1,7 @@
 //! What the command line leaves open about a model, chosen by cross-validation with a progress bar.
 
-use super::output::{self, Shown};
-use anyhow::{Context, bail};
-use serde_json::{Value, json};
+use super::prelude::*;
 use std::convert::Infallible;
-use std::path::Path;
 use std::str::FromStr;
 use trackwright_calibration::room_choice::{
     self, Chosen, Grouping, ModelChoice, ModelRequest, RowLabels, numbered_labels, row_groups,
@@ -13,9 +10,8 @@ use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::places::Places;
 use trackwright_field::selection::sensors::SensorSpread;
-use trackwright_field::selection::{HoldOutBy, SelectSettings};
+use trackwright_field::selection::{HoldOutBy, Scores, SelectSettings};
 use trackwright_formats::groups::SENSOR_COLUMN;
-use trackwright_project::Files;
 use trackwright_report::selection::{
     SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
 };
@@ -176,7 +172,7 @@ pub(super) fn as_json(chosen: &Chosen) -> Value {
         "order": best.candidate.order,
         "directions": best.candidate.directions.len(),
         "ridge": best.candidate.ridge,
-        "cv": super::select::scores_json(best.deciding()),
+        "cv": scores_json(best.deciding()),
         "folds": chosen.tried.folds,
         "reason": reason_of(chosen),
     });
@@ -197,7 +193,7 @@ pub(super) fn add_hold_outs(value: &mut Value, chosen: &Chosen) {
                 "folds": hold_out.folds,
                 "count": hold_out.count,
                 "decides": hold_out.by == found.decided_by,
-                "cv": found.best().held_out_by(hold_out.by).map(super::select::scores_json),
+                "cv": found.best().held_out_by(hold_out.by).map(scores_json),
             })
         })
         .collect();
@@ -206,6 +202,15 @@ pub(super) fn add_hold_outs(value: &mut Value, chosen: &Chosen) {
     value["hold_outs"] = json!(hold_outs);
     value["sensors"] = json!(found.sensors.as_ref().map(sensors_json));
     value["grouped"] = json!(chosen.places.as_ref().map(places_json));
+}
+
+/// What is left of rows held out.
+pub(super) fn scores_json(scores: &Scores) -> Value {
+    json!({
+        "position_rms_mm": scores.position_rms_mm,
+        "position_max_mm": scores.position_max_mm,
+        "angle_rms_deg": scores.angle_rms_rad.map(f64::to_degrees),
+    })
 }
 
 fn sensors_json(spread: &SensorSpread) -> Value {

@@ -1,21 +1,27 @@
 //! `compare`: designs beside each other in one room or several, and what of their differences is one.
 
-mod report;
-
+use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, OutsideArg, Shown};
-use anyhow::bail;
-use clap::Args;
-use std::path::{Path, PathBuf};
+use super::prelude::*;
+use serde_json::Map;
 use trackwright_design::Design;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::comparison_table::{self, Names};
-use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms, Files};
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms};
+use trackwright_report::text_table::columns;
 use trackwright_simulation::comparison::{
-    Comparison, LEAST_DEG, LEAST_MM, Least, Settings, compare,
+    Comparison, Difference, ErrorOf, FIGURES, LEAST_DEG, LEAST_MM, Least, REQUIRED, Row, Settings,
+    Summary, WorstPose, compare, difference_words, met_words, notes, worst_words,
 };
+use trackwright_simulation::expected::{judged, requirement_figures};
 
+/// Longest name that a table shows whole.
+const MAX_NAME: usize = 36;
+
+/// Hold designs against each other in one room or several, and say which differences are more than
+/// the room's uncertainty and the sampling of the motion
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     /// Designs (*.design.ron); each is simulated over its range of motion, or where it has none at its
@@ -33,8 +39,8 @@ pub struct CompareArgs {
     baseline: Option<PathBuf>,
 
     /// What happens to sensors outside the model's box; rejected trials are left out and counted
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// Difference of tip errors below which there is none that matters
     #[arg(long, value_name = "MM", default_value_t = LEAST_MM, value_parser = zero_or_more)]
@@ -90,7 +96,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
         rooms.iter().map(|r| r.environment.clone()).collect(),
         of_design,
         baseline,
-        args.outside.into(),
+        args.outside,
     );
     for ComparedRoom { file, environment } in &rooms {
         if environment.model.map() == MapKind::Correction {
@@ -115,14 +121,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
     if let Some(csv) = &csv {
         csv.write(|out| comparison_table::write(out, &found, &names))?;
     }
-    print(args, &found, &names)
-}
-
-fn print(args: &CompareArgs, found: &Comparison, names: &Names) -> anyhow::Result<()> {
-    match args.format {
-        Format::Json => output::print_json(&report::as_json(found, names)),
-        Format::Text => output::print(&report::as_text(found, names)),
-    }
+    args.format.print(|| as_json(&found, &names), || as_text(&found, &names))
 }
 
 /// # Errors
@@ -163,4 +162,217 @@ fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
         false => "no such file, and no design of this name",
     };
     bail!("--baseline {}: found {found}, expected one of {}", named.display(), files.join(", "))
+}
+
+fn as_json(found: &Comparison, names: &Names) -> Value {
+    let room = |number: usize| {
+        json!({
+            "name": Names::of(&names.rooms, number),
+            "file": Names::of(&names.room_files, number),
+            "uncertainty_unknown": found.rooms_unknown[number].map(|why| why.to_string()),
+        })
+    };
+    let design = |number: usize| {
+        json!({
+            "name": Names::of(&names.designs, number),
+            "file": Names::of(&names.design_files, number),
+        })
+    };
+    json!({
+        "baseline": Names::of(&names.designs, found.baseline),
+        "designs": (0..names.designs.len()).map(design).collect::<Vec<_>>(),
+        "environments": (0..names.rooms.len()).map(room).collect::<Vec<_>>(),
+        "rows": found.rows.iter().map(|row| row_as_json(row, names)).collect::<Vec<_>>(),
+    })
+}
+
+fn row_as_json(row: &Row, names: &Names) -> Value {
+    let mut value = json!({
+        "design": Names::of(&names.designs, row.design),
+        "design_file": Names::of(&names.design_files, row.design),
+        "environment": Names::of(&names.rooms, row.room),
+        "environment_file": Names::of(&names.room_files, row.room),
+        "no_figures": row.measured.as_ref().err().map(ToString::to_string),
+    });
+    let Ok(measured) = &row.measured else {
+        return value;
+    };
+    let figures = &measured.figures;
+    value["trials"] = json!(figures.trials);
+    value["outside"] = json!(figures.outside);
+    value["out_of_volume"] = json!(figures.out_of_volume);
+    value["without_field"] = json!(measured.without_field);
+    value["rejected"] = json!(figures.rejected);
+    value["position_mm"] = json!(figures.position_mm);
+    value["angle_deg"] = json!(figures.angle_deg);
+    value["worst"] = json!(figures.worst);
+    value["worst"]["pose"] = json!(pose_to_array(&measured.worst_pose.crf_from_tool));
+    value["worst"]["offsets"] = offsets_as_json(&measured.worst_pose);
+    value["requirement"] = json!(requirement_figures(figures));
+    if let Some(expected) = &measured.expected {
+        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
+    }
+    value["poorly_determined"] = json!(figures.poorly_determined);
+    if let Some(free) = &figures.free_axis {
+        value["free_axis"] = json!(free);
+        value["position_mm_determined"] = json!(figures.position_mm_determined);
+    }
+    value["against_baseline"] = match &row.against_baseline {
+        None => Value::Null,
+        Some(against) => json!({
+            "position_mm": differences_as_json(&against.differences, ErrorOf::Position),
+            "angle_deg": differences_as_json(&against.differences, ErrorOf::Angle),
+            "motion_differs": against.motion_differs,
+            "requirement_differs": against.requirement_differs,
+            "environment_differs": against.room_differs,
+        }),
+    };
+    value
+}
+
+/// `x_mm`, `rz_deg`.
+fn offsets_as_json(worst: &WorstPose) -> Value {
+    let each = worst.offsets.iter();
+    let named = each.map(|(axis, value)| {
+        let unit = if axis.starts_with('r') { "deg" } else { "mm" };
+        (format!("{axis}_{unit}"), json!(value))
+    });
+    Value::Object(named.collect())
+}
+
+fn differences_as_json(differences: &[Difference], of: ErrorOf) -> Value {
+    let each = differences.iter().filter(|d| d.figure.of == of);
+    let named: Map<String, Value> = each.map(|d| (d.figure.name().to_owned(), json!(d))).collect();
+    Value::Object(named)
+}
+
+fn as_text(found: &Comparison, names: &Names) -> String {
+    let labels = short(&names.designs);
+    let mut rooms: Vec<usize> = found.rows.iter().map(|row| row.room).collect();
+    rooms.sort_unstable();
+    rooms.dedup();
+    let mut parts = Vec::new();
+    for room in rooms {
+        let rows: Vec<&Row> = found.rows.iter().filter(|row| row.room == room).collect();
+        parts.push(one_line(Names::of(&names.rooms, room)));
+        parts.push(table(&rows, &labels, found.baseline));
+        for row in rows {
+            parts.extend(about(row, &labels, found.baseline));
+        }
+        if let Some(why) = found.rooms_unknown[room] {
+            parts.push(format!("  the room does not say how far its field may be off: {why}"));
+        }
+        parts.push(String::new());
+    }
+    parts.pop();
+    parts.join("\n")
+}
+
+/// The figures, a line a design.
+fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
+    let header =
+        ["", "RMS mm", "95 % mm", "max mm", "RMS °", "max °", "required", "ΔRMS mm", "ΔRMS °"];
+    let mut lines = vec![header.map(str::to_owned).to_vec()];
+    for row in rows {
+        let mut cells = vec![Names::of(labels, row.design).to_owned()];
+        match &row.measured {
+            Err(_) => cells.extend((1..header.len()).map(|_| "–".to_owned())),
+            Ok(measured) => {
+                let (p, a) = (&measured.figures.position_mm, &measured.figures.angle_deg);
+                cells.extend([p.rms, p.p95, p.max, a.rms, a.max].map(|v| format!("{v:.4}")));
+                cells.push(met_words(measured).to_owned());
+                cells.extend(changes(row, baseline));
+            }
+        }
+        lines.push(cells);
+    }
+    let aligned = columns(&lines, 1).into_iter().map(|line| format!("  {line}"));
+    aligned.collect::<Vec<_>>().join("\n")
+}
+
+/// The differences of the RMS of tip and angle.
+fn changes(row: &Row, baseline: usize) -> [String; 2] {
+    if row.design == baseline {
+        return ["baseline".to_owned(), String::new()];
+    }
+    let Some(against) = &row.against_baseline else {
+        return ["–", "–"].map(str::to_owned);
+    };
+    [ErrorOf::Position, ErrorOf::Angle].map(|of| {
+        let found = against
+            .differences
+            .iter()
+            .find(|d| d.figure.of == of && d.figure.summary == Summary::Rms);
+        found.map_or_else(String::new, |d| format!("{:+.4}", d.difference))
+    })
+}
+
+/// What a line of the table leaves out.
+fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
+    let name = Names::of(labels, row.design);
+    let mut lines = vec![format!("  {name}")];
+    match &row.measured {
+        Err(why) => lines.push(format!("    no figures: {why}")),
+        Ok(measured) => {
+            if let Some(against) = &row.against_baseline {
+                let told = FIGURES.iter().zip(&against.differences);
+                let told = told.filter(|(figure, _)| REQUIRED.contains(figure));
+                let label = told.clone().map(|(f, _)| f.label().chars().count()).max().unwrap_or(0);
+                lines.extend(told.map(|(figure, difference)| {
+                    let words = difference_words(difference, Names::of(labels, baseline));
+                    format!("    {:<label$}  {words}", figure.label())
+                }));
+            }
+            let expected = measured.expected.iter().flat_map(expected::rows);
+            lines.extend(
+                expected.map(|(label, value, unit)| format!("    {label}  {value} {unit}")),
+            );
+            lines.push(format!("    {}", worst_words(measured)));
+            let notes = notes(measured, row.against_baseline.as_ref());
+            lines.extend(notes.into_iter().map(|note| format!("    note: {note}")));
+        }
+    }
+    lines
+}
+
+/// Names for a table: on one line, and cut where that leaves them different.
+fn short(names: &[String]) -> Vec<String> {
+    let whole: Vec<String> = names.iter().map(|name| one_line(name)).collect();
+    let cut: Vec<String> = whole
+        .iter()
+        .map(|name| match name.chars().count() > MAX_NAME {
+            false => name.clone(),
+            true => {
+                let kept: String = name.chars().take(MAX_NAME - 1).collect();
+                format!("{}…", kept.trim_end())
+            }
+        })
+        .collect();
+    let is_own = |name: &String| cut.iter().filter(|other| *other == name).count() == 1;
+    whole
+        .into_iter()
+        .zip(&cut)
+        .map(|(whole, cut)| if is_own(cut) { cut.clone() } else { whole })
+        .collect()
+}
+
+/// A name as a terminal can show it.
+fn one_line(name: &str) -> String {
+    let plain = |c: char| if c.is_control() { ' ' } else { c };
+    name.chars().map(plain).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_names_are_cut_where_they_stay_different() {
+        let name = |end: &str| format!("A shaver with three sensors along its shaft, {end}");
+        let one = short(&[name("a"), "b".to_owned()]);
+        assert_eq!(one[0], "A shaver with three sensors along i…");
+        assert_eq!(one[0].chars().count(), MAX_NAME);
+        assert_eq!(short(&[name("a"), name("b")]), [name("a"), name("b")]);
+        assert_eq!(short(&["a\tb\n\u{1b}[31m".to_owned()]), ["a b  [31m"]);
+    }
 }

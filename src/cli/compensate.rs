@@ -1,22 +1,16 @@
 //! `compensate`: measured poses corrected, and what became of them.
 
-use super::as_is::AsIsArgs;
-use super::output::{self, Format, OutsideArg};
-use anyhow::bail;
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use super::prelude::*;
+use clap::ValueEnum;
 use trackwright_calibration::doubts;
+use trackwright_field::DistortionModel;
 use trackwright_field::compensation::{Compensated, Difference, Method, Tally, compensate};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_formats::poses::{self, CompensatedRow};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
-use trackwright_task::Task;
 
+/// Correct measured poses by the map of an environment, or by the inverse of it
 #[derive(Debug, Args)]
 pub struct CompensateArgs {
     /// Environment (*.env.ron)
@@ -32,8 +26,8 @@ pub struct CompensateArgs {
 
     /// What happens to positions outside the model's box; rejected ones count as not converged in
     /// the table
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// How poses are corrected
     #[arg(long, value_enum, default_value_t)]
@@ -77,14 +71,10 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let room = environment.model.bounds();
     let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
     let measured = args.as_is.take(poses)?;
-    let (compensated, shortcut) =
-        compensated(&environment.model, &measured, args.outside.into(), method)?;
+    let (compensated, shortcut) = compensated(&environment.model, &measured, args.outside, method)?;
     output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
     let outcome = Outcome { method, tally: Tally::of(&measured, &compensated), shortcut };
-    match args.format {
-        Format::Json => output::print_json(&as_json(&outcome)),
-        Format::Text => output::print(&as_text(args, &outcome)),
-    }
+    args.format.print(|| as_json(&outcome), || as_text(args, &outcome))
 }
 
 fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
@@ -111,13 +101,9 @@ fn compensated(
     outside: OutsidePolicy,
     method: Method,
 ) -> anyhow::Result<(Vec<Compensated>, Option<Difference>)> {
-    let bar = output::progress(1000, "compensating");
-    let task = Task::told_to({
-        let bar = bar.clone();
-        move |part| bar.set_position((part * 1000.0) as u64)
-    });
-    let by = |method| compensate(model, measured, outside, method, &task);
-    let answers = match method {
+    let shown = Shown::new("compensating");
+    let by = |method| compensate(model, measured, outside, method, &shown.task);
+    Ok(match method {
         Method::Correction => (by(Method::Correction)?, None),
         Method::Inverse | Method::Shortcut => {
             let (inverse, shortcut) = (by(Method::Inverse)?, by(Method::Shortcut)?);
@@ -125,9 +111,7 @@ fn compensated(
             let wanted = if method == Method::Inverse { inverse } else { shortcut };
             (wanted, difference)
         }
-    };
-    bar.finish_and_clear();
-    Ok(answers)
+    })
 }
 
 fn row(found: &Compensated) -> CompensatedRow {
@@ -176,9 +160,6 @@ pub(super) fn tally_as_json(t: &Tally) -> Value {
 
 fn as_text(args: &CompensateArgs, outcome: &Outcome) -> String {
     let t = &outcome.tally;
-    let figure =
-        |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
-    let count = |label: &str, count: usize| figure(label, with_separators(count), "");
     let mut rows = vec![
         count("rows", t.rows),
         count("converged", t.converged),
@@ -187,18 +168,17 @@ fn as_text(args: &CompensateArgs, outcome: &Outcome) -> String {
         count("not converged", t.not_converged),
         count("rejected", t.rejected),
         count("outside the model's box", t.outside),
-        figure("largest correction", format!("{:.4}", t.largest_correction_mm), "mm"),
-        figure("", format!("{:.4}", t.largest_correction_rad.to_degrees()), "°"),
+        number("largest correction", t.largest_correction_mm, 4, "mm"),
+        number("", t.largest_correction_rad.to_degrees(), 4, "°"),
     ];
     if let Some(d) = &outcome.shortcut {
-        let mut length = |label: &str, mm: f64| rows.push(figure(label, format!("{mm:.6}"), "mm"));
-        length("shortcut against inverse, RMS", d.position_rms_mm);
-        length("shortcut against inverse, max", d.position_max_mm);
-        let mut angle = |label: &str, rad: f64| {
-            rows.push(figure(label, format!("{:.6}", rad.to_degrees()), "°"));
-        };
-        angle("shortcut against inverse, RMS", d.angle_rms_rad);
-        angle("shortcut against inverse, max", d.angle_max_rad);
+        let (rms, max) = ("shortcut against inverse, RMS", "shortcut against inverse, max");
+        rows.extend([
+            number(rms, d.position_rms_mm, 6, "mm"),
+            number(max, d.position_max_mm, 6, "mm"),
+            number(rms, d.angle_rms_rad.to_degrees(), 6, "°"),
+            number(max, d.angle_max_rad.to_degrees(), 6, "°"),
+        ]);
     }
     format!(
         "{}\nby {}, written to {}",

@@ -1,17 +1,12 @@
 //! `distort`: poses as the tracker of an environment would measure them.
 
-use super::as_is::AsIsArgs;
-use super::output::{self, OutsideArg};
-use anyhow::Context;
-use clap::Args;
+use super::prelude::*;
 use nalgebra::{Point3, Vector3};
-use std::path::PathBuf;
 use trackwright_calibration::doubts;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::gaussian::FieldPoint;
 use trackwright_formats::poses;
-use trackwright_project::Files;
 
+/// Distort poses as the tracker of an environment would measure them
 #[derive(Debug, Args)]
 pub struct DistortArgs {
     /// Environment (*.env.ron)
@@ -25,8 +20,8 @@ pub struct DistortArgs {
     output: PathBuf,
 
     /// What happens to positions outside the model's box; rejected ones get empty pose cells
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// Add the model validity: the standard error of each reading (std_error_mm, std_error_deg) and
     /// its 95 % bound (within95_mm, within95_deg), misfit included where the environment keeps its
@@ -57,7 +52,7 @@ pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
     let room = environment.model.bounds();
     let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
     let ideal = args.as_is.take(poses)?;
-    let outside = OutsidePolicy::from(args.outside);
+    let outside = args.outside;
     let validity = match args.support {
         false => None,
         true => {

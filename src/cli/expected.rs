@@ -1,12 +1,12 @@
 //! Expected figures and their intervals beside those of the room's own field.
 
-use super::output;
-use serde_json::{Map, Value, json};
+use super::prelude::*;
+use serde_json::Map;
 use trackwright_simulation::comparison::{ErrorOf, FIGURES};
 use trackwright_simulation::expected::{
     JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
 };
-use trackwright_simulation::figures::{Figures, with_separators};
+use trackwright_simulation::figures::Figures;
 use trackwright_simulation::{
     CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario, expected,
 };
@@ -78,7 +78,7 @@ pub(super) fn as_text(expected: &Expected) -> String {
 }
 
 /// Label, expected value, unit and interval.
-pub(super) fn rows(expected: &Expected) -> Vec<(String, String, String)> {
+pub(super) fn rows(expected: &Expected) -> Vec<output::Row> {
     let each = expected_rows(expected).into_iter();
     each.map(|row| {
         (row.label(), row.value.clone(), format!("{} {}", row.figure.unit(), row.interval_words()))

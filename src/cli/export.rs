@@ -5,12 +5,10 @@ mod poses;
 mod scene;
 mod tips;
 
-use anyhow::bail;
-use clap::{Subcommand, ValueEnum};
-use std::path::Path;
-use trackwright_formats::export::PatientAxes;
-use trackwright_project::Files;
+use super::prelude::*;
+use clap::Subcommand;
 
+/// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
 #[derive(Debug, Subcommand)]
 pub enum ExportCommand {
     /// The error of an environment on a lattice: a displacement field for 3D Slicer (*.nrrd, *.mha),
@@ -38,41 +36,4 @@ pub fn run(command: &ExportCommand, files: &Files) -> anyhow::Result<()> {
         ExportCommand::Tips(args) => tips::run(args, files),
         ExportCommand::Scene(args) => scene::run(args, files),
     }
-}
-
-/// What 3D Slicer takes the tracker's x, y and z for.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum AxesArg {
-    /// Its own right, anterior, superior, as it takes live poses over OpenIGTLink: files, which are
-    /// in LPS, have x and y negated
-    #[default]
-    Ras,
-    /// Left, posterior, superior: files have the tracker's numbers as they are
-    Lps,
-}
-
-impl From<AxesArg> for PatientAxes {
-    fn from(arg: AxesArg) -> Self {
-        match arg {
-            AxesArg::Ras => Self::Ras,
-            AxesArg::Lps => Self::Lps,
-        }
-    }
-}
-
-/// Refuses other axes than the usual ones for a file that is in the tracker's own.
-fn refuse_axes(axes: AxesArg, file: &Path) -> anyhow::Result<()> {
-    if axes != AxesArg::default() {
-        bail!(
-            "--axes: {} is in the tracker's own axes, expected a file for 3D Slicer with it",
-            file.display()
-        );
-    }
-    Ok(())
-}
-
-/// Whether a file's name ends so, in any case.
-fn ends_with(file: &Path, ending: &str) -> bool {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    name.to_lowercase().ends_with(ending)
 }

@@ -1,21 +1,16 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
-use super::as_is::AsIsArgs;
 use super::choose::{self, HoldOutArg};
 use super::generator;
 use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
-use super::output::{self, Format, Shown};
-use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use super::prelude::*;
+use clap::{ArgAction, ValueEnum};
 use trackwright_calibration::room_choice::ModelRequest;
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use trackwright_calibration::room_model::RoomModel;
-use trackwright_field::OutsidePolicy;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::{HoldoutProvenance, Jitter};
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};
@@ -24,10 +19,10 @@ use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{Files, Output, SampleReading};
+use trackwright_project::{Output, SampleReading};
 use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
-use trackwright_simulation::figures::with_separators;
 
+/// Fit a distortion model to measurements and write it as an environment
 #[derive(Debug, Args)]
 pub struct FitArgs {
     /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
@@ -49,30 +44,13 @@ pub struct FitArgs {
     #[arg(long, value_name = "M", default_value_if("order", "0", "1"))]
     directions: Option<usize>,
 
-    /// How the orientations share the samples
-    #[arg(long, value_enum, default_value_t)]
-    method: MethodArg,
-
-    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
-    #[arg(long, value_enum, default_value_t)]
-    map: MapArg,
-
-    /// What the table's quaternions mean
-    #[arg(long, value_enum, default_value_t)]
-    sensors: SensorsArg,
-
-    /// How an axis is shared among the three orientations around it
-    #[arg(long, value_enum, default_value_t)]
-    weights: WeightsArg,
+    #[command(flatten)]
+    fitting: FittingArgs,
 
     /// Ridge, as a part of the largest singular value; 0, or chosen with order or directions where
     /// one of them is left out
     #[arg(long, value_name = "R")]
     ridge: Option<f64>,
-
-    /// Singular values below this part of the largest count as zero
-    #[arg(long, default_value = "1e-10", value_name = "R")]
-    rcond: f64,
 
     /// Measurements that are not fitted, to judge the model on
     #[arg(long, value_name = "DATA2.csv")]
@@ -104,40 +82,55 @@ pub struct FitArgs {
     format: Format,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum MethodArg {
-    /// Each orientation by itself, the paper's
-    #[default]
-    PerDirection,
-    /// All orientations at once
-    Joint,
+const METHOD: Choice<FitMethod> = Choice(&[
+    ("per-direction", "Each orientation by itself, the paper's", FitMethod::PerDirection),
+    ("joint", "All orientations at once", FitMethod::Joint),
+]);
+const MAP: Choice<MapKind> =
+    Choice(&[("distortion", "", MapKind::Distortion), ("correction", "", MapKind::Correction)]);
+const WEIGHTS: Choice<Weighting> = Choice(&[
+    ("area", "Areas of spherical triangles, the paper's", Weighting::Area),
+    ("gnomonic", "Coordinates in the triangle's plane, continuous", Weighting::Gnomonic),
+]);
+const HAS_ROLLS: Choice<bool> = Choice(&[
+    ("5dof", "Only the sensors' local z was measured", false),
+    ("6dof", "Full rotations were measured", true),
+]);
+
+/// How a table is read, and how polynomials are fitted to it.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct FittingArgs {
+    /// How the orientations share the samples
+    #[arg(long, value_parser = METHOD, default_value = "per-direction")]
+    pub method: FitMethod,
+
+    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
+    #[arg(long, value_parser = MAP, default_value = "distortion")]
+    pub map: MapKind,
+
+    /// What the table's quaternions mean
+    #[arg(long = "sensors", value_name = "SENSORS", value_parser = HAS_ROLLS, default_value = "5dof",
+        action = ArgAction::Set)]
+    pub has_rolls: bool,
+
+    /// How an axis is shared among the three orientations around it
+    #[arg(long, value_parser = WEIGHTS, default_value = "area")]
+    pub weights: Weighting,
+
+    /// Singular values below this part of the largest count as zero
+    #[arg(long, default_value = "1e-10", value_name = "R")]
+    pub rcond: f64,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum MapArg {
-    #[default]
-    Distortion,
-    Correction,
-}
-
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
-pub(super) enum SensorsArg {
-    /// Only the sensors' local z was measured
-    #[default]
-    #[value(name = "5dof")]
-    FiveDof,
-    /// Full rotations were measured
-    #[value(name = "6dof")]
-    SixDof,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum WeightsArg {
-    /// Areas of spherical triangles, the paper's
-    #[default]
-    Area,
-    /// Coordinates in the triangle's plane, continuous
-    Gnomonic,
+impl FittingArgs {
+    /// The options of polynomials, and whether each is other than usual.
+    pub(super) fn of_polynomials(&self) -> [(&'static str, bool); 3] {
+        [
+            ("--method", self.method != FitMethod::default()),
+            ("--weights", self.weights != Weighting::default()),
+            ("--rcond", self.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+        ]
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -169,7 +162,7 @@ impl From<VolumeArg> for Option<Volume> {
 }
 
 /// Singular values that count as zero where nothing else is said, as the option has it in text.
-pub(super) const DEFAULT_RCOND: f64 = 1e-10;
+const DEFAULT_RCOND: f64 = 1e-10;
 
 /// Fits, writes the environment, and prints the residuals.
 ///
@@ -178,13 +171,16 @@ pub(super) const DEFAULT_RCOND: f64 = 1e-10;
 pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     output.expect_kind(ENVIRONMENT)?;
-    let asked = asked(args)?;
+    let asked = model_request(args)?;
     let map = asked.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
-    let set = read(files, &args.data, args.sensors, map, args.as_is)?;
-    let holdout_set =
-        args.holdout.as_ref().map(|f| read(files, f, args.sensors, map, args.as_is)).transpose()?;
+    let set = read(files, &args.data, args.fitting.has_rolls, map, args.as_is)?;
+    let holdout_set = args
+        .holdout
+        .as_ref()
+        .map(|f| read(files, f, args.fitting.has_rolls, map, args.as_is))
+        .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
             choose::settings(files, &args.data, &set, &asked, args.hold_out.as_ref())?
@@ -297,17 +293,17 @@ pub(super) fn fit_and_write(
 
 /// Options of polynomials beside another kind of model.
 fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()> {
-    let said = [
+    let of_size = [
         ("--order", args.order.is_some()),
         ("--directions", args.directions.is_some()),
         ("--ridge", args.ridge.is_some()),
-        ("--method", args.method != MethodArg::default()),
-        ("--weights", args.weights != WeightsArg::default()),
-        ("--rcond", args.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+    ];
+    let others = [
         ("--hold-out", args.hold_out.is_some()),
         ("--no-support", args.no_support && kind == ModelKind::Kriging),
     ];
-    match said.into_iter().find(|(_, is_said)| *is_said) {
+    let mut given = of_size.into_iter().chain(args.fitting.of_polynomials()).chain(others);
+    match given.find(|(_, is_said)| *is_said) {
         Some((name, _)) if kind != ModelKind::Bernstein => bail!(
             "{name} does not go with --model {}{}",
             kind.name(),
@@ -322,7 +318,7 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
 }
 
 /// What the command line says about the model, and what it leaves open.
-fn asked(args: &FitArgs) -> anyhow::Result<ModelRequest> {
+fn model_request(args: &FitArgs) -> anyhow::Result<ModelRequest> {
     Ok(ModelRequest {
         order: args.order,
         directions: args
@@ -330,38 +326,11 @@ fn asked(args: &FitArgs) -> anyhow::Result<ModelRequest> {
             .map(|m| DirectionSet::try_from(m).context("--directions"))
             .transpose()?,
         ridge: args.ridge,
-        method: args.method.into(),
-        map: args.map.into(),
-        weighting: args.weights.into(),
-        rcond: args.rcond,
+        method: args.fitting.method,
+        map: args.fitting.map,
+        weighting: args.fitting.weights,
+        rcond: args.fitting.rcond,
     })
-}
-
-impl From<MethodArg> for FitMethod {
-    fn from(arg: MethodArg) -> Self {
-        match arg {
-            MethodArg::PerDirection => Self::PerDirection,
-            MethodArg::Joint => Self::Joint,
-        }
-    }
-}
-
-impl From<MapArg> for MapKind {
-    fn from(arg: MapArg) -> Self {
-        match arg {
-            MapArg::Distortion => Self::Distortion,
-            MapArg::Correction => Self::Correction,
-        }
-    }
-}
-
-impl From<WeightsArg> for Weighting {
-    fn from(arg: WeightsArg) -> Self {
-        match arg {
-            WeightsArg::Area => Self::Area,
-            WeightsArg::Gnomonic => Self::Gnomonic,
-        }
-    }
 }
 
 /// Reads a table as samples, with a progress bar.
@@ -371,11 +340,11 @@ impl From<WeightsArg> for Weighting {
 pub(super) fn read(
     files: &Files,
     file: &Path,
-    sensors: SensorsArg,
+    has_rolls: bool,
     map: MapKind,
     as_is: AsIsArgs,
 ) -> anyhow::Result<SampleSet> {
-    let reading = SampleReading { has_rolls: matches!(sensors, SensorsArg::SixDof), map };
+    let reading = SampleReading { has_rolls, map };
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 

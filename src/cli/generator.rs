@@ -1,20 +1,15 @@
 //! `generator learn`: the coils that explain a tracker's measurements.
 
-use super::as_is::AsIsArgs;
-use super::fit::{SensorsArg, file_name, read};
+use super::fit::{file_name, read};
 use super::model_kind::checked_degree;
-use super::output::{self, Format, Shown};
-use anyhow::{Context, bail};
-use clap::{Args, Subcommand};
-use serde_json::{Value, json};
-use std::path::PathBuf;
+use super::prelude::*;
+use clap::Subcommand;
 use trackwright_field::harmonic::learn::{Start, StartReport};
 use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
 use trackwright_field::samples::{MapKind, MeasurementSet};
 use trackwright_formats::signature::GENERATOR;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 
+/// Learn the field generator of a tracker from its measurements
 #[derive(Debug, Subcommand)]
 pub enum GeneratorCommand {
     /// Learn the effective field generator from measurements of one room or several
@@ -59,8 +54,7 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {
-        let set =
-            read(files, file, SensorsArg::FiveDof, MapKind::Distortion, args.as_is)?.measurements();
+        let set = read(files, file, false, MapKind::Distortion, args.as_is)?.measurements();
         match &mut all {
             None => all = Some(set),
             Some(all) if all.content != set.content => {
@@ -84,10 +78,7 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
             learned.last_steps
         ));
     }
-    match args.format {
-        Format::Json => output::print_json(&as_json(&learned)),
-        Format::Text => output::print(&as_text(args, &names, &learned)),
-    }
+    args.format.print(|| as_json(&learned), || as_text(args, &names, &learned))
 }
 
 fn start_name(start: Start) -> &'static str {

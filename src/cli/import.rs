@@ -1,16 +1,14 @@
 //! `import`: measurement tables from other programs' files.
 
-use super::as_is::AsIsArgs;
-use anyhow::Context;
-use clap::{Args, Subcommand};
-use std::path::PathBuf;
+use super::prelude::*;
+use clap::Subcommand;
 use trackwright_calibration::calibration_object;
 use trackwright_calibration::doubts::{PairedDoubts, PoseFrame};
 use trackwright_field::selection::clusters;
 use trackwright_formats::{groups, measurements};
-use trackwright_project::{Doubted, Files};
-use trackwright_simulation::figures::with_separators;
+use trackwright_project::Doubted;
 
+/// Make a measurement table from another program's files
 #[derive(Debug, Subcommand)]
 pub enum ImportCommand {
     /// From the calibration files of the Johns Hopkins computer-integrated-surgery data sets

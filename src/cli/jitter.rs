@@ -4,7 +4,7 @@ use super::numbers::{length_above_zero, zero_or_more};
 use clap::Args;
 use trackwright_field::environment::Jitter;
 
-/// Said of each argument: a heading for the group would go on to whatever follows it.
+/// Repeated for each argument: a heading for the group would go on to whatever follows it.
 const HEADING: &str = "Jitter of the tracker";
 
 #[derive(Debug, Args)]

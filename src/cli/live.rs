@@ -1,12 +1,10 @@
-//! `live`: a tracker's poses heard over the network, compensated, recorded and served on.
+//! `live`: a tracker's poses received over the network, compensated, recorded and served on.
 
 use super::numbers::above_zero;
-use super::output::{self, Format, OutsideArg};
-use anyhow::Context;
-use clap::{ArgGroup, Args};
-use serde_json::{Map, Value, json};
+use super::prelude::*;
+use clap::ArgGroup;
+use serde_json::Map;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
@@ -19,9 +17,8 @@ use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{
     LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
 };
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 
+/// Receive a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("room").multiple(true)))]
 pub struct LiveArgs {
@@ -41,8 +38,8 @@ pub struct LiveArgs {
     design: Option<PathBuf>,
 
     /// What happens to positions outside the model's box; rejected ones are not sent on
-    #[arg(long, value_enum, default_value = "reject", requires = "room")]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "reject", requires = "room")]
+    outside: OutsidePolicy,
 
     /// The tracker's frame, as in StylusToTracker; transforms to other frames are not compensated
     #[arg(long, value_name = "NAME", default_value = RelayOptions::TRACKER_FRAME, requires = "room", value_parser = name)]
@@ -127,10 +124,7 @@ pub fn run(args: &LiveArgs, files: &Files) -> anyhow::Result<()> {
         }
     }
     let state = session.stop();
-    match args.format {
-        Format::Json => output::print_json(&as_json(&state, started.elapsed())),
-        Format::Text => output::print(&as_text(&state, started.elapsed())),
-    }
+    args.format.print(|| as_json(&state, started.elapsed()), || as_text(&state, started.elapsed()))
 }
 
 fn settings(args: &LiveArgs, files: &Files) -> anyhow::Result<SessionSettings> {
@@ -172,7 +166,7 @@ fn room(args: &LiveArgs, files: &Files) -> anyhow::Result<Option<LiveRoom>> {
     Ok(Some(LiveRoom {
         method: Method::of(environment.model.map()),
         environment,
-        outside: args.outside.into(),
+        outside: args.outside,
         design,
     }))
 }
@@ -317,12 +311,11 @@ fn as_json(state: &SessionState, lasted: Duration) -> Value {
 }
 
 fn as_text(state: &SessionState, lasted: Duration) -> String {
-    let row = |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
-    let count = |label: &str, count: u64| {
-        row(label, with_separators(usize::try_from(count).unwrap_or(usize::MAX)), "")
+    let count = |label: &str, found: u64| {
+        output::count(label, usize::try_from(found).unwrap_or(usize::MAX))
     };
     let mut rows = vec![
-        row("time", format!("{:.1}", lasted.as_secs_f64()), "s"),
+        number("time", lasted.as_secs_f64(), 1, "s"),
         count("connections", state.connections),
         count("tools", state.tools.len() as u64),
         count("messages", state.counts.messages),
@@ -341,7 +334,7 @@ fn as_text(state: &SessionState, lasted: Duration) -> String {
     if let Some(recording) = &state.recording {
         rows.push(count("samples recorded", recording.samples));
         if let Some(why) = &recording.failed {
-            rows.push(row("  none after them:", why.clone(), ""));
+            rows.push(output::row("  none after them:", why, ""));
         }
     }
     if state.serving.is_some() {
@@ -352,18 +345,19 @@ fn as_text(state: &SessionState, lasted: Duration) -> String {
         let shift_ms = 1e3 * view.clock.shift_s;
         if shift_ms >= 1.0 {
             let label = format!("clock shift of {}", printable(tool));
-            rows.push(row(&label, format!("{shift_ms:.0}"), "ms"));
+            rows.push(number(label, shift_ms, 0, "ms"));
         }
     }
     if state.latency.count > 0 {
-        let mut latency =
-            |label: &str, s: f64| rows.push(row(label, format!("{:.3}", 1e3 * s), "ms"));
-        latency("added latency, median", state.latency.median_s);
-        latency("  99 of 100 below", state.latency.p99_s);
-        latency("  largest", state.latency.max_s);
-        latency("age when sent, median", state.age.median_s);
-        latency("  99 of 100 below", state.age.p99_s);
-        latency("  largest", state.age.max_s);
+        for (what, times) in
+            [("added latency, median", &state.latency), ("age when sent, median", &state.age)]
+        {
+            rows.extend([
+                number(what, 1e3 * times.median_s, 3, "ms"),
+                number("  99 of 100 below", 1e3 * times.p99_s, 3, "ms"),
+                number("  largest", 1e3 * times.max_s, 3, "ms"),
+            ]);
+        }
     }
     output::aligned(&rows)
 }

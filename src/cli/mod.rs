@@ -2,6 +2,7 @@
 
 mod as_is;
 mod characterize;
+mod choice;
 mod choose;
 mod compare;
 mod compensate;
@@ -11,11 +12,11 @@ mod distort;
 mod edit;
 mod expected;
 mod export;
+mod file_kinds;
 mod fit;
 mod generator;
 mod import;
 mod jitter;
-mod kinds;
 mod live;
 mod model_kind;
 mod named_design;
@@ -23,6 +24,7 @@ mod numbers;
 mod output;
 mod pivot;
 mod precision;
+mod prelude;
 mod procedure;
 mod register;
 #[cfg(feature = "editor")]
@@ -39,8 +41,10 @@ mod tool_report;
 mod uncertainty;
 mod verify;
 
+pub use output::Ending;
+
 use anyhow::Context;
-use clap::{Parser, Subcommand};
+use clap::{ArgMatches, Args, Command, CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::path::PathBuf;
 use trackwright_project::Files;
 
@@ -49,9 +53,6 @@ use trackwright_project::Files;
 #[derive(Debug, Parser)]
 #[command(version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
-    #[command(subcommand)]
-    command: Option<Command>,
-
     /// Design to open in the editor (*.design.ron); the built-in one where none is named
     design: Option<PathBuf>,
 
@@ -70,67 +71,64 @@ pub struct Cli {
     measure: bool,
 }
 
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Fit a distortion model to measurements and write it as an environment
-    Fit(fit::FitArgs),
-    /// Learn the field generator of a tracker from its measurements
-    #[command(subcommand)]
-    Generator(generator::GeneratorCommand),
-    /// Cross-validate model sizes and regularisation on measurements, and name the best
-    Select(select::SelectArgs),
-    /// Distort poses as the tracker of an environment would measure them
-    Distort(distort::DistortArgs),
-    /// Correct measured poses by the map of an environment, or by the inverse of it
-    Compensate(compensate::CompensateArgs),
-    /// Simulate a design at one pose, over its range of motion, or at given poses
-    Simulate(simulate::SimulateArgs),
-    /// Hold designs against each other in one room or several, and say which differences are more than the
-    /// room's uncertainty and the sampling of the motion
-    Compare(compare::CompareArgs),
-    /// Say where a design stands in the design procedure: the CRF alone, the tool, the built tool, each in
-    /// its rooms and against its requirement; and keep what is decided in the design
-    Procedure(procedure::ProcedureArgs),
-    /// Measure error against run time, for every way of computing the same thing
-    Precision(precision::PrecisionArgs),
-    /// Make a measurement table from another program's files
-    #[command(subcommand)]
-    Import(import::ImportCommand),
-    /// Convert a tool definition of a tracker's maker to a body file, back, or to another maker's
-    Convert(convert::ConvertArgs),
-    /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
-    Characterize(characterize::CharacterizeArgs),
-    /// Find where a tool's tip is from recordings around one point, and which way its shaft points from
-    /// recordings of turns about it, or say why they don't tell
-    Pivot(pivot::PivotArgs),
-    /// Hold recordings of the built tool against what its design predicts for the same poses
-    Verify(verify::VerifyArgs),
-    /// Register points in two frames, and say how far off other points are to be expected
-    Register(register::RegisterArgs),
-    /// Write the field of an environment, or poses, as files for 3D Slicer, ParaView or a spreadsheet
-    #[command(subcommand)]
-    Export(export::ExportCommand),
-    /// Hear a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
-    Live(live::LiveArgs),
-    /// Print where a design's sensors are to be built, and how far off each may be before the
-    /// requirement fails
-    Tolerances(tolerances::TolerancesArgs),
-    /// Write a design's report: one HTML page that holds all it shows, to open, mail and print
-    Report(report::ReportArgs),
-    /// Check the program's own numbers in stiff and extreme cases against 192 bits, for some
-    /// minutes; exit status 1 where a bound is broken
-    Stability(stability::StabilityArgs),
-    /// Draw a design's 3D view to a PNG file, without a window
-    #[cfg(feature = "editor")]
-    Render(render::RenderArgs),
+/// The table of subcommands: a line each. What a command is for is the first comment of its arguments.
+fn subcommands() -> Vec<Registered> {
+    vec![
+        command("fit", fit::run),
+        group("generator", generator::run),
+        command("select", select::run),
+        command("distort", distort::run),
+        command("compensate", compensate::run),
+        command("simulate", simulate::run),
+        command("compare", compare::run),
+        command("procedure", procedure::run),
+        command("precision", precision::run),
+        group("import", import::run),
+        command("convert", convert::run),
+        command("characterize", characterize::run),
+        command("pivot", pivot::run),
+        command("verify", verify::run),
+        command("register", register::run),
+        group("export", export::run),
+        command("live", live::run),
+        command("tolerances", tolerances::run),
+        command("report", report::run),
+        command("stability", stability::run),
+        #[cfg(feature = "editor")]
+        command("render", render::run),
+    ]
 }
 
-/// How a command that did its work ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
-    Done,
-    /// It did what was asked, and the answer is that something does not hold.
-    DoesNotHold,
+type Run = Box<dyn Fn(&ArgMatches, &Files) -> anyhow::Result<Ending>>;
+
+/// A subcommand: its arguments, and what it does.
+struct Registered {
+    command: Command,
+    run: Run,
+}
+
+/// A subcommand with arguments.
+fn command<A: Args + 'static, E: Into<Ending> + 'static>(
+    name: &'static str,
+    run: fn(&A, &Files) -> anyhow::Result<E>,
+) -> Registered {
+    Registered { command: A::augment_args(Command::new(name)), run: parsed(run) }
+}
+
+/// A subcommand that has further ones.
+fn group<S: Subcommand + 'static, E: Into<Ending> + 'static>(
+    name: &'static str,
+    run: fn(&S, &Files) -> anyhow::Result<E>,
+) -> Registered {
+    let command = S::augment_subcommands(Command::new(name));
+    let command = command.subcommand_required(true).arg_required_else_help(true);
+    Registered { command, run: parsed(run) }
+}
+
+fn parsed<A: FromArgMatches + 'static, E: Into<Ending> + 'static>(
+    run: fn(&A, &Files) -> anyhow::Result<E>,
+) -> Run {
+    Box::new(move |matches, files| Ok(run(&A::from_arg_matches(matches)?, files)?.into()))
 }
 
 /// Starts the threads that all computing shares, one a core or as many as `RAYON_NUM_THREADS` says.
@@ -138,46 +136,32 @@ pub enum Ending {
 ///
 /// # Errors
 /// Threads that the system does not give, and a pool that is there already.
-pub fn start_threads() -> anyhow::Result<()> {
+fn start_threads() -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new()
         .build_global()
         .context("the threads to compute with cannot be started; RAYON_NUM_THREADS=1 asks for one")
 }
 
-/// Runs what the command line asks for.
+/// Runs what the command line asks for; one that asks for nothing ends the program with its usage.
 ///
 /// # Errors
 /// Whatever the command cannot do, as one readable message.
-pub fn run(cli: &Cli) -> anyhow::Result<Ending> {
+pub fn run() -> anyhow::Result<Ending> {
+    let registered = subcommands();
+    let all = registered.iter().map(|own| own.command.clone());
+    let matches = Cli::command().subcommands(all).get_matches();
+    let cli = Cli::from_arg_matches(&matches)?;
+    start_threads()?;
     let files = &Files::overwriting(cli.overwrite);
-    match &cli.command {
-        Some(Command::Stability(args)) => return stability::run(args, files),
-        Some(Command::Tolerances(args)) => return tolerances::run(args, files),
-        Some(Command::Convert(args)) => return convert::run(args, files),
-        Some(Command::Fit(args)) => fit::run(args, files),
-        Some(Command::Generator(command)) => generator::run(command, files),
-        Some(Command::Select(args)) => select::run(args, files),
-        Some(Command::Distort(args)) => distort::run(args, files),
-        Some(Command::Compensate(args)) => compensate::run(args, files),
-        Some(Command::Simulate(args)) => simulate::run(args, files),
-        Some(Command::Compare(args)) => compare::run(args, files),
-        Some(Command::Procedure(args)) => procedure::run(args, files),
-        Some(Command::Precision(args)) => precision::run(args, files),
-        Some(Command::Import(command)) => import::run(command, files),
-        Some(Command::Characterize(args)) => characterize::run(args, files),
-        Some(Command::Pivot(args)) => pivot::run(args, files),
-        Some(Command::Verify(args)) => verify::run(args, files),
-        Some(Command::Register(args)) => register::run(args, files),
-        Some(Command::Export(command)) => export::run(command, files),
-        Some(Command::Live(args)) => live::run(args, files),
-        Some(Command::Report(args)) => report::run(args, files),
+    let Some((name, matches)) = matches.subcommand() else {
         #[cfg(feature = "editor")]
-        Some(Command::Render(args)) => render::run(args, files),
-        #[cfg(feature = "editor")]
-        None if cli.measure => edit::measure(),
-        None => open_editor(cli, files),
-    }?;
-    Ok(Ending::Done)
+        if cli.measure {
+            return Ok(edit::measure()?.into());
+        }
+        return Ok(open_editor(&cli, files)?.into());
+    };
+    let asked = registered.iter().find(|own| own.command.get_name() == name);
+    (asked.with_context(|| format!("no command {name}"))?.run)(matches, files)
 }
 
 /// Opens the editor; where there can be none, says why in one line and does the main job.

@@ -1,21 +1,37 @@
 //! What kind of model a room gets, as the command line says it.
 
-use anyhow::bail;
-use clap::{Args, ValueEnum};
-use std::path::Path;
+use super::prelude::*;
+use clap::ArgAction;
 use trackwright_calibration::kind_choice::TriedKind;
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
+use trackwright_field::computed::ModelKind;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
-use trackwright_project::Files;
+
+const KIND: Choice<ModelKind> = Choice(&[
+    ("bernstein", "Bernstein polynomials per basis orientation, the paper's", ModelKind::Bernstein),
+    (
+        "kriging",
+        "The mean of a Gaussian process, of any shape the measurements show",
+        ModelKind::Kriging,
+    ),
+    (
+        "harmonic",
+        "The fields of a generator's coils, disturbed by harmonic functions",
+        ModelKind::Harmonic,
+    ),
+]);
+pub(super) const LOSS: Choice<Loss> =
+    Choice(&[("huber", "", Loss::Huber), ("squares", "", Loss::Squares)]);
+const YES_OR_NO: Choice<bool> = Choice(&[("yes", "", true), ("no", "", false)]);
 
 /// A model's kind, and what only that kind has.
 #[derive(Debug, Args)]
 pub(super) struct ModelArgs {
     /// Kind of model. harmonic needs --generator
-    #[arg(long, value_enum, default_value_t, value_name = "KIND")]
-    model: KindArg,
+    #[arg(long, value_parser = KIND, default_value = "bernstein", value_name = "KIND")]
+    model: ModelKind,
 
     /// Field generator of a harmonic model: planar-nine, anser, a file (*.generator.ron), or learn
     #[arg(long, value_name = "NAME|FILE|learn")]
@@ -27,47 +43,14 @@ pub(super) struct ModelArgs {
 
     /// How the measurements of a harmonic model count: huber weighs down those that contradict the
     /// others, squares is plain least squares
-    #[arg(long, value_enum, default_value_t)]
-    loss: LossArg,
+    #[arg(long, value_parser = LOSS, default_value = "huber")]
+    loss: Loss,
 
     /// Whether an axis turned round has the same error, as that of a 5-DOF coil has; of Bernstein
     /// polynomials, the other kinds always have it
-    #[arg(long, value_enum, default_value_t, value_name = "yes|no")]
-    symmetric: YesNo,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum KindArg {
-    /// Bernstein polynomials per basis orientation, the paper's
-    #[default]
-    Bernstein,
-    /// The mean of a Gaussian process, of any shape the measurements show
-    Kriging,
-    /// The fields of a generator's coils, disturbed by harmonic functions
-    Harmonic,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum LossArg {
-    #[default]
-    Huber,
-    Squares,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum YesNo {
-    Yes,
-    #[default]
-    No,
-}
-
-impl From<LossArg> for Loss {
-    fn from(loss: LossArg) -> Self {
-        match loss {
-            LossArg::Huber => Self::Huber,
-            LossArg::Squares => Self::Squares,
-        }
-    }
+    #[arg(long, value_parser = YES_OR_NO, default_value = "no", value_name = "yes|no",
+        action = ArgAction::Set)]
+    symmetric: bool,
 }
 
 impl ModelArgs {
@@ -77,22 +60,20 @@ impl ModelArgs {
     /// Options of another kind, a degree beyond 1 to 10, a generator that can't be read.
     pub fn model(&self, files: &Files) -> anyhow::Result<RoomModel> {
         let kind = self.model;
-        let is_harmonic = kind == KindArg::Harmonic;
+        let is_harmonic = kind == ModelKind::Harmonic;
         if !is_harmonic && (self.generator.is_some() || self.degree.is_some()) {
             bail!("--generator and --degree belong to --model harmonic");
         }
-        if !is_harmonic && self.loss != LossArg::default() {
+        if !is_harmonic && self.loss != Loss::default() {
             bail!("--loss belongs to --model harmonic");
         }
-        if kind != KindArg::Bernstein && self.symmetric == YesNo::Yes {
+        if kind != ModelKind::Bernstein && self.symmetric {
             bail!("--symmetric belongs to --model bernstein; the other kinds always are");
         }
         Ok(match kind {
-            KindArg::Bernstein => {
-                RoomModel::Bernstein { is_symmetric: self.symmetric == YesNo::Yes }
-            }
-            KindArg::Kriging => RoomModel::Kriging,
-            KindArg::Harmonic => {
+            ModelKind::Bernstein => RoomModel::Bernstein { is_symmetric: self.symmetric },
+            ModelKind::Kriging => RoomModel::Kriging,
+            ModelKind::Harmonic => {
                 let Some(generator) = &self.generator else {
                     bail!(
                         "--model harmonic: found no --generator, expected planar-nine, anser, a file (*.generator.ron), or learn"
@@ -101,7 +82,7 @@ impl ModelArgs {
                 RoomModel::Harmonic(HarmonicOrder {
                     generator: generator_choice(files, generator)?,
                     degree: checked_degree(self.degree)?,
-                    loss: self.loss.into(),
+                    loss: self.loss,
                 })
             }
         })
@@ -144,7 +125,7 @@ pub(super) fn tried_kinds(
     list: &str,
     generator: Option<&str>,
     degree: Option<usize>,
-    loss: LossArg,
+    loss: Loss,
 ) -> anyhow::Result<Vec<TriedKind>> {
     let mut kinds: Vec<TriedKind> = Vec::new();
     for name in list.split(',').map(str::trim) {
@@ -159,7 +140,7 @@ pub(super) fn tried_kinds(
                     let kind = TriedKind::Harmonic {
                         generator: generator_choice(files, generator)?,
                         degrees: degrees.clone(),
-                        loss: loss.into(),
+                        loss,
                     };
                     if !kinds.contains(&kind) {
                         kinds.push(kind);
@@ -182,7 +163,7 @@ pub(super) fn tried_kinds(
     if !has_harmonic && (generator.is_some() || degree.is_some()) {
         bail!("--generator and --degree belong to harmonic models, which --models does not name");
     }
-    if !has_harmonic && loss != LossArg::default() {
+    if !has_harmonic && loss != Loss::default() {
         bail!("--loss belongs to harmonic models, which --models does not name");
     }
     Ok(kinds)

@@ -1,9 +1,8 @@
 //! A design by its file or by the name of a built-in one.
 
-use super::output;
-use std::path::Path;
+use super::prelude::*;
 use trackwright_design::Design;
-use trackwright_project::{Files, StoreError, World};
+use trackwright_project::{StoreError, World};
 
 /// Opens a file, or a built-in design where no file has that name.
 ///
@@ -24,6 +23,19 @@ pub fn open_named_without_meshes(files: &Files, design: &Path) -> Result<World, 
     match builtin_name(design) {
         Some(name) => trackwright_project::open_builtin_without_meshes(name),
         None => files.open_design_without_meshes(design),
+    }
+}
+
+/// Opens the numbers of a design's file, or those of the built-in design where none is named.
+///
+/// # Errors
+/// Those of opening it.
+pub fn named_or_builtin(files: &Files, design: Option<&Path>) -> Result<World, StoreError> {
+    match design {
+        Some(file) => files.open_design_without_meshes(file),
+        None => {
+            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+        }
     }
 }
 

@@ -1,16 +1,31 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
+use super::choice::Choice;
 use anyhow::Context;
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 use trackwright_field::OutsidePolicy;
 use trackwright_formats::printable::printable;
 use trackwright_formats::printable::{printable_json, printable_lines};
 use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
+
+/// How a command that did its work ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    Done,
+    /// It did what was asked, and the answer is that something does not hold.
+    DoesNotHold,
+}
+
+impl From<()> for Ending {
+    fn from((): ()) -> Self {
+        Self::Done
+    }
+}
 
 /// How figures are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -22,27 +37,29 @@ pub enum Format {
     Json,
 }
 
-/// What happens to positions outside the model's box.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub enum OutsideArg {
-    /// The nearest point of the box stands for them
-    #[default]
-    Clamp,
-    /// The polynomial is used as it is
-    Extrapolate,
-    /// They are left out and counted
-    Reject,
-}
-
-impl From<OutsideArg> for OutsidePolicy {
-    fn from(arg: OutsideArg) -> Self {
-        match arg {
-            OutsideArg::Clamp => Self::Clamp,
-            OutsideArg::Extrapolate => Self::Extrapolate,
-            OutsideArg::Reject => Self::Reject,
+impl Format {
+    /// Prints a result in this format.
+    ///
+    /// # Errors
+    /// Standard output that cannot be written.
+    pub fn print<J: Serialize>(
+        self,
+        json: impl FnOnce() -> J,
+        text: impl FnOnce() -> String,
+    ) -> anyhow::Result<()> {
+        match self {
+            Self::Json => print_json(&json()),
+            Self::Text => print(&text()),
         }
     }
 }
+
+/// What happens to positions outside the model's box.
+pub const OUTSIDE: Choice<OutsidePolicy> = Choice(&[
+    ("clamp", "The nearest point of the box stands for them", OutsidePolicy::Clamp),
+    ("extrapolate", "The polynomial is used as it is", OutsidePolicy::Extrapolate),
+    ("reject", "They are left out and counted", OutsidePolicy::Reject),
+]);
 
 /// Prints a result to standard output; nothing else goes there. What of it a terminal would obey, or
 /// nobody would see, is escaped.
@@ -94,8 +111,31 @@ pub fn head(design: &str, room: &str) -> String {
     format!("{} in {}", printable(design), printable(room))
 }
 
-/// Rows of label, value and unit, aligned, each in one line whatever is in a name.
-pub fn aligned(rows: &[(String, String, String)]) -> String {
+/// A printed figure: label, value and unit.
+pub type Row = (String, String, String);
+
+/// A row of text.
+pub fn row(label: impl Into<String>, value: impl ToString, unit: &str) -> Row {
+    (label.into(), value.to_string(), unit.to_owned())
+}
+
+/// A row that counts something.
+pub fn count(label: impl Into<String>, count: usize) -> Row {
+    row(label, with_separators(count), "")
+}
+
+/// A number with so many decimals.
+pub fn number(label: impl Into<String>, value: f64, decimals: usize, unit: &str) -> Row {
+    row(label, format!("{value:.decimals$}"), unit)
+}
+
+/// A length in micrometres' steps.
+pub fn mm(label: impl Into<String>, value_mm: f64) -> Row {
+    number(label, value_mm, 3, "mm")
+}
+
+/// Rows aligned, each in one line whatever is in a name.
+pub fn aligned(rows: &[Row]) -> String {
     let rows: Vec<_> = rows
         .iter()
         .map(|(label, value, unit)| (printable(label), printable(value), unit))
@@ -108,27 +148,16 @@ pub fn aligned(rows: &[(String, String, String)]) -> String {
         .join("\n")
 }
 
-/// Lines of a table of which every row has as many cells as the first; so many columns from the left
-/// are text, the others numbers.
-pub fn columns(rows: &[Vec<String>], left: usize) -> Vec<String> {
-    let rows: Vec<Vec<Cow<str>>> =
-        rows.iter().map(|row| row.iter().map(|cell| printable(cell)).collect()).collect();
-    let count = rows.first().map_or(0, Vec::len);
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..count).map(width).collect();
-    let lines = rows.iter().map(|row| {
-        let cells = row.iter().zip(&widths).enumerate();
-        let padded = cells.map(|(column, (cell, &width))| match column < left {
-            true => format!("{cell:<width$}"),
-            false => format!("{cell:>width$}"),
-        });
-        let line = padded.collect::<Vec<_>>().join("  ");
-        line.trim_end().to_owned()
-    });
-    lines.collect()
+/// Makes the folder that results go to: before minutes are spent on what could then not be written.
+///
+/// # Errors
+/// A folder that cannot be made.
+pub fn make_folder(folder: Option<&Path>) -> anyhow::Result<()> {
+    match folder {
+        Some(folder) => std::fs::create_dir_all(folder)
+            .with_context(|| format!("{}: cannot make the folder", folder.display())),
+        None => Ok(()),
+    }
 }
 
 /// A progress bar on a terminal's standard error, and nothing anywhere else.
@@ -178,7 +207,8 @@ mod tests {
         assert_eq!(head(name, "room"), format!("{shown} in room"));
         let rows = [(name.to_owned(), "1".to_owned(), "mm".to_owned())];
         assert_eq!(aligned(&rows), format!("{shown}  1 mm"));
-        let lines = columns(&[vec![name.to_owned(), "1".to_owned()]], 1);
+        let lines =
+            trackwright_report::text_table::columns(&[vec![name.to_owned(), "1".to_owned()]], 1);
         assert_eq!(lines, [format!("{shown}  1")]);
     }
 }

@@ -3,22 +3,17 @@
 
 mod spin;
 
-use super::as_is::AsIsArgs;
 use super::compensate::tally_as_json;
 use super::numbers::above_zero;
-use super::output::{self, Format, OutsideArg};
+use super::prelude::*;
 use super::tool_reader::ToolReader;
-use anyhow::{anyhow, bail};
-use clap::Args;
 use nalgebra::{Point3, Vector3};
-use serde_json::{Value, json};
 use spin::{Shaft, SpinArgs};
-use std::path::PathBuf;
 use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
 use trackwright_formats::points;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 
+/// Find where a tool's tip is from recordings around one point, and which way its shaft points
+/// from recordings of turns about it, or say why they don't tell
 #[derive(Debug, Args)]
 pub struct PivotArgs {
     /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV) or of NDI's
@@ -61,8 +56,8 @@ pub struct PivotArgs {
     environment: Option<PathBuf>,
 
     /// What happens to readings outside that room's box; of markers, the whole frame is left out
-    #[arg(long, value_enum, default_value_t, requires = "environment")]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp", requires = "environment")]
+    outside: OutsidePolicy,
 
     /// Geometry of the JHU course's calibration object (*-calbody.txt), which an optpivot file needs:
     /// its pivot is then in the frame of the EM tracker
@@ -168,7 +163,7 @@ fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'
     let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.as_is);
     reader.reference.clone_from(&args.relative_to);
     if let Some(file) = &args.environment {
-        reader.room = Some((files.read_environment(file)?, args.outside.into()));
+        reader.room = Some((files.read_environment(file)?, args.outside));
     }
     if let Some(file) = &args.calbody {
         reader.base = Some(files.read_calbody(file)?.optical_on_base);
@@ -177,7 +172,7 @@ fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'
 }
 
 fn as_json(found: &Pivot) -> Value {
-    let point = |point: &Point3<f64>| json!([point.x, point.y, point.z]);
+    let point = |point: &Point3<f64>| -> [f64; 3] { point.coords.into() };
     json!({
         "poses": found.poses,
         "tip": point(&found.tip_in_tool),
@@ -236,36 +231,30 @@ fn note_limits(found: &Pivot) {
     }
 }
 
-fn text_rows(found: &Pivot) -> Vec<(String, String, String)> {
-    let row = |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
+fn text_rows(found: &Pivot) -> Vec<Row> {
     let point = |at: &Point3<f64>| format!("{:.3} {:.3} {:.3}", at.x, at.y, at.z);
-    let mm = |value: f64| format!("{value:.3}");
     let halves = found.half_widths_mm();
     let around = |which: usize| match halves {
         Some(halves) => point(&halves[which].into()),
         None => "–".to_owned(),
     };
     let mut rows = vec![
-        row("poses", with_separators(found.poses), ""),
-        row("  worth independent poses", format!("{:.1}", found.effective_size.effective), ""),
-        row(
-            "largest angle between two",
-            format!("{:.1}", found.orientation_range_rad.to_degrees()),
-            "deg",
-        ),
+        count("poses", found.poses),
+        number("  worth independent poses", found.effective_size.effective, 1, ""),
+        number("largest angle between two", found.orientation_range_rad.to_degrees(), 1, "deg"),
         row("tip in the tool's frame", point(&found.tip_in_tool), "mm"),
         row("  95 % interval, ±", around(0), "mm"),
-        row("  standard error, worst direction", mm(found.tip_std_error_mm), "mm"),
+        mm("  standard error, worst direction", found.tip_std_error_mm),
         row("pivot in the tracker's frame", point(&found.pivot_in_tracker), "mm"),
         row("  95 % interval, ±", around(1), "mm"),
-        row("  standard error, worst direction", mm(found.pivot_std_error_mm()), "mm"),
-        row("distance of the tip from it, RMS", mm(found.rms_mm), "mm"),
-        row("  of a component", mm(found.rms_component_mm()), "mm"),
-        row("  largest", mm(found.worst_mm), "mm"),
+        mm("  standard error, worst direction", found.pivot_std_error_mm()),
+        mm("distance of the tip from it, RMS", found.rms_mm),
+        mm("  of a component", found.rms_component_mm()),
+        mm("  largest", found.worst_mm),
     ];
     if let Some(quarters) = &found.quarters {
-        rows.push(row("tips of two quarters differ by up to", mm(quarters.apart_mm), "mm"));
-        rows.push(row("  standard error of that, worst direction", mm(quarters.expected_mm), "mm"));
+        rows.push(mm("tips of two quarters differ by up to", quarters.apart_mm));
+        rows.push(mm("  standard error of that, worst direction", quarters.expected_mm));
     }
     rows
 }

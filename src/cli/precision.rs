@@ -1,17 +1,11 @@
 //! `precision`: error against run time, for every way of computing the same thing.
 
-use super::output::{self, Format};
-use anyhow::Context;
-use clap::Args;
-use std::path::{Path, PathBuf};
+use super::named_design::named_or_builtin;
+use super::prelude::*;
 use trackwright_accuracy::precision::page::{self, PICTURE};
 use trackwright_accuracy::precision::{self, Report, Settings};
-use trackwright_project::Files;
-use trackwright_task::Task;
 
-/// Parts of the progress bar.
-const PROGRESS: u64 = 1000;
-
+/// Measure error against run time, for every way of computing the same thing
 #[derive(Debug, Args)]
 pub struct PrecisionArgs {
     /// Design whose room and study are measured (*.design.ron); the built-in one where none is named
@@ -35,34 +29,18 @@ pub struct PrecisionArgs {
 /// # Errors
 /// A design that can't be used, a folder that can't be written to.
 pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
-    let world = match &args.design {
-        Some(file) => files.open_design_without_meshes(file)?,
-        None => {
-            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)?
-        }
-    };
+    let world = named_or_builtin(files, args.design.as_deref())?;
     let design = world.document.design();
     let scenario = trackwright_project::resolve(design, &world.environment);
-    if let Some(folder) = &args.output {
-        // Before a minute is spent on what could then not be written.
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
-    }
-    let bar = output::progress(PROGRESS, "measuring");
-    let task = Task::told_to({
-        let bar = bar.clone();
-        move |part| bar.set_position((part * PROGRESS as f64) as u64)
-    });
+    output::make_folder(args.output.as_deref())?;
+    let shown = Shown::new("measuring");
     let settings = if args.quick { Settings::quick() } else { Settings::default() };
-    let report = precision::run(&scenario, &settings, &task)?;
-    bar.finish_and_clear();
+    let report = precision::run(&scenario, &settings, &shown.task)?;
+    drop(shown);
     if let Some(folder) = &args.output {
         write(files, &report, &design.name, folder)?;
     }
-    match args.format {
-        Format::Json => output::print_json(&report.rows().collect::<Vec<_>>()),
-        Format::Text => output::print(&as_text(&report, &design.name)),
-    }
+    args.format.print(|| report.rows().collect::<Vec<_>>(), || as_text(&report, &design.name))
 }
 
 fn write(files: &Files, report: &Report, design: &str, folder: &Path) -> anyhow::Result<()> {

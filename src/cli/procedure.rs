@@ -1,24 +1,30 @@
 //! `procedure`: where a design stands in the paper's design procedure, and what is decided in it.
 
-mod report;
-
+use super::expected;
 use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, Shown};
+use super::prelude::*;
 use super::simulate::note_world;
-use super::verify::FrameArg;
-use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
-use trackwright_calibration::agreement::BuiltRecording;
-use trackwright_design::{Decision, Edit, Origin, ProcedureEdit};
-use trackwright_procedure::{Step, StepStatus};
-use trackwright_project::{Files, ProcedureRequest, StoreError, World};
+use super::verify::FRAME;
+use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
+use trackwright_design::{BodyRole, Decision, Design, Edit, Origin, Procedure, ProcedureEdit};
+use trackwright_formats::printable::printable;
+use trackwright_procedure::{
+    BuiltStatus, Change, DecisionBasis, Row, State, Step, StepStatus, StudiesStatus, headline,
+};
+use trackwright_project::{ProcedureRequest, StoreError, World};
+use trackwright_report::text_table::columns;
+use trackwright_simulation::BoundVerdict;
+use trackwright_simulation::expected::{judged, requirement_figures};
+use trackwright_simulation::own_study::study_notes;
+use trackwright_simulation::requirement::Requirement;
 
 /// Times that a design is judged while others save it. Each time somebody else got on, so that this
 /// many are always enough but for a program that does nothing but save.
 const ATTEMPTS: usize = 100;
 
+/// Say where a design stands in the design procedure: the CRF alone, the tool, the built tool,
+/// each in its rooms and against its requirement; and keep what is decided in the design
 #[derive(Debug, Args)]
 pub struct ProcedureArgs {
     /// Design (*.design.ron), or the name of a built-in one
@@ -46,8 +52,8 @@ pub struct ProcedureArgs {
     crf: Option<PathBuf>,
 
     /// Frame of a table's poses
-    #[arg(long, value_enum, default_value_t, requires = "built", conflicts_with = "crf")]
-    frame: FrameArg,
+    #[arg(long, value_parser = FRAME, default_value = "tracker", requires = "built", conflicts_with = "crf")]
+    frame: RecordedFrame,
 
     /// The true poses were registered to this very recording, as `characterize` does
     #[arg(long, requires = "built")]
@@ -67,41 +73,27 @@ pub struct ProcedureArgs {
     truth_mm: f64,
 
     /// Decide that a step is good enough to go on, and keep what that was decided on in the design
-    #[arg(long, value_enum, value_name = "STEP")]
-    decide: Option<StepArg>,
+    #[arg(long, value_parser = STEP, value_name = "STEP")]
+    decide: Option<Step>,
 
     /// Why; has to be said where the requirement is missed
     #[arg(long, value_name = "TEXT", requires = "decide")]
     note: Option<String>,
 
     /// Take back what was decided
-    #[arg(long, value_enum, value_name = "STEP")]
-    withdraw: Option<StepArg>,
+    #[arg(long, value_parser = STEP, value_name = "STEP")]
+    withdraw: Option<Step>,
 
     /// How to print where the design stands
     #[arg(long, value_enum, default_value_t)]
     format: Format,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum StepArg {
-    /// The CRF alone against the tracker
-    Crf,
-    /// The tool against that CRF
-    Tool,
-    /// The built tool against its prediction
-    Built,
-}
-
-impl From<StepArg> for Step {
-    fn from(arg: StepArg) -> Self {
-        match arg {
-            StepArg::Crf => Self::Crf,
-            StepArg::Tool => Self::Tool,
-            StepArg::Built => Self::Built,
-        }
-    }
-}
+const STEP: Choice<Step> = Choice(&[
+    ("crf", "The CRF alone against the tracker", Step::Crf),
+    ("tool", "The tool against that CRF", Step::Tool),
+    ("built", "The built tool against its prediction", Step::Built),
+]);
 
 /// Changes what is asked for, computes every step, decides, saves, and prints. Nothing is saved where
 /// anything of it fails.
@@ -122,13 +114,8 @@ pub fn run(args: &ProcedureArgs, files: &Files) -> anyhow::Result<()> {
         }
     };
     let procedure = &world.document.design().procedure;
-    match args.format {
-        Format::Json => {
-            let design = &world.document.design().name;
-            output::print_json(&report::as_json(design, procedure, &found))
-        }
-        Format::Text => output::print(&report::as_text(world.document.design(), &found)),
-    }
+    let design = world.document.design();
+    args.format.print(|| as_json(&design.name, procedure, &found), || as_text(design, &found))
 }
 
 /// Whether nothing was saved because somebody else did between reading and saving.
@@ -148,7 +135,7 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
     note_world(&world);
     change_rooms(args, files, &mut world)?;
     if let Some(step) = args.withdraw {
-        let edit = ProcedureEdit::Withdraw { step: step.into() };
+        let edit = ProcedureEdit::Withdraw { step };
         apply(args, &mut world, edit)?;
     }
     let wish = ProcedureRequest {
@@ -162,8 +149,8 @@ fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World,
     drop(shown);
     let mut found = found?;
     if let Some(step) = args.decide {
-        decide(args, &mut world, step.into(), &found)?;
-        found.decide(step.into());
+        decide(args, &mut world, step, &found)?;
+        found.decide(step);
     }
     if is_changing {
         for kept in trackwright_project::save(&mut world)?.kept {
@@ -214,7 +201,7 @@ fn recording(args: &ProcedureArgs, world: &World) -> anyhow::Result<Option<Built
     let reference = |file: &Path| trackwright_project::reference_to_file(world, file);
     Ok(Some(BuiltRecording {
         crf_table: args.crf.as_deref().map(reference).transpose()?,
-        frame: args.frame.into(),
+        frame: args.frame,
         is_registered: args.registered,
         averaged: args.averaged,
         truth_std_mm: args.truth_mm,
@@ -238,4 +225,213 @@ fn decide(
     let decision = Decision { date: trackwright_project::today()?, note, basis };
     let decision = Box::new(decision);
     apply(args, world, ProcedureEdit::Decide { step, decision })
+}
+
+fn as_json(design: &str, procedure: &Procedure, found: &StepStatus) -> Value {
+    let steps = Step::ALL.into_iter().map(|step| {
+        let mut value = match step {
+            Step::Crf => studies_as_json(&found.crf),
+            Step::Tool => studies_as_json(&found.tool),
+            Step::Built => built_as_json(&found.built),
+        };
+        value["step"] = json!(step.key());
+        value["state"] = json!(found.state(step));
+        value["decision"] = json!(procedure.decision(step).map(decision_as_json));
+        let changes = found.changes(step).iter().map(change_as_json);
+        value["changes"] = changes.collect();
+        value
+    });
+    json!({ "design": design, "steps": steps.collect::<Vec<_>>() })
+}
+
+fn studies_as_json(found: &StudiesStatus) -> Value {
+    json!({
+        "requirement": found.requirement,
+        "rows": found.rows.iter().map(row_as_json).collect::<Vec<_>>(),
+    })
+}
+
+fn row_as_json(row: &Row) -> Value {
+    let mut value = json!({
+        "environment": row.room.name,
+        "environment_file": row.room.file,
+        "for_now": row.is_for_now,
+        "target": row.target,
+        "no_figures": row.studied.as_ref().err().map(ToString::to_string),
+    });
+    let Ok(studied) = &row.studied else {
+        return value;
+    };
+    let figures = &studied.figures;
+    value["trials"] = json!(figures.trials);
+    value["outside"] = json!(figures.outside);
+    value["out_of_volume"] = json!(figures.out_of_volume);
+    value["without_field"] = json!(studied.without_field);
+    value["position_mm"] = json!(figures.position_mm);
+    value["angle_deg"] = json!(figures.angle_deg);
+    value["worst"] = json!(figures.worst);
+    value["requirement"] = json!(requirement_figures(figures));
+    if let Some(expected) = &studied.expected {
+        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
+    }
+    value
+}
+
+fn built_as_json(found: &BuiltStatus) -> Value {
+    match &found.recording {
+        None => json!({ "recording": null }),
+        Some(Err(why)) => json!({ "recording": null, "no_figures": why }),
+        Some(Ok(recording)) => json!({
+            "recording": recording.found.recording.to_string(),
+            "environment": recording.found.room.name,
+            "environment_file": recording.found.room.file,
+            "figures": recording.summary,
+        }),
+    }
+}
+
+fn decision_as_json(decision: &Decision) -> Value {
+    json!({ "date": decision.date.to_string(), "note": decision.note })
+}
+
+fn change_as_json(change: &Change) -> Value {
+    let mut value = json!({ "what": change.what, "words": change.to_string() });
+    value["environment_file"] = json!(change.room.as_ref().map(|room| &room.file));
+    value["target"] = json!(change.target);
+    value
+}
+
+fn as_text(design: &Design, found: &StepStatus) -> String {
+    let mut lines = vec![printable(&design.name).into_owned()];
+    for step in Step::ALL {
+        lines.push(String::new());
+        let what = match step {
+            Step::Crf => design.body(BodyRole::Crf).map(|body| &body.rigid.name),
+            Step::Tool | Step::Built => Some(&design.tool.body.rigid.name),
+        };
+        let title = match (step, what) {
+            (Step::Crf, Some(name)) => format!("The CRF alone, {name}"),
+            (Step::Crf, None) => "The CRF alone".to_owned(),
+            (Step::Tool, name) => match design.crf {
+                Some(_) => format!("The tool in the CRF, {}", name.map_or("", String::as_str)),
+                None => format!("The tool, {}", name.map_or("", String::as_str)),
+            },
+            (Step::Built, _) => "The built tool".to_owned(),
+        };
+        lines.push(format!("{}. {}: {}", step.number(), printable(&title), headline(found, step)));
+        match step {
+            Step::Crf => lines.extend(studies(&found.crf, true)),
+            Step::Tool => lines.extend(studies(&found.tool, false)),
+            Step::Built => lines.extend(built(&found.built)),
+        }
+        if let Some(decision) = design.procedure.decision(step) {
+            lines.extend(decided(decision, found.changes(step)));
+        }
+    }
+    lines.join("\n")
+}
+
+fn studies(found: &StudiesStatus, has_targets: bool) -> Vec<String> {
+    if found.state == State::DoesNotApply {
+        return Vec::new();
+    }
+    let has_targets = has_targets && found.rows.iter().any(|row| row.target.is_some());
+    let mut head = vec!["room"];
+    if has_targets {
+        head.push("judged at");
+    }
+    let left = head.len();
+    head.extend(["RMS mm", "mean mm", "95 % mm", "max mm", "RMS °", "95 % °", "max °", "required"]);
+    let mut table = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+    for row in &found.rows {
+        let mut cells = vec![room_name(row)];
+        if has_targets {
+            cells.push(row.target.clone().unwrap_or_default());
+        }
+        match &row.studied {
+            Err(_) => cells.extend((0..8).map(|_| "–".to_owned())),
+            Ok(studied) => {
+                let (p, a) = (&studied.figures.position_mm, &studied.figures.angle_deg);
+                let values = [p.rms, p.mean, p.p95, p.max, a.rms, a.p95, a.max];
+                cells.extend(values.map(|value| format!("{value:.4}")));
+                let verdict = row.verdict().map_or("–", BoundVerdict::label);
+                cells.push(verdict.to_owned());
+            }
+        }
+        table.push(cells);
+    }
+    let mut lines: Vec<String> =
+        columns(&table, left).into_iter().map(|line| format!("   {line}")).collect();
+    for row in &found.rows {
+        let notes = match &row.studied {
+            Err(why) => vec![format!("no figures: {why}")],
+            Ok(studied) => {
+                let expected = studied.expected.iter().flat_map(expected::rows);
+                let expected =
+                    expected.map(|(label, value, unit)| format!("{label} {value} {unit}"));
+                let notes = study_notes(&studied.figures, studied.without_field);
+                expected.chain(notes).collect()
+            }
+        };
+        let at = row.target.as_ref().map_or_else(String::new, |target| format!(", {target}"));
+        lines.extend(notes.into_iter().map(|note| format!("   {}{at}: {note}", room_name(row))));
+    }
+    lines.push(format!("   {}", required(found.requirement.as_ref())));
+    lines
+}
+
+fn room_name(row: &Row) -> String {
+    let name = match row.room.name.trim() {
+        "" => row.room.file.clone(),
+        name => name.to_owned(),
+    };
+    match row.is_for_now {
+        true => format!("{} (this once)", printable(&name)),
+        false => printable(&name).into_owned(),
+    }
+}
+
+fn required(requirement: Option<&Requirement>) -> String {
+    let bounds = requirement.iter().flat_map(|r| r.bounds());
+    let bounds: Vec<String> = bounds
+        .filter_map(|(name, bound)| {
+            let unit = if name.starts_with("angle") { "°" } else { " mm" };
+            bound.map(|bound| format!("{name} ≤ {bound}{unit}"))
+        })
+        .collect();
+    match bounds.is_empty() {
+        true => "nothing is required".to_owned(),
+        false => format!("required: {}", bounds.join(", ")),
+    }
+}
+
+fn built(found: &BuiltStatus) -> Vec<String> {
+    let lines = match &found.recording {
+        None => return Vec::new(),
+        Some(Err(why)) => vec![format!("no figures: {why}")],
+        Some(Ok(recording)) => {
+            let of = &recording.found;
+            vec![
+                format!("{}, in {}", of.recording, of.room.name),
+                format!(
+                    "{} of {} poses; tip error RMS: measured {:.3} mm, predicted {:.3} mm, measured − predicted {:.3} mm",
+                    of.used, of.poses, of.measured_rms_mm, of.predicted_rms_mm, of.residual_rms_mm
+                ),
+                of.statement.clone(),
+            ]
+        }
+    };
+    lines.into_iter().map(|line| format!("   {line}")).collect()
+}
+
+fn decided(decision: &Decision, changes: &[Change]) -> Vec<String> {
+    let mut lines = vec![match decision.note.trim() {
+        "" => format!("   decided on {}", decision.date),
+        note => format!("   decided on {}: {note}", decision.date),
+    }];
+    if let DecisionBasis::Recording(recording) = &decision.basis {
+        lines.push(format!("   on {}", recording.recording));
+    }
+    lines.extend(changes.iter().map(|change| format!("   since then: {change}")));
+    lines
 }

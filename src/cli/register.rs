@@ -1,14 +1,9 @@
 //! `register`: points in two frames, and how far off others are to be expected.
 
-use super::as_is::AsIsArgs;
 use super::numbers::above_zero;
-use super::output::{self, Format};
-use anyhow::{Context, bail};
-use clap::Args;
+use super::prelude::*;
 use nalgebra::Point3;
-use serde_json::{Value, json};
 use std::io::{self, Write};
-use std::path::PathBuf;
 use trackwright_calibration::doubts;
 use trackwright_calibration::fiducial_outliers::{OutlyingPoint, register_without_outliers};
 use trackwright_calibration::registration::{Registration, register};
@@ -16,13 +11,13 @@ use trackwright_calibration::registration_error::{PointSpread, fle_rms_mm};
 use trackwright_formats::poses;
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{Doubted, Files};
-use trackwright_simulation::figures::with_separators;
+use trackwright_project::Doubted;
 
 /// Above this a registration says so little of a turn that it is refused unless told otherwise: a
 /// target 50 mm away is off by 9 mm.
 const MAX_TURN_ERROR_DEG: f64 = 10.0;
 
+/// Register points in two frames, and say how far off other points are to be expected
 #[derive(Debug, Args)]
 pub struct RegisterArgs {
     /// Points in the frame that is moved: a table (CSV: x, y, z), rows of three numbers, points of
@@ -130,10 +125,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         let pose = [&found.registration.target_from_source];
         files.output(file)?.write(|out| poses::write(out, pose))?;
     }
-    match args.format {
-        Format::Json => output::print_json(&found.as_json()),
-        Format::Text => output::print(&found.as_text()),
-    }
+    args.format.print(|| found.as_json(), || found.as_text())
 }
 
 /// A registration, and what it says of other points.
@@ -184,34 +176,26 @@ impl Registered {
     }
 
     fn as_text(&self) -> String {
-        let row =
-            |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
-        let mm = |value: f64| format!("{value:.3}");
         let [x, y, z, quaternion @ ..] = pose_to_array(&self.registration.target_from_source);
         let is_left_out = |index: usize| self.left_out.iter().any(|point| point.index == index);
-        let used = (0..self.residuals_mm.len()).filter(|&k| !is_left_out(k));
-        let worst = used.map(|k| self.residuals_mm[k]).fold(0.0, f64::max);
-        let count = self.residuals_mm.len() - self.left_out.len();
+        let kept = (0..self.residuals_mm.len()).filter(|&k| !is_left_out(k));
+        let worst = kept.map(|k| self.residuals_mm[k]).fold(0.0, f64::max);
+        let used = self.residuals_mm.len() - self.left_out.len();
         let mut rows = vec![
-            row("points", with_separators(count), ""),
-            row("shift to the target frame", [x, y, z].map(mm).join(" "), "mm"),
+            count("points", used),
+            row("shift to the target frame", format!("{x:.3} {y:.3} {z:.3}"), "mm"),
             row("rotation, scalar first", quaternion.map(|v| format!("{v:.6}")).join(" "), ""),
-            row("left at the points, RMS (FRE)", mm(self.registration.fre_rms_mm), "mm"),
-            row("  largest", mm(worst), "mm"),
-            row("localisation of a point, RMS (FLE)", mm(self.fle_mm), "mm"),
-            row("points from one line, RMS", mm(self.spread.off_line_mm()), "mm"),
-            row(
-                "standard error of the rotation about it",
-                format!("{:.3}", self.turn_error_deg()),
-                "deg",
-            ),
+            mm("left at the points, RMS (FRE)", self.registration.fre_rms_mm),
+            mm("  largest", worst),
+            mm("localisation of a point, RMS (FLE)", self.fle_mm),
+            mm("points from one line, RMS", self.spread.off_line_mm()),
+            number("standard error of the rotation about it", self.turn_error_deg(), 3, "deg"),
         ];
         for point in &self.left_out {
-            let label = format!("point {} left out, off by", point.index + 1);
-            rows.push(row(&label, mm(point.off_mm), "mm"));
+            rows.push(mm(format!("point {} left out, off by", point.index + 1), point.off_mm));
         }
         if !self.left_out.is_empty() {
-            rows.push(row("  FRE with all points", mm(self.fre_of_all_mm), "mm"));
+            rows.push(mm("  FRE with all points", self.fre_of_all_mm));
         }
         output::aligned(&rows)
     }

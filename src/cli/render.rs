@@ -1,11 +1,9 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
 use super::named_design::{note_meshes, open_named};
-use super::output;
+use super::prelude::*;
 use super::render_video::VideoArgs;
-use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use clap::ValueEnum;
 use std::str::FromStr;
 use trackwright_design::MissingLayer;
 use trackwright_design::view::{Layers, View};
@@ -16,12 +14,13 @@ use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::field::desk::TableRole;
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
-use trackwright_project::{Files, World};
+use trackwright_project::World;
 
 /// Widest and highest picture that adapters paint into one texture.
 const MOST_PX: u32 = 8192;
 const LEAST_PX: u32 = 64;
 
+/// Draw a design's 3D view to a PNG file, without a window
 #[derive(Args, Clone, Debug)]
 pub struct RenderArgs {
     /// The design, or the name of a built-in one
@@ -36,8 +35,8 @@ pub struct RenderArgs {
     #[arg(long)]
     pub window: bool,
     /// With the panels of this workspace around it, or the writing of a slide
-    #[arg(long, value_enum, value_name = "NAME")]
-    pub workspace: Option<WorkspaceName>,
+    #[arg(long, value_parser = WORKSPACE, value_name = "NAME")]
+    pub workspace: Option<Workspace>,
     /// Measurement table to show in the Field workspace
     #[arg(long, value_name = "DATA.csv", requires = "workspace")]
     pub measurements: Option<PathBuf>,
@@ -85,32 +84,13 @@ pub struct RenderArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PictureSize(pub [u32; 2]);
 
-/// What the person in the window is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum WorkspaceName {
-    /// Bodies, sensors, the result
-    Design,
-    /// The room and its measurements
-    Field,
-    /// Trials one by one
-    Study,
-    /// The design beside a baseline, designs and rooms in one table
-    Decide,
-    /// Slides, as an audience sees them
-    Present,
-}
-
-impl From<WorkspaceName> for Workspace {
-    fn from(name: WorkspaceName) -> Self {
-        match name {
-            WorkspaceName::Design => Self::Design,
-            WorkspaceName::Field => Self::Field,
-            WorkspaceName::Study => Self::Study,
-            WorkspaceName::Decide => Self::Decide,
-            WorkspaceName::Present => Self::Present,
-        }
-    }
-}
+const WORKSPACE: Choice<Workspace> = Choice(&[
+    ("design", "Bodies, sensors, the result", Workspace::Design),
+    ("field", "The room and its measurements", Workspace::Field),
+    ("study", "Trials one by one", Workspace::Study),
+    ("decide", "The design beside a baseline, designs and rooms in one table", Workspace::Decide),
+    ("present", "Slides, as an audience sees them", Workspace::Present),
+]);
 
 /// From where to look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -212,7 +192,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     let desk = Desk {
         slide,
         has_panels: args.window || args.workspace.is_some(),
-        workspace: args.workspace.map(Workspace::from).unwrap_or_default(),
+        workspace: args.workspace.unwrap_or_default(),
         tables: tables.into_iter().filter_map(|(role, file)| Some((role, file.clone()?))).collect(),
         compared: ComparedDesigns {
             baseline: args.baseline.clone(),
@@ -236,8 +216,8 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
 
 /// Refuses what another workspace than the named one would show.
 fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
-    let (field, decide) = (WorkspaceName::Field, WorkspaceName::Decide);
-    let (study, present) = (WorkspaceName::Study, WorkspaceName::Present);
+    let (field, decide) = (Workspace::Field, Workspace::Decide);
+    let (study, present) = (Workspace::Study, Workspace::Present);
     let all = [
         ("--measurements", args.measurements.is_some(), vec![field], "field"),
         ("--holdout", args.holdout.is_some(), vec![field], "field"),
@@ -259,11 +239,11 @@ fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
 /// Layers that the picture asks for and cannot show.
 fn missing_layers(
     world: &World,
-    workspace: Option<WorkspaceName>,
+    workspace: Option<Workspace>,
     slide: usize,
     selected: Option<Selected>,
 ) -> Vec<MissingLayer> {
-    let (design, is_slide) = (world.document.design(), workspace == Some(WorkspaceName::Present));
+    let (design, is_slide) = (world.document.design(), workspace == Some(Workspace::Present));
     let slide = design.slides.get(slide).filter(|_| is_slide);
     let view = slide.map_or(world.document.view(), |slide| &slide.view);
     let is_sensor_selected = is_slide || matches!(selected, Some(Selected::Sensor(..)));
@@ -346,7 +326,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sizes_are_two_numbers_within_what_adapters_paint() {
+    fn sizes_are_two_numbers_within_limits() {
         assert_eq!("320x240".parse(), Ok(PictureSize([320, 240])));
         for wrong in ["320", "0x240", "320x", "9000x240", "axb", "-1x2", "320x240x3"] {
             assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");

@@ -2,11 +2,8 @@
 //! installed, else as numbered pictures with the command that joins them.
 
 use super::numbers::above_zero;
-use super::output;
-use anyhow::{Context, bail};
-use clap::Args;
+use super::prelude::*;
 use indicatif::ProgressBar;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use trackwright_editor::app::film::{FilmMove, film};
@@ -125,7 +122,7 @@ impl VideoArgs {
                 none => none.insert(begin(to, shape, &is_interrupted)?),
             };
             out.take(index, picture)?;
-            tell(&bar, index, frames);
+            report_progress(&bar, index, frames);
             Ok(())
         });
         bar.finish_and_clear();
@@ -230,7 +227,7 @@ fn output_at(to: &Path, shape: VideoShape) -> anyhow::Result<(Frames, PathBuf)> 
 }
 
 /// On a terminal by a bar, elsewhere in a line now and then.
-fn tell(bar: &ProgressBar, index: usize, frames: usize) {
+fn report_progress(bar: &ProgressBar, index: usize, frames: usize) {
     bar.set_position(index as u64 + 1);
     let tenth = |done: usize| done * 10 / frames;
     if bar.is_hidden() && tenth(index + 1) > tenth(index) {

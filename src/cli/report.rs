@@ -1,14 +1,10 @@
 //! `report`: a design and its study as one HTML page.
 
-use super::as_is::AsIsArgs;
 use super::named_design::{note_meshes, open_named};
-use super::output::{self, Shown};
+use super::prelude::*;
 use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
-use anyhow::Context;
-use clap::Args;
 use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
-use trackwright_project::{Files, World};
+use trackwright_project::World;
 use trackwright_report::page::{
     Extras, Report, ReportedStudy, Slide, TableSection, workshop_section,
 };
@@ -23,6 +19,7 @@ const DESIGN_EXTENSION: &str = ".design.ron";
 #[cfg(feature = "editor")]
 const SLIDE_PX: [u32; 2] = [1280, 720];
 
+/// Write a design's report: one HTML page that holds all it shows, to open, mail and print
 #[derive(Debug, Args)]
 pub struct ReportArgs {
     /// Design (*.design.ron), or the name of a built-in one

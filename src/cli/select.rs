@@ -1,31 +1,28 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
-use super::as_is::AsIsArgs;
 use super::choose::{self, HoldOutArg};
-use super::fit::{DEFAULT_RCOND, MapArg, MethodArg, SensorsArg, Target, VolumeArg, WeightsArg};
-use super::fit::{as_json as fit_json, file_name, fit_and_write, read};
+use super::fit::{
+    FittingArgs, Target, VolumeArg, as_json as fit_json, file_name, fit_and_write, read,
+};
 use super::jitter::JitterArgs;
-use super::kinds;
-use super::model_kind::{LossArg, tried_kinds};
-use super::output::{self, Format, Shown};
-use anyhow::{Context, bail};
-use clap::Args;
-use serde_json::{Value, json};
-use std::path::PathBuf;
-use trackwright_calibration::kind_choice::{TriedKind, choose_kind};
+use super::model_kind::{LOSS, tried_kinds};
+use super::prelude::*;
+use trackwright_calibration::kind_choice::{KindChoice, KindScored, TriedKind, choose_kind};
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use trackwright_calibration::room_choice::{Chosen, RowLabels};
 use trackwright_calibration::room_model::RoomModel;
+use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
+use trackwright_field::selection::scoring::HeldOutScores;
 use trackwright_field::selection::{
-    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, Scored, Scores, SelectSettings,
+    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, HoldOutBy, Scored, SelectSettings,
 };
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_project::Files;
 use trackwright_report::room::{map_name, method_name};
+use trackwright_report::selection::{candidate_text, hold_out_name};
+use trackwright_report::text_table::columns;
 use trackwright_report::{learning_chart, selection, selection_chart};
-use trackwright_simulation::figures::with_separators;
 
 /// Orders that are tried where none are named.
 const DEFAULT_ORDERS: &str = "1-6";
@@ -33,6 +30,7 @@ const DEFAULT_ORDERS: &str = "1-6";
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (960, 640);
 
+/// Cross-validate model sizes and regularisation on measurements, and name the best
 #[derive(Debug, Args)]
 pub struct SelectArgs {
     /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
@@ -53,8 +51,8 @@ pub struct SelectArgs {
     degree: Option<usize>,
 
     /// How the measurements of harmonic models count
-    #[arg(long, value_enum, default_value_t)]
-    loss: LossArg,
+    #[arg(long, value_parser = LOSS, default_value = "huber")]
+    loss: Loss,
 
     /// Orders to try, as 1-6 or 1,2,4; 0, no correction, is tried always
     #[arg(long, value_name = "LIST", default_value = DEFAULT_ORDERS)]
@@ -107,25 +105,8 @@ pub struct SelectArgs {
     #[arg(long, value_name = "LIST", requires = "learning_curve")]
     rows: Option<String>,
 
-    /// How the orientations share the samples
-    #[arg(long, value_enum, default_value_t)]
-    method: MethodArg,
-
-    /// Which pose the error is a function of: the ideal one to simulate, the measured one to compensate
-    #[arg(long, value_enum, default_value_t)]
-    map: MapArg,
-
-    /// What the table's quaternions mean
-    #[arg(long, value_enum, default_value_t)]
-    sensors: SensorsArg,
-
-    /// How an axis is shared among the three orientations around it
-    #[arg(long, value_enum, default_value_t)]
-    weights: WeightsArg,
-
-    /// Singular values below this part of the largest count as zero
-    #[arg(long, default_value = "1e-10", value_name = "R")]
-    rcond: f64,
+    #[command(flatten)]
+    fitting: FittingArgs,
 
     /// The tracker's measurement volume, where it is known, for the environment
     #[arg(long, value_enum, default_value_t, requires = "output")]
@@ -154,7 +135,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;
-    let samples = read(files, &args.data, args.sensors, settings.map, args.as_is)?;
+    let samples = read(files, &args.data, args.fitting.has_rolls, settings.map, args.as_is)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }
@@ -181,9 +162,9 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let mut value = as_json(&chosen, samples.samples.len());
     let mut text = as_text(args, &chosen, samples.samples.len());
     if let Some(choice) = &choice {
-        value["models"] = kinds::as_json(choice);
+        value["models"] = kinds_json(choice);
         text.push('\n');
-        text.push_str(&kinds::lines(choice, chosen.by.as_deref()).join("\n"));
+        text.push_str(&kind_lines(choice, chosen.by.as_deref()).join("\n"));
     }
     if let Some(output) = &environment {
         let target = Target {
@@ -211,18 +192,15 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         text.push_str(&format!("\ndrawn to {}", plot.file().display()));
     }
     if let (Some(output), Some(points)) = (&curve_output, &curve) {
-        value["learning_curve"] = kinds::curve_json(points);
+        value["learning_curve"] = curve_json(points);
         let chart = learning_chart::chart(&file_name(&args.data), points);
         let svg = chart.to_svg(CHART_SIZE);
         output.write_bytes(svg.as_bytes())?;
         text.push('\n');
-        text.push_str(&kinds::curve_lines(points).join("\n"));
+        text.push_str(&curve_lines(points).join("\n"));
         text.push_str(&format!("\ndrawn to {}", output.file().display()));
     }
-    match args.format {
-        Format::Json => output::print_json(&value),
-        Format::Text => output::print(&text),
-    }
+    args.format.print(|| value, || text)
 }
 
 /// Refuses what none of the kinds that are tried would look at.
@@ -233,11 +211,9 @@ fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
         ("--orders", args.orders != DEFAULT_ORDERS),
         ("--directions", args.directions.is_some()),
         ("--ridges", args.ridges.is_some()),
-        ("--method", args.method != MethodArg::default()),
-        ("--weights", args.weights != WeightsArg::default()),
-        ("--rcond", args.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
     ];
-    let given = of_polynomials.into_iter().find(|(_, is_given)| *is_given);
+    let mut of_polynomials = of_polynomials.into_iter().chain(args.fitting.of_polynomials());
+    let given = of_polynomials.find(|(_, is_given)| *is_given);
     if let (Some((name, _)), false) = (given, kinds.iter().any(is_bernstein)) {
         bail!("{name} belongs to Bernstein polynomials, which --models does not name");
     }
@@ -296,10 +272,10 @@ fn settings(args: &SelectArgs) -> anyhow::Result<SelectSettings> {
         ridges,
         folds: args.folds,
         seed: args.seed,
-        method: args.method.into(),
-        map: args.map.into(),
-        weighting: args.weights.into(),
-        rcond: args.rcond,
+        method: args.fitting.method,
+        map: args.fitting.map,
+        weighting: args.fitting.weights,
+        rcond: args.fitting.rcond,
     })
 }
 
@@ -331,14 +307,6 @@ fn numbers<T: std::str::FromStr>(
         .with_context(|| format!("{option}: found {list:?}, expected a list of {expected}"))
 }
 
-pub(super) fn scores_json(scores: &Scores) -> Value {
-    json!({
-        "position_rms_mm": scores.position_rms_mm,
-        "position_max_mm": scores.position_max_mm,
-        "angle_rms_deg": scores.angle_rms_rad.map(f64::to_degrees),
-    })
-}
-
 fn as_json(chosen: &Chosen, samples: usize) -> Value {
     let (settings, selection) = (&chosen.tried, &chosen.selection);
     let model = |row: &Scored| {
@@ -355,10 +323,10 @@ fn as_json(chosen: &Chosen, samples: usize) -> Value {
             let mut value = model(row);
             value["coefficients"] = json!(row.candidate.coefficients());
             value["is_determined"] = json!(row.is_determined);
-            value["cv"] = scores_json(row.deciding());
-            value["cv_by_row"] = scores_json(&row.by_row);
-            value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));
-            value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(scores_json));
+            value["cv"] = choose::scores_json(row.deciding());
+            value["cv_by_row"] = choose::scores_json(&row.by_row);
+            value["cv_by_group"] = json!(row.by_group.as_ref().map(choose::scores_json));
+            value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(choose::scores_json));
             value["under_sampled_directions"] = json!(row.under_sampled);
             value["is_admissible"] = json!(row.is_admissible());
             value
@@ -397,27 +365,136 @@ fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
         map_name(settings.map),
     )];
     let head = selection::head(found).into_iter().map(str::to_owned);
-    let mut rows = vec![(false, head.collect())];
-    rows.extend(selection::rows(found).into_iter().map(|row| (row.is_chosen, row.cells)));
-    lines.push(right_aligned(&rows));
+    let (mut marks, mut rows) = (vec![' '], vec![head.collect()]);
+    for row in selection::rows(found) {
+        marks.push(if row.is_chosen { '*' } else { ' ' });
+        rows.push(row.cells);
+    }
+    let table = columns(&rows, 0).into_iter().zip(marks);
+    lines.extend(table.map(|(line, mark)| format!("{mark} {line}")));
     lines.extend(selection::notes(found));
     lines.extend(choose::lines(chosen));
     lines.join("\n")
 }
 
-/// Columns wide enough for their widest cell; marked rows begin with a star.
-fn right_aligned(rows: &[(bool, Vec<String>)]) -> String {
-    let columns = rows.iter().map(|(_, cells)| cells.len()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns)
-        .map(|k| {
-            let cells = rows.iter().filter_map(|(_, cells)| cells.get(k));
-            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+/// A kind and the best model of it.
+fn kind_text(kind: &KindScored) -> String {
+    match (&kind.model, &kind.candidate) {
+        (RoomModel::Harmonic(order), _) => format!(
+            "harmonic, generator {}, degree {}",
+            order.generator.name(),
+            order.degree.unwrap_or_default()
+        ),
+        (_, Some(candidate)) => format!("{}, {}", kind.name(), candidate_text(candidate)),
+        (_, None) => kind.name().to_owned(),
+    }
+}
+
+/// One line a kind, best first, in every hold-out; the chosen one is marked.
+fn kind_lines(choice: &KindChoice, groups: Option<&str>) -> Vec<String> {
+    let Some(first) = choice.kinds.first() else {
+        return Vec::new();
+    };
+    let held_out: Vec<HoldOutBy> = first.scores.hold_outs.iter().map(|(by, _)| *by).collect();
+    let mut lines = Vec::new();
+    for by in held_out {
+        let decides = if by == first.scores.decided_by { ", which decides" } else { "" };
+        let groups = match (by, groups) {
+            (HoldOutBy::Groups, Some(groups)) => format!(" by {groups}"),
+            _ => String::new(),
+        };
+        lines.push(format!("held out {}{groups}{decides}:", hold_out_name(by)));
+        for (place, kind) in choice.kinds.iter().enumerate() {
+            let Some(scores) = kind.scores.held_out_by(by) else {
+                continue;
+            };
+            let mark = if place == choice.best { '*' } else { ' ' };
+            lines.push(format!("{mark} {} {}", held_out_figures(scores), kind_text(kind)));
+        }
+    }
+    for (kind, why) in &choice.left_out {
+        lines.push(format!("{kind} is left out: {why}"));
+    }
+    lines
+}
+
+/// A line a number of measurements, a column a kind.
+fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for kind in points.iter().flat_map(|point| &point.choice.kinds) {
+        if !names.contains(&kind.label()) {
+            names.push(kind.label());
+        }
+    }
+    names.sort_unstable();
+    let head = std::iter::once("measurements".to_owned()).chain(names.iter().cloned());
+    let mut rows: Vec<Vec<String>> = vec![head.collect()];
+    for point in points {
+        let rms = |name: &String| {
+            let kind = point.choice.kinds.iter().find(|kind| kind.label() == *name);
+            kind.map_or_else(
+                || "–".to_owned(),
+                |kind| format!("{:.4}", kind.deciding().overall.position_rms_mm),
+            )
+        };
+        let first = with_separators(point.rows);
+        rows.push(std::iter::once(first).chain(names.iter().map(rms)).collect());
+    }
+    let mut lines =
+        vec!["position RMS of rows held out, mm, by number of measurements:".to_owned()];
+    lines.extend(columns(&rows, 0));
+    lines
+}
+
+fn curve_json(points: &[LearningPoint]) -> Value {
+    let each = points.iter().map(|point| {
+        let mut value = kinds_json(&point.choice);
+        value["rows"] = json!(point.rows);
+        value
+    });
+    Value::Array(each.collect())
+}
+
+fn held_out_figures(scores: &HeldOutScores) -> String {
+    let angle = scores
+        .overall
+        .angle_rms_rad
+        .map_or_else(String::new, |a| format!("  {:>8.4}°", a.to_degrees()));
+    format!("{:>9.4} mm{angle}  ", scores.overall.position_rms_mm)
+}
+
+fn kinds_json(choice: &KindChoice) -> Value {
+    let kinds: Vec<Value> = choice
+        .kinds
+        .iter()
+        .enumerate()
+        .map(|(place, kind)| {
+            let mut value = json!({
+                "model": kind.name(),
+                "is_chosen": place == choice.best,
+                "cv": choose::scores_json(&kind.deciding().overall),
+            });
+            for (by, scores) in &kind.scores.hold_outs {
+                let key = match by {
+                    HoldOutBy::Rows => "cv_by_row",
+                    HoldOutBy::Groups => "cv_by_group",
+                    HoldOutBy::Sensors => "cv_by_sensor",
+                };
+                value[key] = choose::scores_json(&scores.overall);
+            }
+            if let Some(candidate) = &kind.candidate {
+                value["order"] = json!(candidate.order);
+                value["directions"] = json!(candidate.directions.len());
+                value["ridge"] = json!(candidate.ridge);
+            }
+            if let RoomModel::Harmonic(order) = &kind.model {
+                value["generator"] = json!(order.generator.name());
+                value["degree"] = json!(order.degree);
+            }
+            value
         })
         .collect();
-    let line = |(is_marked, cells): &(bool, Vec<String>)| {
-        let cells = cells.iter().zip(&widths);
-        let cells: Vec<_> = cells.map(|(cell, &w)| format!("{cell:>w$}")).collect();
-        format!("{} {}", if *is_marked { '*' } else { ' ' }, cells.join("  "))
-    };
-    rows.iter().map(line).collect::<Vec<_>>().join("\n")
+    let left_out: Vec<Value> =
+        choice.left_out.iter().map(|(kind, why)| json!({"model": kind, "reason": why})).collect();
+    json!({"kinds": kinds, "left_out": left_out})
 }

@@ -1,26 +1,21 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
-mod crf;
-
-use super::as_is::AsIsArgs;
 use super::expected;
-use super::named_design::note_sizes;
-use super::output::{self, Format, OutsideArg};
+use super::named_design::{named_or_builtin, note_sizes};
+use super::prelude::*;
 use super::uncertainty::UncertaintyArgs;
-use anyhow::Context;
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use clap::ValueEnum;
+use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{Files, Output, World};
+use trackwright_project::{Output, World};
 use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
     self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
 };
-use trackwright_task::Task;
 
+/// Simulate a design at one pose, over its range of motion, or at given poses
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
     /// Design (*.design.ron)
@@ -32,8 +27,8 @@ pub struct SimulateArgs {
 
     /// Whose study: the tool's in the CRF, or the CRF's alone against the tracker, judged at each of
     /// its targets, with its own range of motion and requirement
-    #[arg(long, value_enum, default_value_t)]
-    body: BodyArg,
+    #[arg(long, value_parser = BODY, default_value = "tool")]
+    body: BodyRole,
 
     /// Poses for `--mode input` (CSV): crf_x … crf_qz in the tracker frame, tool_x … tool_qz in the CRF frame
     #[arg(long, required_if_eq("mode", "input"), value_name = "FILE")]
@@ -47,8 +42,8 @@ pub struct SimulateArgs {
     log: Option<PathBuf>,
 
     /// What happens to sensors outside the model's box; rejected trials are left out and counted
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// Count the trials that lean on field which the environment's samples do not support, and add
     /// the predicted standard errors of the field at the sensors
@@ -67,15 +62,6 @@ pub struct SimulateArgs {
     format: Format,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum BodyArg {
-    /// In the CRF, or in the tracker's frame where the design has none
-    #[default]
-    Tool,
-    /// Alone against the tracker
-    Crf,
-}
-
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum ModeArg {
     /// The design's own pose
@@ -86,14 +72,19 @@ pub(super) enum ModeArg {
     Input,
 }
 
+const BODY: Choice<BodyRole> = Choice(&[
+    ("tool", "In the CRF, or in the tracker's frame where the design has none", BodyRole::Tool),
+    ("crf", "Alone against the tracker", BodyRole::Crf),
+]);
+
 /// Simulates, writes the log, and prints the figures.
 ///
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
-    let asked = asked_mode(args)?;
-    if args.body == BodyArg::Crf {
-        return crf::run(args, asked, files);
+    let asked = required_mode(args)?;
+    if args.body == BodyRole::Crf {
+        return run_crf(args, asked, files);
     }
     let log = files.optional_output(args.log.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;
@@ -101,33 +92,32 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = trackwright_project::resolve(design, &environment);
-    scenario.outside = args.outside.into();
-    args.uncertainty.check(&scenario, &mode).with_context(|| args.design.display().to_string())?;
+    scenario.outside = args.outside;
+    let named = || args.design.display().to_string();
+    args.uncertainty.check(&scenario, &mode).with_context(named)?;
     note_world(&world);
     let uncertainty = args
         .uncertainty
         .report(&scenario, design.orientation_weight_mm, &mode)
-        .with_context(|| args.design.display().to_string())?;
+        .with_context(named)?;
     // Before the log is written: an environment that cannot tell is an error.
     let survey = match args.support {
         false => None,
-        true => Some(survey(&scenario, &mode).with_context(|| args.design.display().to_string())?),
+        true => Some(survey(&scenario, &mode).with_context(named)?),
     };
-    let (outcome, last) = simulate(&scenario, &mode, log.as_ref())
-        .with_context(|| args.design.display().to_string())?;
+    let (outcome, last) = simulate(&scenario, &mode, log.as_ref()).with_context(named)?;
     if args.explain {
         for line in trackwright_simulation::explain(&scenario, &outcome) {
             output::note(&line.to_string());
         }
     }
-    let expected =
-        expected::of(&scenario, &mode).with_context(|| args.design.display().to_string())?;
+    let expected = expected::of(&scenario, &mode).with_context(named)?;
     if args.explain {
         output::note(&expected::explained(expected.as_ref()).to_string());
     }
     let figures = &outcome.figures;
-    let needed = expected::needed(&scenario, &mode, expected.as_ref(), figures)
-        .with_context(|| args.design.display().to_string())?;
+    let needed =
+        expected::needed(&scenario, &mode, expected.as_ref(), figures).with_context(named)?;
     let single = last.filter(|_| asked == ModeArg::Single);
     match args.format {
         Format::Json => {
@@ -165,7 +155,61 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     }
 }
 
-fn asked_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
+/// `--body crf`: the CRF alone at each of its targets, step 2 of the paper's design procedure.
+fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result<()> {
+    let (file, named) = (args.design.display(), || args.design.display().to_string());
+    let world = files.open_design_without_meshes(&args.design)?;
+    let design = world.document.design();
+    let Some(crf) = &design.crf else {
+        anyhow::bail!("{file}: the design has no CRF to simulate");
+    };
+    let mode = match asked {
+        ModeArg::Single => Mode::Single,
+        ModeArg::Motion if crf.motion.is_none() => {
+            anyhow::bail!("{file}: crf.motion is absent, expected the CRF's own range of motion");
+        }
+        ModeArg::Motion => Mode::Motion,
+        ModeArg::Input => anyhow::bail!("--body crf takes --mode single or motion, not input"),
+    };
+    for (is_given, flag) in [
+        (args.log.is_some(), "--log"),
+        (args.support, "--support"),
+        (args.explain, "--explain"),
+        (args.uncertainty.is_asked(), "--uncertainty"),
+    ] {
+        if is_given {
+            anyhow::bail!("{flag} is of the tool's study, not of the CRF's");
+        }
+    }
+    note_world(&world);
+    let mut texts = Vec::new();
+    let mut values: Vec<Value> = Vec::new();
+    for study in trackwright_project::resolve_crf(design, &world.environment) {
+        let mut scenario = study.scenario;
+        scenario.outside = args.outside;
+        let (outcome, last) = simulate(&scenario, &mode, None).with_context(named)?;
+        let single = last.filter(|_| asked == ModeArg::Single);
+        let at = match &study.target {
+            Some(target) => format!(" at {target}"),
+            None => String::new(),
+        };
+        let name = &crf.body.rigid.name;
+        let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
+        let expected = expected::of(&scenario, &mode)?;
+        texts.push(study_text(&title, &outcome, single.as_ref(), expected.as_ref()));
+        let mut value = as_json(&outcome.figures, single.as_ref());
+        if let Some(expected) = &expected {
+            let bounds = judged(&outcome.figures, Some(expected));
+            expected::add_json(&mut value, expected, &bounds);
+        }
+        value["target"] = json!(study.target);
+        values.push(value);
+    }
+    let all = json!({"crf": crf.body.rigid.name, "targets": values});
+    args.format.print(|| all, || texts.join("\n\n"))
+}
+
+fn required_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
     mode_arg(args.mode, args.input.as_deref())?.context("expected --mode single, motion or input")
 }
 
@@ -217,12 +261,7 @@ pub(super) fn mode_of(
 /// # Errors
 /// As [`run`].
 pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
-    let world = match design {
-        Some(file) => files.open_design_without_meshes(file)?,
-        None => {
-            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)?
-        }
-    };
+    let world = named_or_builtin(files, design)?;
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
     let (outcome, last) = simulate(&scenario, &mode, None)?;
@@ -247,14 +286,8 @@ pub(super) fn note_world(world: &World) {
 
 /// Looks up the support of all sensors, with progress.
 fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
-    let bar = output::progress(1000, "looking up support");
-    let task = Task::told_to({
-        let bar = bar.clone();
-        move |part| bar.set_position((1000.0 * part) as u64)
-    });
-    let survey = trackwright_simulation::survey(scenario, mode, &task)?;
-    bar.finish_and_clear();
-    Ok(survey)
+    let shown = Shown::new("looking up support");
+    Ok(trackwright_simulation::survey(scenario, mode, &shown.task)?)
 }
 
 /// Runs with progress and, where asked, a log; gives the last trial beside the outcome.
@@ -309,8 +342,8 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
 }
 
 /// Rows as they are aligned.
-fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
-    rows.into_iter().map(|r| (r.label.to_owned(), r.value, r.unit.to_owned())).collect()
+fn rows(rows: Vec<FigureRow>) -> Vec<Row> {
+    rows.into_iter().map(|r| row(r.label, r.value, r.unit)).collect()
 }
 
 /// What the figures are of.
@@ -345,7 +378,7 @@ fn as_text(
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
         for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {
-            rows.push((format!("tip error {axis}"), format!("{value:.4}"), "mm".to_owned()));
+            rows.push(number(format!("tip error {axis}"), value, 4, "mm"));
         }
     }
     let mut lines = vec![title.to_owned()];

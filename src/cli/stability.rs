@@ -1,16 +1,11 @@
 //! `stability`: the battery of stiff and extreme cases.
 
-use super::Ending;
-use super::output::{self, Format};
-use anyhow::Context;
-use clap::Args;
-use std::path::{Path, PathBuf};
-use trackwright_accuracy::stability::methods::Own;
-use trackwright_accuracy::stability::row::Row;
-use trackwright_accuracy::stability::{Extent, families, page, run as run_battery};
-use trackwright_project::Files;
-use trackwright_task::Task;
+use super::prelude::*;
+use trackwright_accuracy::stability::case::{Extent, Methods, Row};
+use trackwright_accuracy::stability::{families, page, run as run_battery};
 
+/// Check the program's own numbers in stiff and extreme cases against 192 bits, for some minutes;
+/// exit status 1 where a bound is broken
 #[derive(Debug, Args)]
 pub struct StabilityArgs {
     /// Folder to write stability.md, stability.json and stability.csv to; made where it isn't there
@@ -26,36 +21,22 @@ pub struct StabilityArgs {
     format: Format,
 }
 
-/// Steps of the progress bar.
-const PROGRESS_STEPS: u64 = 1000;
-
 /// Runs the battery, prints every row, and says whether all hold.
 ///
 /// # Errors
 /// A folder that cannot be written.
 pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
-    // Before the minutes, not after them.
-    if let Some(folder) = &args.output {
-        std::fs::create_dir_all(folder)
-            .with_context(|| format!("{}: cannot be made", folder.display()))?;
-    }
-    let bar = output::progress(PROGRESS_STEPS, "stability");
-    let task = Task::told_to({
-        let bar = bar.clone();
-        move |part| bar.set_position((part * PROGRESS_STEPS as f64) as u64)
-    });
+    output::make_folder(args.output.as_deref())?;
+    let shown = Shown::new("stability");
     let families = families(if args.quick { Extent::Reduced } else { Extent::Full });
-    let rows = run_battery(&families, &Own, &task)?;
-    bar.finish_and_clear();
+    let rows = run_battery(&families, &Methods::OWN, &shown.task)?;
+    drop(shown);
     if let Some(folder) = &args.output {
         write(files, folder, "stability.md", page::markdown(&families, &rows).as_bytes())?;
         write(files, folder, "stability.json", serde_json::to_string_pretty(&rows)?.as_bytes())?;
         write(files, folder, "stability.csv", &page::csv(&rows)?)?;
     }
-    match args.format {
-        Format::Json => output::print_json(&rows)?,
-        Format::Text => output::print(&page::text(&rows))?,
-    }
+    args.format.print(|| &rows, || page::text(&rows))?;
     Ok(ending(&rows))
 }
 

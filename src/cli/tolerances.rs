@@ -1,17 +1,13 @@
 //! `tolerances`: a design's manufacturing sheet, with how far off its sensors may be.
 
-use super::Ending;
-use super::output::{self, Format, OutsideArg, Shown};
+use super::prelude::*;
 use super::simulate::note_world;
-use anyhow::Context;
-use clap::Args;
-use serde_json::json;
-use std::path::PathBuf;
 use trackwright_formats::manufacturing_table;
-use trackwright_project::Files;
 use trackwright_report::manufacturing::{built_check_words, sheet_text};
 use trackwright_simulation::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
 
+/// Print where a design's sensors are to be built, and how far off each may be before the
+/// requirement fails
 #[derive(Debug, Args)]
 pub struct TolerancesArgs {
     /// Design (*.design.ron), with the requirement that a built tool has to meet
@@ -32,8 +28,8 @@ pub struct TolerancesArgs {
 
     /// What happens to sensors outside the model's box; poses at which one is there as drawn are left
     /// out where they are rejected
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// How to print the sheet
     #[arg(long, value_enum, default_value_t)]
@@ -57,7 +53,7 @@ pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
     let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let mut scenario = trackwright_project::resolve(design, &world.environment);
-    scenario.outside = args.outside.into();
+    scenario.outside = args.outside;
     note_world(&world);
     let shown = Shown::new("looking for tolerances");
     let sheet = manufacturing_sheet(&scenario, &shown.task)

@@ -1,20 +1,14 @@
 //! Poses of one tool from recordings of any kind, corrected for a room where one is given.
 
-use super::as_is::AsIsArgs;
-use super::output;
-use anyhow::{Context, bail};
+use super::prelude::*;
 use nalgebra::Point3;
-use std::path::Path;
 use trackwright_calibration::marker_body::{MarkerBody, in_base};
-use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::{Compensated, Method, Tally, compensate};
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::Environment;
 use trackwright_formats::pivot_recording::PivotRecording;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 
 /// What files of the same tool share.

@@ -1,6 +1,6 @@
 //! What a tool is, in words and as JSON: its definition's fields, its sensors, how they lie.
 
-use super::output;
+use super::output::{self, mm, number, row};
 use serde_json::{Value, json};
 use trackwright_design::definition::DefinitionKind;
 use trackwright_formats::tool_definition::{NdiRom, ToolDefinition};
@@ -11,12 +11,6 @@ use trackwright_simulation::pairs::{SensorPair, sensor_pairs};
 /// Sensors whose distances are told: as many as any definition has. Every pair of a thousand would
 /// be half a million.
 const MAX_PAIRED: usize = 20;
-
-type Row = (String, String, String);
-
-fn row(label: impl Into<String>, value: impl ToString, unit: &str) -> Row {
-    (label.into(), value.to_string(), unit.to_owned())
-}
 
 /// What the file was, with its article.
 pub fn kind_name(tool: &ReadTool) -> String {
@@ -51,9 +45,9 @@ pub fn as_text(tool: &ReadTool) -> String {
     let paired = paired(&rigid.sensors);
     for pair in sensor_pairs(paired) {
         let label = format!("{} to {}", paired[pair.a].name, paired[pair.b].name);
-        rows.push(row(label, format!("{:.3}", pair.distance_mm), "mm"));
+        rows.push(mm(label, pair.distance_mm));
         if let Some(angle) = pair.angle_rad {
-            rows.push(row("  angle", format!("{:.2}", angle.to_degrees()), "deg"));
+            rows.push(number("  angle", angle.to_degrees(), 2, "deg"));
         }
     }
     if paired.len() < rigid.sensors.len() {

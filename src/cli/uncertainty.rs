@@ -1,17 +1,16 @@
 //! `simulate --uncertainty`: how far jitter scatters the tip, by formula, by Monte Carlo, or both.
 
 use super::jitter::JitterArgs;
-use super::output;
-use anyhow::bail;
-use clap::{Args, ValueEnum};
+use super::prelude::*;
+use clap::ValueEnum;
 use nalgebra::{Matrix3, Vector3};
-use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::{Jitter, OrientationWeight};
 use trackwright_simulation::uncertainty::{
-    DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
-    TipUncertainty, UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
+    DeterminedPart, Estimate, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo,
+    MotionUncertainty, TipUncertainty, UncertaintyError, check_first_order, first_order,
+    monte_carlo, over_motion,
 };
 use trackwright_simulation::{Figures, Mode, Scenario};
 use trackwright_task::Task;
@@ -144,14 +143,9 @@ impl UncertaintyArgs {
         }
         if self.uncertainty.contains(&MethodArg::MonteCarlo) {
             let samples = self.samples.unwrap_or(DEFAULT_SAMPLES);
-            let bar = output::progress(samples as u64, "sampling");
-            let task = Task::told_to({
-                let bar = bar.clone();
-                move |part| bar.set_position((part * samples as f64) as u64)
-            });
             let seed = self.seed.unwrap_or_default();
-            report.monte_carlo = Some(monte_carlo(scenario, samples, seed, &task)?);
-            bar.finish_and_clear();
+            let shown = Shown::new("sampling");
+            report.monte_carlo = Some(monte_carlo(scenario, samples, seed, &shown.task)?);
         }
         Ok(Some(report))
     }
@@ -247,89 +241,57 @@ impl Report {
 
     /// First order and Monte Carlo side by side, whichever there is.
     fn table(&self) -> Option<String> {
-        if self.first_order.is_none() && self.monte_carlo.is_none() {
-            return None;
-        }
         let tip = self.first_order.as_ref().map(|(tip, _)| tip);
         let sampled = self.monte_carlo.as_ref();
-        let mut rows = Vec::new();
+        if tip.is_none() && sampled.is_none() {
+            return None;
+        }
+        let head = |is_there: bool, name: &str| if is_there { name } else { "" }.to_owned();
+        let (formula, samples) =
+            (head(tip.is_some(), "first order"), head(sampled.is_some(), "Monte Carlo"));
+        let mut rows = vec![[String::new(), formula, samples, String::new()]];
         let mut row =
-            |label: &str, formula: Option<f64>, sample: Option<(f64, f64)>, unit: &str| {
+            |label: String, formula: Option<f64>, found: Option<(f64, f64)>, unit: &str| {
                 let formula = formula.map_or_else(String::new, |v| format!("{v:.4}"));
-                let sample = sample.map_or_else(String::new, |(v, e)| format!("{v:.4} ± {e:.4}"));
-                rows.push((label.to_owned(), formula, sample, unit.to_owned()));
+                let found = found.map_or_else(String::new, |(v, e)| format!("{v:.4} ± {e:.4}"));
+                rows.push([label, formula, found, unit.to_owned()]);
             };
-        row(
-            "tip scatter RMS",
-            tip.map(|t| t.rms_mm),
-            sampled.map(|m| (m.rms_mm.value, m.rms_mm.std_error)),
-            "mm",
-        );
+        let of = |estimate: fn(&MonteCarlo) -> Estimate| {
+            sampled.map(estimate).map(|found| (found.value, found.std_error))
+        };
+        // Of normal values; the distribution of the tip is close enough to one for this.
+        let of_spread =
+            |value: f64, m: &MonteCarlo| (value, value / (2.0 * m.samples as f64).sqrt());
+        row("tip scatter RMS".into(), tip.map(|t| t.rms_mm), of(|m| m.rms_mm), "mm");
         let std = |covariance: &Matrix3<f64>, k| f64::max(covariance[(k, k)], 0.0).sqrt();
         for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            row(
-                &format!("tip scatter {axis}"),
-                tip.map(|t| std(&t.covariance_mm2, k)),
-                // Of normal values; the distribution of the tip is close enough to one for this.
-                sampled.map(|m| {
-                    let s = std(&m.covariance_mm2, k);
-                    (s, s / (2.0 * m.samples as f64).sqrt())
-                }),
-                "mm",
-            );
+            let found = sampled.map(|m| of_spread(std(&m.covariance_mm2, k), m));
+            let formula = tip.map(|t| std(&t.covariance_mm2, k));
+            row(format!("tip scatter {axis}"), formula, found, "mm");
         }
         for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            row(
-                &format!("tip shift {axis}"),
-                tip.map(|t| t.bias_mm[k]),
-                sampled.map(|m| (m.mean_error_mm[k], m.mean_std_error_mm[k])),
-                "mm",
-            );
+            let found = sampled.map(|m| (m.mean_error_mm[k], m.mean_std_error_mm[k]));
+            row(format!("tip shift {axis}"), tip.map(|t| t.bias_mm[k]), found, "mm");
         }
-        row(
-            "tip error RMS, shift and scatter",
-            tip.map(|t| t.total_rms_mm),
-            sampled.map(|m| (m.total_rms_mm.value, m.total_rms_mm.std_error)),
-            "mm",
-        );
-        if let Some(m) = sampled {
-            row("tip error median", None, Some((m.median_mm.value, m.median_mm.std_error)), "mm");
-            row(
-                "tip error 95th percentile",
-                None,
-                Some((m.p95_mm.value, m.p95_mm.std_error)),
-                "mm",
-            );
+        let total = tip.map(|t| t.total_rms_mm);
+        row("tip error RMS, shift and scatter".into(), total, of(|m| m.total_rms_mm), "mm");
+        if sampled.is_some() {
+            row("tip error median".into(), None, of(|m| m.median_mm), "mm");
+            row("tip error 95th percentile".into(), None, of(|m| m.p95_mm), "mm");
         }
-        row(
-            "rotation scatter RMS",
-            tip.map(|t| t.rotation_rms_rad * DEG),
-            sampled.map(|m| {
-                let deg = m.rotation_rms_rad * DEG;
-                (deg, deg / (2.0 * m.samples as f64).sqrt())
-            }),
-            "°",
-        );
-        let heads = (
-            tip.map_or("", |_| "first order").to_owned(),
-            sampled.map_or("", |_| "Monte Carlo").to_owned(),
-        );
-        rows.insert(0, (String::new(), heads.0, heads.1, String::new()));
-        Some(columns(&rows))
+        let found = sampled.map(|m| of_spread(m.rotation_rms_rad * DEG, m));
+        row("rotation scatter RMS".into(), tip.map(|t| t.rotation_rms_rad * DEG), found, "°");
+        Some(side_by_side(&rows))
     }
 }
 
 /// Rows of label, two values and unit, aligned.
-fn columns(rows: &[(String, String, String, String)]) -> String {
-    let width = |of: fn(&(String, String, String, String)) -> &String| {
-        rows.iter().map(|r| of(r).chars().count()).max().unwrap_or(0)
-    };
-    let (label, a, b) = (width(|r| &r.0), width(|r| &r.1), width(|r| &r.2));
+fn side_by_side(rows: &[[String; 4]]) -> String {
+    let width = |k: usize| rows.iter().map(|r| r[k].chars().count()).max().unwrap_or(0);
+    let (label, a, b) = (width(0), width(1), width(2));
+    let gap = if a > 0 && b > 0 { "  " } else { "" };
     rows.iter()
-        .map(|(l, v, s, u)| {
-            let gap = if a > 0 && b > 0 { "  " } else { "" };
-            format!("{l:<label$}  {v:>a$}{gap}{s:>b$} {u}").trim_end().to_owned()
-        })
+        .map(|[l, v, s, u]| format!("{l:<label$}  {v:>a$}{gap}{s:>b$} {u}").trim_end().to_owned())
         .collect::<Vec<_>>()
         .join("\n")
 }
@@ -374,24 +336,21 @@ fn verdicts(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Vec<String
 }
 
 fn motion_rows(over: &MotionUncertainty, total_rms_mm: f64) -> String {
-    let row = |label: &str, value: f64, unit: &str| {
-        (label.to_owned(), format!("{value:.4}"), unit.to_owned())
-    };
     output::aligned(&[
-        row("tip scatter RMS, first order", over.rms_mm.rms, "mm"),
-        row("tip scatter mean", over.rms_mm.mean, "mm"),
-        row("tip scatter max", over.rms_mm.max, "mm"),
-        row("rotation scatter RMS, first order", over.rotation_rms_deg.rms, "°"),
-        row("tip error RMS, shift and scatter", total_rms_mm, "mm"),
+        number("tip scatter RMS, first order", over.rms_mm.rms, 4, "mm"),
+        number("tip scatter mean", over.rms_mm.mean, 4, "mm"),
+        number("tip scatter max", over.rms_mm.max, 4, "mm"),
+        number("rotation scatter RMS, first order", over.rotation_rms_deg.rms, 4, "°"),
+        number("tip error RMS, shift and scatter", total_rms_mm, 4, "mm"),
     ])
 }
 
-fn vector_json(v: &Vector3<f64>) -> Value {
-    json!([v.x, v.y, v.z])
+fn vector_json(v: &Vector3<f64>) -> [f64; 3] {
+    (*v).into()
 }
 
-fn matrix_json(m: &Matrix3<f64>) -> Value {
-    json!([0, 1, 2].map(|r| [0, 1, 2].map(|c| m[(r, c)])))
+fn matrix_json(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
+    m.transpose().into()
 }
 
 fn first_order_json(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Value {

@@ -1,29 +1,30 @@
 //! `verify`: recordings of the built tool against what its design predicts for the same poses.
 
-mod report;
-
-use super::as_is::{AsIsArgs, refused};
+use super::as_is::refused;
+use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
-use super::output::{self, Format, OutsideArg, Shown};
+use super::prelude::*;
 use super::tool_reader::ToolReader;
-use anyhow::{anyhow, bail};
-use clap::{Args, ValueEnum};
-use report::Recorded;
-use std::path::PathBuf;
+use nalgebra::Point3;
 use trackwright_calibration::agreement::{
-    Agreement, AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
+    Agreement, AgreementSettings, Compared, Interval, PivotedError, RecordedFrame, Summary,
+    Unknowns, pivoted_tool,
 };
+use trackwright_calibration::built_tool::BodySource;
+use trackwright_calibration::pivot::Pivot;
 use trackwright_design::Design;
 use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
-use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables, Files};
+use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use trackwright_report::agreement_chart;
 use trackwright_simulation::Scenario;
+use trackwright_simulation::statistics::Statistics;
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);
 
+/// Hold recordings of the built tool against what its design predicts for the same poses
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
     /// Design that the tool was built after (*.design.ron), in the room that it was recorded in
@@ -43,8 +44,8 @@ pub struct VerifyArgs {
     crf: Option<PathBuf>,
 
     /// Frame of a table's poses
-    #[arg(long, value_enum, default_value_t, conflicts_with_all = ["pivot", "crf"])]
-    frame: FrameArg,
+    #[arg(long, value_parser = FRAME, default_value = "tracker", conflicts_with_all = ["pivot", "crf"])]
+    frame: RecordedFrame,
 
     /// The recordings are of the tool with its tip at rest in one point, and nothing told the truth:
     /// where that point is and where the tip is on the tool are found from them, and what this takes
@@ -68,8 +69,8 @@ pub struct VerifyArgs {
     same_frame: bool,
 
     /// What happens to poses with a sensor outside the room's box, about which the room knows nothing
-    #[arg(long, value_enum, default_value = "reject")]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "reject")]
+    outside: OutsidePolicy,
 
     /// Leave out poses that lean on field which the room's samples do not support; they are counted
     /// either way
@@ -106,23 +107,10 @@ pub struct VerifyArgs {
 }
 
 /// Frame of a table's poses.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(super) enum FrameArg {
-    /// The tracker's
-    #[default]
-    Tracker,
-    /// The CRF's, which is at rest where the design has it
-    Crf,
-}
-
-impl From<FrameArg> for RecordedFrame {
-    fn from(arg: FrameArg) -> Self {
-        match arg {
-            FrameArg::Tracker => Self::Tracker,
-            FrameArg::Crf => Self::Crf,
-        }
-    }
-}
+pub(super) const FRAME: Choice<RecordedFrame> = Choice(&[
+    ("tracker", "The tracker's", RecordedFrame::Tracker),
+    ("crf", "The CRF's, which is at rest where the design has it", RecordedFrame::Crf),
+]);
 
 /// Reads, predicts, compares, and writes what was asked for.
 ///
@@ -148,14 +136,9 @@ pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
         let svg = agreement_chart::chart(&design.name, &found).to_svg(CHART_SIZE);
         chart.write_bytes(svg.as_bytes())?;
     }
-    match args.format {
-        Format::Json => output::print_json(&report::as_json(&recorded, &found)),
-        Format::Text => {
-            let head = output::head(&design.name, &world.environment.name);
-            let text = report::as_text(&recorded, &found);
-            output::print(&format!("{head}\n{text}"))
-        }
-    }
+    let head = output::head(&design.name, &world.environment.name);
+    let text = || format!("{head}\n{}", as_text(&recorded, &found));
+    args.format.print(|| as_json(&recorded, &found), text)
 }
 
 fn settings(args: &VerifyArgs) -> AgreementSettings {
@@ -165,7 +148,7 @@ fn settings(args: &VerifyArgs) -> AgreementSettings {
             (false, true) => Unknowns::Registration,
             (false, false) => Unknowns::None,
         },
-        outside: args.outside.into(),
+        outside: args.outside,
         keeps_unsupported: !args.supported_only,
         averaged: f64::from(args.averaged),
         truth_std_mm: args.truth_mm,
@@ -190,7 +173,7 @@ fn paired(
     let tables = BuiltToolTables {
         tool: file,
         crf: args.crf.as_deref(),
-        frame: args.frame.into(),
+        frame: args.frame,
         whole: args.tool.as_deref(),
         is_one_frame: args.same_frame,
         is_as_meant: args.as_is.as_is,
@@ -245,7 +228,7 @@ fn pivoted(
     mut scenario: Scenario,
     shown: &Shown,
 ) -> anyhow::Result<(Recorded, Agreement)> {
-    scenario.outside = args.outside.into();
+    scenario.outside = args.outside;
     if scenario.crf.take().is_some() {
         output::note(
             "note: a pivoted tool is compared in the tracker's frame: the CRF is left out",
@@ -274,4 +257,188 @@ fn pivoted(
 
 fn shown_weight(design: &Design, scenario: &Scenario) -> OrientationWeight {
     scenario.environment.orientation_weight(design.orientation_weight_mm)
+}
+
+/// What is known of the recording besides its poses.
+struct Recorded {
+    /// `None` of a pivoted tool.
+    source: Option<BodySource>,
+    rows_left_out: usize,
+    crf_rows_left_out: usize,
+    /// Moments of the tool at which the CRF was not recorded.
+    without_crf: usize,
+    /// Moments of the CRF at which the tool was not.
+    without_tool: usize,
+    has_crf: bool,
+    orientation_weight: OrientationWeight,
+    /// The tip as the recording has it, and as the design does.
+    pivot: Option<(Pivot, Point3<f64>)>,
+}
+
+fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
+    let mut value = json!(found.summary);
+    if let Some(expected) = &found.expected {
+        expected::add_json(&mut value, expected, &[]);
+    }
+    value["frame"] = json!(if recorded.has_crf { "crf" } else { "tracker" });
+    value["rows_left_out"] = json!(recorded.rows_left_out);
+    value["crf_rows_left_out"] = json!(recorded.crf_rows_left_out);
+    value["without_crf"] = json!(recorded.without_crf);
+    value["without_tool"] = json!(recorded.without_tool);
+    if let Some(BodySource::Sensors { count, misfit_rms_mm }) = recorded.source {
+        value["sensors"] = json!({"count": count, "misfit_rms_mm": misfit_rms_mm});
+    }
+    if let Some((pivot, designed)) = &recorded.pivot {
+        let point = |at: &Point3<f64>| -> [f64; 3] { at.coords.into() };
+        value["tip"] = json!({
+            "recorded": point(&pivot.tip_in_tool),
+            "designed": point(designed),
+            "distance_mm": (pivot.tip_in_tool - designed).norm(),
+            "std_error_mm": pivot.tip_std_error_mm,
+        });
+    }
+    value
+}
+
+fn as_text(recorded: &Recorded, found: &Agreement) -> String {
+    let summary = &found.summary;
+    let mut rows = vec![
+        count("recorded poses", summary.poses),
+        count("  compared", summary.used),
+        count("  with a sensor outside the room's box", summary.outside),
+    ];
+    rows.extend(summary.unsupported.map(|found| count("  on poorly supported field", found)));
+    let left_out = [
+        ("  left out, the CRF not recorded", recorded.without_crf),
+        ("  of the CRF alone, left out", recorded.without_tool),
+        ("  rows of the tables not used", recorded.rows_left_out + recorded.crf_rows_left_out),
+    ];
+    let left_out = left_out.into_iter().filter(|(_, found)| *found > 0);
+    rows.extend(left_out.map(|(label, found)| count(label, found)));
+    rows.push(number("  worth independent poses", summary.effective, 1, ""));
+    if let Some(BodySource::Sensors { misfit_rms_mm, .. }) = recorded.source {
+        rows.push(mm("sensors from their places in the design, RMS", misfit_rms_mm));
+    }
+    if let Some((pivot, designed)) = &recorded.pivot {
+        let off_mm = (pivot.tip_in_tool - designed).norm();
+        rows.push(mm("recorded tip from that of the design", off_mm));
+    }
+    let mut text = output::aligned(&rows);
+    text.push_str("\n\n");
+    text.push_str(&side_by_side("tip error, mm", &summary.position_mm));
+    if let Some(angle) = &summary.angle_deg {
+        text.push('\n');
+        text.push_str(&side_by_side("angle error, °", angle));
+    }
+    text.push_str("\n\n");
+    let mut rows = figures(summary);
+    rows.extend(found.expected.iter().flat_map(expected::rows));
+    text.push_str(&output::aligned(&rows));
+    text.push_str("\n\n");
+    text.push_str(&summary.statement);
+    for assumption in assumptions(recorded) {
+        text.push('\n');
+        text.push_str(&assumption);
+    }
+    text
+}
+
+/// The three distributions below each other.
+fn side_by_side(what: &str, found: &Compared) -> String {
+    let line = |name: &str, cells: [String; 5]| {
+        let cells: Vec<String> = cells.iter().map(|c| format!("{c:>8}")).collect();
+        format!("{name:<24}{}", cells.join(""))
+    };
+    let head = ["RMS", "mean", "median", "p95", "max"].map(str::to_owned);
+    let of = |s: &Statistics| [s.rms, s.mean, s.median, s.p95, s.max].map(|v| format!("{v:.3}"));
+    [
+        line(what, head),
+        line("  measured", of(&found.measured)),
+        line("  predicted", of(&found.predicted)),
+        line("  measured − predicted", of(&found.residual)),
+    ]
+    .join("\n")
+}
+
+fn figures(summary: &Summary) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let percent = |i: &Interval| interval(i, 100.0, 1);
+    let found = &summary.position_mm;
+    let mut push = |label: &str, value: Option<String>, unit: &str| {
+        rows.extend(value.map(|value| row(label, value, unit)));
+    };
+    push("explained of the squared tip error", found.explained.as_ref().map(percent), "%");
+    push(
+        "  of its change from pose to pose",
+        found.explained_of_variation.as_ref().map(percent),
+        "%",
+    );
+    push(
+        "  of the squared angle error",
+        summary.angle_deg.as_ref().and_then(|a| a.explained.as_ref().map(percent)),
+        "%",
+    );
+    push("predictions fit best times", found.slope.as_ref().map(|i| interval(i, 1.0, 2)), "");
+    if let Some(bias) = &found.bias {
+        let mean = bias.mean;
+        let half = bias.half_width;
+        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+            let around = half.map_or_else(String::new, |h| format!(" ± {:.3}", h[k]));
+            push(&format!("mean difference {axis}"), Some(format!("{:.3}{around}", mean[k])), "mm");
+        }
+        push(
+            "  chance of so much without a bias",
+            bias.p.map(|p| if p < 1e-4 { "< 0.0001".to_owned() } else { format!("{p:.4}") }),
+            "",
+        );
+    }
+    if let Some(limits) = &found.lengths {
+        push("measured minus predicted length, mean", Some(interval(&limits.bias, 1.0, 3)), "mm");
+        push("  lower limit of agreement", Some(interval(&limits.lower, 1.0, 3)), "mm");
+        push("  upper limit of agreement", Some(interval(&limits.upper, 1.0, 3)), "mm");
+    }
+    if let Some(noise) = &summary.noise {
+        push("uncertainty that the room states, RMS", Some(format!("{:.3}", noise.rms_mm)), "mm");
+        let accepted = noise.accepted.map_or_else(String::new, |[low, high]| {
+            format!(" (nothing else: {low:.2} to {high:.2})")
+        });
+        push(
+            "  squared difference in its units",
+            Some(format!("{:.2}{accepted}", noise.normalised)),
+            "",
+        );
+    }
+    rows.extend(
+        summary.room_misfit_rms_mm.map(|off| mm("misfit of the room's model at the tip, RMS", off)),
+    );
+    rows
+}
+
+fn interval(found: &Interval, times: f64, digits: usize) -> String {
+    let shown = |value: f64| format!("{:.digits$}", times * value);
+    match found.low.zip(found.high) {
+        Some((low, high)) => format!("{} ({} to {})", shown(found.value), shown(low), shown(high)),
+        None => shown(found.value),
+    }
+}
+
+/// What the figures depend on that the recording does not say.
+fn assumptions(recorded: &Recorded) -> Vec<String> {
+    let weight_mm = recorded.orientation_weight.value_mm;
+    let is_whole = !matches!(recorded.source, Some(BodySource::Sensors { .. }));
+    let mut said = Vec::new();
+    if is_whole {
+        said.push(format!(
+            "Assumed: the tracker computes the tool's pose from its sensors by a least-squares fit, an axis weighing \
+             {weight_mm:.0} mm, with the sensors where the design has them."
+        ));
+    }
+    if recorded.pivot.is_some() {
+        said.push(
+            "What a pivot calibration takes up, a shift and the tip's place on the tool, is out of both; true poses are \
+             those that would read as recorded."
+                .to_owned(),
+        );
+    }
+    said
 }

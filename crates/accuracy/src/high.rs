@@ -18,19 +18,31 @@ thread_local! {
     static CONSTANTS: RefCell<Option<Consts>> = RefCell::new(Consts::new().ok());
 }
 
-/// A number of [`BITS`] bits. Not-a-number and infinities behave as those of `f64`.
+/// A number of [`BITS`] bits.
+///
+/// ```
+/// use trackwright_accuracy::high::High;
+/// let third = High::one() / 3.0;
+/// assert!((third * 3.0 - 1.0).abs().to_f64() < 1e-57);
+/// assert_eq!((High::from(1e-30) + 1.0 - 1.0).to_f64(), 1e-30);
+/// ```
+///
+/// Not-a-number and infinities behave as those of `f64`.
 #[derive(Clone, Debug)]
 pub struct High(BigFloat);
 
 impl High {
+    /// 0.
     pub fn zero() -> Self {
         Self::from(0.0)
     }
 
+    /// 1.
     pub fn one() -> Self {
         Self::from(1.0)
     }
 
+    /// π.
     pub fn pi() -> Self {
         with_constants(|c| c.pi(BITS, ROUNDING))
     }
@@ -61,26 +73,32 @@ impl High {
         }
     }
 
+    /// Whether it is exactly zero.
     pub fn is_zero(&self) -> bool {
         self.0.is_zero()
     }
 
+    /// Whether it is below zero.
     pub fn is_negative(&self) -> bool {
         self.0.is_negative() && !self.0.is_zero()
     }
 
+    /// The absolute value.
     pub fn abs(&self) -> Self {
         Self(self.0.abs())
     }
 
+    /// The square root.
     pub fn sqrt(&self) -> Self {
         Self(self.0.sqrt(BITS, ROUNDING))
     }
 
+    /// The sine of an angle in radians.
     pub fn sin(&self) -> Self {
         with_constants(|c| self.0.sin(BITS, ROUNDING, c))
     }
 
+    /// The cosine of an angle in radians.
     pub fn cos(&self) -> Self {
         with_constants(|c| self.0.cos(BITS, ROUNDING, c))
     }
@@ -272,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_of_the_eight_directions_are_eighths_of_a_turn() {
+    fn the_eight_directions_are_eighths_of_a_turn() {
         for k in -3..=4_i32 {
             let (y, x) = [
                 (0.0, 1.0),

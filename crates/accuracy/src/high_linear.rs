@@ -19,6 +19,7 @@ pub struct HighMatrix {
 }
 
 impl HighMatrix {
+    /// A matrix by its entries.
     pub fn from_fn(rows: usize, columns: usize, entry: impl Fn(usize, usize) -> High) -> Self {
         Self {
             columns: (0..columns).map(|j| (0..rows).map(|i| entry(i, j)).collect()).collect(),
@@ -26,26 +27,32 @@ impl HighMatrix {
         }
     }
 
+    /// The identity of a size.
     pub fn identity(n: usize) -> Self {
         Self::from_fn(n, n, |i, j| if i == j { High::one() } else { High::zero() })
     }
 
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
     }
 
+    /// Number of columns.
     pub fn width(&self) -> usize {
         self.columns.len()
     }
 
+    /// An entry.
     pub fn at(&self, row: usize, column: usize) -> &High {
         &self.columns[column][row]
     }
 
+    /// The transpose.
     pub fn transposed(&self) -> Self {
         Self::from_fn(self.width(), self.rows, |i, j| self.at(j, i).clone())
     }
 
+    /// The product with a matrix on the right.
     pub fn times(&self, other: &Self) -> Self {
         Self::from_fn(self.rows, other.width(), |i, j| {
             self.columns
@@ -56,12 +63,13 @@ impl HighMatrix {
         })
     }
 
+    /// The difference.
     pub fn minus(&self, other: &Self) -> Self {
         Self::from_fn(self.rows, self.width(), |i, j| self.at(i, j) - other.at(i, j))
     }
 
-    /// Largest and smallest singular value are what a condition number is made of; in `f64` they
-    /// are good to as many digits as anyone reads of one, unless the condition itself is asked.
+    /// The nearest `f64` matrix: its singular values are good to as many digits as anyone reads of
+    /// a condition number.
     pub fn to_f64(&self) -> faer::Mat<f64> {
         faer::Mat::from_fn(self.rows, self.width(), |i, j| self.at(i, j).to_f64())
     }
@@ -116,6 +124,16 @@ pub fn reduce(mut a: HighMatrix, mut b: HighMatrix) -> Reduced {
 }
 
 /// Solves `A x ≈ b` for a matrix of full column rank.
+///
+/// ```
+/// use trackwright_accuracy::high::High;
+/// use trackwright_accuracy::high_linear::{HighMatrix, least_squares};
+/// // A line through (0, 1), (1, 2), (2, 6): slope 2.5, height 0.5.
+/// let a = HighMatrix::from_fn(3, 2, |i, j| High::from([i as f64, 1.0][j]));
+/// let b = HighMatrix::from_fn(3, 1, |i, _| High::from([1.0, 2.0, 6.0][i]));
+/// let x = least_squares(&a, &b);
+/// assert_eq!([0, 1].map(|k| x.at(k, 0).to_f64()), [2.5, 0.5]);
+/// ```
 pub fn least_squares(a: &HighMatrix, b: &HighMatrix) -> HighMatrix {
     let Reduced { r, mut rotated } = reduce(a.clone(), b.clone());
     for x in &mut rotated.columns {
@@ -238,10 +256,12 @@ pub type High3 = [High; 3];
 /// A matrix of three by three, row after row.
 pub type High33 = [High3; 3];
 
+/// A vector of `f64` numbers.
 pub fn vector3(values: [f64; 3]) -> High3 {
     values.map(High::from)
 }
 
+/// `a × b`.
 pub fn cross3(a: &High3, b: &High3) -> High3 {
     std::array::from_fn(|k| {
         let (i, j) = ((k + 1) % 3, (k + 2) % 3);
@@ -249,39 +269,48 @@ pub fn cross3(a: &High3, b: &High3) -> High3 {
     })
 }
 
+/// The direction of a vector.
 pub fn unit3(a: &High3) -> High3 {
     let length = norm(a);
     std::array::from_fn(|k| &a[k] / &length)
 }
 
+/// `a + b`.
 pub fn add3(a: &High3, b: &High3) -> High3 {
     std::array::from_fn(|k| &a[k] + &b[k])
 }
 
+/// `a − b`.
 pub fn sub3(a: &High3, b: &High3) -> High3 {
     std::array::from_fn(|k| &a[k] - &b[k])
 }
 
+/// A vector times a number.
 pub fn scale3(a: &High3, factor: &High) -> High3 {
     std::array::from_fn(|k| &a[k] * factor)
 }
 
+/// A matrix by its entries.
 pub fn matrix_from_fn(entry: impl Fn(usize, usize) -> High) -> High33 {
     std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
+/// The transpose.
 pub fn transposed33(m: &High33) -> High33 {
     matrix_from_fn(|i, j| m[j][i].clone())
 }
 
+/// `M x`.
 pub fn apply33(m: &High33, x: &High3) -> High3 {
     std::array::from_fn(|i| dot(&m[i], x))
 }
 
+/// `A B`.
 pub fn times33(a: &High33, b: &High33) -> High33 {
     matrix_from_fn(|i, j| (0..3).map(|k| &a[i][k] * &b[k][j]).sum())
 }
 
+/// The determinant.
 pub fn determinant33(m: &High33) -> High {
     dot(&m[0], &cross3(&m[1], &m[2]))
 }
@@ -308,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn least_squares_leave_a_residual_perpendicular_to_all_columns() {
+    fn least_squares_residual_is_perpendicular() {
         let a = HighMatrix::from_fn(9, 4, entry);
         let b = HighMatrix::from_fn(9, 2, |i, j| entry(i + 3, j + 5));
         let residual = a.times(&least_squares(&a, &b)).minus(&b);
@@ -330,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn the_solution_of_least_norm_lies_in_the_row_space() {
+    fn least_norm_solution_is_in_the_row_space() {
         // Five equations of rank three for six unknowns.
         let left = HighMatrix::from_fn(5, 3, entry);
         let right = HighMatrix::from_fn(3, 6, |i, j| entry(i + 2, j));

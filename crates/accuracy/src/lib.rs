@@ -1,7 +1,19 @@
-//! What the program's numbers are worth: their error against run time, and how they hold in
-//! extreme cases, against references of higher precision.
+//! How accurate the program's numbers are: error against run time ([`precision`]), and stiff and
+//! extreme cases against references of 192 bits ([`stability`]).
+//!
+//! ```
+//! use trackwright_accuracy::stability::case::{Extent, Methods};
+//! use trackwright_accuracy::stability::{families, run};
+//! use trackwright_task::Task;
+//! let mut families = families(Extent::Reduced);
+//! families.retain(|family| family.name == "singular values");
+//! let rows = run(&families, &Methods::OWN, &Task::default())?;
+//! assert!(rows.iter().all(|row| row.error <= row.bound));
+//! # Ok::<(), trackwright_task::Cancelled>(())
+//! ```
 
 pub mod high;
 pub mod high_linear;
 pub mod precision;
+pub mod references;
 pub mod stability;

@@ -4,6 +4,8 @@ use super::pose::Pose;
 use super::rotation::{exp_vector, log_quaternion};
 use nalgebra::{Point3, Translation3, Vector3};
 
+pub use super::number::round_below;
+
 /// Share of the view's height that the tip vector should span: the middle, on a logarithmic
 /// scale, of the 5 to 15 % in which it can be read without hiding the tool.
 const AIMED_SHARE: f64 = 0.087;
@@ -28,21 +30,6 @@ pub fn automatic_magnification(error_mm: f64, view_height_mm: f64) -> f64 {
         .into_iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
         .unwrap_or(1.0)
-}
-
-/// The largest of 1, 2 or 5 times a power of ten that is not above `limit`.
-pub fn round_below(limit: f64) -> f64 {
-    if !(limit.is_finite() && limit > 0.0) {
-        return 1.0;
-    }
-    let decade = 10f64.powi(limit.log10().floor() as i32);
-    // Round-off must not make a decade of its own limit too large.
-    let slack = 1.0 + 1e-12;
-    [10.0, 5.0, 2.0, 1.0]
-        .into_iter()
-        .map(|digit| digit * decade)
-        .find(|value| *value <= limit * slack)
-        .unwrap_or(decade)
 }
 
 /// A body where magnified errors would put it.

@@ -54,6 +54,39 @@ fn scaled_down<const N: usize>(components: &[f64; N]) -> Option<[f64; N]> {
     Some(if largest > 1e100 { components.map(|v| v / largest) } else { *components })
 }
 
+/// The largest of 1, 2 or 5 times a power of ten that is not above `limit`.
+pub fn round_below(limit: f64) -> f64 {
+    if !(limit.is_finite() && limit > 0.0) {
+        return 1.0;
+    }
+    let decade = 10f64.powi(limit.log10().floor() as i32);
+    // Round-off must not make a decade of its own limit too large.
+    let slack = 1.0 + 1e-12;
+    [10.0, 5.0, 2.0, 1.0]
+        .into_iter()
+        .map(|digit| digit * decade)
+        .find(|value| *value <= limit * slack)
+        .unwrap_or(decade)
+}
+
+/// The smallest of 1, 2 or 5 times a power of ten that is not below a positive value.
+///
+/// ```
+/// use trackwright_geometry::number::{round_above, round_below};
+/// assert_eq!([round_above(0.3), round_above(2.0), round_above(61.0)], [0.5, 2.0, 100.0]);
+/// assert_eq!([round_below(0.3), round_below(2.0), round_below(61.0)], [0.2, 2.0, 50.0]);
+/// ```
+pub fn round_above(value: f64) -> f64 {
+    let decade = 10_f64.powf(value.log10().floor());
+    // Round-off must not make a step of its own value too small.
+    let slack = 1.0 - 1e-9;
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|digit| digit * decade)
+        .find(|step| *step >= value * slack)
+        .unwrap_or(10.0 * decade)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,7 +1,7 @@
 //! The built tool against its design, pose by pose: length of the measured tip error, of the predicted
 //! one, and of the difference of the two vectors.
 
-use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use super::plot::{Axis, Chart, Series, SeriesStyle};
 use trackwright_calibration::agreement::{Agreement, AgreementRow};
 
 /// Poses beyond which points hide each other: of more, the worst of neighbours stands for them.
@@ -20,10 +20,9 @@ pub fn chart(design: &str, found: &Agreement) -> Chart {
             some.iter().max_by(|a, b| length(a).total_cmp(&length(b))).copied()
         })
         .collect();
-    let series = |name: &str, style, length: fn(&AgreementRow) -> f64| Series {
-        name: name.to_owned(),
-        points: chosen.iter().map(|(index, row)| (*index as f64, length(row))).collect(),
-        style,
+    let series = |name: &str, style, length: fn(&AgreementRow) -> f64| {
+        let points = chosen.iter().map(|(index, row)| (*index as f64, length(row)));
+        Series::new(name, style, points.collect())
     };
     let label = match each {
         1 => "recorded pose".to_owned(),
@@ -31,8 +30,8 @@ pub fn chart(design: &str, found: &Agreement) -> Chart {
     };
     Chart {
         title: format!("{design}: tip error of the built tool"),
-        x: Axis { label, scale: Scale::Linear },
-        y: Axis { label: "tip error, mm".to_owned(), scale: Scale::Linear },
+        x: Axis::linear(label),
+        y: Axis::linear("tip error, mm"),
         series: vec![
             series("measured", SeriesStyle::Points, |r| r.measured_mm.norm()),
             series("predicted", SeriesStyle::Points, |r| r.predicted_mm.norm()),

@@ -1,6 +1,6 @@
 //! Charts of a study's tip error: over position, over orientation, and how it is spread.
 
-use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use super::plot::{Axis, Chart, Series, SeriesStyle};
 use trackwright_simulation::profile::AxisProfile;
 use trackwright_simulation::{Profile, Requirement};
 
@@ -58,16 +58,15 @@ fn over_axes(
 ) -> Chart {
     let mut series: Vec<Series> = axes
         .iter()
-        .map(|axis| Series {
-            name: axis.axis.to_owned(),
-            points: axis.values.iter().copied().zip(values(axis).iter().copied()).collect(),
-            style: SeriesStyle::Line,
+        .map(|axis| {
+            let points = axis.values.iter().copied().zip(values(axis).iter().copied());
+            Series::new(axis.axis, SeriesStyle::Line, points.collect())
         })
         .collect();
     // Without a name, for the axis alone: errors are read against zero.
     series.push(bound(0.0, ""));
     series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "asked for")));
-    Chart { title, x: axis(label), y: axis("tip error, mm"), series }
+    Chart { title, x: Axis::linear(label), y: Axis::linear("tip error, mm"), series }
 }
 
 /// Errors in the order of the poses; of many the worst of neighbours stands for them.
@@ -81,44 +80,34 @@ fn over_trials(profile: &Profile) -> Chart {
     let points = columns.iter().map(|column| (column.worst_trial as f64, column.max_mm)).collect();
     Chart {
         title: "Tip error pose by pose".to_owned(),
-        x: axis(&label),
-        y: axis("tip error, mm"),
-        series: vec![Series { name: String::new(), points, style: SeriesStyle::Points }],
+        x: Axis::linear(label),
+        y: Axis::linear("tip error, mm"),
+        series: vec![Series::new("", SeriesStyle::Points, points)],
     }
 }
 
 /// Which part of the positions is within which error, and the allowed one on that curve.
 fn spread(profile: &Profile, requirement: &Requirement) -> Chart {
     let curve = profile.cumulative(CURVE_POINTS);
-    let mut series = vec![Series {
-        name: String::new(),
-        points: curve.iter().map(|&(mm, part)| (mm, 100.0 * part)).collect(),
-        style: SeriesStyle::Line,
-    }];
+    let points = curve.iter().map(|&(mm, part)| (mm, 100.0 * part)).collect();
+    let mut series = vec![Series::new("", SeriesStyle::Line, points)];
     let largest_mm = curve.last().map_or(0.0, |&(mm, _)| mm);
     if let Some((_, limit_mm)) = requirement.single_position_mm()
         && limit_mm <= largest_mm
     {
-        series.push(Series {
-            name: format!("{limit_mm} mm"),
-            points: vec![(limit_mm, 100.0 * profile.part_within(limit_mm))],
-            style: SeriesStyle::Marked,
-        });
+        let point = (limit_mm, 100.0 * profile.part_within(limit_mm));
+        series.push(Series::new(format!("{limit_mm} mm"), SeriesStyle::Marked, vec![point]));
     }
     Chart {
         title: "How many positions are within an error".to_owned(),
-        x: axis("tip error, mm"),
-        y: axis("positions, %"),
+        x: Axis::linear("tip error, mm"),
+        y: Axis::linear("positions, %"),
         series,
     }
 }
 
 fn bound(level_mm: f64, name: &str) -> Series {
-    Series { name: name.to_owned(), points: vec![(0.0, level_mm)], style: SeriesStyle::Bound }
-}
-
-fn axis(label: &str) -> Axis {
-    Axis { label: label.to_owned(), scale: Scale::Linear }
+    Series::new(name, SeriesStyle::Bound, vec![(0.0, level_mm)])
 }
 
 #[cfg(test)]
@@ -136,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn position_and_orientation_have_a_chart_of_rms_and_of_the_largest_each() {
+    fn position_and_orientation_have_two_charts_each() {
         let (profile, requirement) = profile(&Mode::Motion);
         let charts = charts(&profile, Some(&requirement));
         let titles: Vec<&str> = charts.iter().map(|chart| chart.title.as_str()).collect();

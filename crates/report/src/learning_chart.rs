@@ -11,11 +11,7 @@ pub fn chart(data: &str, points: &[LearningPoint]) -> Chart {
             let at = (point.rows as f64, kind.deciding().overall.position_rms_mm);
             match series.iter_mut().find(|s| s.name == kind.label()) {
                 Some(line) => line.points.push(at),
-                None => series.push(Series {
-                    name: kind.label(),
-                    points: vec![at],
-                    style: SeriesStyle::Line,
-                }),
+                None => series.push(Series::new(kind.label(), SeriesStyle::Line, vec![at])),
             }
         }
     }

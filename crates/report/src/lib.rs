@@ -1,4 +1,18 @@
-//! Pages and plots, as text: what a command or the editor hands to a person to keep.
+//! Pages, charts and drawings as text: what a command or the editor gives a person to keep.
+//!
+//! A chart is plain data until it is written, and so is everything else here:
+//!
+//! ```
+//! use trackwright_report::plot::{Axis, Chart, Series, SeriesStyle};
+//! let points = vec![(0.0, 0.4), (1.0, 0.7)];
+//! let chart = Chart {
+//!     title: "Tip error".to_owned(),
+//!     x: Axis::linear("pose"),
+//!     y: Axis::linear("mm"),
+//!     series: vec![Series::new("measured", SeriesStyle::Line, points)],
+//! };
+//! assert!(chart.to_svg((600, 400)).starts_with("<svg"));
+//! ```
 
 pub mod agreement_chart;
 pub mod drawing;
@@ -11,4 +25,5 @@ pub mod plot;
 pub mod room;
 pub mod selection;
 pub mod selection_chart;
+pub mod text_table;
 pub mod words;

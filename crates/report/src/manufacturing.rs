@@ -1,5 +1,6 @@
 //! A manufacturing sheet in words and tables: what a workshop reads, the same everywhere.
 
+use crate::text_table;
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::expected::verdict_of;
 use trackwright_simulation::figures::{capitalised, with_separators};
@@ -319,26 +320,11 @@ fn head(what: &str, is_short: bool) -> Vec<String> {
     head.into_iter().take(count).map(str::to_owned).collect()
 }
 
-/// Columns as wide as they have to be: numbers to the right, words to the left.
+/// Columns of numbers to the right, of words to the left.
 fn table(rows: &[Vec<String>]) -> Vec<String> {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let cells = |k: usize| rows.iter().filter_map(move |row| row.get(k));
-    let width = |k: usize| cells(k).map(|c| c.chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns).map(width).collect();
     let is_number = |c: &String| c.is_empty() || c == "–" || c.parse::<f64>().is_ok();
-    let is_right: Vec<bool> = (0..columns).map(|k| cells(k).skip(1).all(is_number)).collect();
-    let line = |row: &Vec<String>| {
-        let cells = row.iter().enumerate().map(|(k, cell)| {
-            let width = widths[k];
-            match is_right[k] {
-                true => format!("{cell:>width$}"),
-                false => format!("{cell:<width$}"),
-            }
-        });
-        let cells: Vec<String> = cells.collect();
-        format!("  {}", cells.join("  ")).trim_end().to_owned()
-    };
-    rows.iter().map(line).collect()
+    let is_right = |k: usize| rows.iter().skip(1).filter_map(|row| row.get(k)).all(is_number);
+    text_table::lines(rows, is_right).into_iter().map(|line| format!("  {line}")).collect()
 }
 
 #[cfg(test)]
@@ -346,7 +332,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_frame_is_told_by_its_tip_and_where_the_sensors_are_from_there() {
+    fn frame_words_name_tip_and_sensor_direction() {
         let body = |tip, centroid| SheetBody {
             role: BuiltBody::Tool,
             name: "t".into(),

@@ -7,6 +7,7 @@ use trackwright_field::samples::MapKind;
 use trackwright_field::validity::FitValidityError;
 use trackwright_simulation::figures::with_separators;
 
+/// How orientations share the samples, in words.
 pub fn method_name(method: FitMethod) -> &'static str {
     match method {
         FitMethod::PerDirection => "per-direction",
@@ -14,6 +15,7 @@ pub fn method_name(method: FitMethod) -> &'static str {
     }
 }
 
+/// Which pose the error is a function of, in words.
 pub fn map_name(map: MapKind) -> &'static str {
     match map {
         MapKind::Distortion => "distortion",

@@ -1,6 +1,6 @@
 //! The paper's Fig. 3: what is left of held-out measurements against order and angular resolution.
 
-use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use super::plot::{Axis, Chart, Series, SeriesStyle};
 use super::selection::{candidate_text, hold_out_name};
 use trackwright_field::selection::{HoldOutBy, Scored, Selection};
 use trackwright_geometry::directions::DirectionSet;
@@ -23,7 +23,7 @@ pub fn chart(data: &str, selection: &Selection) -> Chart {
     let mut series = Vec::new();
     let mut push = |name: String, points: Vec<(f64, f64)>, style| {
         if points.len() > 1 || style == SeriesStyle::Marked {
-            series.push(Series { name, points, style });
+            series.push(Series::new(name, style, points));
         }
     };
     let is_of = |row: &Scored, set: DirectionSet| {
@@ -52,14 +52,8 @@ pub fn chart(data: &str, selection: &Selection) -> Chart {
                 by => hold_out_name(by),
             }
         ),
-        x: Axis {
-            label: "order of the polynomials; 0 is no correction".to_owned(),
-            scale: Scale::Linear,
-        },
-        y: Axis {
-            label: format!("position RMS, mm (lines end above {top_mm:.1})"),
-            scale: Scale::Linear,
-        },
+        x: Axis::linear("order of the polynomials; 0 is no correction"),
+        y: Axis::linear(format!("position RMS, mm (lines end above {top_mm:.1})")),
         series,
     }
 }

@@ -4,7 +4,7 @@ use super::drawing::{Drawing, transform_of};
 use super::palette::{BONE, Rgb};
 use serde_json::Value;
 use trackwright_design::Anatomy;
-use trackwright_formats::gltf::write::{Elements, MaterialId, NodeId, NodeTransform, Shape};
+use trackwright_formats::gltf::write::{MaterialId, NodeId};
 use trackwright_geometry::mesh::SurfaceMesh;
 
 /// How opaque anatomy is: what it hides has to be seen through it, and its shape has to be read all
@@ -31,19 +31,8 @@ impl Drawing<'_> {
         let look = self.anatomy_look(&format!("anatomy {}", anatomy.name), color_of(anatomy));
         let mut children = Vec::new();
         for part in &mesh.parts {
-            let shape = self.writer.shape(
-                &part.name,
-                &Shape {
-                    positions: &part.positions_mm,
-                    normals: &part.normals,
-                    colors: &[],
-                    elements: Elements::Triangles(&part.triangles),
-                },
-            );
-            let drawn = shape.map(|shape| (shape, look));
-            if let Some(mesh) = self.writer.mesh(&part.name, drawn) {
-                children.push(self.node(&part.name, NodeTransform::default(), mesh, Value::Null));
-            }
+            let shape = self.part(part);
+            children.extend(self.shape_node(&part.name, shape, look, Value::Null));
         }
         let tracker_from_mesh = anatomy.tracker_from_mesh(self.stage.design());
         let name = format!("anatomy {}", anatomy.name);
@@ -100,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn each_mesh_is_where_its_frame_has_it_translucent_and_gone_with_its_layer() {
+    fn anatomy_is_in_its_frame_and_its_layer() {
         let folder = tempfile::tempdir().unwrap();
         let world = world(folder.path());
         let read = parse(&scene(&world, "anatomy"), 1000.0).unwrap();

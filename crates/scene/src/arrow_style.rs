@@ -26,6 +26,14 @@ impl ArrowStyle {
 
     /// Of a vector where a pixel spans so much, in a view so many pixels high; `None` where it is too
     /// short to be seen, or no vector.
+    ///
+    /// ```
+    /// use nalgebra::Vector3;
+    /// use trackwright_scene::arrow_style::ArrowStyle;
+    /// let size = |mm| ArrowStyle::OF_TIP.size(&Vector3::new(mm, 0.0, 0.0), 0.5, 900.0);
+    /// assert!(size(0.5).is_none());
+    /// assert_eq!(size(20.0).map(|arrow| arrow.shaft_mm), Some(2.25));
+    /// ```
     pub fn size(
         &self,
         vector_mm: &Vector3<f64>,

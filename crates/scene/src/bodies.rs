@@ -5,9 +5,7 @@ use super::painted::placement_range;
 use super::palette::{BONE, of_part};
 use serde_json::{Value, json};
 use trackwright_design::BodyRole;
-use trackwright_formats::gltf::write::{
-    Elements, Light, Material, MaterialId, NodeId, NodeTransform, Shape, ShapeId,
-};
+use trackwright_formats::gltf::write::{Light, Material, MaterialId, NodeId, ShapeId};
 use trackwright_geometry::color::{linear, linear_from_srgb};
 use trackwright_geometry::colormap::NO_VALUE_SRGB;
 use trackwright_geometry::mesh::MeshPart;
@@ -31,21 +29,8 @@ impl Drawing<'_> {
 
     /// The parts of a body's mesh; of an empty part nothing.
     fn shapes(&mut self, role: BodyRole) -> Vec<Option<ShapeId>> {
-        let Some(mesh) = self.stage.mesh(role).cloned() else {
-            return Vec::new();
-        };
-        let parts = mesh.parts.iter().map(|part| {
-            self.writer.shape(
-                &part.name,
-                &Shape {
-                    positions: &part.positions_mm,
-                    normals: &part.normals,
-                    colors: &[],
-                    elements: Elements::Triangles(&part.triangles),
-                },
-            )
-        });
-        parts.collect()
+        let parts = self.stage.mesh(role).into_iter().flat_map(|mesh| &mesh.parts);
+        parts.map(|part| self.part(part)).collect()
     }
 
     fn body(&mut self, role: BodyRole, shapes: &[Option<ShapeId>]) -> Option<NodeId> {
@@ -66,21 +51,14 @@ impl Drawing<'_> {
                     continue;
                 }
                 let Some(shape) = shape else { continue };
-                let drawn = match own.is_empty() {
-                    true => Some((shape.clone(), self.material(role, part))),
+                let (shape, look) = match own.is_empty() {
+                    true => (Some(shape.clone()), self.material(role, part)),
                     false => {
                         let painted = self.writer.painted(&part.name, shape, &own);
-                        painted.map(|shape| (shape, self.vertex_colors(false)))
+                        (painted, self.vertex_colors(false))
                     }
                 };
-                if let Some(mesh) = self.writer.mesh(&part.name, drawn) {
-                    children.push(self.node(
-                        &part.name,
-                        NodeTransform::default(),
-                        mesh,
-                        Value::Null,
-                    ));
-                }
+                children.extend(self.shape_node(&part.name, shape, look, Value::Null));
             }
         }
         children.extend(self.sensors(role));

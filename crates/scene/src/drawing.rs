@@ -13,6 +13,7 @@ use trackwright_formats::gltf::write::{
 use trackwright_geometry::color::linear;
 use trackwright_geometry::gizmo::Eye;
 use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
+use trackwright_geometry::mesh::MeshPart;
 use trackwright_geometry::orbit::VERTICAL_FOV_RAD;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::solid::Solid;
@@ -29,14 +30,17 @@ pub struct ToolErrors {
 }
 
 impl ToolErrors {
+    /// Where the tip is.
     pub fn tip_mm(&self) -> Point3<f64> {
         self.tracker_from_tool * self.tip_in_tool
     }
 
+    /// From the tip to where the tracker reports it.
     pub fn error_mm(&self) -> Vector3<f64> {
         self.tracker_from_tool_believed * self.tip_in_tool - self.tip_mm()
     }
 
+    /// The tool as the tracker reports it, magnified.
     pub fn ghost(&self, times: f64) -> Ghost {
         magnified_ghost(
             &self.tracker_from_tool,
@@ -149,16 +153,30 @@ impl Drawing<'_> {
         })
     }
 
+    /// The shape of a solid.
     pub fn solid(&mut self, name: &str, solid: &Solid) -> Option<ShapeId> {
-        self.writer.shape(
-            name,
-            &Shape {
-                positions: &solid.positions_mm,
-                normals: &solid.normals,
-                colors: &[],
-                elements: Elements::Triangles(&solid.triangles),
-            },
-        )
+        let elements = Elements::Triangles(&solid.triangles);
+        let (positions, normals) = (&solid.positions_mm, &solid.normals);
+        self.writer.shape(name, &Shape { positions, normals, colors: &[], elements })
+    }
+
+    /// The shape of a mesh's part; of an empty part nothing.
+    pub fn part(&mut self, part: &MeshPart) -> Option<ShapeId> {
+        let elements = Elements::Triangles(&part.triangles);
+        let (positions, normals) = (&part.positions_mm, &part.normals);
+        self.writer.shape(&part.name, &Shape { positions, normals, colors: &[], elements })
+    }
+
+    /// A node of a shape that is there once.
+    pub fn shape_node(
+        &mut self,
+        name: &str,
+        shape: Option<ShapeId>,
+        material: MaterialId,
+        extras: Value,
+    ) -> Option<NodeId> {
+        let mesh = self.writer.mesh(name, [(shape?, material)])?;
+        Some(self.node(name, NodeTransform::default(), mesh, extras))
     }
 
     /// A node of a solid, where it is.
@@ -169,11 +187,11 @@ impl Drawing<'_> {
         material: MaterialId,
         extras: Value,
     ) -> Option<NodeId> {
-        let shape = self.solid(name, solid)?;
-        let mesh = self.writer.mesh(name, [(shape, material)])?;
-        Some(self.node(name, NodeTransform::default(), mesh, extras))
+        let shape = self.solid(name, solid);
+        self.shape_node(name, shape, material, extras)
     }
 
+    /// A node of a mesh.
     pub fn node(
         &mut self,
         name: &str,
@@ -221,9 +239,8 @@ impl Drawing<'_> {
             colors: &[],
             elements: Elements::Lines(&pairs),
         };
-        let shape = self.writer.shape(name, &shape)?;
-        let mesh = self.writer.mesh(name, [(shape, material)])?;
-        Some(self.node(name, NodeTransform::default(), mesh, Value::Null))
+        let shape = self.writer.shape(name, &shape);
+        self.shape_node(name, shape, material, Value::Null)
     }
 
     /// `× 50`.

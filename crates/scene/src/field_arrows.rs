@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_design::view::View;
-use trackwright_geometry::magnification::round_below;
+use trackwright_geometry::number::round_below;
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_simulation::{ArrowOutcome, ArrowPlan, ArrowSensor};
 
@@ -41,6 +41,7 @@ pub struct Scale {
 }
 
 impl Scale {
+    /// The scale of sampled errors.
     pub fn of(found: &ArrowOutcome) -> Self {
         let spacing_mm = spacing_mm(found);
         let wanted = spacing_mm / found.p95_mm;
@@ -53,6 +54,7 @@ impl Scale {
         }
     }
 
+    /// An error as it is drawn: magnified, and cut where it is too long.
     pub fn drawn(&self, error_mm: &Vector3<f64>) -> Vector3<f64> {
         (error_mm * self.times).cap_magnitude(self.longest_mm)
     }

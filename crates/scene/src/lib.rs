@@ -1,5 +1,17 @@
-//! What a design looks like: bodies, sensors, errors, the room and what is known of it, in the editor's
-//! colours, as a glTF scene for other programs.
+//! What a design looks like, as primitives in the editor's colours and as a glTF scene for other
+//! programs: bodies, sensors, errors, the room and what is known of it.
+//!
+//! ```
+//! use trackwright_design::view::Layers;
+//! use trackwright_project::open_builtin;
+//! use trackwright_scene::{SceneWish, glb};
+//! use trackwright_task::Task;
+//! let world = open_builtin("endoscope")?;
+//! let wish = SceneWish { layers: Some(Layers::named("tip-error")?), ..SceneWish::default() };
+//! let scene = glb(&world, &wish, &Task::default())?;
+//! assert!(scene.glb.starts_with(b"glTF") && scene.magnification >= 1.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 //!
 //! [`glb`] does all of it. In steps: a [`Stage`] has the design's bodies as they are drawn,
 //! [`Stage::sample`] computes what the layers show, [`Stage::draw`] makes the file of it. What both

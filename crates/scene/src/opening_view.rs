@@ -26,6 +26,14 @@ pub struct Sphere {
 
 impl Sphere {
     /// Around points, and never too small to be framed; `None` around none.
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trackwright_scene::opening_view::Sphere;
+    /// let ends = [0.0, 80.0].map(|z| Point3::new(0.0, 0.0, z));
+    /// let ball = Sphere::around(ends.into_iter()).unwrap();
+    /// assert_eq!((ball.center_mm.z, ball.radius_mm), (40.0, 40.0));
+    /// ```
     pub fn around(points: impl Iterator<Item = Point3<f64>>) -> Option<Self> {
         let bounds = Bounds::around(points)?;
         Some(Self {

@@ -24,14 +24,17 @@ impl Rgb {
         Self { dark: srgb, light: srgb }
     }
 
+    /// The same colour on both grounds, as `0xRRGGBB`.
     pub const fn hex(code: u32) -> Self {
         Self::same(channels(code))
     }
 
+    /// A colour for each ground, as `0xRRGGBB`.
     pub const fn pair(dark: u32, light: u32) -> Self {
         Self { dark: channels(dark), light: channels(light) }
     }
 
+    /// The colour for a ground.
     pub fn on(self, ground: Ground) -> [u8; 3] {
         match ground {
             Ground::Dark => self.dark,

@@ -113,16 +113,8 @@ impl Drawing<'_> {
                 both_faces: false,
                 fades: false,
             });
-            let shape = Shape {
-                positions: &part.positions_mm,
-                normals: &part.normals,
-                colors: &[],
-                elements: Elements::Triangles(&part.triangles),
-            };
-            let shape = self.writer.shape(&part.name, &shape).map(|s| (s, look));
-            if let Some(mesh) = self.writer.mesh(&part.name, shape) {
-                children.push(self.node(&part.name, NodeTransform::default(), mesh, Value::Null));
-            }
+            let shape = self.part(part);
+            children.extend(self.shape_node(&part.name, shape, look, Value::Null));
         }
         Ok(self.group("field generator", NodeTransform::default(), children))
     }
@@ -146,12 +138,9 @@ impl Drawing<'_> {
             colors: &colors,
             elements: Elements::Lines(&lines),
         };
-        let shape = self.writer.shape("ground", &shape).map(|s| (s, look));
-        let mesh = self.writer.mesh("ground", shape);
+        let shape = self.writer.shape("ground", &shape);
         let mut nodes = Vec::new();
-        nodes.extend(
-            mesh.map(|mesh| self.node("ground", NodeTransform::default(), mesh, Value::Null)),
-        );
+        nodes.extend(self.shape_node("ground", shape, look, Value::Null));
         for (k, name) in ["x", "y", "z"].iter().enumerate() {
             let style = ArrowStyle::OF_SENSOR;
             let mm_per_px = self.eye.mm_per_px(&Point3::origin());
@@ -214,9 +203,8 @@ impl Drawing<'_> {
             colors: &[],
             elements: Elements::Triangles(&surface.triangles),
         };
-        let shape = self.writer.shape(name, &shape)?;
-        let mesh = self.writer.mesh(name, [(shape, look)])?;
-        Some(self.node(name, NodeTransform::default(), mesh, extras))
+        let shape = self.writer.shape(name, &shape);
+        self.shape_node(name, shape, look, extras)
     }
 
     /// The field's error vectors in the colours of their true lengths.
@@ -250,9 +238,8 @@ impl Drawing<'_> {
             colors: &colors,
             elements: Elements::Triangles(&triangles),
         };
-        let shape = self.writer.shape(&name, &shape)?;
+        let shape = Some(self.writer.shape(&name, &shape)?);
         let look = self.vertex_colors(false);
-        let mesh = self.writer.mesh(&name, [(shape, look)])?;
         self.colors.push(format!(
             "arrows × {}: position error, 0 to {max_mm:.2} mm, {}",
             scale.times,
@@ -266,7 +253,7 @@ impl Drawing<'_> {
             "to": max_mm,
             "largest": found.max_mm,
         });
-        Some(self.node(&name, NodeTransform::default(), mesh, extras))
+        self.shape_node(&name, shape, look, extras)
     }
 }
 

@@ -61,6 +61,7 @@ pub struct SensorLook {
 }
 
 impl SensorLook {
+    /// The look of a sensor: its own coil, or the usual one.
     pub fn of(sensor: &Sensor) -> Self {
         Self {
             degrees_of_freedom: sensor.orientation.degrees_of_freedom(),
@@ -68,6 +69,7 @@ impl SensorLook {
         }
     }
 
+    /// Whether the sensor has a position alone, and is drawn as a ball.
     pub fn is_marker(&self) -> bool {
         self.degrees_of_freedom == 3
     }
@@ -129,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_small_coil_is_drawn_larger_and_a_large_one_as_it_is() {
+    fn small_coils_are_drawn_larger() {
         let coil = SizeBounds::of(0.8, [8.0, 40.0]);
         assert_eq!(coil.mm(0.5), 4.0);
         assert_eq!(coil.mm(0.05), 0.8);

@@ -7,7 +7,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use serde_json::{Value, json};
 use trackwright_design::view::SliceView;
 use trackwright_field::Environment;
-use trackwright_formats::gltf::write::{Elements, MaterialId, NodeId, NodeTransform, Shape};
+use trackwright_formats::gltf::write::{Elements, MaterialId, NodeId, Shape};
 use trackwright_geometry::color::linear;
 use trackwright_geometry::colormap::{
     LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
@@ -222,8 +222,7 @@ impl Drawing<'_> {
             colors: &colors,
             elements: Elements::Triangles(&triangles),
         };
-        let shape = self.writer.shape(name, &shape)?;
-        let mesh = self.writer.mesh(name, [(shape, material)])?;
-        Some(self.node(name, NodeTransform::default(), mesh, extras))
+        let shape = self.writer.shape(name, &shape);
+        self.shape_node(name, shape, material, extras)
     }
 }

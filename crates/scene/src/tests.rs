@@ -151,7 +151,7 @@ fn srgb8(light: f64) -> u8 {
 const CLOSE_MM: f64 = 1e-3;
 
 #[test]
-fn the_programs_own_reader_finds_each_part_where_its_body_is() {
+fn parts_read_back_where_their_bodies_are() {
     let world = world("pointer-on-head");
     let (scene, _) = scene(&world, &with_layers("anatomy"));
     let read = parse(&scene.glb, 1000.0).unwrap();
@@ -174,7 +174,7 @@ fn the_programs_own_reader_finds_each_part_where_its_body_is() {
 }
 
 #[test]
-fn slice_vertices_have_the_color_that_the_map_gives_the_field_there() {
+fn slice_colors_are_those_of_the_field() {
     let world = world("pointer-on-head");
     let wish = with_layers("slice");
     let stage = Stage::new(&world, &wish);
@@ -205,7 +205,7 @@ fn slice_vertices_have_the_color_that_the_map_gives_the_field_there() {
 }
 
 #[test]
-fn vectors_and_ghost_are_the_simulated_errors_times_the_views_magnification() {
+fn errors_are_drawn_times_the_magnification() {
     let mut world = world("pointer-on-head");
     let mut view = world.document.view().clone();
     view.magnification = Magnification::Times(10.0);
@@ -239,7 +239,7 @@ fn vectors_and_ghost_are_the_simulated_errors_times_the_views_magnification() {
 }
 
 #[test]
-fn names_with_markup_quotes_and_any_letters_stay_as_they_are() {
+fn names_of_any_letters_stay_as_they_are() {
     let odd = "<script>\"x\\\" & \u{202e}\u{0000}\u{1F9B4} '\n</script>";
     let world = world("endoscope");
     let mut design = world.document.design().clone();
@@ -261,7 +261,7 @@ const MOST: &str = "volume,generator,grid,anatomy,sensor-errors,tip-error,ghost,
                     support";
 
 #[test]
-fn layers_decide_what_is_there_and_what_is_hidden_is_not() {
+fn layers_and_hidden_things_decide_what_is_there() {
     let mut world = world("shaver-on-head");
     let (_, file) = scene(&world, &with_layers("none"));
     let others = ["slice", "ghost", "error", "anatomy", "measurement", "field", "ground", "range"];
@@ -281,7 +281,7 @@ fn layers_decide_what_is_there_and_what_is_hidden_is_not() {
 }
 
 #[test]
-fn a_body_is_painted_by_what_the_study_finds_for_a_sensor_there() {
+fn placements_paint_their_body() {
     let world = world("pointer-on-head");
     let wish = SceneWish { painted: Some((BodyRole::Crf, 1)), ..with_layers("placement") };
     let stage = Stage::new(&world, &wish);
@@ -306,7 +306,7 @@ fn a_body_is_painted_by_what_the_study_finds_for_a_sensor_there() {
 }
 
 #[test]
-fn a_slice_outside_the_room_is_grey_and_one_beyond_all_numbers_is_refused() {
+fn a_slice_outside_the_room_is_grey_or_refused() {
     let mut world = world("endoscope");
     let mut view = world.document.view().clone();
     view.slice.axis = SliceAxis::Z;
@@ -367,7 +367,7 @@ fn sheet(squares: u32) -> SurfaceMesh {
 }
 
 #[test]
-fn a_mesh_of_a_million_triangles_is_drawn_coarser_and_says_so() {
+fn a_mesh_of_a_million_triangles_is_coarser() {
     let own = world("endoscope");
     let document = own.document.clone();
     let mesh = Some(Arc::new(sheet(710)));

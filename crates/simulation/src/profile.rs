@@ -4,6 +4,7 @@
 use super::motion::MotionGrid;
 use super::run::{Outcome, StudyError, run};
 use super::scenario::{InputTrial, Mode, Scenario};
+use trackwright_geometry::number::round_above;
 use trackwright_geometry::pose::Pose;
 use trackwright_task::CancelToken;
 
@@ -272,11 +273,4 @@ impl Profile {
     fn finite(&self) -> impl Iterator<Item = f64> + '_ {
         self.tip_error_mm.iter().copied().filter(|e| e.is_finite())
     }
-}
-
-/// The next 1, 2 or 5 times a power of ten that is not below a positive value.
-fn round_above(value: f64) -> f64 {
-    let decade = 10_f64.powf(value.log10().floor());
-    let digit = [1.0, 2.0, 5.0, 10.0].into_iter().find(|digit| digit * decade >= value);
-    digit.unwrap_or(10.0) * decade
 }

@@ -10,6 +10,7 @@ use trackwright_calibration::pose_stream::{Clock, ClockFaults};
 use trackwright_calibration::rigid_check::Range;
 use trackwright_calibration::still_pose::Spread;
 use trackwright_geometry::pose::{Pose, pose_to_array};
+use trackwright_report::text_table::columns;
 use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::statistics::Statistics;
 
@@ -248,7 +249,7 @@ fn sensor_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         }
         rows.push(row);
     }
-    columns(&rows)
+    columns(&rows, 1)
 }
 
 fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
@@ -277,7 +278,7 @@ fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
             found.sensor_error(sensor),
         ));
     }
-    let mut lines = columns(&rows);
+    let mut lines = columns(&rows, 1);
     let worth = &hand_eye.effective_size;
     lines.push(format!(
         "±: standard error along the worst direction, of the reference in the middle of the readings; {} poses are \
@@ -311,7 +312,7 @@ fn distance_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         row.extend([rad.mean, rad.std, rad.min, rad.max].map(|v| format!("{:.2}", degrees(v))));
         rows.push(row);
     }
-    columns(&rows)
+    columns(&rows, 1)
 }
 
 fn path_table(found: &Characterisation) -> Vec<String> {
@@ -351,7 +352,7 @@ fn path_table(found: &Characterisation) -> Vec<String> {
             clocks.push(said);
         }
     }
-    let mut lines = columns(&rows);
+    let mut lines = columns(&rows, 1);
     lines.extend(clocks);
     lines.push(
         "offset: what the reference's time is ahead, each from its first good sample; drift: of the second half \
@@ -359,24 +360,4 @@ fn path_table(found: &Characterisation) -> Vec<String> {
             .to_owned(),
     );
     lines
-}
-
-/// The first column to the left, the others to the right, as wide as their widest cells.
-fn columns(rows: &[Vec<String>]) -> Vec<String> {
-    let count = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |k: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(k));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..count).map(width).collect();
-    rows.iter()
-        .map(|row| {
-            let cells = row.iter().zip(&widths).enumerate();
-            let cells = cells.map(|(k, (cell, &w))| match k {
-                0 => format!("{cell:<w$}"),
-                _ => format!("{cell:>w$}"),
-            });
-            cells.collect::<Vec<_>>().join("  ")
-        })
-        .collect()
 }

@@ -1,22 +1,16 @@
 //! `export field`: the error of an environment on a lattice.
 
+use super::super::file_kinds::{AXES, file_kind, refuse_axes};
 use super::super::numbers::{lengths_above_zero, six, three};
-use super::super::output::{self, Format, OutsideArg, Shown};
-use super::{AxesArg, ends_with, refuse_axes};
-use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use super::super::prelude::*;
 use trackwright_field::samples::MapKind;
-use trackwright_formats::export::{field_table, mha, nrrd, vti};
+use trackwright_formats::export::{PatientAxes, field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::number::direction;
-use trackwright_project::Files;
 use trackwright_simulation::Statistics;
 use trackwright_simulation::field_lattice::{
     Displacement, FieldLattice, FieldPlan, FieldSensor, sample_field,
 };
-use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct FieldArgs {
@@ -45,16 +39,16 @@ pub struct FieldArgs {
 
     /// What is displaced; where left out `error` for a distortion map, `correction` for a correction
     /// map
-    #[arg(long, value_enum)]
-    displacement: Option<DisplacementArg>,
+    #[arg(long, value_parser = DISPLACEMENT)]
+    displacement: Option<Displacement>,
 
     /// What 3D Slicer is to take the tracker's x, y and z for (*.nrrd, *.mha)
-    #[arg(long, value_enum, default_value_t)]
-    axes: AxesArg,
+    #[arg(long, value_parser = AXES, default_value = "ras")]
+    axes: PatientAxes,
 
     /// What happens at points outside the model's box; rejected ones are NaN, in tables empty
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// How to print the figures
     #[arg(long, value_enum, default_value_t)]
@@ -62,23 +56,20 @@ pub struct FieldArgs {
 }
 
 /// What is displaced from where to where.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum DisplacementArg {
-    /// Measured minus true position, at the true one: hung under this transform in 3D Slicer, what
-    /// the tracker reads is corrected
-    Error,
-    /// True minus measured position, at the measured one, as `compensate` finds it: hung under this
-    /// transform, what is true goes where the tracker would read it
-    Correction,
-}
-
-#[derive(Clone, Copy)]
-enum FileKind {
-    Nrrd,
-    Mha,
-    Vti,
-    Csv,
-}
+const DISPLACEMENT: Choice<Displacement> = Choice(&[
+    (
+        "error",
+        "Measured minus true position, at the true one: hung under this transform in 3D Slicer, \
+         what the tracker reads is corrected",
+        Displacement::Error,
+    ),
+    (
+        "correction",
+        "True minus measured position, at the measured one, as `compensate` finds it: hung under \
+         this transform, what is true goes where the tracker would read it",
+        Displacement::Correction,
+    ),
+]);
 
 /// Reads, samples, and writes.
 ///
@@ -86,34 +77,33 @@ enum FileKind {
 /// Files that can't be used, a box that is none, a lattice of too many points.
 pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let kind = kind_of(&args.output)?;
-    if matches!(kind, FileKind::Vti | FileKind::Csv) {
+    let kind = file_kind(&args.output, "a field", &[".nrrd", ".mha", ".vti", ".csv"])?;
+    let is_for_slicer = matches!(kind, ".nrrd" | ".mha");
+    if !is_for_slicer {
         refuse_axes(args.axes, &args.output)?;
     }
     let environment = files.read_environment(&args.environment)?;
     let model = &environment.model;
-    let displacement = match (args.displacement, model.map()) {
-        (Some(DisplacementArg::Error), _) | (None, MapKind::Distortion) => Displacement::Error,
-        (Some(DisplacementArg::Correction), _) | (None, MapKind::Correction) => {
-            Displacement::Correction
-        }
-    };
+    let displacement = args.displacement.unwrap_or(match model.map() {
+        MapKind::Distortion => Displacement::Error,
+        MapKind::Correction => Displacement::Correction,
+    });
     let bounds = args.bounds.map_or(Ok(*model.bounds()), box_of)?;
-    let outside = args.outside.into();
+    let outside = args.outside;
     let plan = FieldPlan::spanning(bounds, args.spacing, args.axis, displacement, outside)
         .context("--spacing and --box")?;
     let field = sample_field(model, &plan, &Shown::new("sampling").task)
         .with_context(|| args.environment.display().to_string())?;
-    let axes = args.axes.into();
+    let axes = args.axes;
     output.write(|out| match kind {
-        FileKind::Nrrd => nrrd::write(out, &field, axes),
-        FileKind::Mha => mha::write(out, &field, axes),
-        FileKind::Vti => vti::write(out, &field),
-        FileKind::Csv => field_table::write(out, &field),
+        ".nrrd" => nrrd::write(out, &field, axes),
+        ".mha" => mha::write(out, &field, axes),
+        ".vti" => vti::write(out, &field),
+        _ => field_table::write(out, &field),
     })?;
     let mut lengths = field.lengths_mm();
     let missing = field.displacement_mm.len() - lengths.len();
-    if missing > 0 && matches!(kind, FileKind::Nrrd | FileKind::Mha) {
+    if missing > 0 && is_for_slicer {
         output::note(&format!(
             "{}: {} points are NaN, which 3D Slicer cannot move anything by; --outside clamp or a smaller --box leaves \
              fewer",
@@ -128,15 +118,9 @@ pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
         displacement_mm: Statistics::of(&mut lengths),
         field: &field,
     };
-    match args.format {
-        Format::Json => output::print_json(&figures.as_json()),
-        Format::Text => output::print(&format!(
-            "{}\n{}\nwritten to {}",
-            figures.as_text(),
-            plan.meaning(),
-            args.output.display()
-        )),
-    }
+    let (meaning, file) = (plan.meaning(), args.output.display());
+    let text = || format!("{}\n{meaning}\nwritten to {file}", figures.as_text());
+    args.format.print(|| figures.as_json(), text)
 }
 
 /// A sensor along a direction, or `mean`.
@@ -147,23 +131,6 @@ fn sensor(text: &str) -> Result<FieldSensor, String> {
     match three(text).map(direction) {
         Ok(Some(axis)) => Ok(FieldSensor::Along(axis)),
         _ => Err("expected three numbers with commas that are not all zero, or mean".to_owned()),
-    }
-}
-
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    let kinds = [
-        (".nrrd", FileKind::Nrrd),
-        (".mha", FileKind::Mha),
-        (".vti", FileKind::Vti),
-        (".csv", FileKind::Csv),
-    ];
-    match kinds.iter().find(|(ending, _)| ends_with(file, ending)) {
-        Some((_, kind)) => Ok(*kind),
-        None => bail!(
-            "{}: found no kind of file that a field can be written as, expected a name that ends with .nrrd, .mha, \
-             .vti or .csv",
-            file.display()
-        ),
     }
 }
 
@@ -211,8 +178,6 @@ impl FieldFigures<'_> {
 
     fn as_text(&self) -> String {
         let plan = &self.field.plan;
-        let row =
-            |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
         let list = |values: [f64; 3]| values.map(|v| format!("{v:.3}")).join(" ");
         let [nx, ny, nz] = plan.counts;
         let mut rows = vec![
@@ -220,12 +185,12 @@ impl FieldFigures<'_> {
             row("step", list(plan.step_mm()), "mm"),
             row("from", list(plan.bounds.min_mm.coords.into()), "mm"),
             row("to", list(plan.bounds.max_mm.coords.into()), "mm"),
-            row("outside the model's box", with_separators(self.outside), ""),
-            row("without an answer", with_separators(self.missing), ""),
+            count("outside the model's box", self.outside),
+            count("without an answer", self.missing),
         ];
         if let Some(s) = &self.displacement_mm {
-            rows.push(row("displacement, RMS", format!("{:.3}", s.rms), "mm"));
-            rows.push(row("displacement, largest", format!("{:.3}", s.max), "mm"));
+            rows.push(mm("displacement, RMS", s.rms));
+            rows.push(mm("displacement, largest", s.max));
         }
         output::aligned(&rows)
     }

@@ -1,19 +1,13 @@
 //! `export poses`: poses and tips as points, as a transform, as a table.
 
-use super::super::as_is::AsIsArgs;
+use super::super::file_kinds::{AXES, file_kind, refuse_axes};
 use super::super::numbers::three;
-use super::super::output;
+use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
-use super::{AxesArg, ends_with, refuse_axes};
-use anyhow::bail;
-use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
 use trackwright_formats::export::markups::MarkupPoint;
-use trackwright_formats::export::{itk_transform, markups};
+use trackwright_formats::export::{PatientAxes, itk_transform, markups};
 use trackwright_formats::poses::{self, WhosePoses};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct PosesArgs {
@@ -33,8 +27,8 @@ pub struct PosesArgs {
 
     /// Which poses of a table that has several: `true` and `sim` of a simulation log, `ideal` and
     /// `measured` of a measurement table, `tool` and `crf` of input data
-    #[arg(long, value_enum)]
-    columns: Option<ColumnsArg>,
+    #[arg(long, value_parser = COLUMNS)]
+    columns: Option<WhosePoses>,
 
     /// What is exported of each pose: the point of its body at this place, mm, as `pivot` prints a
     /// tip; the body's origin where left out
@@ -46,43 +40,21 @@ pub struct PosesArgs {
     row: Option<usize>,
 
     /// What 3D Slicer is to take x, y and z for (*.mrk.json, *.tfm)
-    #[arg(long, value_enum, default_value_t)]
-    axes: AxesArg,
+    #[arg(long, value_parser = AXES, default_value = "ras")]
+    axes: PatientAxes,
 
     #[command(flatten)]
     as_is: AsIsArgs,
 }
 
-/// Whose poses of a table.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ColumnsArg {
-    True,
-    Sim,
-    Ideal,
-    Measured,
-    Tool,
-    Crf,
-}
-
-impl From<ColumnsArg> for WhosePoses {
-    fn from(arg: ColumnsArg) -> Self {
-        match arg {
-            ColumnsArg::True => Self::True,
-            ColumnsArg::Sim => Self::Simulated,
-            ColumnsArg::Ideal => Self::Ideal,
-            ColumnsArg::Measured => Self::Measured,
-            ColumnsArg::Tool => Self::Tool,
-            ColumnsArg::Crf => Self::Crf,
-        }
-    }
-}
-
-#[derive(Clone, Copy)]
-enum FileKind {
-    Markups,
-    Transform,
-    Csv,
-}
+const COLUMNS: Choice<WhosePoses> = Choice(&[
+    ("true", "", WhosePoses::True),
+    ("sim", "", WhosePoses::Simulated),
+    ("ideal", "", WhosePoses::Ideal),
+    ("measured", "", WhosePoses::Measured),
+    ("tool", "", WhosePoses::Tool),
+    ("crf", "", WhosePoses::Crf),
+]);
 
 /// Reads and writes.
 ///
@@ -90,8 +62,8 @@ enum FileKind {
 /// Files that can't be used, rows that are not there, several poses for one transform.
 pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let kind = kind_of(&args.output)?;
-    if matches!(kind, FileKind::Csv) {
+    let kind = file_kind(&args.output, "poses", &[".mrk.json", ".tfm", ".csv"])?;
+    if kind == ".csv" {
         refuse_axes(args.axes, &args.output)?;
     }
     let mut found = match args.columns {
@@ -100,7 +72,7 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
         Some(columns) => {
             let mut all = Vec::new();
             for file in &args.poses {
-                all.extend(args.as_is.take(files.read_poses_of(file, columns.into())?)?);
+                all.extend(args.as_is.take(files.read_poses_of(file, columns)?)?);
             }
             all
         }
@@ -110,12 +82,12 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
         found.iter_mut().for_each(|pose| *pose *= tip);
     }
     let chosen = chosen(&found, args.row)?;
-    let axes = args.axes.into();
+    let axes = args.axes;
     match (kind, chosen.as_slice()) {
-        (FileKind::Csv, _) => {
+        (".csv", _) => {
             output.write(|out| poses::write(out, chosen.iter().map(|(_, pose)| pose)))?;
         }
-        (FileKind::Markups, _) => {
+        (".mrk.json", _) => {
             let points: Vec<_> = chosen
                 .iter()
                 .map(|(row, pose)| MarkupPoint {
@@ -125,10 +97,10 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
                 .collect();
             output.write(|out| markups::write(out, &points, axes))?;
         }
-        (FileKind::Transform, [(_, pose)]) => {
+        (_, [(_, pose)]) => {
             output.write(|out| itk_transform::write(out, pose, axes))?;
         }
-        (FileKind::Transform, _) => bail!(
+        _ => bail!(
             "{}: found {} poses, expected one for a transform; --row 0 to {} chooses it",
             args.output.display(),
             with_separators(chosen.len()),
@@ -151,19 +123,6 @@ fn chosen(poses: &[Pose], row: Option<usize>) -> anyhow::Result<Vec<(usize, Pose
         Some(row) => bail!(
             "found {} poses, expected more than --row {row}, which counts from 0",
             with_separators(poses.len())
-        ),
-    }
-}
-
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    let kinds =
-        [(".mrk.json", FileKind::Markups), (".tfm", FileKind::Transform), (".csv", FileKind::Csv)];
-    match kinds.iter().find(|(ending, _)| ends_with(file, ending)) {
-        Some((_, kind)) => Ok(*kind),
-        None => bail!(
-            "{}: found no kind of file that poses can be written as, expected a name that ends with .mrk.json, .tfm or \
-             .csv",
-            file.display()
         ),
     }
 }

@@ -1,17 +1,12 @@
 //! `export scene`: the 3D view of a design as binary glTF.
 
+use super::super::file_kinds::ends_with;
 use super::super::named_design::{note_meshes, open_named};
-use super::super::output::{self, Shown};
+use super::super::prelude::*;
 use super::super::simulate::note_world;
-use super::ends_with;
-use anyhow::{Context, bail};
-use clap::Args;
-use std::path::PathBuf;
 use trackwright_design::view::Layers;
 use trackwright_design::{BodyRole, Design};
-use trackwright_project::Files;
 use trackwright_scene::{Ground, MOST_TRIANGLES, SceneWish};
-use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub struct SceneArgs {

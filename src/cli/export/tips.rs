@@ -1,19 +1,13 @@
 //! `export tips`: the tips of a design's study, true and simulated.
 
-use super::super::as_is::AsIsArgs;
-use super::super::output::{self, OutsideArg};
+use super::super::file_kinds::{AXES, file_kind, refuse_axes};
+use super::super::prelude::*;
 use super::super::simulate::{ModeArg, mode_arg, mode_of, note_world};
-use super::{AxesArg, ends_with, refuse_axes};
-use anyhow::{Context, bail};
-use clap::Args;
-use plotters::style::RGBColor;
-use std::path::{Path, PathBuf};
+use trackwright_formats::export::PatientAxes;
 use trackwright_formats::export::markups::{self, MarkupList, MarkupPoint};
 use trackwright_formats::export::tips_table::{self, StudiedTip};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::Files;
-use trackwright_report::palette::SERIES;
-use trackwright_simulation::figures::with_separators;
+use trackwright_report::palette::{Rgb, SERIES};
 use trackwright_simulation::{CancelToken, Trial, trial_count};
 
 /// More points than this make 3D Slicer slow.
@@ -38,21 +32,15 @@ pub struct TipsArgs {
     input: Option<PathBuf>,
 
     /// What happens to sensors outside the model's box; tips of rejected trials are left out
-    #[arg(long, value_enum, default_value_t)]
-    outside: OutsideArg,
+    #[arg(long, value_parser = OUTSIDE, default_value = "clamp")]
+    outside: OutsidePolicy,
 
     /// What 3D Slicer is to take x, y and z for (*.mrk.json)
-    #[arg(long, value_enum, default_value_t)]
-    axes: AxesArg,
+    #[arg(long, value_parser = AXES, default_value = "ras")]
+    axes: PatientAxes,
 
     #[command(flatten)]
     as_is: AsIsArgs,
-}
-
-#[derive(Clone, Copy)]
-enum FileKind {
-    Markups,
-    Csv,
 }
 
 /// Simulates and writes.
@@ -61,14 +49,14 @@ enum FileKind {
 /// Files that can't be used, a range of motion that can't be visited, nothing left to write.
 pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let kind = kind_of(&args.output)?;
-    if matches!(kind, FileKind::Csv) {
+    let kind = file_kind(&args.output, "tips", &[".mrk.json", ".csv"])?;
+    if kind == ".csv" {
         refuse_axes(args.axes, &args.output)?;
     }
     let named = || args.design.display().to_string();
     let world = files.open_design_without_meshes(&args.design)?;
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    scenario.outside = args.outside.into();
+    scenario.outside = args.outside;
     let asked = mode_arg(args.mode, args.input.as_deref())?;
     let mode = asked.unwrap_or(match scenario.motion {
         Some(_) => ModeArg::Motion,
@@ -98,8 +86,8 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(named)?;
     bar.finish_and_clear();
     match kind {
-        FileKind::Csv => output.write(|out| tips_table::write(out, &tips))?,
-        FileKind::Markups => {
+        ".csv" => output.write(|out| tips_table::write(out, &tips))?,
+        _ => {
             if tips.len() > MANY {
                 output::note(&format!(
                     "{}: {} points in each of two lists, with which 3D Slicer is slow; a *.csv holds as many as you \
@@ -109,7 +97,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
                 ));
             }
             let lists = lists(&world.document.design().name, &tips);
-            output.write(|out| markups::write_lists(out, &lists, args.axes.into()))?;
+            output.write(|out| markups::write_lists(out, &lists, args.axes))?;
         }
     }
     output::note_outside("trials have a sensor", outcome.figures.outside, index, scenario.outside);
@@ -138,7 +126,7 @@ fn lists(design: &str, tips: &[StudiedTip]) -> [MarkupList; 2] {
 
 fn list(
     name: String,
-    RGBColor(red, green, blue): RGBColor,
+    Rgb(red, green, blue): Rgb,
     tips: &[StudiedTip],
     pose: impl Fn(&StudiedTip) -> Pose,
 ) -> MarkupList {
@@ -147,17 +135,4 @@ fn list(
         tracker_from_point: pose(tip),
     };
     MarkupList { name, color: [red, green, blue], points: tips.iter().map(point).collect() }
-}
-
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    if ends_with(file, ".mrk.json") {
-        Ok(FileKind::Markups)
-    } else if ends_with(file, ".csv") {
-        Ok(FileKind::Csv)
-    } else {
-        bail!(
-            "{}: found no kind of file that tips can be written as, expected a name that ends with .mrk.json or .csv",
-            file.display()
-        )
-    }
 }

@@ -1,13 +1,10 @@
 //! The shaft of a tool beside its tip: recordings of turns about it, and the frame of the tip.
 
+use super::super::file_kinds::{file_kind, own_name};
 use super::super::numbers::{above_zero, three};
-use super::super::output;
+use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
-use anyhow::{anyhow, bail};
-use clap::Args;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
 use trackwright_calibration::pivot::PivotLimits;
 use trackwright_calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
 use trackwright_formats::body::{self, BodyFile};
@@ -15,7 +12,6 @@ use trackwright_formats::export::{PatientAxes, itk_transform};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::Output;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
-use trackwright_simulation::figures::with_separators;
 
 #[derive(Debug, Args)]
 pub(super) struct SpinArgs {
@@ -44,11 +40,6 @@ pub(super) struct SpinArgs {
 pub(super) struct Shaft {
     spin: Spin,
     is_towards_tip: bool,
-}
-
-enum FileKind {
-    Transform,
-    Body,
 }
 
 impl SpinArgs {
@@ -136,10 +127,10 @@ impl SpinArgs {
         let tool_from_tip = tool_from_tip(&tip, &shaft.spin.shaft_in_tool);
         let file = output.file();
         match kind_of(file)? {
-            FileKind::Transform => {
+            ".tfm" => {
                 output.write(|out| itk_transform::write(out, &tool_from_tip, PatientAxes::Ras))?;
             }
-            FileKind::Body => {
+            _ => {
                 let text = body::write(&body_of(file, &tool_from_tip));
                 output.write_bytes(text.as_bytes())?;
             }
@@ -148,17 +139,9 @@ impl SpinArgs {
     }
 }
 
-fn kind_of(file: &Path) -> anyhow::Result<FileKind> {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    match name.to_lowercase() {
-        name if name.ends_with(".tfm") => Ok(FileKind::Transform),
-        name if name.ends_with(".body.ron") => Ok(FileKind::Body),
-        _ => bail!(
-            "{}: found no kind of file that the tip's frame can be written as, expected a name that ends with .tfm or \
-             .body.ron",
-            file.display()
-        ),
-    }
+/// The ending of a file for the tip's frame.
+fn kind_of(file: &Path) -> anyhow::Result<&'static str> {
+    file_kind(file, "the tip's frame", &[".tfm", ".body.ron"])
 }
 
 /// A body like the built-in ones, whose z runs from the tip up the shaft.
@@ -166,11 +149,9 @@ fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
     let half_turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let tool_from_body = tool_from_tip * pose_from_parts(Vector3::zeros(), half_turn);
     let body_from_tool = tool_from_body.inverse();
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    let name = name.split(".body.ron").next().unwrap_or_default();
     BodyFile {
         rigid: RigidBody {
-            name: name.to_owned(),
+            name: own_name(file, ".body.ron"),
             tip_in_body: Some(Point3::origin()),
             sensors: vec![Sensor {
                 name: "tool".to_owned(),
@@ -186,9 +167,8 @@ fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
 
 impl Shaft {
     pub(super) fn as_json(&self) -> Value {
-        let direction = |v: &Vector3<f64>| json!([v.x, v.y, v.z]);
-        let covariance = self.spin.covariance;
-        let rows = [0, 1, 2].map(|i| [0, 1, 2].map(|j| covariance[(i, j)]));
+        let direction = |v: &Vector3<f64>| -> [f64; 3] { (*v).into() };
+        let rows: [[f64; 3]; 3] = self.spin.covariance.transpose().into();
         json!({
             "poses": self.spin.poses,
             "shaft": direction(&self.spin.shaft_in_tool),
@@ -211,17 +191,14 @@ impl Shaft {
         Some(student * self.spin.std_error_rad)
     }
 
-    pub(super) fn text_rows(&self) -> Vec<(String, String, String)> {
-        let row =
-            |label: &str, value: String, unit: &str| (label.to_owned(), value, unit.to_owned());
+    pub(super) fn text_rows(&self) -> Vec<Row> {
         let direction = |v: &Vector3<f64>| format!("{:.5} {:.5} {:.5}", v.x, v.y, v.z);
         let degrees = |rad: f64| format!("{:.3}", rad.to_degrees());
         let spin = &self.spin;
-        let range = format!("{:.1}", spin.orientation_range_rad.to_degrees());
         vec![
-            row("turned poses", with_separators(spin.poses), ""),
-            row("  worth independent poses", format!("{:.1}", spin.effective_size.effective), ""),
-            row("largest angle between two", range, "deg"),
+            count("turned poses", spin.poses),
+            number("  worth independent poses", spin.effective_size.effective, 1, ""),
+            number("largest angle between two", spin.orientation_range_rad.to_degrees(), 1, "deg"),
             row(
                 match self.is_towards_tip {
                     true => "shaft towards the tip, tool's frame",
@@ -230,15 +207,15 @@ impl Shaft {
                 direction(&spin.shaft_in_tool),
                 "",
             ),
-            row("  standard error, worst direction", degrees(spin.std_error_rad), "deg"),
+            number("  standard error, worst direction", spin.std_error_rad.to_degrees(), 3, "deg"),
             row(
                 "  95 % interval, ±, likewise",
                 self.half_width_rad().map_or_else(|| "–".to_owned(), degrees),
                 "deg",
             ),
             row("shaft in the tracker's frame", direction(&spin.shaft_in_tracker), ""),
-            row("angle from it, RMS", degrees(spin.rms_rad), "deg"),
-            row("  largest", degrees(spin.worst_rad), "deg"),
+            number("angle from it, RMS", spin.rms_rad.to_degrees(), 3, "deg"),
+            number("  largest", spin.worst_rad.to_degrees(), 3, "deg"),
         ]
     }
 }

@@ -1,15 +1,15 @@
 //! The field: equation (8) at poses of the design's room and at other orders, against itself in
-//! double-double arithmetic.
+//! 192 bits.
 
-use super::double_double::DoubleDouble;
 use super::interpolated::ValueLattice;
 use super::sampling::poses;
 use super::single::{SingleModel, single_pose};
-use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What, exact};
+use super::{Family, Row, Settings, Steps, What, no_field};
+use crate::high::High;
+use crate::references;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use trackwright_field::batch::Batch;
-use trackwright_field::computed::ModelKind;
 use trackwright_field::fit::{FitSettings, fit};
 use trackwright_field::model::{Coefficient, Evaluation};
 use trackwright_field::samples::{PoseError, Sample, SampleSet};
@@ -39,32 +39,25 @@ const USUAL_ORDER: usize = 4;
 
 type ScatteredPose = (Point3<f64>, Unit<Vector3<f64>>);
 
+/// Every way of evaluating the field.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
     steps: &Steps,
 ) -> Result<Family, Cancelled> {
     let model = &scenario.environment.model;
-    let mut family = Family {
-        what: What::Field,
-        about: "Equation (8) at poses spread over the room's box, one thread, triangle search and \
+    let mut family = Family::new(
+        What::Field,
+        "Equation (8) at poses spread over the room's box, one thread, triangle search and \
                 weights in the time. The error is the largest difference of a position from the \
-                same sum in 106 bits: a few 1e-15 mm are round-off, and which of them is less is \
+                same sum in 192 bits: a few 1e-15 mm are round-off, and which of them is less is \
                 chance. Where the room is replaced by a smaller model or by a lattice \
                 of its values, it is that replacement's distance from the room. Lattices and \
-                replacements are made beforehand, outside the time."
-            .to_owned(),
-        rows: Vec::new(),
-        charted: SCATTERED.to_owned(),
-        left_out: None,
-    };
-    if model.kind() != ModelKind::Bernstein {
-        family.left_out = Some(NOT_POLYNOMIALS.into());
-        return Ok(family);
-    }
-    if model.is_zero() {
-        family.left_out = Some("the design's room is ideal: there is no field to evaluate".into());
-        return Ok(family);
+                replacements are made beforehand, outside the time.",
+        SCATTERED,
+    );
+    if let Some(why) = no_field(model, "there is no field to evaluate") {
+        return Ok(family.without(why));
     }
     let jobs = 12 + settings.max_order;
     let mut done = 0;
@@ -73,13 +66,13 @@ pub fn measure(
         steps.at(done, jobs)
     };
     let scattered = poses(model.bounds(), settings.poses, settings.seed);
-    let asked = Asked::new(model, scattered, SCATTERED, settings);
+    let probe = Probe::new(model, scattered, SCATTERED, settings);
     next()?;
-    family.rows.extend(asked.plain_and_single(true));
+    family.rows.extend(probe.plain_and_single(true));
     next()?;
-    family.rows.extend(asked.interpolated());
+    family.rows.extend(probe.interpolated());
     next()?;
-    family.rows.extend(asked.replaced(settings));
+    family.rows.extend(probe.replaced(settings));
     next()?;
     family.rows.extend(shared(model, settings));
     next()?;
@@ -91,11 +84,11 @@ pub fn measure(
         };
         let problem = format!("round-off at order {order}, {orientations}");
         let scattered = poses(model.bounds(), settings.poses, settings.seed);
-        let asked = Asked::new(&other, scattered, &problem, settings);
+        let probe = Probe::new(&other, scattered, &problem, settings);
         family
             .rows
             // Another room's round-off: in the table, not beside the room's in the picture.
-            .extend(asked.plain_and_single(false).into_iter().map(Row::uncharted));
+            .extend(probe.plain_and_single(false).into_iter().map(Row::uncharted));
         next()?;
     }
     Ok(family)
@@ -143,18 +136,18 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         .into_iter()
         .map(|(position, _)| (position, axis))
         .collect();
-    let asked = Asked::new(model, positions, ONE_AXIS, settings);
+    let probe = Probe::new(model, positions, ONE_AXIS, settings);
     let mut rows = vec![
-        asked.scattered("scattered", model, false).uncharted(),
-        asked.shared(&axis, true).charted("shared orientation"),
+        probe.scattered("scattered", model, false).uncharted(),
+        probe.shared(&axis, true).charted("shared orientation"),
     ];
     for nodes in NODES {
         let lattice = ValueLattice::new(model, &[axis], nodes);
         let spacing = ValueLattice::spacing_mm(model.bounds(), nodes);
-        let row = asked.row(
+        let row = probe.row(
             &format!("interpolated lattice of one orientation, {spacing:.1} mm"),
             false,
-            |out| out.extend(asked.poses.iter().map(|(p, _)| lattice.at(p, 0))),
+            |out| out.extend(probe.poses.iter().map(|(p, _)| lattice.at(p, 0))),
         );
         rows.push(Row { is_step: true, ..row.charted("interpolated lattice, one orientation") });
     }
@@ -166,10 +159,10 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
         .flat_map(|(x, y)| coordinates[2].iter().map(move |&z| Point3::new(x, y, z)))
         .map(|position| (position, axis))
         .collect();
-    let asked = Asked::new(model, points, LATTICE, settings);
-    rows.push(asked.scattered("scattered", model, false).uncharted());
-    rows.push(asked.shared(&axis, false).uncharted());
-    let row = asked.row("lattice", true, |out: &mut Vec<Evaluation>| {
+    let probe = Probe::new(model, points, LATTICE, settings);
+    rows.push(probe.scattered("scattered", model, false).uncharted());
+    rows.push(probe.shared(&axis, false).uncharted());
+    let row = probe.row("lattice", true, |out: &mut Vec<Evaluation>| {
         let coordinates = coordinates.each_ref().map(Vec::as_slice);
         model.at_axis(&axis).evaluate_lattice(coordinates, OutsidePolicy::Clamp, out);
     });
@@ -184,26 +177,23 @@ fn place(bounds: &Bounds, axis: usize, count: usize) -> Vec<f64> {
     (0..count).map(|i| min + i as f64 / last * size).collect()
 }
 
-/// A room asked at some poses, with the exact answers.
-struct Asked<'a> {
+/// A room evaluated at some poses, with the exact answers.
+struct Probe<'a> {
     model: &'a DistortionModel,
     poses: Vec<ScatteredPose>,
-    exact: Vec<[DoubleDouble; 6]>,
+    exact: Vec<Vec<High>>,
     problem: &'a str,
     settings: &'a Settings,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> Probe<'a> {
     fn new(
         model: &'a DistortionModel,
         poses: Vec<ScatteredPose>,
         problem: &'a str,
         settings: &'a Settings,
     ) -> Self {
-        let exact = poses
-            .par_iter()
-            .map(|(position, axis)| exact::evaluate(model, position, axis))
-            .collect();
+        let exact = poses.par_iter().map(|(p, a)| exact_position_mm(model, p, a)).collect();
         Self { model, poses, exact, problem, settings }
     }
 
@@ -223,22 +213,14 @@ impl<'a> Asked<'a> {
             .exact
             .iter()
             .zip(&found)
-            .map(|(exact, found)| exact::position_difference_mm(exact, &found.position_mm()))
+            .map(|(exact, found)| references::distance(found.position_mm().as_slice(), exact))
             .fold(0.0, f64::max);
         Row {
-            what: What::Field,
-            method: method.to_owned(),
-            order: self.model.order(),
-            directions: self.model.directions().len(),
             size: self.poses.len(),
             seconds,
             error,
-            error_unit: "mm",
-            on_front: false,
             is_default,
-            problem: self.problem.to_owned(),
-            series: method.to_owned(),
-            is_step: false,
+            ..Row::new(What::Field, self.model, self.problem, method)
         }
     }
 
@@ -326,6 +308,18 @@ impl<'a> Asked<'a> {
     }
 }
 
+/// The exact position error at a pose. On an edge between triangles all of them give the same to
+/// round-off, and the first is taken.
+pub(super) fn exact_position_mm(
+    model: &DistortionModel,
+    position_mm: &Point3<f64>,
+    axis: &Unit<Vector3<f64>>,
+) -> Vec<High> {
+    let (position, axis) = (references::point3(position_mm), references::axis3(axis));
+    let all = references::evaluate(model, &position, &axis, OutsidePolicy::Clamp);
+    all.into_iter().next().map_or_else(Vec::new, |found| found.values[..3].to_vec())
+}
+
 /// The room's own field as samples, at other poses than those that it is judged at.
 fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
     let samples = poses(model.bounds(), settings.samples, settings.seed + 1)
@@ -358,5 +352,39 @@ impl Answer for Coefficient {
 impl Answer for [f32; 8] {
     fn position_mm(&self) -> Vector3<f64> {
         Vector3::from_fn(|k, _| f64::from(self[k]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::precision::testing;
+    use trackwright_geometry::directions::Weighting;
+
+    #[test]
+    fn the_programs_answers_are_exact_to_round_off() {
+        for weighting in [Weighting::Area, Weighting::Gnomonic] {
+            for set in DirectionSet::ALL {
+                let model = testing::model(4, set, weighting);
+                let largest = testing::largest_mm(&model);
+                for (position, axis) in poses(model.bounds(), 50, 3) {
+                    let exact = exact_position_mm(&model, &position, &axis);
+                    let found = model.evaluate(&position, &axis, OutsidePolicy::Clamp);
+                    let off = references::distance(found.error.position_mm.as_slice(), &exact);
+                    // Three directions, three sums of five terms: some tens of roundings.
+                    assert!(off < 100.0 * f64::EPSILON * largest, "{set:?} {off:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_linear_field_is_exact() {
+        let model = testing::linear_model(4);
+        let at = Point3::new(0.0, 25.0, -150.0);
+        let exact = exact_position_mm(&model, &at, &Vector3::z_axis());
+        for (exact, expected) in exact.iter().zip([0.5, 0.75]) {
+            assert!((exact - High::from(expected)).abs() < High::from(1e-30));
+        }
     }
 }

@@ -1,9 +1,10 @@
 //! The fit: one least-squares system solved in several ways, against its solution refined with
-//! residuals in double-double arithmetic.
+//! residuals in 192 bits.
 
-use super::double_double::DoubleDouble;
 use super::sampling::poses;
 use super::{Family, Row, Settings, Steps, What};
+use crate::high::High;
+use crate::high_linear::dot;
 use faer::linalg::solvers::{Solve, SolveLstsq};
 use faer::{Mat, Side};
 use nalgebra::Vector3;
@@ -25,45 +26,48 @@ const CHARTED_ORDER: usize = 4;
 const WOBBLE_MM: f64 = 0.1;
 
 /// Steps of refinement; each gains what the condition leaves of 16 digits, here ten and more.
-const REFINEMENTS: usize = 4;
+const REFINEMENTS: usize = 3;
 
 /// Positions at which a solution's field is compared with the reference.
 const PROBES: usize = 500;
 
 const VALUES: usize = 6;
 
+/// Of these the position's, which alone are compared.
+const COMPARED: usize = 3;
+
+/// Every way of solving a fit.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
     steps: &Steps,
 ) -> Result<Family, Cancelled> {
-    let mut family = Family {
-        what: What::Fit,
-        about: format!(
+    let mut family = Family::new(
+        What::Fit,
+        format!(
             "Least squares (4) for one orientation on {} samples of the design's room, with a \
              wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
              thread. In the picture a line joins the orders of one method. The error is the \
              largest difference in position of the solution's field from that of the reference: \
-             the solution refined with residuals in 106 bits (Björck, BIT 7, 1967). The default \
+             the solution refined with residuals in 192 bits (Björck, BIT 7, 1967). The default \
              knows rank and condition from the extreme singular values of R, and takes the SVD \
              where the rank is not certainly full.",
             settings.samples
         ),
-        rows: Vec::new(),
-        charted: problem(CHARTED_ORDER.min(settings.max_order)),
-        left_out: None,
-    };
+        problem(CHARTED_ORDER.min(settings.max_order)),
+    );
     let orders: Vec<_> = ORDERS
         .into_iter()
         .filter(|&o| o <= settings.max_order && coefficient_count(o) <= settings.samples)
         .collect();
     let methods: [(&str, bool, Method); 5] = [
-        ("QR by blocks, back substitution", true, folded),
-        ("QR by blocks, then SVD of R", false, folded_then_svd),
+        ("QR by blocks, back substitution", true, blocks),
+        ("QR by blocks, then SVD of R", false, blocks_then_svd),
         ("QR, back substitution", false, qr),
         ("SVD of the design matrix", false, svd),
         ("normal equations", false, normal_equations),
     ];
+    let room = &scenario.environment.model;
     let all = orders.len() * (methods.len() + 1);
     let mut done = 0;
     for &order in &orders {
@@ -79,19 +83,14 @@ pub fn measure(
             steps.at(done, all)?;
             let Some(solution) = solution else { continue };
             family.rows.push(Row {
-                what: What::Fit,
-                method: method.to_owned(),
                 order,
                 directions: 1,
                 size: settings.samples,
                 seconds,
                 error: system.field_difference_mm(&solution, &reference),
-                error_unit: "mm",
-                on_front: false,
                 is_default,
-                problem: problem(order),
-                series: method.to_owned(),
                 is_step: true,
+                ..Row::new(What::Fit, room, &problem(order), method)
             });
         }
     }
@@ -158,42 +157,37 @@ impl System {
         Mat::from_fn(self.values.len(), VALUES, |i, k| self.values[i][k])
     }
 
-    /// The exact solution of the system as its `f64` numbers stand, by refinement of solution and
-    /// residual together (Björck, BIT 7, 1967).
-    fn reference(&self) -> Option<Vec<[DoubleDouble; VALUES]>> {
+    /// The exact positions' solution of the system as its `f64` numbers stand, by refinement of
+    /// solution and residual together (Björck, BIT 7, 1967).
+    fn reference(&self) -> Option<Vec<[High; COMPARED]>> {
         let (a, b) = (self.matrix(), self.right_side());
         let (rows, unknowns) = (a.nrows(), a.ncols());
+        let exact = |m: &Mat<f64>| -> Vec<Vec<High>> {
+            let row = |i| (0..m.ncols()).map(|j| High::from(m[(i, j)])).collect();
+            (0..m.nrows()).map(row).collect()
+        };
+        let (by_row, by_column) = (exact(&a), exact(&a.transpose().to_owned()));
         let qr = a.qr();
         let (q, r) = (qr.compute_thin_Q(), qr.thin_R());
-        let zero = [DoubleDouble::ZERO; VALUES];
-        let mut x = vec![zero; unknowns];
-        let mut residual = vec![zero; rows];
+        let mut x = vec![vec![High::zero(); unknowns]; COMPARED];
+        let mut residual = vec![vec![High::zero(); rows]; COMPARED];
         for _ in 0..=REFINEMENTS {
             // What the augmented system [I A; Aᵀ 0][r; x] = [b; 0] still misses.
-            let f: Vec<[f64; VALUES]> = (0..rows)
-                .into_par_iter()
-                .map(|i| {
+            let missed: Vec<[f64; COMPARED]> = (by_row.par_iter().enumerate())
+                .map(|(i, row)| {
                     std::array::from_fn(|k| {
-                        let model = (0..unknowns)
-                            .fold(DoubleDouble::ZERO, |s, j| s + dd(a[(i, j)]) * x[j][k]);
-                        (dd(b[(i, k)]) - residual[i][k] - model).to_f64()
+                        let model = dot(row, &x[k]);
+                        (High::from(b[(i, k)]) - &residual[k][i] - model).to_f64()
                     })
                 })
                 .collect();
-            let g: Vec<[f64; VALUES]> = (0..unknowns)
-                .into_par_iter()
-                .map(|j| {
-                    std::array::from_fn(|k| {
-                        let sum = (0..rows)
-                            .fold(DoubleDouble::ZERO, |s, i| s + dd(a[(i, j)]) * residual[i][k]);
-                        -sum.to_f64()
-                    })
-                })
+            let slope: Vec<[f64; COMPARED]> = by_column
+                .par_iter()
+                .map(|column| std::array::from_fn(|k| -dot(column, &residual[k]).to_f64()))
                 .collect();
-            let f = Mat::from_fn(rows, VALUES, |i, k| f[i][k]);
-            let g = Mat::from_fn(unknowns, VALUES, |j, k| g[j][k]);
+            let f = Mat::from_fn(rows, COMPARED, |i, k| missed[i][k]);
             // dr = Q R⁻ᵀ g + (I - Q Qᵀ) f, R dx = Qᵀ f - R⁻ᵀ g.
-            let mut h = g;
+            let mut h = Mat::from_fn(unknowns, COMPARED, |j, k| slope[j][k]);
             faer::linalg::triangular_solve::solve_lower_triangular_in_place(
                 r.transpose(),
                 h.as_mut(),
@@ -207,39 +201,33 @@ impl System {
                 faer::Par::Seq,
             );
             let residual_step = &f + &q * (&h - &along);
-            for j in 0..unknowns {
-                for k in 0..VALUES {
-                    x[j][k] += dd(step[(j, k)]);
+            for k in 0..COMPARED {
+                for (j, x) in x[k].iter_mut().enumerate() {
+                    *x = &*x + step[(j, k)];
                 }
-            }
-            for i in 0..rows {
-                for k in 0..VALUES {
-                    residual[i][k] += dd(residual_step[(i, k)]);
+                for (i, residual) in residual[k].iter_mut().enumerate() {
+                    *residual = &*residual + residual_step[(i, k)];
                 }
             }
         }
-        x.iter().flatten().all(|v| v.to_f64().is_finite()).then_some(x)
+        let solution: Vec<[High; COMPARED]> =
+            (0..unknowns).map(|j| std::array::from_fn(|k| x[k][j].clone())).collect();
+        solution.iter().flatten().all(|v| v.to_f64().is_finite()).then_some(solution)
     }
 
     /// Largest difference of two solutions' fields over the probes.
-    fn field_difference_mm(&self, found: &Mat<f64>, exact: &[[DoubleDouble; VALUES]]) -> f64 {
-        self.probes
-            .iter()
-            .map(|row| {
-                Vector3::from_fn(|k, _| {
-                    row.iter()
-                        .enumerate()
-                        .map(|(j, &p)| p * (dd(found[(j, k)]) - exact[j][k]).to_f64())
-                        .sum::<f64>()
-                })
-                .norm()
+    fn field_difference_mm(&self, found: &Mat<f64>, exact: &[[High; COMPARED]]) -> f64 {
+        let off: Vec<[f64; COMPARED]> = (exact.iter().enumerate())
+            .map(|(j, exact)| {
+                std::array::from_fn(|k| (High::from(found[(j, k)]) - &exact[k]).to_f64())
             })
-            .fold(0.0, f64::max)
+            .collect();
+        let length = |row: &Vec<f64>| {
+            let sum = |k: usize| row.iter().zip(&off).map(|(p, off)| p * off[k]).sum::<f64>();
+            Vector3::from_fn(|k, _| sum(k)).norm()
+        };
+        self.probes.iter().map(length).fold(0.0, f64::max)
     }
-}
-
-fn dd(value: f64) -> DoubleDouble {
-    DoubleDouble::from(value)
 }
 
 fn row(order: usize, unit_position: &Vector3<f64>) -> Vec<f64> {
@@ -248,14 +236,13 @@ fn row(order: usize, unit_position: &Vector3<f64>) -> Vec<f64> {
     row
 }
 
-/// The program's own way.
 /// What a fit does: the rank is certain from the extreme singular values of R, or its SVD decides.
-fn folded(system: &System) -> Option<Mat<f64>> {
+fn blocks(system: &System) -> Option<Mat<f64>> {
     let found = triangle(system).solve(DEFAULT_RCOND, 0.0).ok()?.unknowns;
     Some(Mat::from_fn(found.len(), VALUES, |i, k| found[i][k]))
 }
 
-fn folded_then_svd(system: &System) -> Option<Mat<f64>> {
+fn blocks_then_svd(system: &System) -> Option<Mat<f64>> {
     let decomposition = triangle(system).decompose().ok()?;
     let found = decomposition.solve(DEFAULT_RCOND, 0.0).unknowns;
     Some(Mat::from_fn(found.len(), VALUES, |i, k| found[i][k]))
@@ -305,27 +292,29 @@ mod tests {
     }
 
     #[test]
-    fn the_reference_leaves_a_residual_at_right_angles_to_every_column() {
+    fn the_reference_residual_is_perpendicular() {
         let system = system(4);
         let x = system.reference().unwrap();
         let a = system.matrix();
+        let left: Vec<High> = (0..a.nrows())
+            .map(|i| {
+                let model: High = (0..a.ncols()).map(|l| &x[l][0] * a[(i, l)]).sum();
+                High::from(system.values[i][0]) - model
+            })
+            .collect();
         for j in 0..a.ncols() {
-            let gradient = (0..a.nrows()).fold(DoubleDouble::ZERO, |sum, i| {
-                let model =
-                    (0..a.ncols()).fold(DoubleDouble::ZERO, |s, l| s + dd(a[(i, l)]) * x[l][0]);
-                sum + dd(a[(i, j)]) * (dd(system.values[i][0]) - model)
-            });
+            let gradient: High = left.iter().enumerate().map(|(i, left)| left * a[(i, j)]).sum();
             // f64 alone would leave 1e-13 of it.
             assert!(gradient.abs().to_f64() < 1e-22, "{gradient:?}");
         }
     }
 
     #[test]
-    fn orthogonal_methods_lose_the_condition_and_normal_equations_its_square() {
+    fn normal_equations_lose_the_squared_condition() {
         let system = system(5);
         let exact = system.reference().unwrap();
         let error = |method: Method| system.field_difference_mm(&method(&system).unwrap(), &exact);
-        let orthogonal = [folded, folded_then_svd, qr, svd].map(|m| error(m));
+        let orthogonal = [blocks, blocks_then_svd, qr, svd].map(|m| error(m));
         assert!(orthogonal.iter().all(|&e| e < 1e-11), "{orthogonal:?}");
         let squared = error(normal_equations);
         assert!(orthogonal.iter().all(|&e| squared > 3.0 * e), "{squared:e} {orthogonal:?}");

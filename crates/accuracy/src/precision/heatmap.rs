@@ -1,8 +1,7 @@
 //! The slice's resolution: a coarse slice, filled in between its points, against a fine one.
 
-use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use super::{Family, Row, Settings, Steps, What, no_field};
 use nalgebra::{Unit, Vector3};
-use trackwright_field::computed::ModelKind;
 use trackwright_simulation::{
     Quantity, Scenario, SliceOutcome, SlicePlan, SlicePlane, StudyError, sample_slice,
 };
@@ -14,6 +13,7 @@ const NORMAL_AXIS: usize = 2;
 /// Coarser and finer than the program's own, in cells along a side.
 const FACTORS: [(usize, usize); 7] = [(1, 8), (1, 4), (1, 2), (3, 4), (1, 1), (2, 1), (4, 1)];
 
+/// Slices of more and fewer points.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
@@ -21,25 +21,18 @@ pub fn measure(
 ) -> Result<Family, Cancelled> {
     let model = &scenario.environment.model;
     let problem = "a slice through the middle of the room";
-    let mut family = Family {
-        what: What::Heatmap,
-        about: format!(
+    let mut family = Family::new(
+        What::Heatmap,
+        format!(
             "Position error on a slice across z through the middle of the room's box, on all \
              threads; size is the number of its points. The error is the largest difference \
              between the slice filled in bilinearly and one of {0} x {0} points.",
             settings.slice_reference
         ),
-        rows: Vec::new(),
-        charted: problem.to_owned(),
-        left_out: None,
-    };
-    if model.kind() != ModelKind::Bernstein {
-        family.left_out = Some(NOT_POLYNOMIALS.into());
-        return Ok(family);
-    }
-    if model.is_zero() {
-        family.left_out = Some("the design's room is ideal: a slice shows nothing".to_owned());
-        return Ok(family);
+        problem,
+    );
+    if let Some(why) = no_field(model, "a slice shows nothing") {
+        return Ok(family.without(why));
     }
     let sample = |points: usize| {
         let plan = SlicePlan {
@@ -61,19 +54,13 @@ pub fn measure(
         let (seconds, slice) = settings.timing.measure(|| sample(points));
         let slice = cancelled(slice)?;
         family.rows.push(Row {
-            what: What::Heatmap,
-            method: format!("{points} x {points} points"),
-            order: model.order(),
-            directions: model.directions().len(),
             size: points * points,
             seconds,
             error: largest_difference_mm(&slice, &reference),
-            error_unit: "mm",
-            on_front: false,
             is_default: up == down,
-            problem: problem.to_owned(),
             series: "slice, filled in between its points".to_owned(),
             is_step: true,
+            ..Row::new(What::Heatmap, model, problem, &format!("{points} x {points} points"))
         });
         steps.at(i + 2, all)?;
     }
@@ -108,10 +95,12 @@ fn largest_difference_mm(slice: &SliceOutcome, fine: &SliceOutcome) -> f64 {
 mod tests {
     use super::*;
     use crate::precision::{Timing, testing};
+    use trackwright_field::DistortionModel;
+    use trackwright_field::samples::MapKind;
     use trackwright_geometry::directions::{DirectionSet, Weighting};
     use trackwright_task::Task;
 
-    fn errors(model: trackwright_field::DistortionModel) -> Vec<(usize, f64)> {
+    fn errors(model: DistortionModel) -> Vec<(usize, f64)> {
         let settings = Settings {
             timing: Timing::ONCE,
             slice_points: 33,
@@ -123,40 +112,30 @@ mod tests {
         family.rows.iter().map(|r| (r.size, r.error)).collect()
     }
 
-    #[test]
-    fn a_slice_of_a_field_that_grows_evenly_needs_no_points() {
-        // |e| of one component that is nowhere negative is that component: linear.
-        let mut coefficients = Vec::new();
-        for i in 0..8 {
-            coefficients.push([f64::from(i / 4), 0.0, 0.0, 0.0, 0.0, 0.0]);
-        }
-        let model = trackwright_field::DistortionModel::new(
-            1,
+    /// A field of one orientation whose only component has these coefficients.
+    fn along_x(order: usize, coefficients: impl Iterator<Item = f64>) -> DistortionModel {
+        DistortionModel::new(
+            order,
             DirectionSet::One,
             Weighting::Area,
-            trackwright_field::samples::MapKind::Distortion,
+            MapKind::Distortion,
             testing::bounds(),
-            coefficients,
+            coefficients.map(|x| [x, 0.0, 0.0, 0.0, 0.0, 0.0]).collect(),
         )
-        .unwrap();
+        .unwrap()
+    }
+
+    #[test]
+    fn a_linear_slice_needs_no_points() {
+        // |e| of one component that is nowhere negative is that component: linear.
+        let model = along_x(1, (0..8).map(|i| f64::from(i / 4)));
         assert!(errors(model).iter().all(|&(_, e)| e < 1e-14));
     }
 
     #[test]
-    fn the_error_falls_with_the_square_of_the_spacing_where_no_error_vanishes() {
+    fn error_falls_with_the_squared_spacing() {
         // An offset keeps the norm away from its kink at zero.
-        let order = 3;
-        let coefficients =
-            (0..64).map(|i| [20.0 + (1.3 * f64::from(i)).sin(), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
-        let model = trackwright_field::DistortionModel::new(
-            order,
-            DirectionSet::One,
-            Weighting::Area,
-            trackwright_field::samples::MapKind::Distortion,
-            testing::bounds(),
-            coefficients,
-        )
-        .unwrap();
+        let model = along_x(3, (0..64).map(|i| 20.0 + (1.3 * f64::from(i)).sin()));
         let errors = errors(model);
         let of = |points: usize| errors.iter().find(|e| e.0 == points * points).unwrap().1;
         for (coarse, fine) in [(9, 17), (17, 33), (33, 65)] {

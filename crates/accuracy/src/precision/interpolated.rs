@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_falls_with_the_square_of_the_spacing() {
+    fn error_falls_with_the_squared_spacing() {
         let model = testing::model(4, DirectionSet::Fourteen, Weighting::Area);
         let rms = |nodes: usize| {
             let all = differences_mm(&model, nodes);

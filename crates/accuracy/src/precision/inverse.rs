@@ -2,12 +2,11 @@
 //! the paper's shortcut, against the pose that was distorted.
 
 use super::sampling::poses;
-use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use super::{Family, Row, Settings, Steps, What, no_field};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use trackwright_field::batch::Batch;
 use trackwright_field::compensation::{Method, compensate};
-use trackwright_field::computed::ModelKind;
 use trackwright_field::inverse::{InverseState, undistort};
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
@@ -27,31 +26,20 @@ const PROBLEM: &str = "readings of poses in the design's room";
 
 const OUTSIDE: OutsidePolicy = OutsidePolicy::Clamp;
 
+/// Every way to the pose behind a reading.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
     steps: &Steps,
 ) -> Result<Family, Cancelled> {
     let model = &scenario.environment.model;
-    let mut family = Family {
-        what: What::Inverse,
-        about: String::new(),
-        rows: Vec::new(),
-        charted: PROBLEM.to_owned(),
-        left_out: None,
-    };
-    if model.kind() != ModelKind::Bernstein {
-        family.left_out = Some(NOT_POLYNOMIALS.into());
-        return Ok(family);
-    }
-    if model.is_zero() {
-        family.left_out = Some("the design's room is ideal: readings are poses".to_owned());
-        return Ok(family);
+    let mut family = Family::new(What::Inverse, "", PROBLEM);
+    if let Some(why) = no_field(model, "readings are poses") {
+        return Ok(family.without(why));
     }
     if model.map() == MapKind::Correction {
-        family.left_out =
-            Some("the design's room is a correction map: it needs no inverse".to_owned());
-        return Ok(family);
+        let why = "the design's room is a correction map: it needs no inverse";
+        return Ok(family.without(why));
     }
     let all = FIXED_POINT_STEPS.len() + 3;
     let readings = Readings::new(model, settings);
@@ -70,24 +58,14 @@ pub fn measure(
         with_separators(is_certain.len())
     );
     if certain == 0 {
-        family.left_out = Some("no reading has an inverse that is not ambiguous".to_owned());
-        return Ok(family);
+        return Ok(family.without("no reading has an inverse that is not ambiguous"));
     }
     let worst = |found: &[Option<Pose>]| readings.worst_mm(found, &is_certain);
     let row = |method: &str, seconds: f64, error: f64| Row {
-        what: What::Inverse,
-        method: method.to_owned(),
-        order: model.order(),
-        directions: model.directions().len(),
         size: readings.measured.len(),
         seconds,
         error,
-        error_unit: "mm",
-        on_front: false,
-        is_default: false,
-        problem: PROBLEM.to_owned(),
-        series: method.to_owned(),
-        is_step: false,
+        ..Row::new(What::Inverse, model, PROBLEM, method)
     };
     let found: Vec<_> = solved.iter().map(|u| u.pose).collect();
     family.rows.push(Row { is_default: true, ..row("damped Newton", seconds, worst(&found)) });
@@ -216,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn fixed_point_steps_converge_to_what_newton_finds() {
+    fn fixed_point_steps_converge_to_newton() {
         let family = family();
         let of = |method: &str| family.rows.iter().find(|r| r.method == method).unwrap().error;
         assert!(of("damped Newton") < 1e-9, "{family:?}");

@@ -4,11 +4,8 @@
 //! of higher precision or resolution, for one scenario. Errors are the same each time; times are
 //! the machine's.
 
-mod double_double;
-mod exact;
 mod field;
 mod fit;
-mod front;
 mod heatmap;
 mod interpolated;
 mod inverse;
@@ -22,11 +19,12 @@ mod testing;
 mod timing;
 mod uncertainty;
 
-pub use front::on_front;
 pub use machine::Machine;
 pub use timing::Timing;
 
 use serde::Serialize;
+use trackwright_field::DistortionModel;
+use trackwright_field::computed::ModelKind;
 use trackwright_simulation::Scenario;
 use trackwright_task::{Cancelled, Task};
 
@@ -91,6 +89,26 @@ pub struct Row {
 }
 
 impl Row {
+    /// A way of computing something in a room: charted under its own name, neither the default nor
+    /// one of a sequence, its error in millimetres.
+    fn new(what: What, room: &DistortionModel, problem: &str, method: &str) -> Self {
+        Self {
+            what,
+            method: method.to_owned(),
+            order: room.order(),
+            directions: room.directions().len(),
+            size: 0,
+            seconds: 0.0,
+            error: 0.0,
+            error_unit: "mm",
+            on_front: false,
+            is_default: false,
+            problem: problem.to_owned(),
+            series: method.to_owned(),
+            is_step: false,
+        }
+    }
+
     /// In a series of the chart.
     fn charted(self, series: &str) -> Self {
         Self { series: series.to_owned(), ..self }
@@ -113,6 +131,26 @@ pub struct Family {
     pub charted: String,
     /// Why there are no rows, where there are none.
     pub left_out: Option<String>,
+}
+
+impl Family {
+    fn new(what: What, about: impl Into<String>, charted: impl Into<String>) -> Self {
+        let (about, charted) = (about.into(), charted.into());
+        Self { what, about, rows: Vec::new(), charted, left_out: None }
+    }
+
+    /// The family without rows.
+    fn without(self, why: impl Into<String>) -> Self {
+        Self { rows: Vec::new(), left_out: Some(why.into()), ..self }
+    }
+}
+
+/// Why a room's field cannot be compared with an exact one; `ideal` of a room without distortion.
+fn no_field(room: &DistortionModel, ideal: &str) -> Option<String> {
+    if room.kind() != ModelKind::Bernstein {
+        return Some(NOT_POLYNOMIALS.to_owned());
+    }
+    room.is_zero().then(|| format!("the design's room is ideal: {ideal}"))
 }
 
 /// What to measure, and how patiently.
@@ -252,6 +290,18 @@ impl<'a> Steps<'a> {
     fn at(&self, done: usize, of: usize) -> Result<(), Cancelled> {
         self.task.step(self.number * of + done.min(of), self.all * of)
     }
+}
+
+/// The Pareto front: what nothing else beats in both time and error.
+///
+/// Whether each `(seconds, error)` is on the front: no other is at least as good in both and
+/// better in one. Equals stand on it together; what is not a number never does.
+pub fn on_front(points: &[(f64, f64)]) -> Vec<bool> {
+    let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
+    points
+        .iter()
+        .map(|&p| !p.0.is_nan() && !p.1.is_nan() && !points.iter().any(|&q| beats(q, p)))
+        .collect()
 }
 
 /// Marks the rows that no other row of the same problem beats.

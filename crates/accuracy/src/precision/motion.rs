@@ -1,13 +1,12 @@
 //! The study: how few poses still tell the tip error RMS of a range of motion.
 
-use super::{Family, NOT_POLYNOMIALS, Row, Settings, Steps, What};
+use super::{Family, Row, Settings, Steps, What, no_field};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 use std::sync::Arc;
-use trackwright_field::computed::ModelKind;
 use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
@@ -30,34 +29,23 @@ const REFERENCE_SEQUENCES: usize = 8;
 /// A grid that is larger is not run several times over.
 const MAX_GRID: usize = 300_000;
 
+/// Grids and sequences of fewer poses.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
     steps: &Steps,
 ) -> Result<Family, Cancelled> {
-    let mut family = Family {
-        what: What::Motion,
-        about: String::new(),
-        rows: Vec::new(),
-        charted: GRID.to_owned(),
-        left_out: None,
-    };
+    let mut family = Family::new(What::Motion, "", GRID);
     let sampling = match Sampling::new(scenario) {
         Ok(sampling) => sampling,
-        Err(reason) => {
-            family.left_out = Some(reason);
-            return Ok(family);
-        }
+        Err(why) => return Ok(family.without(why)),
     };
     let plans = sampling.plans();
     let all = plans.len() + 2;
     let (of_grid, of_range) = match references(scenario, &sampling, settings, steps) {
         Ok(both) => both,
         Err(StudyError::Cancelled) => return Err(Cancelled),
-        Err(other) => {
-            family.left_out = Some(other.to_string());
-            return Ok(family);
-        }
+        Err(other) => return Ok(family.without(other.to_string())),
     };
     family.about = format!(
         "Tip error RMS of the design's study, on all threads; size is the number of poses. Over \
@@ -95,19 +83,13 @@ pub fn measure(
         }
         let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
         family.rows.push(Row {
-            what: What::Motion,
-            method: plan.method(),
-            order: scenario.environment.model.order(),
-            directions: scenario.environment.model.directions().len(),
             size: all_poses[0].len(),
             seconds,
             error: mean_square.sqrt(),
-            error_unit: "mm",
-            on_front: false,
             is_default: plan.choice == Choice::Grid { stride: 1 } && plan.problem == GRID,
-            problem: plan.problem.to_owned(),
             series: plan.series(),
             is_step: true,
+            ..Row::new(What::Motion, &scenario.environment.model, plan.problem, &plan.method())
         });
     }
     Ok(family)
@@ -228,11 +210,8 @@ impl<'a> Sampling<'a> {
     /// Why there is nothing to sample.
     fn new(scenario: &'a Scenario) -> Result<Self, String> {
         let motion = scenario.motion.ok_or("the design has no range of motion")?;
-        if scenario.environment.model.kind() != ModelKind::Bernstein {
-            return Err(NOT_POLYNOMIALS.to_owned());
-        }
-        if scenario.environment.model.is_zero() {
-            return Err("the design's room is ideal: every tip error is zero".to_owned());
+        if let Some(why) = no_field(&scenario.environment.model, "every tip error is zero") {
+            return Err(why);
         }
         let grid = motion.grid(&scenario.crf_from_tool).map_err(|e| e.to_string())?;
         match grid.trials() {
@@ -331,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn the_full_grid_is_the_figure_that_simulate_prints() {
+    fn the_full_grid_is_what_simulate_prints() {
         let family = rows(&testing::built_in());
         let full = family.rows.iter().find(|r| r.is_default).unwrap();
         assert_eq!((full.size, full.error), (3375, 0.0));
@@ -381,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn a_design_without_motion_is_left_out_with_a_reason() {
+    fn a_design_without_motion_is_left_out() {
         let mut scenario = testing::built_in();
         scenario.motion = None;
         let family = rows(&scenario);

@@ -4,6 +4,7 @@
 use super::{Family, Machine, Report, Row, What};
 use std::fmt::Write;
 use trackwright_report::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use trackwright_report::text_table::columns;
 
 /// Size of a picture in pixels: legible in a page of 900 pixels.
 pub const PICTURE: (u32, u32) = (900, 600);
@@ -85,22 +86,9 @@ pub fn family_text(family: &Family) -> String {
     }
     for problem in problems(family) {
         let _ = writeln!(text, "  {problem}");
-        let lines: Vec<_> = rows_of(family, problem).map(cells).collect();
-        let widths: [usize; 8] = std::array::from_fn(|c| {
-            let column = lines.iter().map(|l| l[c].chars().count());
-            column.max().unwrap_or(0)
-        });
-        for line in lines {
-            let padded: Vec<_> = line
-                .iter()
-                .zip(widths)
-                .enumerate()
-                .map(|(c, (cell, width))| match c {
-                    0 | 1 => format!("{cell:<width$}"),
-                    _ => format!("{cell:>width$}"),
-                })
-                .collect();
-            let _ = writeln!(text, "    {}", padded.join("  ").trim_end());
+        let lines: Vec<_> = rows_of(family, problem).map(|row| cells(row).to_vec()).collect();
+        for line in columns(&lines, 2) {
+            let _ = writeln!(text, "    {line}");
         }
     }
     text
@@ -128,27 +116,20 @@ pub fn chart(family: &Family) -> Chart {
         rows_of(family, &family.charted).filter(|r| r.on_front).map(point).collect();
     front.sort_by(|a, b| a.0.total_cmp(&b.0));
     if !front.is_empty() {
-        series.push(Series {
-            name: format!("Pareto front: {}", family.charted),
-            points: front,
-            style: SeriesStyle::Front,
-        });
+        let name = format!("Pareto front: {}", family.charted);
+        series.push(Series::new(name, SeriesStyle::Front, front));
     }
     for row in family.rows.iter().filter(|r| !r.series.is_empty()) {
         match series.iter_mut().find(|s| s.name == row.series) {
             Some(known) => known.points.push(point(row)),
-            None => series.push(Series {
-                name: row.series.clone(),
-                points: vec![point(row)],
-                style: if row.is_step { SeriesStyle::Line } else { SeriesStyle::Points },
-            }),
+            None => {
+                let style = if row.is_step { SeriesStyle::Line } else { SeriesStyle::Points };
+                series.push(Series::new(row.series.clone(), style, vec![point(row)]));
+            }
         }
     }
-    series.push(Series {
-        name: DEFAULT.to_owned(),
-        points: rows_of(family, &family.charted).filter(|r| r.is_default).map(point).collect(),
-        style: SeriesStyle::Marked,
-    });
+    let default = rows_of(family, &family.charted).filter(|r| r.is_default).map(point);
+    series.push(Series::new(DEFAULT, SeriesStyle::Marked, default.collect()));
     let unit = family.rows.first().map_or("", |r| r.error_unit);
     let axis = |label: String| Axis { label, scale: Scale::LogarithmicAndZero };
     Chart {
@@ -275,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_has_every_row_the_machine_and_what_is_left_out() {
+    fn the_page_has_rows_machine_and_omissions() {
         let page = markdown(&report(), "Pointer");
         for text in [
             "Pointer in the room *Room 7*, on Some processor, AVX-512, 2 threads.",
@@ -289,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn the_chart_has_the_front_of_its_problem_in_order_of_time() {
+    fn the_chart_has_its_front_in_order_of_time() {
         let chart = chart(&report().families[0]);
         assert_eq!(chart.series[0].style, SeriesStyle::Front);
         assert_eq!(chart.series[0].points, [(1e-3, 0.25), (2e-3, 1e-9)]);
@@ -298,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_has_one_line_a_row_under_named_columns() {
+    fn the_table_has_one_line_a_row() {
         let text = String::from_utf8(csv(&report()).unwrap()).unwrap();
         let mut lines = text.lines();
         assert_eq!(

@@ -5,26 +5,26 @@ use std::sync::{Arc, LazyLock, Mutex};
 use trackwright_field::DistortionModel;
 use trackwright_field::samples::MapKind;
 
-/// Of the built-in design; what it was shown on the way, and how far it was said to be.
+/// Of the built-in design; the families it showed and the progress it reported.
 struct Measured {
     report: Report,
     shown: Vec<What>,
-    heard: Vec<f64>,
+    reported: Vec<f64>,
 }
 
 fn measured() -> Measured {
-    let heard = Arc::new(Mutex::new(Vec::new()));
+    let reported = Arc::new(Mutex::new(Vec::new()));
     let task = Task::told_to({
-        let heard = heard.clone();
-        move |part| heard.lock().unwrap().push(part)
+        let reported = reported.clone();
+        move |part| reported.lock().unwrap().push(part)
     });
     let mut shown = Vec::new();
     let report = run_each(&testing::built_in(), &Settings::quick(), &task, |family| {
         shown.push(family.what);
     })
     .unwrap();
-    let heard = heard.lock().unwrap().clone();
-    Measured { report, shown, heard }
+    let reported = reported.lock().unwrap().clone();
+    Measured { report, shown, reported }
 }
 
 static MEASURED: LazyLock<Measured> = LazyLock::new(measured);
@@ -68,15 +68,15 @@ fn fronts_are_those_of_each_problem() {
 }
 
 #[test]
-fn families_come_one_by_one_and_progress_never_falls() {
+fn families_come_one_by_one_with_progress() {
     assert_eq!(MEASURED.shown, What::ALL);
-    let heard = &MEASURED.heard;
-    assert!(heard.windows(2).all(|w| w[0] <= w[1]), "{heard:?}");
-    assert_eq!(heard.last(), Some(&1.0));
+    let reported = &MEASURED.reported;
+    assert!(reported.windows(2).all(|w| w[0] <= w[1]), "{reported:?}");
+    assert_eq!(reported.last(), Some(&1.0));
 }
 
 #[test]
-fn an_ideal_room_leaves_out_what_it_has_no_field_for() {
+fn an_ideal_room_leaves_out_its_field() {
     let model = DistortionModel::zero(testing::bounds(), MapKind::Distortion);
     let report = run(&testing::scenario(model), &Settings::quick(), &Task::default()).unwrap();
     for family in &report.families {
@@ -95,4 +95,42 @@ fn a_cancelled_report_is_none() {
     task.cancel.cancel();
     let report = run(&testing::built_in(), &Settings::quick(), &task);
     assert_eq!(report, Err(Cancelled));
+}
+
+#[test]
+fn what_is_slower_and_worse_is_not_on_the_front() {
+    let points = [(1.0, 9.0), (2.0, 4.0), (3.0, 5.0), (4.0, 1.0), (4.0, 2.0)];
+    assert_eq!(on_front(&points), [true, true, false, true, false]);
+}
+
+#[test]
+fn equals_share_the_front_and_nan_has_no_place() {
+    let points = [(1.0, 1.0), (1.0, 1.0), (0.5, f64::NAN), (f64::NAN, 0.0)];
+    assert_eq!(on_front(&points), [true, true, false, false]);
+}
+
+#[test]
+fn an_exact_result_is_on_the_front_once() {
+    let points = [(2.0, 0.0), (1.0, 0.0), (0.5, 1e-9)];
+    assert_eq!(on_front(&points), [false, true, true]);
+    assert_eq!(on_front(&[]), [false; 0]);
+}
+
+#[test]
+fn along_the_front_error_falls_as_time_grows() {
+    // A sequence without pattern.
+    let mut state = 7_u32;
+    let mut next = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 16)
+    };
+    let points: Vec<_> = (0..200).map(|_| (next(), next())).collect();
+    let flags = on_front(&points);
+    let mut front: Vec<_> =
+        points.iter().zip(&flags).filter_map(|(&p, &f)| f.then_some(p)).collect();
+    front.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert!(front.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 > w[1].1));
+    for (p, _) in points.iter().zip(&flags).filter(|(_, f)| !**f) {
+        assert!(front.iter().any(|q| q.0 <= p.0 && q.1 <= p.1));
+    }
 }

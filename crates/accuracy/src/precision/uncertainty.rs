@@ -25,18 +25,13 @@ const USUAL_JITTER_DEG: f64 = 0.3;
 
 const PROBLEM: &str = "tip scatter at the design's pose";
 
+/// First order, next order and Monte Carlo.
 pub fn measure(
     scenario: &Scenario,
     settings: &Settings,
     steps: &Steps,
 ) -> Result<Family, Cancelled> {
-    let mut family = Family {
-        what: What::Uncertainty,
-        about: String::new(),
-        rows: Vec::new(),
-        charted: PROBLEM.to_owned(),
-        left_out: None,
-    };
+    let mut family = Family::new(What::Uncertainty, "", PROBLEM);
     let (scenario, jitter) = with_jitter(scenario);
     let task = Task::cancelled_by(steps.task.cancel.clone());
     match rows(&scenario, settings, steps, &task) {
@@ -88,19 +83,10 @@ fn rows(
         monte_carlo(scenario, settings.monte_carlo_reference, reference_seed, task)?.rms_mm;
     steps.at(1, all)?;
     let row = |method: &str, size: usize, seconds: f64, error: f64| Row {
-        what: What::Uncertainty,
-        method: method.to_owned(),
-        order: model.order(),
-        directions: model.directions().len(),
         size,
         seconds,
         error,
-        error_unit: "mm",
-        on_front: false,
-        is_default: false,
-        problem: PROBLEM.to_owned(),
-        series: method.to_owned(),
-        is_step: false,
+        ..Row::new(What::Uncertainty, model, PROBLEM, method)
     };
     let mut rows = Vec::new();
     let (seconds, first) = settings.timing.measure(|| first_order(scenario));
@@ -159,7 +145,7 @@ mod tests {
     /// and at most `RMS / √(2 n)`, all of it along one. Over 16 seeds that is known to 18 %;
     /// three times that on either side is beyond chance.
     #[test]
-    fn monte_carlo_errors_fall_with_the_root_of_the_samples() {
+    fn monte_carlo_error_falls_with_root_of_samples() {
         let (family, scenario) = family();
         let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
         for count in [100_usize, 1_000, 10_000] {
@@ -173,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_order_is_the_default_and_within_two_percent() {
+    fn first_order_is_the_default_within_two_percent() {
         let (family, scenario) = family();
         let rms = first_order(&with_jitter(&scenario).0).unwrap().rms_mm;
         let row = family.rows.iter().find(|r| r.is_default).unwrap();

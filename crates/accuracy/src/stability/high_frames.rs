@@ -1,11 +1,11 @@
 //! Frame fits (9)–(13) in [`High`] numbers.
 
-use super::references::{self, matrix, moved, point3, quaternion};
 use crate::high::High;
 use crate::high_linear::{
     High3, High33, HighMatrix, HighSvd, add3, apply33, cross3, dot, matrix_from_fn, norm, scale3,
     sub3, svd, times33, transposed33, unit3, vector3,
 };
+use crate::references::{self, matrix, moved, point3, quaternion};
 use nalgebra::Point3;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::frame_fit::{FREE_AXIS_RATIO, POOR_RATIO, Reading};
@@ -17,14 +17,15 @@ const ZERO: f64 = 1e-45;
 
 /// What a fit has to say about its own determination.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Said {
+pub enum Determinacy {
     Full,
     Poor,
     FreeAxis,
     FreeRotation,
 }
 
-impl Said {
+impl Determinacy {
+    /// What the program says.
     pub fn of(determination: &Determination) -> Self {
         match determination {
             Determination::Full => Self::Full,
@@ -34,6 +35,7 @@ impl Said {
         }
     }
 
+    /// The claim of a row.
     pub fn must(self) -> &'static str {
         match self {
             Self::Full => "says: determined",
@@ -63,6 +65,7 @@ pub struct HighFit {
 }
 
 impl HighFrame {
+    /// The cross-covariance of a body's readings, decomposed.
     pub fn of(body: &RigidBody, weight_mm: f64, readings: &[Reading]) -> Self {
         let mean = |points: Vec<High3>| {
             let n = High::from(points.len() as f64);
@@ -115,16 +118,16 @@ impl HighFrame {
     }
 
     /// What the exact singular values say.
-    pub fn says(&self) -> Said {
+    pub fn determinacy(&self) -> Determinacy {
         let [s0, s1] = [0, 1].map(|k| self.singular_value(k));
         if s0 <= ZERO * self.lengths.max(f64::MIN_POSITIVE) {
-            Said::FreeRotation
+            Determinacy::FreeRotation
         } else if s1 <= FREE_AXIS_RATIO * s0 {
-            Said::FreeAxis
+            Determinacy::FreeAxis
         } else if s1 <= POOR_RATIO * s0 {
-            Said::Poor
+            Determinacy::Poor
         } else {
-            Said::Full
+            Determinacy::Full
         }
     }
 
@@ -135,14 +138,14 @@ impl HighFrame {
             std::array::from_fn(|i| m.columns[k][i].clone())
         };
         let (u0, v0) = (column(&self.svd.u, 0), column(&self.svd.v, 0));
-        let (rotation, least) = match self.says() {
-            Said::FreeRotation => return None,
-            Said::FreeAxis => {
+        let (rotation, least) = match self.determinacy() {
+            Determinacy::FreeRotation => return None,
+            Determinacy::FreeAxis => {
                 let own = matrix(&quaternion(&truth.rotation));
                 let turn = references::axis_rotation(&apply33(&own, &u0), &v0);
                 (times33(&matrix(&references::exp(&turn)), &own), s0 - s1)
             }
-            Said::Full | Said::Poor => {
+            Determinacy::Full | Determinacy::Poor => {
                 // `V diag(1, 1, det) Uᵀ`: third columns made right-handed carry the sign.
                 let u1 = orthogonal(&column(&self.svd.u, 1), &u0);
                 let v1 = orthogonal(&column(&self.svd.v, 1), &v0);

@@ -6,47 +6,20 @@
 //! the scale is, too. Methods that lose digits without need break these bounds, which the tests of
 //! this room show family by family.
 
+pub mod case;
 mod families;
 mod high_frames;
-pub mod inputs;
-pub mod methods;
 #[cfg(test)]
 mod naive;
 pub mod page;
-pub mod references;
-pub mod row;
 mod systems;
 #[cfg(test)]
 mod tests;
 
-use methods::Methods;
+use case::{Extent, Family, Methods, Row};
 use rayon::prelude::*;
-use row::{Family, Row};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_task::{Cancelled, Task};
-
-/// How much of the battery runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
-    /// All of it: minutes.
-    Full,
-    /// Every family with its smaller cases: seconds, even without optimisation.
-    Reduced,
-}
-
-impl Extent {
-    /// One of two lists.
-    pub fn of<T: Clone>(self, full: &[T], reduced: &[T]) -> Vec<T> {
-        match self {
-            Self::Full => full.to_vec(),
-            Self::Reduced => reduced.to_vec(),
-        }
-    }
-
-    pub fn is_full(self) -> bool {
-        self == Self::Full
-    }
-}
 
 /// The families of the battery.
 pub fn families(extent: Extent) -> Vec<Family> {
@@ -57,7 +30,7 @@ pub fn families(extent: Extent) -> Vec<Family> {
 ///
 /// # Errors
 /// [`Cancelled`].
-pub fn run(families: &[Family], methods: &dyn Methods, task: &Task) -> Result<Vec<Row>, Cancelled> {
+pub fn run(families: &[Family], methods: &Methods, task: &Task) -> Result<Vec<Row>, Cancelled> {
     let cases: Vec<_> =
         families.iter().flat_map(|f| f.cases.iter().map(move |c| (f.name, c))).collect();
     let done = AtomicUsize::new(0);

@@ -1,47 +1,26 @@
 //! Textbook methods that lose digits: the battery has to find each of them out.
 
-use super::methods::Methods;
+use super::case::Methods;
 use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_field::evaluation::Matrix6x3;
-use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
+use trackwright_field::fit::{Fit, fit};
 use trackwright_field::inverse::InverseState;
-use trackwright_field::least_squares::{NoConvergence, Solution};
-use trackwright_field::model::Coefficient;
-use trackwright_field::samples::{PoseError, SampleSet};
+use trackwright_field::least_squares::Solution;
+use trackwright_field::samples::PoseError;
 use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
 use trackwright_geometry::rotation::AxisRotation;
 use trackwright_geometry::svd3::{Svd3, svd3};
-use trackwright_simulation::Statistics;
-use trackwright_simulation::frame_fit::{FrameFit, FrameFitter, Reading};
-use trackwright_simulation::linear_fit::{RotationNotDetermined, SensorCovariance};
+use trackwright_simulation::frame_fit::{FrameFit, FrameFitter};
+use trackwright_simulation::linear_fit::RotationNotDetermined;
 use trackwright_simulation::tool_in_crf::RelativeError;
-use trackwright_simulation::{RigidBody, SensorOrientation};
+use trackwright_simulation::{SensorOrientation, Statistics};
 
 /// `AᵀA x = Aᵀb`.
-pub struct NormalEquations;
-
-impl Methods for NormalEquations {
-    fn solve(
-        &self,
-        rows: &[Vec<f64>],
-        values: &[[f64; 6]],
-        rcond: f64,
-        ridge: f64,
-    ) -> Result<Solution, NoConvergence> {
-        let a = DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
-        let b = DMatrix::from_fn(rows.len(), 6, |i, k| values[i][k]);
-        Ok(by_normal_equations(&a, &b, rcond, ridge))
-    }
-
-    fn fit(
-        &self,
-        set: &SampleSet,
-        settings: &FitSettings,
-        bounds: Option<Bounds>,
-    ) -> Result<Fit, FitError> {
+pub const NORMAL_EQUATIONS: Methods = Methods {
+    solve: |rows, values, rcond, ridge| Ok(by_normal_equations(rows, values, rcond, ridge)),
+    fit: |set, settings, bounds| {
         let own = fit(set, settings, bounds)?;
         if settings.directions != DirectionSet::One {
             return Ok(own);
@@ -64,30 +43,28 @@ impl Methods for NormalEquations {
                 [p.x, p.y, p.z, r.x, r.y, r.z]
             })
             .collect();
-        let solution = self.solve(&rows, &values, settings.rcond, settings.ridge)?;
-        Ok(Fit { model: with_coefficients(&own.model, solution.unknowns)?, ..own })
-    }
-}
+        let found = by_normal_equations(&rows, &values, settings.rcond, settings.ridge);
+        let room = &own.model;
+        let model = DistortionModel::new(
+            room.order(),
+            room.directions(),
+            room.weighting(),
+            room.map(),
+            *room.bounds(),
+            found.unknowns,
+        )?;
+        Ok(Fit { model, ..own })
+    },
+    ..Methods::OWN
+};
 
-fn with_coefficients(
-    model: &DistortionModel,
-    coefficients: Vec<Coefficient>,
-) -> Result<DistortionModel, FitError> {
-    Ok(DistortionModel::new(
-        model.order(),
-        model.directions(),
-        model.weighting(),
-        model.map(),
-        *model.bounds(),
-        coefficients,
-    )?)
-}
-
-fn by_normal_equations(a: &DMatrix<f64>, b: &DMatrix<f64>, rcond: f64, ridge: f64) -> Solution {
-    let normal = a.transpose() * a;
+fn by_normal_equations(rows: &[Vec<f64>], values: &[[f64; 6]], rcond: f64, ridge: f64) -> Solution {
+    let a = DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j]);
+    let b = DMatrix::from_fn(rows.len(), 6, |i, k| values[i][k]);
+    let normal = a.transpose() * &a;
     let eigen = normal.symmetric_eigen();
     let largest = eigen.eigenvalues.max();
-    let rotated = eigen.eigenvectors.transpose() * (a.transpose() * b);
+    let rotated = eigen.eigenvectors.transpose() * (a.transpose() * &b);
     let kept: Vec<bool> = eigen.eigenvalues.iter().map(|&l| l > rcond * rcond * largest).collect();
     let x = DMatrix::from_fn(a.ncols(), 6, |i, k| {
         (0..a.ncols())
@@ -108,45 +85,31 @@ fn by_normal_equations(a: &DMatrix<f64>, b: &DMatrix<f64>, rcond: f64, ridge: f6
 }
 
 /// The angle from the trace or the scalar part, by arccosine.
-pub struct ArccosineLogarithm;
-
-impl Methods for ArccosineLogarithm {
-    fn log_matrix(&self, m: &Matrix3<f64>) -> Vector3<f64> {
+pub const ARCCOSINE_LOGARITHM: Methods = Methods {
+    log_matrix: |m| {
         let angle = (0.5 * (m.trace() - 1.0)).clamp(-1.0, 1.0).acos();
         let v = Vector3::new(m[(2, 1)] - m[(1, 2)], m[(0, 2)] - m[(2, 0)], m[(1, 0)] - m[(0, 1)]);
         if angle == 0.0 { Vector3::zeros() } else { v * (0.5 * angle / angle.sin()) }
-    }
-
-    fn log_quaternion(&self, q: &UnitQuaternion<f64>) -> Vector3<f64> {
+    },
+    log_quaternion: |q| {
         let half = q.w.clamp(-1.0, 1.0).acos();
         if half == 0.0 { Vector3::zeros() } else { q.imag() * (2.0 * half / half.sin()) }
-    }
-
-    fn angle(&self, q: &UnitQuaternion<f64>) -> f64 {
-        2.0 * q.w.abs().min(1.0).acos()
-    }
-
-    fn axis_rotation(&self, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> AxisRotation {
+    },
+    angle: |q| 2.0 * q.w.abs().min(1.0).acos(),
+    axis_rotation: |from, to| {
         let angle = from.dot(to).clamp(-1.0, 1.0).acos();
         let cross = from.cross(to);
         AxisRotation {
             vector_rad: cross.try_normalize(0.0).map_or_else(Vector3::zeros, |c| c * angle),
             is_ambiguous: false,
         }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// `V Uᵀ` without asking whether that is a rotation.
-pub struct NoDeterminantSign;
-
-impl Methods for NoDeterminantSign {
-    fn frame(
-        &self,
-        body: &RigidBody,
-        weight_mm: f64,
-        readings: &[Reading],
-        truth: &Pose,
-    ) -> FrameFit {
+pub const NO_DETERMINANT_SIGN: Methods = Methods {
+    frame: |body, weight_mm, readings, truth| {
         let own = FrameFitter::new(body, weight_mm).fit(readings, truth);
         let n = readings.len() as f64;
         let own_mean =
@@ -163,20 +126,13 @@ impl Methods for NoDeterminantSign {
         let svd = svd3(&h);
         let rotation = quaternion_from_matrix(&(svd.v * svd.u.transpose()));
         FrameFit { tracker_from_body: pose_from_parts(mean - rotation * own_mean, rotation), ..own }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Powers of the normalised coordinates instead of Bernstein polynomials.
-pub struct Monomials;
-
-impl Methods for Monomials {
-    fn evaluate(
-        &self,
-        model: &DistortionModel,
-        position_mm: &Point3<f64>,
-        axis: &Unit<Vector3<f64>>,
-        outside: OutsidePolicy,
-    ) -> PoseError {
+pub const MONOMIALS: Methods = Methods {
+    evaluate: |model, position_mm, axis, outside| {
         let at = match outside {
             OutsidePolicy::Extrapolate => *position_mm,
             OutsidePolicy::Clamp | OutsidePolicy::Reject => model.bounds().clamp(position_mm),
@@ -217,20 +173,13 @@ impl Methods for Monomials {
         }
         let [x, y, z, rx, ry, rz] = values;
         PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Derivatives by differences of values.
-pub struct Differences;
-
-impl Methods for Differences {
-    fn derivatives(
-        &self,
-        model: &DistortionModel,
-        position_mm: &Point3<f64>,
-        axis: &Unit<Vector3<f64>>,
-        outside: OutsidePolicy,
-    ) -> [Matrix6x3; 2] {
+pub const DIFFERENCES: Methods = Methods {
+    derivatives: |model, position_mm, axis, outside| {
         let at = |p: Point3<f64>, n: Unit<Vector3<f64>>| {
             let e = model.evaluate(&p, &n, outside).error;
             let (p, r) = (e.position_mm, e.rotation_rad);
@@ -246,19 +195,13 @@ impl Methods for Differences {
             columns(&|d| at(position_mm + d, *axis), 1e-6 * model.bounds().diagonal_mm()),
             columns(&|d| at(*position_mm, Unit::new_normalize(n + d)), 1e-6),
         ]
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// `p ← p_m − e(p)` a few times, whatever the map is like.
-pub struct FixedPoint;
-
-impl Methods for FixedPoint {
-    fn undistort(
-        &self,
-        model: &DistortionModel,
-        measured: &[Pose],
-        outside: OutsidePolicy,
-    ) -> Vec<(Option<Pose>, InverseState)> {
+pub const FIXED_POINT: Methods = Methods {
+    undistort: |model, measured, outside| {
         let undone = |reading: &Pose| {
             let mut guess = *reading;
             for _ in 0..4 {
@@ -272,19 +215,13 @@ impl Methods for FixedPoint {
             (Some(guess), InverseState::Converged)
         };
         measured.iter().map(undone).collect()
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Areas as angles' sum less π, angles by arccosine.
-pub struct AnglesSum;
-
-impl Methods for AnglesSum {
-    fn weights(
-        &self,
-        set: DirectionSet,
-        axis: &Unit<Vector3<f64>>,
-        weighting: Weighting,
-    ) -> DirectionWeights {
+pub const ANGLES_SUM: Methods = Methods {
+    weights: |set, axis, weighting| {
         let own = set.weights(axis, weighting);
         if weighting == Weighting::Gnomonic {
             return own;
@@ -302,14 +239,13 @@ impl Methods for AnglesSum {
         let areas = [area(n, b, c), area(a, n, c), area(a, b, n)];
         let sum: f64 = areas.iter().sum();
         DirectionWeights { directions: own.directions, weights: areas.map(|w| w / sum) }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Singular values by the eigenvalues of `MᵀM`.
-pub struct SquaredSingularValues;
-
-impl Methods for SquaredSingularValues {
-    fn svd3(&self, matrix: &Matrix3<f64>) -> Svd3 {
+pub const SQUARED_SINGULAR_VALUES: Methods = Methods {
+    svd3: |matrix| {
         let eigen = (matrix.transpose() * matrix).symmetric_eigen();
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
@@ -318,33 +254,25 @@ impl Methods for SquaredSingularValues {
         let u =
             matrix * v * Matrix3::from_diagonal(&s.map(|s| if s > 0.0 { 1.0 / s } else { 0.0 }));
         Svd3 { u, singular_values: s, v }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Mean of squares less square of mean; plain sums.
-pub struct TextbookVariance;
-
-impl Methods for TextbookVariance {
-    fn statistics(&self, values: &mut [f64]) -> Option<Statistics> {
+pub const TEXTBOOK_VARIANCE: Methods = Methods {
+    statistics: |values| {
         let own = Statistics::of(values)?;
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let square = values.iter().map(|v| v * v).sum::<f64>() / n;
         Some(Statistics { std: (square - mean * mean).max(0.0).sqrt(), mean, ..own })
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// `A` from moments about the body's origin, the mean taken off afterwards.
-pub struct MomentsAboutOrigin;
-
-impl Methods for MomentsAboutOrigin {
-    fn covariance(
-        &self,
-        body: &RigidBody,
-        weight_mm: f64,
-        sensors: &[SensorCovariance],
-        tip: &Point3<f64>,
-    ) -> Result<Matrix3<f64>, RotationNotDetermined> {
+pub const MOMENTS_ABOUT_ORIGIN: Methods = Methods {
+    covariance: |body, weight_mm, sensors, tip| {
         let n = body.sensors.len() as f64;
         let square = |x: Vector3<f64>| Matrix3::identity() * x.norm_squared() - x * x.transpose();
         let mean = body.sensors.iter().map(|s| s.position_in_body.coords).sum::<Vector3<f64>>() / n;
@@ -370,45 +298,37 @@ impl Methods for MomentsAboutOrigin {
                 j * c.position_mm2 * j.transpose() + k * c.rotation_rad2 * k.transpose()
             })
             .sum())
-    }
-
-    fn relative_error(&self, truth: &Pose, simulated: &Pose, tip: &Point3<f64>) -> RelativeError {
+    },
+    relative_error: |truth, simulated, tip| {
         let turn = (simulated.rotation * truth.rotation.inverse()).to_rotation_matrix();
         RelativeError {
             tip_error_in_crf_mm: simulated * tip - truth * tip,
             angle_rad: (0.5 * (turn.matrix().trace() - 1.0)).clamp(-1.0, 1.0).acos(),
         }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Everything right but for the last six digits.
-pub struct SinglePrecision;
-
-impl Methods for SinglePrecision {
-    fn evaluate(
-        &self,
-        model: &DistortionModel,
-        position_mm: &Point3<f64>,
-        axis: &Unit<Vector3<f64>>,
-        outside: OutsidePolicy,
-    ) -> PoseError {
+pub const SINGLE_PRECISION: Methods = Methods {
+    evaluate: |model, position_mm, axis, outside| {
         let e = model.evaluate(position_mm, axis, outside).error;
         PoseError {
             position_mm: e.position_mm.map(|v| f64::from(v as f32)),
             rotation_rad: e.rotation_rad.map(|v| f64::from(v as f32)),
         }
-    }
-}
+    },
+    ..Methods::OWN
+};
 
 /// Leaves values that are not numbers out of the smallest and largest, as `f64::min` does.
-pub struct NanIgnored;
-
-impl Methods for NanIgnored {
-    fn statistics(&self, values: &mut [f64]) -> Option<Statistics> {
+pub const NAN_IGNORED: Methods = Methods {
+    statistics: |values| {
         let (min, max) = (
             values.iter().copied().fold(f64::INFINITY, f64::min),
             values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         );
         Statistics::of(values).map(|own| Statistics { min, max, ..own })
-    }
-}
+    },
+    ..Methods::OWN
+};

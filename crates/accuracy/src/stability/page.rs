@@ -1,6 +1,7 @@
 //! The battery's rows for a person to read: a text table, a page, and a table for spreadsheets.
 
-use super::row::{Family, Row};
+use super::case::{Family, Row};
+use trackwright_report::text_table;
 
 const HEADERS: [&str; 6] = ["case", "quantity", "condition", "error", "bound", "holds"];
 
@@ -26,25 +27,18 @@ fn number(value: f64) -> String {
 
 /// Rows under their families' names, in columns.
 pub fn text(rows: &[Row]) -> String {
-    let table: Vec<_> = rows.iter().map(cells).collect();
-    let widths: [usize; 6] = std::array::from_fn(|k| {
-        let cells = table.iter().map(|cells| cells[k].chars().count());
-        cells.chain([HEADERS[k].len()]).max().unwrap_or(0)
-    });
-    let line = |cells: [&str; 6]| {
-        let [case, quantity, condition, error, bound, holds] = cells;
-        let [a, b, c, d, e, _] = widths;
-        format!("  {case:<a$}  {quantity:<b$}  {condition:>c$}  {error:>d$}  {bound:>e$}  {holds}")
-    };
+    let head = HEADERS.map(str::to_owned);
+    let table: Vec<_> = [head].into_iter().chain(rows.iter().map(cells)).map(Vec::from).collect();
+    let table = text_table::lines(&table, |column| (2..5).contains(&column));
     let mut lines = Vec::new();
     let mut family = "";
-    for (row, cells) in rows.iter().zip(&table) {
+    for (row, line) in rows.iter().zip(&table[1..]) {
         if row.family != family {
             family = row.family;
             lines.push(format!("{}{family}", if lines.is_empty() { "" } else { "\n" }));
-            lines.push(line(HEADERS));
+            lines.push(format!("  {}", table[0]));
         }
-        lines.push(line(cells.each_ref().map(String::as_str)));
+        lines.push(format!("  {line}"));
     }
     lines.push(String::new());
     lines.push(verdict(rows));

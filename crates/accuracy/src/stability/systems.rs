@@ -1,20 +1,20 @@
 //! What a least-squares solution is compared with: the same system solved in [`High`] numbers.
 
-use super::references;
-use super::row::Quantity;
+use super::case::Quantity;
 use crate::high::High;
 use crate::high_linear::{HighMatrix, least_squares, norm, reduce, svd, truncated_least_squares};
+use crate::references;
 
 /// Perturbation theory of least squares: an error of the matrix by epsilon moves the solution by
 /// condition times epsilon of itself, and by the squared condition of what it cannot reach
 /// (Björck, Numerical Methods for Least Squares Problems, 1996, section 1.4).
-pub const SOLUTION: Quantity = Quantity {
-    name: "solution, mm or rad",
-    constant: 10.0,
-    condition: "largest singular value over the smallest kept, ridge included",
-    scale: "length of the solution, plus condition · length of the residual over the largest \
+pub const SOLUTION: Quantity = Quantity::new(
+    "solution, mm or rad",
+    10.0,
+    "largest singular value over the smallest kept, ridge included",
+    "length of the solution, plus condition · length of the residual over the largest \
         singular value",
-};
+);
 
 /// A system solved in high precision.
 pub struct Reference {

@@ -1,17 +1,11 @@
 //! Every row holds, and naive methods are found out.
 
-use super::methods::{Methods, Own};
-use super::naive::{
-    AnglesSum, ArccosineLogarithm, Differences, FixedPoint, MomentsAboutOrigin, Monomials,
-    NanIgnored, NoDeterminantSign, NormalEquations, SinglePrecision, SquaredSingularValues,
-    TextbookVariance,
-};
-use super::row::{BEHAVIOUR, Quantity, Row};
-use super::{Extent, families, page, run};
+use super::case::{BEHAVIOUR, Extent, Methods, Quantity, Row};
+use super::{families, naive, page, run};
 use std::collections::BTreeSet;
 use trackwright_task::Task;
 
-fn rows(methods: &dyn Methods, family: &str) -> Vec<Row> {
+fn rows(methods: &Methods, family: &str) -> Vec<Row> {
     let families: Vec<_> =
         families(Extent::Reduced).into_iter().filter(|f| f.name == family).collect();
     assert!(!families.is_empty(), "no family {family}");
@@ -19,17 +13,9 @@ fn rows(methods: &dyn Methods, family: &str) -> Vec<Row> {
 }
 
 /// Quantities of a family that a method breaks the bound of.
-fn broken(methods: &dyn Methods, family: &str) -> BTreeSet<&'static str> {
+fn broken(methods: &Methods, family: &str) -> BTreeSet<&'static str> {
     let rows = rows(methods, family);
     rows.iter().filter(|r| !r.holds).map(|r| r.quantity).collect()
-}
-
-#[track_caller]
-fn assert_found_out(methods: &dyn Methods, family: &str, quantities: &[&str]) {
-    let found = broken(methods, family);
-    for quantity in quantities {
-        assert!(found.contains(quantity), "{family}: {quantity}: broken are {found:?}");
-    }
 }
 
 macro_rules! every_row_holds {
@@ -37,7 +23,7 @@ macro_rules! every_row_holds {
         $(
             #[test]
             fn $name() {
-                let rows = rows(&Own, $family);
+                let rows = rows(&Methods::OWN, $family);
                 assert!(rows.iter().all(|r| r.holds), "{}", page::text(&rows));
             }
         )*
@@ -67,87 +53,58 @@ every_row_holds! {
 }
 
 #[test]
-fn normal_equations_are_found_out() {
-    let solution = "solution, mm or rad";
-    assert_found_out(&NormalEquations, "least squares", &[solution, "condition number, relative"]);
-    assert_found_out(&NormalEquations, "fits", &[solution]);
+fn naive_methods_are_found_out() {
+    let (values, solution) =
+        (&["position error, mm", "rotation error, rad"][..], "solution, mm or rad");
+    let cases: [(&Methods, &str, &[&str]); 13] = [
+        (&naive::NORMAL_EQUATIONS, "least squares", &[solution, "condition number, relative"]),
+        (&naive::NORMAL_EQUATIONS, "fits", &[solution]),
+        (
+            &naive::ARCCOSINE_LOGARITHM,
+            "rotations",
+            &[
+                "logarithm of a matrix, rad",
+                "logarithm of a quaternion, rad",
+                "angle of a quaternion, rad",
+                "smallest rotation between axes, rad",
+            ],
+        ),
+        (&naive::NO_DETERMINANT_SIGN, "frames", &["rotation, rad", "fitted tip, mm"]),
+        (&naive::MONOMIALS, "evaluation", values),
+        (&naive::SINGLE_PRECISION, "evaluation", values),
+        (
+            &naive::DIFFERENCES,
+            "derivatives",
+            &[
+                "derivatives by position, mm or rad a mm",
+                "derivatives by the axis, mm or rad a rad",
+            ],
+        ),
+        (
+            &naive::FIXED_POINT,
+            "inverse",
+            &["position behind a reading, mm", "what is not flagged is the pose"],
+        ),
+        (&naive::ANGLES_SUM, "weights", &["weights"]),
+        (&naive::SQUARED_SINGULAR_VALUES, "singular values", &["singular values"]),
+        (&naive::TEXTBOOK_VARIANCE, "statistics", &["standard deviation"]),
+        (
+            &naive::MOMENTS_ABOUT_ORIGIN,
+            "uncertainty and tip error",
+            &["covariance of the tip, mm²", "angle error, rad"],
+        ),
+        (&naive::NAN_IGNORED, "not a number", &["all figures are not numbers"]),
+    ];
+    for (methods, family, quantities) in cases {
+        let found = broken(methods, family);
+        for quantity in quantities {
+            assert!(found.contains(quantity), "{family}: {quantity}: broken are {found:?}");
+        }
+    }
 }
 
 #[test]
-fn an_arccosine_logarithm_is_found_out() {
-    assert_found_out(
-        &ArccosineLogarithm,
-        "rotations",
-        &[
-            "logarithm of a matrix, rad",
-            "logarithm of a quaternion, rad",
-            "angle of a quaternion, rad",
-            "smallest rotation between axes, rad",
-        ],
-    );
-}
-
-#[test]
-fn a_missing_determinant_sign_is_found_out() {
-    assert_found_out(&NoDeterminantSign, "frames", &["rotation, rad", "fitted tip, mm"]);
-}
-
-#[test]
-fn monomials_and_single_precision_are_found_out() {
-    let values = ["position error, mm", "rotation error, rad"];
-    assert_found_out(&Monomials, "evaluation", &values);
-    assert_found_out(&SinglePrecision, "evaluation", &values);
-}
-
-#[test]
-fn differences_for_derivatives_are_found_out() {
-    assert_found_out(
-        &Differences,
-        "derivatives",
-        &["derivatives by position, mm or rad a mm", "derivatives by the axis, mm or rad a rad"],
-    );
-}
-
-#[test]
-fn a_fixed_point_that_asks_for_no_fold_is_found_out() {
-    assert_found_out(
-        &FixedPoint,
-        "inverse",
-        &["position behind a reading, mm", "what is not flagged is the pose"],
-    );
-}
-
-#[test]
-fn areas_from_sums_of_angles_are_found_out() {
-    assert_found_out(&AnglesSum, "weights", &["weights"]);
-}
-
-#[test]
-fn singular_values_from_squares_are_found_out() {
-    assert_found_out(&SquaredSingularValues, "singular values", &["singular values"]);
-}
-
-#[test]
-fn textbook_variance_is_found_out() {
-    assert_found_out(&TextbookVariance, "statistics", &["standard deviation"]);
-}
-
-#[test]
-fn moments_about_the_origin_are_found_out() {
-    assert_found_out(
-        &MomentsAboutOrigin,
-        "uncertainty and tip error",
-        &["covariance of the tip, mm²", "angle error, rad"],
-    );
-}
-
-#[test]
-fn minima_that_ignore_what_is_not_a_number_are_found_out() {
-    assert_found_out(&NanIgnored, "not a number", &["all figures are not numbers"]);
-}
-
-#[test]
-fn constants_are_at_most_100_and_every_quantity_says_what_it_is_relative_to() {
+fn constants_are_at_most_100_and_argued() {
     for family in families(Extent::Full) {
         for q in &family.quantities {
             assert!(q.constant > 0.0 && q.constant <= 100.0, "{q:?}");
@@ -159,7 +116,7 @@ fn constants_are_at_most_100_and_every_quantity_says_what_it_is_relative_to() {
 const LENGTH: Quantity = Quantity { name: "length", constant: 10.0, ..BEHAVIOUR };
 
 #[test]
-fn an_error_beyond_its_bound_or_not_a_number_does_not_hold() {
+fn errors_beyond_bounds_do_not_hold() {
     let bound = 10.0 * 4.0 * f64::EPSILON * 3.0;
     assert!(LENGTH.row("case", 4.0, bound, 3.0).holds);
     assert!(!LENGTH.row("case", 4.0, 1.01 * bound, 3.0).holds);
@@ -169,7 +126,7 @@ fn an_error_beyond_its_bound_or_not_a_number_does_not_hold() {
 }
 
 #[test]
-fn of_several_errors_the_one_nearest_to_its_bound_is_shown() {
+fn the_error_nearest_to_its_bound_is_shown() {
     let row = LENGTH.worst("case", 1.0, &[(1.0, 1.0), (1e-20, 1.0), (0.5, 1e-3)]);
     assert_eq!((row.error, row.holds), (0.5, false));
 }

@@ -81,7 +81,7 @@ fn dimension_line(
 
 /// A bar of a round length of about `target_px`, its left end at a place.
 pub fn scale_bar(at: [f64; 2], px_per_mm: f64, target_px: f64) -> Markup {
-    let length_mm = crate::plot::nice_step(target_px / px_per_mm, false);
+    let length_mm = trackwright_geometry::number::round_above(target_px / px_per_mm);
     let right = at[0] + length_mm * px_per_mm;
     html! {
         @for x in [at[0], right] {

@@ -21,6 +21,11 @@ fn is_drawable(point: &nalgebra::Point3<f64>) -> bool {
 }
 
 /// A length on a drawing: hundredths, and no more digits than it has.
+///
+/// ```
+/// use trackwright_report::drawing::dimension_text;
+/// assert_eq!([12.5, -0.004, -3.0].map(dimension_text), ["12.5", "0", "−3"]);
+/// ```
 pub fn dimension_text(length_mm: f64) -> String {
     let text = format!("{length_mm:.2}");
     let text = match text.contains('.') {

@@ -22,6 +22,7 @@ pub struct Paper {
 }
 
 impl Paper {
+    /// A point on the drawing, in pixels.
     pub fn at(&self, point: &Point3<f64>) -> [f64; 2] {
         [
             self.origin_px[0] + self.px_per_mm * self.right.dot(&point.coords),
@@ -78,6 +79,7 @@ impl DrawnPart {
         })
     }
 
+    /// The silhouette as a path.
     pub fn draw(&self, class: &str) -> Markup {
         let mut path = String::new();
         for ring in &self.rings {
@@ -96,6 +98,7 @@ pub fn px(value: f64) -> String {
     format!("{value:.1}")
 }
 
+/// A line between two places.
 pub fn line(class: &str, from: [f64; 2], to: [f64; 2]) -> Markup {
     html! { line class=(class) x1=(px(from[0])) y1=(px(from[1])) x2=(px(to[0])) y2=(px(to[1])) {} }
 }

@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn a_needle_thinner_than_a_cell_is_still_there_from_end_to_end() {
+    fn a_thin_needle_is_drawn_from_end_to_end() {
         let needle = [[[0.0, 0.0], [100.0, 0.001], [100.0, 0.0]]];
         let rings = silhouette(&needle, 0.5);
         let xs = || rings.iter().flatten().map(|at| at[0]);
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_what_is_no_number_have_no_silhouette() {
+    fn empty_and_non_finite_have_no_silhouette() {
         assert!(silhouette(&[], 0.1).is_empty());
         assert!(silhouette(&[[[f64::NAN; 2]; 3]], 0.1).is_empty());
         // A huge mesh makes a coarse raster, not a huge one.

@@ -20,7 +20,7 @@ fn drawn(body: &RigidBody, mesh: Option<&SurfaceMesh>) -> String {
 }
 
 #[test]
-fn sensors_that_are_a_small_part_of_their_body_are_drawn_once_more_by_themselves() {
+fn crowded_sensors_are_drawn_once_more_alone() {
     let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let design = world.document.design();
     let count = |role| {
@@ -47,7 +47,7 @@ fn a_length_has_the_digits_that_it_has() {
 }
 
 #[test]
-fn each_sensor_of_the_pointer_has_its_distance_from_the_tip_along_the_shaft() {
+fn pointer_sensors_have_distances_from_the_tip() {
     let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let tool = &world.document.design().tool.body.rigid;
     let mesh = world.mesh(BodyRole::Tool).unwrap();
@@ -64,7 +64,7 @@ fn each_sensor_of_the_pointer_has_its_distance_from_the_tip_along_the_shaft() {
 
 /// The word is printed above what is below it.
 #[test]
-fn the_datums_word_covers_no_dimension_beside_the_view() {
+fn the_datums_word_covers_no_dimension() {
     for name in trackwright_project::builtin_names() {
         let world = trackwright_project::open_builtin(name).unwrap();
         for (role, body) in world.document.design().bodies() {
@@ -153,7 +153,7 @@ fn markup_in_names_is_text_in_a_drawing_too() {
 }
 
 #[test]
-fn bodies_of_no_sensors_of_one_place_and_of_absurd_size_are_drawn() {
+fn bodies_of_extreme_sizes_are_drawn() {
     let at = |place: [f64; 3]| Sensor {
         name: String::new(),
         position_in_body: place.into(),

@@ -18,6 +18,7 @@ fn fact(name: &str, value: impl Into<String>) -> Fact {
     [name.to_owned(), value.into()]
 }
 
+/// Room, study, files and versions.
 pub fn section(report: &Report) -> Markup {
     let room = &report.world.environment;
     html! {

@@ -6,6 +6,7 @@ use trackwright_design::Decision;
 use trackwright_procedure::{DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, Step};
 use trackwright_simulation::figures::with_separators;
 
+/// Every decision with its figures.
 pub fn section(report: &Report) -> Markup {
     let procedure = &report.world.document.design().procedure;
     let decisions: Vec<(Step, &Decision)> = procedure.decisions().collect();

@@ -50,6 +50,7 @@ pub struct TableSection {
     pub notes: Vec<String>,
 }
 
+/// Saved views, as pictures.
 pub fn slides(slides: &[Slide]) -> Markup {
     html! {
         @if !slides.is_empty() {
@@ -69,6 +70,7 @@ pub fn slides(slides: &[Slide]) -> Markup {
     }
 }
 
+/// A table made elsewhere, where there is one.
 pub fn table(table: Option<&TableSection>) -> Markup {
     html! {
         @if let Some(table) = table {

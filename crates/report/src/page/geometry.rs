@@ -6,6 +6,7 @@ use maud::{Markup, html};
 use trackwright_design::{BodyRole, DesignBody};
 use trackwright_simulation::{RigidBody, Sensor};
 
+/// Each body with its drawings and sensors.
 pub fn section(report: &Report) -> Markup {
     let design = report.world.document.design();
     html! {

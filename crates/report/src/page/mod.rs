@@ -31,6 +31,17 @@ pub use extras::{Slide, SlideError, TableSection};
 pub use workshop::workshop_section;
 
 /// Everything that a page is made from.
+///
+/// ```
+/// use trackwright_project::{DEFAULT_BUILTIN, open_builtin_without_meshes};
+/// use trackwright_report::page::{Extras, Report, ReportedStudy};
+/// use trackwright_simulation::{CancelToken, Mode};
+/// let world = open_builtin_without_meshes(DEFAULT_BUILTIN)?;
+/// let study = ReportedStudy::run(&world, Mode::Single, &CancelToken::default())?;
+/// let html = Report { world: &world, study: &study, extras: Extras::default() }.to_html();
+/// assert!(html.contains("<h2>Figures</h2>"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Report<'a> {
     pub world: &'a World,
     pub study: &'a ReportedStudy,

@@ -21,10 +21,12 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
+    /// The scene of a report.
     pub fn new(report: &'a Report<'a>) -> Self {
         Self { report, glb: report.extras.scene_glb.as_deref() }
     }
 
+    /// The view that turns, or its drawing.
     pub fn section(&self) -> Markup {
         let world = self.report.world;
         let generator = trackwright_project::generator_mesh().ok();
@@ -85,6 +87,7 @@ impl<'a> Scene<'a> {
         )
     }
 
+    /// The licence of the embedded viewer.
     pub fn licence(&self) -> Markup {
         html! {
             @if self.glb.is_some() {
@@ -107,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn embedded_scripts_neither_end_early_nor_name_a_place_to_fetch_from() {
+    fn embedded_scripts_are_whole_and_fetch_nothing() {
         for script in [LIBRARY, VIEWER] {
             let lower = script.to_ascii_lowercase();
             assert!(!lower.contains("</script") && !lower.contains("<!--"));

@@ -1,7 +1,6 @@
 //! The page's style: its rules, and the colours that they name.
 
 use crate::palette;
-use plotters::style::RGBColor;
 
 const RULES: &str = include_str!("style.css");
 
@@ -22,7 +21,7 @@ pub fn css() -> String {
         ("coil", palette::COIL),
     ]
     .into_iter()
-    .map(|(name, RGBColor(r, g, b))| format!("--{name}:#{r:02x}{g:02x}{b:02x};"))
+    .map(|(name, color)| format!("--{name}:{color};").to_lowercase())
     .collect();
     format!(":root{{{colours}}}\n{RULES}")
 }

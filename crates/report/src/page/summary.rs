@@ -10,6 +10,7 @@ use trackwright_simulation::{BoundVerdict, Expected, figure_rows};
 const LARGE: [&str; 4] =
     ["tip error RMS", "tip error 95th percentile", "tip error max", "angle error RMS"];
 
+/// Title and what the page is of.
 pub fn head(report: &Report) -> Markup {
     let design = report.world.document.design();
     html! {
@@ -30,6 +31,7 @@ pub fn head(report: &Report) -> Markup {
     }
 }
 
+/// The study in words and large figures.
 pub fn section(report: &Report) -> Markup {
     let study = report.study;
     let bounds = judged(&study.figures, study.expected.as_ref());

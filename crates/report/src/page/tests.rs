@@ -35,7 +35,7 @@ fn png() -> Vec<u8> {
 }
 
 #[test]
-fn the_figures_are_those_that_the_command_line_prints() {
+fn figures_are_those_of_the_command_line() {
     for name in trackwright_project::builtin_names() {
         let world = world(name);
         let html = page(&world, Mode::Motion, Extras::default());
@@ -198,7 +198,7 @@ fn the_same_input_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_design_without_reference_requirement_motion_meshes_and_provenance_has_its_page() {
+fn a_bare_design_has_its_page() {
     let opened = world("endoscope");
     let mut design = opened.document.design().clone();
     design.crf = None;
@@ -231,7 +231,7 @@ fn a_design_without_reference_requirement_motion_meshes_and_provenance_has_its_p
 }
 
 #[test]
-fn motions_and_the_worst_place_are_told_against_the_reference_that_there_is() {
+fn motions_are_relative_to_the_reference() {
     for (name, is, is_not) in
         [("pointer-on-head", "CRF", "tracker"), ("endoscope", "tracker", "CRF")]
     {

@@ -1,17 +1,11 @@
 //! A chart's layout and its drawing.
 
-use super::super::palette;
 use super::label::{Rect, line_px, place, width_px, wrapped};
+use super::svg::{Anchor, Svg};
 use super::ticks::Ticks;
-use super::{Chart, Series, SeriesStyle, marker};
-use plotters::coord::Shift;
-use plotters::prelude::*;
-use plotters::style::FontTransform;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use super::{Chart, Series, SeriesStyle};
+use crate::palette::{self, Rgb};
 use trackwright_formats::printable::printable_lines;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Drawn<'a> = Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>>;
 
 const TITLE_PX: f64 = 18.0;
 const TEXT_PX: f64 = 14.0;
@@ -38,15 +32,17 @@ const RING_PX: i32 = 10;
 /// Between points of a line that labels keep away from.
 const ALONG_LINE_PX: i32 = 8;
 
+/// Half the size of a marker.
+const MARKER_PX: i32 = 5;
+
+/// Shapes of markers before they come round again: filled ones first, then strokes.
+const SHAPES: usize = 7;
+
 /// The chart as SVG.
 pub fn svg(chart: &Chart, size: (u32, u32)) -> String {
-    let mut text = String::new();
-    {
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        let drawn = Layout::new(chart, size).draw(&area);
-        debug_assert!(drawn.is_ok(), "a string takes all that is written to it");
-    }
-    printable_lines(&text).into_owned()
+    let mut svg = Svg::new(size);
+    Layout::new(chart, size).draw(&mut svg);
+    printable_lines(&svg.finish()).into_owned()
 }
 
 /// Where everything goes.
@@ -111,11 +107,11 @@ impl<'a> Layout<'a> {
         }
     }
 
-    fn draw<'b>(&self, area: &Area<'b>) -> Drawn<'b> {
-        area.fill(&palette::PAPER)?;
-        self.draw_grid(area)?;
-        self.draw_words(area)?;
-        self.draw_legend(area)?;
+    fn draw(&self, svg: &mut Svg) {
+        svg.rectangle((0, 0), self.size, palette::PAPER, 1.0);
+        self.draw_grid(svg);
+        self.draw_words(svg);
+        self.draw_legend(svg);
         for style in [
             SeriesStyle::Front,
             SeriesStyle::Bound,
@@ -124,13 +120,10 @@ impl<'a> Layout<'a> {
             SeriesStyle::Marked,
         ] {
             let mut taken = Vec::new();
-            for (number, series) in numbered(self.chart) {
-                if series.style == style {
-                    self.draw_series(area, series, number, &mut taken)?;
-                }
+            for (number, series) in numbered(self.chart).filter(|(_, s)| s.style == style) {
+                self.draw_series(svg, series, number, &mut taken);
             }
         }
-        area.present()
     }
 
     /// A point of the chart in pixels.
@@ -146,81 +139,67 @@ impl<'a> Layout<'a> {
         self.plot.bottom - (self.y.part(y) * f64::from(self.plot.height())).round() as i32
     }
 
-    fn draw_grid<'b>(&self, area: &Area<'b>) -> Drawn<'b> {
+    fn draw_grid(&self, svg: &mut Svg) {
         let p = &self.plot;
         let upright = |x: f64| [(self.x_px(x), p.top), (self.x_px(x), p.bottom)];
         let level = |y: f64| [(p.left, self.y_px(y)), (p.right, self.y_px(y))];
-        self.draw_zero_lanes(area)?;
+        self.draw_zero_lanes(svg);
         let minor = self.x.minor.iter().map(|&x| upright(x));
         for line in minor.chain(self.y.minor.iter().map(|&y| level(y))) {
-            area.draw(&PathElement::new(line, palette::GRID_MINOR))?;
+            svg.line(&line, palette::GRID_MINOR, 1);
         }
         let major = self.x.labelled.iter().map(|(x, _)| upright(*x));
         for line in major.chain(self.y.labelled.iter().map(|(y, _)| level(*y))) {
-            area.draw(&PathElement::new(line, palette::GRID))?;
+            svg.line(&line, palette::GRID, 1);
         }
-        let axes = [(p.left, p.top), (p.left, p.bottom), (p.right, p.bottom)];
-        area.draw(&PathElement::new(axes, palette::LINE))?;
+        svg.line(&[(p.left, p.top), (p.left, p.bottom), (p.right, p.bottom)], palette::LINE, 1);
         for (x, label) in &self.x.labelled {
-            let at = (self.x_px(*x), p.bottom);
-            area.draw(&PathElement::new([at, (at.0, at.1 + 5)], palette::LINE))?;
-            let style = text(TICK_PX, palette::INK_QUIET, HPos::Center, VPos::Top);
-            area.draw_text(label, &style, (at.0, at.1 + 9))?;
+            let (x, y) = (self.x_px(*x), p.bottom);
+            svg.line(&[(x, y), (x, y + 5)], palette::LINE, 1);
+            svg.text((x, y + 9), label, TICK_PX, palette::INK_QUIET, Anchor::TOP);
         }
         for (y, label) in &self.y.labelled {
-            let at = (p.left, self.y_px(*y));
-            area.draw(&PathElement::new([(at.0 - 5, at.1), at], palette::LINE))?;
-            let style = text(TICK_PX, palette::INK_QUIET, HPos::Right, VPos::Center);
-            area.draw_text(label, &style, (at.0 - 8, at.1))?;
+            let (x, y) = (p.left, self.y_px(*y));
+            svg.line(&[(x - 5, y), (x, y)], palette::LINE, 1);
+            svg.text((x - 8, y), label, TICK_PX, palette::INK_QUIET, Anchor::RIGHT);
         }
-        Ok(())
     }
 
     /// Zero lies beside a logarithmic axis, not on it: its lane is shaded.
-    fn draw_zero_lanes<'b>(&self, area: &Area<'b>) -> Drawn<'b> {
+    fn draw_zero_lanes(&self, svg: &mut Svg) {
         let p = &self.plot;
         let lane = |ticks: &Ticks, px: i32| (ticks.zero_lane * f64::from(px)).round() as i32;
         let (right, top) = (lane(&self.x, p.width()), lane(&self.y, p.height()));
-        let shade = palette::GRID_MINOR.filled();
         if right > 0 {
-            let corners = [(p.left, p.top), (p.left + right - 4, p.bottom)];
-            area.draw(&Rectangle::new(corners, shade))?;
+            let end = (p.left + right - 4, p.bottom);
+            svg.rectangle((p.left, p.top), end, palette::GRID_MINOR, 1.0);
         }
         if top > 0 {
-            let corners = [(p.left, p.bottom - top + 4), (p.right, p.bottom)];
-            area.draw(&Rectangle::new(corners, shade))?;
+            let start = (p.left, p.bottom - top + 4);
+            svg.rectangle(start, (p.right, p.bottom), palette::GRID_MINOR, 1.0);
         }
-        Ok(())
     }
 
     /// Title, labels of the axes, notes.
-    fn draw_words<'b>(&self, area: &Area<'b>) -> Drawn<'b> {
+    fn draw_words(&self, svg: &mut Svg) {
         let p = &self.plot;
-        let bold = FontDesc::new(FontFamily::SansSerif, TITLE_PX * SVG_SIZE, FontStyle::Bold);
         for (i, line) in self.title.iter().enumerate() {
             let top = EDGE_PX + i as i32 * line_px(TITLE_PX);
-            area.draw_text(line, &bold.color(&palette::INK), (EDGE_PX, top))?;
+            svg.bold_text((EDGE_PX, top), line, TITLE_PX, palette::INK);
         }
-        let style = text(TEXT_PX, palette::INK, HPos::Center, VPos::Top);
         let below = p.bottom + 9 + line_px(TICK_PX) + 5;
         let middle = ((p.left + p.right) / 2, below);
-        area.draw_text(&self.chart.x.label, &style, middle)?;
-        let turned = FontDesc::new(FontFamily::SansSerif, TEXT_PX * SVG_SIZE, FontStyle::Normal)
-            .transform(FontTransform::Rotate270)
-            .color(&palette::INK)
-            .pos(Pos::new(HPos::Center, VPos::Top));
+        svg.text(middle, &self.chart.x.label, TEXT_PX, palette::INK, Anchor::TOP);
         let beside = (EDGE_PX, (p.top + p.bottom) / 2);
-        area.draw_text(&self.chart.y.label, &turned, beside)?;
+        svg.upward_text(beside, &self.chart.y.label, TEXT_PX, palette::INK);
         for (i, line) in self.notes.iter().enumerate() {
             let from_bottom = (self.notes.len() - i) as i32 * line_px(NOTE_PX);
-            let style = text(NOTE_PX, palette::INK_QUIET, HPos::Left, VPos::Top);
             let at = (EDGE_PX, self.size.1 - EDGE_PX + 8 - from_bottom);
-            area.draw_text(line, &style, at)?;
+            svg.text(at, line, NOTE_PX, palette::INK_QUIET, Anchor::TOP_LEFT);
         }
-        Ok(())
     }
 
-    fn draw_legend<'b>(&self, area: &Area<'b>) -> Drawn<'b> {
+    fn draw_legend(&self, svg: &mut Svg) {
         let left = self.plot.right + 18;
         let mut top = self.plot.top + 4;
         for entry in &self.legend {
@@ -228,71 +207,50 @@ impl<'a> Layout<'a> {
             let ends = [(left, middle), (left + LEGEND_SYMBOL_PX - 8, middle)];
             let color = color(entry.number);
             match entry.series.style {
-                SeriesStyle::Front => {
-                    area.draw(&PathElement::new(ends, palette::FRONT.stroke_width(5)))?;
-                }
-                SeriesStyle::Line => {
-                    area.draw(&PathElement::new(ends, color.stroke_width(2)))?;
-                }
-                SeriesStyle::Bound => {
-                    area.draw(&PathElement::new(ends, palette::BOUND.stroke_width(1)))?;
-                }
+                SeriesStyle::Front => svg.line(&ends, palette::FRONT, 5),
+                SeriesStyle::Line => svg.line(&ends, color, 2),
+                SeriesStyle::Bound => svg.line(&ends, palette::BOUND, 1),
                 SeriesStyle::Points | SeriesStyle::Marked => {}
             }
             if has_markers(entry.series) {
-                let at = ((ends[0].0 + ends[1].0) / 2, middle);
-                marker::draw(area, at, shape(entry.number), color)?;
+                draw_marker(svg, ((ends[0].0 + ends[1].0) / 2, middle), entry.number);
             }
             for line in &entry.lines {
-                let style = text(TEXT_PX, palette::INK, HPos::Left, VPos::Center);
                 let at = (left + LEGEND_SYMBOL_PX, top + line_px(TEXT_PX) / 2);
-                area.draw_text(line, &style, at)?;
+                svg.text(at, line, TEXT_PX, palette::INK, Anchor::LEFT);
                 top += line_px(TEXT_PX);
             }
             top += 6;
         }
-        Ok(())
     }
 
-    fn draw_series<'b>(
-        &self,
-        area: &Area<'b>,
-        series: &Series,
-        number: usize,
-        taken: &mut Vec<Rect>,
-    ) -> Drawn<'b> {
+    fn draw_series(&self, svg: &mut Svg, series: &Series, number: usize, taken: &mut Vec<Rect>) {
+        let held = || series.points.iter().filter(|&&p| self.chart.holds(p)).map(|&p| self.at(p));
         match series.style {
-            SeriesStyle::Front => self.draw_front(area, series)?,
+            SeriesStyle::Front => self.draw_front(svg, held()),
             SeriesStyle::Line => {
                 // A point that is missing is a gap, not a shortcut.
                 for run in series.points.split(|&p| !self.chart.holds(p)) {
                     let path: Vec<_> = run.iter().map(|&p| self.at(p)).collect();
-                    area.draw(&PathElement::new(path, color(number).stroke_width(2)))?;
+                    svg.line(&path, color(number), 2);
                 }
             }
             SeriesStyle::Bound => {
-                let level = series.points.iter().find(|&&p| self.chart.holds(p));
-                let ends = level
-                    .map(|p| self.y_px(p.1))
-                    .map(|y| [(self.plot.left, y), (self.plot.right, y)]);
-                if let Some(line) = ends {
-                    area.draw(&PathElement::new(line, palette::BOUND.stroke_width(1)))?;
+                if let Some((_, y)) = held().next() {
+                    svg.line(&[(self.plot.left, y), (self.plot.right, y)], palette::BOUND, 1);
                 }
             }
             SeriesStyle::Points => {}
-            SeriesStyle::Marked => self.draw_rings(area, series, taken)?,
+            SeriesStyle::Marked => held().for_each(|at| self.draw_ring(svg, series, at, taken)),
         }
         if has_markers(series) {
-            for &p in series.points.iter().filter(|&&p| self.chart.holds(p)) {
-                marker::draw(area, self.at(p), shape(number), color(number))?;
-            }
+            held().for_each(|at| draw_marker(svg, at, number));
         }
-        Ok(())
     }
 
-    fn draw_front<'b>(&self, area: &Area<'b>, series: &Series) -> Drawn<'b> {
+    fn draw_front(&self, svg: &mut Svg, points: impl Iterator<Item = (i32, i32)>) {
         let mut path: Vec<(i32, i32)> = Vec::new();
-        for at in series.points.iter().filter(|&&p| self.chart.holds(p)).map(|&p| self.at(p)) {
+        for at in points {
             if let Some(&(_, y)) = path.last() {
                 path.push((at.0, y));
             }
@@ -302,27 +260,20 @@ impl<'a> Layout<'a> {
             path.insert(0, (first.0, self.plot.top));
             path.push((self.plot.right, last.1));
         }
-        area.draw(&PathElement::new(path, palette::FRONT.stroke_width(5)))
+        svg.line(&path, palette::FRONT, 5);
     }
 
-    fn draw_rings<'b>(&self, area: &Area<'b>, series: &Series, taken: &mut Vec<Rect>) -> Drawn<'b> {
-        let covered = self.drawn_points();
-        for &p in series.points.iter().filter(|&&p| self.chart.holds(p)) {
-            let at = self.at(p);
-            area.draw(&Circle::new(at, RING_PX, palette::INK.stroke_width(2)))?;
-            if series.name.is_empty() {
-                continue;
-            }
-            let size = (width_px(&series.name, TEXT_PX), line_px(TEXT_PX));
-            let rect = place(at, size, RING_PX, &self.plot, &covered, taken);
-            taken.push(rect);
-            let corners = [(rect.left, rect.top), (rect.right, rect.bottom)];
-            area.draw(&Rectangle::new(corners, palette::PAPER.mix(0.8).filled()))?;
-            let style = text(TEXT_PX, palette::INK, HPos::Center, VPos::Center);
-            let middle = ((rect.left + rect.right) / 2, (rect.top + rect.bottom) / 2);
-            area.draw_text(&series.name, &style, middle)?;
+    fn draw_ring(&self, svg: &mut Svg, series: &Series, at: (i32, i32), taken: &mut Vec<Rect>) {
+        svg.ring(at, RING_PX, palette::INK, 2);
+        if series.name.is_empty() {
+            return;
         }
-        Ok(())
+        let size = (width_px(&series.name, TEXT_PX), line_px(TEXT_PX));
+        let rect = place(at, size, RING_PX, &self.plot, &self.drawn_points(), taken);
+        taken.push(rect);
+        svg.rectangle((rect.left, rect.top), (rect.right, rect.bottom), palette::PAPER, 0.8);
+        let middle = ((rect.left + rect.right) / 2, (rect.top + rect.bottom) / 2);
+        svg.text(middle, &series.name, TEXT_PX, palette::INK, Anchor::MIDDLE);
     }
 
     /// Points that a label should not cover: markers, and points along lines.
@@ -353,21 +304,41 @@ fn between(a: (i32, i32), b: (i32, i32)) -> impl Iterator<Item = (i32, i32)> {
     })
 }
 
-/// The backend writes sizes divided by this.
-const SVG_SIZE: f64 = 1.24;
-
-fn text(size_px: f64, color: RGBColor, h: HPos, v: VPos) -> TextStyle<'static> {
-    FontDesc::new(FontFamily::SansSerif, size_px * SVG_SIZE, FontStyle::Normal)
-        .color(&color)
-        .pos(Pos::new(h, v))
-}
-
-fn color(number: usize) -> RGBColor {
+fn color(number: usize) -> Rgb {
     palette::SERIES[number % palette::SERIES.len()]
 }
 
-fn shape(number: usize) -> usize {
-    marker::shape(number, palette::SERIES.len())
+/// The shape of a series by its number: another one each time the colours come round.
+pub fn shape(number: usize) -> usize {
+    (number + number / palette::SERIES.len()) % SHAPES
+}
+
+/// A series' marker, with a thin edge of paper so that neighbours stay apart.
+fn draw_marker(svg: &mut Svg, (x, y): (i32, i32), number: usize) {
+    let (r, color) = (MARKER_PX, color(number));
+    let corners: &[(i32, i32)] = match shape(number) {
+        0 => {
+            svg.disc((x, y), r + 1, palette::PAPER);
+            return svg.disc((x, y), r, color);
+        }
+        1 => &[(-r, -r), (r, -r), (r, r), (-r, r)],
+        2 => &[(0, -r - 1), (r + 1, r), (-r - 1, r)],
+        3 => &[(0, -r - 2), (r + 2, 0), (0, r + 2), (-r - 2, 0)],
+        4 => &[(0, r + 1), (r + 1, -r), (-r - 1, -r)],
+        5 => {
+            svg.line(&[(x - r, y - r), (x + r, y + r)], color, 3);
+            return svg.line(&[(x - r, y + r), (x + r, y - r)], color, 3);
+        }
+        _ => {
+            svg.line(&[(x - r - 1, y), (x + r + 1, y)], color, 3);
+            return svg.line(&[(x, y - r - 1), (x, y + r + 1)], color, 3);
+        }
+    };
+    for (edge, color) in [(1, palette::PAPER), (0, color)] {
+        let grown = |v: i32| v + edge * v.signum();
+        let placed: Vec<_> = corners.iter().map(|&(u, v)| (x + grown(u), y + grown(v))).collect();
+        svg.polygon(&placed, color);
+    }
 }
 
 fn has_markers(series: &Series) -> bool {

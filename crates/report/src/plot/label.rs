@@ -20,10 +20,12 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// From left to right.
     pub fn width(&self) -> i32 {
         self.right - self.left
     }
 
+    /// From top to bottom.
     pub fn height(&self) -> i32 {
         self.bottom - self.top
     }
@@ -128,14 +130,14 @@ mod tests {
     const PLOT: Rect = Rect { left: 0, top: 0, right: 400, bottom: 300 };
 
     #[test]
-    fn text_is_broken_at_spaces_and_long_words_within() {
+    fn text_wraps_at_spaces_and_within_long_words() {
         assert_eq!(wrapped("one two three", 10.0, 48), ["one two", "three"]);
         assert_eq!(wrapped("abcdefghij", 10.0, 30), ["abcde", "fghij"]);
         assert_eq!(wrapped("", 10.0, 30), [""]);
     }
 
     #[test]
-    fn a_label_goes_where_no_points_are_and_stays_in_the_plot() {
+    fn a_label_avoids_points_and_the_edge() {
         let at = (200, 150);
         let above_right: Vec<_> = (0..9).map(|i| (210 + 5 * i, 140)).collect();
         let r = place(at, (40, 12), 8, &PLOT, &above_right, &[]);

@@ -2,7 +2,7 @@
 
 mod draw;
 mod label;
-mod marker;
+mod svg;
 mod ticks;
 
 pub use ticks::nice_step;
@@ -14,6 +14,13 @@ pub struct Series {
     /// In the axes' units; points that an axis cannot hold are left out, and counted in a note.
     pub points: Vec<(f64, f64)>,
     pub style: SeriesStyle,
+}
+
+impl Series {
+    /// A series of points.
+    pub fn new(name: impl Into<String>, style: SeriesStyle, points: Vec<(f64, f64)>) -> Self {
+        Self { name: name.into(), points, style }
+    }
 }
 
 /// How a series is drawn.
@@ -59,6 +66,13 @@ impl Scale {
 pub struct Axis {
     pub label: String,
     pub scale: Scale,
+}
+
+impl Axis {
+    /// An axis on which equal distances are equal differences.
+    pub fn linear(label: impl Into<String>) -> Self {
+        Self { label: label.into(), scale: Scale::Linear }
+    }
 }
 
 /// A chart, ready to be written.

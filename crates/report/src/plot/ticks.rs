@@ -1,6 +1,7 @@
 //! Where an axis begins and ends, and which of its values are written beside it.
 
 use super::Scale;
+use trackwright_geometry::number::round_above;
 
 /// Part of the data's extent that is left free at either end of an axis.
 const MARGIN: f64 = 0.05;
@@ -98,15 +99,10 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
     Ticks { scale: Scale::Linear, min, max, labelled, minor: Vec::new(), zero_lane: 0.0 }
 }
 
-/// 1, 2 or 5 times a power of ten, at least `rough`.
+/// A step of an axis: 1, 2 or 5 times a power of ten that is at least `rough`, and at least 1 on an
+/// axis of whole numbers.
 pub fn nice_step(rough: f64, is_whole: bool) -> f64 {
-    let power = 10.0_f64.powf(rough.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0]
-        .map(|m| m * power)
-        .into_iter()
-        .find(|&s| s >= rough * (1.0 - 1e-9))
-        .unwrap_or(10.0 * power);
-    if is_whole { step.max(1.0) } else { step }
+    round_above(rough).max(if is_whole { 1.0 } else { 0.0 })
 }
 
 fn logarithmic(values: &[f64], wanted: usize) -> Ticks {
@@ -212,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn many_decades_are_labelled_at_powers_and_few_at_one_two_five() {
+    fn logarithmic_labels_follow_the_decades() {
         let t = Ticks::new(Scale::Logarithmic, [2e-15, 3e-1], 6);
         assert!(labels(&t).contains(&"10⁻¹²"), "{t:?}");
         assert!(t.labelled.len() >= 3 && t.labelled.len() <= 6, "{t:?}");
@@ -221,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn every_axis_holds_its_values_and_has_two_labels() {
+    fn every_axis_holds_its_values() {
         let cases: [&[f64]; 9] = [
             &[],
             &[3.3],
@@ -247,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_has_a_lane_before_everything_else_where_there_is_one() {
+    fn zero_has_a_lane_of_its_own() {
         let scale = Scale::LogarithmicAndZero;
         let with = Ticks::new(scale, [1e-3, 0.0, 10.0], 6);
         assert_eq!(with.labelled[0], (0.0, "0".to_owned()));
@@ -258,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_far_from_zero_keeps_the_digits_that_tell_ticks_apart() {
+    fn ticks_far_from_zero_keep_their_digits() {
         let t = Ticks::new(Scale::Linear, [1.0, 1.0 + 4e-6], 6);
         let mut labels = labels(&t);
         labels.dedup();

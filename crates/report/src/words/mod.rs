@@ -125,6 +125,12 @@ fn part_of_positions(part: f64, trials: usize) -> String {
 
 /// A length for a person: two decimals below a millimetre, one above, and as many more as it takes
 /// to lie on the side of the limit on which the value lies.
+///
+/// ```
+/// use trackwright_report::words::length;
+/// assert_eq!(length(1.04, None), "1.0\u{2009}mm");
+/// assert_eq!(length(1.04, Some(1.0)), "1.04\u{2009}mm");
+/// ```
 pub fn length(value_mm: f64, limit_mm: Option<f64>) -> String {
     rounded(value_mm, limit_mm, if value_mm < 1.0 { 2 } else { 1 }, "mm")
 }

@@ -40,7 +40,7 @@ fn to(direction: Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 #[test]
-fn the_headline_has_the_part_within_the_limit_and_the_worst_of_the_figures() {
+fn the_headline_has_part_within_limit_and_worst() {
     let mut scenario = scenario();
     let mode = Mode::Motion;
     let (outcome, profile) = run_profiled(&scenario, &mode, &CancelToken::default()).unwrap();
@@ -62,7 +62,7 @@ fn the_headline_has_the_part_within_the_limit_and_the_worst_of_the_figures() {
 }
 
 #[test]
-fn no_rounding_crosses_a_limit_or_makes_most_of_them_all() {
+fn rounding_crosses_no_limit() {
     assert_eq!(length(1.04, Some(1.0)), "1.04\u{2009}mm");
     assert_eq!(length(1.04, None), "1.0\u{2009}mm");
     assert_eq!(length(1.000_000_3, Some(1.0)), "1.0000003\u{2009}mm");
@@ -78,7 +78,7 @@ fn no_rounding_crosses_a_limit_or_makes_most_of_them_all() {
 }
 
 #[test]
-fn a_shaft_is_called_flat_or_upright_where_it_is_that_to_the_generator() {
+fn flat_and_upright_are_as_the_generator_sees() {
     let flat = held(to(Vector3::new(0.6, 0.8, 0.05)), [0.0; 3]);
     assert_eq!(flat.in_short().as_deref(), Some("held flat to the field generator"));
     // The volume is at negative z: a handle there leaves the tip next to the generator.
@@ -89,7 +89,7 @@ fn a_shaft_is_called_flat_or_upright_where_it_is_that_to_the_generator() {
 }
 
 #[test]
-fn tilt_and_twist_are_those_that_the_turn_was_made_from() {
+fn tilt_and_twist_compose_the_turn() {
     let along = nalgebra::Unit::new_normalize(shaft());
     let across = nalgebra::Unit::new_normalize(shaft().cross(&Vector3::x()));
     for (tilt_deg, twist_deg) in [(0.0, 30.0), (20.0, 0.0), (35.0, -50.0), (60.0, 170.0)] {
@@ -112,7 +112,7 @@ fn tilt_and_twist_are_those_that_the_turn_was_made_from() {
 }
 
 #[test]
-fn farther_is_away_from_the_generator_and_aside_is_along_its_front() {
+fn farther_and_aside_are_from_the_generator() {
     let found = held(UnitQuaternion::identity(), [3.0, 4.0, -20.0]);
     assert!((found.farther_mm - 20.0).abs() < 1e-9 && (found.aside_mm - 5.0).abs() < 1e-9);
     let said = found.in_full();
@@ -125,7 +125,7 @@ fn farther_is_away_from_the_generator_and_aside_is_along_its_front() {
 }
 
 #[test]
-fn a_study_that_does_not_turn_the_tool_says_nothing_of_how_it_is_turned() {
+fn a_study_without_turns_names_no_posture() {
     let mut scenario = scenario();
     scenario.motion = Some(Motion {
         z: Some(AxisRange { min: -40.0, max: 40.0, step: 40.0 }),
@@ -144,7 +144,7 @@ fn one_position_is_one_distance_and_has_no_worst() {
 }
 
 #[test]
-fn a_plate_of_sensors_around_its_tip_has_no_shaft_to_hold_flat() {
+fn a_plate_of_sensors_has_no_shaft() {
     let mut scenario = scenario();
     scenario.tool.tip_in_body = None;
     for (sensor, place) in

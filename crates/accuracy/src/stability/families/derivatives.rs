@@ -1,29 +1,21 @@
-//! Derivatives of equation (8), on which Newton's steps and determinants hang.
+//! Derivatives of equation (8), on which Newton's steps and determinants depend.
 
-use crate::high::High;
-use crate::high_linear::{High3, add3, cross3, scale3, sub3, unit3, vector3};
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube, model};
-use crate::stability::references::{self, axis3, distance, point3};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use super::prelude::*;
 use trackwright_field::evaluation::Matrix6x3;
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 
-const BY_POSITION: Quantity = Quantity {
-    name: "derivatives by position, mm or rad a mm",
-    constant: 4.0,
-    condition: "order, plus one over the sum of the triangle's half areas",
-    scale: "order times the largest coefficient over the box's extent",
-};
+const BY_POSITION: Quantity = Quantity::new(
+    "derivatives by position, mm or rad a mm",
+    4.0,
+    "order, plus one over the sum of the triangle's half areas",
+    "order times the largest coefficient over the box's extent",
+);
 
-const BY_AXIS: Quantity = Quantity {
-    name: "derivatives by the axis, mm or rad a rad",
-    constant: 8.0,
-    condition: "one over the sum of the triangle's half areas, squared, plus the order",
-    scale: "the largest coefficient",
-};
+const BY_AXIS: Quantity = Quantity::new(
+    "derivatives by the axis, mm or rad a rad",
+    8.0,
+    "one over the sum of the triangle's half areas, squared, plus the order",
+    "the largest coefficient",
+);
 
 /// Step of the differences, in units of the box or radians: its square is far below epsilon, and
 /// 192 bits hold the difference of two values to 1e-37 of them.
@@ -99,7 +91,7 @@ fn case(name: String, make: impl Fn() -> Place + Send + Sync + 'static) -> Case 
         for _ in 0..place.poses {
             let position = sequence.point_in(&place.bounds);
             let axis = sequence.axis();
-            let [p, a] = m.derivatives(model, &position, &axis, OutsidePolicy::Clamp);
+            let [p, a] = (m.derivatives)(model, &position, &axis, OutsidePolicy::Clamp);
             let at = Exact { model, position: point3(&position), axis: unit3(&axis3(&axis)) };
             by_position.push(at.by_position(case, &p));
             by_axis.push(at.by_axis(case, &a));

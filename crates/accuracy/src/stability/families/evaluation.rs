@@ -1,15 +1,8 @@
 //! Equation (8) at one pose.
 
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube, model};
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, HighEvaluation, axis3, distance, point3};
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Point3, Unit, Vector3};
+use super::prelude::*;
+use crate::references::HighEvaluation;
 use trackwright_field::bernstein::MAX_ORDER;
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 const CONDITION: &str = "how the answer reacts to relative errors of coefficients and normalised \
     position, and to errors of the axis: sum of absolute terms over the scale, plus one over the \
@@ -17,12 +10,7 @@ const CONDITION: &str = "how the answer reacts to relative errors of coefficient
 
 /// Roundings of the factors are independent and mostly cancel; those of the last sums remain.
 const fn position(name: &'static str) -> Quantity {
-    Quantity {
-        name,
-        constant: 4.0,
-        condition: CONDITION,
-        scale: "largest position coefficient, mm",
-    }
+    Quantity::new(name, 4.0, CONDITION, "largest position coefficient, mm")
 }
 
 const fn rotation(name: &'static str) -> Quantity {
@@ -109,7 +97,7 @@ fn scattered(bounds: &Bounds, count: usize, seed: u64) -> Vec<PoseInField> {
 }
 
 fn rows(
-    methods: &dyn Methods,
+    methods: &Methods,
     case: &str,
     order: usize,
     weighting: Weighting,
@@ -125,20 +113,20 @@ fn rows(
 
 /// The pose that comes nearest to its bound, for position and rotation, by each way.
 fn measured(
-    methods: &dyn Methods,
+    methods: &Methods,
     case: &str,
     model: &DistortionModel,
     poses: &[PoseInField],
     outside: OutsidePolicy,
 ) -> Vec<Row> {
     let (positions, axes): (Vec<_>, Vec<_>) = poses.iter().copied().unzip();
-    let together = methods.evaluate_together(model, &positions, &axes, outside);
+    let together = (methods.evaluate_together)(model, &positions, &axes, outside);
     let mut all: [[Vec<Row>; 2]; 3] = Default::default();
     for (i, (position, axis)) in poses.iter().enumerate() {
         let ways = [
-            vec![methods.evaluate(model, position, axis, outside)],
+            vec![(methods.evaluate)(model, position, axis, outside)],
             together.iter().map(|answers| answers[i]).collect(),
-            methods.evaluate_along(model, position, axis, outside),
+            (methods.evaluate_along)(model, position, axis, outside),
         ];
         let expected = references::evaluate(model, &point3(position), &axis3(axis), outside);
         for ((rows, quantities), answers) in all.iter_mut().zip(&WAYS).zip(&ways) {

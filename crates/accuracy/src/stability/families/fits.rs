@@ -1,26 +1,16 @@
 //! Fits of distortion models to samples of fields that measurements can have.
 
-use crate::high::High;
-use crate::high_linear::{HighMatrix, norm};
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube};
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, point3};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use super::prelude::*;
 use crate::stability::systems::{Reference, SOLUTION, off_by};
-use nalgebra::{Point3, Unit, Vector3};
-use trackwright_field::bernstein::coefficient_count;
-use trackwright_field::fit::{Fit, FitMethod, FitSettings};
-use trackwright_field::samples::{PoseError, Sample, SampleSet};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use trackwright_field::fit::{Fit, FitMethod};
+use trackwright_geometry::directions::DirectionWeights;
 
-const RESIDUAL: Quantity = Quantity {
-    name: "position RMS after the fit, mm",
-    constant: 10.0,
-    condition: "1",
-    scale: "position RMS before it plus the largest coefficient, mm",
-};
+const RESIDUAL: Quantity = Quantity::new(
+    "position RMS after the fit, mm",
+    10.0,
+    "1",
+    "position RMS before it plus the largest coefficient, mm",
+);
 
 type Field = fn(&Vector3<f64>) -> Vector3<f64>;
 
@@ -69,26 +59,17 @@ pub(super) fn family(extent: Extent) -> Family {
             }),
         )
     }));
-    cases.push(case("order 2, positions in one plane", move || {
-        one(2, moved(scattered(room, 2, 2.0, SMOOTH), |_, p| Point3::new(p.x, p.y, -350.0)))
-    }));
-    cases.push(case("order 2, positions in a tilted plane", move || {
-        one(
-            2,
-            moved(scattered(room, 2, 2.0, SMOOTH), |_, p| {
-                Point3::new(p.x, p.y, -350.0 + 0.3 * p.x - 0.1 * p.y)
-            }),
-        )
-    }));
-    cases.push(case("order 2, positions on one line", move || {
-        one(
-            2,
-            moved(scattered(room, 2, 2.0, SMOOTH), |_, p| Point3::new(p.x, 0.5 * p.x, p.x - 350.0)),
-        )
-    }));
-    cases.push(case("order 2, all samples at one place", move || {
-        one(2, moved(scattered(room, 2, 2.0, SMOOTH), |_, _| Point3::new(10.0, 20.0, -300.0)))
-    }));
+    let placed: [(&str, fn(Point3<f64>) -> Point3<f64>); 4] = [
+        ("positions in one plane", |p| Point3::new(p.x, p.y, -350.0)),
+        ("positions in a tilted plane", |p| Point3::new(p.x, p.y, -350.0 + 0.3 * p.x - 0.1 * p.y)),
+        ("positions on one line", |p| Point3::new(p.x, 0.5 * p.x, p.x - 350.0)),
+        ("all samples at one place", |_| Point3::new(10.0, 20.0, -300.0)),
+    ];
+    for (name, place) in placed {
+        cases.push(case(format!("order 2, {name}"), move || {
+            one(2, moved(scattered(room, 2, 2.0, SMOOTH), |_, p| place(p)))
+        }));
+    }
     cases.push(case("order 2, 14 orientations", move || {
         each(2, DirectionSet::Fourteen, scattered(room, 2, 20.0, SMOOTH))
     }));
@@ -98,13 +79,7 @@ pub(super) fn family(extent: Extent) -> Family {
     }));
     cases.push(case("order 1, 6 orientations, none sampled near +x", move || {
         let mut samples = scattered(room, 1, 20.0, SMOOTH);
-        for s in &mut samples {
-            s.axis = Unit::new_normalize(s.axis.component_mul(&Vector3::new(
-                -s.axis.x.signum(),
-                1.0,
-                1.0,
-            )));
-        }
+        samples.iter_mut().for_each(turn_from_x);
         each(1, DirectionSet::Six, samples)
     }));
     cases.push(case("order 1, 6 orientations, +x known by weights of 1e-12 alone", move || {
@@ -128,13 +103,7 @@ pub(super) fn family(extent: Extent) -> Family {
     }
     cases.push(case("order 1, 6 orientations, joint, none sampled near +x", move || {
         let mut samples = scattered(room, 1, 9.0, SMOOTH);
-        for s in &mut samples {
-            s.axis = Unit::new_normalize(s.axis.component_mul(&Vector3::new(
-                -s.axis.x.signum(),
-                1.0,
-                1.0,
-            )));
-        }
+        samples.iter_mut().for_each(turn_from_x);
         Problem { is_joint: true, ..each(1, DirectionSet::Six, samples) }
     }));
     Family {
@@ -145,6 +114,12 @@ pub(super) fn family(extent: Extent) -> Family {
         quantities: vec![SOLUTION, RESIDUAL],
         cases,
     }
+}
+
+/// Mirrors an axis that has a part along +x.
+fn turn_from_x(sample: &mut Sample) {
+    let mirror = Vector3::new(-sample.axis.x.signum(), 1.0, 1.0);
+    sample.axis = Unit::new_normalize(sample.axis.component_mul(&mirror));
 }
 
 /// Samples and how they are to be fitted.
@@ -198,14 +173,14 @@ fn case(name: impl Into<String>, make: impl Fn() -> Problem + Send + Sync + 'sta
     Case::new(name, move |m, case| rows(m, case, make()))
 }
 
-fn rows(methods: &dyn Methods, case: &str, problem: Problem) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, problem: Problem) -> Vec<Row> {
     let settings = FitSettings {
         method: if problem.is_joint { FitMethod::Joint } else { FitMethod::PerDirection },
         weighting: problem.weighting,
         ..FitSettings::new(problem.order, problem.directions)
     };
     let set = SampleSet { samples: problem.samples, has_rotations: true, ambiguous: 0 };
-    let Ok(fit) = methods.fit(&set, &settings, None) else {
+    let Ok(fit) = (methods.fit)(&set, &settings, None) else {
         return vec![Row::behaviour(case, "is fitted", false)];
     };
     let systems = systems(&set.samples, &settings, fit.model.bounds());

@@ -1,33 +1,25 @@
 //! Frames of rigid bodies: what sensors say together, and what they leave open.
 
-use crate::stability::Extent;
-use crate::stability::high_frames::{HighFrame, Said};
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::references::distance;
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
+use super::prelude::*;
+use crate::stability::high_frames::{Determinacy, HighFrame};
 use trackwright_geometry::rotation::exp_vector;
-use trackwright_simulation::frame_fit::Reading;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
-const ROTATION: Quantity = Quantity {
-    name: "rotation, rad",
-    constant: 10.0,
-    condition: "sum of the rows' lengths, body times reading, over the two smaller singular \
+const ROTATION: Quantity = Quantity::new(
+    "rotation, rad",
+    10.0,
+    "sum of the rows' lengths, body times reading, over the two smaller singular \
         values' sum (their difference where the best orthogonal matrix is a reflection); for a \
         free axis over the difference of the two largest",
-    scale: "1",
-};
+    "1",
+);
 
-const TIP: Quantity = Quantity {
-    name: "fitted tip, mm",
-    constant: 10.0,
-    condition: "as for the rotation",
-    scale: "distance of the tip from the sensors' centroid, plus the largest coordinate over the \
+const TIP: Quantity = Quantity::new(
+    "fitted tip, mm",
+    10.0,
+    "as for the rotation",
+    "distance of the tip from the sensors' centroid, plus the largest coordinate over the \
         condition, mm",
-};
+);
 
 /// A body, where it is, and what its sensors read there.
 #[derive(Clone)]
@@ -73,43 +65,43 @@ const FAR: [f64; 3] = [1e6, -1e6, 1e6];
 const HERE: [f64; 3] = [120.0, -80.0, -300.0];
 
 pub(super) fn family(extent: Extent) -> Family {
-    let sets: [(&str, &'static [At], f64, Said); 22] = [
-        ("four sensors", &SPREAD, 100.0, Said::Full),
-        ("four sensors, w = 0", &SPREAD, 0.0, Said::Full),
-        ("four sensors, w = 1e-12", &SPREAD, 1e-12, Said::Full),
-        ("four sensors, w = 1e-3", &SPREAD, 1e-3, Said::Full),
-        ("four sensors, w = 1e6", &SPREAD, 1e6, Said::Full),
-        ("four sensors, w = 1e12", &SPREAD, 1e12, Said::Full),
-        ("one line", &ONE_LINE, 100.0, Said::Full),
-        ("one line, w = 1e-12", &ONE_LINE, 1e-12, Said::FreeAxis),
-        ("one line, w = 0", &ONE_LINE, 0.0, Said::FreeAxis),
-        ("one line, parallel axes", &ONE_LINE_PARALLEL, 100.0, Said::FreeAxis),
-        ("nearly one line, parallel axes", &NEARLY_ONE_LINE, 100.0, Said::Poor),
-        ("one plane", &ONE_PLANE, 100.0, Said::Full),
-        ("one plane, parallel axes", &ONE_PLANE_PARALLEL, 100.0, Said::Full),
-        ("one plane, w = 0", &ONE_PLANE, 0.0, Said::Full),
-        ("parallel axes", &PARALLEL, 100.0, Said::Full),
-        ("parallel axes, w = 1e12", &PARALLEL, 1e12, Said::FreeAxis),
-        ("same place", &SAME_PLACE, 100.0, Said::Full),
-        ("same place, w = 1e-12", &SAME_PLACE, 1e-12, Said::Full),
-        ("same place, w = 0", &SAME_PLACE, 0.0, Said::FreeRotation),
-        ("same place, parallel axes", &SAME_PLACE_PARALLEL, 100.0, Said::FreeAxis),
-        ("one sensor", &ONE, 100.0, Said::FreeAxis),
-        ("one sensor, w = 0", &ONE, 0.0, Said::FreeRotation),
+    let sets: [(&str, &'static [At], f64, Determinacy); 22] = [
+        ("four sensors", &SPREAD, 100.0, Determinacy::Full),
+        ("four sensors, w = 0", &SPREAD, 0.0, Determinacy::Full),
+        ("four sensors, w = 1e-12", &SPREAD, 1e-12, Determinacy::Full),
+        ("four sensors, w = 1e-3", &SPREAD, 1e-3, Determinacy::Full),
+        ("four sensors, w = 1e6", &SPREAD, 1e6, Determinacy::Full),
+        ("four sensors, w = 1e12", &SPREAD, 1e12, Determinacy::Full),
+        ("one line", &ONE_LINE, 100.0, Determinacy::Full),
+        ("one line, w = 1e-12", &ONE_LINE, 1e-12, Determinacy::FreeAxis),
+        ("one line, w = 0", &ONE_LINE, 0.0, Determinacy::FreeAxis),
+        ("one line, parallel axes", &ONE_LINE_PARALLEL, 100.0, Determinacy::FreeAxis),
+        ("nearly one line, parallel axes", &NEARLY_ONE_LINE, 100.0, Determinacy::Poor),
+        ("one plane", &ONE_PLANE, 100.0, Determinacy::Full),
+        ("one plane, parallel axes", &ONE_PLANE_PARALLEL, 100.0, Determinacy::Full),
+        ("one plane, w = 0", &ONE_PLANE, 0.0, Determinacy::Full),
+        ("parallel axes", &PARALLEL, 100.0, Determinacy::Full),
+        ("parallel axes, w = 1e12", &PARALLEL, 1e12, Determinacy::FreeAxis),
+        ("same place", &SAME_PLACE, 100.0, Determinacy::Full),
+        ("same place, w = 1e-12", &SAME_PLACE, 1e-12, Determinacy::Full),
+        ("same place, w = 0", &SAME_PLACE, 0.0, Determinacy::FreeRotation),
+        ("same place, parallel axes", &SAME_PLACE_PARALLEL, 100.0, Determinacy::FreeAxis),
+        ("one sensor", &ONE, 100.0, Determinacy::FreeAxis),
+        ("one sensor, w = 0", &ONE, 0.0, Determinacy::FreeRotation),
     ];
     let mut cases = Vec::new();
-    for (name, sensors, weight_mm, said) in sets {
+    for (name, sensors, weight_mm, expected) in sets {
         for (place, at, body_offset) in [
             ("", HERE, [0.0; 3]),
             (", 1e6 mm away", FAR, [0.0; 3]),
             (", body 1e6 mm off its origin", HERE, FAR),
         ] {
             cases.push(Case::new(format!("{name}{place}"), move |m, case| {
-                rows(m, case, &setup(sensors, body_offset, weight_mm, at, 0.0), said)
+                rows(m, case, &setup(sensors, body_offset, weight_mm, at, 0.0), expected)
             }));
             cases.push(Case::new(format!("{name}{place}, distorted"), move |m, case| {
                 let setup = setup(sensors, body_offset, weight_mm, at, 1.0);
-                rows(m, case, &setup, said)
+                rows(m, case, &setup, expected)
             }));
         }
     }
@@ -121,7 +113,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let height = 1e-3 * (p.x - p.y);
             reading.position_mm = Point3::new(p.x, p.y, height);
         }
-        rows(m, case, &setup, Said::Full)
+        rows(m, case, &setup, Determinacy::Full)
     }));
     cases.push(Case::new("four sensors read through a mirror, w = 0", |m, case| {
         let mut setup = setup(&SPREAD, [0.0; 3], 0.0, HERE, 0.0);
@@ -129,7 +121,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let p = sensor.position_in_body;
             reading.position_mm = Point3::new(p.x, -p.y, p.z);
         }
-        rows(m, case, &setup, Said::Full)
+        rows(m, case, &setup, Determinacy::Full)
     }));
     for (name, scale) in [("1e-6", 1e-6), ("1e6", 1e6)] {
         cases.push(Case::new(
@@ -140,15 +132,16 @@ pub(super) fn family(extent: Extent) -> Family {
                     sensor.position_in_body *= scale;
                 }
                 let setup = read(body, 0.0, [0.0; 3], 0.0);
-                rows(m, case, &setup, Said::Full)
+                rows(m, case, &setup, Determinacy::Full)
             },
         ));
     }
-    cases
-        .push(Case::new("one 6-DOF sensor", |m, case| rows(m, case, &six_dof(1, 1.0), Said::Full)));
+    cases.push(Case::new("one 6-DOF sensor", |m, case| {
+        rows(m, case, &six_dof(1, 1.0), Determinacy::Full)
+    }));
     let many = if extent.is_full() { 10_000 } else { 500 };
     cases.push(Case::new(format!("{many} sensors"), move |m, case| {
-        rows(m, case, &six_dof(many, 1.0), Said::Full)
+        rows(m, case, &six_dof(many, 1.0), Determinacy::Full)
     }));
     Family {
         name: "frames",
@@ -221,12 +214,13 @@ fn six_dof(count: usize, distortion: f64) -> Setup {
 }
 
 /// Rows of one fit; the exact one has to say what the case is about, too.
-fn rows(methods: &dyn Methods, case: &str, setup: &Setup, said: Said) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, setup: &Setup, expected: Determinacy) -> Vec<Row> {
     let truth = &setup.tracker_from_body;
-    let found = methods.frame(&setup.body, setup.weight_mm, &setup.readings, truth);
+    let found = (methods.frame)(&setup.body, setup.weight_mm, &setup.readings, truth);
     let exact = HighFrame::of(&setup.body, setup.weight_mm, &setup.readings);
-    let is_right = Said::of(&found.determination) == said && exact.says() == said;
-    let mut rows = vec![Row::behaviour(case, said.must(), is_right)];
+    let is_right =
+        Determinacy::of(&found.determination) == expected && exact.determinacy() == expected;
+    let mut rows = vec![Row::behaviour(case, expected.must(), is_right)];
     let Some(fitted) = exact.fitted(truth) else {
         return rows;
     };

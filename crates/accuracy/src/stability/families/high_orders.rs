@@ -1,20 +1,9 @@
 //! Least squares beyond what can be solved in high precision directly.
 
-use crate::high::High;
-use crate::high_linear::{HighMatrix, dot, least_squares, norm, vector3};
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, distance};
-use crate::stability::row::{Case, Family, Quantity, Row};
+use super::prelude::*;
 use crate::stability::systems::{SOLUTION, singular_values};
-use nalgebra::{Point3, Vector3};
-use trackwright_field::bernstein::{coefficient_count, push_products};
-use trackwright_field::fit::FitSettings;
+use trackwright_field::bernstein::push_products;
 use trackwright_field::least_squares::LeastSquares;
-use trackwright_field::samples::{PoseError, Sample, SampleSet};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::DirectionSet;
 
 /// Twelve Bernstein polynomials an axis come to a condition of 1e10; none of them is cut off.
 const RCOND: f64 = 1e-14;
@@ -54,7 +43,7 @@ fn nodes(order: usize) -> Vec<f64> {
     (0..n).map(|i| -100.0 * ((i as f64) * std::f64::consts::PI / (n - 1) as f64).cos()).collect()
 }
 
-fn on_grid(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
+fn on_grid(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
     let nodes = nodes(order);
     let n = nodes.len();
     let mut sequence = Sequence::new(order as u64);
@@ -81,7 +70,7 @@ fn on_grid(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
     let bounds = Bounds::around(samples.iter().map(|s| s.position_mm));
     let set = SampleSet { samples, has_rotations: true, ambiguous: 0 };
     let settings = FitSettings { rcond: RCOND, ..FitSettings::new(order, DirectionSet::One) };
-    let (Ok(fit), Some(bounds)) = (methods.fit(&set, &settings, bounds), bounds) else {
+    let (Ok(fit), Some(bounds)) = ((methods.fit)(&set, &settings, bounds), bounds) else {
         return vec![Row::behaviour(case, "is fitted", false)];
     };
     let axis = GridAxis::of(order, &nodes, &bounds);
@@ -151,7 +140,7 @@ impl GridAxis {
     }
 }
 
-fn refined(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
+fn refined(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
     let unknowns = coefficient_count(order);
     let mut sequence = Sequence::new(order as u64 + 900);
     let (mut rows, mut values) = (Vec::new(), Vec::new());
@@ -167,7 +156,7 @@ fn refined(methods: &dyn Methods, case: &str, order: usize) -> Vec<Row> {
         system.push(|out| out.extend(row), *v);
     }
     let (Ok(found), Ok(svd)) =
-        (methods.solve(&rows, &values, RCOND, 0.0), system.into_triangle().decompose())
+        ((methods.solve)(&rows, &values, RCOND, 0.0), system.into_triangle().decompose())
     else {
         return vec![Row::behaviour(case, "is solved", false)];
     };

@@ -1,29 +1,18 @@
 //! The pose behind a reading, by Newton's method on the distortion map.
 
-use crate::high::High;
-use crate::high_linear::{High3, add3, apply33, dot, scale3, sub3, unit3, vector3};
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube, model};
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, axis3, distance};
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Matrix5, Point3, Unit, UnitQuaternion, Vector3, Vector5};
+use super::prelude::*;
+use nalgebra::{Matrix5, Vector5};
 use trackwright_field::inverse::InverseState;
-use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 const CONDITION: &str = "length of the Jacobian's inverse, angles taken as lengths of the box's \
     diagonal";
 
-const POSITION: Quantity = Quantity {
-    name: "position behind a reading, mm",
-    constant: 20.0,
-    condition: CONDITION,
-    scale: "largest coordinate and the box's diagonal, times one plus the field's steepest slope",
-};
+const POSITION: Quantity = Quantity::new(
+    "position behind a reading, mm",
+    20.0,
+    CONDITION,
+    "largest coordinate and the box's diagonal, times one plus the field's steepest slope",
+);
 
 const AXIS: Quantity = Quantity {
     name: "axis behind a reading, rad",
@@ -74,7 +63,7 @@ pub(super) fn family(extent: Extent) -> Family {
             .collect();
         let readings: Vec<_> =
             truths.iter().map(|t| model.distort(t, OutsidePolicy::Clamp).0).collect();
-        let found = m.undistort(&model, &readings, OutsidePolicy::Clamp);
+        let found = (m.undistort)(&model, &readings, OutsidePolicy::Clamp);
         let is_back = |(truth, found): (&Pose, &(Option<Pose>, InverseState))| match found {
             (Some(pose), InverseState::Converged) => {
                 (pose.translation.vector - truth.translation.vector).norm() < 1e-9
@@ -151,7 +140,7 @@ fn case(
             })
             .collect();
         let (mut positions, mut axes) = (Vec::new(), Vec::new());
-        let found = m.undistort(&model, &readings, OutsidePolicy::Clamp);
+        let found = (m.undistort)(&model, &readings, OutsidePolicy::Clamp);
         for (reading, (pose, state)) in readings.iter().zip(&found) {
             let (Some(pose), InverseState::Converged) = (pose, state) else {
                 return vec![Row::behaviour(case, "converges", false)];
@@ -166,7 +155,7 @@ fn case(
 }
 
 fn compared(
-    methods: &dyn Methods,
+    methods: &Methods,
     case: &str,
     model: &DistortionModel,
     reading: &Pose,
@@ -261,12 +250,12 @@ impl<'a> Equations<'a> {
     }
 
     /// To first order in the errors, which is enough to go by.
-    fn jacobian(&self, methods: &dyn Methods, at: &Pose) -> Matrix5<f64> {
+    fn jacobian(&self, methods: &Methods, at: &Pose) -> Matrix5<f64> {
         let position = Point3::from(at.translation.vector);
         let axis = at.rotation * Vector3::z_axis();
         let policy = OutsidePolicy::Clamp;
-        let [by_position, by_axis] = methods.derivatives(self.model, &position, &axis, policy);
-        let e = methods.evaluate(self.model, &position, &axis, policy);
+        let [by_position, by_axis] = (methods.derivatives)(self.model, &position, &axis, policy);
+        let e = (methods.evaluate)(self.model, &position, &axis, policy);
         let turn = UnitQuaternion::from_scaled_axis(e.rotation_rad);
         let turned = turn * axis.into_inner();
         let mut jacobian = Matrix5::zeros();

@@ -1,26 +1,17 @@
 //! The least-squares solver on design matrices that are given exactly.
 
-use crate::high::High;
-use crate::high_linear::HighMatrix;
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Quantity, Row};
+use super::prelude::*;
 use crate::stability::systems::{Reference, SOLUTION, off_by};
-use nalgebra::Vector3;
-use trackwright_field::bernstein::coefficient_count;
 
-const CONDITION: Quantity = Quantity {
-    name: "condition number, relative",
-    constant: 10.0,
-    condition: "itself",
-    scale: "1",
-};
+const CONDITION: Quantity = Quantity::new("condition number, relative", 10.0, "itself", "1");
 
 /// Unknowns up to which the singular values themselves are found in high precision.
 const EXACT_CONDITION_UNKNOWNS: usize = 27;
 
 const RCOND: f64 = 1e-10;
+
+/// Where a position of the unit cube is moved, by its number.
+type Place = fn(usize, Vector3<f64>) -> Vector3<f64>;
 
 /// A system as the solver gets it.
 #[derive(Clone)]
@@ -51,24 +42,23 @@ pub(super) fn family(extent: Extent) -> Family {
     cases.push(case("order 2, seven clusters of 0.02, a field of order 2", || {
         reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02))
     }));
-    cases.push(case("order 1, positions in a slab of 1e-9", || {
-        scattered(1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z))
-    }));
-    cases.push(case("order 2, seven clusters of 0.02", || {
-        scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02)
-    }));
-    cases.push(case("order 2, 40 positions, each repeated 5 times", || {
-        scattered(2, 200.0 / 27.0, |i, _| cluster_center(1000 + i % 40))
-    }));
-    cases.push(case("order 2, 10 positions, each repeated 5 times", || {
-        scattered(2, 50.0 / 27.0, |i, _| cluster_center(1000 + i % 10))
-    }));
-    cases.push(case("order 2, all positions in one plane", || {
-        scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
-    }));
-    cases.push(case("order 2, all positions on one line", || {
-        scattered(2, 3.0, |_, u| Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x))
-    }));
+    let placed: [(&str, usize, f64, Place); 6] = [
+        ("positions in a slab of 1e-9", 1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z)),
+        ("seven clusters of 0.02", 2, 3.0, |i, u| cluster_center(i) + u * 0.02),
+        ("40 positions, each repeated 5 times", 2, 200.0 / 27.0, |i, _| {
+            cluster_center(1000 + i % 40)
+        }),
+        ("10 positions, each repeated 5 times", 2, 50.0 / 27.0, |i, _| {
+            cluster_center(1000 + i % 10)
+        }),
+        ("all positions in one plane", 2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0)),
+        ("all positions on one line", 2, 3.0, |_, u| {
+            Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x)
+        }),
+    ];
+    for (name, order, rows, place) in placed {
+        cases.push(case(format!("order {order}, {name}"), move || scattered(order, rows, place)));
+    }
     cases.push(case("order 3, fewer samples than unknowns", || scattered(3, 0.5, |_, u| u)));
     cases.push(case("order 2, one sample", || scattered(2, 1.0 / 27.0, |_, u| u)));
     cases.push(case("order 1, row weights from 1e-12 to 1e12", || {
@@ -164,13 +154,13 @@ fn case(name: impl Into<String>, make: impl Fn() -> System + Send + Sync + 'stat
     Case::new(name, move |m, case| rows(m, case, &make()))
 }
 
-fn rows(methods: &dyn Methods, case: &str, system: &System) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, system: &System) -> Vec<Row> {
     let unknowns = system.rows[0].len();
     let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| High::from(system.rows[i][j]));
     let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| High::from(system.values[i][k]));
     let reference = Reference::of(a, b, RCOND, system.ridge);
     let case = reference.named(case);
-    let Ok(found) = methods.solve(&system.rows, &system.values, RCOND, system.ridge) else {
+    let Ok(found) = (methods.solve)(&system.rows, &system.values, RCOND, system.ridge) else {
         return vec![Row::behaviour(&case, "is solved", false)];
     };
     let mut rows = vec![

@@ -7,6 +7,7 @@ mod frames;
 mod high_orders;
 mod inverse;
 mod least_squares;
+mod prelude;
 mod refusals;
 mod rotations;
 mod singular_values;
@@ -14,8 +15,7 @@ mod statistics;
 mod uncertainty;
 mod weights;
 
-use super::Extent;
-use super::row::Family;
+use super::case::{Extent, Family};
 
 /// All families, in the order of the page.
 pub fn all(extent: Extent) -> Vec<Family> {

@@ -1,19 +1,9 @@
 //! What is not a number: refused with a reason, or handed on as what it is, and never a panic.
 
-use crate::stability::Extent;
-use crate::stability::inputs::{Sequence, cube, model};
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Row};
-use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
-use trackwright_field::fit::{FitError, FitSettings};
+use super::prelude::*;
+use trackwright_field::fit::FitError;
 use trackwright_field::model::ModelError;
-use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
-use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_geometry::pose::{Pose, pose_from_array};
-use trackwright_simulation::frame_fit::Reading;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_geometry::pose::pose_from_array;
 
 const NAN: f64 = f64::NAN;
 const INF: f64 = f64::INFINITY;
@@ -27,7 +17,7 @@ pub(super) fn family(_: Extent) -> Family {
         cases.push(must(
             format!("a rotation vector with {name}"),
             "the rotation is not a number",
-            move |m| m.exp(&Vector3::new(0.1, value, 0.2)).quaternion().w.is_nan(),
+            move |m| (m.exp)(&Vector3::new(0.1, value, 0.2)).quaternion().w.is_nan(),
         ));
         cases.push(must(
             format!("a rotation matrix with {name}"),
@@ -35,27 +25,28 @@ pub(super) fn family(_: Extent) -> Family {
             move |m| {
                 let mut matrix = Matrix3::identity();
                 matrix[(0, 1)] = value;
-                m.log_matrix(&matrix).iter().any(|v| v.is_nan())
+                (m.log_matrix)(&matrix).iter().any(|v| v.is_nan())
             },
         ));
         cases.push(must(format!("a pose with a quaternion of {name}"), "is no pose", move |_| {
             pose_from_array([0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0]).is_none()
         }));
         cases.push(must(format!("singular values with {name}"), "are not numbers", move |m| {
-            let svd = m.svd3(&Matrix3::repeat(value));
+            let svd = (m.svd3)(&Matrix3::repeat(value));
             svd.singular_values.iter().any(|v| !v.is_finite())
         }));
     }
     cases.push(must("statistics with NaN", "all figures are not numbers", |m| {
-        m.statistics(&mut [1.0, NAN, 2.0]).is_some_and(|s| {
+        (m.statistics)(&mut [1.0, NAN, 2.0]).is_some_and(|s| {
             [s.rms, s.mean, s.std, s.min, s.median, s.p95, s.max].iter().all(|v| v.is_nan())
         })
     }));
     cases.push(must("statistics with infinity", "the largest is infinite", |m| {
-        m.statistics(&mut [1.0, INF, 2.0]).is_some_and(|s| s.max == INF && s.median == 2.0)
+        (m.statistics)(&mut [1.0, INF, 2.0]).is_some_and(|s| s.max == INF && s.median == 2.0)
     }));
-    cases
-        .push(must("statistics of nothing", "there are none", |m| m.statistics(&mut []).is_none()));
+    cases.push(must("statistics of nothing", "there are none", |m| {
+        (m.statistics)(&mut []).is_none()
+    }));
     Family {
         name: "not a number",
         about: "NaN and infinity in every input: refused with a reason where something is made to \
@@ -70,7 +61,7 @@ pub(super) fn family(_: Extent) -> Family {
 fn must(
     name: impl Into<String>,
     claim: &'static str,
-    holds: impl Fn(&dyn Methods) -> bool + Send + Sync + 'static,
+    holds: impl Fn(&Methods) -> bool + Send + Sync + 'static,
 ) -> Case {
     Case::new(name, move |m, case| vec![Row::behaviour(case, claim, holds(m))])
 }
@@ -104,12 +95,12 @@ fn models() -> Vec<Case> {
 }
 
 fn evaluations() -> Vec<Case> {
-    let evaluated = |m: &dyn Methods, p: [f64; 3], axis: [f64; 3], outside: OutsidePolicy| {
+    let evaluated = |m: &Methods, p: [f64; 3], axis: [f64; 3], outside: OutsidePolicy| {
         let bounds = cube([-100.0; 3], 200.0);
         let model = model(3, DirectionSet::Fourteen, Weighting::Area, bounds, 1);
         model.ok().map(|model| {
             let axis = Unit::new_unchecked(Vector3::from(axis));
-            m.evaluate(&model, &Point3::from(p), &axis, outside)
+            (m.evaluate)(&model, &Point3::from(p), &axis, outside)
         })
     };
     let is_nan = |e: Option<PoseError>| e.is_some_and(|e| e.position_mm.iter().all(|v| v.is_nan()));
@@ -164,7 +155,7 @@ fn evaluations() -> Vec<Case> {
                 "the weights are not numbers",
                 move |m| {
                     let axis = Unit::new_unchecked(Vector3::from(axis));
-                    let w = m.weights(DirectionSet::FortyTwo, &axis, weighting);
+                    let w = (m.weights)(DirectionSet::FortyTwo, &axis, weighting);
                     w.weights.iter().any(|w| w.is_nan())
                 },
             ));
@@ -176,7 +167,7 @@ fn evaluations() -> Vec<Case> {
 /// The answers of batches and of blended models at one pose, which is seen to among others that
 /// are numbers and stay so.
 fn by_all_ways(
-    methods: &dyn Methods,
+    methods: &Methods,
     position: [f64; 3],
     axis: [f64; 3],
     outside: OutsidePolicy,
@@ -191,8 +182,8 @@ fn by_all_ways(
     let mut positions = vec![Point3::origin(); POSES];
     let mut axes = vec![Vector3::z_axis(); POSES];
     (positions[OWN], axes[OWN]) = (p, axis);
-    let mut all = methods.evaluate_along(&model, &p, &axis, outside);
-    for answers in methods.evaluate_together(&model, &positions, &axes, outside) {
+    let mut all = (methods.evaluate_along)(&model, &p, &axis, outside);
+    for answers in (methods.evaluate_together)(&model, &positions, &axes, outside) {
         let is_finite = |e: &PoseError| e.position_mm.iter().all(|v| v.is_finite());
         let others = answers.iter().enumerate().filter(|(i, _)| *i != OWN);
         if !others.into_iter().all(|(_, e)| is_finite(e)) {
@@ -242,7 +233,7 @@ fn fits() -> Vec<Case> {
             "refused with the sample's number",
             move |m| {
                 let settings = FitSettings::new(1, DirectionSet::Six);
-                let found = m.fit(&samples(change), &settings, None);
+                let found = (m.fit)(&samples(change), &settings, None);
                 matches!(found, Err(FitError::NotFinite(17)))
             },
         ));
@@ -250,11 +241,11 @@ fn fits() -> Vec<Case> {
     for (name, value) in [("NaN", NAN), ("infinity", INF), ("−1", -1.0)] {
         cases.push(must(format!("a fit with a ridge of {name}"), "refused", move |m| {
             let settings = FitSettings { ridge: value, ..FitSettings::new(1, DirectionSet::Six) };
-            matches!(m.fit(&samples(|_| ()), &settings, None), Err(FitError::Ridge(_)))
+            matches!((m.fit)(&samples(|_| ()), &settings, None), Err(FitError::Ridge(_)))
         }));
         cases.push(must(format!("a fit with a cutoff of {name}"), "refused", move |m| {
             let settings = FitSettings { rcond: value, ..FitSettings::new(1, DirectionSet::Six) };
-            matches!(m.fit(&samples(|_| ()), &settings, None), Err(FitError::Rcond(_)))
+            matches!((m.fit)(&samples(|_| ()), &settings, None), Err(FitError::Rcond(_)))
         }));
     }
     for (name, value) in [("NaN", NAN), ("infinity", INF)] {
@@ -264,7 +255,7 @@ fn fits() -> Vec<Case> {
             move |m| {
                 let mut rows = vec![vec![1.0, 2.0], vec![2.0, 1.0], vec![0.5, 3.0]];
                 rows[1][0] = value;
-                let solved = m.solve(&rows, &[[1.0; 6]; 3], 1e-10, 0.0);
+                let solved = (m.solve)(&rows, &[[1.0; 6]; 3], 1e-10, 0.0);
                 solved.map_or(true, |s| s.unknowns.iter().flatten().any(|v| !v.is_finite()))
             },
         ));
@@ -273,7 +264,7 @@ fn fits() -> Vec<Case> {
 }
 
 fn frames() -> Vec<Case> {
-    let fitted = |m: &dyn Methods, place: f64, weight_mm: f64| -> Pose {
+    let fitted = |m: &Methods, place: f64, weight_mm: f64| -> Pose {
         let mut sequence = Sequence::new(91);
         let sensors: Vec<_> = (0..4)
             .map(|_| Sensor {
@@ -292,7 +283,7 @@ fn frames() -> Vec<Case> {
             .collect();
         readings[2].position_mm.x = place;
         let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors };
-        m.frame(&body, weight_mm, &readings, &Pose::identity()).tracker_from_body
+        (m.frame)(&body, weight_mm, &readings, &Pose::identity()).tracker_from_body
     };
     let is_nan = |pose: &Pose| pose.translation.vector.iter().any(|v| !v.is_finite());
     let mut cases = Vec::new();
@@ -324,7 +315,7 @@ fn frames() -> Vec<Case> {
             }],
         };
         let reading = Reading { position_mm: Point3::origin(), rotation: nan };
-        let pose = m.frame(&body, 100.0, &[reading], &Pose::identity()).tracker_from_body;
+        let pose = (m.frame)(&body, 100.0, &[reading], &Pose::identity()).tracker_from_body;
         pose.rotation.quaternion().w.is_nan()
     }));
     cases

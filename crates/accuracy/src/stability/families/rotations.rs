@@ -1,48 +1,26 @@
 //! Rotation vectors: exponential, logarithms, angles, and the smallest rotation between axes.
 
-use crate::high::High;
-use crate::high_linear::{High3, apply33, norm, scale3, unit3, vector3};
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::references::{self, axis3, distance};
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
+use super::prelude::*;
+use nalgebra::Quaternion;
 use std::f64::consts::PI;
 
-const EXPONENTIAL: Quantity = Quantity {
-    name: "exponential, vector part",
-    constant: 8.0,
-    condition: "1 + the angle, rad: how sine and cosine react to it",
-    scale: "length of the quaternion's vector part, at most 1",
-};
+const EXPONENTIAL: Quantity = Quantity::new(
+    "exponential, vector part",
+    8.0,
+    "1 + the angle, rad: how sine and cosine react to it",
+    "length of the quaternion's vector part, at most 1",
+);
 
-const LOG_QUATERNION: Quantity = Quantity {
-    name: "logarithm of a quaternion, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const LOG_QUATERNION: Quantity =
+    Quantity::new("logarithm of a quaternion, rad", 8.0, "1", "the angle, rad");
 
-const LOG_MATRIX: Quantity = Quantity {
-    name: "logarithm of a matrix, rad",
-    constant: 16.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const LOG_MATRIX: Quantity =
+    Quantity::new("logarithm of a matrix, rad", 16.0, "1", "the angle, rad");
 
-const ANGLE: Quantity = Quantity {
-    name: "angle of a quaternion, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const ANGLE: Quantity = Quantity::new("angle of a quaternion, rad", 8.0, "1", "the angle, rad");
 
-const SMALLEST: Quantity = Quantity {
-    name: "smallest rotation between axes, rad",
-    constant: 8.0,
-    condition: "1",
-    scale: "the angle, rad",
-};
+const SMALLEST: Quantity =
+    Quantity::new("smallest rotation between axes, rad", 8.0, "1", "the angle, rad");
 
 const ANGLES: [(&str, f64); 15] = [
     ("0", 0.0),
@@ -75,7 +53,7 @@ pub(super) fn family(_: Extent) -> Family {
                 let vector = axis.into_inner() * angle;
                 let exact = vector3(vector.into());
                 let expected = references::exp(&exact);
-                rows[0].push(exponential(case, &m.exp(&vector), &expected, angle));
+                rows[0].push(exponential(case, &(m.exp)(&vector), &expected, angle));
 
                 let nearest = UnitQuaternion::new_unchecked(Quaternion::new(
                     expected[0].to_f64(),
@@ -85,14 +63,14 @@ pub(super) fn family(_: Extent) -> Family {
                 ));
                 let own = references::log(&references::quaternion(&nearest));
                 let size = norm(&own).to_f64();
-                let found = m.log_quaternion(&nearest);
+                let found = (m.log_quaternion)(&nearest);
                 rows[1].push(LOG_QUATERNION.row(case, 1.0, distance(found.as_slice(), &own), size));
-                let error = (High::from(m.angle(&nearest)) - norm(&own)).abs();
+                let error = (High::from((m.angle)(&nearest)) - norm(&own)).abs();
                 rows[2].push(ANGLE.row(case, 1.0, error.to_f64(), size));
 
                 // A matrix in f64 is a little off the rotation; so is its logarithm.
                 let matrix = references::nearest_matrix(&references::matrix(&expected));
-                let found = m.log_matrix(&matrix);
+                let found = (m.log_matrix)(&matrix);
                 rows[3].push(log_matrix(case, &found, &exact, angle));
             }
             rows.into_iter().filter_map(Row::worst_of).collect()
@@ -107,7 +85,7 @@ pub(super) fn family(_: Extent) -> Family {
                 let turn = references::matrix(&references::exp(&scale3(&turn, &High::from(angle))));
                 let to = apply33(&turn, &axis3(&from));
                 let to = Unit::new_unchecked(Vector3::from(to.map(|x| x.to_f64())));
-                smallest(case, &m.axis_rotation(&from, &to).vector_rad, &from, &to)
+                smallest(case, &(m.axis_rotation)(&from, &to).vector_rad, &from, &to)
             });
             Row::worst_of(rows.collect()).into_iter().collect()
         }));
@@ -119,7 +97,7 @@ pub(super) fn family(_: Extent) -> Family {
             let is_right = (0..12).all(|_| {
                 let from = sequence.axis();
                 let aside = from.cross(&Vector3::y()).normalize() * gap;
-                let found = m.axis_rotation(&from, &Unit::new_unchecked(aside - from.as_ref()));
+                let found = (m.axis_rotation)(&from, &Unit::new_unchecked(aside - from.as_ref()));
                 let v = found.vector_rad;
                 found.is_ambiguous && (v.norm() - PI).abs() < 1e-15 && v.dot(&from).abs() < 1e-15
             });

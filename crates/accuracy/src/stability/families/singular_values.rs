@@ -1,26 +1,15 @@
-//! Singular values of three by three matrices, on which what is undetermined hangs.
+//! Singular values of three by three matrices: which rotations are determined depends on them.
 
-use crate::high::High;
-use crate::high_linear::{HighMatrix, svd};
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Matrix3, Vector3};
+use super::prelude::*;
 
-const VALUES: Quantity = Quantity {
-    name: "singular values",
-    constant: 6.0,
-    condition: "1",
-    scale: "the largest singular value",
-};
+const VALUES: Quantity = Quantity::new("singular values", 6.0, "1", "the largest singular value");
 
-const FACTORS: Quantity = Quantity {
-    name: "U Λ Vᵀ, and what U and V lack to be orthogonal",
-    constant: 20.0,
-    condition: "1",
-    scale: "the largest singular value, and 1",
-};
+const FACTORS: Quantity = Quantity::new(
+    "U Λ Vᵀ, and what U and V lack to be orthogonal",
+    20.0,
+    "1",
+    "the largest singular value, and 1",
+);
 
 pub(super) fn family(_: Extent) -> Family {
     let shapes: [(&str, [f64; 3]); 10] = [
@@ -87,8 +76,8 @@ fn worst_each(rows: Vec<Row>) -> Vec<Row> {
     [VALUES, FACTORS].into_iter().filter_map(of).collect()
 }
 
-fn rows(methods: &dyn Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
-    let found = methods.svd3(matrix);
+fn rows(methods: &Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
+    let found = (methods.svd3)(matrix);
     let exact = svd(&HighMatrix::from_fn(3, 3, |i, j| High::from(matrix[(i, j)])));
     let largest = exact.singular_values[0].to_f64();
     let error = (0..3)

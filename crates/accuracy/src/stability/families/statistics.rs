@@ -1,30 +1,20 @@
 //! Summary statistics of many trials.
 
-use crate::high::High;
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::row::{Case, Family, Quantity, Row};
+use super::prelude::*;
 
-const MEAN: Quantity =
-    Quantity { name: "mean", constant: 4.0, condition: "1", scale: "mean of the absolute values" };
+const MEAN: Quantity = Quantity::new("mean", 4.0, "1", "mean of the absolute values");
 
-const RMS: Quantity =
-    Quantity { name: "root mean square", constant: 4.0, condition: "1", scale: "itself" };
+const RMS: Quantity = Quantity::new("root mean square", 4.0, "1", "itself");
 
-const STD: Quantity = Quantity {
-    name: "standard deviation",
-    constant: 4.0,
-    condition: "root mean square over standard deviation (Chan, Golub & LeVeque, 1983)",
-    scale: "itself",
-};
+const STD: Quantity = Quantity::new(
+    "standard deviation",
+    4.0,
+    "root mean square over standard deviation (Chan, Golub & LeVeque, 1983)",
+    "itself",
+);
 
-const PERCENTILE: Quantity = Quantity {
-    name: "median and 95th percentile",
-    constant: 2.0,
-    condition: "1",
-    scale: "the largest absolute value",
-};
+const PERCENTILE: Quantity =
+    Quantity::new("median and 95th percentile", 2.0, "1", "the largest absolute value");
 
 /// The value of a number in the sequence.
 type Value = fn(usize, &mut Sequence) -> f64;
@@ -62,9 +52,9 @@ pub(super) fn family(extent: Extent) -> Family {
     }
 }
 
-fn rows(methods: &dyn Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
+fn rows(methods: &Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
     let mut reordered = values.clone();
-    let Some(found) = methods.statistics(&mut reordered) else {
+    let Some(found) = (methods.statistics)(&mut reordered) else {
         return vec![Row::behaviour(case, "has statistics", false)];
     };
     let n = values.len() as f64;

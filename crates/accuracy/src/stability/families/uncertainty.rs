@@ -1,38 +1,25 @@
 //! First-order covariance of a fitted point, and the tip error itself.
 
-use crate::high::High;
-use crate::high_linear::{
-    High3, High33, add3, cross3, dot, inverse33, matrix_from_fn, norm, sub3, times33, transposed33,
-    vector3,
-};
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, distance, matrix, moved, point3, quaternion};
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Matrix3, Point3, Unit, Vector3};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
+use super::prelude::*;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_simulation::linear_fit::SensorCovariance;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
-const COVARIANCE: Quantity = Quantity {
-    name: "covariance of the tip, mm²",
-    constant: 20.0,
-    condition: "of A, times how much longer the sensors' coordinates are than their distances \
+const COVARIANCE: Quantity = Quantity::new(
+    "covariance of the tip, mm²",
+    20.0,
+    "of A, times how much longer the sensors' coordinates are than their distances \
         from the centroid, plus one",
-    scale: "the covariance, largest entry",
-};
+    "the covariance, largest entry",
+);
 
-const TIP_ERROR: Quantity = Quantity {
-    name: "tip error, mm",
-    constant: 8.0,
-    condition: "1",
-    scale: "the largest coordinate of poses, plus the tip's distance from the tool's origin, mm",
-};
+const TIP_ERROR: Quantity = Quantity::new(
+    "tip error, mm",
+    8.0,
+    "1",
+    "the largest coordinate of poses, plus the tip's distance from the tool's origin, mm",
+);
 
-const ANGLE_ERROR: Quantity =
-    Quantity { name: "angle error, rad", constant: 8.0, condition: "1", scale: "1" };
+const ANGLE_ERROR: Quantity = Quantity::new("angle error, rad", 8.0, "1", "1");
 
 pub(super) fn family(extent: Extent) -> Family {
     let mut cases = Vec::new();
@@ -65,7 +52,7 @@ pub(super) fn family(extent: Extent) -> Family {
             let aside = if weight_mm == 0.0 { 0.0 } else { 10.0 };
             let body = body(4, aside, true, 0.0);
             let own = [unit_covariance(); 4];
-            let refused = m.covariance(&body, weight_mm, &own, &Point3::origin()).is_err();
+            let refused = (m.covariance)(&body, weight_mm, &own, &Point3::origin()).is_err();
             vec![Row::behaviour(case, "refused: not determined", refused)]
         }));
     }
@@ -117,7 +104,7 @@ fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> Rigid
     RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
 }
 
-fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
+fn covariance(methods: &Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
     let mut sequence = Sequence::new(62);
     let mut symmetric = |size: f64| {
         let m = Matrix3::from_fn(|_, _| sequence.signed());
@@ -130,7 +117,7 @@ fn covariance(methods: &dyn Methods, case: &str, body: &RigidBody, weight_mm: f6
         })
         .collect();
     let tip = body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);
-    let Ok(found) = methods.covariance(body, weight_mm, &sensors, &tip) else {
+    let Ok(found) = (methods.covariance)(body, weight_mm, &sensors, &tip) else {
         return vec![Row::behaviour(case, "is determined", false)];
     };
     let exact = HighCovariance::of(body, weight_mm, &sensors, &tip);
@@ -223,7 +210,7 @@ fn cross_matrix(x: &High3) -> High33 {
     transposed33(&units.each_ref().map(|e| cross3(x, e)))
 }
 
-fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec<Row> {
+fn tip_error(methods: &Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec<Row> {
     let mut sequence = Sequence::new(71);
     let (mut tips, mut angles) = (Vec::new(), Vec::new());
     for _ in 0..6 {
@@ -232,7 +219,7 @@ fn tip_error(methods: &dyn Methods, case: &str, place_mm: f64, turn_rad: f64) ->
         let simulated =
             pose_from_parts(truth.translation.vector + sequence.vector(), turn * truth.rotation);
         let tip = Point3::from(sequence.vector() * 200.0);
-        let found = methods.relative_error(&truth, &simulated, &tip);
+        let found = (methods.relative_error)(&truth, &simulated, &tip);
         let at = |pose: &Pose| {
             let place = vector3(pose.translation.vector.into());
             moved(&matrix(&quaternion(&pose.rotation)), &place, &point3(&tip))

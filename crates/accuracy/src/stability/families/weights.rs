@@ -1,22 +1,15 @@
 //! The weights of an axis between basis orientations.
 
-use crate::high::High;
-use crate::high_linear::norm;
-use crate::stability::Extent;
-use crate::stability::inputs::Sequence;
-use crate::stability::methods::Methods;
-use crate::stability::references::{self, axis3};
-use crate::stability::row::{Case, Family, Quantity, Row};
-use nalgebra::{Unit, Vector3};
-use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
+use super::prelude::*;
+use trackwright_geometry::directions::DirectionWeights;
 
-const WEIGHTS: Quantity = Quantity {
-    name: "weights",
-    constant: 8.0,
-    condition: "one over the sum that the weights are divided by: half areas in steradians, or \
+const WEIGHTS: Quantity = Quantity::new(
+    "weights",
+    8.0,
+    "one over the sum that the weights are divided by: half areas in steradians, or \
         gnomonic coordinates",
-    scale: "1",
-};
+    "1",
+);
 
 /// How far axes are moved off corners and edges.
 const NEAR: f64 = 1e-12;
@@ -49,14 +42,14 @@ pub(super) fn family(_: Extent) -> Family {
         cases.push(Case::new(name, move |m, case| {
             let is_one = (0..set.len()).all(|i| {
                 let axis = set.directions()[i];
-                m.weights(set, &axis, Weighting::Area).of(i) == 1.0
+                (m.weights)(set, &axis, Weighting::Area).of(i) == 1.0
             });
             vec![Row::behaviour(case, "weight of exactly 1", is_one)]
         }));
         let name = format!("{} orientations, Area, edges once more", set.len());
         cases.push(Case::new(name, move |m, case| {
             let is_zero = edges(set).iter().zip(set.triangles()).all(|(axis, t)| {
-                let w = m.weights(set, axis, Weighting::Area);
+                let w = (m.weights)(set, axis, Weighting::Area);
                 let others = w.directions.iter().zip(&w.weights);
                 others.filter(|(d, _)| **d != t[0] && **d != t[1]).all(|(_, &w)| w == 0.0)
             });
@@ -107,13 +100,13 @@ fn scattered(_: DirectionSet) -> Axes {
 }
 
 fn weights(
-    methods: &dyn Methods,
+    methods: &Methods,
     case: &str,
     set: DirectionSet,
     axis: &Unit<Vector3<f64>>,
     weighting: Weighting,
 ) -> Row {
-    let found = methods.weights(set, axis, weighting);
+    let found = (methods.weights)(set, axis, weighting);
     references::weights(set, &axis3(axis), weighting)
         .into_iter()
         .map(|expected| {

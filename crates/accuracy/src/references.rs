@@ -252,6 +252,7 @@ pub fn log(quaternion: &[High; 4]) -> High3 {
     scale3(&v, &(sine.atan2(&w) * 2.0 / sine))
 }
 
+/// `[w, x, y, z]` of a rotation.
 pub fn quaternion(rotation: &UnitQuaternion<f64>) -> [High; 4] {
     let q = rotation.quaternion();
     [q.w, q.i, q.j, q.k].map(High::from)
@@ -289,6 +290,7 @@ pub fn axis_rotation(from: &High3, to: &High3) -> High3 {
     scale3(&cross, &(sine.atan2(&dot(from, to)) / sine))
 }
 
+/// The nearest matrix of `f64` numbers.
 pub fn nearest_matrix(m: &High33) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| m[i][j].to_f64())
 }
@@ -306,14 +308,17 @@ pub fn moved(rotation: &High33, translation: &High3, point: &High3) -> High3 {
     std::array::from_fn(|k| &turned[k] + &translation[k])
 }
 
+/// A point as it is.
 pub fn point3(point: &Point3<f64>) -> High3 {
     vector3(point.coords.into())
 }
 
+/// An axis as its three numbers are.
 pub fn axis3(axis: &Unit<Vector3<f64>>) -> High3 {
     vector3(axis.into_inner().into())
 }
 
+/// Whether a matrix turns space inside out.
 pub fn is_reflection(m: &High33) -> bool {
     determinant33(m).is_negative()
 }
@@ -323,7 +328,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_component_of_every_basis_orientation_is_known() {
+    fn every_basis_component_is_known() {
         for set in DirectionSet::ALL {
             for (exact, own) in directions(set).iter().zip(set.directions()) {
                 assert!(distance(own.as_slice(), exact) < 3e-16, "{set:?} {own:?}");

@@ -1,0 +1,12 @@
+//! What nearly every command names.
+
+pub(super) use super::as_is::AsIsArgs;
+pub(super) use super::choice::Choice;
+pub(super) use super::output::{self, Ending, Format, OUTSIDE, Row, Shown, count, mm, number, row};
+pub(super) use anyhow::{Context, anyhow, bail};
+pub(super) use clap::Args;
+pub(super) use serde_json::{Value, json};
+pub(super) use std::path::{Path, PathBuf};
+pub(super) use trackwright_field::OutsidePolicy;
+pub(super) use trackwright_project::Files;
+pub(super) use trackwright_simulation::figures::with_separators;
