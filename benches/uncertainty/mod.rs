@@ -3,7 +3,7 @@
 use super::scenario;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
