@@ -85,7 +85,7 @@ impl Batch {
     /// the largest coefficient.
     ///
     /// ```
-    /// use trackwright_field::random_models::{Seeded, random_model, room};
+    /// use trackwright_field::random_models::{random_model, room};
     /// use trackwright_field::{Batch, OutsidePolicy};
     /// use trackwright_geometry::directions::{DirectionSet, Weighting};
     ///
