@@ -16,8 +16,8 @@ use trackwright_design::{
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::layers::GlyphsPlugin;
 use trackwright_editor::layers::LayersPlugin;
-use trackwright_editor::layers::glyphs::GlyphsPlugin;
 use trackwright_editor::layers::motion::MotionPlugin;
 use trackwright_editor::layers::registry::{LayerInfo, LayerRegistry};
 use trackwright_editor::layers::slice::SlicePlugin;

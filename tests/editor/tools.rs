@@ -10,7 +10,7 @@ use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::shell::commands::{Command, CommandsPlugin, RunCommand};
 use trackwright_editor::shell::window::PointerHint;
-use trackwright_editor::viewport::picking::Surfaces;
+use trackwright_editor::viewport::surfaces::Surfaces;
 use trackwright_editor::viewport::tool::SceneTool;
 
 /// A hand with a tool in it.

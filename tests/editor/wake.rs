@@ -3,6 +3,7 @@
 use bevy::prelude::*;
 use bevy_egui::{EguiInput, egui};
 use trackwright_editor::runner::wake::WakePlugin;
+use trackwright_editor::schedule::SchedulePlugin;
 
 fn told(app: &App, entity: Entity) -> usize {
     app.world().get::<EguiInput>(entity).unwrap().events.len()
@@ -11,7 +12,7 @@ fn told(app: &App, entity: Entity) -> usize {
 #[test]
 fn modifiers_that_stay_the_same_are_told_once() {
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, WakePlugin));
+    app.add_plugins((MinimalPlugins, SchedulePlugin, WakePlugin));
     let entity = app.world_mut().spawn(EguiInput::default()).id();
     let mut tell = |modifiers, expected| {
         let mut input = app.world_mut().get_mut::<EguiInput>(entity).unwrap();

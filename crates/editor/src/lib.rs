@@ -47,7 +47,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::pointer_hint::PointerHintPlugin`] | what the pointer can do now, in words |
 /// | [`scene::materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
-/// | [`layers::glyphs::GlyphsPlugin`] | magnified errors and the ghost |
+/// | [`layers::GlyphsPlugin`] | magnified errors and the ghost |
 /// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
 /// | [`viewport::ball_handle::HandlePlugin`] | balls in the scene that are dragged |
 /// | [`layers::motion::MotionPlugin`] | what the range of motion runs through, and its handles |
@@ -94,7 +94,7 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::pointer_hint::PointerHintPlugin)
             .add(scene::materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
-            .add(layers::glyphs::GlyphsPlugin)
+            .add(layers::GlyphsPlugin)
             .add(viewport::ball_handle::HandlePlugin)
             .add(layers::motion::MotionPlugin)
             .add(layers::slice::SlicePlugin)

@@ -202,7 +202,7 @@ fn apply_views(mut requests: MessageReader<ViewRequest>, world: Option<ResMut<Op
 
 /// What the file commands work on.
 #[derive(bevy::ecs::system::SystemParam)]
-struct Desk<'w> {
+struct FileState<'w> {
     world: Option<ResMut<'w, OpenWorld>>,
     generation: ResMut<'w, WorldGeneration>,
     selection: ResMut<'w, Selection>,
@@ -214,14 +214,14 @@ struct Desk<'w> {
     exit: MessageWriter<'w, AppExit>,
 }
 
-fn apply_files(mut requests: MessageReader<FileRequest>, mut desk: Desk) {
+fn apply_files(mut requests: MessageReader<FileRequest>, mut state: FileState) {
     let requests: Vec<FileRequest> = requests.read().cloned().collect();
     for request in requests {
-        desk.answer(request);
+        state.answer(request);
     }
 }
 
-impl Desk<'_> {
+impl FileState<'_> {
     fn answer(&mut self, request: FileRequest) {
         // Whoever asks for something else no longer waits for a save to be done.
         let goes_on = matches!(

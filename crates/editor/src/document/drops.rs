@@ -10,7 +10,6 @@ use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
 use crate::shell::dialogs::file_dialog::FileKind;
 use crate::shell::window::Workspace;
-use crate::workspaces::field::FieldRequest;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 use std::path::Path;
@@ -80,7 +79,7 @@ impl Plugin for DropsPlugin {
             .add_message::<BodyFileRequest>()
             .add_systems(
                 Update,
-                hear_drops
+                receive_drops
                     .run_if(on_message::<FileDragAndDrop>)
                     .before(CommandsSystems)
                     .in_set(EditorSystems::Input),
@@ -92,13 +91,12 @@ impl Plugin for DropsPlugin {
 #[derive(bevy::ecs::system::SystemParam)]
 struct Receivers<'w> {
     files: MessageWriter<'w, FileRequest>,
-    fields: MessageWriter<'w, FieldRequest>,
     meshes: MessageWriter<'w, MeshRequest>,
     body_files: MessageWriter<'w, BodyFileRequest>,
     notice: ResMut<'w, Notice>,
 }
 
-fn hear_drops(
+fn receive_drops(
     mut dropped: MessageReader<FileDragAndDrop>,
     workspace: Res<Workspace>,
     selection: Res<Selection>,
@@ -135,8 +133,7 @@ impl Receivers<'_> {
                 self.files.write(FileRequest::Open(path));
             }
             Some(FileKind::Room) => {
-                let room = RoomSource::File(path);
-                self.fields.write(FieldRequest::Assign(room));
+                self.files.write(FileRequest::AssignRoom(RoomSource::File(path)));
             }
             Some(FileKind::Mesh) => {
                 self.meshes.write(MeshRequest::Drop(path));

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use trackwright_design::Edit;
 use trackwright_design::view::View;
 pub use trackwright_geometry::orbit::Axis;
-use trackwright_project::{Starter, World as StoreWorld};
+use trackwright_project::{RoomSource, Starter, World as StoreWorld};
 
 /// The one open document with its room and meshes.
 #[derive(Resource)]
@@ -76,6 +76,8 @@ pub enum FileRequest {
     KeepMine,
     /// Saves over files that somebody else changed.
     SaveOver,
+    /// Puts the design into another room.
+    AssignRoom(RoomSource),
     /// Shows the dialog that chooses a table of poses.
     ShowReadInput,
     ReadInput(PathBuf),

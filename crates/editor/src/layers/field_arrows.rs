@@ -13,9 +13,9 @@ use crate::layers::settings::{color_map_ui, range_ui, row_ui, sensor_axis_ui};
 use crate::runner::diagnostics::Diagnostics;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
+use crate::scene::body_meshes::{Shapes, paints_in_software};
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
-use crate::viewport::light_drawing::{Shapes, paints_in_software};
 use crate::widgets::basic::{NumberField, decimal, with_unit};
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
@@ -121,7 +121,10 @@ impl Plugin for ArrowsPlugin {
             .init_resource::<ArrowLayer>()
             .add_systems(
                 Update,
-                (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
+                (
+                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    receive.run_if(is_on),
+                )
                     .chain()
                     // The trial of now, not that of the frame before.
                     .after(ShownSystems::Follow)
@@ -203,7 +206,7 @@ fn ask(
     layer.newest.ask(key, move |task, _| sample_arrows(&scenario, &plan, &task.cancel).ok());
 }
 
-fn hear(
+fn receive(
     mut layer: ResMut<ArrowLayer>,
     mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,

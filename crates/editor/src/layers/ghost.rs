@@ -3,11 +3,11 @@
 use crate::layers::legend::StrokeKey;
 use crate::layers::magnification::ShownErrors;
 use crate::layers::registry::{AddLayer, LayerInfo};
-use crate::scene::bodies::{is_same_mesh, shown_mesh};
-use crate::scene::body_meshes::BodyMeshes;
+use crate::scene::bodies::shown_mesh;
+use crate::scene::body_meshes::paints_in_software;
+use crate::scene::body_meshes::{BodyMeshes, is_same_mesh};
 use crate::scene::materials::glow::GlowMaterial;
 use crate::schedule::EditorSystems;
-use crate::viewport::light_drawing::paints_in_software;
 use crate::{convert, palette};
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;

@@ -5,7 +5,6 @@
 pub mod arrow_glyphs;
 pub mod field_arrows;
 pub mod ghost;
-pub mod glyphs;
 pub mod layers_ui;
 pub mod legend;
 pub mod magnification;
@@ -49,6 +48,29 @@ impl Plugin for LayersPlugin {
             placement::PlacementPlugin,
             region::RegionPlugin,
             validity::SupportPlugin,
+        ));
+    }
+}
+
+/// Draws magnified errors, all by one magnification.
+///
+/// | plugin | what it draws |
+/// | --- | --- |
+/// | [`magnification::MagnifyPlugin`] | nothing: decides the magnification |
+/// | [`sensor_errors::SensorErrorsPlugin`] | the position error of each sensor |
+/// | [`tip_error::TipErrorPlugin`] | the tip's error, and the sphere it should end in |
+/// | [`tip_scatter::TipScatterPlugin`] | where the tracker's jitter puts the tip |
+/// | [`ghost::GhostPlugin`] | the tool as the tracker believes it to be |
+pub struct GlyphsPlugin;
+
+impl Plugin for GlyphsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            magnification::MagnifyPlugin,
+            sensor_errors::SensorErrorsPlugin,
+            tip_error::TipErrorPlugin,
+            tip_scatter::TipScatterPlugin,
+            ghost::GhostPlugin,
         ));
     }
 }

@@ -14,11 +14,11 @@ use crate::runner::diagnostics::Diagnostics;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::scene::BodyRoot;
-use crate::scene::bodies::{mesh_of, shown_mesh};
+use crate::scene::bodies::shown_mesh;
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
-use crate::viewport::picking::Surfaces;
+use crate::viewport::surfaces::Surfaces;
 use crate::widgets::basic::{NumberField, decimal, quiet_ui, with_unit};
 use bevy::prelude::*;
 use bevy_egui::egui::{ComboBox, Ui};
@@ -127,7 +127,10 @@ impl Plugin for PlacementPlugin {
             .init_resource::<PlacementLayer>()
             .add_systems(
                 Update,
-                (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
+                (
+                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    receive.run_if(is_on),
+                )
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
@@ -209,7 +212,7 @@ fn ask(
     legends.set_bar(LAYER.order, None);
     let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
     layer.mesh.clone_from(&mesh);
-    let is_placeholder = key.as_ref().is_some_and(|key| mesh_of(&world.0, key.body).is_none());
+    let is_placeholder = key.as_ref().is_some_and(|key| world.0.mesh(key.body).is_none());
     layer.surface = mesh.as_deref().filter(|_| is_placeholder).and_then(Surface::new).map(Arc::new);
     let (Some(key), Some(mesh)) = (key, mesh) else {
         return;
@@ -233,7 +236,7 @@ fn ask(
     });
 }
 
-fn hear(
+fn receive(
     mut layer: ResMut<PlacementLayer>,
     mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,

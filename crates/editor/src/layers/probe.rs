@@ -11,7 +11,7 @@ use crate::layers::registry::{LayerRegistry, ProbeRay, Probed};
 use crate::schedule::EditorSystems;
 use crate::shell::window::DragText;
 use crate::viewport::camera::{ScenePointer, Sight};
-use crate::viewport::picking::Surfaces;
+use crate::viewport::surfaces::Surfaces;
 use bevy::ecs::system::{SystemParam, SystemState};
 use bevy::prelude::*;
 use trackwright_design::BodyRole;

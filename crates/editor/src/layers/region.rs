@@ -63,7 +63,10 @@ impl Plugin for RegionPlugin {
             .init_resource::<RegionLayer>()
             .add_systems(
                 Update,
-                (ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ), hear.run_if(is_on))
+                (
+                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    receive.run_if(is_on),
+                )
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
@@ -120,7 +123,7 @@ fn ask(
     });
 }
 
-fn hear(
+fn receive(
     mut layer: ResMut<RegionLayer>,
     mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,

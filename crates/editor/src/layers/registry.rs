@@ -126,3 +126,19 @@ pub fn are_idle(world: &World) -> bool {
     let registry = world.get_resource::<LayerRegistry>();
     registry.is_none_or(|registry| registry.layers.iter().all(|layer| (layer.is_idle)(world)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layers_are_listed_by_their_order() {
+        let mut app = App::new();
+        for (name, order) in [("b", 20), ("c", 30), ("a", 10), ("also b", 20)] {
+            app.add_layer(LayerInfo::new(name, order, |layers| &mut layers.grid));
+        }
+        let layers = &app.world().resource::<LayerRegistry>().layers;
+        let names: Vec<_> = layers.iter().map(|layer| layer.name).collect();
+        assert_eq!(names, ["a", "b", "also b", "c"]);
+    }
+}

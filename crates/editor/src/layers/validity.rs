@@ -75,7 +75,7 @@ impl Plugin for SupportPlugin {
             .init_resource::<SupportLayer>()
             .add_systems(
                 Update,
-                (ask.run_if(resource_exists_and_changed::<OpenWorld>), hear.run_if(is_on))
+                (ask.run_if(resource_exists_and_changed::<OpenWorld>), receive.run_if(is_on))
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
@@ -117,7 +117,7 @@ fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResM
     });
 }
 
-fn hear(
+fn receive(
     mut layer: ResMut<SupportLayer>,
     mut legends: ResMut<Legends>,
     mut diagnostics: ResMut<Diagnostics>,

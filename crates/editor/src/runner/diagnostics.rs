@@ -1,4 +1,4 @@
-//! Counts what the editor does, and tells whoever asked for it, one line an event.
+//! Counts what the editor does, and reports it to whoever asked for it, one line an event.
 
 use crate::document::requests::OpenWorld;
 use crate::shell::dialogs::{Dialog, Dialogs};
@@ -31,7 +31,7 @@ pub struct Diagnostics {
 /// Gets one line an event, without a line break.
 pub type ExplainLine = Box<dyn FnMut(&str) + Send + Sync>;
 
-/// Where events are told; absent where nobody asked.
+/// Where events are reported; absent where nobody asked.
 #[derive(Resource)]
 pub struct Explain(pub ExplainLine);
 
@@ -82,7 +82,7 @@ impl Explain {
     }
 }
 
-/// Counts frames and tells them, and what became of the document and its dialogs in them.
+/// Counts frames and reports them, and what became of the document and its dialogs in them.
 pub struct DiagnosticsPlugin;
 
 impl Plugin for DiagnosticsPlugin {
@@ -90,7 +90,7 @@ impl Plugin for DiagnosticsPlugin {
         app.add_systems(
             Last,
             (
-                tell_document.run_if(resource_exists::<Explain>),
+                report_document.run_if(resource_exists::<Explain>),
                 count_uploads::<Mesh>.run_if(resource_exists::<Messages<AssetEvent<Mesh>>>),
                 count_uploads::<Image>.run_if(resource_exists::<Messages<AssetEvent<Image>>>),
                 count_frame,
@@ -102,7 +102,7 @@ impl Plugin for DiagnosticsPlugin {
 
 /// One line when the document is another one than in the last frame, one when a dialog opens or
 /// closes.
-fn tell_document(
+fn report_document(
     mut explain: ResMut<Explain>,
     world: Option<Res<OpenWorld>>,
     dialogs: Option<Res<Dialogs>>,

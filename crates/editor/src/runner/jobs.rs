@@ -36,6 +36,8 @@ pub struct JobInfo {
     pub quiet: Duration,
     /// …but at the latest so long after the first of those that it replaced.
     pub longest_wait: Duration,
+    /// Whether somebody sees how far it is: each step of the bar costs a frame.
+    pub shows_progress: bool,
 }
 
 impl JobInfo {
@@ -107,6 +109,7 @@ struct Waiting<K, A> {
     work: Work<A>,
     since: Instant,
     ready_at: Instant,
+    shows_progress: bool,
 }
 
 struct Running {
@@ -149,7 +152,14 @@ impl<K: Clone + Send + 'static, A: Send + 'static> Runner<K, A> {
             }
             let since = slots.waiting.get(&job.kind).map_or(now, |old| old.since);
             let ready_at = (now + job.quiet).min((since + job.longest_wait).max(now));
-            let waiting = Waiting { number: self.number, key: key.clone(), work, since, ready_at };
+            let waiting = Waiting {
+                number: self.number,
+                key: key.clone(),
+                work,
+                since,
+                ready_at,
+                shows_progress: job.shows_progress,
+            };
             slots.waiting.insert(job.kind, waiting);
         }
         if let Err(error) = self.start() {
@@ -260,7 +270,10 @@ impl<K, A> Shared<K, A> {
                 _ => {}
             }
             if let Some((kind, job)) = ready.and_then(|kind| slots.waiting.remove_entry(&kind)) {
-                let task = task(Arc::clone(&self.progress), waker.clone());
+                let task = match job.shows_progress {
+                    true => task(Arc::clone(&self.progress), waker.clone()),
+                    false => Task::default(),
+                };
                 slots.running = Some(Running { kind, since: now, cancel: task.cancel.clone() });
                 return Some((kind, job, task));
             }
@@ -328,7 +341,8 @@ impl<T: Send + 'static> Job<T> {
         work: impl FnOnce(&Task) -> T + Send + 'static,
     ) -> Self {
         let mut runner = Runner::new(name, waker.clone());
-        runner.submit(JobInfo::default(), (), Box::new(move |task, _| Some(work(task))));
+        let info = JobInfo { shows_progress: true, ..JobInfo::default() };
+        runner.submit(info, (), Box::new(move |task, _| Some(work(task))));
         Self(runner)
     }
 

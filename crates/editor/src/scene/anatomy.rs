@@ -7,12 +7,11 @@ use crate::document::shown::ShownDesign;
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Rgb;
 use crate::scene::bodies::anatomy_look;
+use crate::scene::body_meshes::{Shapes, paints_in_software};
 use crate::scene::materials::glow::GlowMaterial;
 use crate::schedule::EditorSystems;
-use crate::viewport::light_drawing;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
-use light_drawing::Shapes;
 use std::sync::Arc;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_scene::color_of_anatomy;
@@ -61,14 +60,7 @@ impl AnatomyShapes {
         if let Some((_, shapes)) = self.0.iter().find(|(kept, _)| Arc::ptr_eq(kept, mesh)) {
             return shapes.clone();
         }
-        let parts = mesh.parts.iter().map(|part| {
-            let fine = meshes.add(convert::mesh(part));
-            match is_software {
-                true => Shapes::with_coarse(part, fine, meshes),
-                false => Shapes::one(fine),
-            }
-        });
-        let shapes: Vec<Shapes> = parts.collect();
+        let shapes = Shapes::of_parts(mesh, meshes, is_software);
         self.0.push((Arc::clone(mesh), shapes.clone()));
         shapes
     }
@@ -109,7 +101,7 @@ fn draw_anatomy(
     if !is_shown {
         return;
     }
-    let is_software = light_drawing::paints_in_software(adapter);
+    let is_software = paints_in_software(adapter);
     let missing = (0..is_there.len()).filter(|index| !is_there[*index]);
     for (index, (anatomy, mesh)) in missing.filter_map(|index| Some((index, mesh_of(index)?))) {
         let shapes = kept.of(mesh, &mut meshes, is_software);

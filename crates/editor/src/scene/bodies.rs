@@ -3,11 +3,10 @@
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
 use crate::scene::BodyRoot;
-use crate::scene::body_meshes::BodyMeshes;
+use crate::scene::body_meshes::{BodyMeshes, is_same_mesh, paints_in_software};
 use crate::scene::materials::glow::GlowMaterial;
 use crate::scene::materials::lit::LitMaterial;
 use crate::schedule::EditorSystems;
-use crate::viewport::light_drawing;
 use crate::{convert, palette};
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
@@ -57,16 +56,6 @@ impl Plugin for BodiesPlugin {
     }
 }
 
-/// The mesh of a body, if it has one.
-pub fn mesh_of(world: &trackwright_project::World, role: BodyRole) -> Option<&Arc<SurfaceMesh>> {
-    world.mesh(role)
-}
-
-/// Whether two meshes are one; a placeholder is made anew each time.
-pub fn is_same_mesh(a: &Arc<SurfaceMesh>, b: &Arc<SurfaceMesh>) -> bool {
-    Arc::ptr_eq(a, b) || a == b
-}
-
 /// One root a body; its parts anew when it got another mesh.
 fn spawn_bodies(
     mut commands: Commands,
@@ -77,7 +66,7 @@ fn spawn_bodies(
     (mut materials, mut glows): (ResMut<Assets<LitMaterial>>, ResMut<Assets<GlowMaterial>>),
     adapter: Option<Res<RenderAdapterInfo>>,
 ) {
-    let is_software = light_drawing::paints_in_software(adapter);
+    let is_software = paints_in_software(adapter);
     for role in BodyRole::ALL {
         let mesh = shown_mesh(&world.0, role);
         let existing = roots.iter().find(|(_, root, _)| root.0 == role);

@@ -11,7 +11,7 @@ use crate::palette::ThemedColor;
 use crate::scene::extent;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{Presentation, ViewportRect};
-use crate::viewport::picking::Surfaces;
+use crate::viewport::surfaces::Surfaces;
 use crate::{convert, palette};
 use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};

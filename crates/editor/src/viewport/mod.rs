@@ -13,5 +13,6 @@ pub mod pointer_hint;
 pub mod scene_menu;
 pub mod sensor_commands;
 pub mod sensor_drag;
+pub mod surfaces;
 pub mod tool;
 pub mod troubles;

@@ -5,7 +5,6 @@
 
 use crate::document::requests::ActiveDrag;
 use crate::document::selection::{Hovered, Selected, Selection};
-use crate::scene::bodies::mesh_of;
 use crate::scene::{BodyRoot, SensorMark};
 use crate::schedule::EditorSystems;
 use crate::shell::window::ViewportRect;
@@ -13,8 +12,9 @@ use crate::viewport::camera::Sight;
 use crate::viewport::drag_edits::DragEdits;
 use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
 use crate::viewport::gizmo::GizmoHandle;
-use crate::viewport::picking::{Surfaces, Targets};
+use crate::viewport::picking::Targets;
 use crate::viewport::scene_menu::SceneMenu;
+use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Drag, DragEnd, DragStart, Out, Over, Pointer};
@@ -268,7 +268,7 @@ impl Grip<'_> {
         let tracker_from_body = design.tracker_from_body(mark.body)?;
         let ray = self.ray(at, &tracker_from_body)?;
         let pose = start.body_from_sensor();
-        let long_axis = mesh_of(world, mark.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
+        let long_axis = world.mesh(mark.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
         let on_surface = self.surfaces.of(mark.body).map(|surface| {
             let grabbed = surface.under(&ray, &start.position_in_body);
             (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, long_axis))

@@ -1,6 +1,6 @@
 //! What is under the pointer of a tool: a point of a body's surface, or why there is none.
 
-use crate::viewport::picking::Surfaces;
+use crate::viewport::surfaces::Surfaces;
 use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::surface::{Ray, SurfacePoint};
 use trackwright_geometry::surface_drag::SurfaceDirections;

@@ -11,7 +11,7 @@ use crate::shell::commands::{Command, RunCommand};
 use crate::shell::window::Workspace;
 use crate::viewport::camera::Sight;
 use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys};
-use crate::viewport::picking::Surfaces;
+use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::aim::{AimedPoint, Miss, aim_at};
 use bevy::ecs::system::SystemParam;
 use bevy::picking::pointer::{

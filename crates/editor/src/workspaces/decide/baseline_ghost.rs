@@ -5,12 +5,12 @@ use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
 use crate::layers::legend::{Legend, Legends, StrokeKey};
 use crate::layers::magnification::{ShownErrors, ToolErrors};
+use crate::scene::body_meshes::{Shapes, paints_in_software};
 use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::scene::screen_size::{ScreenSized, SizeBounds};
 use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
-use crate::viewport::light_drawing::{Shapes, paints_in_software};
 use crate::workspaces::decide::against::Against;
 use crate::workspaces::decide::desk::DecideDesk;
 use crate::{convert, palette};
@@ -118,12 +118,9 @@ fn show(
             commands.spawn((Name::new("baseline ghost"), GhostRoot(pinned.serial), ghost_at));
         let is_software = paints_in_software(adapter);
         for part in mesh.parts.iter().filter(|part| !part.is_anatomy()) {
-            let fine = meshes.add(convert::mesh(part));
-            let shapes = match is_software {
-                true => Shapes::with_coarse(part, fine.clone(), meshes),
-                false => Shapes::one(fine.clone()),
-            };
-            root.with_child((Mesh3d(fine), shapes, MeshMaterial3d(look.clone())));
+            let shapes = Shapes::of_part(part, meshes, is_software);
+            let fine = Mesh3d(shapes.fine.clone());
+            root.with_child((fine, shapes, MeshMaterial3d(look.clone())));
         }
     }
     if !is_drawn[1] {

@@ -21,7 +21,7 @@ pub mod work;
 
 use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::drops::is_table;
-use crate::document::requests::EditRequest;
+use crate::document::requests::{EditRequest, FileRequest};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
@@ -103,6 +103,7 @@ impl Plugin for FieldPlugin {
                 (
                     (
                         hear_drops.run_if(on_message::<FileDragAndDrop>),
+                        assign_rooms.run_if(on_message::<FileRequest>),
                         answer::answer.run_if(on_message::<FieldRequest>),
                     )
                         .chain()
@@ -117,6 +118,15 @@ impl Plugin for FieldPlugin {
                         .in_set(EditorSystems::Solve),
                 ),
             );
+    }
+}
+
+/// Rooms that others ask for, as by dropping their files.
+fn assign_rooms(mut files: MessageReader<FileRequest>, mut requests: MessageWriter<FieldRequest>) {
+    for request in files.read() {
+        if let FileRequest::AssignRoom(room) = request {
+            requests.write(FieldRequest::Assign(room.clone()));
+        }
     }
 }
 

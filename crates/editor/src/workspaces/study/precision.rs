@@ -125,7 +125,8 @@ fn measure(page: &mut PrecisionPage, world: &OpenWorld, generation: u64, waker: 
         let report = run_each(&scenario, &settings, task, show);
         Some(Found::End(report.map(Box::new)))
     };
-    measuring.submit(JobInfo::default(), (), Box::new(work));
+    let info = JobInfo { shows_progress: true, ..JobInfo::default() };
+    measuring.submit(info, (), Box::new(work));
     page.families.clear();
     page.machine = None;
     page.of = Some((document.design().name.clone(), generation, document.revision()));

@@ -1,0 +1,63 @@
+//! The bodies' surfaces, which rays of the pointer are cast on: in f64, in the bodies' frames.
+
+use crate::document::requests::OpenWorld;
+use bevy::prelude::*;
+use nalgebra::Point3;
+use std::sync::Arc;
+use trackwright_design::{BodyRole, Design};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
+
+/// The surfaces of both bodies, made once a mesh.
+#[derive(Resource, Default)]
+pub struct Surfaces([Option<MeshSurface>; 2]);
+
+/// A mesh and its surface; none where the mesh has no area.
+type MeshSurface = (Arc<SurfaceMesh>, Option<Arc<Surface>>);
+
+impl Surfaces {
+    /// The surface of a body; `None` where it has no mesh with an area.
+    pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
+        self.0[role as usize].as_ref()?.1.as_ref()
+    }
+
+    /// The nearest point of a body on a ray of the tracker frame.
+    pub fn under(&self, design: &Design, ray: &Ray) -> Option<Point3<f64>> {
+        let (role, hit) = self.hit(design, ray, &BodyRole::ALL)?;
+        Some(design.tracker_from_body(role)? * hit.position_mm)
+    }
+
+    /// Which of some bodies a ray of the tracker frame meets first, and where, in its frame.
+    pub fn hit(
+        &self,
+        design: &Design,
+        ray: &Ray,
+        roles: &[BodyRole],
+    ) -> Option<(BodyRole, SurfacePoint)> {
+        let hits = roles.iter().filter_map(|role| {
+            let pose = design.tracker_from_body(*role)?;
+            let in_body = ray.transformed_by(&pose.inverse());
+            let hit = self.of(*role)?.cast(&in_body)?;
+            let distance = (hit.position_mm - in_body.origin_mm).norm();
+            Some((distance, (*role, hit)))
+        });
+        let nearest = hits.min_by(|a, b| a.0.total_cmp(&b.0));
+        nearest.map(|(_, hit)| hit)
+    }
+}
+
+pub(crate) fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
+    for role in BodyRole::ALL {
+        let mesh = world.0.mesh(role);
+        let has = surfaces.0[role as usize].as_ref().map(|(mesh, _)| mesh);
+        let is_current = match (has, mesh) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        if !is_current {
+            surfaces.0[role as usize] =
+                mesh.map(|mesh| (Arc::clone(mesh), Surface::new(mesh).map(Arc::new)));
+        }
+    }
+}
