@@ -14,7 +14,7 @@ use trackwright_editor::app::{picture, preflight};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::window::Workspace;
-use trackwright_editor::workspaces::field::desk::TableRole;
+use trackwright_editor::workspaces::{self, field::desk::TableRole};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
 use trackwright_project::{Files, World};
 
@@ -103,11 +103,11 @@ pub enum WorkspaceName {
 impl From<WorkspaceName> for Workspace {
     fn from(name: WorkspaceName) -> Self {
         match name {
-            WorkspaceName::Design => Self::Design,
-            WorkspaceName::Field => Self::Field,
-            WorkspaceName::Study => Self::Study,
-            WorkspaceName::Decide => Self::Decide,
-            WorkspaceName::Present => Self::Present,
+            WorkspaceName::Design => workspaces::design::WORKSPACE,
+            WorkspaceName::Field => workspaces::field::WORKSPACE,
+            WorkspaceName::Study => workspaces::study::WORKSPACE,
+            WorkspaceName::Decide => workspaces::decide::WORKSPACE,
+            WorkspaceName::Present => workspaces::present::WORKSPACE,
         }
     }
 }
