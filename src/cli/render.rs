@@ -12,7 +12,7 @@ use trackwright_editor::app::{picture, preflight};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::window::Workspace;
-use trackwright_editor::workspaces::field::desk::TableRole;
+use trackwright_editor::workspaces::{self, field::desk::TableRole};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
 use trackwright_project::World;
 
@@ -85,11 +85,15 @@ pub struct RenderArgs {
 pub struct PictureSize(pub [u32; 2]);
 
 const WORKSPACE: Choice<Workspace> = Choice(&[
-    ("design", "Bodies, sensors, the result", Workspace::Design),
-    ("field", "The room and its measurements", Workspace::Field),
-    ("study", "Trials one by one", Workspace::Study),
-    ("decide", "The design beside a baseline, designs and rooms in one table", Workspace::Decide),
-    ("present", "Slides, as an audience sees them", Workspace::Present),
+    ("design", "Bodies, sensors, the result", workspaces::design::WORKSPACE),
+    ("field", "The room and its measurements", workspaces::field::WORKSPACE),
+    ("study", "Trials one by one", workspaces::study::WORKSPACE),
+    (
+        "decide",
+        "The design beside a baseline, designs and rooms in one table",
+        workspaces::decide::WORKSPACE,
+    ),
+    ("present", "Slides, as an audience sees them", workspaces::present::WORKSPACE),
 ]);
 
 /// From where to look.

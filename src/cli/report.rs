@@ -107,7 +107,7 @@ fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
 fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
     use trackwright_editor::app::picture::{self, Desk};
     use trackwright_editor::app::preflight;
-    use trackwright_editor::shell::window::Workspace;
+    use trackwright_editor::workspaces;
 
     let slides = &world.document.design().slides;
     if slides.is_empty() {
@@ -121,7 +121,7 @@ fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
     for (index, slide) in slides.iter().enumerate() {
         let desk = Desk {
             has_panels: true,
-            workspace: Workspace::Present,
+            workspace: workspaces::present::WORKSPACE,
             slide: index,
             ..Desk::default()
         };

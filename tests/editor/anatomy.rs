@@ -10,13 +10,13 @@ use std::cell::RefCell;
 use std::fs;
 use std::rc::Rc;
 use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
+use trackwright_editor::document::commands::ADD_ANATOMY;
 use trackwright_editor::document::meshes::MeshRequest;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::scene::anatomy::AnatomyRoot;
-use trackwright_editor::shell::PanelAction;
-use trackwright_editor::shell::commands::Command;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::anatomy_ui::anatomy_ui;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_geometry::mesh_reference::MeshReference;
@@ -90,9 +90,9 @@ fn a_dropped_mesh_may_become_anatomy() {
     }
 }
 
-type Asked = Rc<RefCell<Vec<PanelAction>>>;
+type Asked = Rc<RefCell<Vec<DesignAction>>>;
 
-fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harness<'a>, Asked) {
+fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Asked) {
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
@@ -118,8 +118,8 @@ fn the_outliner_lists_anatomy() {
     harness.run_steps(2);
     harness.get_by_label("Add anatomy…").click();
     harness.run_steps(2);
-    let select = PanelAction::Select(Some(Selected::Anatomy(1)));
-    for wanted in [select, PanelAction::Run(Command::AddAnatomy)] {
+    let select = DesignAction::Select(Some(Selected::Anatomy(1)));
+    for wanted in [select, DesignAction::Run(ADD_ANATOMY.name)] {
         assert!(asked.borrow().contains(&wanted), "{:?}", asked.borrow());
     }
 }
@@ -141,7 +141,7 @@ fn anatomy_inputs_are_edits() {
     let [colored, removed] = &asked[..] else {
         panic!("{asked:?}");
     };
-    let PanelAction::Edit(EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Set { index, anatomy }))) =
+    let DesignAction::Edit(EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Set { index, anatomy }))) =
         colored
     else {
         panic!("{colored:?}");
@@ -149,7 +149,7 @@ fn anatomy_inputs_are_edits() {
     assert!(*index == 0 && anatomy.color.is_some());
     assert_eq!(anatomy.frame_from_mesh, design.anatomy[0].frame_from_mesh);
     let remove = Edit::Anatomy(AnatomyEdit::Remove { index: 0 });
-    assert_eq!(*removed, PanelAction::apply(remove));
+    assert_eq!(*removed, DesignAction::apply(remove));
 }
 
 #[test]

@@ -16,12 +16,14 @@ use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::Notice;
 use trackwright_editor::document::body_files::{BodyFileRequest, BodyLoading};
+use trackwright_editor::document::commands::{OPEN_CRF, OPEN_TOOL};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::shell::PanelAction;
-use trackwright_editor::shell::commands::Command;
+use trackwright_editor::shell::commands::{Command, Situation};
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::shell::window::PanelsShown;
+use trackwright_editor::workspaces;
+use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::body_file_ui::{BodyFileView, body_file_ui};
 use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
@@ -110,7 +112,7 @@ fn press(app: &mut App, said: &[&str], button: &str) {
 }
 
 /// The section of the tool's definition, and what it asks for.
-fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
+fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
@@ -322,7 +324,7 @@ fn the_inspector_shows_a_definitions_facts() {
         harness.run_steps(2);
         harness.get_by_label("Save definition as…").click();
         harness.run_steps(2);
-        let asked_for = |request| PanelAction::BodyFile(request);
+        let asked_for = |request| DesignAction::BodyFile(request);
         assert_eq!(
             *asked.borrow(),
             [
@@ -359,10 +361,19 @@ fn the_inspector_shows_a_definitions_facts() {
 fn only_bodies_of_the_open_design_are_opened() {
     let (folder, mut app) = app();
     let rom = write(&folder, "8700339.rom", &coils());
-    let open = |role| Command::OpenBody(role);
+    let open = |role| match role {
+        BodyRole::Tool => OPEN_TOOL,
+        BodyRole::Crf => OPEN_CRF,
+    };
     let is_available = |app: &App, command: Command| {
-        let world = app.world().get_resource::<OpenWorld>();
-        command.is_available(world, &Selection::default(), false, Workspace::Design)
+        let now = Situation {
+            world: app.world().get_resource::<OpenWorld>(),
+            selection: &Selection::default(),
+            is_dragging: false,
+            workspace: workspaces::design::WORKSPACE,
+            panels: PanelsShown::default(),
+        };
+        now.allows(&command)
     };
     assert!(is_available(&app, open(BodyRole::Crf)));
     let load = BodyFileRequest::open(BodyRole::Tool, rom.clone());

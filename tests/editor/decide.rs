@@ -14,7 +14,7 @@ use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::WorldGeneration;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::decide::against::{Against, Found};
 use trackwright_editor::workspaces::decide::baseline_ghost::BaselineGhostPlugin;
 use trackwright_editor::workspaces::decide::desk::DecideDesk;
@@ -36,7 +36,7 @@ pub(crate) fn decide_app() -> App {
     app.insert_resource(OpenWorld(
         trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap(),
     ));
-    app.insert_resource(Workspace::Decide);
+    app.insert_resource(workspaces::decide::WORKSPACE);
     settle(&mut app);
     app
 }
@@ -122,10 +122,10 @@ fn comparison_needs_workspace_and_baseline() {
     assert_eq!(desk(&app).counts.baselines, 0, "nothing is pinned");
     ask(&mut app, DecideRequest::PinHere);
     assert_eq!(desk(&app).counts.baselines, 1);
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     move_sensor(&mut app, 1.0);
     assert_eq!(desk(&app).counts.baselines, 1, "nobody looks");
-    app.insert_resource(Workspace::Decide);
+    app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     assert_eq!(desk(&app).counts.baselines, 2);
     ask(&mut app, DecideRequest::Unpin);
@@ -289,17 +289,17 @@ fn the_baseline_ghost_needs_a_comparison() {
     });
     settle(&mut app);
     let drawn = |app: &mut App| (named(app, "baseline ghost"), named(app, "baseline sensors"));
-    app.insert_resource(Workspace::Decide);
+    app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     assert_eq!(drawn(&mut app), (0, 0));
     ask(&mut app, DecideRequest::PinHere);
     assert_eq!(drawn(&mut app), (1, 1));
     move_sensor(&mut app, 20.0);
     assert_eq!((drawn(&mut app), named(&mut app, "ghost")), ((1, 1), 1));
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     rest(&mut app);
     assert_eq!(drawn(&mut app), (0, 0));
-    app.insert_resource(Workspace::Decide);
+    app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     ask(&mut app, DecideRequest::Unpin);
     assert_eq!(drawn(&mut app), (0, 0));

@@ -12,7 +12,7 @@ use trackwright_editor::document::drops::{DropsPlugin, HoveringFiles, words};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::field::FieldPlugin;
 use trackwright_geometry::pose::Pose;
 
@@ -100,7 +100,7 @@ fn a_useless_file_lists_what_can_be_dropped() {
 #[test]
 fn hovering_files_show_what_will_happen() {
     let (_folder, mut app) = app();
-    app.insert_resource(Workspace::Study);
+    app.insert_resource(workspaces::study::WORKSPACE);
     for name in ["/x/poses.csv", "/x/grip.stl"] {
         app.world_mut().write_message(FileDragAndDrop::HoveredFile {
             window: Entity::PLACEHOLDER,
@@ -115,7 +115,7 @@ fn hovering_files_show_what_will_happen() {
     app.update();
     assert_eq!(*app.world().resource::<HoveringFiles>(), HoveringFiles::default());
     let tip = Selection::of(Some(Selected::Tip(BodyRole::Crf)));
-    let said = words(Path::new("a/b.glb"), Workspace::Design, &tip, true);
+    let said = words(Path::new("a/b.glb"), workspaces::design::WORKSPACE, &tip, true);
     assert_eq!(said, "Use b.glb as the CRF's mesh");
     for (name, selection, has_crf, said) in [
         ("a/8700339.ROM", &tip, true, "Use 8700339.ROM as the CRF"),
@@ -124,7 +124,7 @@ fn hovering_files_show_what_will_happen() {
         ("p.json", &Selection::default(), false, "Use p.json as the tool"),
         ("p.body.ron", &tip, true, "Use p.body.ron as the CRF"),
     ] {
-        let words = words(Path::new(name), Workspace::Field, selection, has_crf);
+        let words = words(Path::new(name), workspaces::field::WORKSPACE, selection, has_crf);
         assert_eq!(words, said);
     }
 }

@@ -16,7 +16,7 @@ use trackwright_editor::layers::{LayersPlugin, field_arrows, placement, region, 
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pose::Pose;
@@ -90,7 +90,7 @@ fn view(app: &mut App, change: impl FnOnce(&mut View)) {
 
 /// Shows a trial of the study.
 fn show_trial(app: &mut App, trial: Option<usize>) {
-    app.insert_resource(Workspace::Study);
+    app.insert_resource(workspaces::study::WORKSPACE);
     app.world_mut().write_message(StudyRequest::Show(trial));
     rest(app);
 }
@@ -150,11 +150,11 @@ fn a_body_is_painted_while_its_sensor_is_selected() {
     rest(&mut app);
     assert_eq!(named(&mut app, "placement"), 0);
     // On a slide, where nothing can be selected, the tool's first sensor stands for it.
-    app.insert_resource(Workspace::Present);
+    app.insert_resource(workspaces::present::WORKSPACE);
     rest(&mut app);
     let on_slide = app.world().resource::<Legends>().bar(placement::LAYER.order).cloned();
     assert_eq!(on_slide, Some(bar));
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     rest(&mut app);
     assert_eq!(named(&mut app, "placement"), 0);
 }

@@ -17,7 +17,7 @@ use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::field::desk::FieldCounts;
 use trackwright_editor::workspaces::field::desk::{
     FieldDesk, FieldSettings, SampleValue, SamplesShown, TableRole,
@@ -45,7 +45,7 @@ fn add_field(app: &mut App) {
         let _ = tell.send(());
     }))
     .insert_resource(Told(Mutex::new(told)))
-    .insert_resource(Workspace::Field)
+    .insert_resource(workspaces::field::WORKSPACE)
     .add_plugins((FieldPlugin, SamplesPlugin));
 }
 
@@ -410,7 +410,7 @@ fn a_workspace_that_is_not_shown_does_nothing() {
     let listed = desk(&app).counts;
     assert_eq!(listed.listings, 1);
     let mut app = with_field(without_samples());
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     drop_file(&mut app, &room_a()[0]);
     request(&mut app, EditRequest::Undo);
     finish(&mut app);
@@ -431,10 +431,10 @@ fn samples_are_drawn_once_in_this_workspace() {
     }
     assert_eq!(desk(&app).counts.sample_meshes, drawn);
 
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     finish(&mut app);
     assert_eq!(named(&mut app, "samples"), 0);
-    app.insert_resource(Workspace::Field);
+    app.insert_resource(workspaces::field::WORKSPACE);
     finish(&mut app);
     assert_eq!(named(&mut app, "samples"), 2);
 

@@ -8,9 +8,10 @@ use nalgebra::Point3;
 use trackwright_design::{BodyRole, HandleAxes, Thing, Things, View};
 use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect, Workspace};
+use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
 use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_editor::viewport::gizmo::{GizmoAxes, HoveredHandle, ShownGizmo, gizmo_of};
+use trackwright_editor::workspaces;
 use trackwright_geometry::gizmo::Handle;
 use trackwright_geometry::orbit::Axis;
 
@@ -264,10 +265,10 @@ fn the_gizmo_needs_a_movable_selection() {
     hand.select(Some(TOOL));
     assert_eq!(entities(&mut hand), [1, 6]);
     // Trials are looked at, not moved.
-    hand.app.world_mut().insert_resource(Workspace::Study);
+    hand.app.world_mut().insert_resource(workspaces::study::WORKSPACE);
     settle(&mut hand.app);
     assert_eq!(entities(&mut hand), [0, 0]);
-    hand.app.world_mut().insert_resource(Workspace::Design);
+    hand.app.world_mut().insert_resource(workspaces::design::WORKSPACE);
     settle(&mut hand.app);
     assert_eq!(entities(&mut hand), [1, 6]);
 }

@@ -11,7 +11,6 @@ use trackwright_editor::document::selection::Selection;
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use trackwright_editor::layers::legend::{ColorBar, Legends};
 use trackwright_editor::layers::slice;
-use trackwright_editor::shell::PanelAction;
 use trackwright_editor::widgets::theme;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_field::Environment;
@@ -52,18 +51,16 @@ fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<Vie
     let mut harness =
         Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0)).build_ui(|ui| {
             theme::apply(ui.ctx());
-            let actions = outliner_ui(
-                ui,
-                &OutlinerView {
-                    layers: LayerFigures {
-                        layers: &layers,
-                        legends: Some(&legends),
-                        camera: Some(camera()),
-                        ..LayerFigures::default()
-                    },
-                    ..OutlinerView::new(&design, room, view, &selection)
-                },
-            );
+            let outliner = OutlinerView::new(&design, room, view, &selection);
+            assert_eq!(outliner_ui(ui, &outliner), []);
+            let figures = LayerFigures {
+                layers: &layers,
+                legends: Some(&legends),
+                camera: Some(camera()),
+                ..LayerFigures::default()
+            };
+            let panel = LayersView { view, environment: room, figures, listed: Listed::All };
+            let actions = layers_ui(ui, &panel);
             asked.borrow_mut().extend(actions);
             assert!(
                 ui.min_rect().width() <= theme::LEFT_WIDTH - 16.0,
@@ -75,11 +72,7 @@ fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<Vie
     act(&mut harness);
     harness.run_steps(3);
     drop(harness);
-    let views = asked.into_inner().into_iter().map(|action| match action {
-        PanelAction::View(ViewRequest::Set(view)) => view,
-        other => panic!("{other:?}"),
-    });
-    views.collect()
+    asked.into_inner()
 }
 
 fn with(change: impl FnOnce(&mut View)) -> View {

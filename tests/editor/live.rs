@@ -19,7 +19,7 @@ use trackwright_editor::document::shown::{LIVE, ShownDesign};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::live::cells::CellsPlugin;
 use trackwright_editor::workspaces::live::desk::LiveDesk;
 use trackwright_editor::workspaces::live::panels::collecting::collecting_ui;
@@ -69,7 +69,7 @@ impl Tracker {
 
 fn live_app() -> App {
     let mut app = create_app();
-    app.add_plugins((StudyPlugin, LivePlugin)).insert_resource(Workspace::Live);
+    app.add_plugins((StudyPlugin, LivePlugin)).insert_resource(workspaces::live::WORKSPACE);
     settle(&mut app);
     app
 }
@@ -184,7 +184,7 @@ fn live_bodies_stand_at_compensated_poses() {
         })
     });
 
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     settle(&mut app);
     let shown = app.world().resource::<ShownDesign>();
     assert_eq!((shown.live, &shown.trial), (None, &None));
@@ -300,7 +300,7 @@ fn poses_wake_only_the_live_workspace() {
     let good = |app: &App| state_of(app, TOOL) == Some(ToolState::Good);
     until(&mut app, "a good tool", || tracker.send(TOOL, &measured), good);
 
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     app.update();
     let poses = app.world().resource::<LivePoses>().number;
     let samples = |app: &App| desk(app).seen.as_ref().unwrap().counts.sent;
@@ -348,7 +348,7 @@ fn a_port_in_use_is_said_and_nothing_is_connected() {
 #[test]
 fn scene_blocks_belong_to_the_workspace() {
     let mut app = create_scene_app_with(|app| {
-        app.add_plugins((LivePlugin, CellsPlugin)).insert_resource(Workspace::Live);
+        app.add_plugins((LivePlugin, CellsPlugin)).insert_resource(workspaces::live::WORKSPACE);
     });
     settle(&mut app);
     let folder = tempfile::tempdir().unwrap();
@@ -361,11 +361,11 @@ fn scene_blocks_belong_to_the_workspace() {
     until(&mut app, "a sample", send, |app| desk(app).collected.is_some());
     app.update();
     assert_eq!(named(&mut app, "collected"), 1);
-    app.insert_resource(Workspace::Design);
+    app.insert_resource(workspaces::design::WORKSPACE);
     app.update();
     app.update();
     assert_eq!(named(&mut app, "collected"), 0);
-    app.insert_resource(Workspace::Live);
+    app.insert_resource(workspaces::live::WORKSPACE);
     app.update();
     app.update();
     assert_eq!(named(&mut app, "collected"), 1);

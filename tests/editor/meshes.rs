@@ -21,8 +21,8 @@ use trackwright_editor::document::meshes::{MeshLoading, MeshRequest, MeshesPlugi
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::PanelAction;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::mesh_ui::{MeshView, mesh_ui};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
@@ -104,7 +104,7 @@ fn dialog(app: &App) -> Option<&Dialog> {
 }
 
 /// The section of the tool's mesh, and what it asks for.
-fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<PanelAction>>>) {
+fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
     let asked = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&asked);
     let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
@@ -248,7 +248,7 @@ fn a_lost_mesh_keeps_its_reference() {
     harness.run_steps(2);
     drop(harness);
     let show = MeshRequest::ShowLoad(BodyRole::Tool.into());
-    assert_eq!(*asked.borrow(), [PanelAction::Mesh(show.clone())]);
+    assert_eq!(*asked.borrow(), [DesignAction::Mesh(show.clone())]);
     ask(&mut app, show);
     let Some(Dialog::Mesh { files, .. }) = dialog(&app) else {
         panic!("no dialog");
@@ -269,7 +269,7 @@ fn a_body_may_be_left_without_a_mesh() {
     harness.run_steps(2);
     drop(harness);
     let edit = Edit::SetMesh { body: BodyRole::Tool, mesh: None };
-    assert_eq!(*asked.borrow(), [PanelAction::apply(edit.clone())]);
+    assert_eq!(*asked.borrow(), [DesignAction::apply(edit.clone())]);
     request(&mut app, EditRequest::Apply(edit));
     app.update();
     assert!(world(&app).mesh(BodyRole::Tool).is_none());

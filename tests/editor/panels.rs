@@ -9,30 +9,33 @@ use std::rc::Rc;
 use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Edit};
-use trackwright_editor::document::requests::{EditRequest, FileRequest, ViewRequest};
+use trackwright_editor::document::commands::{REDO, UNDO};
+use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use trackwright_editor::layers::slice;
 use trackwright_editor::runner::results::{Results, Stamped};
 use trackwright_editor::runner::solved::Extent;
-use trackwright_editor::shell::PanelAction;
-use trackwright_editor::shell::commands::Command;
+use trackwright_editor::shell::commands::Situation;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
-use trackwright_editor::shell::top_bar::{TopBarView, top_bar_ui};
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::shell::top_bar::{TopBarAction, TopBarView, top_bar_ui};
+use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::widgets::basic::signed;
+use trackwright_editor::workspaces;
+use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::motion_ui::motion_ui;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
+use trackwright_geometry::pose::Pose;
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
 
-type Asked = Rc<RefCell<Vec<PanelAction>>>;
+type Asked = Rc<RefCell<Vec<DesignAction>>>;
 
 /// A harness of a panel, and what it asked for in all frames.
-fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a) -> (Harness<'a>, Asked) {
+fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Asked) {
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
@@ -84,20 +87,25 @@ fn an_outliner_row_selects_its_sensor() {
     let (design, environment, view) = (design(), environment(), View::default());
     let (mut harness, asked) = harness(|ui| {
         let selection = Selection::default();
-        let figures = LayerFigures { layers: &layers, ..LayerFigures::default() };
         let outliner = OutlinerView::new(&design, &environment, &view, &selection);
-        outliner_ui(ui, &OutlinerView { layers: figures, ..outliner })
+        let mut actions = outliner_ui(ui, &outliner);
+        let figures = LayerFigures { layers: &layers, ..LayerFigures::default() };
+        let panel =
+            LayersView { view: &view, environment: &environment, figures, listed: Listed::All };
+        let set = layers_ui(ui, &panel).map(|view| DesignAction::View(ViewRequest::Set(view)));
+        actions.extend(set);
+        actions
     });
     harness.get_by_label("Aurora cube");
     harness.get_by_label("grip").click();
     harness.run_steps(2);
-    let select = PanelAction::Select(Some(Selected::Sensor(BodyRole::Tool, 1)));
+    let select = DesignAction::Select(Some(Selected::Sensor(BodyRole::Tool, 1)));
     assert!(asked.borrow().contains(&select), "{:?}", asked.borrow());
     harness.get_by_label("Ghost").click();
     harness.run_steps(2);
     let mut wanted = View::default();
     wanted.layers.ghost = false;
-    let set = PanelAction::View(ViewRequest::Set(wanted));
+    let set = DesignAction::View(ViewRequest::Set(wanted));
     assert!(asked.borrow().contains(&set));
 }
 
@@ -117,7 +125,7 @@ fn a_typed_position_is_one_edit_in_millimetres() {
     harness.run_steps(3);
     let mut sensor = design.tool.body.rigid.sensors[0].clone();
     sensor.position_in_body.z = -7.25;
-    let edit = PanelAction::apply(Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor });
+    let edit = DesignAction::apply(Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor });
     assert_eq!(*asked.borrow(), [edit]);
 }
 
@@ -145,7 +153,7 @@ fn angles_are_typed_in_degrees() {
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
     let asked = asked.borrow();
-    let [PanelAction::Edit(EditRequest::Apply(Edit::SetToolPose(pose)))] = asked.as_slice() else {
+    let [DesignAction::Edit(EditRequest::Apply(Edit::SetToolPose(pose)))] = asked.as_slice() else {
         panic!("{asked:?}");
     };
     assert!((pose.rotation.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
@@ -340,31 +348,38 @@ fn sensors_out_of_the_volume_are_named_in_words() {
 
 #[test]
 fn the_menu_names_what_undo_takes_back() {
-    let view = View::default();
-    let (mut harness, asked) = harness(|ui| {
-        top_bar_ui(
-            ui,
-            &TopBarView {
-                file: "pointer.design.ron",
-                is_dirty: true,
-                undo_label: Some("Move sensor shaft"),
-                redo_label: None,
-                builtins: &["endoscope"],
-                recent: &[],
-                view: &view,
-                workspace: Workspace::Design,
-                is_left_shown: true,
-                is_right_shown: true,
-                is_history_shown: false,
-                is_available: &|_| true,
+    let mut world = world();
+    let edit = Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0));
+    world.document.begin("Move sensor shaft");
+    world.document.apply(edit).unwrap();
+    world.document.commit();
+    let world = OpenWorld(world);
+    let asked: Rc<RefCell<Vec<TopBarAction>>> = Rc::default();
+    let sink = Rc::clone(&asked);
+    let mut harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(|ui| {
+        trackwright_editor::widgets::theme::apply(ui.ctx());
+        let bar = TopBarView {
+            file: "pointer.design.ron",
+            is_dirty: true,
+            builtins: &["endoscope"],
+            recent: &[],
+            workspaces: &[workspaces::design::WORKSPACE],
+            commands: &[UNDO, REDO],
+            situation: Situation {
+                world: Some(&world),
+                selection: &Selection::default(),
+                is_dragging: false,
+                workspace: workspaces::design::WORKSPACE,
+                panels: PanelsShown::default(),
             },
-        )
+        };
+        sink.borrow_mut().extend(top_bar_ui(ui, &bar));
     });
     harness.get_by_label("Edit").click();
     harness.run_steps(3);
     harness.get_by_label_contains("Undo move sensor shaft").click();
     harness.run_steps(3);
-    assert_eq!(*asked.borrow(), [PanelAction::Run(Command::Undo)]);
+    assert_eq!(*asked.borrow(), [TopBarAction::Run(UNDO.name)]);
 }
 
 #[test]
@@ -376,14 +391,14 @@ fn a_new_axis_centres_the_slice() {
         let panel =
             LayersView { view: &view, environment: &room, figures, listed: Listed::OfTheRoom };
         let view = layers_ui(ui, &panel);
-        view.map(|view| PanelAction::View(ViewRequest::Set(view))).into_iter().collect()
+        view.map(|view| DesignAction::View(ViewRequest::Set(view))).into_iter().collect()
     });
     harness.run_steps(2);
     assert!(asked.borrow().is_empty(), "nothing was touched");
     harness.get_all_by_label("x").next().unwrap().click();
     harness.run_steps(2);
     let asked = asked.borrow();
-    let [PanelAction::View(ViewRequest::Set(view))] = asked.as_slice() else {
+    let [DesignAction::View(ViewRequest::Set(view))] = asked.as_slice() else {
         panic!("{asked:?}");
     };
     assert_eq!(view.slice.position_mm, 0.0);

@@ -7,11 +7,13 @@ use std::path::Path;
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::Notice;
 use trackwright_editor::palette::Theme;
-use trackwright_editor::shell::layout::PanelsShown;
 use trackwright_editor::shell::preferences::{
     InterfaceScale, PreferencesPlugin, Recalled, fitting,
 };
+use trackwright_editor::shell::registry::AddToShell;
+use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_formats::preferences_file::Preferences;
 
 const FILE: &str = "preferences.ron";
@@ -21,6 +23,9 @@ fn session(folder: &Path) -> App {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StatePlugin))
         .add_message::<WindowResized>()
+        .add_workspace(workspaces::design::WORKSPACE)
+        .add_workspace(workspaces::field::WORKSPACE)
+        .add_workspace(workspaces::study::WORKSPACE)
         .insert_resource(Recalled::in_folder(folder.to_owned()))
         .add_plugins(PreferencesPlugin);
     app.update();
@@ -49,14 +54,14 @@ fn the_next_session_restores_the_last() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = session(folder.path());
     app.world_mut().resource_mut::<PanelsShown>().left = false;
-    app.insert_resource(Workspace::Study);
+    app.insert_resource(workspaces::study::WORKSPACE);
     app.world_mut().resource_mut::<InterfaceScale>().step(1);
     show_window(&mut app, 1300, 800);
     end(app);
     let app = session(folder.path());
     let panels = *app.world().resource::<PanelsShown>();
     assert_eq!((panels.left, panels.right), (false, true));
-    assert_eq!(*app.world().resource::<Workspace>(), Workspace::Study);
+    assert_eq!(*app.world().resource::<Workspace>(), workspaces::study::WORKSPACE);
     assert_eq!(app.world().resource::<InterfaceScale>().0, 1.1);
     let recalled = &app.world().resource::<Recalled>().preferences;
     assert_eq!(recalled.window, Some([1300, 800]));
@@ -85,7 +90,7 @@ fn a_damaged_preferences_file_is_replaced() {
         let notice = app.world().resource::<Notice>();
         assert!(matches!(notice, Notice::Refused(said) if said.contains(FILE)), "{notice:?}");
         assert_eq!(*app.world().resource::<Theme>(), Theme::Dark);
-        app.insert_resource(Workspace::Field);
+        app.insert_resource(workspaces::field::WORKSPACE);
         app.update();
         end(app);
         assert_eq!(fs::read_to_string(&file).unwrap() != text, is_written);
@@ -97,7 +102,7 @@ fn a_damaged_preferences_file_is_replaced() {
 fn a_read_only_state_folder_stops_nothing() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let mut app = session(&file.path().join("state"));
-    app.insert_resource(Workspace::Field);
+    app.insert_resource(workspaces::field::WORKSPACE);
     app.update();
     end(app);
 }
@@ -108,7 +113,7 @@ fn a_workspace_of_another_version_is_the_first_one() {
     let left = Preferences { workspace: "Holodeck".into(), ..Preferences::default() };
     trackwright_project::write_preferences(folder.path(), &left).unwrap();
     let app = session(folder.path());
-    assert_eq!(*app.world().resource::<Workspace>(), Workspace::Design);
+    assert_eq!(*app.world().resource::<Workspace>(), workspaces::design::WORKSPACE);
 }
 
 #[test]

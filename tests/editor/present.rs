@@ -13,8 +13,9 @@ use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::shell::PanelAction;
 use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
+use trackwright_editor::workspaces::design::DesignPlugin;
 use trackwright_editor::workspaces::present::panels::StageView;
 use trackwright_editor::workspaces::present::panels::slides_ui::slides_ui;
 use trackwright_editor::workspaces::present::panels::stage_ui::stage_ui;
@@ -41,7 +42,7 @@ fn slide(title: &str, azimuth_rad: f64) -> Slide {
 
 fn present_app(slides: &[Slide]) -> App {
     let mut app = create_app();
-    app.add_plugins((StudyPlugin, PresentPlugin));
+    app.add_plugins((DesignPlugin, StudyPlugin, PresentPlugin));
     for (index, slide) in slides.iter().enumerate() {
         let slide = Box::new(slide.clone());
         let edit = Edit::Slides(SlideEdit::Add { index, slide });
@@ -70,7 +71,7 @@ fn slides_leave_the_designs_own_view() {
     let slides = [slide("one", 0.1), slide("two", 0.7)];
     let mut app = present_app(&slides);
     let own = document(&app).view().clone();
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     assert_eq!(*document(&app).view(), slides[0].view);
     ask(&mut app, PresentRequest::Step(1));
     assert_eq!(*document(&app).view(), slides[1].view);
@@ -80,13 +81,13 @@ fn slides_leave_the_designs_own_view() {
     assert_eq!(*document(&app).own_view(), own, "what would be saved");
     ask(&mut app, PresentRequest::Leave);
     assert_eq!(*document(&app).view(), own);
-    assert_eq!(*app.world().resource::<Workspace>(), Workspace::Design);
+    assert_eq!(*app.world().resource::<Workspace>(), workspaces::design::WORKSPACE);
 }
 
 #[test]
 fn only_keeping_a_view_changes_a_slide() {
     let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     let mut around = document(&app).view().clone();
     around.layers.ghost = false;
     app.world_mut().write_message(ViewRequest::Set(around.clone()));
@@ -110,7 +111,7 @@ fn only_keeping_a_view_changes_a_slide() {
 #[test]
 fn changes_without_slides_make_the_first_slide() {
     let mut app = present_app(&[]);
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     let layers = document(&app).view().layers;
     assert!(!layers.slice && !layers.sensor_errors && layers.ghost);
     let presenter = Presenter::default();
@@ -144,17 +145,17 @@ fn changes_without_slides_make_the_first_slide() {
 #[test]
 fn a_slides_motion_ends_with_it() {
     let mut app = present_app(&[slide("one", 0.1)]);
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     let shown = |app: &App| app.world().resource::<ShownDesign>().trial.clone();
     assert_eq!(shown(&app), None, "it begins where it is designed");
     app.world_mut().write_message(StudyRequest::Show(Some(3)));
     settle(&mut app);
     assert_eq!(shown(&app).map(|trial| trial.number), Some(3));
-    go_to(&mut app, Workspace::Design);
+    go_to(&mut app, workspaces::design::WORKSPACE);
     assert_eq!(shown(&app), None);
 }
 
-type Asked = Rc<RefCell<Vec<PanelAction>>>;
+type Asked = Rc<RefCell<Vec<PresentRequest>>>;
 
 /// The writing over a scene of 16 to 9, and the panel beside it while slides are made.
 fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
@@ -192,7 +193,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
 #[test]
 fn slide_text_stays_clear_and_visible() {
     let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     let presenter = app.world().resource::<Presenter>().clone();
     let (mut harness, asked) = harness(&app, &presenter);
     harness.run_steps(3);
@@ -202,7 +203,7 @@ fn slide_text_stays_clear_and_visible() {
 #[test]
 fn text_on_a_slide_is_one_step() {
     let mut app = present_app(&[slide("one", 0.1)]);
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     ask(&mut app, PresentRequest::ToggleEditing);
     let presenter = app.world().resource::<Presenter>().clone();
     assert!(presenter.is_editing);
@@ -218,7 +219,7 @@ fn text_on_a_slide_is_one_step() {
     let expected = Slide { title: "one <b>& only".to_owned(), ..slide("one", 0.1) };
     let asked = asked.borrow();
     let set = asked.iter().find_map(|action| match action {
-        PanelAction::Present(PresentRequest::Set(slide)) => Some(Slide::clone(slide)),
+        PresentRequest::Set(slide) => Some(Slide::clone(slide)),
         _ => None,
     });
     assert_eq!(set, Some(expected));
@@ -239,7 +240,7 @@ fn a_slide_with_lost_layers_is_shown() {
         document(app).missing_layers(environment)
     };
     assert_eq!(asked_for(&app).len(), 3);
-    go_to(&mut app, Workspace::Present);
+    go_to(&mut app, workspaces::present::WORKSPACE);
     ask(&mut app, PresentRequest::ToggleEditing);
     let presenter = app.world().resource::<Presenter>().clone();
     {

@@ -9,6 +9,7 @@ use trackwright_design::{BodyRole, Document, Edit, Target};
 use trackwright_editor::app::picture::{self, ComparedDesigns, Desk};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice};
 use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::decide::DecideRequest;
 use trackwright_editor::workspaces::decide::judged::Judged;
 use trackwright_editor::workspaces::decide::panels::steps_ui::steps_ui;
@@ -159,7 +160,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     file(&mut app, FileRequest::SaveAs(saved.clone()));
     assert_eq!(standing(&app).state(Step::Crf), State::NoRequirement);
     assert_eq!(standing(&app).state(Step::Built), State::NotRecorded);
-    picture(&app, "1-new", Workspace::Decide, ComparedDesigns::default());
+    picture(&app, "1-new", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
     // 2. The rooms it is to be used in, and what is asked of the CRF alone.
     let room = stronger_room(&app, folder.path());
@@ -177,7 +178,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     // What is missed is not decided without a reason.
     ask(&mut app, DecideRequest::Decide(Step::Crf));
     assert!(document(&app).design().procedure.crf.is_none());
-    picture(&app, "2-crf-missed", Workspace::Decide, ComparedDesigns::default());
+    picture(&app, "2-crf-missed", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
     // 3. The patient lies nearer to the field generator.
     let pose = document(&app).design().crf.as_ref().unwrap().tracker_from_crf;
@@ -221,7 +222,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     picture(
         &app,
         "4-beside",
-        Workspace::Decide,
+        workspaces::decide::WORKSPACE,
         ComparedDesigns { baseline: Some(draft), ..ComparedDesigns::default() },
     );
     let note = "The lesion is never nearer than 3 mm to a vessel".to_owned();
@@ -242,7 +243,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     ask(&mut app, DecideRequest::Decide(Step::Built));
     assert_eq!(standing(&app).state(Step::Built), State::Decided);
     file(&mut app, FileRequest::Save);
-    picture(&app, "5-decided", Workspace::Decide, ComparedDesigns::default());
+    picture(&app, "5-decided", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
     // 6. Whoever opens it finds what was decided, and on what.
     let opened = trackwright_project::open_design(&saved).unwrap();

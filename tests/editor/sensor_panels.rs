@@ -11,11 +11,10 @@ use trackwright_design::view::View;
 use trackwright_design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
 use trackwright_editor::document::requests::{EditRequest, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::shell::PanelAction;
-use trackwright_editor::shell::commands::Command;
+use trackwright_editor::viewport::commands::ADD_SENSOR;
 use trackwright_editor::viewport::sensor_commands::SensorCommand;
-use trackwright_editor::viewport::tool::SceneTool;
 use trackwright_editor::widgets::basic::{NumberChange, NumberField, number_ui};
+use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::history_ui::history_ui;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
@@ -89,15 +88,15 @@ fn control_adds_a_row_and_opens_its_menu() {
     let row = harness.get_by_label("grip");
     row.click_modifiers(egui::Modifiers::COMMAND);
     harness.run_steps(2);
-    let also = PanelAction::SelectAlso(grip);
+    let also = DesignAction::SelectAlso(grip);
     assert!(asked.borrow().contains(&also), "{:?}", asked.borrow());
     harness.get_by_label("grip").click_secondary();
     harness.run_steps(3);
-    let select = PanelAction::Select(Some(grip));
+    let select = DesignAction::Select(Some(grip));
     assert!(asked.borrow().contains(&select), "{:?}", asked.borrow());
     harness.get_by_label_contains("Duplicate sensors").click();
     harness.run_steps(2);
-    let duplicate = PanelAction::Run(Command::Sensors(SensorCommand::Duplicate));
+    let duplicate = DesignAction::Run(SensorCommand::Duplicate.command().name);
     assert!(asked.borrow().contains(&duplicate), "{:?}", asked.borrow());
 }
 
@@ -111,7 +110,7 @@ fn the_add_row_requests_the_tool() {
     assert_eq!(rows.len(), 2, "one a body");
     rows[0].click();
     harness.run_steps(2);
-    let tool = PanelAction::Run(Command::Tool(SceneTool::AddSensor));
+    let tool = DesignAction::Run(ADD_SENSOR.name);
     assert!(asked.borrow().contains(&tool), "{:?}", asked.borrow());
 }
 
@@ -130,10 +129,10 @@ fn eye_and_lock_change_only_the_view() {
     locked.locked.toggle(Thing::Tool);
     let asked = asked.borrow();
     for wanted in [hidden, locked] {
-        let set = PanelAction::View(ViewRequest::Set(wanted));
+        let set = DesignAction::View(ViewRequest::Set(wanted));
         assert!(asked.contains(&set), "{asked:?}");
     }
-    let is_select = |action: &PanelAction| matches!(action, PanelAction::Select(_));
+    let is_select = |action: &DesignAction| matches!(action, DesignAction::Select(_));
     assert!(!asked.iter().any(is_select), "{asked:?}");
 }
 
@@ -141,14 +140,14 @@ fn eye_and_lock_change_only_the_view() {
 fn inspector_buttons_run_commands() {
     let design = design();
     let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
-    let remove = Command::Sensors(SensorCommand::Remove);
+    let remove = SensorCommand::Remove.command().name;
     let (mut harness, asked) = harness(|ui| {
         inspector_ui(
             ui,
             &InspectorView {
                 design: &design,
                 selection: &selection,
-                is_available: &|command| command != remove,
+                is_available: &|command| command.name != remove,
                 pose: None,
                 derived_weight: environment().orientation_weight(None),
             },
@@ -160,8 +159,8 @@ fn inspector_buttons_run_commands() {
     assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
     harness.get_by_label("Mirror copy at y = 0").click();
     harness.run_steps(2);
-    let mirror = Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Y));
-    assert_eq!(*asked.borrow(), [PanelAction::Run(mirror)]);
+    let mirror = SensorCommand::MirrorCopy(MirrorPlane::Y).command().name;
+    assert_eq!(*asked.borrow(), [DesignAction::Run(mirror)]);
 }
 
 #[test]
@@ -203,7 +202,7 @@ fn a_click_in_the_history_jumps_to_that_state() {
     assert_eq!(harness.query_all_by_label("Rename design").count(), 2);
     harness.get_by_label("Beginning").click();
     harness.run_steps(2);
-    let jump = PanelAction::Edit(EditRequest::JumpTo(0));
+    let jump = EditRequest::JumpTo(0);
     assert_eq!(*asked.borrow(), [jump]);
 }
 

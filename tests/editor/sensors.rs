@@ -5,16 +5,24 @@ use bevy::prelude::*;
 use trackwright_design::{BodyRole, Design, Document, Edit, MirrorPlane};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::shell::commands::{Command, CommandsPlugin, RunCommand};
-use trackwright_editor::shell::layout::PanelsShown;
-use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand, Situation};
+use trackwright_editor::shell::shell_commands::{SHOW_HISTORY, ShellCommandsPlugin};
+use trackwright_editor::shell::window::PanelsShown;
+use trackwright_editor::viewport::commands::ViewportCommandsPlugin;
 use trackwright_editor::viewport::sensor_commands::SensorCommand;
+use trackwright_editor::workspaces;
+use trackwright_editor::workspaces::design::row_page;
 use trackwright_editor::workspaces::design::row_page::{RowDirection, RowPage};
 use trackwright_geometry::surface::Surface;
 
 fn app() -> App {
     let mut app = create_app();
-    app.add_plugins(CommandsPlugin);
+    app.add_plugins((
+        CommandsPlugin,
+        ShellCommandsPlugin,
+        ViewportCommandsPlugin,
+        row_page::plugin,
+    ));
     app
 }
 
@@ -24,7 +32,7 @@ fn select(app: &mut App, body: BodyRole, indices: &[usize]) {
 }
 
 fn run(app: &mut App, command: SensorCommand) {
-    app.world_mut().write_message(RunCommand(Command::Sensors(command)));
+    app.world_mut().write_message(RunCommand(command.command().name));
     app.update();
     app.update();
 }
@@ -45,12 +53,14 @@ fn selected(app: &App) -> Option<(BodyRole, Vec<usize>)> {
 fn is_available(app: &App, command: SensorCommand) -> bool {
     let world = app.world();
     let selection = world.resource::<Selection>();
-    Command::Sensors(command).is_available(
-        world.get_resource(),
+    let now = Situation {
+        world: world.get_resource(),
         selection,
-        false,
-        Workspace::Design,
-    )
+        is_dragging: false,
+        workspace: workspaces::design::WORKSPACE,
+        panels: PanelsShown::default(),
+    };
+    now.allows(command.command())
 }
 
 #[test]
@@ -195,7 +205,7 @@ fn a_history_jump_spans_many_steps() {
 fn the_history_unfolds_the_panel_that_it_stands_in() {
     let mut app = app();
     app.world_mut().resource_mut::<PanelsShown>().left = false;
-    app.world_mut().write_message(RunCommand(Command::ToggleHistory));
+    app.world_mut().write_message(RunCommand(SHOW_HISTORY.name));
     app.update();
     let panels = *app.world().resource::<PanelsShown>();
     assert!(panels.left && panels.history);

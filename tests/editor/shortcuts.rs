@@ -5,13 +5,16 @@ use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::document::commands::DocumentCommandsPlugin;
 use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
 use trackwright_editor::document::selection::Selection;
 use trackwright_editor::shell::command_palette::CommandPages;
 use trackwright_editor::shell::commands::CommandsPlugin;
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::shell_commands::ShellCommandsPlugin;
 use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
-use trackwright_editor::workspaces::design::row_page::RowPage;
+use trackwright_editor::viewport::commands::ViewportCommandsPlugin;
+use trackwright_editor::workspaces::design::row_page::{self, RowPage};
 use trackwright_geometry::pose::Pose;
 
 fn key(app: &mut App, key: &Key, state: ButtonState) {
@@ -38,7 +41,14 @@ fn chord(app: &mut App, keys: &[Key]) {
 
 fn edited_app() -> App {
     let mut app = create_app();
-    app.add_plugins((ShortcutsPlugin, CommandsPlugin));
+    app.add_plugins((
+        ShortcutsPlugin,
+        CommandsPlugin,
+        ShellCommandsPlugin,
+        DocumentCommandsPlugin,
+        ViewportCommandsPlugin,
+        row_page::plugin,
+    ));
     request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.update();
     app

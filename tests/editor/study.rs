@@ -17,6 +17,7 @@ use std::time::Duration;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::convert;
 use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::commands::DocumentCommandsPlugin;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::document::trials::{ModeKind, TrialChoice};
@@ -28,6 +29,7 @@ use trackwright_editor::shell::commands::CommandsPlugin;
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
 use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_editor::workspaces::study::log::LogJob;
@@ -49,7 +51,7 @@ fn study_app() -> App {
     }))
     .insert_resource(Told(Mutex::new(told)))
     .add_plugins(StudyPlugin);
-    show_workspace(&mut app, Workspace::Study);
+    show_workspace(&mut app, workspaces::study::WORKSPACE);
     app
 }
 
@@ -91,7 +93,7 @@ fn a_profile_needs_the_study_workspace() {
     assert_eq!(profiles(&app), 0);
     assert!(results(&app).profile.is_none());
 
-    show_workspace(&mut app, Workspace::Study);
+    show_workspace(&mut app, workspaces::study::WORKSPACE);
     assert_eq!(profiles(&app), 1);
     let study = results(&app).study.as_ref().unwrap();
     let profile = results(&app).profile.as_ref().unwrap();
@@ -103,7 +105,7 @@ fn a_profile_needs_the_study_workspace() {
     edit(&mut app, Edit::SetToolPose(pose));
     assert_eq!(profiles(&app), 2);
 
-    show_workspace(&mut app, Workspace::Design);
+    show_workspace(&mut app, workspaces::design::WORKSPACE);
     assert!(results(&app).profile.is_none(), "nothing is kept");
     let pose = Pose::translation(6.0, 0.0, 30.0);
     edit(&mut app, Edit::SetToolPose(pose));
@@ -139,7 +141,7 @@ fn a_shown_trial_has_its_own_figures() {
 #[test]
 fn the_scene_shows_the_trials_tool() {
     let mut app = create_scene_app();
-    show_workspace(&mut app, Workspace::Study);
+    show_workspace(&mut app, workspaces::study::WORKSPACE);
     let place = |app: &mut App| {
         app.update();
         let world = app.world_mut();
@@ -155,9 +157,9 @@ fn the_scene_shows_the_trials_tool() {
     let expected = convert::transform(&(tracker_from_crf * pose.crf_from_tool));
     assert_eq!(place(&mut app), expected);
     assert_ne!(own, expected);
-    show_workspace(&mut app, Workspace::Design);
+    show_workspace(&mut app, workspaces::design::WORKSPACE);
     assert_eq!(place(&mut app), own);
-    show_workspace(&mut app, Workspace::Study);
+    show_workspace(&mut app, workspaces::study::WORKSPACE);
     assert_eq!(place(&mut app), expected, "the workspace keeps its trial");
 }
 
@@ -253,7 +255,7 @@ fn leaving_the_workspace_stops_playing() {
     app.world_mut().write_message(StudyRequest::TogglePlay);
     app.update();
     assert!(app.world().resource::<TrialChoice>().is_playing());
-    show_workspace(&mut app, Workspace::Field);
+    show_workspace(&mut app, workspaces::field::WORKSPACE);
     assert!(!app.world().resource::<TrialChoice>().is_playing());
 }
 
@@ -274,7 +276,7 @@ fn press(app: &mut App, key: &Key) {
 #[test]
 fn study_keys_need_the_study_workspace() {
     let mut app = study_app();
-    app.add_plugins((ShortcutsPlugin, CommandsPlugin));
+    app.add_plugins((ShortcutsPlugin, CommandsPlugin, DocumentCommandsPlugin));
     press(&mut app, &Key::ArrowRight);
     press(&mut app, &Key::ArrowRight);
     assert_eq!(shown_trial(&app), Some(1));
@@ -283,7 +285,7 @@ fn study_keys_need_the_study_workspace() {
     assert_eq!(shown_trial(&app), Some(worst.trial));
     press(&mut app, &Key::Home);
     assert_eq!(shown_trial(&app), None);
-    show_workspace(&mut app, Workspace::Design);
+    show_workspace(&mut app, workspaces::design::WORKSPACE);
     press(&mut app, &Key::ArrowRight);
     press(&mut app, &Key::Space);
     let desk = app.world().resource::<TrialChoice>();
@@ -300,7 +302,7 @@ fn a_chosen_mode_is_no_part_of_the_design() {
     assert_eq!(study.value.figures.trials, 1);
     let document = &app.world().resource::<OpenWorld>().0.document;
     assert!(!document.is_dirty());
-    show_workspace(&mut app, Workspace::Design);
+    show_workspace(&mut app, workspaces::design::WORKSPACE);
     assert_eq!(results(&app).mode, Some(ModeKind::Single), "still chosen");
 }
 
@@ -326,11 +328,11 @@ fn a_dropped_table_is_studied_here_only() {
     let folder = tempfile::tempdir().unwrap();
     let file = write(&folder, "poses.csv", POSES);
     let mut app = study_app();
-    show_workspace(&mut app, Workspace::Design);
+    show_workspace(&mut app, workspaces::design::WORKSPACE);
     drop_file(&mut app, &file);
     assert_eq!(results(&app).mode, Some(ModeKind::Motion));
 
-    show_workspace(&mut app, Workspace::Study);
+    show_workspace(&mut app, workspaces::study::WORKSPACE);
     drop_file(&mut app, &file);
     assert_eq!(results(&app).mode, Some(ModeKind::Input));
     let trials =

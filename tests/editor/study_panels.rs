@@ -8,25 +8,28 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_editor::document::shown::ShownTrial;
 use trackwright_editor::document::trials::ModeKind;
-use trackwright_editor::shell::PanelAction;
-use trackwright_editor::shell::commands::Command;
+use trackwright_editor::workspaces::study::commands::{
+    NEXT, OWN_POSE, PLAY, PREVIOUS, READ_INPUT, WORST, WRITE_LOG, choose,
+};
 use trackwright_editor::workspaces::study::desk::{RotationForm, StudyRequest};
 use trackwright_editor::workspaces::study::study_charts_ui::{
     StudyChartsView, share, study_charts_ui,
 };
-use trackwright_editor::workspaces::study::timeline_ui::{TimelineView, timeline_ui};
+use trackwright_editor::workspaces::study::timeline_ui::{
+    TimelineAction, TimelineView, timeline_ui,
+};
 use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_simulation::{
     CancelToken, ChartedProfile, Mode, Scenario, look, run_profiled, trial_offsets, trial_pose,
 };
 
-type Asked = Rc<RefCell<Vec<PanelAction>>>;
+type Asked<T> = Rc<RefCell<Vec<T>>>;
 
-fn harness<'a>(
+fn harness<'a, T: 'a>(
     size: [f32; 2],
-    panel: impl Fn(&mut egui::Ui) -> Vec<PanelAction> + 'a,
-) -> (Harness<'a>, Asked) {
+    panel: impl Fn(&mut egui::Ui) -> Vec<T> + 'a,
+) -> (Harness<'a>, Asked<T>) {
     let asked = Asked::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
@@ -95,19 +98,19 @@ fn timeline_buttons_are_commands() {
     harness.run_steps(2);
     harness.get_by_label("trial 4 of 15: x \u{2212}50\u{2009}mm, rz 45°");
     for (label, command) in [
-        ("Play or pause", Command::PlayTrials),
-        ("Next trial", Command::NextTrial),
-        ("Previous trial", Command::PreviousTrial),
-        ("Worst", Command::WorstTrial),
-        ("Own pose", Command::OwnPose),
-        ("Single pose", Command::ChooseMode(ModeKind::Single)),
-        ("Input data…", Command::ReadInput),
-        ("Write the log…", Command::WriteLog),
+        ("Play or pause", PLAY),
+        ("Next trial", NEXT),
+        ("Previous trial", PREVIOUS),
+        ("Worst", WORST),
+        ("Own pose", OWN_POSE),
+        ("Single pose", *choose(ModeKind::Single)),
+        ("Input data…", READ_INPUT),
+        ("Write the log…", WRITE_LOG),
     ] {
         asked.borrow_mut().clear();
         harness.get_by_label(label).click();
         harness.run_steps(2);
-        assert_eq!(*asked.borrow(), [PanelAction::Run(command)], "{label}");
+        assert_eq!(*asked.borrow(), [TimelineAction::Run(command.name)], "{label}");
     }
 }
 
@@ -123,7 +126,7 @@ fn a_timeline_click_shows_its_trial() {
         asked.borrow_mut().clear();
         click(&mut harness, egui::pos2(x, 90.0));
         let asked = asked.borrow();
-        let Some(PanelAction::Study(StudyRequest::Show(Some(trial)))) = asked.first() else {
+        let Some(TimelineAction::Study(StudyRequest::Show(Some(trial)))) = asked.first() else {
             panic!("{asked:?}");
         };
         shown.push(*trial);
@@ -142,7 +145,7 @@ fn a_log_under_way_can_be_cancelled() {
     });
     harness.get_by_label("Cancel").click();
     harness.run_steps(2);
-    let cancel = PanelAction::Study(StudyRequest::CancelLog);
+    let cancel = TimelineAction::Study(StudyRequest::CancelLog);
     assert_eq!(*asked.borrow(), [cancel]);
 }
 
@@ -186,7 +189,7 @@ fn a_trial_is_told_in_numbers_with_units() {
         harness.get_by_label(&format!("{sign} {error:.2}\u{2009}mm"));
         harness.get_by_label("vector").click();
         harness.run_steps(2);
-        let show = PanelAction::Study(StudyRequest::ShowRotation(RotationForm::Rodrigues));
+        let show = StudyRequest::ShowRotation(RotationForm::Rodrigues);
         assert_eq!(*asked.borrow(), [show]);
     }
 }
@@ -203,13 +206,13 @@ fn charts_show_the_share_and_choose_axes() {
     harness.get_by_label(&share(&charted.within.unwrap()));
     harness.get_by_label("rz").click();
     harness.run_steps(2);
-    let axis = PanelAction::Study(StudyRequest::ShowAxis("rz"));
+    let axis = StudyRequest::ShowAxis("rz");
     assert_eq!(*asked.borrow(), [axis]);
     asked.borrow_mut().clear();
     // The lower chart: three values of x, the last at its right end.
     let chart = harness.get_by_label("rz").rect();
     click(&mut harness, egui::pos2(262.0, chart.bottom() + 60.0));
     let worst = charted.profile.axes[0].worst_trial[2];
-    let show = PanelAction::Study(StudyRequest::Show(Some(worst)));
+    let show = StudyRequest::Show(Some(worst));
     assert_eq!(*asked.borrow(), [show]);
 }

@@ -6,26 +6,36 @@ use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use std::collections::HashSet;
 use trackwright_design::{BodyRole, Design, Thing, View};
+use trackwright_editor::document::commands::{CANCEL_DRAG, DocumentCommandsPlugin};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::shell::commands::{Command, CommandsPlugin, RunCommand};
 use trackwright_editor::shell::window::PointerHint;
+use trackwright_editor::viewport::commands::{
+    ADD_SENSOR, ADD_SENSOR_BESIDE, SET_TIP, ViewportCommandsPlugin,
+};
 use trackwright_editor::viewport::surfaces::Surfaces;
 use trackwright_editor::viewport::tool::SceneTool;
 
 /// A hand with a tool in it.
 fn hand_with(tool: SceneTool) -> Hand {
     let app = create_scene_app_with(|app| {
-        app.add_plugins(CommandsPlugin);
+        app.add_plugins((CommandsPlugin, DocumentCommandsPlugin, ViewportCommandsPlugin));
     });
     let mut hand = Hand { app };
     settle(&mut hand.app);
-    run(&mut hand, Command::Tool(tool));
+    run(
+        &mut hand,
+        match tool {
+            SceneTool::SetTip => SET_TIP,
+            _ => ADD_SENSOR,
+        },
+    );
     hand
 }
 
 fn run(hand: &mut Hand, command: Command) {
-    hand.app.world_mut().write_message(RunCommand(command));
+    hand.app.world_mut().write_message(RunCommand(command.name));
     hand.app.update();
 }
 
@@ -77,7 +87,7 @@ fn shift_adds_sensors_until_escape() {
     hand.click(at + along * 12.0);
     assert_eq!(sensors(&hand.design()), sensors(&before) + 2);
     assert_eq!(*hand.resource::<SceneTool>(), SceneTool::AddSensor);
-    run(&mut hand, Command::CancelDrag);
+    run(&mut hand, CANCEL_DRAG);
     assert_eq!(*hand.resource::<SceneTool>(), SceneTool::Select);
     hand.click(at);
     assert_eq!(sensors(&hand.design()), sensors(&before) + 2);
@@ -121,9 +131,9 @@ fn the_preview_shows_what_a_click_does() {
     let mut view = View::default();
     view.locked.toggle(Thing::Tool);
     hand.app.world_mut().write_message(ViewRequest::Set(view));
-    run(&mut hand, Command::Tool(SceneTool::AddSensor));
+    run(&mut hand, ADD_SENSOR);
     settle(&mut hand.app);
-    run(&mut hand, Command::Tool(SceneTool::AddSensor));
+    run(&mut hand, ADD_SENSOR);
     let (at, _) = hand.shaft();
     hand.click(at);
     assert!(hint(&hand).contains("the tool is locked"), "{}", hint(&hand));
@@ -163,13 +173,13 @@ fn an_active_tool_stops_drags_and_handles() {
 fn one_command_starts_and_stops_a_tool() {
     let mut hand = hand_with(SceneTool::SetTip);
     assert_eq!(*hand.resource::<SceneTool>(), SceneTool::SetTip);
-    run(&mut hand, Command::Tool(SceneTool::AddSensor));
+    run(&mut hand, ADD_SENSOR);
     assert_eq!(*hand.resource::<SceneTool>(), SceneTool::AddSensor);
-    run(&mut hand, Command::Tool(SceneTool::AddSensor));
+    run(&mut hand, ADD_SENSOR);
     assert_eq!(*hand.resource::<SceneTool>(), SceneTool::Select);
     let before = hand.design().crf.unwrap().body.rigid.sensors.len();
     hand.select(Some(Selected::Body(BodyRole::Crf)));
-    run(&mut hand, Command::AddSensorBeside);
+    run(&mut hand, ADD_SENSOR_BESIDE);
     let crf = hand.design().crf.unwrap();
     assert_eq!(crf.body.rigid.sensors.len(), before + 1);
 }

@@ -24,6 +24,9 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`document::autosave::AutosavePlugin`] | what is unsaved outlasts a crash |
 /// | [`runner::solve::SolverPlugin`] | the solver thread and its results |
 /// | [`runner::diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
+/// | [`document::commands::DocumentCommandsPlugin`] | commands for files and edits |
+/// | [`viewport::commands::ViewportCommandsPlugin`] | commands of the 3D view |
+/// | [`workspaces::design::DesignPlugin`] | the Design workspace: bodies, sensors, the result |
 /// | [`workspaces::study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`workspaces::study::precision::PrecisionPlugin`] | error against run time, measured when asked for |
 /// | [`workspaces::field::FieldPlugin`] | rooms from measurements |
@@ -55,9 +58,8 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
 /// | [`layers::probe::ProbePlugin`] | the value under the pointer |
 /// | [`viewport::egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
-/// | [`shell::layout::UiPlugin`] | the panels |
+/// | [`shell::ShellPlugin`] | what is drawn around the 3D view, and its commands |
 /// | [`viewport::overlay::OverlayPlugin`] | labels and legends over the scene |
-/// | [`shell::commands::CommandsPlugin`] | everything that has a name |
 /// | [`shell::shortcuts::ShortcutsPlugin`] | keys |
 /// | [`runner::wake::WakePlugin`] | rest while nothing changes |
 /// | [`app::lost_device::LostDevicePlugin`] | an adapter that fails loses nobody's work |
@@ -71,6 +73,9 @@ impl PluginGroup for EditorPlugins {
             .add(document::autosave::AutosavePlugin)
             .add(runner::solve::SolverPlugin)
             .add(runner::diagnostics::DiagnosticsPlugin)
+            .add(document::commands::DocumentCommandsPlugin)
+            .add(viewport::commands::ViewportCommandsPlugin)
+            .add(workspaces::design::DesignPlugin)
             .add(workspaces::study::StudyPlugin)
             .add(workspaces::study::precision::PrecisionPlugin)
             .add(workspaces::field::FieldPlugin)
@@ -102,9 +107,8 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::light_drawing::LightDrawingPlugin)
             .add(layers::probe::ProbePlugin)
             .add(viewport::egui_camera::EguiCameraPlugin)
-            .add(shell::layout::UiPlugin)
+            .add(shell::ShellPlugin)
             .add(viewport::overlay::OverlayPlugin)
-            .add(shell::commands::CommandsPlugin)
             .add(shell::shortcuts::ShortcutsPlugin)
             .add(runner::wake::WakePlugin)
             .add(app::lost_device::LostDevicePlugin)
@@ -117,17 +121,16 @@ pub struct StatePlugin;
 
 impl Plugin for StatePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<palette::Theme>()
-            .init_resource::<shell::dialogs::Dialogs>()
-            .add_plugins((
-                schedule::SchedulePlugin,
-                document::requests::RequestsPlugin,
-                document::apply::DocumentStatePlugin,
-                document::selection::SelectionPlugin,
-                runner::results::ResultsPlugin,
-                shell::window::WindowStatePlugin,
-                document::shown::ShownPlugin,
-                layers::RegistryPlugin,
-            ));
+        app.init_resource::<palette::Theme>().add_plugins((
+            schedule::SchedulePlugin,
+            document::requests::RequestsPlugin,
+            document::apply::DocumentStatePlugin,
+            document::selection::SelectionPlugin,
+            runner::results::ResultsPlugin,
+            shell::window::WindowStatePlugin,
+            shell::dialogs::DialogsPlugin,
+            document::shown::ShownPlugin,
+            layers::RegistryPlugin,
+        ));
     }
 }

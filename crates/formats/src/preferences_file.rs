@@ -3,6 +3,7 @@
 use super::error::FormatError;
 use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// Widest and highest window that is believed, logical pixels.
 const MOST_PX: u32 = 32_768;
@@ -22,6 +23,8 @@ pub struct Preferences {
     pub panels: ShownPanels,
     /// Its name; what no workspace is called counts as none.
     pub workspace: String,
+    /// Widths of panels as a person dragged them, logical pixels, by the panel's name.
+    pub widths: BTreeMap<String, f64>,
 }
 
 /// The panels that are unfolded.
@@ -42,6 +45,7 @@ impl Default for Preferences {
             scale: 1.0,
             panels: ShownPanels { left: true, right: true, history: false },
             workspace: "Design".to_owned(),
+            widths: BTreeMap::new(),
         }
     }
 }
@@ -58,6 +62,8 @@ struct PreferencesEntry {
     scale: f64,
     panels: ShownPanels,
     workspace: String,
+    #[serde(default)]
+    widths: BTreeMap<String, f64>,
 }
 
 /// Reads preferences.
@@ -78,6 +84,9 @@ pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
         let expected = "sides from 1 to 32768 pixels";
         return Err(FormatError::field("window", found, expected));
     }
+    if let Some(width) = entry.widths.values().find(|w| !(1.0..=f64::from(MOST_PX)).contains(*w)) {
+        return Err(FormatError::field("widths", width, "widths from 1 to 32768 pixels"));
+    }
     Ok(Preferences {
         window: entry.window.map(|(width, height)| [width, height]),
         is_maximised: entry.is_maximised,
@@ -85,6 +94,7 @@ pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
         scale: entry.scale,
         panels: entry.panels,
         workspace: entry.workspace,
+        widths: entry.widths,
     })
 }
 
@@ -100,6 +110,12 @@ pub fn write(preferences: &Preferences) -> String {
         let ShownPanels { left, right, history } = preferences.panels;
         out.field("panels", format_args!("(left: {left}, right: {right}, history: {history})"));
         out.string("workspace", &preferences.workspace);
+        if !preferences.widths.is_empty() {
+            let widths = preferences.widths.iter();
+            let widths: Vec<String> =
+                widths.map(|(name, px)| format!("{}: {px:?}", ron_text::string(name))).collect();
+            out.field("widths", format_args!("{{{}}}", widths.join(", ")));
+        }
     })
 }
 
@@ -117,6 +133,9 @@ mod tests {
             scale: 1.25,
             panels: ShownPanels { left: false, right: true, history: true },
             workspace: "a \"name\"\n".to_owned(),
+            widths: [("Design left", 312.0), ("a \"name\"", 200.5)]
+                .map(|(name, width)| (name.to_owned(), width))
+                .into(),
         };
         for preferences in [Preferences::default(), other] {
             let text = write(&preferences);
@@ -134,6 +153,7 @@ mod tests {
         assert!(refused("scale: 1.0", "scale: NaN").contains("NaN"));
         assert!(refused("scale: 1.0", "scale: 40.0").contains("40"));
         assert!(refused("(1280, 720)", "(0, 720)").contains("0 × 720"));
+        assert!(refused("workspace:", "widths: {\"left\": -7.0}, workspace:").contains("-7"));
         assert!(refused("version: 1", "version: 2").contains("version is 2"));
     }
 

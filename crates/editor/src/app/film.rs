@@ -2,9 +2,8 @@
 //! picture that `picture` would take there.
 
 use crate::app::picture::{Desk, Picture, PictureError, Studio};
-use crate::shell::window::Workspace;
 use crate::viewport::camera::OrbitRig;
-use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::{self, desk::StudyRequest};
 use trackwright_project::World;
 
 /// What moves.
@@ -32,8 +31,8 @@ pub fn film<E: From<PictureError>>(
     frames: usize,
     mut take: impl FnMut(usize, Picture) -> Result<(), E>,
 ) -> Result<(), E> {
-    if matches!(what, FilmMove::Motion { .. }) && !desk.workspace.shows_trials() {
-        desk.workspace = Workspace::Study;
+    if matches!(what, FilmMove::Motion { .. }) && !desk.workspace.shows_trials {
+        desk.workspace = study::WORKSPACE;
     }
     let mut studio = Studio::open(world, size, desk)?;
     let first = studio.app.world().resource::<OrbitRig>().camera;

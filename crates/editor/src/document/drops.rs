@@ -56,15 +56,10 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
             format!("Use {name} as the tool or the CRF")
         }
         Some(FileKind::Body) => format!("Use {name} as the {}", body_of_selection(selection)),
-        Some(FileKind::Table) if workspace == Workspace::Field => {
-            format!("Read measurements from {name}")
-        }
-        Some(FileKind::Table) if workspace == Workspace::Study => {
-            format!("Read poses from {name}")
-        }
-        Some(FileKind::Table) => {
-            format!("{name}: tables are dropped in the Field or Study workspace")
-        }
+        Some(FileKind::Table) => match workspace.drop_verb {
+            Some(verb) => format!("{verb} {name}"),
+            None => format!("{name}: tables are dropped in the Field or Study workspace"),
+        },
         Some(FileKind::Page) | None => {
             format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}")
         }
@@ -127,7 +122,7 @@ fn receive_drops(
 impl Receivers<'_> {
     fn hand_on(&mut self, file: &Path, workspace: Workspace) {
         let path = file.to_owned();
-        let has_tables = matches!(workspace, Workspace::Field | Workspace::Study);
+        let has_tables = workspace.drop_verb.is_some();
         match kind_of(file) {
             Some(FileKind::Design) => {
                 self.files.write(FileRequest::Open(path));

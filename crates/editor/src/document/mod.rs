@@ -3,6 +3,7 @@
 pub mod apply;
 pub mod autosave;
 pub mod body_files;
+pub mod commands;
 pub mod drops;
 pub mod meshes;
 pub mod recent;

@@ -128,7 +128,7 @@ fn want(
 ) {
     let Some(world) = world else { return };
     let LookedAt { workspace, live, mut pending } = looked_at;
-    let is_live_shown = *workspace == Workspace::Live;
+    let is_live_shown = workspace.shows_live;
     let is_live = is_live_shown && live.is_any();
     let is_changed = world.is_changed()
         || choice.is_changed()
@@ -156,7 +156,7 @@ fn want(
         return;
     }
     pending.0.clear();
-    let is_looked_at = workspace.shows_trials();
+    let is_looked_at = workspace.shows_trials;
     if !is_looked_at && choice.playing.is_some() {
         choice.playing = None;
     }

@@ -107,7 +107,7 @@ impl Shown<'_> {
     fn outline(&self) -> Option<MotionOutline> {
         let document = &self.world.as_ref()?.0.document;
         // It is where the design has the bodies, not where a tracker has them.
-        if self.workspace.is_live() {
+        if self.workspace.shows_live {
             return None;
         }
         match document.view().layers.motion {
@@ -118,7 +118,7 @@ impl Shown<'_> {
 
     fn has_balls(&self) -> bool {
         self.presentation.window
-            && self.workspace.is_edited_in()
+            && self.workspace.edits_design
             && self.selection.primary().is_none()
             && self.design.as_ref().is_none_or(|shown| shown.trial.is_none())
     }

@@ -165,7 +165,7 @@ fn may_differ(
 fn imagined(selection: &Selection, workspace: Workspace) -> Option<(BodyRole, usize)> {
     match selection.primary() {
         Some(Selected::Sensor(body, sensor)) => Some((body, sensor)),
-        _ if workspace == Workspace::Present => Some((BodyRole::Tool, 0)),
+        _ if workspace.is_presentation => Some((BodyRole::Tool, 0)),
         _ => None,
     }
 }

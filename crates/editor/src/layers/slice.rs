@@ -293,7 +293,7 @@ fn place_handle(
     mut materials: ResMut<Assets<GlowMaterial>>,
 ) {
     // An audience takes hold of nothing.
-    let is_held = workspace.is_none_or(|workspace| *workspace != Workspace::Present);
+    let is_held = workspace.is_none_or(|workspace| !workspace.is_presentation);
     let is_on = is_held && world.0.document.view().layers.slice;
     let Some(slice) = results.slice.as_ref().filter(|_| is_on) else {
         for (entity, ..) in &drawn {

@@ -160,7 +160,7 @@ fn submit(
         trial: wanted.as_ref().and_then(|wanted| wanted.number),
         serial: choice.serial(),
     };
-    let profile = *workspace == Workspace::Study;
+    let profile = workspace.charts_trials;
     let last = handle.submitted;
     let is_new = last.is_none_or(|s| s.stamp != stamp);
     let is_wish_new = last.is_none_or(|s| s.wish != wish);

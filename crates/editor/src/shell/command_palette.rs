@@ -2,15 +2,17 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::command_table::COMMANDS;
-use crate::shell::commands::{Command, CommandInfo, Group};
+use crate::shell::commands::{Availability, Command, CommandRegistry, Group, RunCommand};
+use crate::shell::layout::UiSystems;
+use crate::shell::requests::Requests;
 use crate::widgets::basic::quiet_ui;
 use crate::widgets::theme;
-use bevy::prelude::Resource;
+use bevy::prelude::*;
 use bevy_egui::egui::{
     self, Align, Align2, Context, Grid, Id, Key, Layout, Modifiers, Response, RichText, ScrollArea,
     TextEdit, Ui, vec2,
 };
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 const WIDTH: f32 = 520.0;
 const LIST_HEIGHT: f32 = 380.0;
@@ -18,6 +20,31 @@ const ROW_HEIGHT: f32 = 24.0;
 
 /// Below the top bar, where the eye is anyway.
 const DROP: f32 = 72.0;
+
+pub(crate) fn plugin(app: &mut App) {
+    app.init_resource::<CommandPages>()
+        .add_systems(EguiPrimaryContextPass, pages.run_if(is_open).in_set(UiSystems::Dialogs));
+}
+
+fn is_open(pages: Res<CommandPages>) -> bool {
+    pages.is_any_open()
+}
+
+fn pages(
+    mut contexts: EguiContexts,
+    mut pages: ResMut<CommandPages>,
+    commands: Res<CommandRegistry>,
+    available: Availability,
+    mut requests: Requests<RunCommand>,
+) -> Result {
+    // Writing to the resource would mark it as changed in every frame.
+    let pages = pages.bypass_change_detection();
+    let situation = available.situation();
+    let is_available = |command: &Command| situation.allows(command);
+    let chosen = command_pages_ui(contexts.ctx_mut()?, pages, commands.all(), is_available);
+    requests.write_all(chosen.map(RunCommand));
+    Ok(())
+}
 
 /// The palette and the sheet, of which one at most is open.
 #[derive(Resource, Default)]
@@ -60,19 +87,19 @@ impl CommandPages {
 
 /// The commands whose name, group or purpose has every word that is searched for, those first
 /// whose name begins with it.
-pub fn found(text: &str) -> Vec<&'static CommandInfo> {
+pub fn found<'a>(commands: &'a [Command], text: &str) -> Vec<&'a Command> {
     let text = text.to_lowercase();
     let words: Vec<&str> = text.split_whitespace().collect();
-    let mut found: Vec<_> = COMMANDS
+    let mut found: Vec<_> = commands
         .iter()
         .filter(|info| {
             let keys: String = info.keys.iter().map(|keys| format!(" {keys}")).collect();
-            let all = format!("{} {} {}{keys}", info.name, info.group.name(), info.about);
+            let all = format!("{} {} {}{keys}", info.name, info.group.name, info.about);
             let all = all.to_lowercase();
             words.iter().all(|word| all.contains(word))
         })
         .collect();
-    let rank = |info: &CommandInfo| {
+    let rank = |info: &Command| {
         let name = info.name.to_lowercase();
         if name.starts_with(text.trim()) {
             0
@@ -90,8 +117,9 @@ pub fn found(text: &str) -> Vec<&'static CommandInfo> {
 pub fn command_pages_ui(
     ctx: &Context,
     pages: &mut CommandPages,
-    is_available: impl Fn(Command) -> bool,
-) -> Option<Command> {
+    commands: &[Command],
+    is_available: impl Fn(&Command) -> bool,
+) -> Option<&'static str> {
     let page = pages.open?;
     let title = match page {
         Page::Palette => "All commands",
@@ -106,8 +134,8 @@ pub fn command_pages_ui(
         .show(ctx, |ui| {
             ui.set_width(WIDTH);
             match page {
-                Page::Palette => chosen = palette_ui(ui, pages, &is_available),
-                Page::Shortcuts => shortcuts_ui(ui, pages),
+                Page::Palette => chosen = palette_ui(ui, pages, commands, &is_available),
+                Page::Shortcuts => shortcuts_ui(ui, pages, commands),
             }
         });
     if modal.should_close() || chosen.is_some() {
@@ -136,8 +164,9 @@ fn search_ui(ui: &mut Ui, pages: &mut CommandPages, hint: &str) -> Response {
 fn palette_ui(
     ui: &mut Ui,
     pages: &mut CommandPages,
-    is_available: &impl Fn(Command) -> bool,
-) -> Option<Command> {
+    commands: &[Command],
+    is_available: &impl Fn(&Command) -> bool,
+) -> Option<&'static str> {
     // Before the field sees them: a single line has no use for them.
     let (up, down) = ui.input_mut(|input| {
         let mut pressed = |key| input.count_and_consume_key(Modifiers::NONE, key);
@@ -145,7 +174,7 @@ fn palette_ui(
     });
     let field = search_ui(ui, pages, "name of a command");
     let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-    let commands = found(&pages.text);
+    let commands = found(commands, &pages.text);
     let last = commands.len().saturating_sub(1);
     pages.chosen = (pages.chosen + down).saturating_sub(up).min(last);
     let mut answer = None;
@@ -157,25 +186,19 @@ fn palette_ui(
         }
         for (index, info) in commands.iter().enumerate() {
             let is_chosen = index == pages.chosen;
-            let row = command_row_ui(ui, info, is_chosen, is_available(info.command));
+            let row = command_row_ui(ui, info, is_chosen, is_available(info));
             if is_chosen && (up > 0 || down > 0) {
                 row.scroll_to_me(None);
             }
             if row.clicked() || (is_chosen && is_entered) {
-                answer = Some(info.command);
+                answer = Some(*info);
             }
         }
     });
-    answer.filter(|command| is_available(*command))
+    answer.filter(|command| is_available(command)).map(|command| command.name)
 }
 
-fn command_row_ui(
-    ui: &mut Ui,
-    info: &CommandInfo,
-    is_chosen: bool,
-    is_available: bool,
-) -> Response {
-    let keys = info.keys.first().map(ToString::to_string);
+fn command_row_ui(ui: &mut Ui, info: &Command, is_chosen: bool, is_available: bool) -> Response {
     let color = match is_available {
         true => palette::TEXT,
         false => palette::TEXT_QUIET,
@@ -183,16 +206,19 @@ fn command_row_ui(
     let button =
         egui::Button::selectable(is_chosen, RichText::new(info.name).color(color.color32()))
             .min_size(vec2(ui.available_width(), ROW_HEIGHT))
-            .shortcut_text(keys.unwrap_or_default());
+            .shortcut_text(info.shown_keys());
     ui.add(button).on_hover_text(info.about)
 }
 
-fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages) {
+fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages, commands: &[Command]) {
     search_ui(ui, pages, "key or command");
     ui.add_space(6.0);
-    let commands = found(&pages.text);
+    let commands = found(commands, &pages.text);
     ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
-        for group in Group::ALL {
+        let mut groups: Vec<Group> = commands.iter().map(|info| info.group).collect();
+        groups.sort();
+        groups.dedup();
+        for group in groups {
             let with_keys: Vec<_> = commands
                 .iter()
                 .filter(|info| info.group == group && !info.keys.is_empty())
@@ -200,8 +226,8 @@ fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages) {
             if with_keys.is_empty() {
                 continue;
             }
-            crate::widgets::basic::section_ui(ui, group.name());
-            Grid::new(("shortcuts", group.name()))
+            crate::widgets::basic::section_ui(ui, group.name);
+            Grid::new(("shortcuts", group.name))
                 .num_columns(2)
                 .spacing([18.0, 4.0])
                 .min_col_width(120.0)
@@ -220,23 +246,8 @@ fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages) {
     });
 }
 
-fn keys_ui(ui: &mut Ui, info: &CommandInfo) {
+fn keys_ui(ui: &mut Ui, info: &Command) {
     let keys: Vec<String> = info.keys.iter().map(ToString::to_string).collect();
     let text = RichText::new(keys.join(", ")).font(theme::body_font());
     ui.label(text.color(palette::TEXT_STRONG.color32()));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_command_is_found_by_any_words_of_it_and_first_by_the_beginning_of_its_name() {
-        let first = |text: &str| found(text).first().map(|info| info.command);
-        assert_eq!(first("sa"), Some(Command::Save));
-        assert_eq!(first("true errors"), Some(Command::ToggleMagnification));
-        assert_eq!(first("ctrl+shift+z"), Some(Command::Redo));
-        assert_eq!(first("xyzzy"), None);
-        assert_eq!(found("").len(), COMMANDS.len());
-    }
 }

@@ -3,14 +3,33 @@
 use crate::document::drops::HoveringFiles;
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::shell::layout::UiSystems;
 use crate::widgets::basic::counted;
 use crate::widgets::theme;
+use bevy::prelude::*;
 use bevy_egui::egui::{self, Align2, Area, Context, Id, Margin, Order, RichText, Stroke};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
 /// Files that are named.
 const MOST_LINES: usize = 4;
 
 const WIDTH: f32 = 460.0;
+
+pub(crate) fn plugin(app: &mut App) {
+    app.add_systems(
+        EguiPrimaryContextPass,
+        plate.run_if(are_files_hovering).in_set(UiSystems::Dialogs),
+    );
+}
+
+fn are_files_hovering(hovering: Option<Res<HoveringFiles>>) -> bool {
+    hovering.is_some_and(|hovering| !hovering.0.is_empty())
+}
+
+fn plate(mut contexts: EguiContexts, hovering: Res<HoveringFiles>) -> Result {
+    drop_plate_ui(contexts.ctx_mut()?, &hovering);
+    Ok(())
+}
 
 /// Draws the plate in the middle of the window while files hover.
 pub fn drop_plate_ui(ctx: &Context, hovering: &HoveringFiles) {

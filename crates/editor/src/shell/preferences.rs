@@ -6,8 +6,8 @@ use crate::palette::Theme;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::shell::layout::PanelsShown;
-use crate::shell::window::{Presentation, Workspace};
+use crate::shell::registry::Workspaces;
+use crate::shell::window::{PanelsShown, SideWidths, Workspace};
 use crate::viewport::egui_camera::EguiCamera;
 use bevy::app::AppExit;
 use bevy::ecs::system::{NonSendMarker, SystemParam};
@@ -96,15 +96,7 @@ struct Keeper {
 
 impl Plugin for PreferencesPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Notice>()
-            .init_resource::<InterfaceScale>()
-            .init_resource::<PanelsShown>()
-            .init_resource::<Theme>()
-            .init_resource::<Workspace>()
-            .init_resource::<Presentation>()
-            .add_message::<RequestRedraw>()
-            .add_message::<WindowResized>()
-            .add_message::<AppExit>();
+        app.init_resource::<InterfaceScale>();
         if app.is_plugin_added::<EguiPlugin>() {
             app.add_systems(Update, scale_interface.in_set(EditorSystems::Draw));
         }
@@ -138,14 +130,16 @@ fn apply(app: &mut App, recalled: &Recalled) {
         false => Theme::Dark,
     };
     theme.apply();
-    let workspace = Workspace::ALL
-        .into_iter()
-        .find(|workspace| workspace.name() == preferences.workspace)
+    let known = app.world().get_resource::<Workspaces>().map_or(&[][..], |all| &all.0);
+    let own = known.iter().find(|workspace| {
         // Nobody wants to begin without panels.
-        .filter(|workspace| *workspace != Workspace::Present);
+        workspace.name == preferences.workspace && !workspace.is_presentation
+    });
+    let workspace = own.or(known.first()).copied();
     let ShownPanels { left, right, history } = preferences.panels;
     app.insert_resource(theme)
         .insert_resource(workspace.unwrap_or_default())
+        .insert_resource(SideWidths(preferences.widths.clone()))
         .insert_resource(InterfaceScale(preferences.scale))
         .insert_resource(PanelsShown { left, right, history });
     if let Some(problem) = &recalled.problem {
@@ -157,6 +151,7 @@ fn apply(app: &mut App, recalled: &Recalled) {
 #[derive(SystemParam)]
 struct Now<'w, 's> {
     panels: Res<'w, PanelsShown>,
+    widths: Res<'w, SideWidths>,
     theme: Res<'w, Theme>,
     workspace: Res<'w, Workspace>,
     scale: Res<'w, InterfaceScale>,
@@ -167,6 +162,7 @@ fn has_changed(now: Now, mut resized: MessageReader<WindowResized>) -> bool {
     let is_resized = resized.read().last().is_some();
     is_resized
         || now.panels.is_changed()
+        || now.widths.is_changed()
         || now.theme.is_changed()
         || now.workspace.is_changed()
         || now.scale.is_changed()
@@ -191,7 +187,8 @@ fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
         is_light: *now.theme == Theme::Light,
         scale: now.scale.0,
         panels: ShownPanels { left, right, history },
-        workspace: now.workspace.name().to_owned(),
+        workspace: now.workspace.name.to_owned(),
+        widths: now.widths.0.clone(),
     };
     if preferences == keeper.last {
         return;
@@ -255,12 +252,12 @@ fn scale_interface(
     mut unsettled: Local<usize>,
 ) -> Result {
     // Slides grow with the window, which may change its size at any time.
-    if scale.is_changed() || workspace.is_changed() || *workspace == Workspace::Present {
+    if scale.is_changed() || workspace.is_changed() || workspace.is_presentation {
         let ctx = contexts.ctx_mut()?;
         // Unknown before the first frame.
         let target_px = camera.and_then(|camera| camera.logical_target_size());
-        let zoom = match (*workspace, target_px) {
-            (Workspace::Present, Some(px)) => (f64::from(px.y) / STAGE_POINTS).max(0.5),
+        let zoom = match (workspace.is_presentation, target_px) {
+            (true, Some(px)) => (f64::from(px.y) / STAGE_POINTS).max(0.5),
             _ => 1.0,
         };
         let zoom = (scale.0 * zoom) as f32;

@@ -2,10 +2,9 @@
 
 use crate::schedule::EditorSystems;
 use crate::shell::command_palette::CommandPages;
-use crate::shell::commands::{CommandsSystems, RunCommand, command_of};
+use crate::shell::commands::{CommandRegistry, CommandsSystems, RunCommand};
 use crate::shell::dialogs::Dialogs;
 use crate::shell::window::Workspace;
-use crate::workspaces::design::row_page::RowPage;
 use bevy::ecs::system::SystemParam;
 use bevy::input::keyboard::{Key, KeyboardFocusLost, KeyboardInput};
 use bevy::prelude::*;
@@ -17,14 +16,17 @@ pub struct ShortcutsPlugin;
 
 impl Plugin for ShortcutsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Dialogs>()
-            .init_resource::<CommandPages>()
-            .init_resource::<RowPage>()
-            .init_resource::<Workspace>()
+        app.init_resource::<KeysHeld>()
             .add_message::<KeyboardInput>()
             .add_message::<KeyboardFocusLost>()
             .add_message::<RunCommand>()
-            .add_systems(Update, press_keys.in_set(EditorSystems::Input).before(CommandsSystems));
+            .add_systems(
+                Update,
+                press_keys
+                    .in_set(ShortcutsSystems)
+                    .in_set(EditorSystems::Input)
+                    .before(CommandsSystems),
+            );
     }
 }
 
@@ -47,17 +49,28 @@ impl Modifiers {
     }
 }
 
-/// What keeps the keys to itself while it is open.
+/// Whether a page that is open keeps the keys to itself in this frame; set by its owner before
+/// [`ShortcutsSystems`].
+#[derive(Resource, Debug, Default)]
+pub struct KeysHeld(pub bool);
+
+/// When keys are turned into commands.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ShortcutsSystems;
+
+/// What keeps the keys to itself.
 #[derive(SystemParam)]
 struct OpenPages<'w> {
-    dialogs: Res<'w, Dialogs>,
-    commands: Res<'w, CommandPages>,
-    row: Res<'w, RowPage>,
+    dialogs: Option<Res<'w, Dialogs>>,
+    pages: Option<Res<'w, CommandPages>>,
+    held: ResMut<'w, KeysHeld>,
 }
 
 impl OpenPages<'_> {
-    fn is_any(&self) -> bool {
-        self.dialogs.current.is_some() || self.commands.is_any_open() || self.row.is_open
+    fn take(&mut self) -> bool {
+        let is_held = std::mem::take(&mut self.held.bypass_change_detection().0);
+        let has_dialog = self.dialogs.as_ref().is_some_and(|dialogs| dialogs.current.is_some());
+        is_held || has_dialog || self.pages.as_ref().is_some_and(|pages| pages.is_any_open())
     }
 }
 
@@ -66,7 +79,8 @@ fn press_keys(
     mut lost: MessageReader<KeyboardFocusLost>,
     mut modifiers: Local<Modifiers>,
     egui: Option<Res<EguiWantsInput>>,
-    pages: OpenPages,
+    mut pages: OpenPages,
+    registry: Option<Res<CommandRegistry>>,
     workspace: Res<Workspace>,
     mut commands: MessageWriter<RunCommand>,
 ) {
@@ -74,16 +88,17 @@ fn press_keys(
         *modifiers = Modifiers::default();
     }
     let is_typing = egui.is_some_and(|egui| egui.wants_any_keyboard_input());
-    let is_elsewhere = is_typing || pages.is_any();
+    let is_elsewhere = pages.take() || is_typing;
     for input in pressed.read() {
         modifiers.follow(input);
         if is_elsewhere || !input.state.is_pressed() {
             continue;
         }
+        let Modifiers { control, shift } = *modifiers;
         let command = name(&input.logical_key)
-            .and_then(|key| command_of(&key, modifiers.control, modifiers.shift, *workspace));
+            .and_then(|key| registry.as_ref()?.of_key(&key, control, shift, *workspace));
         if let Some(command) = command {
-            commands.write(RunCommand(command));
+            commands.write(RunCommand(command.name));
         }
     }
 }

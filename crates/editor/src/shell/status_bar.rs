@@ -1,10 +1,14 @@
 //! The line at the bottom: what the pointer can do now, and what the study took.
 
 use crate::document::apply::Notice;
-use crate::document::selection::Selected;
+use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::selection::{Hovered, Selected};
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::runner::results::Results;
+use crate::shell::window::{PointerHint, Presentation, StatusNote};
 use crate::widgets::basic::{THIN_SPACE, counted, quiet_ui};
+use bevy::prelude::*;
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 use std::time::Duration;
 use trackwright_design::{BodyRole, Design};
@@ -13,8 +17,8 @@ use trackwright_formats::printable::printable;
 /// What the line shows.
 pub struct StatusView<'a> {
     pub hint: String,
-    /// Which trial the scene shows; `None` for the design's own pose.
-    pub trial: Option<String>,
+    /// What the workspace says of what the scene shows.
+    pub note: Option<&'a str>,
     /// Trials of the study shown and how long it took; a picture, which is the same each time,
     /// says no time.
     pub study: Option<(usize, Option<Duration>)>,
@@ -25,6 +29,31 @@ pub struct StatusView<'a> {
 }
 
 /// Draws the line.
+pub(crate) fn status_bar(
+    mut ui: InMut<Ui>,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    notice: Res<Notice>,
+    (note, pointer): (Res<StatusNote>, Res<PointerHint>),
+    (hovered, drag): (Res<Hovered>, Res<ActiveDrag>),
+    presentation: Res<Presentation>,
+) {
+    let design = world.0.document.design();
+    let study = results.study.as_ref();
+    let status = StatusView {
+        hint: pointer.0.clone().unwrap_or_else(|| hint(design, hovered.0, drag.0)),
+        note: note.0.as_deref(),
+        study: study.map(|study| {
+            let took = presentation.window.then_some(study.took);
+            (study.value.figures.trials, took)
+        }),
+        outside: study.map_or(0, |study| study.value.figures.outside),
+        notice: &notice,
+    };
+    status_bar_ui(&mut ui, &status);
+}
+
+/// Draws the line from what it shows.
 pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
     ui.horizontal_centered(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -46,8 +75,8 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add_space(6.0);
-                if let Some(trial) = &status.trial {
-                    ui.label(small(trial.clone()).color(palette::ACCENT.color32()));
+                if let Some(note) = status.note {
+                    ui.label(small(note.to_owned()).color(palette::ACCENT.color32()));
                     ui.add_space(10.0);
                 }
                 let (text, color) = match status.notice {

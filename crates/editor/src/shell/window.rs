@@ -1,7 +1,11 @@
 //! The window: the hole for the 3D view, the shown workspace, hints beside the pointer.
 
 use crate::convert;
+use crate::shell::keys::Keys;
+use crate::widgets::theme;
 use bevy::prelude::*;
+use bevy_egui::egui;
+use std::collections::BTreeMap;
 
 /// The hole between the panels, in logical pixels of the window: the 3D view.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
@@ -51,53 +55,104 @@ impl Default for Presentation {
     }
 }
 
-/// What the person is at: which panels stand around the 3D view.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Workspace {
-    /// Bodies, sensors, the result.
-    #[default]
-    Design,
-    /// The room: measurements, their fit, its quality.
-    Field,
-    /// Trials one by one: the motion, plots, the log.
-    Study,
-    /// A tracker over the network: its tools, a recording, where samples are missing.
-    Live,
-    /// The design beside a baseline, and designs and rooms in one table.
-    Decide,
-    /// What is shown to people who do not design it: slides, without panels.
-    Present,
+/// What the person is at: which panels stand around the 3D view, and what is done in it. As a
+/// resource, the one that is shown.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct Workspace {
+    /// On its tab, and in the preferences. No two workspaces share one.
+    pub name: &'static str,
+    /// Among the tabs.
+    pub order: u8,
+    /// The command that shows it.
+    pub command: &'static str,
+    pub about: &'static str,
+    pub keys: &'static [Keys],
+    /// Whether a drag in the scene changes the design.
+    pub edits_design: bool,
+    /// Whether what is selected has handles that move and turn it.
+    pub has_gizmo: bool,
+    /// Whether the tool can stand where a trial has it.
+    pub shows_trials: bool,
+    /// Whether all trials are charted.
+    pub charts_trials: bool,
+    /// Whether bodies stand where a tracker has them.
+    pub shows_live: bool,
+    /// Whether a room's measurements are drawn.
+    pub shows_samples: bool,
+    /// Whether the design is shown beside a baseline.
+    pub shows_baseline: bool,
+    /// For people who do not design: no bars, no handles, only what is plain.
+    pub is_presentation: bool,
+    /// What it does with a table that is dropped, before the table's name.
+    pub drop_verb: Option<&'static str>,
+    /// Widths of the left and the right side until a person drags them.
+    pub side_widths: [f32; 2],
 }
+
+impl Default for Workspace {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl PartialEq for Workspace {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl Eq for Workspace {}
 
 impl Workspace {
-    pub const ALL: [Self; 6] =
-        [Self::Design, Self::Field, Self::Study, Self::Live, Self::Decide, Self::Present];
+    /// Before any is registered: a scene in which the design is edited, without panels.
+    pub const NONE: Self = Self {
+        name: "",
+        order: 0,
+        command: "",
+        about: "",
+        keys: &[],
+        edits_design: true,
+        has_gizmo: true,
+        shows_trials: false,
+        charts_trials: false,
+        shows_live: false,
+        shows_samples: false,
+        shows_baseline: false,
+        is_presentation: false,
+        drop_verb: None,
+        side_widths: [theme::LEFT_WIDTH, theme::RIGHT_WIDTH],
+    };
 
-    pub fn is_live(self) -> bool {
-        self == Self::Live
-    }
+    /// A workspace in which nothing is edited in the scene.
+    pub const VIEWED: Self = Self { edits_design: false, has_gizmo: false, ..Self::NONE };
+}
 
-    /// Whether a hand in the scene changes the design.
-    pub fn is_edited_in(self) -> bool {
-        matches!(self, Self::Design | Self::Study | Self::Decide)
-    }
+/// Which side panels are unfolded.
+#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PanelsShown {
+    pub left: bool,
+    pub right: bool,
+    /// The list of steps, at the foot of the left panel.
+    pub history: bool,
+}
 
-    /// Whether the tool can stand where a trial has it.
-    pub fn shows_trials(self) -> bool {
-        matches!(self, Self::Study | Self::Present)
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Design => "Design",
-            Self::Field => "Field",
-            Self::Study => "Study",
-            Self::Live => "Live",
-            Self::Decide => "Decide",
-            Self::Present => "Present",
-        }
+impl Default for PanelsShown {
+    fn default() -> Self {
+        Self { left: true, right: true, history: false }
     }
 }
+
+/// Widths of sides as a person dragged them, by the workspace's name and the side's.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct SideWidths(pub BTreeMap<String, f64>);
+
+/// Where panels cover the 3D view: labels of the scene stand elsewhere. In egui's points.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct SceneCover(pub Vec<egui::Rect>);
+
+/// What the shown workspace says in the status line, before everything else.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct StatusNote(pub Option<String>);
 
 /// Owns the shown workspace and the hints beside the pointer.
 pub struct WindowStatePlugin;
@@ -107,6 +162,10 @@ impl Plugin for WindowStatePlugin {
         app.init_resource::<DragReadout>()
             .init_resource::<PointerHint>()
             .init_resource::<Presentation>()
-            .init_resource::<Workspace>();
+            .init_resource::<Workspace>()
+            .init_resource::<PanelsShown>()
+            .init_resource::<SideWidths>()
+            .init_resource::<SceneCover>()
+            .init_resource::<StatusNote>();
     }
 }

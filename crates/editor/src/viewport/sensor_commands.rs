@@ -2,7 +2,6 @@
 
 use crate::document::requests::EditRequest;
 use crate::document::selection::Selection;
-use crate::shell::commands::Command;
 use nalgebra::Vector3;
 use trackwright_design::{Arrangement, BodyRole, Edit, MirrorPlane};
 use trackwright_geometry::surface::Surface;
@@ -27,32 +26,6 @@ pub enum SensorCommand {
     /// Each axis along the shaft at its sensor.
     AlongShaft,
 }
-
-/// The commands as menus show them, in parts.
-pub const SENSOR_MENU: [&[Command]; 4] = [
-    &[
-        Command::Sensors(SensorCommand::Duplicate),
-        Command::Sensors(SensorCommand::Row),
-        Command::Sensors(SensorCommand::Remove),
-    ],
-    &[
-        Command::Sensors(SensorCommand::Mirror(MirrorPlane::X)),
-        Command::Sensors(SensorCommand::Mirror(MirrorPlane::Y)),
-        Command::Sensors(SensorCommand::Mirror(MirrorPlane::Z)),
-    ],
-    &[
-        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::X)),
-        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Y)),
-        Command::Sensors(SensorCommand::MirrorCopy(MirrorPlane::Z)),
-    ],
-    &[
-        Command::Sensors(SensorCommand::MakeFiveDof),
-        Command::Sensors(SensorCommand::MakeSixDof),
-        Command::Sensors(SensorCommand::MakeMarker),
-        Command::Sensors(SensorCommand::AlongNormal),
-        Command::Sensors(SensorCommand::AlongShaft),
-    ],
-];
 
 impl SensorCommand {
     /// Whether it would change anything of what is selected.

@@ -22,6 +22,9 @@ pub const LEFT_WIDTH: f32 = 240.0;
 pub const RIGHT_WIDTH: f32 = 300.0;
 /// Width of fit and figures in the Field workspace, where tables of numbers stand side by side.
 pub const FIELD_WIDTH: f32 = 360.0;
+/// From the edge of the left side to what is in it; of the right side.
+pub const LEFT_MARGIN: i8 = 8;
+pub const RIGHT_MARGIN: i8 = 12;
 /// Height of a row that can be clicked.
 pub const ROW_HEIGHT: f32 = 22.0;
 

@@ -13,12 +13,16 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind, Wish};
 use crate::shell::dialogs::file_dialog::{file_ui, write_to};
+use crate::shell::layout::UiSystems;
 use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::field::desk::TableRole;
 use crate::workspaces::field::{FieldRequest, RoomToSave};
 use crate::workspaces::live::LiveRequest;
-use bevy::prelude::Resource;
-use bevy_egui::egui::{RichText, Ui};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use bevy_egui::egui::{self, Id, RichText, Ui};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use std::path::PathBuf;
 use trackwright_design::BodyRole;
 use trackwright_geometry::mesh_report::UnitSuggestion;
@@ -34,6 +38,85 @@ impl Dialogs {
     pub fn show(&mut self, dialog: Dialog) {
         self.current = Some(dialog);
     }
+}
+
+/// Owns the dialog that is open.
+pub struct DialogsPlugin;
+
+impl Plugin for DialogsPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Dialogs>();
+    }
+}
+
+pub(crate) fn plugin(app: &mut App) {
+    app.add_systems(EguiPrimaryContextPass, dialogs.in_set(UiSystems::Dialogs));
+}
+
+/// Where what a dialog came to goes.
+#[derive(SystemParam)]
+struct Asked<'w> {
+    files: MessageWriter<'w, FileRequest>,
+    fields: MessageWriter<'w, FieldRequest>,
+    meshes: MessageWriter<'w, MeshRequest>,
+    live: MessageWriter<'w, LiveRequest>,
+    body_files: MessageWriter<'w, BodyFileRequest>,
+    decide: MessageWriter<'w, DecideRequest>,
+}
+
+fn dialogs(
+    mut contexts: EguiContexts,
+    mut dialogs: ResMut<Dialogs>,
+    mut asked: Asked,
+    mut redraw: MessageWriter<RequestRedraw>,
+) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    // Writing to the resource would mark it as changed in every frame.
+    let open = dialogs.bypass_change_detection();
+    let Some(dialog) = &mut open.current else {
+        return Ok(());
+    };
+    // egui keeps the size of what it has seen: a short question is no list of files.
+    let kind = std::mem::discriminant(&*dialog);
+    let modal = egui::Modal::new(Id::new(("dialog", kind)))
+        .backdrop_color(palette::SHADOW.color32_alpha(140))
+        .show(ctx, |ui| dialog_ui(ui, dialog));
+    let is_closed = modal.should_close();
+    let answer = match modal.inner {
+        None if is_closed => Some(DialogAnswer::Close),
+        answer => answer,
+    };
+    let Some(answer) = answer else { return Ok(()) };
+    redraw.write(RequestRedraw);
+    open.current = match answer {
+        DialogAnswer::Close => None,
+        DialogAnswer::Become(dialog) => Some(dialog),
+        DialogAnswer::Request(request) => {
+            asked.files.write(request);
+            None
+        }
+        DialogAnswer::Mesh(request) => {
+            asked.meshes.write(request);
+            None
+        }
+        DialogAnswer::BodyFile(request) => {
+            asked.body_files.write(request);
+            None
+        }
+        DialogAnswer::Field(request) => {
+            asked.fields.write(request);
+            None
+        }
+        DialogAnswer::Decide(request) => {
+            asked.decide.write(request);
+            None
+        }
+        DialogAnswer::Live(request) => {
+            asked.live.write(request);
+            None
+        }
+    };
+    Ok(())
 }
 
 /// A dialog and what was typed into it so far.

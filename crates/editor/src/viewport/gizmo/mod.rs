@@ -148,7 +148,7 @@ impl Scene<'_> {
     fn wanted(&self) -> Option<ShownGizmo> {
         let (world, shown) = (self.world.as_ref()?, self.shown.as_ref()?);
         // A trial is not what an edit would change, and a picture for a page has no handles.
-        let is_wanted = *self.workspace == Workspace::Design
+        let is_wanted = self.workspace.has_gizmo
             && *self.tool == SceneTool::Select
             && shown.trial.is_none()
             && self.presentation.panels;

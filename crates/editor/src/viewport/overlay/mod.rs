@@ -18,7 +18,7 @@ use crate::layers::probe::Probe;
 use crate::layers::registry::{AddLayer, LayerInfo, LayerRegistry};
 use crate::runner::results::Results;
 use crate::shell::layout::UiSystems;
-use crate::shell::window::{DragReadout, Presentation, ViewportRect, Workspace};
+use crate::shell::window::{DragReadout, Presentation, SceneCover, ViewportRect, Workspace};
 use crate::viewport::camera::OrbitRig;
 use crate::viewport::gizmo::CurrentGizmo;
 use crate::viewport::troubles::BodyTroubles;
@@ -37,10 +37,6 @@ use trackwright_simulation::{Expected, Figures, PoseDetail};
 
 const LABELS: LayerInfo = LayerInfo::new("Labels", 150, |layers| &mut layers.labels);
 
-/// Where something is written over the 3D view already, in egui's points: labels stand elsewhere.
-#[derive(Resource, Clone, Debug, Default)]
-pub struct Covered(pub Vec<egui::Rect>);
-
 /// Paints over the 3D view, in [`UiSystems::Overlay`].
 pub struct OverlayPlugin;
 
@@ -48,7 +44,6 @@ impl Plugin for OverlayPlugin {
     fn build(&self, app: &mut App) {
         app.add_layer(LABELS)
             .init_resource::<BodyTroubles>()
-            .init_resource::<Covered>()
             .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
     }
 }
@@ -134,7 +129,7 @@ struct Scene<'w> {
     hovered: Res<'w, Hovered>,
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
-    covered: Res<'w, Covered>,
+    covered: Res<'w, SceneCover>,
     troubles: Res<'w, BodyTroubles>,
 }
 
@@ -172,7 +167,7 @@ fn draw(
     let place = |at: Vec2| pos2(at.x * scale, at.y * scale);
     let rect = egui::Rect::from_min_max(place(rect.min), place(rect.min + rect.size));
     let document = &world.0.document;
-    let is_plain = *scene.workspace == Workspace::Present;
+    let is_plain = scene.workspace.is_presentation;
     let view = OverlayView {
         rect,
         camera: rig.camera,

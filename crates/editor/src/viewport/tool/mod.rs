@@ -4,10 +4,11 @@ pub mod aim;
 pub mod preview;
 
 use crate::document::apply::Notice;
+use crate::document::commands::CANCEL_DRAG;
 use crate::document::requests::{ActiveDrag, EditRequest};
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::schedule::EditorSystems;
-use crate::shell::commands::{Command, RunCommand};
+use crate::shell::commands::RunCommand;
 use crate::shell::window::Workspace;
 use crate::viewport::camera::Sight;
 use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys};
@@ -122,9 +123,9 @@ fn put_back(
     mut tool: ResMut<SceneTool>,
     mut redraws: MessageWriter<RequestRedraw>,
 ) {
-    let is_escape = |command: &RunCommand| command.0 == Command::CancelDrag;
+    let is_escape = |command: &RunCommand| command.0 == CANCEL_DRAG.name;
     let is_ended = commands.read().any(is_escape) && !drag.0;
-    if is_ended || !workspace.is_edited_in() {
+    if is_ended || !workspace.edits_design {
         *tool = SceneTool::Select;
         redraws.write(RequestRedraw);
     }

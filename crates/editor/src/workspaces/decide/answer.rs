@@ -12,7 +12,7 @@ use crate::workspaces::decide::desk::{DecideDesk, Pinned};
 use crate::workspaces::decide::judged::Judged;
 use crate::workspaces::decide::table::{Compare, Failure, Wanted, compared};
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::{self, desk::StudyRequest};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -248,7 +248,7 @@ impl Hand<'_> {
                         self.fields.write(FieldRequest::Assign(place));
                     }
                     None => {
-                        *self.workspace = Workspace::Study;
+                        *self.workspace = study::WORKSPACE;
                         self.study.write(StudyRequest::ShowWorst);
                     }
                 }

@@ -80,7 +80,7 @@ fn show(
     adapter: Option<Res<RenderAdapterInfo>>,
     mut legends: ResMut<Legends>,
 ) {
-    let pinned = (*workspace == Workspace::Decide).then_some(desk.pinned.as_ref()).flatten();
+    let pinned = workspace.shows_baseline.then_some(desk.pinned.as_ref()).flatten();
     legends.set(LEGEND_ORDER, Legend { stroke: pinned.map(|_| STROKE), ..Legend::default() });
     let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?.1)));
     let tool = found

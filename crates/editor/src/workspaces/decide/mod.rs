@@ -23,8 +23,13 @@ use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
 use crate::shell::dialogs::Dialogs;
+use crate::shell::keys::Keys;
+use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
+use crate::widgets::theme;
 use crate::workspaces::decide::desk::DecideDesk;
+use crate::workspaces::decide::panels::systems::{baseline_panel, steps_panel, table_panel};
+use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::study::desk::StudyRequest;
 use bevy::prelude::*;
@@ -34,6 +39,18 @@ use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::BodyRole;
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Decide",
+    order: 4,
+    command: "Decide workspace",
+    about: "The design beside a baseline, and designs and rooms in one table",
+    keys: &[Keys::control("5")],
+    has_gizmo: false,
+    shows_baseline: true,
+    side_widths: [theme::RIGHT_WIDTH, theme::FIELD_WIDTH],
+    ..Workspace::NONE
+};
 
 /// Compares when [`DecideRequest`] asks, and holds the design against the baseline while the workspace
 /// is shown; nothing is read or computed before.
@@ -76,7 +93,7 @@ pub enum DecideRequest {
 
 /// What the person is at, as a run condition.
 pub fn is_shown(workspace: Res<Workspace>) -> bool {
-    *workspace == Workspace::Decide
+    *workspace == WORKSPACE
 }
 
 /// Whether nothing is computed for the workspace.
@@ -105,6 +122,11 @@ impl Plugin for DecidePlugin {
             .add_message::<StudyRequest>()
             .add_message::<RequestRedraw>()
             .add_plugins((against::AgainstPlugin, judged::JudgedPlugin))
+            .add_workspace(WORKSPACE)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Bottom).high(table_height), table_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), steps_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right).fixed(), brief_result_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), baseline_panel)
             .add_systems(
                 Update,
                 (
@@ -123,5 +145,14 @@ impl Plugin for DecidePlugin {
                     answer::hear.run_if(is_busy).in_set(EditorSystems::Solve),
                 ),
             );
+    }
+}
+
+/// The table is higher once there is one.
+fn table_height(world: &World) -> f32 {
+    let desk = world.get_resource::<DecideDesk>();
+    match desk.is_some_and(|desk| desk.compared.is_some()) {
+        true => theme::TABLE_HEIGHT,
+        false => theme::TABLE_HEAD_HEIGHT,
     }
 }

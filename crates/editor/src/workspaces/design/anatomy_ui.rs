@@ -1,11 +1,11 @@
 //! The design's anatomy: its rows in the outliner, and the numbers of the one that is selected.
 
+use crate::document::commands::ADD_ANATOMY;
 use crate::document::selection::Selected;
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::PanelAction;
-use crate::shell::commands::Command;
 use crate::widgets::basic::{Mark, Row, quiet_ui, row_ui, section_ui};
+use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::inspector::{right_ui, rotation_ui, text_row_ui, vector_ui};
 use crate::workspaces::design::outliner::OutlinerView;
 use bevy_egui::egui::{self, Color32, ComboBox, Ui};
@@ -18,7 +18,7 @@ use trackwright_scene::palette::Rgb;
 pub(crate) fn anatomy_rows_ui(
     ui: &mut Ui,
     outliner: &OutlinerView,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     section_ui(ui, "Anatomy meshes");
     for (index, anatomy) in outliner.design.anatomy.iter().enumerate() {
@@ -36,10 +36,10 @@ pub(crate) fn anatomy_rows_ui(
         };
         let response = row_ui(ui, &row);
         if response.hovered() {
-            actions.push(PanelAction::Hover(what));
+            actions.push(DesignAction::Hover(what));
         }
         if response.clicked() {
-            actions.push(PanelAction::Select(Some(what)));
+            actions.push(DesignAction::Select(Some(what)));
         }
     }
     let add = Row {
@@ -48,14 +48,13 @@ pub(crate) fn anatomy_rows_ui(
         mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
         ..Row::default()
     };
-    let about = Command::AddAnatomy.info().about;
-    if row_ui(ui, &add).on_hover_text(about).clicked() {
-        actions.push(PanelAction::Run(Command::AddAnatomy));
+    if row_ui(ui, &add).on_hover_text(ADD_ANATOMY.about).clicked() {
+        actions.push(DesignAction::Run(ADD_ANATOMY.name));
     }
 }
 
 /// The numbers of one mesh.
-pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<PanelAction>) {
+pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<DesignAction>) {
     let Some(anatomy) = design.anatomy.get(index) else {
         return;
     };
@@ -64,7 +63,7 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
     section_ui(ui, "Anatomy");
     if let Some(name) = text_row_ui(ui, "name", &anatomy.name) {
         let named = Anatomy { name, ..anatomy.clone() };
-        actions.push(PanelAction::apply(set(named)));
+        actions.push(DesignAction::apply(set(named)));
     }
     quiet_ui(ui, "Shown translucent; no figure depends on it");
     ui.horizontal(|ui| {
@@ -98,7 +97,7 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
     ui.add_space(6.0);
     if ui.button("Remove anatomy").clicked() {
         let remove = AnatomyEdit::Remove { index };
-        actions.push(PanelAction::apply(Edit::Anatomy(remove)));
+        actions.push(DesignAction::apply(Edit::Anatomy(remove)));
     }
 }
 
@@ -107,7 +106,7 @@ fn frame_ui(
     ui: &mut Ui,
     design: &Design,
     anatomy: &Anatomy,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
     set: &impl Fn(Anatomy) -> Edit,
 ) {
     let response = ComboBox::from_id_salt("anatomy frame")
@@ -116,7 +115,7 @@ fn frame_ui(
             for on in AnatomyFrame::ALL {
                 let is = anatomy.on == on;
                 if ui.selectable_label(is, on.name()).clicked() && !is {
-                    actions.push(PanelAction::apply(set(anatomy.put_on(on, design))));
+                    actions.push(DesignAction::apply(set(anatomy.put_on(on, design))));
                 }
             }
         });
@@ -130,7 +129,7 @@ fn frame_ui(
 fn color_ui(
     ui: &mut Ui,
     anatomy: &Anatomy,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
     set: &impl Fn(Anatomy) -> Edit,
 ) {
     for (name, color) in CHOICES.into_iter().rev() {
@@ -152,7 +151,7 @@ fn color_ui(
         response
             .widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::Button, true, is, name));
         if response.clicked() && !is {
-            actions.push(PanelAction::apply(set(Anatomy { color: own, ..anatomy.clone() })));
+            actions.push(DesignAction::apply(set(Anatomy { color: own, ..anatomy.clone() })));
         }
     }
 }

@@ -2,8 +2,8 @@
 
 use crate::document::body_files::{BodyFileRequest, BodyLoading};
 use crate::document::meshes::name_of;
-use crate::shell::PanelAction;
 use crate::widgets::basic::{quiet_ui, section_ui, warning_ui, with_unit};
+use crate::workspaces::design::actions::DesignAction;
 use bevy_egui::egui::{self, Align, CollapsingHeader, Label, Layout, TextStyle, Ui};
 use std::path::Path;
 use trackwright_design::BodyRole;
@@ -33,7 +33,7 @@ impl<'a> BodyFileView<'a> {
 }
 
 /// Draws the section.
-pub fn body_file_ui(ui: &mut Ui, view: &BodyFileView) -> Vec<PanelAction> {
+pub fn body_file_ui(ui: &mut Ui, view: &BodyFileView) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Tool definition");
     match view.definition {
@@ -90,11 +90,11 @@ fn fact_ui(ui: &mut Ui, fact: &Fact) {
     }
 }
 
-fn buttons_ui(ui: &mut Ui, view: &BodyFileView, actions: &mut Vec<PanelAction>) {
+fn buttons_ui(ui: &mut Ui, view: &BodyFileView, actions: &mut Vec<DesignAction>) {
     if let Some(file) = view.reading {
         ui.label(format!("Reading {}…", name_of(file)));
         if ui.button("Cancel").clicked() {
-            actions.push(PanelAction::BodyFile(BodyFileRequest::GiveUp));
+            actions.push(DesignAction::BodyFile(BodyFileRequest::GiveUp));
         }
         return;
     }
@@ -104,12 +104,12 @@ fn buttons_ui(ui: &mut Ui, view: &BodyFileView, actions: &mut Vec<PanelAction>) 
              .json or a .body.ron; one can also be dropped onto the window"
     ));
     if open.clicked() {
-        actions.push(PanelAction::BodyFile(BodyFileRequest::ShowOpen(body)));
+        actions.push(DesignAction::BodyFile(BodyFileRequest::ShowOpen(body)));
     }
     let save = ui.button("Save definition as…").on_hover_text(format!(
         "Writes the {body} as a file of one of these kinds; what it cannot hold is said before"
     ));
     if save.clicked() {
-        actions.push(PanelAction::BodyFile(BodyFileRequest::ShowSave(body)));
+        actions.push(DesignAction::BodyFile(BodyFileRequest::ShowSave(body)));
     }
 }

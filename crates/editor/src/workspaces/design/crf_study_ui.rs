@@ -1,8 +1,8 @@
 //! The CRF's own study: the places that matter on the patient, where it is judged, and what is asked of it
 //! there.
 
-use crate::shell::PanelAction;
 use crate::widgets::basic::{quiet_ui, section_ui};
+use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::inspector::{text_row_ui, vector_ui};
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
 use bevy_egui::egui::Ui;
@@ -11,7 +11,7 @@ use trackwright_design::{BodyRole, CrfPlacement, Edit, Target};
 use trackwright_formats::printable::printable;
 
 /// Draws the targets, the bounds and the motion of the CRF alone.
-pub fn crf_study_ui(ui: &mut Ui, crf: &CrfPlacement, actions: &mut Vec<PanelAction>) {
+pub fn crf_study_ui(ui: &mut Ui, crf: &CrfPlacement, actions: &mut Vec<DesignAction>) {
     section_ui(ui, "Targets");
     if crf.targets.is_empty() {
         quiet_ui(ui, "None: the CRF alone is judged at its tip or origin");
@@ -26,17 +26,17 @@ pub fn crf_study_ui(ui: &mut Ui, crf: &CrfPlacement, actions: &mut Vec<PanelActi
         .on_hover_text("A place on the patient, fixed to the CRF, where its error is judged")
         .clicked()
     {
-        actions.push(PanelAction::apply(Edit::AddTarget(new_target(crf))));
+        actions.push(DesignAction::apply(Edit::AddTarget(new_target(crf))));
     }
     actions.extend(requirement_ui(ui, BodyRole::Crf, crf.requirement.as_ref()));
     actions.extend(motion_ui(ui, BodyRole::Crf, crf.motion.as_ref()));
 }
 
-fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<PanelAction>) {
+fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<DesignAction>) {
     let set = |target: Target| Edit::SetTarget { index, target };
     if let Some(name) = text_row_ui(ui, "name", &target.name) {
         let renamed = Target { name, ..target.clone() };
-        actions.push(PanelAction::apply(set(renamed)));
+        actions.push(DesignAction::apply(set(renamed)));
     }
     let label = format!("Move target {}", target.name);
     let at = &target.position_in_crf.coords;
@@ -44,7 +44,7 @@ fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<Panel
         Some(set(Target { position_in_crf: v.into(), ..target.clone() }))
     });
     if ui.button(format!("Remove {}", printable(&target.name))).clicked() {
-        actions.push(PanelAction::apply(Edit::RemoveTarget { index }));
+        actions.push(DesignAction::apply(Edit::RemoveTarget { index }));
     }
     ui.add_space(4.0);
 }

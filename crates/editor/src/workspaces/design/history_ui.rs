@@ -1,7 +1,6 @@
 //! The steps of a document as a list: where it is, what is saved, and a click to go elsewhere.
 
 use crate::document::requests::EditRequest;
-use crate::shell::PanelAction;
 use crate::widgets::basic::{Row, quiet_ui, row_ui, section_ui};
 use crate::widgets::theme;
 use bevy_egui::egui::{Id, Margin, Panel, Response, ScrollArea, Ui};
@@ -11,7 +10,7 @@ use trackwright_design::{HistoryList, HistoryState};
 const SEEN: f32 = 8.5;
 
 /// Draws the list at the lower end of a column, the oldest state first.
-pub fn history_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
+pub fn history_ui(ui: &mut Ui, history: &HistoryList) -> Vec<EditRequest> {
     Panel::bottom("history")
         .resizable(false)
         .frame(theme::panel_frame(Margin::symmetric(0, 6)))
@@ -19,7 +18,7 @@ pub fn history_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
         .inner
 }
 
-fn list_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
+fn list_ui(ui: &mut Ui, history: &HistoryList) -> Vec<EditRequest> {
     let mut actions = Vec::new();
     section_ui(ui, "History");
     // The list follows the present when that moves, and stays where it was scrolled to else.
@@ -43,7 +42,7 @@ fn list_ui(ui: &mut Ui, history: &HistoryList) -> Vec<PanelAction> {
                 continue;
             };
             if state_ui(ui, state, index, history.present).clicked() && index != history.present {
-                actions.push(PanelAction::Edit(EditRequest::JumpTo(index)));
+                actions.push(EditRequest::JumpTo(index));
             }
         }
     });

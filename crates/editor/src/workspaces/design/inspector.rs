@@ -1,13 +1,12 @@
 //! Numbers of what is selected, each of which can be typed.
 
 use crate::document::selection::{Selected, Selection};
-use crate::shell::commands::Command;
-use crate::shell::{PanelAction, number_edits};
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
 use crate::widgets::basic::{
     FIELD_WIDTH, NumberChange, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
 };
+use crate::workspaces::design::actions::{DesignAction, number_edits};
 use crate::workspaces::design::anatomy_ui::anatomy_ui;
 use crate::workspaces::design::crf_study_ui::crf_study_ui;
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
@@ -36,7 +35,7 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// Draws what is selected, or the design where nothing is.
-pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> {
+pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     match inspector.selection.primary() {
         None => design_ui(ui, inspector, &mut actions),
@@ -50,18 +49,18 @@ pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<PanelAction> 
     actions
 }
 
-fn design_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelAction>) {
+fn design_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAction>) {
     let design = inspector.design;
     section_ui(ui, "Design");
     if let Some(name) = text_row_ui(ui, "name", &design.name) {
-        actions.push(PanelAction::apply(Edit::SetName(name)));
+        actions.push(DesignAction::apply(Edit::SetName(name)));
     }
     weight_ui(ui, inspector, actions);
     actions.extend(requirement_ui(ui, BodyRole::Tool, design.requirement.as_ref()));
     actions.extend(motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
 }
 
-fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelAction>) {
+fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAction>) {
     let weight_mm = inspector.design.orientation_weight_mm;
     ui.horizontal(|ui| {
         let mut is_set = weight_mm.is_some();
@@ -70,7 +69,7 @@ fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<PanelActi
             .on_hover_text("How much an axis counts against a position in frame fitting");
         if box_.changed() {
             let weight = is_set.then_some(inspector.derived_weight.value_mm);
-            actions.push(PanelAction::apply(Edit::SetOrientationWeight(weight)));
+            actions.push(DesignAction::apply(Edit::SetOrientationWeight(weight)));
         }
         match weight_mm {
             Some(weight_mm) => {
@@ -107,14 +106,19 @@ pub(crate) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add).inner
 }
 
-fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut Vec<PanelAction>) {
+fn body_ui(
+    ui: &mut Ui,
+    inspector: &InspectorView,
+    role: BodyRole,
+    actions: &mut Vec<DesignAction>,
+) {
     let design = inspector.design;
     let Some(body) = design.body(role) else {
         return;
     };
     section_ui(ui, &body.rigid.name);
     if let Some(name) = text_row_ui(ui, "name", &body.rigid.name) {
-        actions.push(PanelAction::apply(Edit::SetBodyName { body: role, name }));
+        actions.push(DesignAction::apply(Edit::SetBodyName { body: role, name }));
     }
     quiet_ui(ui, &body.reference);
     let (title, pose) = match (role, &design.crf) {
@@ -133,7 +137,7 @@ fn body_ui(ui: &mut Ui, inspector: &InspectorView, role: BodyRole, actions: &mut
     }
 }
 
-fn pose_ui(ui: &mut Ui, role: BodyRole, pose: &Pose, actions: &mut Vec<PanelAction>) {
+fn pose_ui(ui: &mut Ui, role: BodyRole, pose: &Pose, actions: &mut Vec<DesignAction>) {
     let label = format!("Move {}", role.name());
     let edit = |pose: Pose| match role {
         BodyRole::Tool => Edit::SetToolPose(pose),
@@ -147,7 +151,7 @@ fn pose_ui(ui: &mut Ui, role: BodyRole, pose: &Pose, actions: &mut Vec<PanelActi
     });
 }
 
-fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut Vec<PanelAction>) {
+fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut Vec<DesignAction>) {
     section_ui(ui, "Tip");
     let mut has_tip = body.rigid.tip_in_body.is_some();
     if ui
@@ -155,7 +159,7 @@ fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut 
         .on_hover_text("Without a tip the body is judged at its origin")
         .changed()
     {
-        actions.push(PanelAction::apply(Edit::SetTip {
+        actions.push(DesignAction::apply(Edit::SetTip {
             body: role,
             tip_in_body: has_tip.then(Point3::origin),
         }));
@@ -165,7 +169,7 @@ fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut 
     }
 }
 
-fn tip_ui(ui: &mut Ui, design: &Design, role: BodyRole, actions: &mut Vec<PanelAction>) {
+fn tip_ui(ui: &mut Ui, design: &Design, role: BodyRole, actions: &mut Vec<DesignAction>) {
     let Some(body) = design.body(role) else {
         return;
     };
@@ -179,7 +183,7 @@ fn tip_fields_ui(
     ui: &mut Ui,
     role: BodyRole,
     tip_in_body: &Point3<f64>,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     let label = format!("Move {} tip", role.name());
     vector_ui(ui, "position", &tip_in_body.coords, actions, &label, |v| {
@@ -192,7 +196,7 @@ fn sensor_ui(
     inspector: &InspectorView,
     role: BodyRole,
     index: usize,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     let body = inspector.design.body(role);
     let Some(sensor) = body.and_then(|b| b.rigid.sensors.get(index)) else {
@@ -212,7 +216,7 @@ fn sensor_ui(
         );
     }
     if let Some(name) = text_row_ui(ui, "name", &sensor.name) {
-        actions.push(PanelAction::apply(set(Sensor { name, ..sensor.clone() })));
+        actions.push(DesignAction::apply(set(Sensor { name, ..sensor.clone() })));
     }
     kind_ui(ui, &sensor.orientation, actions);
     section_ui(ui, "Place in the body");
@@ -242,7 +246,7 @@ fn sensor_ui(
 }
 
 /// A choice is made for all selected sensors.
-fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<PanelAction>) {
+fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<DesignAction>) {
     let own = orientation.degrees_of_freedom();
     row_ui(ui, "measures", |ui| {
         ComboBox::from_id_salt("kind")
@@ -256,7 +260,7 @@ fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<Panel
                 ] {
                     let choice = ui.selectable_label(own == kind, kind_name(kind));
                     if choice.clicked() && own != kind {
-                        actions.push(PanelAction::Run(Command::Sensors(command)));
+                        actions.push(DesignAction::Run(command.command().name));
                     }
                 }
             });
@@ -274,14 +278,14 @@ fn kind_name(degrees_of_freedom: u8) -> &'static str {
 fn coil_ui(
     ui: &mut Ui,
     sensor: &Sensor,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
     set: impl Fn(Sensor) -> Edit,
 ) {
     section_ui(ui, "Coil");
     let with = |coil| set(Sensor { coil, ..sensor.clone() });
     let mut is_known = sensor.coil.is_some();
     if ui.checkbox(&mut is_known, "size is known").changed() {
-        actions.push(PanelAction::apply(with(is_known.then_some(NEW_COIL))));
+        actions.push(DesignAction::apply(with(is_known.then_some(NEW_COIL))));
     }
     let Some(coil) = sensor.coil else { return };
     let label = format!("Change sensor {}", sensor.name);
@@ -338,7 +342,7 @@ pub(crate) fn vector_ui(
     ui: &mut Ui,
     what: &str,
     value_mm: &Vector3<f64>,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
     label: &str,
     edit: impl Fn(Vector3<f64>) -> Option<Edit>,
 ) {
@@ -359,7 +363,7 @@ pub(crate) fn vector_ui(
 pub(crate) fn rotation_ui(
     ui: &mut Ui,
     rotation: &UnitQuaternion<f64>,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
     label: &str,
     edit: impl Fn(UnitQuaternion<f64>) -> Edit,
 ) {
@@ -383,7 +387,7 @@ pub(crate) fn rotation_ui(
 fn axis_ui(
     ui: &mut Ui,
     axis: &Unit<Vector3<f64>>,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
     label: &str,
     edit: impl Fn(Unit<Vector3<f64>>) -> Edit,
 ) {

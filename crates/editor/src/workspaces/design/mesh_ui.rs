@@ -1,9 +1,9 @@
 //! The mesh of the selected body or anatomy: what it is, what is wrong with it, which unit it is in, another.
 
 use crate::document::meshes::{MeshLoading, MeshRequest, name_of};
-use crate::shell::PanelAction;
 use crate::widgets::basic::{NumberChange, NumberField, counted, decimal, number_ui, quiet_ui};
 use crate::widgets::basic::{section_ui, warning_ui, with_unit};
+use crate::workspaces::design::actions::DesignAction;
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use std::path::Path;
 use std::sync::Arc;
@@ -59,7 +59,7 @@ impl<'a> MeshView<'a> {
 }
 
 /// Draws the section.
-pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<PanelAction> {
+pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Mesh");
     if let Some(reference) = view.reference {
@@ -119,10 +119,10 @@ fn unit_ui(
     ui: &mut Ui,
     view: &MeshView,
     reference: &MeshReference,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     let Some(read_in) = view.read_in else { return };
-    let set = |unit| PanelAction::Mesh(MeshRequest::SetUnit { whose: view.whose, unit });
+    let set = |unit| DesignAction::Mesh(MeshRequest::SetUnit { whose: view.whose, unit });
     let is_other = matches!(reference.unit, Some(MeshUnit::Factor(_)));
     ui.horizontal(|ui| {
         ui.label("unit").on_hover_text(
@@ -182,11 +182,11 @@ fn unit_ui(
 const OTHER: &str = "another length";
 const UNIT_WIDTH: f32 = 130.0;
 
-fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<PanelAction>) {
+fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<DesignAction>) {
     if let Some(file) = view.reading {
         ui.label(RichText::new(format!("Reading {}…", name_of(file))));
         if ui.button("Cancel").clicked() {
-            actions.push(PanelAction::Mesh(MeshRequest::GiveUp));
+            actions.push(DesignAction::Mesh(MeshRequest::GiveUp));
         }
         return;
     }
@@ -199,12 +199,12 @@ fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<PanelAction>) {
         .on_hover_text("glTF, STL or OBJ; a file can also be dropped onto the window");
     if load.clicked() {
         let show = MeshRequest::ShowLoad(view.whose);
-        actions.push(PanelAction::Mesh(show));
+        actions.push(DesignAction::Mesh(show));
     }
     if let MeshOwner::Body(body) = view.whose
         && view.reference.is_some()
         && ui.button("No mesh").clicked()
     {
-        actions.push(PanelAction::apply(Edit::SetMesh { body, mesh: None }));
+        actions.push(DesignAction::apply(Edit::SetMesh { body, mesh: None }));
     }
 }

@@ -1,5 +1,6 @@
 //! The Design workspace: bodies, sensors, the result.
 
+pub mod actions;
 pub mod anatomy_ui;
 pub mod baseline;
 pub mod body_file_ui;
@@ -9,6 +10,64 @@ pub mod inspector;
 pub mod mesh_ui;
 pub mod motion_ui;
 pub mod outliner;
+pub mod panels;
 pub mod result;
 pub mod row_page;
+pub mod scene_menu;
 pub mod sensor_ui;
+
+use crate::schedule::EditorSystems;
+use crate::shell::keys::Keys;
+use crate::shell::registry::{AddToShell, PanelInfo, Side};
+use crate::shell::window::{PanelsShown, Workspace};
+use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
+use crate::workspaces::design::baseline::{Baseline, note_baseline};
+use crate::workspaces::design::panels::{
+    history_panel, inspector_panel, outliner_panel, result_panel,
+};
+use crate::workspaces::layers_panel::layers_panel;
+use bevy::prelude::*;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Design",
+    order: 0,
+    command: "Design workspace",
+    about: "Bodies, sensors and the result",
+    keys: &[Keys::control("1")],
+    ..Workspace::NONE
+};
+
+/// The Design workspace, the menu of a sensor in the scene, and the page of a row of sensors.
+pub struct DesignPlugin;
+
+impl Plugin for DesignPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<Baseline>()
+            .init_resource::<HoveredRow>()
+            .add_plugins((row_page::plugin, scene_menu::plugin))
+            .add_workspace(WORKSPACE)
+            .add_panel(
+                PanelInfo::new(WORKSPACE, Side::Left).fixed().shown_if(is_history_shown),
+                history_panel,
+            )
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), outliner_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), layers_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right).fixed(), result_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), inspector_panel)
+            .add_systems(
+                Update,
+                (
+                    note_baseline.before(EditorSystems::Edit),
+                    forget_hovered_row
+                        .run_if(
+                            resource_changed::<Workspace>.or_else(resource_changed::<PanelsShown>),
+                        )
+                        .in_set(EditorSystems::Input),
+                ),
+            );
+    }
+}
+
+pub(crate) fn is_history_shown(world: &World) -> bool {
+    world.resource::<PanelsShown>().history
+}

@@ -1,7 +1,7 @@
 //! The range of motion with its count of poses, and the requirement.
 
-use crate::shell::PanelAction;
 use crate::widgets::basic::{NumberField, counted, number_ui, quiet_ui, section_ui, warning_ui};
+use crate::workspaces::design::actions::{DesignAction, number_edits};
 use bevy_egui::egui::{self, Ui, vec2};
 use trackwright_design::{BodyRole, Edit};
 use trackwright_geometry::pose::Pose;
@@ -29,7 +29,7 @@ const NEW_SHIFT: AxisRange = AxisRange { min: -50.0, max: 50.0, step: 50.0 };
 const NEW_TURN: AxisRange = AxisRange { min: -45.0, max: 45.0, step: 45.0 };
 
 /// Draws the six axes of the design's motion, or of the CRF's own study, and how many poses they make.
-pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<PanelAction> {
+pub fn motion_ui(ui: &mut Ui, of: BodyRole, motion: Option<&Motion>) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Range of motion");
     let motion_before = motion.copied().unwrap_or_default();
@@ -61,7 +61,7 @@ fn axis_ui(
     name: &str,
     is_shift: bool,
     axis_of: AxisOf,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     let with = |range: Option<AxisRange>| {
         let mut after = motion;
@@ -82,7 +82,7 @@ fn axis_ui(
             ui.set_min_width(AXIS_WIDTH);
             if ui.checkbox(&mut is_on, name).changed() {
                 let new = if is_shift { NEW_SHIFT } else { NEW_TURN };
-                actions.push(PanelAction::apply(with(is_on.then_some(new))));
+                actions.push(DesignAction::apply(with(is_on.then_some(new))));
             }
         });
         let Some(range) = range else { return };
@@ -106,7 +106,7 @@ fn axis_ui(
             let field = NumberField { decimals: 1, speed: 0.5, min, max, ..field.width(NARROW) };
             let mut before = range;
             let changes = number_ui(ui, &field, *value_of(&mut before));
-            crate::shell::number_edits(&changes, actions, "Change range of motion", |v| {
+            number_edits(&changes, actions, "Change range of motion", |v| {
                 let mut range = range;
                 *value_of(&mut range) = v;
                 Some(with(Some(range)))
@@ -131,7 +131,7 @@ pub fn requirement_ui(
     ui: &mut Ui,
     of: BodyRole,
     requirement: Option<&Requirement>,
-) -> Vec<PanelAction> {
+) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Requirement: at most");
     let before = requirement.copied().unwrap_or_default();
@@ -150,7 +150,7 @@ pub fn requirement_ui(
         ui.horizontal(|ui| {
             let mut is_on = bound.is_some();
             if ui.checkbox(&mut is_on, name).changed() {
-                actions.push(PanelAction::apply(with(is_on.then_some(new))));
+                actions.push(DesignAction::apply(with(is_on.then_some(new))));
             }
             let Some(bound) = bound else { return };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -162,9 +162,7 @@ pub fn requirement_ui(
                 };
                 let field = NumberField { speed: 0.01, ..field.positive() };
                 let changes = number_ui(ui, &field, bound);
-                crate::shell::number_edits(&changes, &mut actions, "Change requirement", |v| {
-                    Some(with(Some(v)))
-                });
+                number_edits(&changes, &mut actions, "Change requirement", |v| Some(with(Some(v))));
             });
         });
     }

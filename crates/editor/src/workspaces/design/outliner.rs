@@ -1,17 +1,15 @@
-//! What is in the design: bodies with their sensors and tips, the anatomy, the room, the layers.
+//! What is in the design: bodies with their sensors and tips, the anatomy, the room.
 
 use crate::document::requests::ViewRequest;
 use crate::document::selection::{Selected, Selection};
-use crate::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::PanelAction;
-use crate::shell::commands::Command;
-use crate::viewport::tool::SceneTool;
+use crate::viewport::commands::ADD_SENSOR;
 use crate::viewport::troubles::{detail, sensor_trouble};
 use crate::widgets::basic::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::widgets::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use crate::widgets::theme;
+use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::anatomy_ui::anatomy_rows_ui;
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_menu_ui};
 use bevy_egui::egui::{Rect, Response, Ui, vec2};
@@ -32,7 +30,6 @@ pub struct OutlinerView<'a> {
     pub is_available: IsAvailable<'a>,
     /// Says which sensors are outside the box or the volume.
     pub pose: Option<&'a PoseDetail>,
-    pub layers: LayerFigures<'a>,
 }
 
 impl<'a> OutlinerView<'a> {
@@ -51,13 +48,12 @@ impl<'a> OutlinerView<'a> {
             hovered: None,
             is_available: &|_| true,
             pose: None,
-            layers: LayerFigures::default(),
         }
     }
 }
 
-/// Draws bodies, room and layers.
-pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
+/// Draws bodies and room.
+pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     ui.spacing_mut().item_spacing.y = 0.0;
     section_ui(ui, "Design");
@@ -67,7 +63,7 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
         ..Row::default()
     };
     if row_ui(ui, &design).clicked() {
-        actions.push(PanelAction::Select(None));
+        actions.push(DesignAction::Select(None));
     }
     section_ui(ui, "Tool");
     body_ui(ui, outliner, BodyRole::Tool, &mut actions);
@@ -78,18 +74,10 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<PanelAction> {
     anatomy_rows_ui(ui, outliner, &mut actions);
     section_ui(ui, "Room");
     room_ui(ui, outliner.environment);
-    let layers = LayersView {
-        view: outliner.view,
-        environment: outliner.environment,
-        figures: outliner.layers,
-        listed: Listed::All,
-    };
-    let view = layers_ui(ui, &layers);
-    actions.extend(view.map(|view| PanelAction::View(ViewRequest::Set(view))));
     actions
 }
 
-fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut Vec<PanelAction>) {
+fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut Vec<DesignAction>) {
     let Some(body) = outliner.design.body(role) else {
         return;
     };
@@ -97,7 +85,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         BodyRole::Tool => palette::TOOL,
         BodyRole::Crf => palette::CRF,
     };
-    let selectable = |ui: &mut Ui, what: Selected, row: Row, actions: &mut Vec<PanelAction>| {
+    let selectable = |ui: &mut Ui, what: Selected, row: Row, actions: &mut Vec<DesignAction>| {
         let row = Row {
             is_selected: outliner.selection.contains(what),
             is_hovered: outliner.hovered == Some(what),
@@ -161,9 +149,8 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
         ..Row::default()
     };
-    let about = Command::Tool(SceneTool::AddSensor).info().about;
-    if row_ui(ui, &add).on_hover_text(about).clicked() {
-        actions.push(PanelAction::Run(Command::Tool(SceneTool::AddSensor)));
+    if row_ui(ui, &add).on_hover_text(ADD_SENSOR.about).clicked() {
+        actions.push(DesignAction::Run(ADD_SENSOR.name));
     }
 }
 
@@ -173,7 +160,7 @@ fn with_switches_ui(
     view: &View,
     thing: Option<Thing>,
     row: &Row,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) -> Response {
     let Some(thing) = thing else {
         return row_ui(ui, row);
@@ -194,7 +181,7 @@ fn with_switches_ui(
             let is_on = things.has(&thing);
             if switch_ui(ui, switch, is_on, is_near, &printable(row.label)).clicked() {
                 things.toggle(thing.clone());
-                actions.push(PanelAction::View(ViewRequest::Set(after)));
+                actions.push(DesignAction::View(ViewRequest::Set(after)));
             }
         }
         response
@@ -209,23 +196,23 @@ fn answer(
     response: &Response,
     what: Selected,
     outliner: &OutlinerView,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     if response.hovered() {
-        actions.push(PanelAction::Hover(what));
+        actions.push(DesignAction::Hover(what));
     }
     let is_added = ui.input(|input| input.modifiers.command || input.modifiers.shift);
     if response.clicked() {
         actions.push(match is_added {
-            true => PanelAction::SelectAlso(what),
-            false => PanelAction::Select(Some(what)),
+            true => DesignAction::SelectAlso(what),
+            false => DesignAction::Select(Some(what)),
         });
     }
     if !matches!(what, Selected::Sensor(..)) {
         return;
     }
     if response.secondary_clicked() && !outliner.selection.contains(what) {
-        actions.push(PanelAction::Select(Some(what)));
+        actions.push(DesignAction::Select(Some(what)));
     }
     response.context_menu(|ui| sensor_menu_ui(ui, outliner.is_available, actions));
 }

@@ -1,6 +1,6 @@
 //! What the study comes to: one large figure, and the others below it.
 
-use crate::document::trials::ModeKind;
+use crate::document::trials::{ModeKind, TrialChoice};
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::runner::results::Results;
@@ -9,6 +9,7 @@ use crate::widgets::basic::{counted, quiet_ui, signed, warning_ui, with_unit};
 use crate::widgets::theme;
 use crate::widgets::verdict::{bound_text, figure_color};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
+use trackwright_design::Document;
 use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::{Expected, FigureRow, Figures, Headline, figure_rows, headline};
@@ -42,6 +43,17 @@ const DETERMINED: [&str; 2] = ["tip error RMS, determined part", "tip error max,
 
 /// What is shown where the result stands below something else.
 const BRIEF: [&str; 4] = ["tip error RMS", "tip error max", "angle error RMS", "angle error max"];
+
+/// Whether the figures are of the design as it was, or of another mode.
+pub(crate) fn are_figures_old(
+    document: &Document,
+    results: &Results,
+    choice: &TrialChoice,
+) -> bool {
+    let study = results.study.as_ref();
+    study.is_none_or(|study| study.revision != document.revision())
+        || results.mode != Some(choice.kind(document.design().motion.is_some()))
+}
 
 /// Draws the result.
 pub fn result_ui(ui: &mut Ui, result: &ResultView) {

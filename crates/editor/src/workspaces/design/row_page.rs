@@ -1,12 +1,19 @@
 //! Asks how a row of sensors is made: how many, how far apart, in which direction.
 
-use crate::document::requests::EditRequest;
+use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
+use crate::schedule::EditorSystems;
+use crate::shell::commands::AddCommand;
+use crate::shell::layout::UiSystems;
+use crate::shell::requests::Requests;
+use crate::shell::shortcuts::{KeysHeld, ShortcutsSystems};
+use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::{
     FIELD_WIDTH, NumberChange, NumberField, number_ui, quiet_ui, warning_ui,
 };
-use bevy::prelude::Resource;
+use bevy::prelude::*;
 use bevy_egui::egui::{self, Align, ComboBox, Context, Id, Key, Layout, RichText, Ui};
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use nalgebra::Vector3;
 use trackwright_design::{ArrangeError, Arrangement, Design, Edit, MAX_ARRAY};
 
@@ -28,6 +35,47 @@ impl Default for RowPage {
     fn default() -> Self {
         Self { is_open: false, count: 3, spacing_mm: 15.0, direction: RowDirection::Z }
     }
+}
+
+/// Registers the command that opens the page, and draws it.
+pub fn plugin(app: &mut App) {
+    app.init_resource::<RowPage>()
+        .add_command(*SensorCommand::Row.command(), |mut page: ResMut<RowPage>| {
+            page.is_open = true;
+        })
+        .add_systems(
+            Update,
+            hold_keys.run_if(is_open).in_set(EditorSystems::Input).before(ShortcutsSystems),
+        )
+        .add_systems(EguiPrimaryContextPass, window.run_if(is_open).in_set(UiSystems::Dialogs));
+}
+
+fn is_open(page: Res<RowPage>) -> bool {
+    page.is_open
+}
+
+fn hold_keys(held: Option<ResMut<KeysHeld>>) {
+    if let Some(mut held) = held {
+        held.0 = true;
+    }
+}
+
+fn window(
+    mut contexts: EguiContexts,
+    mut page: ResMut<RowPage>,
+    world: Option<Res<OpenWorld>>,
+    selection: Res<Selection>,
+    mut requests: Requests<EditRequest>,
+) -> Result {
+    let Some(world) = world else { return Ok(()) };
+    // Writing to the resource would mark it as changed in every frame.
+    let page = page.bypass_change_detection();
+    let ctx = contexts.ctx_mut()?;
+    requests.write_all(row_window(ctx, page, world.0.document.design(), &selection));
+    if !page.is_open {
+        ctx.request_repaint();
+    }
+    Ok(())
 }
 
 /// Where a row runs, in the frame of the body.

@@ -1,41 +1,27 @@
 //! What can be done to the selected sensors, as a menu and as buttons.
 
-use crate::shell::PanelAction;
 use crate::shell::commands::Command;
-use crate::viewport::sensor_commands::{SENSOR_MENU, SensorCommand};
+use crate::shell::top_bar::item_ui;
+use crate::viewport::commands::SENSOR_COMMANDS;
+use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::section_ui;
-use bevy_egui::egui::{self, Button, Response, Ui};
+use crate::workspaces::design::actions::DesignAction;
+use bevy_egui::egui::{self, Button, Ui};
 use trackwright_design::MirrorPlane;
 
-/// Wide enough for the longest name with its key.
-const MENU_WIDTH: f32 = 220.0;
-
 /// Whether a command can be chosen now.
-pub type IsAvailable<'a> = &'a dyn Fn(Command) -> bool;
-
-/// An entry of a menu, with the key and the purpose that the table of commands has.
-pub fn item_ui(ui: &mut Ui, text: &str, command: Command, is_enabled: bool) -> Response {
-    ui.set_min_width(MENU_WIDTH);
-    let info = command.info();
-    let keys = info.keys.first().map(ToString::to_string);
-    let button = Button::new(text).shortcut_text(keys.unwrap_or_default());
-    let response = ui.add_enabled(is_enabled, button).on_hover_text(info.about);
-    if response.clicked() {
-        ui.close();
-    }
-    response
-}
+pub type IsAvailable<'a> = &'a dyn Fn(&Command) -> bool;
 
 /// Every command for sensors, what cannot be done now greyed.
-pub fn sensor_menu_ui(ui: &mut Ui, is_available: IsAvailable<'_>, actions: &mut Vec<PanelAction>) {
-    for (number, part) in SENSOR_MENU.iter().enumerate() {
-        if number > 0 {
+pub fn sensor_menu_ui(ui: &mut Ui, is_available: IsAvailable<'_>, actions: &mut Vec<DesignAction>) {
+    let mut before = SENSOR_COMMANDS[0].1.order / 10;
+    for (_, command) in &SENSOR_COMMANDS {
+        if command.order / 10 != before {
             ui.separator();
         }
-        for command in *part {
-            if item_ui(ui, command.info().name, *command, is_available(*command)).clicked() {
-                actions.push(PanelAction::Run(*command));
-            }
+        before = command.order / 10;
+        if item_ui(ui, command.name, command, is_available(command)).clicked() {
+            actions.push(DesignAction::Run(command.name));
         }
     }
 }
@@ -44,7 +30,7 @@ pub fn sensor_menu_ui(ui: &mut Ui, is_available: IsAvailable<'_>, actions: &mut 
 pub fn sensor_buttons_ui(
     ui: &mut Ui,
     is_available: IsAvailable<'_>,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
     use SensorCommand::{AlongNormal, AlongShaft, Duplicate, Mirror, MirrorCopy, Remove, Row};
     const PLANES: [(&str, MirrorPlane); 3] =
@@ -77,16 +63,16 @@ fn button_ui(
     text: &str,
     command: SensorCommand,
     is_available: IsAvailable<'_>,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<DesignAction>,
 ) {
-    let command = Command::Sensors(command);
-    let info = command.info();
-    let button = ui.add_enabled(is_available(command), Button::new(text)).on_hover_text(info.about);
+    let command = command.command();
+    let button = ui.add_enabled(is_available(command), Button::new(text));
+    let button = button.on_hover_text(command.about);
     // Short names say the same twice: the whole one is for people who cannot see the row.
     ui.ctx().accesskit_node_builder(button.id, |node| {
-        node.set_label(info.name.to_owned());
+        node.set_label(command.name.to_owned());
     });
     if button.clicked() {
-        actions.push(PanelAction::Run(command));
+        actions.push(DesignAction::Run(command.name));
     }
 }

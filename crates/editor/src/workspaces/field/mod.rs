@@ -24,14 +24,61 @@ use crate::document::drops::is_table;
 use crate::document::requests::{EditRequest, FileRequest};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::shell::commands::CommandsSystems;
+use crate::shell::commands::{AddCommand, Command, CommandsSystems, EDIT, FILE};
 use crate::shell::dialogs::Dialogs;
+use crate::shell::keys::Keys;
+use crate::shell::layout::UiSystems;
+use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
+use crate::widgets::theme;
+use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::desk::{FieldDesk, FieldSettings, SamplesShown, TableRole};
+use crate::workspaces::field::panels::systems::{
+    fit_panel, is_selection_open, rooms_panel, selection_page, tables_panel,
+};
+use crate::workspaces::layers_panel::room_layers_panel;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
+use bevy_egui::EguiPrimaryContextPass;
 use std::path::PathBuf;
 use trackwright_project::RoomSource;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Field",
+    order: 1,
+    command: "Field workspace",
+    about: "The room: its measurements, their fit, and what that is worth",
+    keys: &[Keys::control("2")],
+    shows_samples: true,
+    drop_verb: Some("Read measurements from"),
+    side_widths: [theme::LEFT_WIDTH, theme::FIELD_WIDTH],
+    ..Workspace::VIEWED
+};
+
+const OPEN_TRAINING: Command = Command::new(
+    FILE,
+    100,
+    "Open measurements…",
+    "Opens a measurement table in the Field workspace, to fit a room to",
+);
+const OPEN_HELD_OUT: Command = Command::new(
+    FILE,
+    101,
+    "Open held-out measurements…",
+    "Opens a second table in the Field workspace, to judge the fit on",
+);
+const USE_ROOM: Command = Command::new(
+    FILE,
+    102,
+    "Use the fitted room…",
+    "Saves the room that was fitted last and puts the design into it",
+);
+const FIT_ROOM: Command = Command::new(
+    EDIT,
+    101,
+    "Fit a room",
+    "Fits a room to the measurements that are open in the Field workspace",
+);
 
 /// Makes rooms when [`FieldRequest`] asks; nothing is read or computed before.
 ///
@@ -79,7 +126,7 @@ pub enum RoomToSave {
 
 /// What the person is at, as a run condition.
 pub fn is_shown(workspace: Res<Workspace>) -> bool {
-    *workspace == Workspace::Field
+    *workspace == WORKSPACE
 }
 
 fn is_busy(desk: Res<FieldDesk>) -> bool {
@@ -98,6 +145,22 @@ impl Plugin for FieldPlugin {
             .add_message::<EditRequest>()
             .add_message::<FileDragAndDrop>()
             .add_message::<RequestRedraw>()
+            .add_workspace(WORKSPACE)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left).fixed(), brief_result_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), tables_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), rooms_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), room_layers_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), fit_panel)
+            .add_command(OPEN_TRAINING, request(FieldRequest::ShowOpen(TableRole::Training)))
+            .add_command(OPEN_HELD_OUT, request(FieldRequest::ShowOpen(TableRole::HeldOut)))
+            .add_command(USE_ROOM, request(FieldRequest::ShowSave(RoomToSave::Fitted)))
+            .add_command(FIT_ROOM, request(FieldRequest::Fit))
+            .add_systems(
+                EguiPrimaryContextPass,
+                selection_page
+                    .run_if(is_shown.and_then(is_selection_open))
+                    .in_set(UiSystems::Dialogs),
+            )
             .add_systems(
                 Update,
                 (
@@ -130,6 +193,14 @@ fn assign_rooms(mut files: MessageReader<FileRequest>, mut requests: MessageWrit
     }
 }
 
+/// A request of a command, made where what comes of it can be seen.
+fn request(request: FieldRequest) -> impl FnMut(ResMut<Workspace>, MessageWriter<FieldRequest>) {
+    move |mut shown: ResMut<Workspace>, mut requests: MessageWriter<FieldRequest>| {
+        shown.set_if_neq(WORKSPACE);
+        requests.write(request.clone());
+    }
+}
+
 /// Tables that are dropped onto the window while the workspace is shown.
 fn hear_drops(
     mut dropped: MessageReader<FileDragAndDrop>,
@@ -138,7 +209,7 @@ fn hear_drops(
     mut requests: MessageWriter<FieldRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
-    let is_shown = *workspace == Workspace::Field;
+    let is_shown = *workspace == WORKSPACE;
     for drop in dropped.read() {
         let is_near = is_shown
             && matches!(drop, FileDragAndDrop::HoveredFile { path_buf, .. } if is_table(path_buf));

@@ -12,6 +12,7 @@ use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::widgets::basic::{decimal, with_unit};
+use crate::workspaces::field::WORKSPACE;
 use crate::workspaces::field::desk::{FieldDesk, SampleValue, Table, TableRole};
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::Indices;
@@ -145,8 +146,7 @@ fn remove(mut commands: Commands, drawn: Query<Entity, With<Samples>>) {
 }
 
 fn is_probed(world: &World) -> bool {
-    world.get_resource::<Workspace>() == Some(&Workspace::Field)
-        && world.contains_resource::<FieldDesk>()
+    world.get_resource::<Workspace>() == Some(&WORKSPACE) && world.contains_resource::<FieldDesk>()
 }
 
 /// What is shown of the sample that the ray meets first.

@@ -21,7 +21,7 @@ pub(crate) fn look(
     if let Some(why) = desk.collector.take_failure() {
         *notice = Notice::Refused(format!("Nothing more is recorded: {why}"));
     }
-    let is_shown = *workspace == Workspace::Live;
+    let is_shown = workspace.shows_live;
     desk.is_shown.store(is_shown, Ordering::Relaxed);
     if !is_shown {
         return;
@@ -91,7 +91,7 @@ mod tests {
         app.init_resource::<LiveDesk>()
             .init_resource::<LivePoses>()
             .init_resource::<Notice>()
-            .insert_resource(Workspace::Design)
+            .init_resource::<Workspace>()
             .add_systems(Update, look);
         let collector = app.world().resource::<LiveDesk>().collector.clone();
         let world = trackwright_project::open_builtin("pointer-on-head").unwrap();

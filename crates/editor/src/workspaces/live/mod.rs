@@ -22,11 +22,25 @@ use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
 use crate::shell::dialogs::Dialogs;
+use crate::shell::keys::Keys;
+use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
+use crate::workspaces::layers_panel::layers_panel;
 use crate::workspaces::live::desk::LiveDesk;
+use crate::workspaces::live::panels::{collecting_panel, note_tools, pose_panel, tracker_panel};
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::BodyRole;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Live",
+    order: 3,
+    command: "Live workspace",
+    about: "A tracker over the network: its tools, a recording, where samples are missing",
+    keys: &[Keys::control("4")],
+    shows_live: true,
+    ..Workspace::VIEWED
+};
 
 /// Hears a tracker when [`LiveRequest`] asks for it; no thread, socket or file is there before.
 ///
@@ -55,7 +69,7 @@ pub enum LiveRequest {
 
 /// What the person is at, as a run condition.
 pub fn is_shown(workspace: Res<Workspace>) -> bool {
-    *workspace == Workspace::Live
+    *workspace == WORKSPACE
 }
 
 fn is_connected(desk: Res<LiveDesk>) -> bool {
@@ -72,6 +86,12 @@ impl Plugin for LivePlugin {
             .init_resource::<Dialogs>()
             .init_resource::<Waker>()
             .add_message::<LiveRequest>()
+            .add_workspace(WORKSPACE)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), tracker_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left), layers_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), pose_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), collecting_panel)
+            .add_systems(Update, note_tools.in_set(EditorSystems::Draw))
             .add_systems(
                 Update,
                 (

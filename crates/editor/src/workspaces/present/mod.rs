@@ -13,15 +13,58 @@ use crate::document::apply::WorldGeneration;
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::Selection;
 use crate::schedule::EditorSystems;
-use crate::shell::commands::CommandsSystems;
+use crate::shell::commands::{AddCommand, Command, CommandsSystems, Group, write};
+use crate::shell::keys::Keys;
+use crate::shell::registry::{AddToShell, PanelInfo, Side, Workspaces};
 use crate::shell::window::Workspace;
+use crate::workspaces::layers_panel::layers_panel;
+use crate::workspaces::present::panels::systems::{slides_panel, stage_panel};
 use crate::workspaces::present::stage::Stage;
 use crate::workspaces::study::desk::StudyRequest;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use trackwright_design::{Edit, Slide, SlideEdit, View};
 
-/// Shows slides while [`Workspace::Present`] is shown; nothing is looked at before.
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Present",
+    order: 5,
+    command: "Present",
+    about: "Slides for people who do not design the tool; once more goes back",
+    keys: &[Keys::plain("f5"), Keys::control("6")],
+    shows_trials: true,
+    is_presentation: true,
+    ..Workspace::VIEWED
+};
+
+const PRESENT: Group = Group { order: 4, name: "Present", workspace: Some(WORKSPACE.name) };
+
+const NEXT: Command = Command::new(PRESENT, 100, "Next slide", "Goes on to the next slide")
+    .keys(&[Keys::plain("right"), Keys::plain("pagedown")]);
+const PREVIOUS: Command =
+    Command::new(PRESENT, 101, "Previous slide", "Goes back to the slide before")
+        .keys(&[Keys::plain("left"), Keys::plain("pageup")]);
+const FIRST: Command =
+    Command::new(PRESENT, 102, "First slide", "Begins again").keys(&[Keys::plain("home")]);
+const PLAY: Command = Command::new(
+    PRESENT,
+    103,
+    "Play the motion, or pause",
+    "Moves the tool through its range of motion",
+)
+.keys(&[Keys::plain("space")])
+.available_if(|now| now.document().is_some_and(|own| own.design().motion.is_some()));
+const EDIT_SLIDES: Command = Command::new(
+    PRESENT,
+    104,
+    "Edit slides",
+    "Writes on slides, chooses what they show, and keeps views; once more shows them as others see them",
+)
+.keys(&[Keys::plain("e")]);
+const LEAVE: Command =
+    Command::new(PRESENT, 105, "End the presentation", "Back to where it was begun")
+        .keys(&[Keys::plain("escape")]);
+
+/// Shows slides while its workspace is shown; nothing is looked at before.
 ///
 /// Answers [`PresentRequest`] in [`EditorSystems::Input`], and looks at the design as the slide does
 /// at the end of [`EditorSystems::Edit`].
@@ -63,7 +106,7 @@ pub struct Presenter {
 
 /// What the person is at, as a run condition.
 pub fn is_presenting(workspace: Res<Workspace>) -> bool {
-    *workspace == Workspace::Present
+    *workspace == WORKSPACE
 }
 
 impl Plugin for PresentPlugin {
@@ -77,6 +120,16 @@ impl Plugin for PresentPlugin {
             .add_message::<StudyRequest>()
             .add_message::<EditRequest>()
             .add_message::<RequestRedraw>()
+            .add_workspace_with(WORKSPACE, begin_or_leave)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left).shown_if(is_editing), slides_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Left).shown_if(is_editing), layers_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Stage), stage_panel)
+            .add_command(NEXT, write(PresentRequest::Step(1)))
+            .add_command(PREVIOUS, write(PresentRequest::Step(-1)))
+            .add_command(FIRST, write(PresentRequest::Show(0)))
+            .add_command(PLAY, write(StudyRequest::TogglePlay))
+            .add_command(EDIT_SLIDES, write(PresentRequest::ToggleEditing))
+            .add_command(LEAVE, write(PresentRequest::Leave))
             .add_systems(
                 Update,
                 answer
@@ -97,12 +150,26 @@ impl Plugin for PresentPlugin {
     }
 }
 
+fn is_editing(world: &World) -> bool {
+    world.get_resource::<Presenter>().is_some_and(|presenter| presenter.is_editing)
+}
+
+/// Once more goes back.
+fn begin_or_leave(mut shown: ResMut<Workspace>, mut requests: MessageWriter<PresentRequest>) {
+    match *shown == WORKSPACE {
+        true => {
+            requests.write(PresentRequest::Leave);
+        }
+        false => *shown = WORKSPACE,
+    }
+}
+
 fn answer(
     mut requests: MessageReader<PresentRequest>,
     world: Option<Res<OpenWorld>>,
     mut presenter: ResMut<Presenter>,
     mut stage: ResMut<Stage>,
-    mut workspace: ResMut<Workspace>,
+    (mut workspace, workspaces): (ResMut<Workspace>, Option<Res<Workspaces>>),
     mut edits: MessageWriter<EditRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
@@ -138,7 +205,12 @@ fn answer(
             PresentRequest::ToggleEditing => presenter.is_editing = !presenter.is_editing,
             PresentRequest::Leave => {
                 presenter.is_editing = false;
-                workspace.set_if_neq(presenter.from);
+                // A window that began with slides goes to the first workspace.
+                let first = workspaces.as_ref().and_then(|all| all.0.first());
+                workspace.set_if_neq(match presenter.from == Workspace::NONE {
+                    true => first.copied().unwrap_or_default(),
+                    false => presenter.from,
+                });
             }
             PresentRequest::Add => {
                 let index = (shown + 1).min(slides.len());

@@ -51,7 +51,7 @@ pub(crate) fn remember_origin(
     mut last: Local<Workspace>,
 ) {
     if *workspace != *last {
-        if *workspace == Workspace::Present {
+        if workspace.is_presentation {
             presenter.from = *last;
         }
         *last = *workspace;
@@ -107,7 +107,7 @@ pub(crate) fn follow(
     world: Option<ResMut<OpenWorld>>,
 ) {
     let Some(mut world) = world else { return };
-    if *workspace != Workspace::Present {
+    if !workspace.is_presentation {
         // To look is no change, which would make the next frame look again.
         if !stage.is_empty() {
             stage.shown = None;

@@ -1,5 +1,6 @@
 //! Trial by trial: which study there is, which trial is shown, playing, input data and the log.
 
+pub mod commands;
 pub mod desk;
 pub mod input;
 pub mod log;
@@ -11,25 +12,72 @@ pub mod study_panels;
 pub mod timeline_ui;
 pub mod trial_ui;
 
+use crate::schedule::EditorSystems;
+use crate::shell::keys::Keys;
+use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
+use crate::widgets::theme;
+use crate::workspaces::design::is_history_shown;
+use crate::workspaces::design::panels::{
+    history_panel, inspector_panel, outliner_panel, result_panel,
+};
+use crate::workspaces::layers_panel::layers_panel;
+use crate::workspaces::study::desk::StudyDesk;
+use crate::workspaces::study::study_panels::{
+    note_trial, sides_panel, timeline_panel, trials_panel,
+};
 use bevy::prelude::*;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Study",
+    order: 2,
+    command: "Study workspace",
+    about: "Trial by trial: the motion, the plots, the log",
+    keys: &[Keys::control("3")],
+    has_gizmo: false,
+    shows_trials: true,
+    charts_trials: true,
+    drop_verb: Some("Read poses from"),
+    ..Workspace::NONE
+};
 
 /// What a person does in the Study workspace.
 ///
-/// Answers [`StudyRequest`] and plays trials in [`EditorSystems::Edit`](crate::schedule::EditorSystems),
-/// reads input data and writes logs.
+/// Answers [`StudyRequest`](desk::StudyRequest) and plays trials in [`EditorSystems::Edit`], reads
+/// input data and writes logs.
 pub struct StudyPlugin;
 
 impl Plugin for StudyPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((play::plugin, input::plugin, log::plugin));
+        let left = PanelInfo::new(WORKSPACE, Side::Left);
+        let right = PanelInfo::new(WORKSPACE, Side::Right);
+        let bottom = PanelInfo::new(WORKSPACE, Side::Bottom).high(|_| theme::TIMELINE_HEIGHT);
+        app.add_plugins((play::plugin, input::plugin, log::plugin, commands::plugin))
+            .add_workspace(WORKSPACE)
+            .add_panel(bottom, timeline_panel)
+            .add_panel(left.fixed().shown_if(is_history_shown), history_panel)
+            .add_panel(left, outliner_panel)
+            .add_panel(left, layers_panel)
+            .add_panel(right.fixed(), sides_panel)
+            .add_panel(right.fixed(), result_panel)
+            .add_panel(right.shown_if(is_trials), trials_panel)
+            .add_panel(right.shown_if(is_inspector), inspector_panel)
+            .add_systems(Update, note_trial.in_set(EditorSystems::Draw));
     }
 }
 
+fn is_trials(world: &World) -> bool {
+    world.get_resource::<StudyDesk>().is_some_and(|desk| desk.side == desk::Side::Trials)
+}
+
+fn is_inspector(world: &World) -> bool {
+    !is_trials(world)
+}
+
 fn are_trials_shown(workspace: Option<Res<Workspace>>) -> bool {
-    workspace.is_some_and(|workspace| workspace.shows_trials())
+    workspace.is_some_and(|workspace| workspace.shows_trials)
 }
 
 fn is_study_shown(workspace: Option<Res<Workspace>>) -> bool {
-    workspace.is_some_and(|workspace| *workspace == Workspace::Study)
+    workspace.is_some_and(|workspace| *workspace == WORKSPACE)
 }

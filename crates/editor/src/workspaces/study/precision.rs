@@ -5,7 +5,12 @@ use crate::document::requests::OpenWorld;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
+use crate::shell::commands::{AddCommand, Command, VIEW, write};
+use crate::shell::layout::UiSystems;
+use crate::shell::requests::Requests;
+use crate::workspaces::study::precision_ui::precision_window;
 use bevy::prelude::*;
+use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use trackwright_accuracy::precision::{Family, Machine, Report, Settings, What, run_each};
 use trackwright_task::{Cancelled, Task};
 
@@ -68,13 +73,42 @@ impl PrecisionPage {
 
 impl Plugin for PrecisionPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<PrecisionPage>().add_message::<PrecisionRequest>().add_systems(
-            Update,
-            (answer.run_if(on_message::<PrecisionRequest>), receive.run_if(is_measuring))
-                .chain()
-                .in_set(EditorSystems::Solve),
-        );
+        app.init_resource::<PrecisionPage>()
+            .add_message::<PrecisionRequest>()
+            .add_command(SHOW_PRECISION, write(PrecisionRequest::Open))
+            .add_systems(EguiPrimaryContextPass, window.run_if(is_open).in_set(UiSystems::Dialogs))
+            .add_systems(
+                Update,
+                (answer.run_if(on_message::<PrecisionRequest>), receive.run_if(is_measuring))
+                    .chain()
+                    .in_set(EditorSystems::Solve),
+            );
     }
+}
+
+const SHOW_PRECISION: Command = Command::new(
+    VIEW,
+    20,
+    "Error against run time…",
+    "Measures what each way of computing costs in time and error, for this design",
+);
+
+fn is_open(page: Res<PrecisionPage>) -> bool {
+    page.is_open
+}
+
+fn window(
+    mut contexts: EguiContexts,
+    page: Res<PrecisionPage>,
+    world: Option<Res<OpenWorld>>,
+    generation: Res<WorldGeneration>,
+    mut requests: Requests<PrecisionRequest>,
+) -> Result {
+    let revision = world.map(|world| world.0.document.revision());
+    let is_current =
+        page.of.as_ref().is_some_and(|(_, g, r)| *g == generation.0 && Some(*r) == revision);
+    requests.write_all(precision_window(contexts.ctx_mut()?, &page, is_current));
+    Ok(())
 }
 
 fn is_measuring(page: Res<PrecisionPage>) -> bool {

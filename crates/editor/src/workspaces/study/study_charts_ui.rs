@@ -2,7 +2,6 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::PanelAction;
 use crate::widgets::axis_ticks::{few_marks, mark_text, small_marks};
 use crate::widgets::basic::{count, counted, decimal, length, quiet_ui, section_ui, with_unit};
 use crate::widgets::theme;
@@ -40,7 +39,7 @@ pub struct StudyChartsView<'a> {
 }
 
 /// Draws the charts.
-pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<PanelAction> {
+pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<StudyRequest> {
     let mut actions = Vec::new();
     section_ui(ui, "Tip error of all trials");
     if let Some(within) = &view.charted.within {
@@ -80,7 +79,7 @@ fn plain(name: &str) -> Plot<'_> {
         .sense(Sense::click())
 }
 
-fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) {
+fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>) {
     let charted = view.charted;
     let (width, counts) = (charted.histogram.width, &charted.histogram.counts);
     let most = counts.iter().copied().max().unwrap_or(0).max(1) as f64;
@@ -138,7 +137,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelActi
     quiet_ui(ui, "mm; curve: part of the trials with at most so much").on_hover_text(hint);
     let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
     if let Some(trial) = clicked.and_then(|x| charted.worst_of_bar(bar_at(x))) {
-        actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
+        actions.push(StudyRequest::Show(Some(trial)));
     }
 }
 
@@ -147,7 +146,7 @@ fn clicked_at(response: &Response, x: impl Fn(egui::Pos2) -> f64) -> Option<f64>
     response.clicked().then(|| response.interact_pointer_pos().map(x)).flatten()
 }
 
-fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) {
+fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>) {
     let axes = &view.charted.profile.axes;
     let chosen = axes.iter().find(|a| a.axis == view.axis).unwrap_or(&axes[0]);
     section_ui(ui, "Tip error along the motion");
@@ -161,7 +160,7 @@ fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) 
                 _ => "Each value of this axis with all values of the others",
             });
             if response.clicked() && axis.axis != chosen.axis {
-                actions.push(PanelAction::Study(StudyRequest::ShowAxis(axis.axis)));
+                actions.push(StudyRequest::ShowAxis(axis.axis));
             }
         }
     });
@@ -169,7 +168,12 @@ fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<PanelAction>) 
     small_marks(ui, |ui| axis_ui(ui, chosen, limit_mm, actions));
 }
 
-fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut Vec<PanelAction>) {
+fn axis_ui(
+    ui: &mut Ui,
+    axis: &AxisProfile,
+    limit_mm: Option<f64>,
+    actions: &mut Vec<StudyRequest>,
+) {
     let largest = axis.max_mm.iter().copied().fold(0.0, f64::max);
     let top = largest.max(limit_mm.unwrap_or(0.0)).max(1e-6) * HEADROOM;
     let (first, last) = match axis.values.as_slice() {
@@ -241,7 +245,7 @@ fn axis_ui(ui: &mut Ui, axis: &AxisProfile, limit_mm: Option<f64>, actions: &mut
     let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
     if let Some(k) = clicked.and_then(nearest) {
         let trial = axis.worst_trial[k];
-        actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
+        actions.push(StudyRequest::Show(Some(trial)));
     }
 }
 

@@ -4,11 +4,13 @@ use crate::document::shown::ShownTrial;
 use crate::document::trials::ModeKind;
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::PanelAction;
 use crate::shell::commands::Command;
 use crate::widgets::axis_ticks::{few_marks, mark_text, small_marks};
 use crate::widgets::basic::{count, decimal, length, quiet_ui, with_unit};
 use crate::widgets::theme;
+use crate::workspaces::study::commands::{
+    NEXT, OWN_POSE, PLAY, PREVIOUS, READ_INPUT, WORST, WRITE_LOG, choose,
+};
 use crate::workspaces::study::desk::{PLAY_RATES, StudyRequest};
 use bevy_egui::egui::{
     self, Align, Button, ComboBox, Layout, Pos2, ProgressBar, Rect, Response, RichText, Sense,
@@ -46,8 +48,16 @@ pub struct TimelineView<'a> {
     pub log_part: Option<f64>,
 }
 
+/// What a person requested there.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimelineAction {
+    Study(StudyRequest),
+    /// A command, by its name.
+    Run(&'static str),
+}
+
 /// Draws the panel.
-pub fn timeline_ui(ui: &mut Ui, view: &TimelineView) -> Vec<PanelAction> {
+pub fn timeline_ui(ui: &mut Ui, view: &TimelineView) -> Vec<TimelineAction> {
     let mut actions = Vec::new();
     ui.add_space(4.0);
     ui.horizontal(|ui| {
@@ -119,34 +129,34 @@ fn short(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-fn modes_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<PanelAction>) {
+fn modes_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>) {
     ui.spacing_mut().item_spacing.x = 4.0;
     for kind in ModeKind::ALL {
         let (text, command) = match (kind, view.input) {
-            (ModeKind::Input, None) => ("Input data…".to_owned(), Command::ReadInput),
+            (ModeKind::Input, None) => ("Input data…".to_owned(), &READ_INPUT),
             (ModeKind::Input, Some(file)) => {
                 let name = format!("Input data: {}", shortened(file));
-                (name, Command::ChooseMode(kind))
+                (name, choose(kind))
             }
             _ => {
-                let command = Command::ChooseMode(kind);
-                (command.info().name.to_owned(), command)
+                let command = choose(kind);
+                (command.name.to_owned(), command)
             }
         };
         let is_possible = kind != ModeKind::Motion || view.has_motion;
         let button = Button::selectable(kind == view.kind, text);
         let response = ui
             .add_enabled(is_possible, button)
-            .on_hover_text(command.info().about)
+            .on_hover_text(command.about)
             .on_disabled_hover_text("The design has no range of motion");
-        if response.clicked() && (kind != view.kind || command == Command::ReadInput) {
-            actions.push(PanelAction::Run(command));
+        if response.clicked() && (kind != view.kind || command.name == READ_INPUT.name) {
+            actions.push(TimelineAction::Run(command.name));
         }
     }
     if view.input.is_some() {
-        let open = ui.button("…").on_hover_text(Command::ReadInput.info().about);
+        let open = ui.button("…").on_hover_text(READ_INPUT.about);
         if open.clicked() {
-            actions.push(PanelAction::Run(Command::ReadInput));
+            actions.push(TimelineAction::Run(READ_INPUT.name));
         }
     }
 }
@@ -170,19 +180,15 @@ enum Icon {
     Next,
 }
 
-fn buttons_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<PanelAction>) {
+fn buttons_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>) {
     let play = match view.is_playing {
         true => Icon::Pause,
         false => Icon::Play,
     };
     ui.add_enabled_ui(view.kind != ModeKind::Single && view.trials > 1, |ui| {
-        for (icon, command) in [
-            (Icon::Previous, Command::PreviousTrial),
-            (play, Command::PlayTrials),
-            (Icon::Next, Command::NextTrial),
-        ] {
+        for (icon, command) in [(Icon::Previous, &PREVIOUS), (play, &PLAY), (Icon::Next, &NEXT)] {
             if icon_ui(ui, icon, command).clicked() {
-                actions.push(PanelAction::Run(command));
+                actions.push(TimelineAction::Run(command.name));
             }
         }
         ComboBox::from_id_salt("play rate")
@@ -192,15 +198,15 @@ fn buttons_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<PanelAction>) 
                 for each in PLAY_RATES {
                     let is_chosen = each == view.rate_per_s;
                     if ui.selectable_label(is_chosen, rate(each)).clicked() {
-                        actions.push(PanelAction::Study(StudyRequest::SetRate(each)));
+                        actions.push(TimelineAction::Study(StudyRequest::SetRate(each)));
                     }
                 }
             })
             .response
             .on_hover_text("How fast trials play");
-        text_button(ui, "Worst", Command::WorstTrial, true, actions);
+        text_button(ui, "Worst", &WORST, true, actions);
     });
-    text_button(ui, "Own pose", Command::OwnPose, view.shown.is_some(), actions);
+    text_button(ui, "Own pose", &OWN_POSE, view.shown.is_some(), actions);
 }
 
 fn rate(per_s: f64) -> String {
@@ -210,28 +216,27 @@ fn rate(per_s: f64) -> String {
 fn text_button(
     ui: &mut Ui,
     text: &str,
-    command: Command,
+    command: &Command,
     is_enabled: bool,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<TimelineAction>,
 ) {
     let response = ui.add_enabled(is_enabled, Button::new(text)).on_hover_text(about(command));
     if response.clicked() {
-        actions.push(PanelAction::Run(command));
+        actions.push(TimelineAction::Run(command.name));
     }
 }
 
 /// What a command does, with its key.
-fn about(command: Command) -> String {
-    let info = command.info();
-    match info.keys.first() {
-        Some(keys) => format!("{} ({keys})", info.about),
-        None => info.about.to_owned(),
+fn about(command: &Command) -> String {
+    match command.keys.first() {
+        Some(keys) => format!("{} ({keys})", command.about),
+        None => command.about.to_owned(),
     }
 }
 
-fn icon_ui(ui: &mut Ui, icon: Icon, command: Command) -> Response {
+fn icon_ui(ui: &mut Ui, icon: Icon, command: &Command) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(26.0, 20.0), Sense::click());
-    let name = command.info().name;
+    let name = command.name;
     response
         .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, ui.is_enabled(), name));
     if ui.is_rect_visible(rect) {
@@ -281,18 +286,17 @@ fn paint_icon(painter: &egui::Painter, icon: Icon, at: Pos2, color: egui::Color3
     }
 }
 
-fn log_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<PanelAction>) {
+fn log_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>) {
     match view.log_part {
         Some(part) => {
             if ui.button("Cancel").clicked() {
-                actions.push(PanelAction::Study(StudyRequest::CancelLog));
+                actions.push(TimelineAction::Study(StudyRequest::CancelLog));
             }
             ui.add(ProgressBar::new(part as f32).desired_width(90.0));
             quiet_ui(ui, "writing the log");
         }
         None => {
-            let write = Command::WriteLog;
-            text_button(ui, write.info().name, write, true, actions);
+            text_button(ui, WRITE_LOG.name, &WRITE_LOG, true, actions);
         }
     }
 }
@@ -310,7 +314,7 @@ fn chart_ui(
     ui: &mut Ui,
     charted: &ChartedProfile,
     view: &TimelineView,
-    actions: &mut Vec<PanelAction>,
+    actions: &mut Vec<TimelineAction>,
 ) {
     let profile = &charted.profile;
     let columns = profile.columns(ui.available_width().max(1.0) as usize);
@@ -412,7 +416,7 @@ fn chart_ui(
         && let Some(trial) = chosen(plot.transform.value_from_position(pointer).x)
         && view.shown.map(|shown| shown.number) != Some(trial)
     {
-        actions.push(PanelAction::Study(StudyRequest::Show(Some(trial))));
+        actions.push(TimelineAction::Study(StudyRequest::Show(Some(trial))));
     }
 }
 

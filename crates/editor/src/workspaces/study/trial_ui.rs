@@ -2,7 +2,6 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::PanelAction;
 use crate::widgets::basic::{decimal, length, quiet_ui, section_ui, with_unit};
 use crate::workspaces::study::desk::{RotationForm, StudyRequest};
 use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
@@ -28,7 +27,7 @@ pub struct TrialView<'a> {
 const COLUMN_WIDTH: f32 = 84.0;
 
 /// Draws the panel.
-pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
+pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
     let mut actions = Vec::new();
     let frame = if view.has_crf { "CRF" } else { "tracker" };
     section_ui(ui, &format!("{} in the {frame}", view.title));
@@ -74,7 +73,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<PanelAction> {
 }
 
 /// How rotations are written, as two buttons in the head of the table.
-fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<PanelAction>) {
+fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<StudyRequest>) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 0.0;
         ui.spacing_mut().button_padding.x = 4.0;
@@ -93,7 +92,7 @@ fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<PanelAction>) {
             let name = RichText::new(name).font(crate::widgets::theme::label_font());
             let label = egui::Button::selectable(form == shown, name);
             if ui.add(label).on_hover_text(about).clicked() {
-                actions.push(PanelAction::Study(StudyRequest::ShowRotation(form)));
+                actions.push(StudyRequest::ShowRotation(form));
             }
         }
     });

@@ -3,6 +3,7 @@
 pub mod baseline_ui;
 pub mod recorded_ui;
 pub mod steps_ui;
+pub mod systems;
 pub mod table_ui;
 
 use crate::runner::results::Results;

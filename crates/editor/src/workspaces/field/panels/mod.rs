@@ -3,6 +3,7 @@
 pub mod rooms;
 pub mod selection;
 pub mod settings;
+pub mod systems;
 pub mod table;
 pub mod worth;
 

@@ -2,6 +2,7 @@
 
 pub mod slides_ui;
 pub mod stage_ui;
+pub mod systems;
 
 use crate::workspaces::present::{Presenter, first};
 use std::borrow::Cow;

@@ -1,6 +1,5 @@
 //! The panel in which slides are made.
 
-use crate::shell::PanelAction;
 use crate::widgets::basic::{Row, main_button, quiet_ui, row_ui, section_ui, warning_ui};
 use crate::workspaces::present::PresentRequest;
 use crate::workspaces::present::panels::StageView;
@@ -8,7 +7,7 @@ use bevy_egui::egui::Ui;
 use trackwright_design::{Slide, SlideFigure};
 
 /// Draws the slides, and what the shown one has.
-pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PanelAction> {
+pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     let (slide, index, count) = view.slide();
     let slides = &view.document.design().slides;
     let mut asked = Vec::new();
@@ -77,7 +76,7 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PanelAction> {
     if ui.button("Done").on_hover_text("As others see it").clicked() {
         asked.push(PresentRequest::ToggleEditing);
     }
-    asked.into_iter().map(PanelAction::Present).collect()
+    asked
 }
 
 fn is_looked_at_so(view: &StageView, slide: &Slide) -> bool {

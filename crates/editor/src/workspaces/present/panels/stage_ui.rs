@@ -3,7 +3,6 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::PanelAction;
 use crate::widgets::verdict::{figure_color, verdict_mark};
 use crate::workspaces::present::PresentRequest;
 use crate::workspaces::present::panels::StageView;
@@ -36,7 +35,7 @@ pub fn stage_ui(
     stage: Rect,
     view: &StageView,
     covered: &mut Vec<Rect>,
-) -> Vec<PanelAction> {
+) -> Vec<PresentRequest> {
     let (slide, index, count) = view.slide();
     let mut actions = Vec::new();
     let painter = ctx.layer_painter(bevy_egui::egui::LayerId::background()).with_clip_rect(stage);
@@ -103,10 +102,10 @@ pub fn stage_ui(
 }
 
 /// The slide with one thing changed.
-fn set(slide: &Slide, change: impl FnOnce(&mut Slide)) -> PanelAction {
+fn set(slide: &Slide, change: impl FnOnce(&mut Slide)) -> PresentRequest {
     let mut slide = slide.clone();
     change(&mut slide);
-    PanelAction::Present(PresentRequest::Set(Box::new(slide)))
+    PresentRequest::Set(Box::new(slide))
 }
 
 fn laid(painter: &Painter, text: &str, size: f32, color: Color32, width: f32) -> Arc<Galley> {

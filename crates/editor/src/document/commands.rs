@@ -1,0 +1,145 @@
+//! Commands for files and for what every workspace does with the document.
+
+use crate::document::body_files::BodyFileRequest;
+use crate::document::meshes::{MeshRequest, body_of_selection};
+use crate::document::requests::{EditRequest, FileRequest, OpenWorld, ViewRequest};
+use crate::document::selection::Selection;
+use crate::shell::commands::{AddCommand, Command, EDIT, FILE, Situation, VIEW, write};
+use crate::shell::keys::Keys;
+use bevy::prelude::*;
+use trackwright_design::BodyRole;
+use trackwright_design::view::{Magnification, View};
+use trackwright_project::MeshOwner;
+
+pub const NEW: Command =
+    Command::new(FILE, 0, "New design…", "Begins a design with a plain tool in the built-in room")
+        .keys(&[Keys::control("n")]);
+pub const OPEN: Command =
+    Command::new(FILE, 1, "Open…", "Opens a design with its bodies, meshes and room")
+        .keys(&[Keys::control("o")]);
+pub const SAVE: Command =
+    Command::new(FILE, 2, "Save", "Writes the design, and the bodies that changed")
+        .keys(&[Keys::control("s")]);
+pub const SAVE_AS: Command = Command::new(FILE, 3, "Save as…", "Writes the design to another file")
+    .keys(&[Keys::control_shift("s")]);
+pub const OPEN_TOOL: Command = Command::new(
+    FILE,
+    10,
+    "Open tool definition as tool…",
+    "Uses an NDI ROM, an Atracsys or SAW geometry or a body file as the tool",
+)
+.available_if(|now| has_body(now, BodyRole::Tool));
+pub const OPEN_CRF: Command = Command::new(
+    FILE,
+    11,
+    "Open tool definition as CRF…",
+    "Uses an NDI ROM, an Atracsys or SAW geometry or a body file as the CRF",
+)
+.available_if(|now| has_body(now, BodyRole::Crf));
+pub const SAVE_BODY: Command = Command::new(
+    FILE,
+    12,
+    "Save tool definition as…",
+    "Writes the selected body, or the tool, as a definition; what that cannot hold is said first",
+);
+pub const LOAD_MESH: Command = Command::new(
+    FILE,
+    20,
+    "Load mesh…",
+    "Gives the selected body, or the tool, another shape: glTF, STL or OBJ",
+);
+pub const ADD_ANATOMY: Command = Command::new(
+    FILE,
+    21,
+    "Add anatomy…",
+    "Shows a mesh of the patient or of the room, translucent and part of no figure: glTF, STL or OBJ",
+);
+pub const REPORT: Command = Command::new(
+    FILE,
+    30,
+    "Report…",
+    "Writes the design, its figures, slides and manufacturing sheet as one page for a browser",
+);
+pub const QUIT: Command = Command::new(
+    FILE,
+    90,
+    "Quit",
+    "Closes the window, and asks first where something is not saved",
+)
+.keys(&[Keys::control("q")]);
+pub const UNDO: Command = Command::new(EDIT, 0, "Undo", "Takes the last change of the design back")
+    .keys(&[Keys::control("z")])
+    .available_if(|now| now.document().is_some_and(|own| own.undo_label().is_some()))
+    .labelled(|now| labelled("Undo", now.document().and_then(|own| own.undo_label())));
+pub const REDO: Command = Command::new(EDIT, 1, "Redo", "Does again what was undone last")
+    .keys(&[Keys::control_shift("z"), Keys::control("y")])
+    .available_if(|now| now.document().is_some_and(|own| own.redo_label().is_some()))
+    .labelled(|now| labelled("Redo", now.document().and_then(|own| own.redo_label())));
+pub const CANCEL_DRAG: Command =
+    Command::new(EDIT, 100, "Take the drag back", "Ends a drag as if it had never been")
+        .keys(&[Keys::plain("escape")])
+        .for_drags();
+pub const MAGNIFY: Command =
+    Command::new(VIEW, 10, "Errors at true size", "Draws errors at true size, or magnified again")
+        .keys(&[Keys::plain("m")])
+        .labelled(|now| {
+            let view = now.document().map(|own| own.view());
+            match view.is_some_and(|view| view.magnification == Magnification::Times(1.0)) {
+                true => "Magnify errors".to_owned(),
+                false => "Errors at true size".to_owned(),
+            }
+        });
+
+/// Registers the commands.
+pub struct DocumentCommandsPlugin;
+
+impl Plugin for DocumentCommandsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_command(NEW, write(FileRequest::ShowNew))
+            .add_command(OPEN, write(FileRequest::ShowOpen))
+            .add_command(SAVE, write(FileRequest::Save))
+            .add_command(SAVE_AS, write(FileRequest::ShowSaveAs))
+            .add_command(OPEN_TOOL, write(BodyFileRequest::ShowOpen(BodyRole::Tool)))
+            .add_command(OPEN_CRF, write(BodyFileRequest::ShowOpen(BodyRole::Crf)))
+            .add_command(SAVE_BODY, save_body)
+            .add_command(LOAD_MESH, load_mesh)
+            .add_command(ADD_ANATOMY, write(MeshRequest::ShowLoad(MeshOwner::Anatomy(None))))
+            .add_command(REPORT, write(FileRequest::ShowWriteReport))
+            .add_command(QUIT, write(FileRequest::Quit))
+            .add_command(UNDO, write(EditRequest::Undo))
+            .add_command(REDO, write(EditRequest::Redo))
+            .add_command(CANCEL_DRAG, write(EditRequest::Cancel))
+            .add_command(MAGNIFY, magnify);
+    }
+}
+
+fn has_body(now: &Situation, role: BodyRole) -> bool {
+    now.document().is_some_and(|document| document.design().body(role).is_some())
+}
+
+/// `Undo move sensor`.
+fn labelled(verb: &str, label: Option<&str>) -> String {
+    let Some(label) = label else { return verb.to_owned() };
+    let mut chars = label.chars();
+    let first = chars.next().map(char::to_lowercase);
+    format!("{verb} {}", first.into_iter().flatten().chain(chars).collect::<String>())
+}
+
+fn save_body(selection: Res<Selection>, mut requests: MessageWriter<BodyFileRequest>) {
+    requests.write(BodyFileRequest::ShowSave(body_of_selection(&selection)));
+}
+
+fn load_mesh(selection: Res<Selection>, mut requests: MessageWriter<MeshRequest>) {
+    requests.write(MeshRequest::ShowLoad(body_of_selection(&selection).into()));
+}
+
+/// Errors at true size, or magnified again where they were at true size.
+fn magnify(world: Option<Res<OpenWorld>>, mut requests: MessageWriter<ViewRequest>) {
+    let Some(world) = world else { return };
+    let view = world.0.document.view();
+    let magnification = match view.magnification {
+        Magnification::Times(1.0) => Magnification::Auto,
+        _ => Magnification::Times(1.0),
+    };
+    requests.write(ViewRequest::Set(View { magnification, ..view.clone() }));
+}

@@ -1,0 +1,286 @@
+//! Commands of the 3D view: the camera, tools, handles, and what is done to the selected sensors.
+
+use crate::document::requests::{Axis, EditRequest, OpenWorld, ViewRequest};
+use crate::document::selection::Selection;
+use crate::shell::commands::{AddCommand, Command, EDIT, Situation, VIEW, write};
+use crate::shell::keys::Keys;
+use crate::viewport::gizmo::GizmoAxes;
+use crate::viewport::surfaces::Surfaces;
+use crate::viewport::sensor_commands::SensorCommand;
+use crate::viewport::tool::{SceneTool, add_sensor_beside};
+use bevy::prelude::*;
+use trackwright_design::MirrorPlane;
+
+pub const ADD_SENSOR: Command = Command::new(
+    EDIT,
+    10,
+    "Add sensor by click",
+    "Puts a sensor where the next click meets a body; with Shift, one with every click",
+)
+.keys(&[Keys::plain("a")])
+.available_if(is_edited);
+pub const ADD_SENSOR_BESIDE: Command = Command::new(
+    EDIT,
+    11,
+    "Add sensor beside the last",
+    "Adds a sensor to the selected body, or the tool, beside its last one",
+)
+.available_if(is_edited);
+pub const SET_TIP: Command = Command::new(
+    EDIT,
+    12,
+    "Set the tip by click",
+    "Puts the tip of a body where the next click meets it",
+)
+.keys(&[Keys::plain("t")])
+.available_if(is_edited);
+const FRAME_SELECTION: Command = Command::new(
+    VIEW,
+    0,
+    "Frame selection",
+    "Moves the camera to what is selected, or to everything",
+)
+.keys(&[Keys::plain("f")]);
+const LOOK_ALONG: [(Axis, Command); 3] = [
+    (
+        Axis::X,
+        Command::new(VIEW, 1, "Look along x", "Looks along the tracker's x axis")
+            .keys(&[Keys::plain("1")]),
+    ),
+    (
+        Axis::Y,
+        Command::new(VIEW, 2, "Look along y", "Looks along the tracker's y axis")
+            .keys(&[Keys::plain("3")]),
+    ),
+    (
+        Axis::Z,
+        Command::new(
+            VIEW,
+            3,
+            "Look along z",
+            "Looks along the tracker's z axis, which points from volume to generator",
+        )
+        .keys(&[Keys::plain("7")]),
+    ),
+];
+const TURN_GIZMO: Command = Command::new(
+    VIEW,
+    11,
+    "Gizmo along the tracker's axes",
+    "Handles along the tracker's axes, or again along those of what is selected",
+)
+.available_if(|now| now.workspace.has_gizmo);
+
+/// What is done to the selected sensors, in the order of menus.
+pub const SENSOR_COMMANDS: [(SensorCommand, Command); 14] = [
+    (
+        SensorCommand::Duplicate,
+        Command::new(
+            EDIT,
+            20,
+            "Duplicate sensors",
+            "Copies the selected sensors in place, to be moved from there",
+        )
+        .keys(&[Keys::control("d")])
+        .available_if(|now| allows(now, SensorCommand::Duplicate)),
+    ),
+    (
+        SensorCommand::Row,
+        Command::new(
+            EDIT,
+            21,
+            "Row of sensors…",
+            "Makes each selected sensor the first of a row at equal distances",
+        )
+        .available_if(|now| allows(now, SensorCommand::Row)),
+    ),
+    (
+        SensorCommand::Remove,
+        Command::new(
+            EDIT,
+            22,
+            "Delete sensors",
+            "Takes the selected sensors off their body, which keeps one at least",
+        )
+        .keys(&[Keys::plain("delete")])
+        .available_if(|now| allows(now, SensorCommand::Remove)),
+    ),
+    (
+        SensorCommand::Mirror(MirrorPlane::X),
+        Command::new(
+            EDIT,
+            30,
+            "Mirror sensors at x = 0",
+            "Moves the selected sensors to the other side of their body's plane x = 0",
+        )
+        .available_if(|now| allows(now, SensorCommand::Mirror(MirrorPlane::X))),
+    ),
+    (
+        SensorCommand::Mirror(MirrorPlane::Y),
+        Command::new(
+            EDIT,
+            31,
+            "Mirror sensors at y = 0",
+            "Moves the selected sensors to the other side of their body's plane y = 0",
+        )
+        .available_if(|now| allows(now, SensorCommand::Mirror(MirrorPlane::Y))),
+    ),
+    (
+        SensorCommand::Mirror(MirrorPlane::Z),
+        Command::new(
+            EDIT,
+            32,
+            "Mirror sensors at z = 0",
+            "Moves the selected sensors to the other side of their body's plane z = 0",
+        )
+        .available_if(|now| allows(now, SensorCommand::Mirror(MirrorPlane::Z))),
+    ),
+    (
+        SensorCommand::MirrorCopy(MirrorPlane::X),
+        Command::new(
+            EDIT,
+            40,
+            "Mirror copy at x = 0",
+            "Puts copies on the other side of the body's plane x = 0",
+        )
+        .available_if(|now| allows(now, SensorCommand::MirrorCopy(MirrorPlane::X))),
+    ),
+    (
+        SensorCommand::MirrorCopy(MirrorPlane::Y),
+        Command::new(
+            EDIT,
+            41,
+            "Mirror copy at y = 0",
+            "Puts copies on the other side of the body's plane y = 0",
+        )
+        .available_if(|now| allows(now, SensorCommand::MirrorCopy(MirrorPlane::Y))),
+    ),
+    (
+        SensorCommand::MirrorCopy(MirrorPlane::Z),
+        Command::new(
+            EDIT,
+            42,
+            "Mirror copy at z = 0",
+            "Puts copies on the other side of the body's plane z = 0",
+        )
+        .available_if(|now| allows(now, SensorCommand::MirrorCopy(MirrorPlane::Z))),
+    ),
+    (
+        SensorCommand::MakeFiveDof,
+        Command::new(
+            EDIT,
+            50,
+            "Make sensors 5-DOF",
+            "Leaves the selected sensors their z axis, which is all that a single coil measures",
+        )
+        .available_if(|now| allows(now, SensorCommand::MakeFiveDof)),
+    ),
+    (
+        SensorCommand::MakeSixDof,
+        Command::new(
+            EDIT,
+            51,
+            "Make sensors 6-DOF",
+            "Gives the selected sensors a full rotation with their axis as z",
+        )
+        .available_if(|now| allows(now, SensorCommand::MakeSixDof)),
+    ),
+    (
+        SensorCommand::MakeMarker,
+        Command::new(
+            EDIT,
+            52,
+            "Make sensors markers",
+            "Leaves the selected sensors their positions, which is all that an optical tracker measures of a marker",
+        )
+        .available_if(|now| allows(now, SensorCommand::MakeMarker)),
+    ),
+    (
+        SensorCommand::AlongNormal,
+        Command::new(
+            EDIT,
+            53,
+            "Axis along the surface normal",
+            "Turns each axis out of the body, straight through its surface",
+        )
+        .available_if(|now| allows(now, SensorCommand::AlongNormal)),
+    ),
+    (
+        SensorCommand::AlongShaft,
+        Command::new(
+            EDIT,
+            54,
+            "Axis along the shaft",
+            "Turns each axis along the surface, in the direction in which the body is longest",
+        )
+        .available_if(|now| allows(now, SensorCommand::AlongShaft)),
+    ),
+];
+
+impl SensorCommand {
+    /// What is known of it as a command.
+    pub fn command(self) -> &'static Command {
+        let own = SENSOR_COMMANDS.iter().find(|(own, _)| *own == self);
+        &own.unwrap_or(&SENSOR_COMMANDS[0]).1
+    }
+}
+
+/// Registers the commands. That of a row belongs to the page that asks about it.
+pub struct ViewportCommandsPlugin;
+
+impl Plugin for ViewportCommandsPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_command(ADD_SENSOR, take(SceneTool::AddSensor))
+            .add_command(ADD_SENSOR_BESIDE, add_beside)
+            .add_command(SET_TIP, take(SceneTool::SetTip))
+            .add_command(FRAME_SELECTION, write(ViewRequest::FrameSelection))
+            .add_command(TURN_GIZMO, |mut axes: ResMut<GizmoAxes>| axes.0 = axes.0.other());
+        for (axis, command) in LOOK_ALONG {
+            app.add_command(command, write(ViewRequest::LookAlong(axis)));
+        }
+        for (own, command) in SENSOR_COMMANDS {
+            if own != SensorCommand::Row {
+                app.add_command(command, change_sensors(own));
+            }
+        }
+    }
+}
+
+fn is_edited(now: &Situation) -> bool {
+    now.world.is_some() && now.workspace.edits_design
+}
+
+fn allows(now: &Situation, command: SensorCommand) -> bool {
+    now.world.is_some_and(|world| command.is_available(&world.0, now.selection))
+}
+
+/// A tool taken in hand, or put back.
+fn take(tool: SceneTool) -> impl FnMut(ResMut<SceneTool>) {
+    move |mut own: ResMut<SceneTool>| *own = own.toggled(tool)
+}
+
+fn add_beside(
+    world: Option<Res<OpenWorld>>,
+    selection: Res<Selection>,
+    mut edits: MessageWriter<EditRequest>,
+) {
+    let design = world.as_ref().map(|world| world.0.document.design());
+    let edit = design.and_then(|design| add_sensor_beside(design, &selection));
+    edits.write_batch(edit.map(EditRequest::Apply));
+}
+
+fn change_sensors(
+    command: SensorCommand,
+) -> impl FnMut(Option<Res<OpenWorld>>, Res<Selection>, Option<Res<Surfaces>>, MessageWriter<EditRequest>)
+{
+    move |world: Option<Res<OpenWorld>>,
+          selection: Res<Selection>,
+          surfaces: Option<Res<Surfaces>>,
+          mut edits: MessageWriter<EditRequest>| {
+        let Some(world) = world else { return };
+        let body = selection.sensors().map(|(body, _)| body);
+        let surfaces = surfaces.as_ref().zip(body);
+        let surface = surfaces.and_then(|(surfaces, body)| surfaces.of(body));
+        edits.write_batch(command.requests(&world.0, &selection, surface.map(|s| &**s)));
+    }
+}

@@ -1,0 +1,139 @@
+//! The panels of the Design workspace as systems: each reads what it shows and writes what is
+//! requested in it.
+
+use crate::document::body_files::BodyLoading;
+use crate::document::meshes::MeshLoading;
+use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::selection::{Hovered, Selected, Selection};
+use crate::document::trials::TrialChoice;
+use crate::runner::results::Results;
+use crate::shell::commands::{Availability, Command};
+use crate::shell::requests::Requests;
+use crate::shell::window::Workspace;
+use crate::workspaces::design::actions::{DesignRequests, HoveredRow};
+use crate::workspaces::design::baseline::Baseline;
+use crate::workspaces::design::body_file_ui::{BodyFileView, body_file_ui};
+use crate::workspaces::design::history_ui::history_ui;
+use crate::workspaces::design::inspector::{InspectorView, inspector_ui};
+use crate::workspaces::design::mesh_ui::{MeshView, mesh_ui};
+use crate::workspaces::design::outliner::{OutlinerView, outliner_ui};
+use crate::workspaces::design::result::{
+    self, ResultView, are_figures_old, brief_result_ui, result_ui,
+};
+use crate::workspaces::study::desk::{Side, StudyDesk};
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy_egui::egui::{Panel, Ui};
+use trackwright_project::MeshOwner;
+use trackwright_simulation::headline;
+
+/// Bodies with their sensors and tips, the anatomy, the room.
+pub(crate) fn outliner_panel(
+    mut ui: InMut<Ui>,
+    (world, results): (Res<OpenWorld>, Res<Results>),
+    (selection, hovered): (Res<Selection>, Res<Hovered>),
+    available: Availability,
+    mut row: ResMut<HoveredRow>,
+    mut requests: DesignRequests,
+    mut commands: Commands,
+) {
+    let document = &world.0.document;
+    let situation = available.situation();
+    let view = OutlinerView {
+        design: document.design(),
+        environment: &world.0.environment,
+        view: document.view(),
+        selection: &selection,
+        hovered: hovered.0,
+        is_available: &|command: &Command| situation.allows(command),
+        pose: results.pose.as_ref().map(|pose| &pose.value),
+    };
+    let actions = outliner_ui(&mut ui, &view);
+    row.bypass_change_detection().follow(&actions, &mut commands);
+    requests.write(actions);
+}
+
+/// The list of steps, at the foot of its side.
+pub(crate) fn history_panel(
+    mut ui: InMut<Ui>,
+    world: Res<OpenWorld>,
+    mut requests: Requests<EditRequest>,
+) {
+    requests.write_all(history_ui(&mut ui, &world.0.document.history()));
+}
+
+/// The numbers of what is selected.
+pub(crate) fn inspector_panel(
+    mut ui: InMut<Ui>,
+    (world, results): (Res<OpenWorld>, Res<Results>),
+    selection: Res<Selection>,
+    (meshes, bodies): (Option<Res<MeshLoading>>, Option<Res<BodyLoading>>),
+    available: Availability,
+    mut requests: DesignRequests,
+) {
+    let situation = available.situation();
+    let view = InspectorView {
+        design: world.0.document.design(),
+        selection: &selection,
+        is_available: &|command: &Command| situation.allows(command),
+        pose: results.pose.as_ref().map(|pose| &pose.value),
+        derived_weight: world.0.environment.orientation_weight(None),
+    };
+    requests.write(inspector_ui(&mut ui, &view));
+    let whose = match selection.primary() {
+        Some(Selected::Body(role)) => {
+            let view = bodies.as_ref().and_then(|own| BodyFileView::of(&world.0, role, own));
+            requests.write(view.map_or_else(Vec::new, |view| body_file_ui(&mut ui, &view)));
+            MeshOwner::Body(role)
+        }
+        Some(Selected::Anatomy(index)) => MeshOwner::Anatomy(Some(index)),
+        _ => return,
+    };
+    let view = meshes.as_ref().and_then(|own| MeshView::of(&world.0, whose, own));
+    requests.write(view.map_or_else(Vec::new, |view| mesh_ui(&mut ui, &view)));
+}
+
+/// What the figures of the result are drawn from.
+#[derive(SystemParam)]
+pub(crate) struct ShownResult<'w> {
+    world: Res<'w, OpenWorld>,
+    results: Res<'w, Results>,
+    baseline: Option<Res<'w, Baseline>>,
+    choice: Res<'w, TrialChoice>,
+    desk: Option<Res<'w, StudyDesk>>,
+    workspace: Res<'w, Workspace>,
+}
+
+impl ShownResult<'_> {
+    fn view(&self) -> ResultView<'_> {
+        let (document, results) = (&self.world.0.document, &*self.results);
+        let study = results.study.as_ref();
+        let before = study.zip(self.baseline.as_ref()).and_then(|(study, baseline)| {
+            baseline.before(&headline(&study.value.figures, results.expected_of_study()))
+        });
+        ResultView {
+            results,
+            before,
+            has_expected: self.world.0.environment.process.is_some(),
+            is_computing: study.is_some() && are_figures_old(document, results, &self.choice),
+            is_short: self.workspace.charts_trials
+                && self.desk.as_ref().is_some_and(|desk| desk.side == Side::Trials),
+        }
+    }
+}
+
+/// The figures, at the foot of the side.
+pub(crate) fn result_panel(mut ui: InMut<Ui>, shown: ShownResult) {
+    Panel::bottom("result")
+        .resizable(false)
+        .frame(result::frame())
+        .show(&mut ui, |ui| result_ui(ui, &shown.view()));
+}
+
+/// The few figures that decide, at the foot of a side that shows something else.
+pub(crate) fn brief_result_panel(mut ui: InMut<Ui>, shown: ShownResult) {
+    Panel::bottom("result in room")
+        .resizable(false)
+        .frame(result::frame())
+        .show(&mut ui, |ui| brief_result_ui(ui, &shown.view()));
+}

@@ -1,0 +1,81 @@
+//! The panels of the Field workspace as systems.
+
+use crate::document::apply::WorldGeneration;
+use crate::document::requests::OpenWorld;
+use crate::shell::requests::Requests;
+use crate::workspaces::field::FieldRequest;
+use crate::workspaces::field::desk::FieldDesk;
+use crate::workspaces::field::panels::rooms::rooms_ui;
+use crate::workspaces::field::panels::selection::{selection_ui, selection_window};
+use crate::workspaces::field::panels::settings::settings_ui;
+use crate::workspaces::field::panels::table::tables_ui;
+use crate::workspaces::field::panels::worth::{comparison_ui, worth_ui};
+use crate::workspaces::field::samples::SampleScale;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
+use bevy_egui::EguiContexts;
+use bevy_egui::egui::{Rect, Ui};
+
+/// The measurements that are open.
+pub(crate) fn tables_panel(
+    mut ui: InMut<Ui>,
+    desk: Res<FieldDesk>,
+    scale: Option<Res<SampleScale>>,
+    mut requests: Requests<FieldRequest>,
+) {
+    let scale = scale.map_or_else(SampleScale::default, |scale| *scale);
+    requests.write_all(tables_ui(&mut ui, &desk, scale));
+}
+
+/// The rooms that the design could be put in.
+pub(crate) fn rooms_panel(
+    mut ui: InMut<Ui>,
+    desk: Res<FieldDesk>,
+    mut requests: Requests<FieldRequest>,
+) {
+    requests.write_all(rooms_ui(&mut ui, &desk));
+}
+
+/// What a room is fitted with, and how well the fit describes the measurements.
+pub(crate) fn fit_panel(
+    mut ui: InMut<Ui>,
+    desk: Res<FieldDesk>,
+    world: Res<OpenWorld>,
+    generation: Res<WorldGeneration>,
+    mut requests: Requests<FieldRequest>,
+) {
+    requests.write_all(settings_ui(&mut ui, &desk));
+    requests.write_all(worth_ui(&mut ui, &desk));
+    if let Some(comparison) = &desk.comparison {
+        let is_current = comparison.generation == generation.0
+            && comparison.revision == world.0.document.revision();
+        comparison_ui(&mut ui, comparison, is_current);
+    }
+    if let Some(fitted) = &desk.fitted {
+        requests.write_all(selection_ui(&mut ui, fitted));
+    }
+}
+
+pub(crate) fn is_selection_open(desk: Res<FieldDesk>) -> bool {
+    desk.is_selection_open
+}
+
+/// The window with Fig. 3 and its table.
+pub(crate) fn selection_page(
+    mut contexts: EguiContexts,
+    desk: Res<FieldDesk>,
+    mut requests: Requests<FieldRequest>,
+    mut commands: Commands,
+    mut stood: Local<Option<Rect>>,
+) -> Result {
+    let Some(fitted) = desk.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
+        return Ok(());
+    };
+    let (asked, stands) = selection_window(contexts.ctx_mut()?, fitted);
+    if *stood != stands {
+        commands.write_message(RequestRedraw);
+    }
+    *stood = stands;
+    requests.write_all(asked);
+    Ok(())
+}
