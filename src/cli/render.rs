@@ -220,8 +220,8 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
 
 /// Refuses what another workspace than the named one would show.
 fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
-    let (field, decide) = (Workspace::Field, Workspace::Decide);
-    let (study, present) = (Workspace::Study, Workspace::Present);
+    let (field, decide) = (workspaces::field::WORKSPACE, workspaces::decide::WORKSPACE);
+    let (study, present) = (workspaces::study::WORKSPACE, workspaces::present::WORKSPACE);
     let all = [
         ("--measurements", args.measurements.is_some(), vec![field], "field"),
         ("--holdout", args.holdout.is_some(), vec![field], "field"),
@@ -247,7 +247,8 @@ fn missing_layers(
     slide: usize,
     selected: Option<Selected>,
 ) -> Vec<MissingLayer> {
-    let (design, is_slide) = (world.document.design(), workspace == Some(Workspace::Present));
+    let (design, is_slide) =
+        (world.document.design(), workspace == Some(workspaces::present::WORKSPACE));
     let slide = design.slides.get(slide).filter(|_| is_slide);
     let view = slide.map_or(world.document.view(), |slide| &slide.view);
     let is_sensor_selected = is_slide || matches!(selected, Some(Selected::Sensor(..)));

@@ -2,18 +2,17 @@
 //! what was expected; exit status 2; nothing written.
 
 use crate::support::data::own;
-use crate::support::program::{Scratch, fail, succeed, text, trackwright};
+use crate::support::program::{Scratch, assert_one_line};
 use std::fs;
 
-const BODY: &str = "golden/pointer-on-head/tool.body.ron";
+const DESIGN: &str = "pointer-on-head.design.ron";
+const SIMULATE: &str = "simulate d/pointer-on-head.design.ron --mode";
+const ROOM: &str = "own:room-a/room-a-fit.csv";
 
 /// A working design with its environment, for one file to be spoilt.
 fn working() -> Scratch {
     let scratch = Scratch::new();
-    scratch.copy_own("golden/pointer-on-head", "d");
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let env = scratch.arg("d/room.env.ron");
-    succeed(&["fit", &table, "-o", &env, "--order", "1", "--directions", "6"]);
+    scratch.copy_design_with_room("golden/pointer-on-head", "--order 1 --directions 6");
     scratch
 }
 
@@ -27,182 +26,124 @@ fn spoil(file: &str, change: impl FnOnce(Vec<u8>) -> Vec<u8>, words: &[&str]) {
     let after = change(before.clone());
     assert_ne!(before, after, "{file} was not changed");
     fs::write(&path, after).unwrap();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    let (log, input) = (scratch.arg("log.csv"), scratch.arg("d/input.csv"));
-    let mut args = vec!["simulate", &design, "--log", &log];
-    args.extend(match file {
-        "input.csv" => ["--input", &input],
-        _ => ["--mode", "motion"],
-    });
-    let message = fail(&args);
-    assert!(!scratch.path("log.csv").exists(), "{file}: a log was written");
-    assert_says(&message, &[&[file], words].concat());
+    let mode = if file == "input.csv" { "input --input d/input.csv" } else { "motion" };
+    let message = scratch.fail(format!("{SIMULATE} {mode} --log log.csv"));
+    assert!(!scratch.has("log.csv"), "{file}: a log was written");
+    assert_one_line(&message, &[&[file], words].concat());
 }
 
-#[track_caller]
-fn assert_says(message: &str, words: &[&str]) {
-    assert_eq!(message.lines().count(), 1, "one line: {message}");
-    for word in words {
-        assert!(message.contains(word), "{word:?} is not in: {message}");
-    }
-}
-
-fn replace(from: &'static str, to: &'static str) -> impl FnOnce(Vec<u8>) -> Vec<u8> {
+fn replace(from: &str, to: &str) -> impl FnOnce(Vec<u8>) -> Vec<u8> {
     move |bytes| String::from_utf8(bytes).unwrap().replacen(from, to, 1).into_bytes()
+}
+
+fn header(bytes: Vec<u8>) -> Vec<u8> {
+    bytes[..=bytes.iter().position(|&c| c == b'\n').unwrap()].to_vec()
+}
+
+/// A design with something else in the place of its range of motion.
+fn with_motion(design: Vec<u8>, motion: &str) -> Vec<u8> {
+    let text = String::from_utf8(design).unwrap();
+    let (start, end) = (text.find("motion: (").unwrap(), text.find("orientation_w").unwrap());
+    format!("{}{motion}{}", &text[..start], &text[end..]).into_bytes()
+}
+
+fn without_motion(scratch: &Scratch) {
+    let path = scratch.path("d/pointer-on-head.design.ron");
+    fs::write(&path, with_motion(fs::read(&path).unwrap(), "")).unwrap();
 }
 
 #[test]
 fn a_missing_file_is_named() {
     let scratch = working();
-    for (file, word) in [
-        ("d/tool.body.ron", "tool.body.ron"),
-        ("d/crf.body.ron", "crf.body.ron"),
-        ("d/room.env.ron", "room.env.ron"),
-        ("d/pointer-on-head.design.ron", "pointer-on-head.design.ron"),
+    for (file, expected) in [
+        ("tool.body.ron", "expected"),
+        ("crf.body.ron", "expected"),
+        ("room.env.ron", "expected an environment"),
+        (DESIGN, "expected"),
     ] {
-        let (path, away) = (scratch.path(file), scratch.path("away"));
+        let (path, away) = (scratch.path(&format!("d/{file}")), scratch.path("away"));
         fs::rename(&path, &away).unwrap();
-        let design = scratch.arg("d/pointer-on-head.design.ron");
-        let message = fail(&["simulate", &design, "--mode", "single"]);
-        assert_says(&message, &[word, "found no such file", "expected"]);
+        for mode in ["single", "motion"] {
+            let line = format!("{SIMULATE} {mode}");
+            scratch.fail_with(line, &[file, "found no such file", expected]);
+        }
         fs::rename(&away, &path).unwrap();
     }
 }
 
 #[test]
 fn truncated_files_name_the_line() {
-    for file in ["tool.body.ron", "pointer-on-head.design.ron", "room.env.ron"] {
+    for file in ["tool.body.ron", DESIGN, "room.env.ron"] {
         spoil(file, |b| b[..b.len() * 2 / 3].to_vec(), &["line", "column", "expected"]);
     }
 }
 
 #[test]
 fn bytes_that_are_not_utf8_are_located() {
-    for file in ["tool.body.ron", "pointer-on-head.design.ron", "room.env.ron", "input.csv"] {
-        spoil(
-            file,
-            |b| [b"(\n  \xff\xfe\x00\x01".as_slice(), &b].concat(),
-            &["line 2, column 3", "UTF-8"],
-        );
+    for file in ["tool.body.ron", DESIGN, "room.env.ron", "input.csv"] {
+        let change = |b: Vec<u8>| [b"(\n  \xff\xfe\x00\x01".as_slice(), &b].concat();
+        spoil(file, change, &["line 2, column 3", "UTF-8"]);
     }
 }
 
 #[test]
-fn a_wrong_version_is_named() {
-    for file in ["tool.body.ron", "pointer-on-head.design.ron"] {
-        spoil(file, replace("version: 1", "version: 7"), &["version", "7", "expected"]);
-    }
-}
-
-#[test]
-fn numbers_that_are_not_finite_are_named() {
-    spoil("tool.body.ron", replace("(0.0, 0.0, 60.0)", "(0.0, NaN, 60.0)"), &["position", "NaN"]);
-    spoil("tool.body.ron", replace("(0.0, 0.0, 60.0)", "(0.0, inf, 60.0)"), &["position", "inf"]);
-    spoil("tool.body.ron", replace("tip: (0, 0, 0)", "tip: (0, NaN, 0)"), &["tip", "NaN"]);
-    spoil(
-        "pointer-on-head.design.ron",
-        replace("min: -40.0", "min: NaN"),
-        &["motion.x", "NaN", "expected"],
-    );
-    spoil(
-        "pointer-on-head.design.ron",
-        replace("orientation_weight: 100.0", "orientation_weight: inf"),
-        &["orientation_weight", "inf", "expected"],
-    );
-}
-
-#[test]
-fn quaternions_without_length_are_named() {
-    spoil(
-        "pointer-on-head.design.ron",
-        replace("rotation: (1, 0, 0, 0)", "rotation: (0, 0, 0, 0)"),
-        &["rotation", "expected"],
-    );
-    spoil("input.csv", replace(",0.9", ",2.9"), &["line", "expected"]);
-}
-
-#[test]
-fn axes_without_length_are_named() {
-    spoil(
-        "tool.body.ron",
-        replace("axis: (0, 0, 1)", "axis: (0, 0, 0)"),
-        &["sensors[0] \"s0\"", "axis", "(0, 0, 0)", "expected"],
-    );
-}
-
-#[test]
-fn bodies_without_distinct_sensors_are_refused() {
-    spoil(
-        "tool.body.ron",
-        |b| {
-            let text = String::from_utf8(b).unwrap();
-            let start = text.find("sensors: [").unwrap();
-            format!("{}sensors: [],\n)", &text[..start]).into_bytes()
-        },
-        &["sensors", "expected at least one"],
-    );
-    spoil("tool.body.ron", replace("\"s1\"", "\"s0\""), &["s0", "expected"]);
-}
-
-#[test]
-fn an_environment_that_does_not_exist_is_named() {
-    let scratch = working();
-    fs::rename(scratch.path("d/room.env.ron"), scratch.path("d/else.env.ron")).unwrap();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    assert_says(
-        &fail(&["simulate", &design, "--mode", "motion"]),
-        &["room.env.ron", "found no such file", "expected an environment"],
-    );
-}
-
-#[test]
-fn unusable_input_tables_are_located() {
-    spoil("input.csv", replace("tool_qz", "tool_q"), &["tool_qz", "column"]);
-    spoil(
-        "input.csv",
-        |b| b[..=b.iter().position(|&c| c == b'\n').unwrap()].to_vec(),
-        &["no rows"],
-    );
-    spoil("input.csv", replace("\n2", "\nx2"), &["line 10", "crf_x", "x2.97", "expected"]);
-}
-
-#[test]
-fn a_huge_range_of_motion_is_refused() {
-    spoil(
-        "pointer-on-head.design.ron",
-        |b| {
-            let text = String::from_utf8(b).unwrap();
-            let (start, end) =
-                (text.find("motion: (").unwrap(), text.find("orientation_w").unwrap());
-            let axis = |name: &str| format!("{name}: (min: 0.0, max: 99.0, step: 1.0), ");
-            let axes: String = ["x", "y", "z", "rx", "ry", "rz"].map(axis).concat();
-            format!("{}motion: ({axes}),\n    {}", &text[..start], &text[end..]).into_bytes()
-        },
-        &["motion", "1.0000e12", "expected at most"],
-    );
-}
-
-#[test]
-fn misspelt_fields_are_named_with_the_right_ones() {
+fn wrong_values_are_named_with_their_place() {
+    let (tool, weight) = ("tool.body.ron", "orientation_weight: 100.0");
     for (file, from, to, words) in [
+        (tool, "version: 1", "version: 7", &["version", "7", "expected"][..]),
+        (DESIGN, "version: 1", "version: 7", &["version", "7", "expected"]),
+        (tool, "(0.0, 0.0, 60.0)", "(0.0, NaN, 60.0)", &["position", "NaN"]),
+        (tool, "(0.0, 0.0, 60.0)", "(0.0, inf, 60.0)", &["position", "inf"]),
+        (tool, "tip: (0, 0, 0)", "tip: (0, NaN, 0)", &["tip", "NaN"]),
+        (DESIGN, "min: -40.0", "min: NaN", &["motion.x", "NaN", "expected"]),
+        (DESIGN, weight, "orientation_weight: inf", &["orientation_weight", "inf", "expected"]),
+        (DESIGN, "rotation: (1, 0, 0, 0)", "rotation: (0, 0, 0, 0)", &["rotation", "expected"]),
+        ("input.csv", ",0.9", ",2.9", &["line", "expected"]),
         (
-            "pointer-on-head.design.ron",
+            tool,
+            "axis: (0, 0, 1)",
+            "axis: (0, 0, 0)",
+            &["sensors[0] \"s0\"", "axis", "(0, 0, 0)", "expected"],
+        ),
+        (tool, "\"s1\"", "\"s0\"", &["s0", "expected"]),
+        ("input.csv", "tool_qz", "tool_q", &["tool_qz", "column"]),
+        ("input.csv", "\n2", "\nx2", &["line 10", "crf_x", "x2.97", "expected"]),
+        (
+            DESIGN,
             "    crf: ",
             "    cfr: ",
-            &["line 5, column 5: found the unknown field `cfr`, expected `crf`"][..],
+            &["line 5, column 5: found the unknown field `cfr`, expected `crf`"],
         ),
         (
-            "pointer-on-head.design.ron",
+            DESIGN,
             "    motion: ",
             "    moiton: ",
             &["found the unknown field `moiton`, expected `motion`"],
         ),
-        ("tool.body.ron", "tip: ", "tipp: ", &["found the unknown field `tipp`, expected `tip`"]),
+        (tool, "tip: ", "tipp: ", &["found the unknown field `tipp`, expected `tip`"]),
         (
-            "tool.body.ron",
+            tool,
             "version: 1,",
             "version: 9, color: Red,",
             &["version is 9, expected 1; a newer trackwright wrote it"],
+        ),
+        (
+            DESIGN,
+            "x: (min: -40.0, max: 40.0, step: 40.0)",
+            "x: (min: 40.0, max: -40.0, step: 40.0)",
+            &["motion.x: min is 40, max is -40, expected min at most max"],
+        ),
+        (
+            DESIGN,
+            weight,
+            "orientation_weight: 1e9",
+            &["orientation_weight is 1000000000, expected a length of at most 1e6 mm"],
+        ),
+        (
+            DESIGN,
+            weight,
+            "orientation_weight: 1e308",
+            &["column ", "found `1e308`, expected a number of at most 1e30"],
         ),
     ] {
         spoil(file, replace(from, to), words);
@@ -210,42 +151,39 @@ fn misspelt_fields_are_named_with_the_right_ones() {
 }
 
 #[test]
-fn reversed_ranges_and_huge_lengths_are_refused() {
-    let design = "pointer-on-head.design.ron";
-    let range = "x: (min: 40.0, max: -40.0, step: 40.0)";
-    spoil(
-        design,
-        replace("x: (min: -40.0, max: 40.0, step: 40.0)", range),
-        &["motion.x: min is 40, max is -40, expected min at most max"],
-    );
-    spoil(
-        design,
-        replace("orientation_weight: 100.0", "orientation_weight: 1e9"),
-        &["orientation_weight is 1000000000, expected a length of at most 1e6 mm"],
-    );
-    spoil(
-        design,
-        replace("orientation_weight: 100.0", "orientation_weight: 1e308"),
-        &["column ", "found `1e308`, expected a number of at most 1e30"],
-    );
+fn a_body_without_sensors_and_an_empty_table_are_refused() {
+    let without_sensors = |b: Vec<u8>| {
+        let text = String::from_utf8(b).unwrap();
+        let start = text.find("sensors: [").unwrap();
+        format!("{}sensors: [],\n)", &text[..start]).into_bytes()
+    };
+    spoil("tool.body.ron", without_sensors, &["sensors", "expected at least one"]);
+    spoil("input.csv", header, &["no rows"]);
+}
+
+#[test]
+fn a_huge_range_of_motion_is_refused() {
+    let axis = |name: &str| format!("{name}: (min: 0.0, max: 99.0, step: 1.0), ");
+    let axes: String = ["x", "y", "z", "rx", "ry", "rz"].map(axis).concat();
+    let change = |b| with_motion(b, &format!("motion: ({axes}),\n    "));
+    spoil(DESIGN, change, &["motion", "1.0000e12", "expected at most"]);
 }
 
 /// What a file calls things goes to the terminal as it can be read there, and to programs as it is.
 #[test]
 fn names_that_a_terminal_would_obey_are_escaped() {
     let scratch = working();
-    let path = scratch.path("d/pointer-on-head.design.ron");
-    let text = fs::read_to_string(&path).unwrap();
+    let text = scratch.read("d/pointer-on-head.design.ron");
     let start = text.find("name: \"").unwrap() + "name: \"".len();
     let end = start + text[start..].find('"').unwrap();
     let name = "a\\u{1b}[31m\\u{202e}b";
-    fs::write(&path, format!("{}{name}{}", &text[..start], &text[end..])).unwrap();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    let shown = succeed(&["simulate", &design, "--mode", "single"]);
+    let renamed = format!("{}{name}{}", &text[..start], &text[end..]);
+    scratch.write("d/pointer-on-head.design.ron", renamed);
+    let shown = scratch.succeed(format!("{SIMULATE} single"));
     assert!(shown.contains(name), "{shown}");
     let is_hidden = |c: char| c == '\u{1b}' || c == '\u{202e}';
     assert!(!shown.contains(is_hidden), "{shown}");
-    let error = fail(&["simulate", "no\u{202e}such.ron", "--mode", "single"]);
+    let error = scratch.fail("simulate no\u{202e}such.ron --mode single");
     assert!(!error.contains(is_hidden), "{error}");
     assert!(error.contains("no\\u{202e}such.ron"), "{error}");
 }
@@ -253,32 +191,23 @@ fn names_that_a_terminal_would_obey_are_escaped() {
 #[test]
 fn a_two_gigabyte_file_is_refused_by_length() {
     let scratch = working();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    fs::File::create(scratch.path("d/pointer-on-head.design.ron"))
-        .and_then(|file| file.set_len(2 << 30))
-        .unwrap();
-    let message = fail(&["simulate", &design, "--mode", "single"]);
-    assert_says(&message, &["found more than 16777216 bytes", "a design"]);
-    fs::File::create(scratch.path("d/input.csv")).and_then(|file| file.set_len(2 << 30)).unwrap();
-    let table = scratch.arg("d/input.csv");
-    let out = scratch.arg("out.env.ron");
-    let message = fail(&["fit", &table, "-o", &out, "--order", "1"]);
-    assert_says(&message, &["found more than 1073741824 bytes", "a measurement"]);
+    let fit = "fit d/input.csv -o out.env.ron --order 1".to_owned();
+    for (file, line, words) in [
+        (DESIGN, format!("{SIMULATE} single"), ["found more than 16777216 bytes", "a design"]),
+        ("input.csv", fit, ["found more than 1073741824 bytes", "a measurement"]),
+    ] {
+        let file = fs::File::create(scratch.path(&format!("d/{file}"))).unwrap();
+        file.set_len(2 << 30).unwrap();
+        scratch.fail_with(line, &words);
+    }
 }
 
 #[test]
 fn a_design_without_motion_has_no_motion_mode() {
     let scratch = working();
-    let path = scratch.path("d/pointer-on-head.design.ron");
-    let text = fs::read_to_string(&path).unwrap();
-    let (start, end) = (text.find("motion: (").unwrap(), text.find("orientation_w").unwrap());
-    fs::write(&path, format!("{}{}", &text[..start], &text[end..])).unwrap();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    assert_says(
-        &fail(&["simulate", &design, "--mode", "motion"]),
-        &["pointer-on-head.design.ron", "no range of motion"],
-    );
-    succeed(&["simulate", &design, "--mode", "single"]);
+    without_motion(&scratch);
+    scratch.fail_with(format!("{SIMULATE} motion"), &[DESIGN, "no range of motion"]);
+    scratch.succeed(format!("{SIMULATE} single"));
 }
 
 /// Fits a spoilt measurement table; no environment must appear.
@@ -288,42 +217,39 @@ fn spoil_table(change: impl FnOnce(Vec<u8>) -> Vec<u8>, words: &[&str]) {
     let before = fs::read(own("room-a/room-a-fit.csv")).unwrap();
     let after = change(before.clone());
     assert_ne!(before, after);
-    fs::write(scratch.path("data.csv"), after).unwrap();
-    let (data, env) = (scratch.arg("data.csv"), scratch.arg("e.env.ron"));
-    let message = fail(&["fit", &data, "-o", &env, "--order", "1", "--directions", "14"]);
-    assert!(!scratch.path("e.env.ron").exists());
-    assert_says(&message, &[&["data.csv"], words].concat());
+    scratch.write("data.csv", after);
+    let message = scratch.fail("fit data.csv -o e.env.ron --order 1 --directions 14");
+    assert!(!scratch.has("e.env.ron"));
+    assert_one_line(&message, &[&["data.csv"], words].concat());
 }
 
 #[test]
 fn unusable_measurement_tables_are_located() {
-    spoil_table(replace("measured_z", "measured"), &["measured_z", "column"]);
-    spoil_table(replace("ideal_qw", "ideal_q"), &["ideal_qw", "or none of them"]);
-    spoil_table(|b| b[..=b.iter().position(|&c| c == b'\n').unwrap()].to_vec(), &["no rows"]);
+    let quaternion = "0.403448096,0.580714761,-0.704057214,-0.0656006052";
+    for (from, to, words) in [
+        ("measured_z", "measured", &["measured_z", "column"][..]),
+        ("ideal_qw", "ideal_q", &["ideal_qw", "or none of them"]),
+        ("-111.428939", "NaN", &["line 2", "ideal_x", "NaN"]),
+        ("-111.428939", "inf", &["line 2", "ideal_x", "inf"]),
+        ("0.403448096", "0.503448096", &["line 2", "expected"]),
+        (quaternion, "0,0,0,0", &["line 2"]),
+        ("-111.428939,", "", &["line 2", "expected"]),
+    ] {
+        spoil_table(replace(from, to), words);
+    }
+    spoil_table(header, &["no rows"]);
     spoil_table(|_| Vec::new(), &["expected"]);
     spoil_table(|b| [b"\x00\x01\x02\xff".as_slice(), &b].concat(), &["line 1", "UTF-8"]);
-    spoil_table(replace("-111.428939", "NaN"), &["line 2", "ideal_x", "NaN"]);
-    spoil_table(replace("-111.428939", "inf"), &["line 2", "ideal_x", "inf"]);
-    spoil_table(replace("0.403448096", "0.503448096"), &["line 2", "expected"]);
-    spoil_table(
-        replace("0.403448096,0.580714761,-0.704057214,-0.0656006052", "0,0,0,0"),
-        &["line 2"],
-    );
-    spoil_table(replace("-111.428939,", ""), &["line 2", "expected"]);
 }
 
 #[test]
 fn a_position_only_table_needs_one_direction() {
     let scratch = Scratch::new();
-    fs::write(
-        scratch.path("p.csv"),
-        "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n0,0,0,1,0,0\n1,1,1,1,1,2\n",
-    )
-    .unwrap();
-    let (data, env) = (scratch.arg("p.csv"), scratch.arg("p.env.ron"));
-    let message = fail(&["fit", &data, "-o", &env, "--order", "1", "--directions", "14"]);
-    assert_says(&message, &["p.csv", "no orientations", "expected 1"]);
-    assert!(!scratch.path("p.env.ron").exists());
+    let header = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
+    scratch.write("p.csv", format!("{header}\n0,0,0,1,0,0\n1,1,1,1,1,2\n"));
+    let fit = "fit p.csv -o p.env.ron --order 1 --directions 14";
+    scratch.fail_with(fit, &["p.csv", "no orientations", "expected 1"]);
+    assert!(!scratch.has("p.env.ron"));
 }
 
 #[test]
@@ -331,73 +257,58 @@ fn an_underdetermined_fit_warns() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
     let few: String = table.lines().take(31).map(|l| format!("{l}\n")).collect();
-    fs::write(scratch.path("few.csv"), few).unwrap();
-    let (data, env) = (scratch.arg("few.csv"), scratch.arg("few.env.ron"));
-    let output = trackwright(&["fit", &data, "-o", &env, "--order", "4", "--directions", "1"])
-        .output()
-        .unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
-    assert_says(&stderr, &["warning", "fewer samples than the 125 coefficients"]);
-    assert!(scratch.path("few.env.ron").exists());
+    scratch.write("few.csv", few);
+    let notes = scratch.notes("fit few.csv -o few.env.ron --order 4 --directions 1");
+    assert_one_line(&notes, &["warning", "fewer samples than the 125 coefficients"]);
+    assert!(scratch.has("few.env.ron"));
 }
 
 #[test]
 fn settings_that_make_no_fit_are_refused() {
     let scratch = Scratch::new();
-    let (data, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("e.env.ron"));
-    let base = ["fit", &data, "-o", &env];
-    for (arguments, word) in [
-        (["--order", "2", "--directions", "13"], "expected 1, 6, 12, 14, 26 or 42"),
-        (["--order", "13", "--directions", "1"], "expected 0 to 12"),
-        (["--order", "-1", "--directions", "1"], "--order"),
+    for (arguments, words) in [
+        ("--order 2 --directions 13", &["expected 1, 6, 12, 14, 26 or 42"][..]),
+        ("--order 13 --directions 1", &["expected 0 to 12"]),
+        ("--order -1 --directions 1", &["--order"]),
+        ("--order 2 --directions 6 --ridge NaN", &["ridge", "NaN"]),
     ] {
-        let message = fail(&[base.as_slice(), &arguments].concat());
-        assert!(message.contains(word), "{message}");
+        let message = scratch.fail(format!("fit {ROOM} -o e.env.ron {arguments}"));
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
     }
-    let message =
-        fail(&[base.as_slice(), &["--order", "2", "--directions", "6", "--ridge", "NaN"]].concat());
-    assert_says(&message, &["ridge", "NaN"]);
-    assert!(!scratch.path("e.env.ron").exists());
+    assert!(!scratch.has("e.env.ron"));
 }
 
 #[test]
-fn a_spoilt_mesh_is_no_matter_to_the_numbers() {
+fn a_broken_mesh_changes_no_number() {
     let scratch = working();
-    let body = own(BODY);
-    let text = fs::read_to_string(body).unwrap();
+    let text = scratch.read("d/tool.body.ron");
     let with_mesh = text.replacen("version: 1,", "version: 1,\n    mesh: \"tool.glb\",", 1);
-    fs::write(scratch.path("d/tool.body.ron"), with_mesh).unwrap();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    let simulate = ["simulate", &design, "--mode", "single"];
-    let without = succeed(&simulate);
-    fs::write(scratch.path("d/tool.glb"), b"glTF but no more").unwrap();
-    assert_eq!(succeed(&simulate), without);
-    fs::write(scratch.path("d/tool.body.ron"), text).unwrap();
-    assert_eq!(succeed(&simulate), without);
+    scratch.write("d/tool.body.ron", with_mesh);
+    let simulate = || scratch.succeed(format!("{SIMULATE} single"));
+    let without = simulate();
+    scratch.write("d/tool.glb", b"glTF but no more");
+    assert_eq!(simulate(), without);
+    scratch.write("d/tool.body.ron", text);
+    assert_eq!(simulate(), without);
 }
 
 #[test]
 fn poses_that_cannot_be_used_leave_no_table() {
     let scratch = working();
-    let env = scratch.arg("d/room.env.ron");
-    let (poses, out) = (scratch.arg("p.csv"), scratch.arg("out.csv"));
     for (content, words) in [
-        ("x,y,z,qw,qx,qy\n0,0,0,1,0,0\n", ["qz", "column"]),
-        ("x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0\n", ["line 2", "expected"]),
-        ("x,y,z,qw,qx,qy,qz\n", ["no rows", "expected"]),
+        ("x,y,z,qw,qx,qy\n0,0,0,1,0,0\n", ["p.csv", "qz", "column"]),
+        ("x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0\n", ["p.csv", "line 2", "expected"]),
+        ("x,y,z,qw,qx,qy,qz\n", ["p.csv", "no rows", "expected"]),
     ] {
-        fs::write(&poses, content).unwrap();
-        let message = fail(&["distort", &env, &poses, "-o", &out]);
-        assert_says(&message, &[&["p.csv"], words.as_slice()].concat());
-        assert!(!scratch.path("out.csv").exists());
+        scratch.write("p.csv", content);
+        scratch.fail_with("distort d/room.env.ron p.csv -o out.csv", &words);
+        assert!(!scratch.has("out.csv"));
     }
 }
 
 #[test]
 fn calibration_files_that_cannot_be_used_are_named() {
     let scratch = Scratch::new();
-    let (body, readings, out) = (scratch.arg("b.txt"), scratch.arg("r.txt"), scratch.arg("o.csv"));
     let points =
         |n: usize| (0..n).map(|i| format!("{}, {}, {}\n", i, i * i, i % 2)).collect::<String>();
     let good_body = format!("4, 4, 4, b.txt\n{}", points(12));
@@ -409,31 +320,20 @@ fn calibration_files_that_cannot_be_used_are_named() {
         (&good_body, &line, ["r.txt", "one line"]),
         (&good_body, "4, 4, 4, 1, r.txt\n1, x, 3\n", ["r.txt", "line 2"]),
     ] {
-        fs::write(&body, b).unwrap();
-        fs::write(&readings, r).unwrap();
-        let message = fail(&["import", "jhu-cis", &body, &readings, "-o", &out]);
-        assert_says(&message, &words);
-        assert!(!scratch.path("o.csv").exists());
+        scratch.write("b.txt", b);
+        scratch.write("r.txt", r);
+        scratch.fail_with("import jhu-cis b.txt r.txt -o o.csv", &words);
+        assert!(!scratch.has("o.csv"));
     }
 }
 
 #[test]
 fn a_failed_write_leaves_the_file_that_was_there() {
     let scratch = working();
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    let log = scratch.arg("log.csv");
-    fs::write(&log, "mine").unwrap();
-    spoil_design_motion(&scratch);
-    fail(&["simulate", &design, "--mode", "motion", "--log", &log]);
-    assert_eq!(fs::read_to_string(&log).unwrap(), "mine");
-    let nowhere = scratch.arg("no-such-folder/log.csv");
-    let message = fail(&["simulate", &design, "--mode", "single", "--log", &nowhere]);
-    assert_says(&message, &["no-such-folder", "log.csv"]);
-}
-
-fn spoil_design_motion(scratch: &Scratch) {
-    let path = scratch.path("d/pointer-on-head.design.ron");
-    let text = fs::read_to_string(&path).unwrap();
-    let (start, end) = (text.find("motion: (").unwrap(), text.find("orientation_w").unwrap());
-    fs::write(&path, format!("{}{}", &text[..start], &text[end..])).unwrap();
+    scratch.write("log.csv", "mine");
+    without_motion(&scratch);
+    scratch.fail(format!("{SIMULATE} motion --log log.csv"));
+    assert_eq!(scratch.read("log.csv"), "mine");
+    let nowhere = format!("{SIMULATE} single --log no-such-folder/log.csv");
+    scratch.fail_with(nowhere, &["no-such-folder", "log.csv"]);
 }

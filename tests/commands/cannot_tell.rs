@@ -3,7 +3,7 @@
 
 use crate::rooms::tracker::{Random, Room};
 use crate::support::golden::number;
-use crate::support::program::{Scratch, json, succeed};
+use crate::support::program::Scratch;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::fmt::Write;
@@ -37,9 +37,8 @@ fn write_table(
         writeln!(table, "{}", cells.join(",")).unwrap();
         written += 1;
     }
-    let file = scratch.arg("rows.csv");
-    fs::write(&file, table).unwrap();
-    file
+    scratch.write("rows.csv", table);
+    "rows.csv".to_owned()
 }
 
 /// A pointer that moves about a place, with a bound on its RMS.
@@ -54,8 +53,8 @@ fn write_design(scratch: &Scratch, name: &str, at: &Vector3<f64>, limit_mm: f64)
           requirement: (position_rms: {limit_mm:?}))",
         at.x, at.y, at.z
     );
-    let file = scratch.arg(&format!("{name}.design.ron"));
-    fs::write(&file, text).unwrap();
+    let file = format!("{name}.design.ron");
+    scratch.write(&file, text);
     file
 }
 
@@ -65,12 +64,12 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
     let other = write_design(scratch, "other", &(at + Vector3::x()), limit_mm);
     let cannot_tell = Value::from("cannot_tell");
 
-    let simulated = json(&["simulate", &design, "--mode", "motion"]);
+    let simulated = scratch.json(format!("simulate {design} --mode motion"));
     assert_eq!(simulated["verdict"], cannot_tell, "{simulated}");
     let ends = &simulated["intervals"]["position_mm"]["rms"];
     let [low, high] = [0, 1].map(|k| number(&ends[k]));
     assert!(low < limit_mm && limit_mm < high, "{low} to {high}");
-    let text = succeed(&["simulate", &design, "--mode", "motion"]);
+    let text = scratch.succeed(format!("simulate {design} --mode motion"));
     assert!(text.contains("requirement position_rms: cannot tell in this room"));
     let needed =
         text.lines().find(|l| l.starts_with("requirement position_rms: ") && l.contains("decided"));
@@ -80,28 +79,28 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
         assert!(text.contains(&format!("expected {figure}")), "{text}");
     }
 
-    let compared = json(&["compare", &design, &other]);
+    let compared = scratch.json(format!("compare {design} {other}"));
     for row in compared["rows"].as_array().unwrap() {
         assert_eq!(row["verdict"], cannot_tell, "{row}");
         assert_eq!(row["intervals"]["position_mm"]["rms"].as_array().unwrap().len(), 2);
     }
 
-    let procedure = json(&["procedure", &design]);
+    let procedure = scratch.json(format!("procedure {design}"));
     let steps = procedure["steps"].as_array().unwrap();
     let tool = steps.iter().find(|step| step["step"] == "tool").unwrap();
     assert_eq!(tool["state"], cannot_tell);
     assert_eq!(tool["rows"][0]["verdict"], cannot_tell);
-    let text = succeed(&["procedure", &design]);
+    let text = scratch.succeed(format!("procedure {design}"));
     assert!(text.contains("cannot tell in 1 of 1 room"), "{text}");
     assert!(text.contains("expected tip error RMS"), "{text}");
 
-    let sheet = json(&["tolerances", &design]);
+    let sheet = scratch.json(format!("tolerances {design}"));
     assert_eq!(sheet["expected_as_drawn"][0]["verdict"], cannot_tell);
-    let text = succeed(&["tolerances", &design]);
+    let text = scratch.succeed(format!("tolerances {design}"));
     assert!(text.contains("the measurements of this room cannot tell"), "{text}");
 
     let page = scratch.arg("pointer.html");
-    succeed(&["report", &design, "-o", &page]);
+    scratch.succeed(format!("report {design} -o {page}"));
     let page = fs::read_to_string(page).unwrap();
     assert!(
         page.contains("The measurements of this room cannot tell whether the requirement is met")
@@ -119,12 +118,10 @@ fn twenty_rows_of_a_room_do_not_make_it_perfect() {
     let scratch = Scratch::new();
     let room = Room::new(1, false);
     let table = write_table(&scratch, &room, 20, |_| true);
-    let environment = scratch.arg("room.env.ron");
-    succeed(&["fit", &table, "-o", &environment, "--order", "0"]);
+    scratch.succeed(format!("fit {table} -o room.env.ron --order 0"));
     let at = middle(&room);
     assert_no_command_can_tell(&scratch, &at, 1.0);
-    let design = scratch.arg("pointer.design.ron");
-    let simulated = json(&["simulate", &design, "--mode", "motion"]);
+    let simulated = scratch.json("simulate pointer.design.ron --mode motion");
     // The room's own field has no errors but round-off, and its requirement is met.
     assert!(number(&simulated["position_mm"]["rms"]) < 1e-9);
     assert_eq!(simulated["requirement"]["met"], true);
@@ -135,9 +132,8 @@ fn six_rows_do_not_determine_a_field_of_order_four() {
     let scratch = Scratch::new();
     let room = Room::new(1, false);
     let table = write_table(&scratch, &room, 6, |_| true);
-    let environment = scratch.arg("room.env.ron");
-    let order = ["--order", "4", "--directions", "1"];
-    succeed(&[&["fit", &table, "-o", &environment], &order[..]].concat());
+    let order = "--order 4 --directions 1";
+    scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
     assert_no_command_can_tell(&scratch, &middle(&room), 1.0);
 }
 
@@ -148,17 +144,16 @@ fn a_hole_in_the_measurements_is_reported() {
     let room = Room::new(3, false);
     let at = middle(&room);
     let table = write_table(&scratch, &room, 700, |p| (p - at).norm() > HOLE_MM);
-    let environment = scratch.arg("room.env.ron");
-    let order = ["--order", "2", "--directions", "6"];
-    succeed(&[&["fit", &table, "-o", &environment], &order[..]].concat());
+    let order = "--order 2 --directions 6";
+    scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
     let unbounded = write_design(&scratch, "unbounded", &at, 1e3);
-    let simulated = json(&["simulate", &unbounded, "--mode", "motion"]);
+    let simulated = scratch.json(format!("simulate {unbounded} --mode motion"));
     let expected = number(&simulated["expected"]["position_mm"]["rms"]);
     assert_no_command_can_tell(&scratch, &at, expected);
     // The same room with the hole measured says more.
     let table = write_table(&scratch, &room, 700, |_| true);
-    succeed(&[&["fit", &table, "-o", &environment], &order[..]].concat());
-    let whole = json(&["simulate", &unbounded, "--mode", "motion"]);
+    scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
+    let whole = scratch.json(format!("simulate {unbounded} --mode motion"));
     let ratio = |value: &Value| {
         let ends = &value["intervals"]["position_mm"]["rms"];
         number(&ends[1]) / number(&ends[0])

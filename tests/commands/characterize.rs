@@ -1,38 +1,12 @@
 //! A room from real recordings of an Aurora beside a Polaris, and recordings that give none.
 
-use crate::support::data::third_party;
+use crate::support::data::{aurora_pairs, third_party};
 use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, text};
 use nalgebra::DMatrix;
 use serde_json::Value;
-use std::path::{Path, PathBuf};
 use trackwright_formats::tool_definition::OnMismatch;
 use trackwright_project::Files;
-
-/// Recordings of a folder whose names begin so, sorted.
-fn files(folder: &Path, first: &str) -> Vec<String> {
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|file| text(file).contains(&format!("/{first}_")))
-        .collect();
-    files.sort();
-    files.iter().map(|file| text(file)).collect()
-}
-
-/// The arguments for all recordings of a folder.
-fn arguments(folder: &Path, table: &str) -> Vec<String> {
-    let mut arguments = vec!["characterize".to_owned(), "--em".to_owned()];
-    arguments.extend(files(folder, "EM"));
-    arguments.push("--reference".to_owned());
-    arguments.extend(files(folder, "OT"));
-    arguments.extend(["-o", table].map(str::to_owned));
-    arguments
-}
-
-fn borrowed(arguments: &[String]) -> Vec<&str> {
-    arguments.iter().map(String::as_str).collect()
-}
 
 /// Within 10 % of a published range.
 #[track_caller]
@@ -78,11 +52,9 @@ fn the_real_static_room_has_known_errors() {
         return;
     };
     let scratch = Scratch::new();
-    let table = scratch.arg("room.csv");
-    let body = scratch.arg("object.body.ron");
-    let arguments = arguments(&folder, &table);
-    let with_body = [&borrowed(&arguments)[..], &["--body", &body]].concat();
-    let found = json(&with_body);
+    let pairs = aurora_pairs(&folder, 0, 1);
+    let body = scratch.path("object.body.ron");
+    let found = scratch.json(format!("characterize {pairs} -o room.csv --body object.body.ron"));
     assert_eq!(found["pairs"], 91);
     assert_eq!(found["rejected"], 0);
     assert_eq!(found["readings"], 273);
@@ -127,20 +99,8 @@ fn the_real_static_room_has_known_errors() {
     assert_near("angle", &distances[1]["angle_deg"]["std"], 1.3, 1.3);
 
     // The table is one that `select` takes, held out by pose without being told.
-    let chosen = json(&[
-        "select",
-        &table,
-        "--sensors",
-        "6dof",
-        "--map",
-        "correction",
-        "--orders",
-        "1-2",
-        "--directions",
-        "1",
-        "--ridges",
-        "0,0.01",
-    ]);
+    let settings = "--sensors 6dof --map correction --orders 1-2 --directions 1 --ridges 0,0.01";
+    let chosen = scratch.json(format!("select room.csv {settings}"));
     assert_eq!(chosen["groups"]["by"], "column pose");
     assert_eq!(chosen["groups"]["count"], 91);
     let cv = |order: u64| {
@@ -157,8 +117,8 @@ fn real_paths_are_aligned_by_frame_counters() {
         return;
     };
     let scratch = Scratch::new();
-    let arguments = arguments(&folder, &scratch.arg("paths.csv"));
-    let found = json(&borrowed(&arguments));
+    let pairs = aurora_pairs(&folder, 0, 1);
+    let found = scratch.json(format!("characterize {pairs} -o paths.csv"));
     assert_eq!((&found["pairs"], &found["rejected"]), (&4.into(), &0.into()));
     let paths = list(&found, "paths");
     assert_eq!(paths.len(), 4);
@@ -181,26 +141,21 @@ fn undetermined_real_motions_are_refused() {
         return;
     };
     let scratch = Scratch::new();
-    let table = scratch.arg("path.csv");
-    let of = |name: &str| {
+    let of = |name: &str, more: &str| {
         let file = |tracker: &str| text(&folder.join(format!("{tracker}_19_09_{name}.tsv")));
-        [vec![file("EM")], vec![file("OT")]]
+        format!("{} {more}", characterize(&[file("EM")], &[file("OT")]))
     };
-    let [em, reference] = of("Line100");
-    let said = fail(&characterize(&em, &reference, &table));
-    assert!(said.contains("too few poses: 4, expected at least 10"), "{said}");
-    let few = [characterize(&em, &reference, &table), vec!["--min-poses", "3"]].concat();
-    let said = fail(&few);
-    assert!(said.contains("the body hardly turned"), "{said}");
-    // A circle and an arc, each about one axis.
-    for name in ["Circle30", "Arc10"] {
-        let [em, reference] = of(name);
-        let said = fail(&characterize(&em, &reference, &table));
-        assert!(said.contains("the body turned about one axis only"), "{said}");
+    for (name, more, words) in [
+        ("Line100", "", "too few poses: 4, expected at least 10"),
+        ("Line100", "--min-poses 3", "the body hardly turned"),
+        // A circle and an arc, each about one axis.
+        ("Circle30", "", "the body turned about one axis only"),
+        ("Arc10", "", "the body turned about one axis only"),
+    ] {
+        let said = scratch.fail(of(name, more));
+        assert!(said.contains(words), "{said}");
     }
-    let [em, reference] = of("Random10");
-    let one = [characterize(&em, &reference, &table), vec!["--sensors", "Port 12"]].concat();
-    let said = succeed(&one);
+    let said = scratch.succeed(of("Random10", "--sensors 'Port 12'"));
     for word in [
         "paths: 1",
         "body from Port 12",
@@ -222,7 +177,7 @@ fn recording(scratch: &Scratch, name: &str, pose: &str, state: &str) -> String {
         table += &format!("1\tPort 1: {name}\t{}\t{state}\t{pose}\n", 8 * frame);
     }
     let file = format!("{name}.tsv");
-    std::fs::write(scratch.path(&file), table).unwrap();
+    scratch.write(&file, table);
     scratch.arg(&file)
 }
 
@@ -248,25 +203,20 @@ fn turning(scratch: &Scratch, has_one_axis: bool) -> [Vec<String>; 2] {
     files
 }
 
-fn characterize<'a>(em: &'a [String], reference: &'a [String], table: &'a str) -> Vec<&'a str> {
-    let mut arguments = vec!["characterize", "--em"];
-    arguments.extend(em.iter().map(String::as_str));
-    arguments.push("--reference");
-    arguments.extend(reference.iter().map(String::as_str));
-    arguments.extend(["-o", table]);
-    arguments
+fn characterize(em: &[String], reference: &[String]) -> String {
+    let (em, reference) = (em.join(" "), reference.join(" "));
+    format!("characterize --em {em} --reference {reference} -o room.csv")
 }
 
 #[test]
 fn equal_readings_give_identity_frames() {
     let scratch = Scratch::new();
-    let table = scratch.arg("room.csv");
     let [em, reference] = turning(&scratch, false);
-    let found = json(&characterize(&em, &reference, &table));
+    let found = scratch.json(characterize(&em, &reference));
     let sensor = &found["sensors"][0];
     assert!(number(&sensor["position_mm"]["max"]) < 1e-9, "{found}");
     assert!(number(&found["tracker_from_reference"]["pose"][3]) > 1.0 - 1e-12);
-    let rows = std::fs::read_to_string(&table).unwrap();
+    let rows = scratch.read("room.csv");
     let header = rows.lines().next().unwrap();
     assert!(header.ends_with("measured_qz,sensor,pair,pose"), "{header}");
     assert_eq!(rows.lines().count(), 13);
@@ -276,15 +226,10 @@ fn equal_readings_give_identity_frames() {
 #[test]
 fn unusable_recordings_are_refused() {
     let scratch = Scratch::new();
-    let table = scratch.arg("room.csv");
     let [em, reference] = turning(&scratch, false);
     let refused = |em: &[String], reference: &[String], words: &[&str]| {
-        let said = fail(&characterize(em, reference, &table));
-        assert_eq!(said.lines().count(), 1, "{said}");
-        for word in words {
-            assert!(said.contains(word), "{word}: {said}");
-        }
-        assert!(!scratch.path("room.csv").exists());
+        scratch.fail_with(characterize(em, reference), words);
+        assert!(!scratch.has("room.csv"));
     };
     refused(&em, &reference[1..], &["--em names 12", "--reference 11"]);
     refused(&em[1..], &reference[1..3], &["--em names 11", "--reference 2"]);
@@ -299,43 +244,37 @@ fn unusable_recordings_are_refused() {
     let bads = vec![bad; 12];
     refused(&em, &bads, &["none of 12 pairs", "the reference tracker has no good sample"]);
     refused(&bads, &reference, &["none of 12 pairs", "no good sample of any sensor"]);
-    let empty = scratch.arg("empty.tsv");
-    std::fs::write(&empty, "").unwrap();
-    refused(&[empty], &reference[..1], &["empty.tsv: line 1: found \"\""]);
-    let header = scratch.arg("header.tsv");
-    std::fs::write(&header, format!("Tools\tPort 1\t{COLUMNS}\n")).unwrap();
-    refused(&em[..1], &[header], &["header.tsv: found no rows"]);
-    let missing = vec![scratch.arg("none.tsv")];
-    refused(&missing, &reference[..1], &["none.tsv: found no such file"]);
+    scratch.write("empty.tsv", "");
+    refused(&["empty.tsv".into()], &reference[..1], &["empty.tsv: line 1: found \"\""]);
+    scratch.write("header.tsv", format!("Tools\tPort 1\t{COLUMNS}\n"));
+    refused(&em[..1], &["header.tsv".into()], &["header.tsv: found no rows"]);
+    refused(&["none.tsv".into()], &reference[..1], &["none.tsv: found no such file"]);
 }
 
 #[test]
 fn every_pair_is_held_out_once() {
     let scratch = Scratch::new();
     let [em, reference] = turning(&scratch, false);
-    let [table, held] = ["room.csv", "held.csv"].map(|name| scratch.arg(name));
-    let rows = |file: &str| std::fs::read_to_string(file).unwrap().lines().count() - 1;
+    let base = characterize(&em, &reference);
+    let rows = |file: &str| scratch.read(file).lines().count() - 1;
     let mut seen = Vec::new();
     for part in ["1/4", "2/4", "3/4", "4/4"] {
-        let more = ["--hold-out", part, "--held-out", &held, "--min-poses", "9"];
-        let found = json(&[&characterize(&em, &reference, &table)[..], &more].concat());
-        assert_eq!((rows(&table), rows(&held)), (9, 3), "{part}");
+        let more = format!("--hold-out {part} --held-out held.csv --min-poses 9");
+        let found = scratch.json(format!("{base} {more}"));
+        assert_eq!((rows("room.csv"), rows("held.csv")), (9, 3), "{part}");
         assert_eq!((&found["readings"], &found["held_out"]), (&9.into(), &3.into()));
-        let text = std::fs::read_to_string(&held).unwrap();
         let pair = |line: &str| line.rsplit(',').nth(1).unwrap().parse::<usize>().unwrap();
-        seen.extend(text.lines().skip(1).map(pair));
+        seen.extend(scratch.read("held.csv").lines().skip(1).map(pair));
     }
     seen.sort_unstable();
     assert_eq!(seen, (0..12).collect::<Vec<_>>());
+    let refused = |part: &str, words: &str| {
+        let said = scratch.fail(format!("{base} --hold-out {part}"));
+        assert!(said.contains(words), "{said}");
+    };
     for wrong in ["0/5", "6/5", "1/1", "1", "a/b"] {
-        let more = ["--hold-out", wrong, "--held-out", &held];
-        let said = fail(&[&characterize(&em, &reference, &table)[..], &more].concat());
-        assert!(said.contains("expected K/N"), "{said}");
+        refused(&format!("{wrong} --held-out held.csv"), "expected K/N");
     }
-    let alone =
-        fail(&[&characterize(&em, &reference, &table)[..], &["--hold-out", "1/4"]].concat());
-    assert!(alone.contains("--held-out"), "{alone}");
-    let none = ["--hold-out", "13/13", "--held-out", &held];
-    let said = fail(&[&characterize(&em, &reference, &table)[..], &none].concat());
-    assert!(said.contains("--hold-out: found no good reading"), "{said}");
+    refused("1/4", "--held-out");
+    refused("13/13 --held-out held.csv", "--hold-out: found no good reading");
 }

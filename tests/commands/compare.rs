@@ -1,9 +1,8 @@
 //! Designs beside each other through the command line: equal to `simulate`, readable, and clear about
 //! what cannot be compared.
 
-use crate::support::data::own;
 use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::Scratch;
 use std::fs;
 
 /// Rooms of two orders in `rooms`, and the worked designs beside them, each with the first as its own.
@@ -11,13 +10,11 @@ fn world() -> Scratch {
     let scratch = Scratch::new();
     fs::create_dir(scratch.path("rooms")).unwrap();
     for (name, order) in [("one", "1"), ("two", "2")] {
-        let room = scratch.arg(&format!("rooms/{name}.env.ron"));
-        let data = text(&own("room-a/room-a-fit.csv"));
-        let sizes = ["--order", order, "--directions", "14"];
-        succeed(&[&["fit", &data, "-o", &room], &sizes[..]].concat());
-        let written = fs::read_to_string(&room).unwrap();
-        let named = written.replacen("name: \"", &format!("name: \"{name}: "), 1);
-        fs::write(&room, named).unwrap();
+        let room = format!("rooms/{name}.env.ron");
+        let data = "own:room-a/room-a-fit.csv";
+        scratch.succeed(format!("fit {data} -o {room} --order {order} --directions 14"));
+        let named = format!("name: \"{name}: ");
+        scratch.write(&room, scratch.read(&room).replacen("name: \"", &named, 1));
     }
     for name in ["pointer-no-crf", "pointer-on-head"] {
         scratch.copy_own(&format!("golden/{name}"), name);
@@ -47,9 +44,8 @@ fn each_row_equals_a_simulate_run_exactly() {
     let scratch = world();
     let designs = ["pointer-on-head", "pointer-no-crf"].map(|name| scratch.design(name));
     let rooms = ["one", "two"].map(|name| scratch.arg(&format!("rooms/{name}.env.ron")));
-    let mut args = vec!["compare", &designs[0], &designs[1], "--environment"];
-    args.extend(rooms.iter().map(String::as_str));
-    let found = json(&args);
+    let (both, rooms_of) = (designs.join(" "), rooms.join(" "));
+    let found = scratch.json(format!("compare {both} --environment {rooms_of}"));
     let rows = list(&found, "rows");
     assert_eq!(rows.len(), 4);
     for (k, row) in rows.iter().enumerate() {
@@ -58,18 +54,9 @@ fn each_row_equals_a_simulate_run_exactly() {
         assert_eq!(row["environment_file"], **room);
         let folder = std::path::Path::new(design).parent().unwrap();
         fs::copy(room, folder.join("room.env.ron")).unwrap();
-        let log = scratch.arg("log.csv");
-        let single = json(&["simulate", design, "--mode", "motion", "--log", &log]);
-        for key in [
-            "trials",
-            "outside",
-            "out_of_volume",
-            "rejected",
-            "position_mm",
-            "angle_deg",
-            "requirement",
-            "poorly_determined",
-        ] {
+        let single = scratch.json(format!("simulate {design} --mode motion --log log.csv"));
+        let keys = "trials outside out_of_volume rejected position_mm angle_deg requirement";
+        for key in keys.split(' ').chain(["poorly_determined"]) {
             assert_eq!(row[key], single[key], "{key}");
         }
         for key in ["trial", "position_mm", "angle_deg"] {
@@ -77,15 +64,9 @@ fn each_row_equals_a_simulate_run_exactly() {
         }
         // The worst pose is the log's row of that number.
         let trial = row["worst"]["trial"].as_u64().unwrap() as usize;
-        let log = fs::read_to_string(log).unwrap();
-        let logged: Vec<f64> = log
-            .lines()
-            .nth(trial + 1)
-            .unwrap()
-            .split(',')
-            .take(7)
-            .map(|cell| cell.parse().unwrap())
-            .collect();
+        let log = scratch.read("log.csv");
+        let cells = log.lines().nth(trial + 1).unwrap().split(',').take(7);
+        let logged: Vec<f64> = cells.map(|cell| cell.parse().unwrap()).collect();
         let pose: Vec<f64> = list(&row["worst"], "pose").iter().map(number).collect();
         assert_eq!(pose, logged);
     }
@@ -109,7 +90,7 @@ fn designs_without_rooms_use_their_own() {
     let other = scratch.design("pointer-no-crf");
     fs::copy(scratch.path("rooms/two.env.ron"), scratch.path("pointer-no-crf/room.env.ron"))
         .unwrap();
-    let found = json(&["compare", &first, &moved, &other]);
+    let found = scratch.json(format!("compare {first} {moved} {other}"));
     assert_eq!(list(&found, "environments").len(), 2);
     let rows = list(&found, "rows");
     let differs = |row: usize| &rows[row]["against_baseline"]["environment_differs"];
@@ -120,7 +101,7 @@ fn designs_without_rooms_use_their_own() {
     assert_eq!(names[2], "pointer-no-crf");
     // Another baseline, by its file or by its name, turns the signs.
     for baseline in [&other, "pointer-no-crf"] {
-        let turned = json(&["compare", &first, &moved, &other, "--baseline", baseline]);
+        let turned = scratch.json(format!("compare {first} {moved} {other} --baseline {baseline}"));
         assert_eq!(turned["baseline"], "pointer-no-crf");
         let of = |found: &serde_json::Value, row: usize| {
             number(
@@ -137,8 +118,8 @@ fn the_text_has_a_sentence_per_difference() {
     let requirement = ", requirement: (position_rms: 0.001),\n)";
     let strict = scratch.changed("pointer-no-crf", "strict", ",\n)", requirement);
     let design = scratch.design("pointer-no-crf");
-    let room = scratch.arg("rooms/two.env.ron");
-    let said = succeed(&["compare", &design, &strict, "--environment", &room]);
+    let said =
+        scratch.succeed(format!("compare {design} {strict} --environment rooms/two.env.ron"));
     let lines: Vec<&str> = said.lines().collect();
     assert!(lines[0].starts_with("two: "), "{said}");
     assert!(lines[1].contains("RMS mm") && lines[1].contains("max °"), "{said}");
@@ -171,7 +152,7 @@ fn ideal_room(scratch: &Scratch, name: &str, at: f64) -> String {
     );
     let file = format!("{name}.env.ron");
     let room = format!("(version: 1, name: \"{name}\", model: {model})");
-    fs::write(scratch.path(&file), room).unwrap();
+    scratch.write(&file, room);
     scratch.arg(&file)
 }
 
@@ -180,8 +161,9 @@ fn a_room_without_overlap_has_no_figures() {
     let scratch = world();
     let (near, far) = (ideal_room(&scratch, "near", 0.0), ideal_room(&scratch, "far", 5000.0));
     let designs = ["pointer-no-crf", "pointer-on-head"].map(|name| scratch.design(name));
-    let args = ["compare", &designs[0], &designs[1], "--environment", &near, &far];
-    let found = json(&args);
+    let [a, b] = &designs;
+    let compare = format!("compare {a} {b} --environment {near} {far}");
+    let found = scratch.json(&compare);
     let rows = list(&found, "rows");
     assert!(number(&rows[0]["position_mm"]["rms"]) < 1e-9);
     let why = rows[1]["no_figures"].as_str().unwrap();
@@ -190,11 +172,11 @@ fn a_room_without_overlap_has_no_figures() {
     assert!(rows[3]["against_baseline"].is_null());
     let unknown = found["environments"][0]["uncertainty_unknown"].as_str();
     assert!(unknown.unwrap().contains("no standard error"));
-    let said = succeed(&args);
+    let said = scratch.succeed(&compare);
     assert!(said.contains("no figures: the room does not reach"), "{said}");
     assert!(said.contains("does not say how far its field may be off"), "{said}");
     // Where such trials are rejected it is the same, and no error.
-    let rejecting = json(&[&args[..], &["--outside", "reject"]].concat());
+    let rejecting = scratch.json(format!("{compare} --outside reject"));
     assert_eq!(rejecting["rows"][1]["no_figures"], why);
 }
 
@@ -205,7 +187,7 @@ fn the_csv_has_the_figures_of_the_json() {
     let odd = scratch.changed("pointer-no-crf", "odd", "pointer-no-crf", name);
     let design = scratch.design("pointer-no-crf");
     let (room, table) = (scratch.arg("rooms/two.env.ron"), scratch.arg("out.csv"));
-    let found = json(&["compare", &design, &odd, "--environment", &room, "--csv", &table]);
+    let found = scratch.json(format!("compare {design} {odd} --environment {room} --csv {table}"));
     let mut reader = csv::Reader::from_path(&table).unwrap();
     let header = reader.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
@@ -232,29 +214,29 @@ fn what_cannot_be_compared_is_named() {
     let designs = ["pointer-no-crf", "pointer-on-head"].map(|name| scratch.design(name));
     let room = scratch.arg("rooms/one.env.ron");
     let again = designs[0].replace("pointer-no-crf/", "pointer-on-head/../pointer-no-crf/");
-    let refused: [(&[&str], &str); 7] = [
-        (&[&designs[0], &again], "found the same design named twice"),
-        (&[&designs[0], "--environment", &room, &room], "found the same environment named twice"),
+    let [first, second] = &designs;
+    for (args, expected) in [
+        (format!("{first} {again}"), "found the same design named twice"),
+        (format!("{first} --environment {room} {room}"), "found the same environment named twice"),
         (
-            &[&designs[0], "--environment", &room, "gone.env.ron"],
+            format!("{first} --environment {room} gone.env.ron"),
             "gone.env.ron: found no such file or folder, expected an environment",
         ),
-        (&[&designs[0], "--environment", &designs[1]], "pointer-on-head.design.ron: "),
+        (format!("{first} --environment {second}"), "pointer-on-head.design.ron: "),
         (
-            &[&designs[0], "--baseline", &designs[1]],
+            format!("{first} --baseline {second}"),
             "found a design that is not compared, expected one of ",
         ),
         (
-            &[&designs[0], "--baseline", "gone.design.ron"],
+            format!("{first} --baseline gone.design.ron"),
             "--baseline gone.design.ron: found no such file, and no design of this name, expected one of ",
         ),
         (
-            &[&designs[0], "gone.design.ron"],
+            format!("{first} gone.design.ron"),
             "gone.design.ron: found no such file or folder, expected a design",
         ),
-    ];
-    for (args, expected) in refused {
-        let said = fail(&[&["compare"], args].concat());
-        assert!(said.contains(expected), "{args:?}: {said}");
+    ] {
+        let said = scratch.fail(format!("compare {args}"));
+        assert!(said.contains(expected), "{args}: {said}");
     }
 }

@@ -1,7 +1,6 @@
 //! `compensate`: measured poses corrected, what the table and the summary say of them.
 
-use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::Scratch;
 use std::fs;
 
 const POSES: &str = "x,y,z,qw,qx,qy,qz
@@ -12,18 +11,17 @@ const POSES: &str = "x,y,z,qw,qx,qy,qz
 ";
 
 /// A room fitted to a table of the repository, and some poses.
-fn room(arguments: &[&str]) -> Scratch {
+fn room(arguments: &str) -> Scratch {
     let scratch = Scratch::new();
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let env = scratch.arg("room.env.ron");
-    succeed(&[&["fit", &table, "-o", &env, "--order", "2"], arguments].concat());
-    fs::write(scratch.path("poses.csv"), POSES).unwrap();
+    let table = "own:room-a/room-a-fit.csv";
+    scratch.succeed(format!("fit {table} -o room.env.ron --order 2 {arguments}"));
+    scratch.write("poses.csv", POSES);
     scratch
 }
 
 /// The cells of a table without its header, empty ones as `None`.
 fn cells(scratch: &Scratch, file: &str) -> Vec<Vec<Option<f64>>> {
-    let table = fs::read_to_string(scratch.path(file)).unwrap();
+    let table = scratch.read(file);
     let number = |cell: &str| (!cell.is_empty()).then(|| cell.parse().unwrap());
     table.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect()
 }
@@ -31,16 +29,14 @@ fn cells(scratch: &Scratch, file: &str) -> Vec<Vec<Option<f64>>> {
 #[test]
 fn distorted_poses_come_back() {
     for arguments in [
-        ["--directions", "1", "--weights", "area"],
-        ["--directions", "14", "--weights", "area"],
-        ["--directions", "42", "--weights", "gnomonic"],
+        "--directions 1 --weights area",
+        "--directions 14 --weights area",
+        "--directions 42 --weights gnomonic",
     ] {
-        let scratch = room(&arguments);
-        let [env, poses, measured, out] =
-            ["room.env.ron", "poses.csv", "measured.csv", "out.csv"].map(|f| scratch.arg(f));
-        succeed(&["distort", &env, &poses, "-o", &measured]);
-        let figures = json(&["compensate", &env, &measured, "-o", &out]);
-        let header = fs::read_to_string(&out).unwrap();
+        let scratch = room(arguments);
+        scratch.succeed("distort room.env.ron poses.csv -o measured.csv");
+        let figures = scratch.json("compensate room.env.ron measured.csv -o out.csv");
+        let header = scratch.read("out.csv");
         assert!(header.starts_with("x,y,z,qw,qx,qy,qz,outside,converged,ambiguous\n"));
         let mut unflagged = 0;
         for (was, is) in cells(&scratch, "poses.csv").iter().zip(cells(&scratch, "out.csv")) {
@@ -70,20 +66,20 @@ fn distorted_poses_come_back() {
 
 #[test]
 fn a_correction_map_is_applied_as_it_is() {
-    let scratch = room(&["--directions", "14", "--map", "correction"]);
-    let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
-    let figures = json(&["compensate", &env, &poses, "-o", &out]);
+    let scratch = room("--directions 14 --map correction");
+    let figures = scratch.json("compensate room.env.ron poses.csv -o out.csv");
     assert_eq!(figures["method"], "correction");
     assert!(figures["shortcut_against_inverse"].is_null());
     // The same map called a distortion adds what the correction takes off, and its shortcut
     // takes it off too.
-    let as_distortion = fs::read_to_string(&env).unwrap().replace("Correction", "Distortion");
-    fs::write(scratch.path("d.env.ron"), as_distortion).unwrap();
-    let (d, by_shortcut) = (scratch.arg("d.env.ron"), scratch.arg("s.csv"));
-    succeed(&["compensate", &d, &poses, "-o", &by_shortcut, "--method", "shortcut"]);
-    assert_eq!(fs::read(&out).unwrap(), fs::read(&by_shortcut).unwrap());
-    let measured = scratch.arg("m.csv");
-    succeed(&["distort", &d, &poses, "-o", &measured]);
+    let as_distortion = scratch.read("room.env.ron").replace("Correction", "Distortion");
+    scratch.write("d.env.ron", as_distortion);
+    scratch.succeed("compensate d.env.ron poses.csv -o s.csv --method shortcut");
+    assert_eq!(
+        fs::read(scratch.path("out.csv")).unwrap(),
+        fs::read(scratch.path("s.csv")).unwrap()
+    );
+    scratch.succeed("distort d.env.ron poses.csv -o m.csv");
     let (was, on, off) =
         (cells(&scratch, "poses.csv"), cells(&scratch, "m.csv"), cells(&scratch, "out.csv"));
     for ((was, on), off) in was.iter().zip(&on).zip(&off) {
@@ -96,15 +92,14 @@ fn a_correction_map_is_applied_as_it_is() {
 
 #[test]
 fn rejected_outside_poses_have_empty_cells() {
-    let scratch = room(&["--directions", "14"]);
+    let scratch = room("--directions 14");
     let far = format!("{POSES}5000,0,-200,1,0,0,0\n");
-    fs::write(scratch.path("poses.csv"), far).unwrap();
-    let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
-    let clamped = json(&["compensate", &env, &poses, "-o", &out]);
+    scratch.write("poses.csv", far);
+    let clamped = scratch.json("compensate room.env.ron poses.csv -o out.csv");
     assert_eq!((&clamped["converged"], &clamped["outside"]), (&5.into(), &1.into()));
     let last = cells(&scratch, "out.csv").pop().unwrap();
     assert_eq!(last[7..9], [Some(1.0), Some(1.0)]);
-    let rejected = json(&["compensate", &env, &poses, "-o", &out, "--outside", "reject"]);
+    let rejected = scratch.json("compensate room.env.ron poses.csv -o out.csv --outside reject");
     assert_eq!((&rejected["converged"], &rejected["rejected"]), (&4.into(), &1.into()));
     let last = cells(&scratch, "out.csv").pop().unwrap();
     assert_eq!(last[..7], [None; 7]);
@@ -113,10 +108,10 @@ fn rejected_outside_poses_have_empty_cells() {
 
 #[test]
 fn a_row_without_an_answer_has_empty_cells() {
-    let scratch = room(&["--directions", "1"]);
+    let scratch = room("--directions 1");
     // In a room in which x is read as 50 + 2 (x - 50)² / 100: it folds, and nothing reads below 50.
     // The written environment shows the form; its box and its coefficients are replaced.
-    let written = fs::read_to_string(scratch.path("room.env.ron")).unwrap();
+    let written = scratch.read("room.env.ron");
     let fold: String = [100.0, -50.0, 0.0]
         .iter()
         .map(|x| format!("({x:?}, 0.0, 0.0, 0.0, 0.0, 0.0),\n").repeat(9))
@@ -127,11 +122,11 @@ fn a_row_without_an_answer_has_empty_cells() {
     let start = text.find("box: (").expect("a box");
     let end = start + text[start..].find("))").expect("its end") + 2;
     text.replace_range(start..end, "box: ((0.0, 0.0, 0.0), (100.0, 100.0, 100.0))");
-    fs::write(scratch.path("fold.env.ron"), text).unwrap();
+    scratch.write("fold.env.ron", text);
     fs::write(scratch.path("poses.csv"), "x,y,z,qw,qx,qy,qz\n20,40,60,1,0,0,0\n60,40,60,1,0,0,0\n")
         .unwrap();
-    let [env, poses, out] = ["fold.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
-    let figures = json(&["compensate", &env, &poses, "-o", &out, "--outside", "extrapolate"]);
+    let figures =
+        scratch.json("compensate fold.env.ron poses.csv -o out.csv --outside extrapolate");
     let rows = cells(&scratch, "out.csv");
     assert_eq!(rows[0][..7], [None; 7]);
     assert_eq!(rows[0][8..], [Some(0.0), Some(0.0)]);
@@ -147,28 +142,27 @@ fn a_row_without_an_answer_has_empty_cells() {
 
 #[test]
 fn unusable_input_is_named_and_writes_nothing() {
-    let scratch = room(&["--directions", "14", "--map", "correction"]);
-    let [env, poses, out] = ["room.env.ron", "poses.csv", "out.csv"].map(|f| scratch.arg(f));
+    let scratch = room("--directions 14 --map correction");
     for method in ["inverse", "shortcut"] {
-        let message = fail(&["compensate", &env, &poses, "-o", &out, "--method", method]);
+        let message =
+            scratch.fail(format!("compensate room.env.ron poses.csv -o out.csv --method {method}"));
         assert_eq!(message.lines().count(), 1, "{message}");
         for word in ["room.env.ron", "correction map", "expected a distortion map", method] {
             assert!(message.contains(word), "{word:?} is not in: {message}");
         }
     }
-    let none = scratch.arg("none.env.ron");
-    assert!(fail(&["compensate", &none, &poses, "-o", &out]).contains("none.env.ron"));
+    assert!(scratch.fail("compensate none.env.ron poses.csv -o out.csv").contains("none.env.ron"));
     for (content, words) in [
         ("x,y,z,qw,qx,qy\n0,0,0,1,0,0\n", ["qz", "column"]),
         ("x,y,z,qw,qx,qy,qz\n0,NaN,0,1,0,0,0\n", ["line 2", "NaN"]),
         ("x,y,z,qw,qx,qy,qz\n", ["no rows", "expected"]),
     ] {
-        fs::write(&poses, content).unwrap();
-        let message = fail(&["compensate", &env, &poses, "-o", &out]);
+        scratch.write("poses.csv", content);
+        let message = scratch.fail("compensate room.env.ron poses.csv -o out.csv");
         assert_eq!(message.lines().count(), 1, "{message}");
         for word in [["poses.csv"].as_slice(), &words].concat() {
             assert!(message.contains(word), "{word:?} is not in: {message}");
         }
     }
-    assert!(!scratch.path("out.csv").exists());
+    assert!(!scratch.has("out.csv"));
 }

@@ -2,7 +2,7 @@
 
 use crate::support::data::third_party;
 use crate::support::golden::numbers;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::program::{Scratch, text};
 use serde_json::Value;
 
 /// The files of the shared set, in order.
@@ -15,12 +15,12 @@ fn roms() -> Option<Vec<std::path::PathBuf>> {
     Some(files)
 }
 
-/// Converts and gives what was printed and what was noted beside it.
-fn convert(args: &[&str]) -> (Value, String) {
-    let args = [&["convert"], args, &["--format", "json"]].concat();
-    let output = trackwright(&args).output().unwrap();
+/// Converts; what was printed and what was noted beside it.
+fn convert(scratch: &Scratch, from: &str, to: &str) -> (Value, String) {
+    let line = format!("convert {from} {to} --format json");
+    let output = scratch.command(&line).output().unwrap();
     let noted = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{args:?}: {noted}");
+    assert!(output.status.success(), "{line}: {noted}");
     (serde_json::from_slice(&output.stdout).unwrap(), noted)
 }
 
@@ -31,22 +31,20 @@ fn real_definitions_round_trip_to_the_byte() {
         let scratch = Scratch::new();
         let name = file.file_name().unwrap().to_str().unwrap();
         let original = std::fs::read(&file).unwrap();
-        let (body, back) = (scratch.arg("a.body.ron"), scratch.arg("a.rom"));
-        let (found, noted) = convert(&[&text(&file), &body]);
+        let (found, noted) = convert(&scratch, &text(&file), "a.body.ron");
         assert_eq!(noted, "", "{name}");
         let rom = &found["read"]["rom"];
         assert_eq!(rom["checksum"]["matches"], true, "{name}");
         let trailing = if name.contains("REFERENCE_frame_small") { 8 } else { 0 };
         assert_eq!(rom["trailing_bytes"], trailing, "{name}");
-        let (found, noted) = convert(&[&body, &back]);
+        let (found, noted) = convert(&scratch, "a.body.ron", "a.rom");
         assert_eq!(found["lost"], serde_json::json!([]), "{name}");
         assert_eq!(noted.contains("experimental"), name.starts_with("610029"), "{name}");
-        assert_eq!(std::fs::read(&back).unwrap(), original, "{name}");
+        assert_eq!(std::fs::read(scratch.path("a.rom")).unwrap(), original, "{name}");
         // And wrapped in a property list.
-        let (tool, alone) = (scratch.arg("a.tool"), scratch.arg("b.rom"));
-        convert(&[&body, &tool]);
-        convert(&[&tool, &alone]);
-        assert_eq!(std::fs::read(&alone).unwrap(), original, "{name}");
+        convert(&scratch, "a.body.ron", "a.tool");
+        convert(&scratch, "a.tool", "b.rom");
+        assert_eq!(std::fs::read(scratch.path("b.rom")).unwrap(), original, "{name}");
     }
 }
 
@@ -55,7 +53,7 @@ fn trailing_bytes_and_a_long_makers_name_are_said() {
     let Some(files) = roms() else { return };
     let file = &files[files.iter().position(|f| text(f).contains("8a41d90b")).unwrap()];
     let scratch = Scratch::new();
-    let words = succeed(&["convert", &text(file), &scratch.arg("a.body.ron")]);
+    let words = scratch.succeed(format!("convert {} a.body.ron", text(file)));
     let has = |label: &str, value: &str| {
         let is = |line: &str| line.starts_with(label) && line.ends_with(value);
         assert!(words.lines().any(is), "{label}: {words}");
@@ -80,7 +78,7 @@ fn known_tools_have_known_markers() {
     let scratch = Scratch::new();
     for (part, places) in known {
         let file = text(&folder.join(format!("{part}.rom")));
-        let (found, _) = convert(&[&file, &scratch.arg("a.body.ron")]);
+        let (found, _) = convert(&scratch, &file, "a.body.ron");
         let read = &found["read"];
         assert_eq!(read["rom"]["part_number"], part);
         let sensors = read["sensors"].as_array().unwrap();
@@ -96,13 +94,13 @@ fn known_tools_have_known_markers() {
         assert!((distance - (b - a).norm()).abs() < 1e-5, "{part}");
     }
     let file = text(&folder.join("8700339.rom"));
-    let (found, _) = convert(&[&file, &scratch.arg("a.body.ron")]);
+    let (found, _) = convert(&scratch, &file, "a.body.ron");
     let rom = &found["read"]["rom"];
     assert_eq!(rom["unique_id"], "01-34801403-8700339");
     assert_eq!(rom["date"], "2005-01-06");
     // What is left over behind the markers that count is no marker.
     let file = text(&folder.join("medtronic-PN960556.rom"));
-    let (found, _) = convert(&[&file, &scratch.arg("a.body.ron")]);
+    let (found, _) = convert(&scratch, &file, "a.body.ron");
     assert_eq!(found["read"]["sensors"].as_array().unwrap().len(), 5);
 }
 
@@ -112,7 +110,7 @@ fn the_aurora_sensor_is_two_coils_that_cross() {
         return;
     };
     let scratch = Scratch::new();
-    let (found, _) = convert(&[&text(&file), &scratch.arg("a.body.ron")]);
+    let (found, _) = convert(&scratch, &text(&file), "a.body.ron");
     let read = &found["read"];
     assert_eq!(read["kind"], "ndi_em");
     assert_eq!(read["rom"]["checksum"]["stored"], 4235);
@@ -121,7 +119,7 @@ fn the_aurora_sensor_is_two_coils_that_cross() {
     assert!((pair["distance_mm"].as_f64().unwrap() - 0.7).abs() < 1e-6, "{pair}");
     // The polar angles are 0.218224 rad each.
     assert!((pair["angle_deg"].as_f64().unwrap() - 25.0).abs() < 0.05, "{pair}");
-    let words = succeed(&["convert", &text(&file), &scratch.arg("b.body.ron")]);
+    let words = scratch.succeed(format!("convert {} b.body.ron", text(&file)));
     assert!(words.contains("0.700 mm") && words.contains("25.0"), "{words}");
 }
 
@@ -139,9 +137,8 @@ const COILS: &str = "(version: 1, name: \"probe\", sensors: [
 #[test]
 fn each_loss_of_a_format_is_one_line() {
     let scratch = Scratch::new();
-    let body = scratch.arg("a.body.ron");
-    std::fs::write(&body, MARKERS).unwrap();
-    let (found, noted) = convert(&[&body, &scratch.arg("a.rom")]);
+    scratch.write("a.body.ron", MARKERS);
+    let (found, noted) = convert(&scratch, "a.body.ron", "a.rom");
     assert_eq!(found["written"]["new_image"], true);
     assert_eq!(found["written"]["kind"], "ndi_optical");
     let lines: Vec<_> = noted.lines().collect();
@@ -151,21 +148,20 @@ fn each_loss_of_a_format_is_one_line() {
         lines[1].ends_with("without the names of 3 sensors, \"left\" the first: they have numbers")
     );
     // A pivot is a tip: text formats keep it, and 64-bit numbers too.
-    let ini = scratch.arg("a.ini");
-    let (found, _) = convert(&[&body, &ini]);
+    let (found, _) = convert(&scratch, "a.body.ron", "a.ini");
     let codes = |found: &Value| {
         let lost = found["lost"].as_array().unwrap().iter();
         lost.map(|l| l["what"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(codes(&found), ["body_name", "sensor_names"]);
-    let (found, _) = convert(&[&ini, &scratch.arg("a.json")]);
+    let (found, _) = convert(&scratch, "a.ini", "a.json");
     assert_eq!(codes(&found), [""; 0]);
-    let (found, _) = convert(&[&scratch.arg("a.json"), &scratch.arg("b.body.ron")]);
+    let (found, _) = convert(&scratch, "a.json", "b.body.ron");
     assert_eq!(numbers(&found["read"]["tip"]), [0.0, 0.0, -120.5]);
     assert_eq!(numbers(&found["read"]["sensors"][0]["position"]), [-30.0, 0.1, 0.0]);
 
-    std::fs::write(&body, COILS).unwrap();
-    let (found, noted) = convert(&[&body, &scratch.arg("b.rom")]);
+    scratch.write("a.body.ron", COILS);
+    let (found, noted) = convert(&scratch, "a.body.ron", "b.rom");
     assert_eq!(found["written"]["experimental"], true);
     assert!(noted.contains("writing Aurora ROMs is experimental"), "{noted}");
     assert_eq!(codes(&found), [""; 0]);
@@ -174,15 +170,12 @@ fn each_loss_of_a_format_is_one_line() {
 #[test]
 fn impossible_conversions_are_refused() {
     let scratch = Scratch::new();
-    let body = scratch.arg("a.body.ron");
-    let rom = scratch.arg("a.rom");
-    std::fs::write(&body, COILS).unwrap();
-    convert(&[&body, &rom]);
-    let mut image = std::fs::read(&rom).unwrap();
+    scratch.write("a.body.ron", COILS);
+    convert(&scratch, "a.body.ron", "a.rom");
+    let mut image = std::fs::read(scratch.path("a.rom")).unwrap();
     image[60] ^= 1;
-    std::fs::write(&rom, &image).unwrap();
-    let out = scratch.arg("out.body.ron");
-    let said = fail(&["convert", &rom, &out]);
+    scratch.write("a.rom", &image);
+    let said = scratch.fail("convert a.rom out.body.ron");
     assert!(
         said.contains("checksum is ") && said.contains("(--force reads it all the same)"),
         "{said}"
@@ -191,40 +184,36 @@ fn impossible_conversions_are_refused() {
         "FiveDof, position: (-2, 0, 40), axis: (0, 0, 1)",
         "SixDof, position: (0, 0, 0), rotation: (1, 0, 0, 0)",
     );
-    std::fs::write(&body, &one_six).unwrap();
-    let out_rom = scratch.arg("out.rom");
-    let said = fail(&["convert", &body, &out_rom]);
-    assert!(
-        said.contains("0 markers, 1 5-DOF and 1 6-DOF sensors, expected markers alone"),
-        "{said}"
-    );
-    let said = fail(&["convert", &body, &scratch.arg("out.txt")]);
-    assert!(said.contains("expected one in .body.ron, .rom, .tool, .ini or .json"), "{said}");
-    let said = fail(&["convert", &body, &body]);
-    assert!(said.contains("a file that is read here"), "{said}");
-    assert_eq!(std::fs::read_to_string(&body).unwrap(), one_six);
-    for name in ["out.body.ron", "out.rom", "out.txt"] {
-        assert!(!scratch.path(name).exists(), "{name}");
+    scratch.write("a.body.ron", &one_six);
+    for (to, words) in [
+        ("out.rom", "0 markers, 1 5-DOF and 1 6-DOF sensors, expected markers alone"),
+        ("out.txt", "expected one in .body.ron, .rom, .tool, .ini or .json"),
+        ("a.body.ron", "a file that is read here"),
+    ] {
+        let said = scratch.fail(format!("convert a.body.ron {to}"));
+        assert!(said.contains(words), "{said}");
     }
-    let (found, noted) = convert(&[&rom, &out, "--force"]);
+    assert_eq!(scratch.read("a.body.ron"), one_six);
+    for name in ["out.body.ron", "out.rom", "out.txt"] {
+        assert!(!scratch.has(name), "{name}");
+    }
+    let (found, noted) = convert(&scratch, "a.rom", "out.body.ron --force");
     assert_eq!(found["read"]["rom"]["checksum"]["matches"], false);
     assert!(noted.contains("read from an image whose checksum is "), "{noted}");
-    let (_, noted) = convert(&[&out, &out_rom]);
+    let (_, noted) = convert(&scratch, "out.body.ron", "out.rom");
     assert!(noted.contains("checksum was "), "{noted}");
-    convert(&[&out_rom, &out]);
+    convert(&scratch, "out.rom", "out.body.ron");
 }
 
-/// A design whose tool is this file.
-fn design_with(scratch: &Scratch, tool: &str) -> String {
+/// Writes `a.design.ron`, whose tool is this file.
+fn design_with(scratch: &Scratch, tool: &str) {
     let room = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let room = text(&room.join("assets/environments/operating-table.env.ron"));
-    let design = scratch.arg("a.design.ron");
     let written = format!(
         "(version: 1, name: \"a\", environment: {room:?}, tool: (body: {tool:?}, pose: (position: (0, 30, -190), rotation: (1, 0, 0, 0))),
          motion: (x: (min: -30, max: 30, step: 30)))"
     );
-    std::fs::write(&design, written).unwrap();
-    design
+    scratch.write("a.design.ron", written);
 }
 
 #[test]
@@ -233,17 +222,17 @@ fn a_makers_file_is_simulated_like_its_body() {
     for body in [MARKERS, COILS] {
         // Places that a 32-bit number holds, so that both are the same tool.
         let body = body.replace("0.1", "0.125").replace("tip: (0, 0, -120.5), ", "");
-        std::fs::write(scratch.path("a.body.ron"), body).unwrap();
+        scratch.write("a.body.ron", body);
         let simulated = |tool: &str| {
-            let design = design_with(&scratch, tool);
-            json(&["simulate", &design, "--mode", "motion"])["position_mm"].clone()
+            design_with(&scratch, tool);
+            scratch.json("simulate a.design.ron --mode motion")["position_mm"].clone()
         };
         let expected = simulated("a.body.ron");
         assert!(expected["rms"].as_f64().unwrap() > 0.01, "{expected}");
         for tool in ["a.rom", "a.tool"] {
             // The one of the markers, for the coils.
             let _ = std::fs::remove_file(scratch.path(tool));
-            convert(&[&scratch.arg("a.body.ron"), &scratch.arg(tool)]);
+            convert(&scratch, "a.body.ron", tool);
             let found = simulated(tool);
             let [found, expected] = [&found, &expected].map(|v| v["rms"].as_f64().unwrap());
             // Axes of coils are rounded to 1.2e-7 rad.
@@ -252,8 +241,9 @@ fn a_makers_file_is_simulated_like_its_body() {
     }
     let mut image = std::fs::read(scratch.path("a.rom")).unwrap();
     image[70] ^= 1;
-    std::fs::write(scratch.path("a.rom"), image).unwrap();
-    let said = fail(&["simulate", &design_with(&scratch, "a.rom"), "--mode", "motion"]);
+    scratch.write("a.rom", image);
+    design_with(&scratch, "a.rom");
+    let said = scratch.fail("simulate a.design.ron --mode motion");
     assert!(said.contains("a.rom: checksum is "), "{said}");
 }
 
@@ -262,10 +252,10 @@ fn indistinguishable_tools_are_named() {
     let scratch = Scratch::new();
     let moved = MARKERS.replace("(0, 0, -120.5)", "(0, 0, -80.5)");
     for (name, body) in [("a.body.ron", MARKERS), ("b.body.ron", &moved), ("c.body.ron", COILS)] {
-        std::fs::write(scratch.path(name), body).unwrap();
+        scratch.write(name, body);
     }
-    let [a, b, c] = ["a", "b", "c"].map(|name| scratch.arg(&format!("{name}.body.ron")));
-    let output = trackwright(&["convert", "--check", &a, &b, &c]).output().unwrap();
+    let line = "convert --check a.body.ron b.body.ron c.body.ron";
+    let output = scratch.command(line).output().unwrap();
     let printed = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1), "{printed}");
     // One tool with another tip is the same to a tracker.
@@ -273,11 +263,11 @@ fn indistinguishable_tools_are_named() {
     let noted = String::from_utf8(output.stderr).unwrap();
     assert!(noted.contains("known by its port and serial number"), "{noted}");
     let Some(files) = roms() else { return };
-    let two: Vec<String> = files[..2].iter().map(|file| text(file)).collect();
-    let args = ["convert", "--check", &two[0], &two[1], "--format", "json"];
-    let output = trackwright(&args).output().unwrap();
+    let [a, b] = [&files[0], &files[1]].map(|file| text(file));
+    let line = format!("convert --check {a} {b} --format json");
+    let output = scratch.command(&line).output().unwrap();
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["pairs"].as_array().unwrap().len(), 3, "{found}");
-    let said = fail(&["convert", "--check", &a, "--least-mm", "0"]);
+    let said = scratch.fail("convert --check a.body.ron --least-mm 0");
     assert!(said.contains("above zero"), "{said}");
 }

@@ -1,7 +1,7 @@
 //! Step 2 of the paper's procedure: the CRF alone against the tracker.
 
 use crate::support::close::assert_close;
-use crate::support::program::{Scratch, fail, json, succeed};
+use crate::support::program::{Scratch, fail, json};
 use serde_json::Value;
 
 fn built_in(name: &str) -> String {
@@ -25,7 +25,7 @@ fn with_motion(scratch: &Scratch) -> String {
 fn a_crf_alone_equals_a_tool_at_the_target() {
     let scratch = Scratch::new();
     let design = with_motion(&scratch);
-    let of_crf = json(&["simulate", &design, "--mode", "motion", "--body", "crf"]);
+    let of_crf = scratch.json(format!("simulate {design} --mode motion --body crf"));
     let targets = of_crf["targets"].as_array().unwrap();
     let names: Vec<&str> = targets.iter().map(|t| t["target"].as_str().unwrap()).collect();
     assert_eq!(names, ["right maxillary sinus", "left maxillary sinus", "sella"]);
@@ -39,7 +39,7 @@ fn a_crf_alone_equals_a_tool_at_the_target() {
     let mesh = body.find("mesh:").unwrap();
     let end = mesh + body[mesh..].find('\n').unwrap();
     let body = format!("{}tip: (0.0, -38.0, 75.0),{}", &body[..mesh], &body[end..]);
-    std::fs::write(scratch.path("tool.body.ron"), body).unwrap();
+    scratch.write("tool.body.ron", body);
     let room =
         format!("{}/assets/environments/operating-table.env.ron", env!("CARGO_MANIFEST_DIR"));
     let text = format!(
@@ -62,7 +62,7 @@ fn a_crf_alone_equals_a_tool_at_the_target() {
     // A place further from the sensors is worse or better, but not the same.
     assert_ne!(sella["position_mm"], targets[0]["position_mm"]);
 
-    let text = succeed(&["simulate", &design, "--mode", "motion", "--body", "crf"]);
+    let text = scratch.succeed(format!("simulate {design} --mode motion --body crf"));
     assert!(text.contains("Head CRF at sella, alone in Operating table"), "{text}");
     assert_eq!(text.matches("requirement position_rms").count(), 3, "{text}");
 }

@@ -1,20 +1,18 @@
 //! What is wrong with a mesh or a size is told on the command line as it is in the window.
 
-use crate::support::program::{Scratch, trackwright};
+use crate::support::program::Scratch;
 use std::fmt::Write;
-use std::fs;
 
 /// A design whose tool has the mesh and, where it is not 1, sensors so many times as far out.
 fn design(scratch: &Scratch, stl: &str, stretch: f64) -> String {
-    scratch.copy_design_with_room("golden/pointer-on-head", &["--order", "1", "--directions", "6"]);
-    fs::write(scratch.path("d/tool.stl"), stl).unwrap();
-    let body = scratch.path("d/tool.body.ron");
-    let text = fs::read_to_string(&body).unwrap();
+    scratch.copy_design_with_room("golden/pointer-on-head", "--order 1 --directions 6");
+    scratch.write("d/tool.stl", stl);
+    let text = scratch.read("d/tool.body.ron");
     let text = text.replace("name: \"Tool\",", "name: \"Tool\",\n    mesh: \"tool.stl\",");
     let far = format!("position: (-6.0, 5.0, {:?})", 120.0 * stretch);
     let moved = text.replace("position: (-6.0, 5.0, 120.0)", &far);
     assert!(stretch == 1.0 || moved != text);
-    fs::write(&body, moved).unwrap();
+    scratch.write("d/tool.body.ron", moved);
     scratch.arg("d/pointer-on-head.design.ron")
 }
 
@@ -36,14 +34,6 @@ fn tetrahedron(size_mm: f64, is_inverted: bool, sides: usize) -> String {
     text + "endsolid tool\n"
 }
 
-#[track_caller]
-fn notes(args: &[&str]) -> String {
-    let output = trackwright(args).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{said}");
-    said
-}
-
 #[test]
 fn mesh_problems_are_reported_where_drawn() {
     let flat = "solid tool\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 0 0\nvertex 100 0 0\n\
@@ -56,14 +46,13 @@ fn mesh_problems_are_reported_where_drawn() {
     ] {
         let scratch = Scratch::new();
         let design = design(&scratch, &stl, 1.0);
-        let scene = scratch.arg("s.glb");
-        let said = notes(&["export", "scene", &design, "-o", &scene, "--layers", "none"]);
+        let said = scratch.notes(format!("export scene {design} -o scene.glb --layers none"));
         let warning = format!("warning: the tool's mesh: {told}");
         assert!(said.contains(&warning), "{warning}: {said}");
     }
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, true, 4), 1.0);
-    let said = notes(&["report", &design, "-o", &scratch.arg("r.html"), "--mode", "single"]);
+    let said = scratch.notes(format!("report {design} -o r.html --mode single"));
     assert!(said.contains("warning: the tool's mesh: Inside out"), "{said}");
 }
 
@@ -71,16 +60,14 @@ fn mesh_problems_are_reported_where_drawn() {
 fn a_tool_of_twenty_metres_is_reported() {
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, false, 4), 200.0);
-    let body = scratch.arg("d/tool.body.ron");
-    let (tips, ini) = (scratch.arg("tips.csv"), scratch.arg("tool.ini"));
     let told = "24000 mm long, expected at most 1500 mm: are its coordinates in µm?";
     for args in [
-        &["simulate", &design, "--mode", "single"][..],
-        &["export", "tips", &design, "-o", &tips, "--mode", "single"],
-        &["tolerances", &design],
-        &["convert", &body, &ini],
+        format!("simulate {design} --mode single"),
+        format!("export tips {design} -o tips.csv --mode single"),
+        format!("tolerances {design}"),
+        "convert d/tool.body.ron tool.ini".to_owned(),
     ] {
-        let said = notes(args);
+        let said = scratch.notes(&args);
         assert!(said.contains("warning: ") && said.contains(told), "{args:?}: {said}");
     }
 }

@@ -1,11 +1,11 @@
 //! Tables that are not what they are read as: refused or warned of, and taken where that is meant.
 
 use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::program::Scratch;
 use std::fs;
-use std::process::Output;
 
 const ROOM: &str = "room-a/room-a-fit.csv";
+const GOOD: &str = "own:room-a/room-a-fit.csv";
 
 /// A table with every number of some columns changed.
 fn changed(scratch: &Scratch, name: &str, change: impl Fn(usize, f64) -> f64) -> String {
@@ -18,7 +18,7 @@ fn changed(scratch: &Scratch, name: &str, change: impl Fn(usize, f64) -> f64) ->
         out.push_str(&cells.collect::<Vec<_>>().join(","));
         out.push('\n');
     }
-    fs::write(scratch.path(name), out).unwrap();
+    scratch.write(name, out);
     scratch.arg(name)
 }
 
@@ -31,56 +31,45 @@ fn in_metres(scratch: &Scratch) -> String {
     changed(scratch, "metres.csv", |k, v| if is_position(k) { v * 1e-3 } else { v })
 }
 
-fn fit<'a>(table: &'a str, env: &'a str) -> Vec<&'a str> {
-    vec!["fit", table, "-o", env, "--order", "1", "--directions", "6"]
-}
-
-/// Standard error of a command that succeeds.
-fn notes(args: &[&str]) -> String {
-    let Output { status, stderr, .. } = trackwright(args).output().unwrap();
-    let stderr = String::from_utf8(stderr).unwrap();
-    assert!(status.success(), "{args:?}: {stderr}");
-    stderr
+fn fit(table: &str) -> String {
+    format!("fit {table} -o room.env.ron --order 1 --directions 6")
 }
 
 #[test]
 fn metres_are_refused_unless_they_are_meant() {
     let scratch = Scratch::new();
-    let (table, env) = (in_metres(&scratch), scratch.arg("room.env.ron"));
-    let said = fail(&fit(&table, &env));
+    let table = in_metres(&scratch);
+    let said = scratch.fail(fit(&table));
     assert!(
         said.contains("metres.csv: positions span 0.") && said.contains("are they metres?"),
         "{said}"
     );
     assert!(said.contains("--as-is"), "{said}");
-    assert!(!scratch.path("room.env.ron").exists());
-    let meant = notes(&[&fit(&table, &env)[..], &["--as-is"]].concat());
+    assert!(!scratch.has("room.env.ron"));
+    let meant = scratch.notes(format!("{} --as-is", fit(&table)));
     assert!(meant.starts_with("warning: ") && meant.contains("are they metres?"), "{meant}");
-    assert!(scratch.path("room.env.ron").exists());
-    let learned = scratch.arg("g.generator.ron");
-    for args in [vec!["select", &table], vec!["generator", "learn", &table, "-o", &learned]] {
-        assert!(fail(&args).contains("are they metres?"), "{args:?}");
+    assert!(scratch.has("room.env.ron"));
+    for command in ["select", "generator learn -o g.generator.ron"] {
+        let said = scratch.fail(format!("{command} {table}"));
+        assert!(said.contains("are they metres?"), "{command}");
     }
 }
 
 #[test]
 fn inches_are_a_warning_and_good_tables_are_none() {
     let scratch = Scratch::new();
-    let env = scratch.arg("room.env.ron");
     let inches = changed(&scratch, "inches.csv", |k, v| if is_position(k) { v / 25.4 } else { v });
-    let said = notes(&fit(&inches, &env));
+    let said = scratch.notes(fit(&inches));
     assert!(said.contains("are they inches or centimetres?"), "{said}");
-    let good = text(&own(ROOM));
-    let said = notes(&fit(&good, &env));
+    let said = scratch.notes(fit(GOOD));
     assert!(!said.contains("warning: ") || !said.contains(".csv"), "{said}");
 }
 
 #[test]
 fn mirrored_and_reordered_sides_are_refused() {
     let scratch = Scratch::new();
-    let env = scratch.arg("room.env.ron");
     let mirrored = changed(&scratch, "z.csv", |k, v| if k == 9 { -v } else { v });
-    let said = fail(&fit(&mirrored, &env));
+    let said = scratch.fail(fit(&mirrored));
     assert!(said.contains("measured z is ideal −z"), "{said}");
     let table = fs::read_to_string(own(ROOM)).unwrap();
     // The names of the measured quaternion's columns go one on.
@@ -89,40 +78,36 @@ fn mirrored_and_reordered_sides_are_refused() {
         "measured_qz,measured_qw,measured_qx,measured_qy",
         1,
     );
-    fs::write(scratch.path("order.csv"), last).unwrap();
-    let said = fail(&fit(&scratch.arg("order.csv"), &env));
+    scratch.write("order.csv", last);
+    let said = scratch.fail(fit("order.csv"));
     assert!(said.contains("the measured quaternions"), "{said}");
 }
 
 #[test]
 fn poses_in_metres_are_refused_as_measurements_are() {
     let scratch = Scratch::new();
-    let env = scratch.arg("room.env.ron");
-    succeed(&fit(&text(&own(ROOM)), &env));
+    scratch.succeed(fit(GOOD));
     let rows: String = (0..20).map(|k| format!("0.0{k:02},0.1,-0.3,1,0,0,0\n")).collect();
-    fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
-    let (poses, out) = (scratch.arg("p.csv"), scratch.arg("out.csv"));
+    scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
     for command in ["distort", "compensate"] {
-        let said = fail(&[command, &env, &poses, "-o", &out]);
+        let said = scratch.fail(format!("{command} room.env.ron p.csv -o out.csv"));
         assert!(said.contains("are they metres?"), "{said}");
-        assert!(!scratch.path("out.csv").exists());
+        assert!(!scratch.has("out.csv"));
     }
-    let said = fail(&["pivot", &poses]);
+    let said = scratch.fail("pivot p.csv");
     assert!(said.contains("are they metres?"), "{said}");
-    succeed(&["distort", &env, &poses, "-o", &out, "--as-is"]);
+    scratch.succeed(format!("distort room.env.ron p.csv -o out.csv --as-is"));
 }
 
 #[test]
 fn poses_on_other_axes_than_the_room_are_told() {
     let scratch = Scratch::new();
-    let env = scratch.arg("room.env.ron");
-    succeed(&fit(&text(&own(ROOM)), &env));
+    scratch.succeed(fit(GOOD));
     for (sign, is_told) in [(1, true), (-1, false)] {
         let rows: String = (0..20).map(|k| format!("{k},100,{},1,0,0,0\n", sign * 250)).collect();
-        fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
+        scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
         for command in ["distort", "compensate"] {
-            let out = scratch.arg(&format!("{command}.csv"));
-            let said = notes(&[command, &env, &scratch.arg("p.csv"), "-o", &out]);
+            let said = scratch.notes(format!("{command} room.env.ron p.csv -o {command}.csv"));
             let has = said.contains("0 of 20 positions are in the room's box, 20 where z is −z");
             assert_eq!(has, is_told, "{said}");
         }
@@ -131,24 +116,25 @@ fn poses_on_other_axes_than_the_room_are_told() {
 
 #[test]
 fn every_command_that_reads_a_table_takes_it_as_is() {
+    let scratch = Scratch::new();
     for command in [
-        &["fit"][..],
-        &["select"],
-        &["generator", "learn"],
-        &["distort"],
-        &["compensate"],
-        &["simulate"],
-        &["import", "jhu-cis"],
-        &["characterize"],
-        &["pivot"],
-        &["verify"],
-        &["register"],
-        &["export", "poses"],
-        &["export", "tips"],
-        &["report"],
+        "fit",
+        "select",
+        "generator learn",
+        "distort",
+        "compensate",
+        "simulate",
+        "import jhu-cis",
+        "characterize",
+        "pivot",
+        "verify",
+        "register",
+        "export poses",
+        "export tips",
+        "report",
     ] {
-        let help = succeed(&[command, &["--help"]].concat());
-        assert!(help.contains("--as-is"), "{command:?}");
+        let help = scratch.succeed(format!("{command} --help"));
+        assert!(help.contains("--as-is"), "{command}");
     }
 }
 
@@ -165,11 +151,10 @@ fn a_spreadsheet_in_a_european_language_is_read() {
     let head = names.collect::<Vec<_>>().join(";");
     let env = |name: &str, table: &str| {
         fs::create_dir(scratch.path(name)).unwrap();
-        let file = format!("{name}/room.csv");
-        fs::write(scratch.path(&file), table).unwrap();
-        let env = format!("{name}/room.env.ron");
-        succeed(&fit(&scratch.arg(&file), &scratch.arg(&env)));
-        fs::read(scratch.path(&env)).unwrap()
+        scratch.write(&format!("{name}/room.csv"), table);
+        let line = format!("fit {name}/room.csv -o {name}/room.env.ron --order 1 --directions 6");
+        scratch.succeed(line);
+        fs::read(scratch.path(&format!("{name}/room.env.ron"))).unwrap()
     };
     let plain = env("plain", &table);
     assert_eq!(env("european", &format!("\u{feff}sep=;\r\n{head}\n{rows}")), plain);
@@ -179,11 +164,10 @@ fn a_spreadsheet_in_a_european_language_is_read() {
 #[test]
 fn other_units_and_missing_headers_are_named() {
     let scratch = Scratch::new();
-    let env = scratch.arg("room.env.ron");
     let table = fs::read_to_string(own(ROOM)).unwrap();
     let said = |name: &str, table: &str| {
-        fs::write(scratch.path(name), table).unwrap();
-        fail(&fit(&scratch.arg(name), &env))
+        scratch.write(name, table);
+        scratch.fail(fit(name))
     };
     let metres = said("m.csv", &table.replacen("ideal_x", "ideal_x (m)", 1));
     assert!(metres.contains("column \"ideal_x (m)\" is in m, expected mm"), "{metres}");
@@ -196,7 +180,6 @@ fn other_units_and_missing_headers_are_named() {
 #[test]
 fn files_of_other_kinds_are_named() {
     let scratch = Scratch::new();
-    let env = scratch.arg("room.env.ron");
     for (name, bytes, words) in [
         ("a.csv", &b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"[..], "a PNG image"),
         ("a.xlsx", b"PK\x03\x04\x14\0\x06\0", "an Excel workbook"),
@@ -204,15 +187,14 @@ fn files_of_other_kinds_are_named() {
         ("tool.rom", b"NDI\0\x01\x02\xff\xfe", "an NDI tool definition"),
         ("b.csv", b"\xff\xfei\0d\0e\0", "UTF-16 text"),
     ] {
-        fs::write(scratch.path(name), bytes).unwrap();
-        let file = scratch.arg(name);
-        for args in [fit(&file, &env), vec!["pivot", &file], vec!["register", &file, &file]] {
-            let said = fail(&args);
+        scratch.write(name, bytes);
+        for line in [fit(name), format!("pivot {name}"), format!("register {name} {name}")] {
+            let said = scratch.fail(line);
             assert!(said.contains(words) && said.contains("expected"), "{said}");
         }
     }
-    fs::write(scratch.path("t.csv"), "x,y,z\n1,2,3\n").unwrap();
-    let said = fail(&["distort", &scratch.arg("t.csv"), &scratch.arg("t.csv"), "-o", &env]);
+    scratch.write("t.csv", "x,y,z\n1,2,3\n");
+    let said = scratch.fail("distort t.csv t.csv -o room.env.ron");
     assert!(said.contains("found a table, expected an environment"), "{said}");
 }
 
@@ -232,15 +214,15 @@ fn mirrored_and_outlying_fiducials_are_named() {
             let [x, y, z] = map(k, *point);
             format!("{x} {y} {z}\n")
         });
-        fs::write(scratch.path(name), rows.collect::<String>()).unwrap();
+        scratch.write(name, rows.collect::<String>());
         scratch.arg(name)
     };
     let source = write("source.txt", &|_, p| p);
     let mirrored = write("mirrored.txt", &|_, [x, y, z]| [x, -y, z]);
-    let said = fail(&["register", &source, &mirrored]);
+    let said = scratch.fail(format!("register {source} {mirrored}"));
     assert!(said.contains("mirrored or left-handed"), "{said}");
     let metres = write("metres.txt", &|_, p| p.map(|v| 1e-3 * v));
-    let said = fail(&["register", &source, &metres]);
+    let said = scratch.fail(format!("register {source} {metres}"));
     assert!(said.contains("are they in metres and millimetres?"), "{said}");
     // Half a millimetre of noise, and one point that slipped.
     let noise = |k: usize| 0.5 * (k as f64 * 2.4).sin();
@@ -248,10 +230,10 @@ fn mirrored_and_outlying_fiducials_are_named() {
         let slip = if k == 3 { 15.0 } else { 0.0 };
         [x + noise(k), y + noise(k + 7) + slip, z + noise(k + 13)]
     });
-    let said = notes(&["register", &source, &slipped]);
+    let said = scratch.notes(format!("register {source} {slipped}"));
     assert!(said.contains("warning: point 4 is 1"), "{said}");
     assert!(said.contains("--leave-out-outliers"), "{said}");
-    let found = json(&["register", &source, &slipped, "--leave-out-outliers"]);
+    let found = scratch.json(format!("register {source} {slipped} --leave-out-outliers"));
     assert_eq!(found["points"], 5);
     assert_eq!(found["left_out"][0]["point"], 4);
     let fre = |key: &str| found[key].as_f64().unwrap();
@@ -279,18 +261,14 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
             at[0], at[1], at[2]
         ));
     }
-    fs::write(scratch.path("live.csv"), log).unwrap();
-    let file = scratch.arg("live.csv");
-    for args in [
-        &["pivot", &file, "--tool", "StylusToReference"][..],
-        &["pivot", &file, "--tool", "Stylus", "--relative-to", "Reference"],
-    ] {
-        let found = json(args);
+    scratch.write("live.csv", log);
+    for args in ["--tool StylusToReference", "--tool Stylus --relative-to Reference"] {
+        let found = scratch.json(format!("pivot live.csv {args}"));
         let tip = |k: usize| found["tip"][k].as_f64().unwrap();
         assert!((tip(2) - 100.0).abs() < 1e-6 && tip(0).abs() < 1e-6, "{found}");
         assert!((found["pivot"][2].as_f64().unwrap() - 50.0).abs() < 1e-6, "{found}");
     }
-    let said = fail(&["pivot", &file, "--tool", "Stylus"]);
+    let said = scratch.fail("pivot live.csv --tool Stylus");
     assert!(said.contains("--max-rms-mm"), "{said}");
 }
 
@@ -298,7 +276,7 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
 fn too_few_poses_name_the_option_that_accepts_them() {
     let scratch = Scratch::new();
     let rows: String = (0..8).map(|k| format!("{k},0,-300,1,0,0,0\n")).collect();
-    fs::write(scratch.path("p.csv"), format!("x,y,z,qw,qx,qy,qz\n{rows}")).unwrap();
-    let said = fail(&["pivot", &scratch.arg("p.csv")]);
+    scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
+    let said = scratch.fail("pivot p.csv");
     assert!(said.contains("too few poses: 8") && said.contains("--min-poses"), "{said}");
 }

@@ -2,7 +2,7 @@
 
 use crate::support::data::own;
 use crate::support::program::{
-    Scratch, end_within, processor_seconds, run_within, succeed, text, trackwright,
+    Scratch, end_within, processor_seconds, run_within, text, trackwright,
 };
 use crate::support::wire::until;
 use std::process::{Command, Output};
@@ -78,7 +78,7 @@ fn what_a_shell_pipes_in_is_read() {
     let output = run_within(shell, LIMIT);
     assert!(output.status.success(), "{output:?}");
     let direct = scratch.arg("direct.env.ron");
-    succeed(&["fit", &table, "-o", &direct, "--order", "1", "--directions", "6"]);
+    scratch.succeed(format!("fit {table} -o {direct} --order 1 --directions 6"));
     let [piped, direct] = [out, direct].map(|file| {
         let room = trackwright_project::Files::default().read_environment(file.as_ref()).unwrap();
         room.model

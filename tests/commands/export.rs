@@ -3,7 +3,7 @@
 use crate::support::data::{own, third_party};
 use crate::support::golden::{count, number, numbers};
 use crate::support::peers::python;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::program::{Scratch, text};
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -21,11 +21,8 @@ fn axis() -> Unit<Vector3<f64>> {
 /// A room of order 2 with 6 orientations: coefficients of higher ones are so far apart where no
 /// samples are that they bound nothing.
 fn room(scratch: &Scratch) -> String {
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let env = scratch.arg("room.env.ron");
-    let size = ["--order", "2", "--directions", "6"];
-    succeed(&[&["fit", &table, "-o", &env], &size[..]].concat());
-    env
+    scratch.succeed("fit own:room-a/room-a-fit.csv -o room.env.ron --order 2 --directions 6");
+    scratch.arg("room.env.ron")
 }
 
 /// Numbers from 0 to 1, the same each time.
@@ -45,7 +42,7 @@ fn distorted(scratch: &Scratch, env: &str, points: &[Point3<f64>]) -> Vec<(Vecto
     }
     let (poses, out) = (scratch.arg("poses.csv"), scratch.arg("distorted.csv"));
     fs::write(&poses, table).unwrap();
-    succeed(&["distort", env, &poses, "-o", &out]);
+    scratch.succeed(format!("distort {env} {poses} -o {out}"));
     let measured =
         trackwright_project::Files::default().read_poses(out.as_ref()).unwrap().as_it_stands();
     let pairs = ideal.iter().zip(&measured);
@@ -113,20 +110,19 @@ fn interpolation_bound_mm(env: &str, counts: [usize; 3]) -> f64 {
 fn other_programs_read_the_error_of_distort() {
     let scratch = Scratch::new();
     let env = room(&scratch);
-    let export = |name: &str, more: &[&str]| {
-        let file = scratch.arg(name);
-        let args = ["export", "field", &env, "-o", &file, "--axis", AXIS, "--spacing", "12,10,8"];
-        let found = json(&[&args[..], more].concat());
-        (file, found)
+    let export = |name: &str, more: &str| {
+        let field = format!("--axis {AXIS} --spacing 12,10,8 {more}");
+        let found = scratch.json(format!("export field {env} -o {name} {field}"));
+        (scratch.arg(name), found)
     };
-    let (nrrd, found) = export("field.nrrd", &[]);
+    let (nrrd, found) = export("field.nrrd", "");
     let files = [
         ("pynrrd", nrrd.clone(), true),
         ("itk", nrrd, true),
-        ("itk", export("field.mha", &[]).0, true),
-        ("itk", export("as-it-is.mha", &["--axes", "lps"]).0, false),
-        ("pynrrd", export("as-it-is.nrrd", &["--axes", "lps"]).0, false),
-        ("vtk", export("field.vti", &[]).0, false),
+        ("itk", export("field.mha", "").0, true),
+        ("itk", export("as-it-is.mha", "--axes lps").0, false),
+        ("pynrrd", export("as-it-is.nrrd", "--axes lps").0, false),
+        ("vtk", export("field.vti", "").0, false),
     ];
     let counts: [usize; 3] = serde_json::from_value(found["counts"].clone()).unwrap();
     assert_eq!(count(&found["points"]), counts.iter().product::<usize>());
@@ -179,25 +175,11 @@ fn other_programs_read_the_error_of_distort() {
 fn the_field_table_has_the_errors_of_distort() {
     let scratch = Scratch::new();
     let env = room(&scratch);
-    let out = scratch.arg("field.csv");
-    let found = json(&[
-        "export",
-        "field",
-        &env,
-        "-o",
-        &out,
-        "--axis",
-        AXIS,
-        "--spacing",
-        "100",
-        "--box",
-        "-100,-100,-300,900,0,-200",
-        "--outside",
-        "reject",
-    ]);
+    let part = "--spacing 100 --box -100,-100,-300,900,0,-200 --outside reject";
+    let found = scratch.json(format!("export field {env} -o field.csv --axis {AXIS} {part}"));
     let (outside, missing) = (count(&found["outside"]), count(&found["missing"]));
     assert!(outside > 0 && outside == missing);
-    let table = fs::read_to_string(&out).unwrap();
+    let table = scratch.read("field.csv");
     let mut lines = table.lines();
     let header = "x,y,z,error_x,error_y,error_z,error_mm,error_deg,outside";
     assert_eq!(lines.next(), Some(header));
@@ -222,10 +204,9 @@ fn the_field_table_has_the_errors_of_distort() {
 fn a_correction_agrees_with_compensate() {
     let scratch = Scratch::new();
     let env = room(&scratch);
-    let out = scratch.arg("field.csv");
-    let correction = ["--displacement", "correction", "--axis", AXIS, "--spacing", "120"];
-    succeed(&[&["export", "field", &env, "-o", &out], &correction[..]].concat());
-    let table = fs::read_to_string(&out).unwrap();
+    let correction = format!("--displacement correction --axis {AXIS} --spacing 120");
+    scratch.succeed(format!("export field {env} -o field.csv {correction}"));
+    let table = scratch.read("field.csv");
     let turn = exp_vector(&axis_rotation(&Vector3::z_axis(), &axis()).vector_rad);
     let turned = pose_to_array(&pose_from_parts(Vector3::zeros(), turn));
     let quaternion = turned[3..].iter().map(f64::to_string);
@@ -237,7 +218,7 @@ fn a_correction_agrees_with_compensate() {
     }
     let (list, corrected) = (scratch.arg("measured.csv"), scratch.arg("corrected.csv"));
     fs::write(&list, poses).unwrap();
-    succeed(&["compensate", &env, &list, "-o", &corrected]);
+    scratch.succeed(format!("compensate {env} {list} -o {corrected}"));
     let corrected = fs::read_to_string(corrected).unwrap();
     let mut answers = 0;
     for (row, line) in rows.iter().zip(corrected.lines().skip(1)) {
@@ -268,7 +249,7 @@ fn a_transform_moves_points_as_the_pose_does() {
     for (axes, is_flipped) in [("ras", true), ("lps", false)] {
         let turn = |p: &Point3<f64>| if is_flipped { flipped(p) } else { *p };
         let file = scratch.arg(&format!("{axes}.tfm"));
-        succeed(&["export", "poses", &table, "--row", "1", "-o", &file, "--axes", axes]);
+        scratch.succeed(format!("export poses {table} --row 1 -o {file} --axes {axes}"));
         let rows = in_tool.map(|p| {
             let p = turn(&p.into());
             format!("{},{},{}\n", p.x, p.y, p.z)
@@ -281,9 +262,9 @@ fn a_transform_moves_points_as_the_pose_does() {
             assert!((moved - expected).norm() < 1e-9, "{axes}: {moved} {expected}");
         }
     }
-    let several = fail(&["export", "poses", &table, "-o", &scratch.arg("all.tfm")]);
+    let several = scratch.fail(format!("export poses {table} -o all.tfm"));
     assert!(several.contains("found 2 poses, expected one") && several.contains("--row 0 to 1"));
-    let none = fail(&["export", "poses", &table, "--row", "2", "-o", &scratch.arg("one.tfm")]);
+    let none = scratch.fail(format!("export poses {table} --row 2 -o one.tfm"));
     assert!(none.contains("found 2 poses, expected more than --row 2"), "{none}");
 }
 
@@ -294,10 +275,10 @@ fn tips_of_a_pivoted_tool_surround_the_pivot() {
     };
     let scratch = Scratch::new();
     let recording = text(&file);
-    let found = json(&["pivot", &recording]);
+    let found = scratch.json(format!("pivot {recording}"));
     let tip = numbers::<3>(&found["tip"]).map(|v| v.to_string()).join(",");
     let (markups, table) = (scratch.arg("tips.mrk.json"), scratch.arg("poses.csv"));
-    succeed(&["export", "poses", &recording, "-o", &markups, "--tip", &tip]);
+    scratch.succeed(format!("export poses {recording} -o {markups} --tip {tip}"));
     let written: Value = serde_json::from_slice(&fs::read(&markups).unwrap()).unwrap();
     let points = written["markups"][0]["controlPoints"].as_array().unwrap();
     assert_eq!(points.len(), 57);
@@ -308,8 +289,8 @@ fn tips_of_a_pivoted_tool_surround_the_pivot() {
     let rms_mm = (squares.sum::<f64>() / 57.0).sqrt();
     assert!((rms_mm - number(&found["rms_mm"])).abs() < 1e-9, "{rms_mm}");
     // The same poses as a table are the same recording.
-    succeed(&["export", "poses", &recording, "-o", &table]);
-    let again = json(&["pivot", &table]);
+    scratch.succeed(format!("export poses {recording} -o {table}"));
+    let again = scratch.json(format!("pivot {table}"));
     for key in ["tip", "pivot"] {
         let [a, b] = [&found, &again].map(|f| Vector3::from(numbers::<3>(&f[key])));
         assert!((a - b).norm() < 1e-9, "{key}");
@@ -319,21 +300,13 @@ fn tips_of_a_pivoted_tool_surround_the_pivot() {
 #[test]
 fn columns_select_the_poses_of_a_table() {
     let scratch = Scratch::new();
-    let table = text(&own("room-a/room-a-fit.csv"));
     let out = scratch.arg("measured.csv");
-    let args = ["export", "poses", &table, "-o", &out, "--columns"];
-    let said = succeed(&[&args[..], &["measured"]].concat());
-    let rows = fs::read_to_string(&table).unwrap().lines().count() - 1;
-    assert_eq!(
-        trackwright_project::Files::default()
-            .read_poses(out.as_ref())
-            .unwrap()
-            .as_it_stands()
-            .len(),
-        rows,
-        "{said}"
-    );
-    let missing = fail(&[&args[..], &["sim"]].concat());
+    let args = format!("export poses own:room-a/room-a-fit.csv -o {out} --columns");
+    let said = scratch.succeed(format!("{args} measured"));
+    let rows = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap().lines().count() - 1;
+    let poses = trackwright_project::Files::default().read_poses(out.as_ref()).unwrap();
+    assert_eq!(poses.as_it_stands().len(), rows, "{said}");
+    let missing = scratch.fail(format!("{args} sim"));
     assert!(missing.contains("room-a-fit.csv: line 1: found no column sim_x"), "{missing}");
 }
 
@@ -341,35 +314,35 @@ fn columns_select_the_poses_of_a_table() {
 fn impossible_exports_write_nothing() {
     let scratch = Scratch::new();
     let env = room(&scratch);
-    let out = scratch.arg("field.vti");
-    let refused = |args: &[&str], words: &[&str]| {
-        let said = fail(&[&["export", "field", &env, "-o"], args].concat());
+    let refused = |args: &str, words: &[&str]| {
+        let said = scratch.fail(format!("export field {env} -o {args}"));
         for word in words {
             assert!(said.contains(word), "{word:?} is not in: {said}");
         }
-        assert!(!scratch.path("field.vti").exists(), "{args:?}");
+        assert!(!scratch.has("field.vti"), "{args}");
     };
-    let upside_down = [&out, "--box", "0,0,0,10,-10,10"];
-    refused(&upside_down, &["--box", "y from 0 to -10", "empty"]);
-    refused(&[&out, "--box", "0,0,0,10,10"], &["--box", "six numbers"]);
-    refused(&[&out, "--box", "0,0,0,10,10,NaN"], &["six numbers"]);
-    for spacing in ["0", "-5", "NaN", "inf", "1,0,1", "1,2"] {
-        refused(&[&out, "--spacing", spacing], &["--spacing", "above zero"]);
+    for (args, words) in [
+        ("--box 0,0,0,10,-10,10", &["--box", "y from 0 to -10", "empty"][..]),
+        ("--box 0,0,0,10,10", &["--box", "six numbers"]),
+        ("--box 0,0,0,10,10,NaN", &["six numbers"]),
+        ("--spacing 0", &["--spacing", "above zero"]),
+        ("--spacing -5", &["--spacing", "above zero"]),
+        ("--spacing NaN", &["--spacing", "above zero"]),
+        ("--spacing inf", &["--spacing", "above zero"]),
+        ("--spacing 1,0,1", &["--spacing", "above zero"]),
+        ("--spacing 1,2", &["--spacing", "above zero"]),
+        ("--spacing 0.001", &["expected at most 16777216", "a spacing of"]),
+        ("--box 0,0,0,1e300,1,1", &["found 1e300, expected at most 1e6"]),
+        ("--spacing 0.001 --box 0,0,0,1e6,1e6,1e6", &["e27 points", "expected at most 16777216"]),
+        ("--axis 0,0,0", &["--axis", "not all zero, or mean"]),
+    ] {
+        refused(&format!("field.vti {args}"), words);
     }
-    refused(&[&out, "--spacing", "0.001"], &["expected at most 16777216", "a spacing of"]);
-    refused(&[&out, "--box", "0,0,0,1e300,1,1"], &["found 1e300, expected at most 1e6"]);
-    refused(
-        &[&out, "--spacing", "0.001", "--box", "0,0,0,1e6,1e6,1e6"],
-        &["e27 points", "expected at most 16777216"],
-    );
-    refused(&[&out, "--axis", "0,0,0"], &["--axis", "not all zero, or mean"]);
-    refused(&[&scratch.arg("field.stl")], &["field.stl", ".nrrd, .mha, .vti or .csv"]);
-    refused(&[&scratch.arg("nowhere/field.vti")], &["nowhere/field.vti", "cannot be written"]);
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let map = scratch.arg("correction.env.ron");
-    let size = ["--order", "1", "--directions", "6", "--map", "correction"];
-    succeed(&[&["fit", &table, "-o", &map], &size[..]].concat());
-    let said = fail(&["export", "field", &map, "-o", &out, "--displacement", "error"]);
+    refused("field.stl", &["field.stl", ".nrrd, .mha, .vti or .csv"]);
+    refused("nowhere/field.vti", &["nowhere/field.vti", "cannot be written"]);
+    let size = "--order 1 --directions 6 --map correction";
+    scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o correction.env.ron {size}"));
+    let said = scratch.fail("export field correction.env.ron -o field.vti --displacement error");
     assert!(said.contains("correction.env.ron: found a correction map"), "{said}");
 }
 
@@ -377,12 +350,7 @@ fn impossible_exports_write_nothing() {
 fn a_displacement_field_with_holes_is_warned_of() {
     let scratch = Scratch::new();
     let env = room(&scratch);
-    let out = scratch.arg("field.mha");
-    let args = ["--box", "-100,-100,-300,900,0,-200", "--outside", "reject", "--spacing", "100"];
-    let output = trackwright(&[&["export", "field", &env, "-o", &out], &args[..]].concat())
-        .output()
-        .unwrap();
-    assert!(output.status.success());
-    let said = String::from_utf8(output.stderr).unwrap();
+    let part = "--box -100,-100,-300,900,0,-200 --outside reject --spacing 100";
+    let said = scratch.notes(format!("export field {env} -o field.mha {part}"));
     assert!(said.contains("points are NaN"), "{said}");
 }

@@ -1,7 +1,7 @@
 //! The scene of a design, as readers of others see it.
 
 use crate::support::peers::{node, python};
-use crate::support::program::{Scratch, fail, succeed};
+use crate::support::program::Scratch;
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use std::process::Command;
@@ -11,9 +11,9 @@ use trackwright_geometry::color::{linear, linear_from_srgb};
 use trackwright_scene::palette::{Ground, SENSOR, of_part};
 
 /// Writes the scene of a built-in design.
-fn export(scratch: &Scratch, design: &str, more: &[&str]) -> String {
-    let file = scratch.arg(&format!("{design}{}.glb", more.join("")));
-    let said = succeed(&[&["export", "scene", design, "-o", &file], more].concat());
+fn export(scratch: &Scratch, design: &str, more: &str) -> String {
+    let file = scratch.arg(&format!("{design}{}.glb", more.replace(' ', "")));
+    let said = scratch.succeed(format!("export scene {design} -o {file} {more}"));
     assert!(said.contains("errors × "), "{said}");
     file
 }
@@ -50,7 +50,7 @@ fn the_validator_accepts_every_built_in_design() {
             "endoscope" => "all",
             _ => "anatomy,arrows,ghost,slice,support,tip-scatter,volume",
         };
-        for more in [&[][..], &["--layers", layers], &["--layers", "none", "--light"]] {
+        for more in ["", &format!("--layers {layers}"), "--layers none --light"] {
             let file = export(&scratch, design, more);
             let report = json_of(node("validate_glb.js").arg(&file));
             let issues = &report["issues"];
@@ -67,7 +67,7 @@ fn the_validator_accepts_every_built_in_design() {
 #[test]
 fn trimesh_finds_bodies_where_the_design_has_them() {
     let scratch = Scratch::new();
-    let found = read(&export(&scratch, "pointer-on-head", &[]));
+    let found = read(&export(&scratch, "pointer-on-head", ""));
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let design = world.document.design();
     for role in BodyRole::ALL {
@@ -111,7 +111,7 @@ fn is_color(found: &Value, expected: [f64; 3], name: &str) {
 #[test]
 fn trimesh_reads_the_colors_of_the_slice() {
     let scratch = Scratch::new();
-    let found = read(&export(&scratch, "shaver-on-head", &["--layers", "slice"]));
+    let found = read(&export(&scratch, "shaver-on-head", "--layers slice"));
     let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
     let view = &world.document.view().slice;
     let slice = found.iter().find(|s| s["name"] == "slice, position error");
@@ -147,15 +147,17 @@ fn trimesh_reads_the_colors_of_the_slice() {
 #[test]
 fn a_scene_that_cannot_be_is_refused_in_one_line() {
     let scratch = Scratch::new();
-    let out = scratch.arg("scene.glb");
-    let scene = |more: &[&str]| fail(&[&["export", "scene"], more].concat());
-    let error = scene(&["endoscope", "-o", &scratch.arg("scene.gltf")]);
-    assert!(error.contains("expected a name that ends with .glb"), "{error}");
-    let error = scene(&["endoscope", "-o", &out, "--layers", "sliec"]);
-    assert!(error.contains("no layer sliec"), "{error}");
-    let error = scene(&["endoscope", "-o", &out, "--sensor", "crf/left"]);
-    assert!(error.contains("no sensor is named crf/left, expected one of tool/"), "{error}");
-    let error = scene(&["not-there.design.ron", "-o", &out]);
-    assert!(error.contains("not-there.design.ron"), "{error}");
-    assert!(!std::path::Path::new(&out).exists());
+    for (args, words) in [
+        ("endoscope -o scene.gltf", "expected a name that ends with .glb"),
+        ("endoscope -o scene.glb --layers sliec", "no layer sliec"),
+        (
+            "endoscope -o scene.glb --sensor crf/left",
+            "no sensor is named crf/left, expected one of tool/",
+        ),
+        ("not-there.design.ron -o scene.glb", "not-there.design.ron"),
+    ] {
+        let error = scratch.fail(format!("export scene {args}"));
+        assert!(error.contains(words), "{error}");
+    }
+    assert!(!scratch.has("scene.glb"));
 }

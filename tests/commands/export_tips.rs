@@ -1,8 +1,7 @@
 //! Tips of a design's study for 3D Slicer and for spreadsheets.
 
-use crate::support::data::own;
 use crate::support::golden::numbers;
-use crate::support::program::{Scratch, fail, succeed, text};
+use crate::support::program::Scratch;
 use nalgebra::Point3;
 use serde_json::Value;
 use std::fs;
@@ -13,17 +12,14 @@ const TIP: [f64; 3] = [3.0, -4.0, 12.0];
 /// A design on a CRF whose tool's tip is not its origin.
 fn design(scratch: &Scratch) -> String {
     scratch.copy_own("golden/pointer-on-head", "design");
-    let size = ["--order", "1", "--directions", "6"];
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let env = scratch.arg("design/room.env.ron");
-    succeed(&[&["fit", &table, "-o", &env], &size[..]].concat());
-    let body = scratch.path("design/tool.body.ron");
-    let written = fs::read_to_string(&body).unwrap();
+    scratch
+        .succeed("fit own:room-a/room-a-fit.csv -o design/room.env.ron --order 1 --directions 6");
+    let written = scratch.read("design/tool.body.ron");
     assert!(written.contains("tip: (0"), "{written}");
     let start = written.find("tip: (").unwrap();
     let end = start + written[start..].find(')').unwrap();
     let moved = format!("{}tip: (3, -4, 12{}", &written[..start], &written[end..]);
-    fs::write(&body, moved).unwrap();
+    scratch.write("design/tool.body.ron", moved);
     scratch.arg("design/pointer-on-head.design.ron")
 }
 
@@ -42,10 +38,10 @@ fn tips_are_those_of_the_simulation_log() {
     let scratch = Scratch::new();
     let design = design(&scratch);
     let [log, table, markups] = ["log.csv", "tips.csv", "tips.mrk.json"].map(|n| scratch.arg(n));
-    succeed(&["simulate", &design, "--mode", "motion", "--log", &log]);
-    let said = succeed(&["export", "tips", &design, "-o", &table]);
+    scratch.succeed(format!("simulate {design} --mode motion --log {log}"));
+    let said = scratch.succeed(format!("export tips {design} -o {table}"));
     assert!(said.contains("in the frame of the CRF"), "{said}");
-    succeed(&["export", "tips", &design, "-o", &markups]);
+    scratch.succeed(format!("export tips {design} -o {markups}"));
     let rows = rows(&table);
     let errors = fs::read_to_string(&log).unwrap();
     let column = errors.lines().next().unwrap().split(',').position(|name| name == "err_mm");
@@ -100,20 +96,18 @@ fn other_modes_are_those_of_simulate() {
     let scratch = Scratch::new();
     let design = design(&scratch);
     let table = scratch.arg("tips.csv");
-    succeed(&["export", "tips", &design, "-o", &table, "--mode", "single"]);
+    scratch.succeed(format!("export tips {design} -o {table} --mode single"));
     assert_eq!(rows(&table).len(), 1);
-    let input = scratch.arg("design/input.csv");
-    let count = fs::read_to_string(&input).unwrap().lines().count() - 1;
-    let args = ["export", "tips", &design, "-o", &table, "--mode", "input"];
-    succeed(&[&args[..], &["--input", &input]].concat());
+    let count = scratch.read("design/input.csv").lines().count() - 1;
+    let by_input = format!("export tips {design} -o {table} --mode input");
+    scratch.succeed(format!("{by_input} --input design/input.csv"));
     assert_eq!(rows(&table).len(), count);
-    let without = fail(&args);
+    let without = scratch.fail(&by_input);
     assert!(without.contains("--input"), "{without}");
-    let kind = fail(&["export", "tips", &design, "-o", &scratch.arg("tips.tfm")]);
+    let kind = scratch.fail(format!("export tips {design} -o tips.tfm"));
     assert!(kind.contains("tips.tfm: found no kind of file"), "{kind}");
-    assert!(!scratch.path("tips.tfm").exists());
-    let rejected = ["export", "tips", &design, "-o", &table, "--outside", "reject"];
-    let said = succeed(&rejected);
+    assert!(!scratch.has("tips.tfm"));
+    let said = scratch.succeed(format!("export tips {design} -o {table} --outside reject"));
     let all = 3 * 3 * 3 * 3 * 5;
     let kept = rows(&table);
     assert!(said.contains(&format!("{} trials left out", all - kept.len())), "{said}");

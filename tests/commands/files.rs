@@ -109,14 +109,14 @@ fn folder() -> Scratch {
     fs::copy(design, scratch.path("d/other.design.ron")).unwrap();
     let points = "x,y,z\n0,0,0\n100,0,0\n0,80,0\n0,0,60\n50,50,50\n";
     for name in ["a.csv", "b.csv", "c.csv"] {
-        fs::write(scratch.path(name), points).unwrap();
+        scratch.write(name, points);
     }
     let poses = "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n10,0,-250,1,0,0,0\n0,10,-240,1,0,0,0\n";
     for name in ["poses.csv", "pivot.csv", "recorded.csv", "em.csv", "reference.csv"] {
-        fs::write(scratch.path(name), poses).unwrap();
+        scratch.write(name, poses);
     }
     for name in ["calbody.txt", "calreadings.txt"] {
-        fs::write(scratch.path(name), "1, 1, 1, x\n0, 0, 0\n").unwrap();
+        scratch.write(name, "1, 1, 1, x\n0, 0, 0\n");
     }
     let fit = "fit room.csv --order 1 --directions 6 -o d/room.env.ron";
     assert!(run(&scratch, fit, "").status.success());
@@ -185,7 +185,7 @@ fn a_document_that_is_there_stays_unless_told() {
         let out = format!("out/{}", writer.ending);
         fs::create_dir_all(scratch.path("out")).unwrap();
         for content in [b"notes of mine\n".as_slice(), &design] {
-            fs::write(scratch.path(&out), content).unwrap();
+            scratch.write(&out, content);
             let message = refused(&scratch, writer.args, &out);
             assert!(message.contains("--overwrite"), "{}: {message}", writer.args);
             assert_eq!(fs::read(scratch.path(&out)).unwrap(), content);
@@ -203,7 +203,7 @@ fn a_document_that_is_there_stays_unless_told() {
 #[test]
 fn refused_outputs_start_no_long_work() {
     let scratch = folder();
-    fs::write(scratch.path("notes.ron"), "notes of mine\n").unwrap();
+    scratch.write("notes.ron", "notes of mine\n");
     for work in ["fit", "select", "generator learn"] {
         // A table that is not there is told later.
         let message = refused(&scratch, &format!("{work} none.csv -o OUT"), "notes.ron");
@@ -250,7 +250,7 @@ fn long_interrupted_commands_leave_the_old_file() {
         assert!(run(&scratch, &args, &out).status.success());
         let whole = (fs::read(scratch.path(&out)).unwrap(), started.elapsed());
         for run_number in 0..runs() {
-            fs::write(scratch.path(&out), "old").unwrap();
+            scratch.write(&out, "old");
             let mut child = command(&scratch, &args, &out)
                 .stdout(Stdio::null())
                 .stderr(Stdio::null())

@@ -2,10 +2,10 @@
 //! in it, fiducials that it touched, their registration to CT, and points that it touched there;
 //! against what the generator of the data says is true.
 
-use crate::support::data::{own, third_party};
+use crate::support::data::third_party;
 use crate::support::golden::{number, numbers};
 use crate::support::jhu_cis::import;
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, fail, json, text};
 use nalgebra::Point3;
 use std::fs;
 use std::path::Path;
@@ -59,7 +59,7 @@ fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
     let pivot = touched("em-fiducialss", &fiducials);
     touched("EM-nav", &nav);
     let ct = file("ct-fiducials");
-    let registered = json(&["register", &fiducials, &ct, "--at", &nav, "-o", &in_ct]);
+    let registered = scratch.json(format!("register {fiducials} {ct} --at {nav} -o {in_ct}"));
     // The clean set comes without the generator's words; its answers are the truth.
     let (post, navigation) = match case {
         "a" => (points_of_answers(&path("output1"))[0], points(&path("output2"))),
@@ -123,8 +123,9 @@ fn corrected_rooms_have_the_published_errors() {
         for (order, post, navigation) in figures {
             let room = (order != "0").then(|| {
                 let room = scratch.arg(&format!("{case}-{order}.env.ron"));
-                let size = ["--directions", "1", "--order", order, "--map", "correction"];
-                succeed(&[&["fit", &table, "-o", &room], &size[..]].concat());
+                scratch.succeed(format!(
+                    "fit {table} -o {room} --directions 1 --order {order} --map correction"
+                ));
                 room
             });
             let found = chain(&scratch, case, room.as_deref());
@@ -187,10 +188,8 @@ fn marker_correction_needs_no_axes() {
         return;
     };
     let scratch = Scratch::new();
-    let (table, room) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("room.env.ron"));
-    let size = ["--order", "1", "--directions", "6"];
-    succeed(&[&["fit", &table, "-o", &room], &size[..]].concat());
+    scratch.succeed("fit own:room-a/room-a-fit.csv -o room.env.ron --order 1 --directions 6");
     let empivot = text(&folder.join("pa1-debug-a-empivot.txt"));
-    let said = fail(&["pivot", &empivot, "--environment", &room]);
+    let said = scratch.fail(format!("pivot {empivot} --environment room.env.ron"));
     assert!(said.contains("pa1-debug-a-empivot.txt") && said.contains("not 6"), "{said}");
 }

@@ -3,7 +3,7 @@
 use crate::support::close::assert_close;
 use crate::support::golden::number;
 use crate::support::jhu_cis::import;
-use crate::support::program::{Scratch, json, succeed};
+use crate::support::program::{Scratch, json};
 
 /// Case, and position RMS in mm before and after a correction of order 5.
 const CASES: [(&str, f64, f64); 3] =
@@ -20,18 +20,8 @@ fn order_five_has_the_published_residuals() {
             return;
         };
         let env = scratch.arg(&format!("{case}.env.ron"));
-        let fit = json(&[
-            "fit",
-            &table,
-            "-o",
-            &env,
-            "--directions",
-            "1",
-            "--order",
-            "5",
-            "--map",
-            "correction",
-        ]);
+        let fit =
+            scratch.json(format!("fit {table} -o {env} --directions 1 --order 5 --map correction"));
         assert_eq!(fit["samples"], 3375);
         let rms = |which: &str| number(&fit["train"][which]["position_rms_mm"]);
         assert_close("before", rms("before"), before, AGREEMENT, 0.0);
@@ -47,8 +37,7 @@ fn a_design_in_room_e_runs_in_all_modes() {
         return;
     };
     scratch.copy_own("room-e", "room-e");
-    let env = scratch.arg("room-e/room-e.env.ron");
-    succeed(&["fit", &table, "-o", &env, "--directions", "1", "--order", "5"]);
+    scratch.succeed(format!("fit {table} -o room-e/room-e.env.ron --directions 1 --order 5"));
     let design = scratch.arg("room-e/pointer.design.ron");
     let input = scratch.arg("room-e/input.csv");
     for mode in ["single", "motion", "input"] {

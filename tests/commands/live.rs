@@ -1,9 +1,8 @@
 //! A tracker's poses heard, recorded and served on, by the program as a person runs it.
 
-use crate::support::data::own;
 use crate::support::live_load::tracker;
 use crate::support::live_program::{Live, address_in};
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, fail, json};
 use crate::support::wire::{Reader, free_address, number_of, numbered, numbered_pose, until};
 use serde_json::Value;
 use std::io::Read;
@@ -22,18 +21,28 @@ fn send(server: &Server, tool: &str, number: u32) {
     server.send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now()).unwrap();
 }
 
+/// A tracker, the program behind it as it is started, and a client of the program, all connected.
+fn session_of(start: impl FnOnce(&[&str]) -> Live, more: &[&str]) -> (Server, Live, Reader) {
+    let server = tracker(free_address());
+    let connect = server.address().to_string();
+    let live = start(&[&["--connect", &connect, "--serve", "0"], more].concat());
+    let note = live.says("serving at");
+    assert!(note.contains("for this machine alone"), "{note}");
+    let viewer = Reader::connect(address_in(&note));
+    live.says("joined, 1 now");
+    until("a client", || server.clients() > 0);
+    (server, live, viewer)
+}
+
+fn session(more: &[&str]) -> (Server, Live, Reader) {
+    session_of(Live::start, more)
+}
+
 #[test]
 fn poses_are_recorded_served_and_counted() {
     let scratch = Scratch::new();
-    let server = tracker(free_address());
-    let connect = server.address().to_string();
     let recording = scratch.arg("live.csv");
-    let live = Live::start(&["--connect", &connect, "--serve", "0", "--record", &recording]);
-    let note = live.says("serving at");
-    assert!(note.contains("for this machine alone"), "{note}");
-    let mut viewer = Reader::connect(address_in(&note));
-    live.says("joined, 1 now");
-    until("a client", || server.clients() > 0);
+    let (server, live, mut viewer) = session(&["--record", &recording]);
     for number in 1..=20 {
         for tool in ["ProbeToTracker", "StylusToTracker"] {
             send(&server, tool, number);
@@ -70,24 +79,18 @@ fn poses_are_recorded_served_and_counted() {
     assert!((0.0..12.0).contains(&shift_ms), "{shift_ms}");
 
     // What was recorded is a recording for others, the tool named.
-    let still = fail(&["pivot", &recording, "--tool", "Probe"]);
+    let still = scratch.fail(format!("pivot {recording} --tool Probe"));
     assert!(still.contains("too little variation"), "{still}");
-    let again = fail(&["live", "--connect", &connect, "--record", &recording]);
+    let again = scratch.fail(format!("live --connect localhost:1 --record {recording}"));
     assert!(again.contains("live.csv: cannot be written: a file is there already"), "{again}");
 }
 
 #[test]
 fn a_failed_recording_stops_nothing_else() {
     let scratch = Scratch::new();
-    let server = tracker(free_address());
-    let connect = server.address().to_string();
     let recording = scratch.arg("live.csv");
-    let (served, kept) = (["--serve", "0"], ["--record", &recording]);
-    let live =
-        Live::start_on_a_small_disk(&[&["--connect", &connect][..], &served, &kept].concat());
-    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
-    live.says("joined, 1 now");
-    until("a client", || server.clients() > 0);
+    let (server, live, mut viewer) =
+        session_of(Live::start_on_a_small_disk, &["--record", &recording]);
     let pass = |numbers: std::ops::Range<u32>, viewer: &mut Reader| {
         for number in numbers {
             send(&server, "Probe", number);
@@ -117,30 +120,21 @@ fn a_failed_recording_stops_nothing_else() {
 #[test]
 fn served_poses_are_those_of_compensate() {
     let scratch = Scratch::new();
-    let table = text(&own("room-a/room-a-fit.csv"));
     let [env, poses, out, recording] =
         ["room.env.ron", "poses.csv", "out.csv", "live.csv"].map(|name| scratch.arg(name));
-    let arguments = ["--order", "1", "--directions", "1"];
-    succeed(&[&["fit", &table, "-o", &env], &arguments[..]].concat());
+    scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o {env} --order 1 --directions 1"));
     // Single precision changes what is measured: both correct the same numbers.
     let mut message = numbered("Probe", 60);
     let Content::Transform(matrix) = &message.content else { panic!("a transform") };
     let measured = pose_to_array(&matrix.pose().unwrap()).map(|v| v.to_string());
     std::fs::write(&poses, format!("x,y,z,qw,qx,qy,qz\n{}\n", measured.join(","))).unwrap();
-    succeed(&["compensate", &env, &poses, "-o", &out]);
+    scratch.succeed(format!("compensate {env} {poses} -o {out}"));
     let corrected = std::fs::read_to_string(&out).unwrap();
     let cells = corrected.lines().nth(1).unwrap().split(',').take(7);
     let expected: Vec<f64> = cells.map(|cell| cell.parse().unwrap()).collect();
     let expected = pose_from_array(expected.try_into().unwrap()).unwrap();
 
-    let server = tracker(free_address());
-    let connect = server.address().to_string();
-    let (served, kept) = (["--serve", "0"], ["--record", &recording]);
-    let room = ["--connect", &connect, "--environment", &env];
-    let live = Live::start(&[&room[..], &served, &kept].concat());
-    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
-    live.says("joined, 1 now");
-    until("a client", || server.clients() > 0);
+    let (server, live, mut viewer) = session(&["--environment", &env, "--record", &recording]);
     // Far outside the box: said, and not sent.
     send(&server, "Probe", 100_000);
     live.says("Probe: not good, it is outside the box");
@@ -169,12 +163,7 @@ fn a_served_tool_is_where_its_sensors_are() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/pointer-on-head.design.ron");
     let world = trackwright_project::open_design_without_meshes(Path::new(file)).unwrap();
     let detail = look(&trackwright_project::resolve(world.document.design(), &world.environment));
-    let server = tracker(free_address());
-    let connect = server.address().to_string();
-    let live = Live::start(&["--connect", &connect, "--serve", "0", "--design", file]);
-    let mut viewer = Reader::connect(address_in(&live.says("serving at")));
-    live.says("joined, 1 now");
-    until("a client", || server.clients() > 0);
+    let (server, _live, mut viewer) = session(&["--design", file]);
     let crf = detail.crf.as_ref().unwrap();
     for (name, body) in [("PointerToTracker", &detail.tool), ("ReferenceToTracker", crf)] {
         let matrix = Matrix::from_pose(&body.tracker_from_body_fitted);
@@ -201,20 +190,9 @@ fn an_end_after_seconds_says_that_nothing_came() {
     assert_eq!(end["latency_ms"], Value::Null);
 }
 
-/// A tracker, the program behind it, and a client of the program, all connected.
-fn watched_session() -> (Server, Live, Reader) {
-    let server = tracker(free_address());
-    let connect = server.address().to_string();
-    let live = Live::start(&["--connect", &connect, "--serve", "0"]);
-    let viewer = Reader::connect(address_in(&live.says("serving at")));
-    live.says("joined, 1 now");
-    until("a client", || server.clients() > 0);
-    (server, live, viewer)
-}
-
 #[test]
 fn at_its_end_clients_hear_that_the_session_ends() {
-    let (server, live, mut viewer) = watched_session();
+    let (server, live, mut viewer) = session(&[]);
     send(&server, "Probe", 1);
     assert_eq!(number_of(&viewer.next_transform()), Some(1));
     live.interrupt();
@@ -231,7 +209,7 @@ fn at_its_end_clients_hear_that_the_session_ends() {
 
 #[test]
 fn names_are_shown_escaped_and_kept_as_they_are() {
-    let (server, live, mut viewer) = watched_session();
+    let (server, live, mut viewer) = session(&[]);
     let name = "Pro\u{202e}be";
     send(&server, name, 1);
     assert_eq!(viewer.next_transform().device, name);

@@ -2,7 +2,7 @@
 
 use crate::support::data::own;
 use crate::support::golden::number;
-use crate::support::program::{Scratch, fail, run_within, succeed, text, trackwright};
+use crate::support::program::{Scratch, run_within, text, trackwright};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::fmt::Write;
@@ -14,7 +14,7 @@ use trackwright_simulation::figures::with_separators;
 /// A room without errors, whose box is that of its measurements.
 fn room(scratch: &Scratch) -> (String, Bounds) {
     let (table, file) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("room.env.ron"));
-    succeed(&["fit", &table, "-o", &file, "--order", "0"]);
+    scratch.succeed(format!("fit {table} -o {file} --order 0"));
     let bounds = *trackwright_project::Files::default()
         .read_environment(file.as_ref())
         .unwrap()
@@ -105,9 +105,8 @@ fn frames_with_outside_markers_are_left_out() {
     assert_eq!(found["compensated"]["rows"], 72);
     let told = format!("{file}: {} of 24 frames not used", 24 - kept);
     assert!(said.contains(&told), "{said}");
-    let away = scratch.arg("b-empivot.txt");
-    fs::write(&away, "3, 1, b-empivot.txt\n0, 0, 5000\n9, 0, 5000\n0, 9, 5000\n").unwrap();
-    let said = fail(&["pivot", &away, "--environment", &room, "--outside", "reject"]);
+    scratch.write("b-empivot.txt", "3, 1, b-empivot.txt\n0, 0, 5000\n9, 0, 5000\n0, 9, 5000\n");
+    let said = scratch.fail(format!("pivot b-empivot.txt --environment {room} --outside reject"));
     assert!(said.contains("found no frame of 1 whose markers the room corrects"), "{said}");
 }
 

@@ -74,7 +74,7 @@ fn recording(scratch: &Scratch, turns_deg: f64, has_two_axes: bool, slide_mm: f6
         table += &format!("{shift},0,0,{cosine},{x},{y},0\n");
     }
     let name = format!("{turns_deg}-{has_two_axes}-{slide_mm}.csv");
-    std::fs::write(scratch.path(&name), table).unwrap();
+    scratch.write(&name, table);
     scratch.arg(&name)
 }
 
@@ -82,12 +82,15 @@ fn recording(scratch: &Scratch, turns_deg: f64, has_two_axes: bool, slide_mm: f6
 fn each_refusal_has_its_reason_and_its_limit() {
     let scratch = Scratch::new();
     let good = recording(&scratch, 60.0, true, 0.0);
-    let found = json(&["pivot", &good]);
+    let found = scratch.json(format!("pivot {good}"));
     assert!(numbers::<3>(&found["tip"]).iter().all(|v: &f64| v.abs() < 1e-9));
     let range = found["orientation_range_deg"].as_f64().unwrap();
     assert!((range - 60.0).abs() < 1e-9, "{range}");
     let refused = [
-        (fail(&["pivot", &good, "--min-poses", "13"]), "too few poses: 12, expected at least 13"),
+        (
+            scratch.fail(format!("pivot {good} --min-poses 13")),
+            "too few poses: 12, expected at least 13",
+        ),
         (
             fail(&["pivot", &recording(&scratch, 10.0, true, 0.0)]),
             "too little variation: no two poses differ by more than 10.0°",
@@ -102,7 +105,7 @@ fn each_refusal_has_its_reason_and_its_limit() {
         assert!(said.contains(expected), "{said}");
     }
     // All recordings of one tool together.
-    let both = json(&["pivot", &good, &good, "--min-poses", "24"]);
+    let both = scratch.json(format!("pivot {good} {good} --min-poses 24"));
     assert_eq!(both["poses"], 24);
 }
 
@@ -124,17 +127,17 @@ fn only_good_samples_of_the_named_tool_count() {
             "2\tPort 1: still\t{still}\tPort 2: probe\t{i}\tPartially Out of Volume\t{off}\n"
         );
     }
-    std::fs::write(scratch.path("ndi.tsv"), table).unwrap();
+    scratch.write("ndi.tsv", table);
     let file = scratch.arg("ndi.tsv");
-    let several = fail(&["pivot", &file]);
+    let several = scratch.fail(format!("pivot {file}"));
     assert!(several.contains("Port 1: still; Port 2: probe"), "{several}");
-    let found = json(&["pivot", &file, "--tool", "probe"]);
+    let found = scratch.json(format!("pivot {file} --tool probe"));
     assert_eq!(found["poses"], 12);
     assert!(found["rms_mm"].as_f64().unwrap() < 1e-9);
     let output = trackwright(&["pivot", &file, "--tool", "probe"]).output().unwrap();
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("12 of 24 samples not used: Partially Out of Volume"), "{said}");
-    let still = fail(&["pivot", &file, "--tool", "still"]);
+    let still = scratch.fail(format!("pivot {file} --tool still"));
     assert!(still.contains("too little variation"), "{still}");
 }
 

@@ -1,6 +1,6 @@
 //! `precision`: its table, its page, and what it refuses.
 
-use crate::support::program::{Scratch, fail, json, succeed};
+use crate::support::program::{Scratch, json};
 use std::fs;
 
 #[test]
@@ -32,8 +32,7 @@ fn json_has_every_field_of_the_contract() {
 #[test]
 fn a_folder_receives_page_pictures_and_tables() {
     let scratch = Scratch::new();
-    let folder = scratch.arg("new/folder");
-    let text = succeed(&["precision", "--quick", "-o", &folder]);
+    let text = scratch.succeed("precision --quick -o new/folder");
     assert!(text.contains("scattered poses in the design's room"), "{text}");
     let read = |name: &str| fs::read_to_string(scratch.path("new/folder").join(name)).unwrap();
     let page = read("precision.md");
@@ -50,8 +49,8 @@ fn a_folder_receives_page_pictures_and_tables() {
 #[test]
 fn an_impossible_folder_fails_first() {
     let scratch = Scratch::new();
-    fs::write(scratch.path("file"), "").unwrap();
-    let message = fail(&["precision", "-o", &scratch.arg("file")]);
+    scratch.write("file", "");
+    let message = scratch.fail("precision -o file");
     assert!(message.contains("cannot make the folder"), "{message}");
     assert_eq!(message.lines().count(), 1, "{message}");
 }

@@ -1,19 +1,15 @@
 //! Where a design stands, and what is decided: equal to the single commands, kept in the design, and
 //! told when it no longer holds.
 
-use crate::support::data::{own, third_party};
+use crate::support::data::{aurora_pairs, own, third_party};
 use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::program::Scratch;
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
-
-const ROOM: [&str; 4] = ["--order", "2", "--directions", "14"];
 
 fn fit(scratch: &Scratch, to: &str, order: &str) {
-    let (data, room) = (text(&own("room-a/room-a-fit.csv")), scratch.arg(to));
-    let sizes = ["--order", order, "--directions", "14"];
-    succeed(&[&["fit", &data, "-o", &room], &sizes[..]].concat());
+    let room = "own:room-a/room-a-fit.csv";
+    scratch.succeed(format!("fit {room} -o {to} --order {order} --directions 14"));
 }
 
 /// The worked design with a CRF that is judged at two targets, in a room, and another room beside it.
@@ -23,20 +19,16 @@ fn world() -> (Scratch, String) {
     fit(&scratch, "d/room.env.ron", "2");
     fs::create_dir(scratch.path("ward")).unwrap();
     fit(&scratch, "ward/ward.env.ron", "1");
-    let file = scratch.path("d/pointer-on-head.design.ron");
-    let design = fs::read_to_string(&file).unwrap();
+    let design = scratch.read("d/pointer-on-head.design.ron");
     let targets = "targets: [(name: \"left\", position: (20, -40, -60)), (name: \"right\", position: (-20, -40, -60))], \
         requirement: (position_rms: 5.0)))";
     let design = design.replacen("))),\n    tool", &format!("), {targets},\n    tool"), 1);
     assert!(design.contains("left"), "{design}");
-    let design = design.replacen(
-        "orientation_weight",
-        "requirement: (position_rms: 0.01), orientation_weight",
-        1,
-    );
-    fs::write(&file, design).unwrap();
-    let file = text(&file);
-    (scratch, file)
+    let required = "requirement: (position_rms: 0.01), orientation_weight";
+    let design = design.replacen("orientation_weight", required, 1);
+    scratch.write("d/pointer-on-head.design.ron", design);
+    let design = scratch.arg("d/pointer-on-head.design.ron");
+    (scratch, design)
 }
 
 fn step<'a>(found: &'a Value, key: &str) -> &'a Value {
@@ -50,28 +42,25 @@ fn states(found: &Value) -> Vec<&str> {
 }
 
 /// On a given day.
-fn decide(args: &[&str]) -> Value {
-    let args = [args, &["--format", "json"]].concat();
-    let output = trackwright(&args).env("SOURCE_DATE_EPOCH", "951782400").output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{args:?}: {said}");
+fn decide(scratch: &Scratch, line: &str) -> Value {
+    let mut command = scratch.command(&format!("{line} --format json"));
+    let output = command.env("SOURCE_DATE_EPOCH", "951782400").output().unwrap();
+    assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
 /// What the study predicts for the worked input, as a recording of the built tool would say it, in the
 /// CRF's frame.
 fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
-    let input = fs::read_to_string(scratch.path("d/input.csv")).unwrap();
+    let input = scratch.read("d/input.csv");
     let tool_only = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         cells[cells.len() - 7..].join(",")
     };
     let lines: Vec<String> = input.lines().map(tool_only).collect();
-    fs::write(scratch.path("tool.csv"), lines.join("\n")).unwrap();
-    let (input, log) = (scratch.arg("tool.csv"), scratch.arg("log.csv"));
-    let base = ["simulate", design, "--mode", "input", "--input", &input];
-    succeed(&[&base[..], &["--log", &log]].concat());
-    let table = fs::read_to_string(&log).unwrap();
+    scratch.write("tool.csv", lines.join("\n"));
+    scratch.succeed(format!("simulate {design} --mode input --input tool.csv --log log.csv"));
+    let table = scratch.read("log.csv");
     let (head, rows) = table.split_once('\n').unwrap();
     let head = head.replace("true_", "ideal_").replace("sim_", "measured_");
     // Only where the room says something: `outside` is its own column.
@@ -79,7 +68,7 @@ fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
     let inside = rows.lines().filter(|row| row.split(',').nth(column) == Some("0"));
     let table: Vec<&str> = std::iter::once(head.as_str()).chain(inside).collect();
     assert!(table.len() > 12, "{}", table.len());
-    fs::write(scratch.path(to), table.join("\n")).unwrap();
+    scratch.write(to, table.join("\n"));
     scratch.arg(to)
 }
 
@@ -88,44 +77,35 @@ fn step_figures_are_those_of_the_commands() {
     let (scratch, design) = world();
     let recorded = recording(&scratch, &design, "built.csv");
     let ward = scratch.arg("ward/ward.env.ron");
-    let built = ["--built", &recorded, "--frame", "crf"];
-    let base = ["procedure", &design, "--environment", &ward];
-    let found = json(&[&base[..], &built[..]].concat());
+    let base = format!("procedure {design} --environment {ward}");
+    let found = scratch.json(format!("{base} --built {recorded} --frame crf"));
     assert_eq!(states(&found), ["met", "missed", "compared"]);
     let same = |row: &Value, single: &Value| {
-        let keys = [
-            "trials",
-            "outside",
-            "out_of_volume",
-            "position_mm",
-            "angle_deg",
-            "worst",
-            "requirement",
-        ];
-        for key in keys {
+        for key in "trials outside out_of_volume position_mm angle_deg worst requirement".split(' ')
+        {
             assert_eq!(row[key], single[key], "{key}");
         }
     };
-    let crf = json(&["simulate", &design, "--mode", "single", "--body", "crf"]);
+    let crf = scratch.json(format!("simulate {design} --mode single --body crf"));
     let rows = list(step(&found, "crf"), "rows");
     assert_eq!(rows.len(), 4);
     for (row, single) in rows.iter().zip(list(&crf, "targets")) {
         assert_eq!(row["target"], single["target"]);
         same(row, single);
     }
-    let tool = json(&["simulate", &design, "--mode", "motion"]);
+    let tool = scratch.json(format!("simulate {design} --mode motion"));
     let rows = list(step(&found, "tool"), "rows");
     same(&rows[0], &tool);
     assert_eq!((&rows[0]["for_now"], &rows[1]["for_now"]), (&false.into(), &true.into()));
-    let verified = json(&["verify", &design, &recorded, "--frame", "crf"]);
+    let verified = scratch.json(format!("verify {design} {recorded} --frame crf"));
     let figures = &step(&found, "built")["figures"];
     for key in ["used", "position_mm", "angle_deg", "effective", "verdict", "statement"] {
         assert_eq!(figures[key], verified[key], "{key}");
     }
     // In the other room as a design of its own would have it.
     fs::copy(&ward, scratch.path("d/room.env.ron")).unwrap();
-    same(&rows[1], &json(&["simulate", &design, "--mode", "motion"]));
-    let words = succeed(&base);
+    same(&rows[1], &scratch.json(format!("simulate {design} --mode motion")));
+    let words = scratch.succeed(&base);
     assert!(words.contains("2. The tool in the CRF"), "{words}");
     assert!(words.contains("missed in") && words.contains("(this once)"), "{words}");
     assert!(words.contains("3. The built tool: nothing recorded yet"), "{words}");
@@ -136,27 +116,26 @@ fn decisions_stay_in_the_design() {
     let (scratch, design) = world();
     let ward = scratch.arg("ward/ward.env.ron");
     let recorded = recording(&scratch, &design, "built.csv");
-    let found = json(&["procedure", &design, "--add-room", &ward]);
+    let found = scratch.json(format!("procedure {design} --add-room {ward}"));
     assert_eq!(list(step(&found, "tool"), "rows").len(), 2);
-    let again = fail(&["procedure", &design, "--add-room", &ward]);
+    let again = scratch.fail(format!("procedure {design} --add-room {ward}"));
     assert!(again.contains("judged in it already"), "{again}");
-    let own_room = scratch.arg("d/room.env.ron");
-    let own_room = fail(&["procedure", &design, "--add-room", &own_room]);
+    let own_room = scratch.fail(format!("procedure {design} --add-room d/room.env.ron"));
     assert!(own_room.contains("judged in it already"), "{own_room}");
 
-    let found = decide(&["procedure", &design, "--decide", "crf"]);
+    let found = decide(&scratch, &format!("procedure {design} --decide crf"));
     assert_eq!(states(&found), ["decided", "missed", "not_recorded"]);
-    let missed = fail(&["procedure", &design, "--decide", "tool"]);
+    let missed = scratch.fail(format!("procedure {design} --decide tool"));
     assert!(missed.contains("the requirement is missed, expected --note"), "{missed}");
-    let early = fail(&["procedure", &design, "--decide", "built"]);
+    let early = scratch.fail(format!("procedure {design} --decide built"));
     assert!(early.contains("nothing recorded of the built tool"), "{early}");
     let note = "a first try, \"as it is\"";
-    decide(&["procedure", &design, "--decide", "tool", "--note", note]);
-    let built = ["--built", &recorded, "--frame", "crf"];
-    decide(&[&["procedure", &design, "--decide", "built"], &built[..]].concat());
+    decide(&scratch, &format!("procedure {design} --decide tool --note '{note}'"));
+    let built = format!("--built {recorded} --frame crf");
+    decide(&scratch, &format!("procedure {design} --decide built {built}"));
 
     // Everything is in the file: nothing is said of it here.
-    let found = json(&["procedure", &design]);
+    let found = scratch.json(format!("procedure {design}"));
     assert_eq!(states(&found), ["decided", "decided", "decided"]);
     assert_eq!(step(&found, "tool")["decision"]["note"], note);
     assert_eq!(step(&found, "built")["decision"]["date"], "2000-02-29");
@@ -167,12 +146,12 @@ fn decisions_stay_in_the_design() {
     // A room that is looked at this once changes nothing of it.
     let other = scratch.arg("other.env.ron");
     fs::copy(&ward, &other).unwrap();
-    let found = json(&["procedure", &design, "--environment", &other]);
+    let found = scratch.json(format!("procedure {design} --environment {other}"));
     assert_eq!(states(&found), ["decided", "decided", "decided"]);
 
     // A room that is measured anew does.
     fit(&scratch, "ward/ward.env.ron", "2");
-    let found = json(&["procedure", &design]);
+    let found = scratch.json(format!("procedure {design}"));
     let [crf, tool, built] = states(&found)[..] else {
         panic!("{found}");
     };
@@ -184,7 +163,7 @@ fn decisions_stay_in_the_design() {
     let now = &list(step(&found, "tool"), "rows")[1]["position_mm"]["rms"];
     assert_eq!(&rms["what"]["now"], now);
     assert_ne!(rms["what"]["before"], *now);
-    let words = succeed(&["procedure", &design]);
+    let words = scratch.succeed(format!("procedure {design}"));
     assert!(words.contains("since then: ") && words.contains("tip error RMS was "), "{words}");
 
     // So does another bound, and a recording that is gone.
@@ -192,17 +171,17 @@ fn decisions_stay_in_the_design() {
     let loose =
         saved.replacen("requirement: (position_rms: 0.01)", "requirement: (position_rms: 0.5)", 1);
     fs::write(&design, loose).unwrap();
-    let words = succeed(&["procedure", &design]);
+    let words = scratch.succeed(format!("procedure {design}"));
     assert!(words.contains("required position_rms was 0.01, is 0.5"), "{words}");
     assert!(words.contains("built.csv: found no such file"), "{words}");
 
-    let found = json(&["procedure", &design, "--withdraw", "tool", "--remove-room", &ward]);
+    let found = scratch.json(format!("procedure {design} --withdraw tool --remove-room {ward}"));
     assert_ne!(step(&found, "tool")["state"], outdated);
     assert_eq!(list(step(&found, "tool"), "rows").len(), 1);
-    let twice = fail(&["procedure", &design, "--withdraw", "tool"]);
+    let twice = scratch.fail(format!("procedure {design} --withdraw tool"));
     assert!(twice.contains("nothing is decided on the tool"), "{twice}");
     let page = scratch.arg("page.html");
-    succeed(&["report", &design, "-o", &page]);
+    scratch.succeed(format!("report {design} -o {page}"));
     let page = fs::read_to_string(page).unwrap();
     assert!(page.contains("id=\"decisions\"") && page.contains("2000-02-29"));
 }
@@ -211,7 +190,7 @@ fn decisions_stay_in_the_design() {
 fn an_unusable_room_is_a_row_with_its_reason() {
     let (scratch, design) = world();
     let ward = scratch.arg("ward/ward.env.ron");
-    succeed(&["procedure", &design, "--add-room", &ward]);
+    scratch.succeed(format!("procedure {design} --add-room {ward}"));
     fs::remove_file(&ward).unwrap();
     // A room of which no trial is a part: the same field, metres away.
     let data = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
@@ -225,15 +204,14 @@ fn an_unusable_room_is_a_row_with_its_reason() {
         });
         moved.push(cells.collect::<Vec<_>>().join(","));
     }
-    fs::write(scratch.path("away.csv"), moved.join("\n")).unwrap();
-    let (away, room) = (scratch.arg("away.csv"), scratch.arg("away.env.ron"));
-    succeed(&[&["fit", &away, "-o", &room], &ROOM[..]].concat());
-    let alone = json(&["procedure", &design, "--remove-room", &ward]);
-    succeed(&["procedure", &design]);
+    scratch.write("away.csv", moved.join("\n"));
+    scratch.succeed("fit away.csv -o away.env.ron --order 2 --directions 14");
+    let alone = scratch.json(format!("procedure {design} --remove-room {ward}"));
+    scratch.succeed(format!("procedure {design}"));
     let text = fs::read_to_string(&design).unwrap();
     let rooms = "procedure: (rooms: [\"../ward/ward.env.ron\"]),\n    orientation_weight";
     fs::write(&design, text.replacen("orientation_weight", rooms, 1)).unwrap();
-    let found = json(&["procedure", &design, "--environment", &room]);
+    let found = scratch.json(format!("procedure {design} --environment away.env.ron"));
     // Neither is averaged in.
     assert_eq!(states(&found), states(&alone));
     let rows = list(step(&found, "tool"), "rows");
@@ -241,44 +219,43 @@ fn an_unusable_room_is_a_row_with_its_reason() {
     let why = |row: &Value| row["no_figures"].as_str().unwrap().to_owned();
     assert!(why(&rows[1]).contains("ward.env.ron: found no such file"), "{}", rows[1]);
     assert!(why(&rows[2]).contains("the room does not reach"), "{}", rows[2]);
-    let words = succeed(&["procedure", &design, "--environment", &room]);
+    let words = scratch.succeed(format!("procedure {design} --environment away.env.ron"));
     assert!(words.contains("2 have no figures"), "{words}");
     // Even what is not there can be left.
-    succeed(&["procedure", &design, "--remove-room", &ward]);
-    let gone = fail(&["procedure", &design, "--remove-room", &ward]);
+    scratch.succeed(format!("procedure {design} --remove-room {ward}"));
+    let gone = scratch.fail(format!("procedure {design} --remove-room {ward}"));
     assert!(gone.contains("it has no further rooms"), "{gone}");
-    let missing = fail(&["procedure", &design, "--add-room", &ward]);
+    let missing = scratch.fail(format!("procedure {design} --add-room {ward}"));
     assert!(missing.contains("no such file"), "{missing}");
 }
 
 #[test]
 fn impossible_decisions_write_nothing() {
-    let read_only = fail(&["procedure", "endoscope", "--decide", "tool"]);
-    assert!(read_only.contains("read-only"), "{read_only}");
-    let found = json(&["procedure", "endoscope"]);
-    assert_eq!(list(&found, "steps").len(), 3);
-
     let scratch = Scratch::new();
+    let read_only = scratch.fail("procedure endoscope --decide tool");
+    assert!(read_only.contains("read-only"), "{read_only}");
+    let found = scratch.json("procedure endoscope");
+    assert_eq!(list(&found, "steps").len(), 3);
     scratch.copy_own("golden/pointer-no-crf", "d");
     fit(&scratch, "d/room.env.ron", "2");
-    let design = scratch.arg("d/pointer-no-crf.design.ron");
-    let before = fs::read_to_string(&design).unwrap();
-    let found = json(&["procedure", &design]);
+    let design = "d/pointer-no-crf.design.ron";
+    let before = scratch.read(design);
+    let found = scratch.json(format!("procedure {design}"));
     assert_eq!(states(&found), ["does_not_apply", "no_requirement", "not_recorded"]);
     for (args, part) in [
-        (&["--decide", "crf"][..], "the design has no CRF"),
-        (&["--withdraw", "tool"], "nothing is decided on the tool"),
-        (&["--note", "x"], "--decide"),
-        (&["--crf", "x.csv"], "--built"),
-        (&["--decide", "built", "--built", "none.csv"], "none.csv: found no such file"),
-        (&["--decide", "tool", "--environment", "x"], "cannot be used with"),
+        ("--decide crf", "the design has no CRF"),
+        ("--withdraw tool", "nothing is decided on the tool"),
+        ("--note x", "--decide"),
+        ("--crf x.csv", "--built"),
+        ("--decide built --built none.csv", "none.csv: found no such file"),
+        ("--decide tool --environment x", "cannot be used with"),
     ] {
-        let said = fail(&[&["procedure", &design], args].concat());
+        let said = scratch.fail(format!("procedure {design} {args}"));
         assert!(said.contains(part), "{args:?}: {said}");
     }
-    assert_eq!(fs::read_to_string(&design).unwrap(), before);
+    assert_eq!(scratch.read(design), before);
     // Without a requirement there is nothing to miss.
-    let found = decide(&["procedure", &design, "--decide", "tool"]);
+    let found = decide(&scratch, &format!("procedure {design} --decide tool"));
     assert_eq!(step(&found, "tool")["state"], "decided");
 }
 
@@ -313,13 +290,12 @@ fn another_frame_is_recognised_as_such() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-no-crf", "d");
     fit(&scratch, "d/room.env.ron", "2");
-    let design = scratch.arg("d/pointer-no-crf.design.ron");
-    let recorded = recording(&scratch, &design, "built.csv");
-    let table = fs::read_to_string(&recorded).unwrap();
-    let verified = json(&["verify", &design, &recorded]);
-    let turned = scratch.arg("turned.csv");
-    fs::write(&turned, in_another_frame(&table)).unwrap();
-    let said = fail(&["verify", &design, &turned]);
+    let design = "d/pointer-no-crf.design.ron";
+    let recorded = recording(&scratch, design, "built.csv");
+    let table = scratch.read("built.csv");
+    let verified = scratch.json(format!("verify {design} {recorded}"));
+    scratch.write("turned.csv", in_another_frame(&table));
+    let said = scratch.fail(format!("verify {design} turned.csv"));
     for part in [
         "turned.csv: the measured tip is",
         "after turning by 120.0°",
@@ -332,10 +308,9 @@ fn another_frame_is_recognised_as_such() {
     let (_, left) = said.split_once("they agree to ").unwrap();
     let left: f64 = left.split(' ').next().unwrap().parse().unwrap();
     assert!(left <= number(&verified["position_mm"]["measured"]["rms"]) + 0.05, "{left}");
-    let asked = [&turned, "--same-frame", "--outside", "clamp"];
-    let found = json(&[&["verify", &design], &asked[..]].concat());
+    let found = scratch.json(format!("verify {design} turned.csv --same-frame --outside clamp"));
     assert!(number(&found["position_mm"]["measured"]["rms"]) > 100.0);
-    let found = json(&["procedure", &design, "--built", &turned]);
+    let found = scratch.json(format!("procedure {design} --built turned.csv"));
     let built = step(&found, "built");
     assert_eq!(built["state"], "no_figures");
     assert!(built["no_figures"].as_str().unwrap().contains("different frames"));
@@ -347,39 +322,20 @@ fn real_recordings_agree_until_turned() {
         return;
     };
     let scratch = Scratch::new();
-    let files = |first: &str| -> Vec<String> {
-        let entries = fs::read_dir(&folder).unwrap();
-        let all = entries.map(|entry| text(&entry.unwrap().path()));
-        let mut all: Vec<String> =
-            all.filter(|file| file.contains(&format!("/{first}_"))).collect();
-        all.sort();
-        all
-    };
-    let mut args = vec!["characterize".to_owned(), "--em".to_owned()];
-    args.extend(files("EM"));
-    args.push("--reference".to_owned());
-    args.extend(files("OT"));
-    args.extend(["-o".to_owned(), scratch.arg("all.csv")]);
-    succeed(&args.iter().map(String::as_str).collect::<Vec<_>>());
+    scratch.succeed(format!("characterize {} -o all.csv", aurora_pairs(&folder, 0, 1)));
     // A room in which nothing is expected, and a sensor by itself for a tool.
-    let data = scratch.arg("all.csv");
-    let room = scratch.arg("room.env.ron");
-    let model = ["--sensors", "6dof", "--order", "1", "--directions", "1"];
-    succeed(&[&["fit", &data, "-o", &room], &model[..]].concat());
+    scratch.succeed("fit all.csv -o room.env.ron --sensors 6dof --order 1 --directions 1");
     let body = "(version: 1, name: \"b\", tip: (0, 0, 0), sensors: [(name: \"whole\", kind: SixDof, position: (0, 0, 0), \
         rotation: (1, 0, 0, 0))])";
-    fs::write(scratch.path("b.body.ron"), body).unwrap();
+    scratch.write("b.body.ron", body);
     let design = "(version: 1, name: \"b\", environment: \"room.env.ron\", tool: (body: \"b.body.ron\", pose: \
         (position: (0, 0, -250), rotation: (1, 0, 0, 0))))";
-    fs::write(scratch.path("b.design.ron"), design).unwrap();
-    let design = scratch.arg("b.design.ron");
-    let port = ["--tool", "Port 11", "--registered"];
+    scratch.write("b.design.ron", design);
+    let port = "--tool 'Port 11' --registered";
     // 18 mm at the worst, and no matter of frames.
-    let found = json(&[&["verify", &design, &data], &port[..]].concat());
+    let found = scratch.json(format!("verify b.design.ron all.csv {port}"));
     assert!(number(&found["position_mm"]["measured"]["max"]) > 5.0);
-    let turned = scratch.arg("turned.csv");
-    let table = fs::read_to_string(Path::new(&data)).unwrap();
-    fs::write(&turned, in_another_frame(&table)).unwrap();
-    let said = fail(&[&["verify", &design, &turned], &port[..]].concat());
+    scratch.write("turned.csv", in_another_frame(&scratch.read("all.csv")));
+    let said = scratch.fail(format!("verify b.design.ron turned.csv {port}"));
     assert!(said.contains("after turning by 1") && said.contains("different frames"), "{said}");
 }

@@ -1,6 +1,5 @@
 //! Two commands at once on one design: both say that they saved, and both have.
 
-use crate::support::data::own;
 use crate::support::program::{Scratch, json, succeed, text, trackwright};
 use std::fs;
 use std::process::Stdio;
@@ -15,11 +14,8 @@ fn runs() -> usize {
 fn design() -> (Scratch, String) {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    let table = text(&own("room-a/room-a-fit.csv"));
-    for name in ["d/room.env.ron", "d/ward.env.ron", "d/theatre.env.ron"] {
-        let room = scratch.arg(name);
-        let order = ["--order", "0", "--no-support"];
-        succeed(&[&["fit", &table, "-o", &room], &order[..]].concat());
+    for room in ["d/room.env.ron", "d/ward.env.ron", "d/theatre.env.ron"] {
+        scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o {room} --order 0 --no-support"));
     }
     let file = scratch.path("d/pointer-on-head.design.ron");
     let design = fs::read_to_string(&file).unwrap();
@@ -75,7 +71,7 @@ fn long_rooms_added_at_once_are_both_kept() {
         let text = fs::read_to_string(&design).unwrap();
         let has = |room: &str| text.contains(room);
         assert!(has("ward.env.ron") && has("theatre.env.ron"), "run {run}: {text}");
-        succeed(&["procedure", &design, "--remove-room", &ward, &theatre]);
+        scratch.succeed(format!("procedure {design} --remove-room {ward} {theatre}"));
     }
 }
 
@@ -93,7 +89,7 @@ fn comments_of_a_design_are_not_lost_by_a_decision() {
     assert_eq!(fs::read_to_string(&former).unwrap(), written);
     assert!(!fs::read_to_string(&design).unwrap().contains("by hand"));
     // What has no comments is kept by being what the program writes.
-    succeed(&["procedure", &design, "--withdraw", "tool"]);
+    scratch.succeed(format!("procedure {design} --withdraw tool"));
     let names = fs::read_dir(scratch.path("d")).unwrap();
     let old = names.filter(|entry| {
         let name = entry.as_ref().unwrap().file_name();

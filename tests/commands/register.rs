@@ -1,7 +1,7 @@
 //! Points in two frames: what the registration says, and what it refuses.
 
 use crate::support::golden::{number, numbers};
-use crate::support::program::{Scratch, fail, json, succeed};
+use crate::support::program::{Scratch, json};
 use nalgebra::{Point3, Vector3};
 use std::fs;
 use trackwright_geometry::pose::{Pose, pose_from_array};
@@ -15,7 +15,7 @@ fn pose() -> Pose {
 
 fn write(scratch: &Scratch, name: &str, points: impl IntoIterator<Item = Point3<f64>>) -> String {
     let rows = points.into_iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z));
-    fs::write(scratch.path(name), rows.collect::<String>()).unwrap();
+    scratch.write(name, rows.collect::<String>());
     scratch.arg(name)
 }
 
@@ -26,8 +26,8 @@ fn exact_points_give_the_exact_pose() {
     let target = write(&scratch, "target.txt", POINTS.map(|p| pose() * Point3::from(p)));
     let at = write(&scratch, "at.txt", [Point3::new(5.0, 6.0, 200.0)]);
     let (moved, transform) = (scratch.arg("moved.csv"), scratch.arg("pose.csv"));
-    let args = ["register", &source, &target, "--at", &at, "-o", &moved];
-    let found = json(&[&args[..], &["--transform", &transform]].concat());
+    let found = scratch
+        .json(format!("register {source} {target} --at {at} -o {moved} --transform {transform}"));
     assert_eq!(found["points"], 5);
     assert!(number(&found["fre_rms_mm"]) < 1e-12);
     let there = pose_from_array(numbers(&found["target_from_source"])).unwrap();
@@ -45,7 +45,7 @@ fn exact_points_give_the_exact_pose() {
     let found =
         trackwright_project::Files::default().read_points(moved.as_ref()).unwrap().as_it_stands();
     assert!((found[0] - expected).norm() < 1e-9);
-    succeed(&["export", "poses", &transform, "-o", &scratch.arg("pose.tfm")]);
+    scratch.succeed(format!("export poses {transform} -o pose.tfm"));
 }
 
 #[test]
@@ -56,7 +56,7 @@ fn the_expected_error_grows_with_distance() {
     let mean = Point3::new(34.0, 28.0, 27.0);
     let away = [0.0, 100.0, 400.0].map(|x| mean + Vector3::new(x, 0.0, 0.0));
     let (at, moved) = (write(&scratch, "at.txt", away), scratch.arg("moved.csv"));
-    json(&["register", &source, &target, "--at", &at, "-o", &moved, "--fle-mm", "0.5"]);
+    scratch.json(format!("register {source} {target} --at {at} -o {moved} --fle-mm 0.5"));
     let table = fs::read_to_string(&moved).unwrap();
     let tre: Vec<f64> = table
         .lines()
@@ -90,7 +90,7 @@ fn undetermined_points_are_refused() {
         (&straight, &straight, "the points lie on one line"),
         (&bent, &noisy, "the rotation about it is known to"),
     ] {
-        let said = fail(&["register", source, target]);
+        let said = scratch.fail(format!("register {source} {target}"));
         assert!(said.contains(words), "{said}");
     }
     let accepted = ["register", &bent, &noisy, "--max-turn-error-deg", "180"];

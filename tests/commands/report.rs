@@ -1,7 +1,7 @@
 //! The report as a file: where it goes, what it holds, and how a browser shows it.
 
 use crate::support::peers::python;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::program::Scratch;
 use serde_json::Value;
 use std::path::Path;
 use trackwright_report::page::{Extras, Report, ReportedStudy};
@@ -10,7 +10,7 @@ use trackwright_simulation::{CancelToken, Mode};
 /// Rows of the table of figures: label, value, unit.
 fn figures(html: &str) -> Vec<[String; 3]> {
     let (_, section) = html.split_once("id=\"figures\"").unwrap();
-    let (_, table) = section.split_once("<table class=\"figures\"").unwrap();
+    let (_, table) = section.split_once("<table class=\"data figures\"").unwrap();
     let (table, _) = table.split_once("</table>").unwrap();
     let rows = table.split("<tr").skip(1);
     rows.map(|row| {
@@ -29,20 +29,14 @@ fn text_of(cell: &str) -> String {
         .fold(text, |text, (escaped, letter)| text.replace(escaped, letter))
 }
 
-/// The same rows as `simulate` prints them.
-fn printed(args: &[&str]) -> String {
-    succeed(&[&["simulate"], args].concat())
-}
-
 #[test]
 fn a_folder_or_a_file_name_is_accepted() {
     let scratch = Scratch::new();
-    let folder = scratch.arg("deep/reports");
-    let said = succeed(&["report", "designs/pointer-on-head.design.ron", "-o", &folder]);
-    let file = scratch.path("deep/reports/pointer-on-head.html");
-    assert!(said.starts_with(&text(&file)), "{said}");
-    let html = std::fs::read_to_string(&file).unwrap();
-    let simulated = printed(&["designs/pointer-on-head.design.ron", "--mode", "motion"]);
+    let said = scratch.succeed("report designs/pointer-on-head.design.ron -o deep/reports");
+    let file = "deep/reports/pointer-on-head.html";
+    assert!(said.starts_with(file), "{said}");
+    let html = scratch.read(file);
+    let simulated = scratch.succeed("simulate designs/pointer-on-head.design.ron --mode motion");
     let rows = figures(&html);
     assert!(rows.len() > 15);
     for [label, value, unit] in rows {
@@ -55,23 +49,21 @@ fn a_folder_or_a_file_name_is_accepted() {
         assert!(simulated.lines().any(is_there), "{label} {value} {unit}");
     }
     // Written over without a question, as by every command.
-    let page = scratch.arg("one.html");
-    succeed(&["report", "endoscope", "-o", &page]);
-    succeed(&["report", "pointer-on-head", "-o", &page]);
-    let html = std::fs::read_to_string(&page).unwrap();
-    assert!(html.contains("Pointer on a head-mounted CRF"));
+    scratch.succeed("report endoscope -o one.html");
+    scratch.succeed("report pointer-on-head -o one.html");
+    assert!(scratch.read("one.html").contains("Pointer on a head-mounted CRF"));
 }
 
 #[test]
 fn one_date_and_one_input_give_one_page() {
     let scratch = Scratch::new();
     let write = |name: &str, epoch: &str| {
-        let args = ["report", "endoscope", "-o", &scratch.arg(name)];
-        let output = trackwright(&args).env("SOURCE_DATE_EPOCH", epoch).output().unwrap();
+        let mut command = scratch.command(&format!("report endoscope -o {name}"));
+        let output = command.env("SOURCE_DATE_EPOCH", epoch).output().unwrap();
         (output.status.success(), String::from_utf8(output.stderr).unwrap())
     };
     assert!(write("a.html", "951782400").0 && write("b.html", "951782400").0);
-    let read = |name: &str| std::fs::read_to_string(scratch.path(name)).unwrap();
+    let read = |name: &str| scratch.read(name);
     assert_eq!(read("a.html"), read("b.html"));
     // The last day of February of a leap year that a hundred divides.
     assert!(read("a.html").contains("2000-02-29"));
@@ -85,48 +77,37 @@ fn given_poses_and_a_single_one_have_their_pages() {
     let table = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz\n\
                  15,-55,25,0,0,0.9762960071199334,-0.2164396139381029\n\
                  5,-55,25,0,0,0.9762960071199334,-0.2164396139381029\n";
-    std::fs::write(scratch.path("poses.csv"), table).unwrap();
-    let (poses, page) = (scratch.arg("poses.csv"), scratch.arg("page.html"));
-    succeed(&["report", "pointer-on-head", "-o", &page, "--input", &poses]);
-    let html = std::fs::read_to_string(&page).unwrap();
+    scratch.write("poses.csv", table);
+    scratch.succeed("report pointer-on-head -o page.html --input poses.csv");
+    let html = scratch.read("page.html");
     let found = figures(&html);
-    let simulated = json(&[
-        "simulate",
-        "designs/pointer-on-head.design.ron",
-        "--mode",
-        "input",
-        "--input",
-        &poses,
-    ]);
+    let design = "designs/pointer-on-head.design.ron";
+    let simulated = scratch.json(format!("simulate {design} --mode input --input poses.csv"));
     let rms = simulated["position_mm"]["rms"].as_f64().unwrap();
     assert_eq!(found[0], ["tip error RMS".to_owned(), format!("{rms:.4}"), "mm".to_owned()]);
     assert!(html.contains("Tip error pose by pose") && html.contains("poses.csv"));
-    succeed(&["report", "pointer-on-head", "-o", &page, "--mode", "single"]);
-    let html = std::fs::read_to_string(&page).unwrap();
-    assert!(html.contains("One position was looked at"));
-    let said =
-        fail(&["report", "pointer-on-head", "-o", &page, "--mode", "single", "--input", &poses]);
+    scratch.succeed("report pointer-on-head -o page.html --mode single");
+    assert!(scratch.read("page.html").contains("One position was looked at"));
+    let said = scratch.fail("report pointer-on-head -o page.html --mode single --input poses.csv");
     assert!(said.contains("expected --mode input or none"), "{said}");
 }
 
 #[test]
 fn impossible_outputs_leave_nothing() {
     let scratch = Scratch::new();
-    std::fs::write(scratch.path("notes.txt"), "mine").unwrap();
-    let said = fail(&["report", "endoscope", "-o", &scratch.arg("notes.txt")]);
-    assert!(
-        said.contains("notes.txt") && said.contains("a file where a folder should be"),
-        "{said}"
-    );
-    let said = fail(&["report", "endoscope", "-o", &scratch.arg("notes.txt/reports")]);
-    assert!(said.contains("cannot be written"), "{said}");
-    let said = fail(&["report", "endoscope", "-o", &scratch.arg("nowhere/page.html")]);
-    assert!(said.contains("no such file or folder"), "{said}");
-    assert_eq!(std::fs::read_to_string(scratch.path("notes.txt")).unwrap(), "mine");
-    // A design that cannot be used makes no folder.
-    let said = fail(&["report", &scratch.arg("no.design.ron"), "-o", &scratch.arg("reports")]);
-    assert!(said.contains("no.design.ron"), "{said}");
-    assert!(!scratch.path("reports").exists());
+    scratch.write("notes.txt", "mine");
+    for (line, words) in [
+        ("report endoscope -o notes.txt", &["notes.txt", "a file where a folder should be"][..]),
+        ("report endoscope -o notes.txt/reports", &["cannot be written"]),
+        ("report endoscope -o nowhere/page.html", &["no such file or folder"]),
+        // A design that cannot be used makes no folder.
+        ("report no.design.ron -o reports", &["no.design.ron"]),
+    ] {
+        let said = scratch.fail(line);
+        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+    }
+    assert_eq!(scratch.read("notes.txt"), "mine");
+    assert!(!scratch.has("reports"));
 }
 
 #[test]
@@ -135,7 +116,7 @@ fn a_missing_mesh_shows_no_local_folder() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let copy = |from: &str, to: &str, change: &dyn Fn(String) -> String| {
         let content = std::fs::read_to_string(folder.join(from)).unwrap();
-        std::fs::write(scratch.path(to), change(content)).unwrap();
+        scratch.write(to, change(content));
     };
     copy("designs/endoscope.design.ron", "a.design.ron", &|text| {
         text.replace("../assets/bodies/", "").replace("../assets/environments/", "")
@@ -143,11 +124,9 @@ fn a_missing_mesh_shows_no_local_folder() {
     copy("assets/bodies/endoscope.body.ron", "endoscope.body.ron", &|text| text);
     let room = "assets/environments/operating-table.env.ron";
     copy(room, "operating-table.env.ron", &|text| text);
-    let args = ["report", &scratch.arg("a.design.ron"), "-o", &scratch.arg("a.html")];
-    let output = trackwright(&args).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success() && said.contains("mesh is missing"), "{said}");
-    let html = std::fs::read_to_string(scratch.path("a.html")).unwrap();
+    let said = scratch.notes("report a.design.ron -o a.html");
+    assert!(said.contains("mesh is missing"), "{said}");
+    let html = scratch.read("a.html");
     assert!(html.contains("endoscope.glb could not be read"));
     assert!(!html.contains(&scratch.arg("")), "the page has a folder of this machine");
 }
@@ -162,16 +141,12 @@ fn a_slide_with_a_lost_layer_is_reported() {
     let slides = r#"slides: [(title: "a"), (title: "b", view: (layers: (halo: true)))],"#;
     let tool = "    tool: (";
     assert!(design.contains(tool) && !design.contains("slides"));
-    let file = scratch.path("a.design.ron");
-    std::fs::write(&file, design.replace(tool, &format!("    {slides}\n{tool}"))).unwrap();
-    let args = ["report", &text(&file), "-o", &scratch.arg("a.html")];
-    let output = trackwright(&args).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{said}");
+    scratch.write("a.design.ron", design.replace(tool, &format!("    {slides}\n{tool}")));
+    let said = scratch.notes("report a.design.ron -o a.html");
     let expected = "slide 2 is shown without the layer \"halo\", which this version";
     assert!(said.contains(expected), "{said}");
     assert!(!said.contains("slide 1"), "{said}");
-    assert!(scratch.path("a.html").exists());
+    assert!(scratch.has("a.html"));
 }
 
 /// Writes the page of a built-in design with a mesh for a scene; the figures that it should show.

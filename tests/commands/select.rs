@@ -1,16 +1,15 @@
 //! `select`, and `fit` without order and orientations: what is chosen, printed and written.
 
 use crate::support::close::assert_close;
-use crate::support::data::{own, third_party};
+use crate::support::data::third_party;
 use crate::support::golden::{count, list, number};
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::jhu_cis::import;
+use crate::support::program::{Scratch, text, trackwright};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-fn room_a() -> String {
-    text(&own("room-a/room-a-fit.csv"))
-}
+const ROOM: &str = "own:room-a/room-a-fit.csv";
 
 /// A position-only table of a polynomial of order 2, without noise.
 fn quadratic_table(file: &Path, rows: usize) {
@@ -48,7 +47,7 @@ fn plain_row(found: &Value, order: usize) -> &Value {
 
 #[test]
 fn the_smallest_model_within_1_percent_is_best() {
-    let found = json(&["select", &room_a(), "--orders", "1-2", "--directions", "1,6,14"]);
+    let found = Scratch::new().json(format!("select {ROOM} --orders 1-2 --directions 1,6,14"));
     let table = list(&found, "table");
     // No correction, and two orders with three sets of orientations, each with 14 ridges.
     assert_eq!(table.len(), 1 + 2 * 3 * 14);
@@ -67,14 +66,13 @@ fn the_smallest_model_within_1_percent_is_best() {
 #[test]
 fn the_table_is_readable_and_the_choice_is_marked() {
     let scratch = Scratch::new();
-    let plot = scratch.arg("fig3.svg");
     let printed =
-        succeed(&["select", &room_a(), "--orders", "1,2", "--directions", "1,14", "--plot", &plot]);
+        scratch.succeed(format!("select {ROOM} --orders 1,2 --directions 1,14 --plot fig3.svg"));
     let marked: Vec<_> = printed.lines().filter(|l| l.starts_with('*')).collect();
     assert_eq!(marked.len(), 1, "{printed}");
     assert!(marked[0].contains("mm") && marked[0].contains('°'), "{printed}");
     assert!(printed.contains("chosen: order"), "{printed}");
-    let svg = fs::read_to_string(plot).unwrap();
+    let svg = scratch.read("fig3.svg");
     assert!(svg.starts_with("<svg"), "{svg:.80}");
     for words in ["position RMS, mm", "14 orientations"] {
         assert!(svg.contains(words), "no {words:?} in the chart");
@@ -84,27 +82,19 @@ fn the_table_is_readable_and_the_choice_is_marked() {
 #[test]
 fn the_environment_is_a_fit_of_the_best_model() {
     let scratch = Scratch::new();
-    let (mine, theirs) = (scratch.arg("a/room.env.ron"), scratch.arg("b/room.env.ron"));
     for folder in ["a", "b"] {
         fs::create_dir(scratch.path(folder)).unwrap();
     }
-    let base = ["--orders", "1", "--directions", "6,14", "-o", &mine];
-    let found = json(&[&["select", &room_a()], base.as_slice()].concat());
+    let found =
+        scratch.json(format!("select {ROOM} --orders 1 --directions 6,14 -o a/room.env.ron"));
     let (order, directions, ridge) = model(&found["best"]);
     assert_eq!(found["fit"]["order"], order);
-    succeed(&[
-        "fit",
-        &room_a(),
-        "-o",
-        &theirs,
-        "--order",
-        &order.to_string(),
-        "--directions",
-        &directions.to_string(),
-        "--ridge",
-        &ridge.to_string(),
-    ]);
-    assert_eq!(fs::read(mine).unwrap(), fs::read(theirs).unwrap());
+    let size = format!("--order {order} --directions {directions} --ridge {ridge}");
+    scratch.succeed(format!("fit {ROOM} -o b/room.env.ron {size}"));
+    assert_eq!(
+        fs::read(scratch.path("a/room.env.ron")).unwrap(),
+        fs::read(scratch.path("b/room.env.ron")).unwrap()
+    );
 }
 
 #[test]
@@ -122,13 +112,13 @@ fn a_fit_without_options_uses_the_selection() {
     assert!(said.contains("chosen: order 2, 1 orientation"), "{said}");
     assert_eq!(fit["selection"]["reason"], said.trim_end());
     assert_eq!(model(&fit["selection"]), (2, 1, 0.0));
-    let chosen = json(&["select", &data]);
+    let chosen = scratch.json(format!("select {data}"));
     assert_eq!(model(&chosen["best"]), (2, 1, 0.0));
     // One of the two left out is chosen as well, the other kept.
-    let kept = json(&["fit", &room_a(), "-o", &env, "--order", "1"]);
+    let kept = scratch.json(format!("fit {ROOM} -o {env} --order 1"));
     assert_eq!(count(&kept["order"]), 1);
     assert!(kept["selection"]["reason"].is_string());
-    let named = json(&["fit", &data, "-o", &env, "--order", "1", "--directions", "1"]);
+    let named = scratch.json(format!("fit {data} -o {env} --order 1 --directions 1"));
     assert!(named["selection"].is_null());
 }
 
@@ -136,7 +126,7 @@ fn a_fit_without_options_uses_the_selection() {
 fn rows_that_belong_together_are_held_out_together() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 120);
-    let table = fs::read_to_string(scratch.path("q.csv")).unwrap();
+    let table = scratch.read("q.csv");
     let with = |name: &str, of_row: &dyn Fn(usize) -> String| {
         let lines = table.lines().enumerate().map(|(i, line)| match i {
             0 => format!("{line},{name}\n"),
@@ -147,16 +137,16 @@ fn rows_that_belong_together_are_held_out_together() {
         file
     };
     let frame = with("frame", &|i| format!("f{}", i / 12));
-    let found = json(&["select", &frame, "--orders", "1"]);
+    let found = scratch.json(format!("select {frame} --orders 1"));
     assert_eq!(found["groups"]["count"], 11);
     assert_eq!(found["groups"]["by"], "column frame");
     assert_eq!(found["table"][1]["cv"], found["table"][1]["cv_by_group"]);
     let sweep = with("sweep", &|i| format!("{}", i % 2));
-    assert!(json(&["select", &sweep, "--orders", "1"])["groups"].is_null());
-    let message = fail(&["select", &sweep, "--group", "sweep"]);
+    assert!(scratch.json(format!("select {sweep} --orders 1"))["groups"].is_null());
+    let message = scratch.fail(format!("select {sweep} --group sweep"));
     assert!(message.contains("sweep.csv"), "{message}");
     assert!(message.contains("2 groups of rows for 5 folds"), "{message}");
-    let missing = fail(&["select", &sweep, "--group", "swoop"]);
+    let missing = scratch.fail(format!("select {sweep} --group swoop"));
     assert!(missing.contains("no column \"swoop\""), "{missing}");
 }
 
@@ -178,7 +168,7 @@ fn with_columns(table: &str, columns: &[(&str, Cell)]) -> String {
 /// Three sensors in each of 40 poses; each sensor has an offset of its own along x, in mm.
 fn sensor_table(scratch: &Scratch, name: &str) -> String {
     quadratic_table(&scratch.path("plain.csv"), 120);
-    let table = fs::read_to_string(scratch.path("plain.csv")).unwrap();
+    let table = scratch.read("plain.csv");
     let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
     for (i, line) in lines.iter_mut().enumerate().skip(1) {
         let mut cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
@@ -190,7 +180,7 @@ fn sensor_table(scratch: &Scratch, name: &str) -> String {
     let sensor = |i: usize| format!("port {}", i % 3);
     let columns: [(&str, Cell); 2] = [("pose", &pose), ("sensor", &sensor)];
     let text = with_columns(&lines.join("\n"), &columns);
-    fs::write(scratch.path(name), text).unwrap();
+    scratch.write(name, text);
     scratch.arg(name)
 }
 
@@ -198,8 +188,8 @@ fn sensor_table(scratch: &Scratch, name: &str) -> String {
 fn poses_and_sensors_are_both_reported() {
     let scratch = Scratch::new();
     let data = sensor_table(&scratch, "sensors.csv");
-    let select = |extra: &[&str]| json(&[&["select", &data, "--orders", "1-2"], extra].concat());
-    let found = select(&[]);
+    let select = |extra: &str| scratch.json(format!("select {data} --orders 1-2 {extra}"));
+    let found = select("");
     assert_eq!(found["hold_out"], "groups");
     let named: Vec<_> = list(&found, "hold_outs")
         .iter()
@@ -216,17 +206,17 @@ fn poses_and_sensors_are_both_reported() {
     assert_eq!(count(&sensors["degrees_of_freedom"]), 2);
     assert_close("x", number(&sensors["position_mm"][0]), 1.0, 0.1, 0.0);
     assert_close("y", number(&sensors["position_mm"][1]), 0.0, 0.1, 0.0);
-    let by_sensor = select(&["--hold-out", "sensors"]);
+    let by_sensor = select("--hold-out sensors");
     assert_eq!(by_sensor["hold_out"], "sensors");
     let first = &by_sensor["table"][1];
     assert_eq!(first["cv"], first["cv_by_sensor"]);
     let reason = by_sensor["reason"].as_str().unwrap();
     assert!(reason.contains("3 folds over 3 sensors"), "{reason}");
-    let by_row = select(&["--hold-out", "rows"]);
+    let by_row = select("--hold-out rows");
     assert_eq!(by_row["table"][1]["cv"], by_row["table"][1]["cv_by_row"]);
-    let by_pose = select(&["--hold-out", "pose"]);
+    let by_pose = select("--hold-out pose");
     assert_eq!(by_pose["table"], found["table"]);
-    let printed = succeed(&["select", &data, "--orders", "1"]);
+    let printed = scratch.succeed(format!("select {data} --orders 1"));
     for words in [
         "held out by groups: ",
         "40 groups by column pose; this decides",
@@ -241,13 +231,12 @@ fn poses_and_sensors_are_both_reported() {
 fn a_fit_says_which_hold_out_its_choice_is_of() {
     let scratch = Scratch::new();
     let data = sensor_table(&scratch, "sensors.csv");
-    let env = scratch.arg("s.env.ron");
-    let fit = |extra: &[&str]| json(&[&["fit", &data, "-o", &env], extra].concat());
-    let chosen = fit(&["--hold-out", "sensors"]);
+    let fit = |extra: &str| scratch.json(format!("fit {data} -o s.env.ron {extra}"));
+    let chosen = fit("--hold-out sensors");
     assert_eq!(chosen["selection"]["hold_out"], "sensors");
     assert_eq!(list(&chosen["selection"], "hold_outs").len(), 3);
     // A model that is said is judged as well.
-    let said = fit(&["--order", "1", "--directions", "1", "--hold-out", "sensors"]);
+    let said = fit("--order 1 --directions 1 --hold-out sensors");
     assert_eq!(model(&said["selection"]), (1, 1, 0.0));
     assert_eq!(said["selection"]["hold_out"], "sensors");
     assert_eq!(count(&said["order"]), 1);
@@ -257,21 +246,20 @@ fn a_fit_says_which_hold_out_its_choice_is_of() {
 fn sensor_differences_widen_other_sensors_errors() {
     let scratch = Scratch::new();
     let data = sensor_table(&scratch, "sensors.csv");
-    let [env, poses, out] = ["s.env.ron", "poses.csv", "out.csv"].map(|name| scratch.arg(name));
-    succeed(&["select", &data, "--orders", "1-2", "-o", &env]);
-    fs::write(&poses, "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n").unwrap();
+    scratch.succeed(format!("select {data} --orders 1-2 -o s.env.ron"));
+    scratch.write("poses.csv", "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n");
     let rms_mm = || -> f64 {
-        succeed(&["distort", &env, &poses, "-o", &out, "--support"]);
-        let table = fs::read_to_string(&out).unwrap();
+        scratch.succeed("distort s.env.ron poses.csv -o out.csv --support");
+        let table = scratch.read("out.csv");
         let cell = table.lines().nth(1).unwrap().split(',').nth(8).unwrap();
         cell.parse().unwrap()
     };
     let with = rms_mm();
-    let kept = fs::read_to_string(&env).unwrap();
+    let kept = scratch.read("s.env.ron");
     let is_spread = |line: &&str| line.contains("sensor_variance");
     assert_eq!(kept.lines().filter(is_spread).count(), 1);
     let without: Vec<_> = kept.lines().filter(|line| !is_spread(line)).collect();
-    fs::write(&env, without.join("\n")).unwrap();
+    scratch.write("s.env.ron", without.join("\n"));
     let without = rms_mm();
     // Offsets of 1 mm along x, and a third of that variance for the mean of three.
     let own = (with * with - without * without).sqrt();
@@ -282,10 +270,10 @@ fn sensor_differences_widen_other_sensors_errors() {
 fn hold_outs_that_cannot_be_made_say_why() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 60);
-    let table = fs::read_to_string(scratch.path("q.csv")).unwrap();
+    let table = scratch.read("q.csv");
     let with = |name: &str, column: &str, of_row: Cell| {
         let text = with_columns(&table, &[(column, of_row)]);
-        fs::write(scratch.path(name), text).unwrap();
+        scratch.write(name, text);
         scratch.arg(name)
     };
     let plain = scratch.arg("q.csv");
@@ -306,22 +294,21 @@ fn hold_outs_that_cannot_be_made_say_why() {
         (&same, "day", "1 groups of rows for 2 folds"),
         (&holes, "pose", "line 4: pose is empty"),
     ] {
-        let message = fail(&["select", file, "--orders", "1", "--hold-out", hold_out]);
+        let message = scratch.fail(format!("select {file} --orders 1 --hold-out {hold_out}"));
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(message.contains(words), "{hold_out}: {message}");
     }
-    let both = ["--group", "pose", "--hold-out", "day"];
-    let message = fail(&[&["select", &same], both.as_slice()].concat());
+    let message = scratch.fail(format!("select {same} --group pose --hold-out day"));
     assert!(message.contains("expected one column"), "{message}");
     // What is not wanted does not stop anything.
     for file in [&one, &empty] {
-        let found = json(&["select", file, "--orders", "1"]);
+        let found = scratch.json(format!("select {file} --orders 1"));
         assert_eq!(found["hold_out"], "rows");
         assert!(found["sensors"].is_null());
     }
     // Two groups are held out in two folds where they were asked for.
     let two = with("two.csv", "day", &|i| (i % 2).to_string());
-    let found = json(&["select", &two, "--orders", "1", "--hold-out", "day"]);
+    let found = scratch.json(format!("select {two} --orders 1 --hold-out day"));
     assert_eq!(count(&list(&found, "hold_outs")[1]["folds"]), 2);
 }
 
@@ -366,19 +353,15 @@ fn readings_of_a_place_are_held_out_together() {
         let (data, fresh) = (scratch.arg(name), scratch.arg("fresh.csv"));
         places_table(&scratch.path(name), places, 0, scatter_mm, 5, places > 4);
         places_table(&scratch.path("fresh.csv"), 500, 1_000, 0.0, 1, false);
-        let found = json(&["select", &data]);
+        let found = scratch.json(format!("select {data}"));
         assert_eq!(found["hold_out"], "groups", "{name}");
         // Places that are nearer than their readings scatter are one.
         let groups = count(&found["groups"]["count"]);
         assert!((0.95 * places as f64..=places as f64).contains(&(groups as f64)), "{groups}");
         let cv = |i: usize| number(&list(&found, "hold_outs")[i]["cv"]["position_rms_mm"]);
         let (order, directions, ridge) = model(&found["best"]);
-        let [order, directions, ridge] =
-            [order.to_string(), directions.to_string(), ridge.to_string()];
-        let size = ["--order", &order, "--directions", &directions, "--ridge", &ridge];
-        let env = scratch.arg("p.env.ron");
-        let fit = ["fit", &data, "-o", &env, "--holdout", &fresh];
-        let fit = json(&[&fit[..], &size].concat());
+        let size = format!("--order {order} --directions {directions} --ridge {ridge}");
+        let fit = scratch.json(format!("fit {data} -o p.env.ron --holdout {fresh} {size}"));
         let truth = number(&fit["holdout"]["after"]["position_rms_mm"]);
         let stated = cv(1);
         assert!((0.6..1.7).contains(&(stated / truth)), "{name}: {stated} {truth}");
@@ -390,7 +373,7 @@ fn a_hold_out_that_is_fitted_as_well_is_refused() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("fit.csv"), 80);
     let (data, env) = (scratch.arg("fit.csv"), scratch.arg("room.env.ron"));
-    let table = fs::read_to_string(scratch.path("fit.csv")).unwrap();
+    let table = scratch.read("fit.csv");
     let (head, rows) = table.split_once('\n').unwrap();
     let mut rows: Vec<&str> = rows.lines().collect();
     rows.reverse();
@@ -409,46 +392,33 @@ fn a_hold_out_that_is_fitted_as_well_is_refused() {
         (&reordered, "reordered.csv shares 80 of its 80 rows"),
         (&rounded, "rounded.csv shares 5 of its 5 rows"),
     ] {
-        let model = ["--order", "1", "--directions", "1", "--holdout", file];
-        let message = fail(&[&["fit", &data, "-o", &env], model.as_slice()].concat());
+        let message =
+            scratch.fail(format!("fit {data} -o {env} --order 1 --directions 1 --holdout {file}"));
         assert_eq!(message.lines().count(), 1, "{message}");
         assert!(message.contains(words), "{message}");
     }
-    assert!(!scratch.path("room.env.ron").exists());
+    assert!(!scratch.has("room.env.ron"));
 }
 
 #[test]
 fn impossible_selections_write_nothing() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 8);
-    let (data, env) = (scratch.arg("q.csv"), scratch.arg("q.env.ron"));
     for (arguments, words) in [
-        (["--folds", "1"], "folds are 1, expected at least 2"),
-        (["--folds", "9"], "8 rows for 9 folds"),
-        (["--orders", "2-1"], "--orders"),
-        (["--orders", ""], "--orders"),
-        (["--orders", "1-13"], "order is 13, expected 0 to 12"),
-        (["--orders", "99999999999"], "expected 0 to 12"),
-        (["--directions", "13"], "expected 1, 6, 12, 14, 26 or 42"),
-        (["--directions", "6"], "no orientations"),
-        (["--ridges", "0,inf"], "ridge is inf"),
-        (["--rcond", "2"], "rcond is 2"),
+        ("--folds 1", "folds are 1, expected at least 2"),
+        ("--folds 9", "8 rows for 9 folds"),
+        ("--orders 2-1", "--orders"),
+        ("--orders ''", "--orders"),
+        ("--orders 1-13", "order is 13, expected 0 to 12"),
+        ("--orders 99999999999", "expected 0 to 12"),
+        ("--directions 13", "expected 1, 6, 12, 14, 26 or 42"),
+        ("--directions 6", "no orientations"),
+        ("--ridges 0,inf", "ridge is inf"),
+        ("--rcond 2", "rcond is 2"),
     ] {
-        let base = ["select", &data, "-o", &env];
-        let message = fail(&[base.as_slice(), &arguments].concat());
-        assert_eq!(message.lines().count(), 1, "{message}");
-        assert!(message.contains(words), "{arguments:?}: {message}");
+        scratch.fail_with(format!("select q.csv -o q.env.ron {arguments}"), &[words]);
     }
-    assert!(!scratch.path("q.env.ron").exists());
-}
-
-fn import(scratch: &Scratch, case: &str) -> Option<String> {
-    let folder = third_party("jhu-cis")?;
-    let file = |kind: &str| text(&folder.join(format!("pa2-debug-{case}-{kind}.txt")));
-    let (body, readings) = (file("calbody"), file("calreadings"));
-    let table = scratch.arg(&format!("{case}.csv"));
-    succeed(&["import", "jhu-cis", &body, &readings, "-o", &table]);
-    Some(table)
+    assert!(!scratch.has("q.env.ron"));
 }
 
 /// Case, and cross-validated position RMS in mm at orders 1 to 6 by point, without ridge, of
@@ -482,7 +452,7 @@ fn jhu_corrections_choose_order_four_or_five() {
         let Some(table) = import(&scratch, case) else {
             return;
         };
-        let found = json(&["select", &table, "--map", "correction"]);
+        let found = scratch.json(format!("select {table} --map correction"));
         let order = chosen_order(case, &found);
         assert!((4..=5).contains(&order), "{case}: order {order}");
         for ((order, published), noise) in (1..).zip(published).zip(FOLD_NOISE) {
@@ -503,7 +473,7 @@ fn jhu_distortion_chooses_order_four() {
         let Some(table) = import(&scratch, case) else {
             return;
         };
-        let found = json(&["select", &table]);
+        let found = scratch.json(format!("select {table}"));
         assert_eq!(chosen_order(case, &found), expected, "{case}");
     }
 }
@@ -514,25 +484,12 @@ fn the_choice_for_the_cube_beats_plain_fits() {
         return;
     };
     let scratch = Scratch::new();
-    let file = |name: &str| text(&folder.join(name));
-    let data = file("cube-fit.csv");
+    let [data, holdout] = ["cube-fit.csv", "cube-holdout.csv"].map(|name| text(&folder.join(name)));
     // All sets and orders choose this set too; trying them takes longer than a test may.
-    let found = json(&["select", &data, "--orders", "1-3", "--directions", "26,42"]);
+    let found = scratch.json(format!("select {data} --orders 1-3 --directions 26,42"));
     let (order, directions, ridge) = model(&found["best"]);
-    let fit = json(&[
-        "fit",
-        &data,
-        "-o",
-        &scratch.arg("cube.env.ron"),
-        "--order",
-        &order.to_string(),
-        "--directions",
-        &directions.to_string(),
-        "--ridge",
-        &ridge.to_string(),
-        "--holdout",
-        &file("cube-holdout.csv"),
-    ]);
+    let size = format!("--order {order} --directions {directions} --ridge {ridge}");
+    let fit = scratch.json(format!("fit {data} -o cube.env.ron {size} --holdout {holdout}"));
     let after = &fit["holdout"]["after"];
     assert!(number(&after["position_rms_mm"]) <= 1.34, "{after}");
     assert!(number(&after["angle_rms_deg"]) <= 0.38, "{after}");

@@ -1,7 +1,7 @@
 //! Which way a tool's shaft points, beside its tip or by itself.
 
 use crate::support::golden::{number, numbers};
-use crate::support::program::{Scratch, fail, json, succeed, trackwright};
+use crate::support::program::{Scratch, trackwright};
 use nalgebra::{Point3, Unit, Vector3};
 use std::fs;
 use trackwright_formats::tool_definition::OnMismatch;
@@ -26,7 +26,7 @@ fn pose(turn: Vector3<f64>) -> Pose {
 fn write(scratch: &Scratch, name: &str, poses: impl Iterator<Item = Pose>) -> String {
     let rows = poses.map(|p| pose_to_array(&p).map(|v| v.to_string()).join(",") + "\n");
     let table = "x,y,z,qw,qx,qy,qz\n".to_owned() + &rows.collect::<String>();
-    fs::write(scratch.path(name), table).unwrap();
+    scratch.write(name, table);
     scratch.arg(name)
 }
 
@@ -47,9 +47,9 @@ fn spun(scratch: &Scratch) -> String {
 fn tip_and_shaft_come_from_one_command() {
     let scratch = Scratch::new();
     let (around, about) = (pivoted(&scratch), spun(&scratch));
-    let found = json(&["pivot", &around, "--spin", &about]);
+    let found = scratch.json(format!("pivot {around} --spin {about}"));
     assert!((Point3::from(numbers::<3>(&found["tip"])) - Point3::from(TIP)).norm() < 1e-9);
-    let alone = json(&["pivot", &around]);
+    let alone = scratch.json(format!("pivot {around}"));
     for (key, value) in alone.as_object().unwrap() {
         assert_eq!(&found[key], value, "{key}");
     }
@@ -60,7 +60,7 @@ fn tip_and_shaft_come_from_one_command() {
     for key in ["rms_deg", "max_deg", "std_error_deg"] {
         assert!(number(&spin[key]) < 1e-9, "{key}");
     }
-    let words = succeed(&["pivot", &around, "--spin", &about]);
+    let words = scratch.succeed(format!("pivot {around} --spin {about}"));
     assert!(words.contains("shaft towards the tip, tool's frame"), "{words}");
 }
 
@@ -75,20 +75,18 @@ fn a_stated_tip_settles_the_direction() {
     assert_eq!(found["spin"]["towards_tip"], false);
     assert_eq!(found.as_object().unwrap().len(), 1);
     for (tip, sign) in [("0,0,100", 1.0), ("0,0,-100", -1.0)] {
-        let found = json(&["pivot", "--spin", &about, "--tip", tip]);
+        let found = scratch.json(format!("pivot --spin {about} --tip {tip}"));
         assert_eq!(found["spin"]["towards_tip"], true);
         let there = Vector3::from(numbers::<3>(&found["spin"]["shaft"]));
         assert!((there - shaft().into_inner() * sign).norm() < 1e-12, "{tip}");
     }
-    let beside =
-        fail(&["pivot", "--spin", &about, "--tip", "0,0,0", "--tip-frame", &scratch.arg("a.tfm")]);
+    let beside = scratch.fail(format!("pivot --spin {about} --tip 0,0,0 --tip-frame a.tfm"));
     assert!(beside.contains("a.tfm: which of the two directions"), "{beside}");
-    let none = fail(&["pivot", "--spin", &about, "--tip-frame", &scratch.arg("a.tfm")]);
+    let none = scratch.fail(format!("pivot --spin {about} --tip-frame a.tfm"));
     assert!(none.contains("--tip-frame: found no tip"), "{none}");
-    let tips = ["--tips", &about, "-o", &scratch.arg("tips.csv")];
-    let none = fail(&[&["pivot", "--spin", &about], &tips[..]].concat());
+    let none = scratch.fail(format!("pivot --spin {about} --tips {about} -o tips.csv"));
     assert!(none.contains("--tips: found no tip"), "{none}");
-    assert!(!scratch.path("a.tfm").exists() && !scratch.path("tips.csv").exists());
+    assert!(!scratch.has("a.tfm") && !scratch.has("tips.csv"));
 }
 
 #[test]
@@ -110,22 +108,22 @@ fn a_spin_has_refusals_and_limits_of_its_own() {
         }),
     );
     for (args, expected) in [
-        (vec![&*about, "--min-poses", "41"], "no shaft: too few poses: 40, expected at least 41"),
+        (format!("{about} --min-poses 41"), "no shaft: too few poses: 40, expected at least 41"),
         (
-            vec![&*little],
+            little,
             "too little variation: no two poses differ by more than 11.2°, expected at least 15.0°",
         ),
-        (vec![&*two_axes], "too large an error: the shaft's direction is"),
-        (vec![&*around], "too large an error: the shaft's direction is"),
+        (two_axes.clone(), "too large an error: the shaft's direction is"),
+        (around.clone(), "too large an error: the shaft's direction is"),
     ] {
-        let said = fail(&[&["pivot", "--spin"], &args[..]].concat());
+        let said = scratch.fail(format!("pivot --spin {args}"));
         assert!(said.contains(expected), "{said}");
     }
-    let lenient = ["pivot", "--spin", &two_axes, "--max-shaft-deg", "60"];
-    assert!(number(&json(&lenient)["spin"]["rms_deg"]) > 3.0);
-    let wrong = fail(&["pivot", &around, "--spin", &about, "--tip-frame", "frame.csv"]);
+    let lenient = scratch.json(format!("pivot --spin {two_axes} --max-shaft-deg 60"));
+    assert!(number(&lenient["spin"]["rms_deg"]) > 3.0);
+    let wrong = scratch.fail(format!("pivot {around} --spin {about} --tip-frame frame.csv"));
     assert!(wrong.contains("frame.csv: found no kind of file"), "{wrong}");
-    let missing = fail(&["pivot"]);
+    let missing = scratch.fail("pivot");
     assert!(missing.contains("required") && missing.contains("RECORDINGS"), "{missing}");
 }
 
@@ -135,7 +133,7 @@ fn the_tip_frame_is_exported_for_slicer() {
     let (around, about) = (pivoted(&scratch), spun(&scratch));
     let [transform, body] = ["tip.tfm", "probe.body.ron"].map(|name| scratch.arg(name));
     for file in [&transform, &body] {
-        succeed(&["pivot", &around, "--spin", &about, "--tip-frame", file]);
+        scratch.succeed(format!("pivot {around} --spin {about} --tip-frame {file}"));
     }
     let read = trackwright_project::Files::default()
         .read_tool(body.as_ref(), OnMismatch::Refuse)

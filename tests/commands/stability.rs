@@ -1,6 +1,6 @@
 //! `stability`: every row holds, and the files say what the screen says.
 
-use crate::support::program::{Scratch, fail, succeed, trackwright};
+use crate::support::program::{Scratch, succeed, trackwright};
 use serde_json::Value;
 
 #[test]
@@ -39,8 +39,8 @@ fn the_quick_battery_holds_and_is_written() {
 #[test]
 fn an_impossible_folder_fails_before_the_work() {
     let scratch = Scratch::new();
-    std::fs::write(scratch.path("file"), "").unwrap();
-    let error = fail(&["stability", "-o", &scratch.arg("file/folder")]);
+    scratch.write("file", "");
+    let error = scratch.fail("stability -o file/folder");
     assert!(error.contains("file/folder"), "{error}");
     assert_eq!(error.lines().count(), 1, "{error}");
 }

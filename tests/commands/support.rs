@@ -1,21 +1,18 @@
 //! Where the model is valid, through the command line.
 
 use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::program::Scratch;
 use std::fs;
 
-fn fit(scratch: &Scratch, name: &str, more: &[&str]) -> String {
-    let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg(name));
-    succeed(&[&["fit", &table, "-o", &env], more].concat());
-    env
+fn fit(scratch: &Scratch, env: &str, more: &str) {
+    scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o {env} {more}"));
 }
 
 /// The columns that `distort --support` adds, of poses given as rows.
-fn support_of(scratch: &Scratch, env: &str, poses: &str) -> Vec<Vec<String>> {
-    fs::write(scratch.path("poses.csv"), format!("x,y,z,qw,qx,qy,qz\n{poses}\n")).unwrap();
-    let out = scratch.arg("out.csv");
-    succeed(&["distort", env, &scratch.arg("poses.csv"), "-o", &out, "--support"]);
-    let table = fs::read_to_string(&out).unwrap();
+fn support_of(scratch: &Scratch, poses: &str) -> Vec<Vec<String>> {
+    scratch.write("poses.csv", format!("x,y,z,qw,qx,qy,qz\n{poses}\n"));
+    scratch.succeed("distort room.env.ron poses.csv -o out.csv --support");
+    let table = scratch.read("out.csv");
     let mut lines = table.lines();
     assert_eq!(
         lines.next().unwrap(),
@@ -28,11 +25,10 @@ fn support_of(scratch: &Scratch, env: &str, poses: &str) -> Vec<Vec<String>> {
 #[test]
 fn distort_adds_where_the_model_may_be_believed() {
     let scratch = Scratch::new();
-    let env = fit(&scratch, "room.env.ron", &["--order", "2", "--directions", "14"]);
+    fit(&scratch, "room.env.ron", "--order 2 --directions 14");
     // A sample, the middle of the room, and a metre away.
     let rows = support_of(
         &scratch,
-        &env,
         "-111.428939,-0.216641268,-199.625411,0.403448096,0.580714761,-0.704057214,-0.0656006052\n\
          0,0,-250,1,0,0,0\n0,0,750,1,0,0,0",
     );
@@ -67,11 +63,9 @@ fn a_position_only_table_has_no_angles_to_tell_of() {
             columns.map(|c| cells[c]).join(",")
         })
         .collect();
-    fs::write(scratch.path("p.csv"), positions.join("\n")).unwrap();
-    let env = scratch.arg("p.env.ron");
-    let table = scratch.arg("p.csv");
-    succeed(&["fit", &table, "-o", &env, "--order", "2", "--directions", "1"]);
-    let rows = support_of(&scratch, &env, "0,0,-250,1,0,0,0");
+    scratch.write("p.csv", positions.join("\n"));
+    scratch.succeed("fit p.csv -o room.env.ron --order 2 --directions 1");
+    let rows = support_of(&scratch, "0,0,-250,1,0,0,0");
     assert_eq!((&*rows[0][2], &*rows[0][4]), ("", "1"), "{rows:?}");
 }
 
@@ -79,16 +73,16 @@ fn a_position_only_table_has_no_angles_to_tell_of() {
 fn undetermined_terms_come_from_the_measurements() {
     let scratch = Scratch::new();
     // 160 samples an orientation for 343 unknowns: some of the room is not determined.
-    let env = fit(&scratch, "room.env.ron", &["--order", "6", "--directions", "14"]);
+    fit(&scratch, "room.env.ron", "--order 6 --directions 14");
     let pose = "0,0,-250,1,0,0,0";
-    let rows = support_of(&scratch, &env, pose);
+    let rows = support_of(&scratch, pose);
     assert!(rows[0][1].parse::<f64>().unwrap() > 0.3, "{rows:?}");
     assert_eq!(&*rows[0][4], "0", "{rows:?}");
     // Without the measurements nothing can be said of it.
-    let text = fs::read_to_string(&env).unwrap();
+    let text = scratch.read("room.env.ron");
     let (before, _) = text.split_once("    process: ").unwrap();
-    fs::write(&env, format!("{before})\n")).unwrap();
-    let rows = support_of(&scratch, &env, pose);
+    scratch.write("room.env.ron", format!("{before})\n"));
+    let rows = support_of(&scratch, pose);
     let cells = [1, 2, 4, 6, 7].map(|column| &*rows[0][column]);
     assert_eq!(cells, ["", "", "0", "", ""], "{rows:?}");
 }
@@ -96,8 +90,8 @@ fn undetermined_terms_come_from_the_measurements() {
 #[test]
 fn every_kind_of_model_has_reading_errors() {
     let scratch = Scratch::new();
-    let env = fit(&scratch, "room.env.ron", &["--model", "kriging"]);
-    let rows = support_of(&scratch, &env, "0,0,-250,1,0,0,0");
+    fit(&scratch, "room.env.ron", "--model kriging");
+    let rows = support_of(&scratch, "0,0,-250,1,0,0,0");
     assert!((0.1..3.0).contains(&rows[0][1].parse::<f64>().unwrap()));
     let cells = [3, 4, 5].map(|column| &*rows[0][column]);
     assert_eq!(cells, ["", "", ""], "{rows:?}");
@@ -107,44 +101,37 @@ fn every_kind_of_model_has_reading_errors() {
 fn a_room_without_validity_is_an_error() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    let small = ["--order", "1", "--directions", "6", "--no-support"];
-    let env = fit(&scratch, "d/room.env.ron", &small);
-    assert!(!fs::read_to_string(&env).unwrap().contains("support"));
-    let poses = scratch.arg("poses.csv");
-    fs::write(&poses, "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n").unwrap();
-    let out = scratch.arg("out.csv");
-    let message = fail(&["distort", &env, &poses, "-o", &out, "--support"]);
+    let env = "d/room.env.ron";
+    fit(&scratch, env, "--order 1 --directions 6 --no-support");
+    assert!(!scratch.read(env).contains("support"));
+    scratch.write("poses.csv", "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n");
+    let message = scratch.fail(format!("distort {env} poses.csv -o out.csv --support"));
     assert!(message.contains("room.env.ron: found no `support` and no `process`"), "{message}");
-    assert!(!scratch.path("out.csv").exists());
-    let (design, log) = (scratch.arg("d/pointer-on-head.design.ron"), scratch.arg("log.csv"));
-    let simulate = ["simulate", &design, "--mode", "single", "--log", &log, "--support"];
-    let message = fail(&simulate);
+    assert!(!scratch.has("out.csv"));
+    let simulate = "simulate d/pointer-on-head.design.ron --mode single --log log.csv";
+    let message = scratch.fail(format!("{simulate} --support"));
     assert!(message.contains("\"room\" has no model validity"), "{message}");
-    assert!(!scratch.path("log.csv").exists());
-    succeed(&simulate[..6]);
+    assert!(!scratch.has("log.csv"));
+    scratch.succeed(simulate);
 }
 
 #[test]
 fn too_large_a_fit_is_left_out_with_a_note() {
     let scratch = Scratch::new();
-    let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("e.env.ron"));
-    let output = trackwright(&["fit", &table, "-o", &env, "--order", "8", "--directions", "14"])
-        .output()
-        .unwrap();
-    let notes = String::from_utf8(output.stderr).unwrap();
+    let table = "own:room-a/room-a-fit.csv";
+    let notes = scratch.notes(format!("fit {table} -o e.env.ron --order 8 --directions 14"));
     // 36 edges and twice 14 orientations of 17³.
     assert!(notes.contains("314432 numbers, expected at most 250000"), "{notes}");
-    assert!(!fs::read_to_string(&env).unwrap().contains("support"));
+    assert!(!scratch.read("e.env.ron").contains("support"));
 }
 
 #[test]
 fn simulate_counts_poorly_supported_trials() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    fit(&scratch, "d/room.env.ron", &["--order", "2", "--directions", "14"]);
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    let args = ["simulate", &design, "--mode", "motion"];
-    let (plain, found) = (json(&args), json(&[&args[..], &["--support"]].concat()));
+    fit(&scratch, "d/room.env.ron", "--order 2 --directions 14");
+    let simulate = "simulate d/pointer-on-head.design.ron --mode motion";
+    let (plain, found) = (scratch.json(simulate), scratch.json(format!("{simulate} --support")));
     assert!(plain.get("support").is_none());
     let support = &found["support"];
     assert_eq!(support["trials"], found["trials"]);
@@ -156,7 +143,7 @@ fn simulate_counts_poorly_supported_trials() {
         let [rms, max] = ["rms", "max"].map(|k| support[key][k].as_f64().unwrap());
         assert!(range.contains(&rms) && rms <= max, "{support}");
     }
-    let text = succeed(&[&args[..], &["--support"]].concat());
+    let text = scratch.succeed(format!("{simulate} --support"));
     assert!(text.contains("trials on poorly supported field"), "{text}");
-    assert!(!succeed(&args).contains("poorly supported"));
+    assert!(!scratch.succeed(simulate).contains("poorly supported"));
 }

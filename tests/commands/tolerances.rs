@@ -1,7 +1,7 @@
 //! The manufacturing sheet as a workshop gets it: text, JSON, table, and the check by drawn tools.
 
 use crate::support::golden::{list, number, numbers};
-use crate::support::program::{Scratch, fail, json, succeed, trackwright};
+use crate::support::program::{Scratch, fail, trackwright};
 use serde_json::Value;
 use std::fs;
 
@@ -13,7 +13,7 @@ fn design(name: &str) -> String {
 fn the_sheet_is_the_same_in_every_format() {
     let scratch = Scratch::new();
     let (pointer, csv) = (design("pointer-on-head"), scratch.arg("sheet.csv"));
-    let found = json(&["tolerances", &pointer, "--csv", &csv, "--check", "20"]);
+    let found = scratch.json(format!("tolerances {pointer} --csv {csv} --check 20"));
     assert_eq!(found["no_tolerances"], Value::Null);
     assert_eq!((&found["poses"], &found["study_poses"]), (&3375.into(), &3375.into()));
     assert_eq!(found["check"]["met"], 20);
@@ -40,7 +40,7 @@ fn the_sheet_is_the_same_in_every_format() {
     let together: f64 = cell(6, "together_angle_deg").parse().unwrap();
     assert_eq!(together, number(&bodies[1]["together"]["angle_deg"]["value"]));
 
-    let text = succeed(&["tolerances", &pointer, "--check", "20"]);
+    let text = scratch.succeed(format!("tolerances {pointer} --check 20"));
     for said in [
         "Origin: the tip.",
         "in the direction +z",
@@ -59,7 +59,7 @@ fn changed(scratch: &Scratch, from: &str, to: &str) -> String {
     let assets = format!("{}/assets", env!("CARGO_MANIFEST_DIR"));
     let text = text.replace("../assets", &assets);
     assert!(text.contains(from));
-    fs::write(scratch.path("changed.design.ron"), text.replace(from, to)).unwrap();
+    scratch.write("changed.design.ron", text.replace(from, to));
     scratch.arg("changed.design.ron")
 }
 
@@ -68,13 +68,13 @@ fn the_sheet_states_missed_requirements() {
     let scratch = Scratch::new();
     let requirement = "requirement: (position_rms: 1.0, angle_rms: 0.5),";
     let missed = changed(&scratch, requirement, "requirement: (position_max: 0.1),");
-    let text = succeed(&["tolerances", &missed, "--check", "5"]);
+    let text = scratch.succeed(format!("tolerances {missed} --check 5"));
     assert!(text.contains("No tolerances: the requirement is missed"), "{text}");
     assert!(text.contains("shaft"), "{text}");
-    let found = json(&["tolerances", &missed]);
+    let found = scratch.json(format!("tolerances {missed}"));
     assert_eq!(found["bodies"][0]["together"], Value::Null);
     let none = changed(&scratch, requirement, "");
-    let text = succeed(&["tolerances", &none]);
+    let text = scratch.succeed(format!("tolerances {none}"));
     assert!(text.contains("the design states no requirement"), "{text}");
 }
 

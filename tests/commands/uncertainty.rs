@@ -1,46 +1,31 @@
 //! `simulate --uncertainty` and the jitter that `fit` writes.
 
 use crate::support::close::{assert_all_close, assert_close};
-use crate::support::data::own;
 use crate::support::golden::number;
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::Scratch;
 use serde_json::Value;
 
+const DESIGN: &str = "d/pointer-on-head.design.ron";
+const JITTER: &str = "--jitter-position-mm 0.5 --jitter-angle-deg 0.3";
+
 /// The worked design in a room that states its jitter where `jitter` does.
-fn room(jitter: &[&str]) -> Scratch {
+fn room(jitter: &str) -> Scratch {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    let (table, env) = (text(&own("room-a/room-a-fit.csv")), scratch.arg("d/room.env.ron"));
-    let fit = ["fit", &table, "-o", &env, "--order", "1", "--directions", "6"];
-    succeed(&[&fit[..], jitter].concat());
+    let fit = "fit own:room-a/room-a-fit.csv -o d/room.env.ron --order 1 --directions 6";
+    scratch.succeed(format!("{fit} {jitter}"));
     scratch
 }
 
-const JITTER: [&str; 4] = ["--jitter-position-mm", "0.5", "--jitter-angle-deg", "0.3"];
-
-fn design(scratch: &Scratch) -> String {
-    scratch.arg("d/pointer-on-head.design.ron")
-}
-
-/// Takes the weight of axes out of the design.
-fn without_weight(scratch: &Scratch) {
-    let path = scratch.path("d/pointer-on-head.design.ron");
-    let before = std::fs::read_to_string(&path).unwrap();
-    let lines: Vec<_> = before.lines().filter(|l| !l.contains("orientation_weight")).collect();
-    assert_eq!(lines.len() + 1, before.lines().count());
-    std::fs::write(&path, lines.join("\n")).unwrap();
-}
-
-fn single(design: &str, more: &[&str]) -> Value {
-    json(&[&["simulate", design, "--mode", "single"], more].concat())
+fn single(scratch: &Scratch, more: &str) -> Value {
+    scratch.json(format!("simulate {DESIGN} --mode single {more}"))
 }
 
 #[test]
 fn both_uncertainty_methods_agree() {
-    let scratch = room(&JITTER);
-    let design = design(&scratch);
-    let more = ["--uncertainty", "first-order,monte-carlo", "--samples", "20000", "--seed", "5"];
-    let found = single(&design, &more);
+    let scratch = room(JITTER);
+    let more = "--uncertainty first-order,monte-carlo --samples 20000 --seed 5";
+    let found = single(&scratch, more);
     let u = &found["uncertainty"];
     assert_eq!(u["jitter"]["source"], "environment");
     assert_close("angle", number(&u["jitter"]["angle_deg"]), 0.3, 1e-15, 0.0);
@@ -63,7 +48,7 @@ fn both_uncertainty_methods_agree() {
         );
         assert!((center - tip - at(&found["error_mm"], k)).abs() < 1e-12);
     }
-    let shown = succeed(&[&["simulate", &design, "--mode", "single"], &more[..]].concat());
+    let shown = scratch.succeed(format!("simulate {DESIGN} --mode single {more}"));
     for words in [
         "jitter 0.5000 mm and 0.3000 ° an axis, from the environment",
         "orientation weight 100.0000 mm, design",
@@ -77,28 +62,19 @@ fn both_uncertainty_methods_agree() {
 
 #[test]
 fn the_weight_follows_jitter_unless_given() {
-    let scratch = room(&JITTER);
-    without_weight(&scratch);
-    let design = design(&scratch);
-    let derived = single(&design, &["--uncertainty", "first-order"]);
+    let scratch = room(JITTER);
+    let before = scratch.read(DESIGN);
+    let lines: Vec<_> = before.lines().filter(|l| !l.contains("orientation_weight")).collect();
+    assert_eq!(lines.len() + 1, before.lines().count());
+    scratch.write(DESIGN, lines.join("\n"));
+    let derived = single(&scratch, "--uncertainty first-order");
     let u = &derived["uncertainty"];
     assert_eq!(u["orientation_weight_source"], "derived from jitter");
     let weight = |position_mm: f64, angle_deg: f64| position_mm / angle_deg.to_radians();
     assert_close("weight", number(&u["orientation_weight_mm"]), weight(0.5, 0.3), 1e-14, 0.0);
     assert!(u["monte_carlo"].is_null() && u["agreement"].is_null());
-    let stated = single(
-        &design,
-        &[
-            "--uncertainty",
-            "first-order",
-            "--jitter-position-mm",
-            "0.1",
-            "--jitter-angle-deg",
-            "0.2",
-            "--jitter-growth-mm",
-            "400",
-        ],
-    );
+    let jitter = "--jitter-position-mm 0.1 --jitter-angle-deg 0.2 --jitter-growth-mm 400";
+    let stated = single(&scratch, &format!("--uncertainty first-order {jitter}"));
     let u = &stated["uncertainty"];
     assert_eq!(u["jitter"]["source"], "command line");
     assert_eq!(number(&u["jitter"]["growth"]["distance_mm"]), 400.0);
@@ -108,25 +84,19 @@ fn the_weight_follows_jitter_unless_given() {
 
 #[test]
 fn the_growth_of_fit_is_read_by_simulate() {
-    let scratch = room(&[&JITTER[..], &["--jitter-growth-mm", "150"]].concat());
-    let design = design(&scratch);
-    let read = single(&design, &["--uncertainty", "first-order"]);
-    let stated = single(
-        &design,
-        &[&["--uncertainty", "first-order", "--jitter-growth-mm", "150"], &JITTER[..]].concat(),
-    );
+    let scratch = room(&format!("{JITTER} --jitter-growth-mm 150"));
+    let [read, stated, flat] = ["", &format!("--jitter-growth-mm 150 {JITTER}"), JITTER]
+        .map(|more| single(&scratch, &format!("--uncertainty first-order {more}")));
     let [a, b] = [&read, &stated].map(|v| &v["uncertainty"]["first_order"]);
     assert_eq!(a, b);
-    let flat = single(&design, &[&["--uncertainty", "first-order"], &JITTER[..]].concat());
     let flat = number(&flat["uncertainty"]["first_order"]["rms_mm"]);
     assert!(number(&a["rms_mm"]) > 1.1 * flat, "{a} {flat}");
 }
 
 #[test]
 fn scatter_and_error_add_in_squares() {
-    let scratch = room(&JITTER);
-    let found =
-        json(&["simulate", &design(&scratch), "--mode", "motion", "--uncertainty", "first-order"]);
+    let scratch = room(JITTER);
+    let found = scratch.json(format!("simulate {DESIGN} --mode motion --uncertainty first-order"));
     let over = &found["uncertainty"]["first_order"];
     assert_eq!(over["trials"], found["trials"]);
     let expected = number(&over["rms_mm"]["rms"]).hypot(number(&found["position_mm"]["rms"]));
@@ -135,41 +105,52 @@ fn scatter_and_error_add_in_squares() {
 
 #[test]
 fn without_uncertainty_nothing_is_added() {
-    let scratch = room(&JITTER);
-    assert!(single(&design(&scratch), &[])["uncertainty"].is_null());
+    let scratch = room(JITTER);
+    assert!(single(&scratch, "")["uncertainty"].is_null());
 }
 
 #[test]
 fn what_cannot_be_asked_is_refused_with_what_can() {
-    let scratch = room(&[]);
-    let design = design(&scratch);
-    let says = |args: &[&str], words: &[&str]| {
-        let message = fail(&[&["simulate", &design], args].concat());
+    let scratch = room("");
+    for (args, words) in [
+        (
+            "--mode single --uncertainty first-order",
+            &["pointer-on-head.design.ron", "\"room\" states no jitter", "--jitter-position-mm"][..],
+        ),
+        (
+            &format!("--mode motion --uncertainty monte-carlo {JITTER}"),
+            &["--mode single", "first-order"],
+        ),
+        (&format!("--mode single {JITTER}"), &["needs --uncertainty"]),
+        (
+            &format!("--mode single --uncertainty first-order --samples 9 {JITTER}"),
+            &["--samples needs --uncertainty monte-carlo"],
+        ),
+        (
+            &format!("--mode single --uncertainty monte-carlo --samples 3 {JITTER}"),
+            &["3 samples, expected 10 to"],
+        ),
+        (
+            &format!("--mode single --uncertainty monte-carlo --samples 99999999999 {JITTER}"),
+            &["to 10000000"],
+        ),
+        (
+            "--mode single --jitter-position-mm -1",
+            &["--jitter-position-mm", "-1", "expected zero or more"],
+        ),
+        (
+            "--mode single --jitter-angle-deg inf",
+            &["--jitter-angle-deg", "inf", "expected zero or more"],
+        ),
+        (
+            "--mode single --jitter-growth-mm 0",
+            &["--jitter-growth-mm", "0", "expected a length above zero"],
+        ),
+        ("--mode single --jitter-position-mm 1", &["--jitter-angle-deg"]),
+    ] {
+        let message = scratch.fail(format!("simulate {DESIGN} {args}"));
         for word in words {
             assert!(message.contains(word), "{word:?} is not in: {message}");
         }
-    };
-    says(
-        &["--mode", "single", "--uncertainty", "first-order"],
-        &["pointer-on-head.design.ron", "\"room\" states no jitter", "--jitter-position-mm"],
-    );
-    let with =
-        |mode: &'static str, more: &[&'static str]| [&["--mode", mode], more, &JITTER[..]].concat();
-    says(&with("motion", &["--uncertainty", "monte-carlo"]), &["--mode single", "first-order"]);
-    says(&with("single", &[]), &["needs --uncertainty"]);
-    says(
-        &with("single", &["--uncertainty", "first-order", "--samples", "9"]),
-        &["--samples needs --uncertainty monte-carlo"],
-    );
-    for (samples, words) in [("3", "3 samples, expected 10 to"), ("99999999999", "to 10000000")] {
-        says(&with("single", &["--uncertainty", "monte-carlo", "--samples", samples]), &[words]);
     }
-    for (option, value, words) in [
-        ("--jitter-position-mm", "-1", "expected zero or more"),
-        ("--jitter-angle-deg", "inf", "expected zero or more"),
-        ("--jitter-growth-mm", "0", "expected a length above zero"),
-    ] {
-        says(&["--mode", "single", option, value], &[option, value, words]);
-    }
-    says(&["--mode", "single", "--jitter-position-mm", "1"], &["--jitter-angle-deg"]);
 }

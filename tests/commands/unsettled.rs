@@ -1,41 +1,36 @@
 //! What a study leaves open is no requirement met: a rotation that sensors do not determine, and trials
 //! that were left out, in every command that gives a verdict.
 
-use crate::support::program::{Scratch, json, succeed, text};
-use std::fs;
+use crate::support::program::Scratch;
 
 const DESIGN: &str = "d/pointer-on-head.design.ron";
 const ONE_SENSOR: &str = "d/one-sensor.design.ron";
 
 /// The worked design with bounds that any figure keeps, and the same with a CRF of one 5-DOF sensor.
-fn designs(fit: &[&str]) -> Scratch {
+fn designs(fit: &str) -> Scratch {
     let scratch = Scratch::new();
-    let order = ["--order", "2", "--directions", "14"];
-    scratch.copy_design_with_room("golden/pointer-on-head", &[&order, fit].concat());
-    let design = fs::read_to_string(scratch.path(DESIGN)).unwrap();
-    let design = design.replacen(
-        "orientation_weight",
-        "requirement: (position_rms: 60.0, angle_max: 90.0), orientation_weight",
-        1,
-    );
-    fs::write(scratch.path(DESIGN), &design).unwrap();
+    let size = format!("--order 2 --directions 14 {fit}");
+    scratch.copy_design_with_room("golden/pointer-on-head", &size);
+    let required = "requirement: (position_rms: 60.0, angle_max: 90.0), orientation_weight";
+    let design = scratch.read(DESIGN).replacen("orientation_weight", required, 1);
+    scratch.write(DESIGN, &design);
     let one_sensor = design.replacen("crf.body.ron", "one-sensor.body.ron", 1);
-    fs::write(scratch.path(ONE_SENSOR), one_sensor).unwrap();
+    scratch.write(ONE_SENSOR, one_sensor);
     let body = "(version: 1, name: \"CRF\", tip: (0, 0, 0), sensors: [
         (name: \"s0\", kind: FiveDof, position: (-25, 0, 0), axis: (1, 0, 0))])";
-    fs::write(scratch.path("d/one-sensor.body.ron"), body).unwrap();
+    scratch.write("d/one-sensor.body.ron", body);
     scratch
 }
 
 #[test]
 fn an_undetermined_rotation_meets_no_requirement() {
-    for fit in [&[][..], &["--no-support"]] {
+    for fit in ["", "--no-support"] {
         let scratch = designs(fit);
-        let [whole, one] = [DESIGN, ONE_SENSOR].map(|name| scratch.arg(name));
-        let simulated = json(&["simulate", &whole, "--mode", "motion"]);
+        let (whole, one) = (DESIGN, ONE_SENSOR);
+        let simulated = scratch.json(format!("simulate {whole} --mode motion"));
         assert_eq!(simulated["requirement"]["met"], true, "{simulated}");
 
-        let simulated = json(&["simulate", &one, "--mode", "motion"]);
+        let simulated = scratch.json(format!("simulate {one} --mode motion"));
         let requirement = &simulated["requirement"];
         assert!(requirement["met"].is_null(), "{requirement}");
         assert!(requirement["checks"][0]["met"].is_null(), "{requirement}");
@@ -44,31 +39,30 @@ fn an_undetermined_rotation_meets_no_requirement() {
         // The tip is 25 mm and more from the line of the sensor's axis.
         assert!(open["reach_mm"].as_f64().unwrap() > 25.0, "{open}");
         let why = "cannot tell: the CRF's rotation is not determined";
-        let words = succeed(&["simulate", &one, "--mode", "motion"]);
+        let words = scratch.succeed(format!("simulate {one} --mode motion"));
         assert!(words.contains(&format!("requirement position_rms: {why}")), "{words}");
         assert!(
             words.contains("figures take the true one, and a wrong one puts the tip"),
             "{words}"
         );
 
-        let compared = json(&["compare", &whole, &one]);
+        let compared = scratch.json(format!("compare {whole} {one}"));
         let row = &compared["rows"][1];
         assert!(row["requirement"]["met"].is_null(), "{row}");
         let differences = row["against_baseline"]["position_mm"].as_object().unwrap();
         assert!(differences.values().all(|d| d["verdict"] == "unsettled"), "{row}");
 
-        let procedure = json(&["procedure", &one]);
+        let procedure = scratch.json(format!("procedure {one}"));
         let steps = procedure["steps"].as_array().unwrap();
         let tool = steps.iter().find(|step| step["step"] == "tool").unwrap();
         assert_eq!(tool["state"], "cannot_tell");
 
-        let sheet = json(&["tolerances", &one]);
+        let sheet = scratch.json(format!("tolerances {one}"));
         let none = sheet["no_tolerances"].as_str().unwrap();
         assert!(none.contains("the CRF's rotation is not determined"), "{none}");
 
-        let page = scratch.arg("page.html");
-        succeed(&["report", &one, "-o", &page]);
-        let page = fs::read_to_string(page).unwrap();
+        scratch.succeed(format!("report {one} -o page.html"));
+        let page = scratch.read("page.html");
         assert!(page.contains("It cannot be told, because the CRF"), "no verdict that says so");
         assert!(!page.contains("The requirement is met"));
     }
@@ -76,18 +70,17 @@ fn an_undetermined_rotation_meets_no_requirement() {
 
 #[test]
 fn one_statement_says_what_is_assumed() {
-    let scratch = designs(&["--no-support"]);
-    let one = scratch.arg(ONE_SENSOR);
-    let words = succeed(&["simulate", &one, "--mode", "motion"]);
+    let scratch = designs("--no-support");
+    let one = ONE_SENSOR;
+    let words = scratch.succeed(format!("simulate {one} --mode motion"));
     let said = words.lines().find(|line| line.contains("sensors do not determine"));
     let said = said.unwrap().replace("the CRF", "").to_owned();
-    let page = scratch.arg("page.html");
-    succeed(&["report", &one, "-o", &page]);
-    let page = fs::read_to_string(page).unwrap().replace("&#x27;", "'").replace("&#39;", "'");
+    scratch.succeed(format!("report {one} -o page.html"));
+    let page = scratch.read("page.html").replace("&#x27;", "'").replace("&#39;", "'");
     for (command, words) in [
-        ("tolerances", succeed(&["tolerances", &one])),
-        ("procedure", succeed(&["procedure", &one])),
-        ("compare", succeed(&["compare", &one, &scratch.arg(DESIGN)])),
+        ("tolerances", scratch.succeed(format!("tolerances {one}"))),
+        ("procedure", scratch.succeed(format!("procedure {one}"))),
+        ("compare", scratch.succeed(format!("compare {one} {DESIGN}"))),
         ("report", page),
     ] {
         assert!(words.contains(&said), "{command} does not say {said:?}: {words}");
@@ -96,21 +89,18 @@ fn one_statement_says_what_is_assumed() {
 
 #[test]
 fn trials_left_out_meet_no_requirement() {
-    let scratch = designs(&[]);
-    let design = scratch.arg(DESIGN);
-    let reject = ["--outside", "reject"];
-    let simulate = ["simulate", &design, "--mode", "motion"];
-    let simulated = json(&[&simulate[..], &reject].concat());
+    let scratch = designs("");
+    let simulate = format!("simulate {DESIGN} --mode motion");
+    let simulated = scratch.json(format!("{simulate} --outside reject"));
     let left_out = simulated["rejected"].as_u64().unwrap();
     assert!(left_out > 100 && simulated["trials"] == 405, "{simulated}");
     assert!(simulated["requirement"]["met"].is_null());
     let open = &simulated["requirement"]["unsettled"]["left_out"];
     assert_eq!((&open["trials"], &open["of"]), (&left_out.into(), &405.into()));
     let why = format!("{left_out} of 405 trials were left out");
-    for args in
-        [&simulate[..], &["compare", &design, &scratch.arg(ONE_SENSOR)], &["tolerances", &design]]
-    {
-        let words = succeed(&[args, &reject].concat());
+    let compare = format!("compare {DESIGN} {ONE_SENSOR}");
+    for args in [simulate, compare, format!("tolerances {DESIGN}")] {
+        let words = scratch.succeed(format!("{args} --outside reject"));
         assert!(words.contains(&why), "{args:?} does not say {why:?}: {words}");
     }
 }
@@ -118,19 +108,17 @@ fn trials_left_out_meet_no_requirement() {
 #[test]
 fn a_rotation_about_the_tips_own_axis_settles() {
     let scratch = Scratch::new();
-    scratch.copy_design_with_room(
-        "golden/pointer-no-crf",
-        &["--order", "1", "--directions", "6", "--no-support"],
-    );
+    let size = "--order 1 --directions 6 --no-support";
+    scratch.copy_design_with_room("golden/pointer-no-crf", size);
     let needle = "(version: 1, name: \"needle\", tip: (0, 0, 120), sensors: [
         (name: \"s0\", kind: FiveDof, position: (0, 0, 20), axis: (0, 0, 1))])";
-    fs::write(scratch.path("d/tool.body.ron"), needle).unwrap();
-    let file = scratch.path("d/pointer-no-crf.design.ron");
-    let design = fs::read_to_string(&file).unwrap();
+    scratch.write("d/tool.body.ron", needle);
+    let file = "d/pointer-no-crf.design.ron";
+    let design = scratch.read(file);
     let end = design.rfind(')').unwrap();
-    fs::write(&file, format!("{}    requirement: (position_rms: 60.0),\n)\n", &design[..end]))
-        .unwrap();
-    let simulated = json(&["simulate", &text(&file), "--mode", "motion"]);
+    let requirement = "requirement: (position_rms: 60.0),";
+    scratch.write(file, format!("{}    {requirement}\n)\n", &design[..end]));
+    let simulated = scratch.json(format!("simulate {file} --mode motion"));
     assert_eq!(simulated["free_axis"]["body"], "tool");
     assert_eq!(simulated["requirement"]["met"], true, "{simulated}");
 }

@@ -1,73 +1,58 @@
 //! Options that another option's choice would leave unused are refused, with what they belong to.
 
-use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, text};
+use crate::support::program::Scratch;
 
 #[test]
 fn a_table_of_poses_is_the_mode() {
     let scratch = Scratch::new();
-    scratch.copy_design_with_room("golden/pointer-on-head", &["--order", "1", "--directions", "6"]);
-    let design = scratch.arg("d/pointer-on-head.design.ron");
-    let input = scratch.arg("d/input.csv");
-    let told = json(&["simulate", &design, "--mode", "input", "--input", &input]);
-    assert_eq!(json(&["simulate", &design, "--input", &input]), told);
-    let out = scratch.arg("tips.csv");
+    scratch.copy_design_with_room("golden/pointer-on-head", "--order 1 --directions 6");
+    let (design, input) = ("d/pointer-on-head.design.ron", "d/input.csv");
+    let told = scratch.json(format!("simulate {design} --mode input --input {input}"));
+    assert_eq!(scratch.json(format!("simulate {design} --input {input}")), told);
     for args in [
-        &["simulate", &design, "--mode", "motion", "--input", &input][..],
-        &["simulate", &design, "--mode", "single", "--input", &input],
-        &["export", "tips", &design, "-o", &out, "--mode", "motion", "--input", &input],
-        &["report", &design, "-o", &out, "--mode", "single", "--input", &input],
+        format!("simulate {design} --mode motion"),
+        format!("simulate {design} --mode single"),
+        format!("export tips {design} -o tips.csv --mode motion"),
+        format!("report {design} -o tips.csv --mode single"),
     ] {
-        let said = fail(args);
+        let said = scratch.fail(format!("{args} --input {input}"));
         assert!(said.contains("input.csv: found another --mode, expected --mode input"), "{said}");
     }
-    assert!(fail(&["simulate", &design]).contains("--mode"));
+    assert!(scratch.fail(format!("simulate {design}")).contains("--mode"));
 }
 
 #[test]
-fn options_that_nothing_would_look_at_are_refused() {
+fn options_that_nothing_would_use_are_refused() {
     let scratch = Scratch::new();
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let design = format!("{}/designs/endoscope.design.ron", env!("CARGO_MANIFEST_DIR"));
-    let out = scratch.arg("out.csv");
-    let jitter = ["--jitter-position-mm", "0.1", "--jitter-angle-deg", "0.1"];
-    let single = ["simulate", &design, "--mode", "single"];
-    let fit = ["fit", &table, "-o", &out];
+    let (table, design) = ("own:room-a/room-a-fit.csv", "designs/endoscope.design.ron");
+    let jitter = "--jitter-position-mm 0.1 --jitter-angle-deg 0.1";
+    let fit = format!("fit {table} -o out.csv");
     for (args, word) in [
         (
-            [&single[..], &jitter, &["--uncertainty", "first-order", "--seed", "1"]].concat(),
+            format!("simulate {design} --mode single {jitter} --uncertainty first-order --seed 1"),
             "--seed needs --uncertainty monte-carlo",
         ),
-        ([&fit[..], &["--loss", "squares"]].concat(), "--loss belongs to"),
+        (format!("{fit} --loss squares"), "--loss belongs to"),
         (
-            [&fit[..], &["--model", "kriging", "--method", "joint"]].concat(),
+            format!("{fit} --model kriging --method joint"),
             "--method does not go with --model kriging",
         ),
+        (format!("{fit} --model kriging --rcond 1e-8"), "--rcond does not go with --model kriging"),
+        (format!("select {table} --loss squares"), "--loss belongs to"),
+        (format!("select {table} --models kriging --orders 2"), "--orders belongs to Bernstein"),
+        (format!("select {table} {jitter}"), "expected --output"),
+        (format!("select {table} --volume aurora-cube"), "--output"),
+        (format!("tolerances {design} --seed 1"), "--check"),
+        (format!("pivot {table} --max-shaft-deg 1"), "--spin"),
+        (format!("pivot --spin {table} --max-rms-mm 1"), "RECORDINGS"),
+        (format!("export tips {design} -o out.csv --axes lps"), "is in the tracker's own axes"),
         (
-            [&fit[..], &["--model", "kriging", "--rcond", "1e-8"]].concat(),
-            "--rcond does not go with --model kriging",
-        ),
-        (vec!["select", &table, "--loss", "squares"], "--loss belongs to"),
-        (
-            vec!["select", &table, "--models", "kriging", "--orders", "2"],
-            "--orders belongs to Bernstein",
-        ),
-        ([&["select", &table][..], &jitter].concat(), "expected --output"),
-        (vec!["select", &table, "--volume", "aurora-cube"], "--output"),
-        (vec!["tolerances", &design, "--seed", "1"], "--check"),
-        (vec!["pivot", &table, "--max-shaft-deg", "1"], "--spin"),
-        (vec!["pivot", "--spin", &table, "--max-rms-mm", "1"], "RECORDINGS"),
-        (
-            vec!["export", "tips", &design, "-o", &out, "--axes", "lps"],
-            "is in the tracker's own axes",
-        ),
-        (
-            vec!["export", "poses", &table, "--columns", "ideal", "-o", &out, "--axes", "lps"],
+            format!("export poses {table} --columns ideal -o out.csv --axes lps"),
             "is in the tracker's own axes",
         ),
     ] {
-        let said = fail(&args);
-        assert!(said.contains(word), "{args:?}: {said}");
+        let said = scratch.fail(&args);
+        assert!(said.contains(word), "{args}: {said}");
     }
-    assert!(!scratch.path("out.csv").exists());
+    assert!(!scratch.has("out.csv"));
 }

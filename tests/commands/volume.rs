@@ -1,27 +1,22 @@
 //! The tracker's measurement volume, named when a room is fitted.
 
-use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, succeed, text};
-use std::fs;
+use crate::support::program::Scratch;
 
 #[test]
 fn a_named_volume_decides_who_is_outside() {
     let scratch = Scratch::new();
     scratch.copy_own("golden/pointer-on-head", "d");
-    let table = text(&own("room-a/room-a-fit.csv"));
-    let env = scratch.arg("d/room.env.ron");
     let design = scratch.arg("d/pointer-on-head.design.ron");
     let out_of = |volume: &str| {
-        let size = ["--order", "1", "--directions", "1"];
-        let named = ["--volume", volume];
-        succeed(&[&["fit", &table, "-o", &env][..], &size, &named].concat());
-        let log = scratch.arg("log.csv");
-        json(&["simulate", &design, "--mode", "motion", "--log", &log]);
-        let log = fs::read_to_string(&log).unwrap();
+        let size = "--order 1 --directions 1";
+        let table = "own:room-a/room-a-fit.csv";
+        scratch.succeed(format!("fit {table} -o d/room.env.ron {size} --volume {volume}"));
+        scratch.json(format!("simulate {design} --mode motion --log log.csv"));
+        let log = scratch.read("log.csv");
         let mut rows = log.lines().map(|row| row.split(','));
         let column = rows.next().unwrap().position(|name| name == "out_of_volume");
         let counts = rows.map(|mut row| row.nth(column.unwrap()).unwrap().parse::<usize>());
-        let written = fs::read_to_string(&env).unwrap();
+        let written = scratch.read("d/room.env.ron");
         let volume = written.lines().find(|line| line.contains("volume: "));
         let volume = volume.map(|line| line.trim().to_owned());
         (volume, counts.map(Result::unwrap).sum::<usize>())
@@ -38,6 +33,6 @@ fn a_named_volume_decides_who_is_outside() {
     assert_eq!(out_of("none"), (None, 0));
     // The cube lies within the dome, and most of this design beyond the compact volume.
     assert!(of_dome <= of_cube && of_cube < of_compact && of_tabletop < of_compact);
-    let unknown = fail(&["fit", &table, "-o", &env, "--volume", "ball"]);
+    let unknown = scratch.fail("fit own:room-a/room-a-fit.csv -o d/room.env.ron --volume ball");
     assert!(unknown.contains("cube, dome, tabletop, compact, none"), "{unknown}");
 }

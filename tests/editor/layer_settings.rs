@@ -6,7 +6,6 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use trackwright_design::view::{AxisRule, Quantity, View};
-use trackwright_editor::document::requests::ViewRequest;
 use trackwright_editor::document::selection::Selection;
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use trackwright_editor::layers::legend::{ColorBar, Legends};

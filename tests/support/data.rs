@@ -22,3 +22,16 @@ pub fn third_party(path: &str) -> Option<PathBuf> {
     assert!(full.exists(), "TRACKWRIGHT_DATA has no {path}");
     Some(full)
 }
+
+/// All recordings of an Aurora beside a Polaris in a folder, from one on in steps, as the arguments
+/// of `characterize`.
+pub fn aurora_pairs(folder: &Path, first: usize, step: usize) -> String {
+    let files = |tracker: &str| {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let all = entries.map(|path| path.to_str().unwrap().to_owned());
+        let mut all: Vec<_> = all.filter(|path| path.contains(&format!("/{tracker}_"))).collect();
+        all.sort();
+        all.into_iter().skip(first).step_by(step).collect::<Vec<_>>().join(" ")
+    };
+    format!("--em {} --reference {}", files("EM"), files("OT"))
+}

@@ -104,8 +104,9 @@ fn bad(mut command: Command) -> String {
     stderr
 }
 
-/// A folder of its own for one test, and the program run in it: a line of arguments is split at
-/// spaces, and `own:PATH` is a file of `tests/data`.
+/// A folder of its own for one test, and the program run in it. A line of arguments is split at
+/// spaces outside of 'single quotes'; `own:PATH` is a file of `tests/data`, `designs/PATH` one of
+/// the built-in designs.
 pub struct Scratch(tempfile::TempDir);
 
 impl Scratch {
@@ -114,43 +115,53 @@ impl Scratch {
     }
 
     pub fn command(&self, line: &str) -> Command {
-        let argument = |word: &str| match word.strip_prefix("own:") {
-            Some(path) => text(&super::data::own(path)),
-            None => word.to_owned(),
-        };
-        let arguments: Vec<String> = line.split_whitespace().map(argument).collect();
-        let mut command = trackwright(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut command = trackwright(&[]);
+        for (k, part) in line.split('\'').enumerate() {
+            if k % 2 == 1 {
+                command.arg(part);
+                continue;
+            }
+            for word in part.split_whitespace() {
+                match word.strip_prefix("own:") {
+                    Some(path) => command.arg(super::data::own(path)),
+                    None if word.starts_with("designs/") => {
+                        command.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(word))
+                    }
+                    None => command.arg(word),
+                };
+            }
+        }
         command.current_dir(self.0.path());
         command
     }
 
     /// Standard output of a line that ends well.
     #[track_caller]
-    pub fn succeed(&self, line: &str) -> String {
-        String::from_utf8(good(self.command(line)).stdout).unwrap()
+    pub fn succeed(&self, line: impl AsRef<str>) -> String {
+        String::from_utf8(good(self.command(line.as_ref())).stdout).unwrap()
     }
 
     /// Standard error of a line that ends well.
     #[track_caller]
-    pub fn notes(&self, line: &str) -> String {
-        String::from_utf8(good(self.command(line)).stderr).unwrap()
+    pub fn notes(&self, line: impl AsRef<str>) -> String {
+        String::from_utf8(good(self.command(line.as_ref())).stderr).unwrap()
     }
 
     #[track_caller]
-    pub fn json(&self, line: &str) -> Value {
-        let out = self.succeed(&format!("{line} --format json"));
+    pub fn json(&self, line: impl AsRef<str>) -> Value {
+        let out = self.succeed(format!("{} --format json", line.as_ref()));
         serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
     }
 
     /// The error of a line that ends with status 2.
     #[track_caller]
-    pub fn fail(&self, line: &str) -> String {
-        bad(self.command(line))
+    pub fn fail(&self, line: impl AsRef<str>) -> String {
+        bad(self.command(line.as_ref()))
     }
 
     /// The one line of an error that has all words.
     #[track_caller]
-    pub fn fail_with(&self, line: &str, words: &[&str]) {
+    pub fn fail_with(&self, line: impl AsRef<str>, words: &[&str]) {
         assert_one_line(&self.fail(line), words);
     }
 
@@ -176,11 +187,9 @@ impl Scratch {
     }
 
     /// Copies a design's folder of `tests/data` to `d`, in a room fitted to the table of `room-a` as asked.
-    pub fn copy_design_with_room(&self, from: &str, fit: &[&str]) {
+    pub fn copy_design_with_room(&self, from: &str, fit: &str) {
         self.copy_own(from, "d");
-        let table = text(&super::data::own("room-a/room-a-fit.csv"));
-        let room = self.arg("d/room.env.ron");
-        succeed(&[&["fit", &table, "-o", &room], fit].concat());
+        self.succeed(format!("fit own:room-a/room-a-fit.csv -o d/room.env.ron {fit}"));
     }
 
     /// Copies a file or a flat folder of `tests/data` here.
