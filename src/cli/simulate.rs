@@ -310,7 +310,7 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
 
 /// Rows as they are aligned.
 fn rows(rows: Vec<FigureRow>) -> Vec<(String, String, String)> {
-    rows.into_iter().map(|r| (r.label.to_owned(), r.value, r.unit.to_owned())).collect()
+    rows.into_iter().map(|r| (r.label, r.value, r.unit.to_owned())).collect()
 }
 
 /// What the figures are of.
@@ -376,10 +376,10 @@ fn bound_line(bound: &JudgedBound) -> String {
         BoundVerdict::Missed => ">",
         BoundVerdict::CannotTell => "against",
     };
-    let unit = bound.figure.unit();
+    let unit = bound.metric.unit();
     format!(
         "requirement {}: {}, {:.4} {unit} {relation} {} {unit}",
-        bound.name,
+        bound.metric.name(),
         bound.label(),
         bound.value,
         bound.limit

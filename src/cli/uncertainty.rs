@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::{Jitter, OrientationWeight};
+use trackwright_simulation::Metric;
 use trackwright_simulation::uncertainty::{
     DeterminedPart, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
     TipUncertainty, UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
@@ -201,7 +202,7 @@ impl Report {
                 "rms_mm": over.rms_mm,
                 "rotation_rms_deg": over.rotation_rms_deg,
                 "worst_trial": over.worst_trial,
-                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms),
+                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms()),
                 "free_axis": over.free_axis,
             });
         }
@@ -233,7 +234,7 @@ impl Report {
             lines.extend(verdicts(tip, check.as_ref()));
         }
         if let Some(over) = &self.motion {
-            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms);
+            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms());
             lines.push(motion_rows(over, total_rms_mm));
             if over.free_axis.is_some() {
                 lines.push(
@@ -287,7 +288,7 @@ impl Report {
             );
         }
         row(
-            "tip error RMS, shift and scatter",
+            &format!("{}, shift and scatter", Metric::TIP_RMS.label()),
             tip.map(|t| t.total_rms_mm),
             sampled.map(|m| (m.total_rms_mm.value, m.total_rms_mm.std_error)),
             "mm",
@@ -378,11 +379,11 @@ fn motion_rows(over: &MotionUncertainty, total_rms_mm: f64) -> String {
         (label.to_owned(), format!("{value:.4}"), unit.to_owned())
     };
     output::aligned(&[
-        row("tip scatter RMS, first order", over.rms_mm.rms, "mm"),
-        row("tip scatter mean", over.rms_mm.mean, "mm"),
-        row("tip scatter max", over.rms_mm.max, "mm"),
-        row("rotation scatter RMS, first order", over.rotation_rms_deg.rms, "°"),
-        row("tip error RMS, shift and scatter", total_rms_mm, "mm"),
+        row("tip scatter RMS, first order", over.rms_mm.rms(), "mm"),
+        row("tip scatter mean", over.rms_mm.mean(), "mm"),
+        row("tip scatter max", over.rms_mm.max(), "mm"),
+        row("rotation scatter RMS, first order", over.rotation_rms_deg.rms(), "°"),
+        row(&format!("{}, shift and scatter", Metric::TIP_RMS.label()), total_rms_mm, "mm"),
     ])
 }
 

@@ -153,7 +153,7 @@ fn a_motion_is_its_poses_one_by_one() {
         let single =
             trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
                 .unwrap();
-        let single_mm = single.figures.position_mm.max;
+        let single_mm = single.figures.position_mm.max();
         let gap_mm = (tip_error_mm - single_mm).abs();
         assert!(gap_mm < 1e-11, "{tip_error_mm} {single_mm}");
     }

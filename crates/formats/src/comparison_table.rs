@@ -4,11 +4,10 @@
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_simulation::comparison::{
-    Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values,
-};
+use trackwright_simulation::comparison::{Comparison, Row, Verdict};
 use trackwright_simulation::expected::requirement_figures;
 use trackwright_simulation::figures::Figures;
+use trackwright_simulation::{METRICS, Metric};
 
 /// What designs and rooms are called, by their numbers in the comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -92,10 +91,10 @@ const DIFFERENCE: usize = 4;
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
-    let figures = FIGURES.iter().map(|f| column(*f, ""));
-    let differences = FIGURES.iter().flat_map(|f| {
+    let figures = METRICS.iter().map(|f| column(*f, ""));
+    let differences = METRICS.iter().flat_map(|f| {
         let ends = ["_difference", "_low", "_high"].map(|what| column(*f, what));
-        ends.into_iter().chain([format!("{}_verdict", stem(*f))])
+        ends.into_iter().chain([format!("{}_verdict", f.name())])
     });
     let header = FIRST.iter().map(|name| (*name).to_owned());
     let header = header
@@ -111,20 +110,8 @@ pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io:
 }
 
 /// `position_rms_mm`, `angle_max_difference_deg`.
-fn column(figure: Figure, what: &str) -> String {
-    let unit = match figure.of {
-        ErrorOf::Position => "mm",
-        ErrorOf::Angle => "deg",
-    };
-    format!("{}{what}_{unit}", stem(figure))
-}
-
-fn stem(figure: Figure) -> String {
-    let of = match figure.of {
-        ErrorOf::Position => "position",
-        ErrorOf::Angle => "angle",
-    };
-    format!("{of}_{}", figure.name())
+fn column(metric: Metric, what: &str) -> String {
+    format!("{}{what}_{}", metric.name(), metric.of.unit_key())
 }
 
 fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
@@ -139,7 +126,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
     match &row.measured {
         Err(why) => {
             cells.push(why.to_string());
-            cells.extend(empty(FIRST.len() - 5 + FIGURES.len() + MIDDLE.len() - 4));
+            cells.extend(empty(FIRST.len() - 5 + METRICS.len() + MIDDLE.len() - 4));
         }
         Ok(measured) => {
             let figures = &measured.figures;
@@ -154,7 +141,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
                 ]
                 .map(|count| count.to_string()),
             );
-            cells.extend(values(&figures.position_mm, &figures.angle_deg).map(shortest));
+            cells.extend(figures.values().map(shortest));
             cells.push(requirement_cell(figures));
             cells.push(figures.worst.trial.to_string());
             cells.push(shortest(figures.worst.position_mm));
@@ -163,7 +150,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
         }
     }
     match &row.against_baseline {
-        None => cells.extend(empty(4 + FIGURES.len() * DIFFERENCE)),
+        None => cells.extend(empty(4 + METRICS.len() * DIFFERENCE)),
         Some(against) => {
             cells.push(Names::of(&names.designs, comparison.baseline).to_owned());
             cells.push(flag(against.motion_differs));

@@ -9,8 +9,7 @@ mod words;
 
 pub use changes::{Change, Changed};
 pub use decided::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
-    PositionFigures, RoomName, Step,
+    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
 pub use plan::{Plan, Recording, Room, RoomStudies};
 pub use status::{

@@ -1,5 +1,6 @@
 //! A profile made ready to be drawn: what every frame would have to sort or count is done once.
 
+use super::metric::Metric;
 use super::profile::{Histogram, Profile};
 use super::requirement::Requirement;
 
@@ -21,8 +22,8 @@ pub struct ChartedProfile {
 /// How trials keep to the bound that holds for each of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Within {
-    /// Of the figure that the bound is about: `RMS`, `95th percentile` or `max`.
-    pub name: &'static str,
+    /// What the bound is about.
+    pub metric: Metric,
     pub limit_mm: f64,
     /// Of the trials, from 0 to 1.
     pub part: f64,
@@ -31,9 +32,9 @@ pub struct Within {
 impl Within {
     /// Of tip errors in millimetres; `None` where no bound holds for each of them.
     pub fn of(tip_errors_mm: &[f64], requirement: &Requirement) -> Option<Self> {
-        let (name, limit_mm) = requirement.single_position_mm()?;
+        let (metric, limit_mm) = requirement.single_position_mm()?;
         let count = tip_errors_mm.iter().filter(|e| **e <= limit_mm).count();
-        Some(Self { name, limit_mm, part: count as f64 / tip_errors_mm.len().max(1) as f64 })
+        Some(Self { metric, limit_mm, part: count as f64 / tip_errors_mm.len().max(1) as f64 })
     }
 }
 
@@ -43,8 +44,8 @@ impl ChartedProfile {
         Self {
             histogram: profile.histogram(),
             cumulative: profile.cumulative(CURVE_POINTS),
-            within: limit.map(|(name, limit_mm)| Within {
-                name,
+            within: limit.map(|(metric, limit_mm)| Within {
+                metric,
                 limit_mm,
                 part: profile.part_within(limit_mm),
             }),

@@ -13,6 +13,7 @@ pub mod field_lattice;
 pub mod figures;
 pub mod frame_fit;
 pub mod linear_fit;
+pub mod metric;
 pub mod motion;
 pub mod motion_outline;
 pub mod own_study;
@@ -49,8 +50,9 @@ pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
 };
 pub use explain::{Deed, Explained, explain};
-pub use figures::{FigureRow, Figures, figure_rows};
+pub use figures::{FigureRow, Figures, RowOf, figure_rows};
 pub use frame_fit::Determination;
+pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
 pub use placement::{
     AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
@@ -64,7 +66,6 @@ pub use slice_plan::{SlicePlan, SlicePlane};
 pub use slice_probe::{Reading, SliceHit};
 pub use slice_quantity::Quantity;
 pub use slice_support::slice_support;
-pub use statistics::Statistics;
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
 pub use trackwright_task::CancelToken;

@@ -2,10 +2,10 @@
 
 use super::charted::Within;
 use super::figures::{Figures, FreeAxis, FreeRotation, Worst};
+use super::metric::Statistics;
 use super::motion::MotionError;
 use super::plan::{Plan, each_trial};
 use super::scenario::{Mode, Scenario};
-use super::statistics::Statistics;
 use super::trial::{Simulator, Trial};
 use super::work::Work;
 use trackwright_field::OutsidePolicy;

@@ -205,7 +205,7 @@ impl FieldFigures<'_> {
             },
             "outside": self.outside,
             "missing": self.missing,
-            "displacement_mm": self.displacement_mm.map(|s| json!({"rms": s.rms, "p95": s.p95, "max": s.max})),
+            "displacement_mm": self.displacement_mm.map(|s| json!({"rms": s.rms(), "p95": s.p95(), "max": s.max()})),
         })
     }
 
@@ -224,8 +224,8 @@ impl FieldFigures<'_> {
             row("without an answer", with_separators(self.missing), ""),
         ];
         if let Some(s) = &self.displacement_mm {
-            rows.push(row("displacement, RMS", format!("{:.3}", s.rms), "mm"));
-            rows.push(row("displacement, largest", format!("{:.3}", s.max), "mm"));
+            rows.push(row("displacement, RMS", format!("{:.3}", s.rms()), "mm"));
+            rows.push(row("displacement, largest", format!("{:.3}", s.max()), "mm"));
         }
         output::aligned(&rows)
     }

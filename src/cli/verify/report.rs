@@ -7,8 +7,8 @@ use trackwright_calibration::agreement::{Agreement, Compared, Interval, Summary}
 use trackwright_calibration::built_tool::BodySource;
 use trackwright_calibration::pivot::Pivot;
 use trackwright_field::environment::OrientationWeight;
+use trackwright_simulation::Statistics;
 use trackwright_simulation::figures::with_separators;
-use trackwright_simulation::statistics::Statistics;
 
 /// What is known of the recording besides its poses.
 pub(super) struct Recorded {
@@ -118,7 +118,7 @@ fn side_by_side(what: &str, found: &Compared) -> String {
         format!("{name:<24}{}", cells.join(""))
     };
     let head = ["RMS", "mean", "median", "p95", "max"].map(str::to_owned);
-    let of = |s: &Statistics| [s.rms, s.mean, s.median, s.p95, s.max].map(mm);
+    let of = |s: &Statistics| [s.rms(), s.mean(), s.median(), s.p95(), s.max()].map(mm);
     [
         line(what, head),
         line("  measured", of(&found.measured)),

@@ -14,11 +14,11 @@ use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
 use trackwright_geometry::rotation::AxisRotation;
 use trackwright_geometry::svd3::{Svd3, svd3};
-use trackwright_simulation::Statistics;
 use trackwright_simulation::frame_fit::{FrameFit, FrameFitter, Reading};
 use trackwright_simulation::linear_fit::{RotationNotDetermined, SensorCovariance};
 use trackwright_simulation::tool_in_crf::RelativeError;
 use trackwright_simulation::{RigidBody, SensorOrientation};
+use trackwright_simulation::{Statistics, Summary};
 
 /// `AᵀA x = Aᵀb`.
 pub struct NormalEquations;
@@ -330,7 +330,8 @@ impl Methods for TextbookVariance {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let square = values.iter().map(|v| v * v).sum::<f64>() / n;
-        Some(Statistics { std: (square - mean * mean).max(0.0).sqrt(), mean, ..own })
+        let std = (square - mean * mean).max(0.0).sqrt();
+        Some(own.with(Summary::Std, std).with(Summary::Mean, mean))
     }
 }
 
@@ -409,6 +410,6 @@ impl Methods for NanIgnored {
             values.iter().copied().fold(f64::INFINITY, f64::min),
             values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         );
-        Statistics::of(values).map(|own| Statistics { min, max, ..own })
+        Statistics::of(values).map(|own| own.with(Summary::Min, min).with(Summary::Max, max))
     }
 }

@@ -19,9 +19,9 @@ use std::collections::HashSet;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_simulation::Statistics;
 use trackwright_simulation::expected::{Expected, expected_where_measured};
 use trackwright_simulation::scenario::{InputTrial, Mode, Scenario};
-use trackwright_simulation::statistics::Statistics;
 use trackwright_task::Task;
 
 /// Most units that are resampled; of longer recordings, neighbours are summed first.

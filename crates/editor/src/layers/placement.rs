@@ -29,6 +29,7 @@ use trackwright_geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::surface::Surface;
 use trackwright_scene::painted::placement_range;
+use trackwright_simulation::Metric;
 use trackwright_simulation::placement::vertices;
 use trackwright_simulation::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
 
@@ -181,7 +182,7 @@ fn ask(
     let look = Look {
         map: view.slice.color_map,
         range_mm: view.placement_range_mm,
-        limit_mm: requirement.and_then(|of| of.position_rms_mm),
+        limit_mm: requirement.and_then(|of| of.bound(Metric::TIP_RMS)),
     };
     if layer.bypass_change_detection().look != look {
         layer.look = look;

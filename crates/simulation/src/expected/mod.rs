@@ -16,11 +16,11 @@ pub use verdict::{
     requirement_figures, study_verdict, verdict_of, verdict_of_all,
 };
 
-use super::comparison::{FIGURES, Figure, FigureValues, values};
+use super::metric::{METRICS, Metric, MetricValues, values_of_errors};
 use super::plan::{Plan, each_trial};
 use super::run::{StudyError, check, is_rejected};
 use super::scenario::{InputTrial, Mode, Scenario};
-use super::statistics::{Statistics, percentile};
+use super::statistics::percentile;
 use super::trial::Simulator;
 pub(super) use drawn_trials::{DrawnTrials, SensorErrors};
 use rayon::prelude::*;
@@ -55,12 +55,12 @@ pub(super) const SENSOR_SEED: u64 = 23;
 /// Expected figures of a study, and 95 % intervals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
-    /// Means over drawn fields, in the order of [`FIGURES`], mm and degrees.
-    pub figures: FigureValues,
+    /// Means over drawn fields, in the order of [`METRICS`], mm and degrees.
+    pub figures: MetricValues,
     /// 95 % intervals, likewise.
-    pub intervals: [[f64; 2]; FIGURES.len()],
+    pub intervals: [[f64; 2]; METRICS.len()],
     /// In the room's own field, likewise.
-    pub own: FigureValues,
+    pub own: MetricValues,
     /// Part of the trials within the requirement's bound of a single tip error, where it has one.
     pub within: Option<ExpectedWithin>,
     /// Fields that were drawn.
@@ -107,15 +107,13 @@ impl From<Cancelled> for ExpectedError {
 
 impl Expected {
     /// The expected value of a figure and its 95 % interval.
-    pub fn of(&self, figure: Figure) -> Option<(f64, [f64; 2])> {
-        let index = FIGURES.iter().position(|other| *other == figure)?;
-        Some((self.figures[index], self.intervals[index]))
+    pub fn of(&self, metric: Metric) -> (f64, [f64; 2]) {
+        (self.figures[metric.index()], self.intervals[metric.index()])
     }
 
-    /// The figure in the room's own field; not a number where studies have no such figure.
-    pub fn own_of(&self, figure: Figure) -> f64 {
-        let index = FIGURES.iter().position(|other| *other == figure);
-        index.map_or(f64::NAN, |index| self.own[index])
+    /// The figure in the room's own field.
+    pub fn own_of(&self, metric: Metric) -> f64 {
+        self.own[metric.index()]
     }
 }
 
@@ -182,22 +180,20 @@ pub fn expected(
         });
         f64::from(within) / f64::from(all.max(1))
     };
-    let figures_of = |errors: &[[f64; 2]]| -> Option<FigureValues> {
+    let figures_of = |errors: &[[f64; 2]]| -> Option<MetricValues> {
         let pick = |only_spread: bool| {
             let kept = errors.iter().zip(&spread);
             let kept = kept.filter(|(_, is_spread)| **is_spread || !only_spread);
-            let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
-                kept.map(|([tip, angle], _)| (*tip, *angle)).unzip();
-            Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
+            values_of_errors(kept.map(|(errors, _)| *errors))
         };
         let (of_spread, of_all) = (pick(true)?, pick(false)?);
-        Some(std::array::from_fn(|k| match FIGURES[k].is_extreme() {
+        Some(std::array::from_fn(|k| match METRICS[k].is_extreme() {
             true => of_all[k],
             false => of_spread[k],
         }))
     };
     let sensors = drawn.sensor_errors(process, DRAWS, SENSOR_SEED);
-    let found: Option<Vec<(FigureValues, f64)>> = fields
+    let found: Option<Vec<(MetricValues, f64)>> = fields
         .par_iter()
         .zip(&sensors)
         .map(|(field, own)| {
@@ -206,18 +202,18 @@ pub fn expected(
             Some((figures_of(&errors)?, part))
         })
         .collect();
-    let (figures, mut parts): (Vec<FigureValues>, Vec<f64>) =
+    let (figures, mut parts): (Vec<MetricValues>, Vec<f64>) =
         found.ok_or(StudyError::NoTrials)?.into_iter().unzip();
     let some = own.at(&tried);
     let (of_some, of_all) = figures_of(&some).zip(own.figures()).ok_or(StudyError::NoTrials)?;
     // What the trials that were tried say in the room's own field against what all of them say.
-    let whole: FigureValues = std::array::from_fn(|k| match of_some[k] > 0.0 {
+    let whole: MetricValues = std::array::from_fn(|k| match of_some[k] > 0.0 {
         true => (of_all[k] / of_some[k]).clamp(1.0 / MOST_SAMPLING, MOST_SAMPLING),
         false => 1.0,
     });
     let mut out = Expected {
-        figures: [0.0; FIGURES.len()],
-        intervals: [[0.0; 2]; FIGURES.len()],
+        figures: [0.0; METRICS.len()],
+        intervals: [[0.0; 2]; METRICS.len()],
         own: of_all,
         within: limit_mm.map(|limit_mm| stretched_part(&mut parts, limit_mm)),
         draws: figures.len(),
@@ -225,7 +221,7 @@ pub fn expected(
         points: drawn.points().len(),
         rows: posterior.rows,
     };
-    for k in 0..FIGURES.len() {
+    for k in 0..METRICS.len() {
         let mut column: Vec<f64> = figures.iter().map(|f| f[k] * whole[k]).collect();
         (out.figures[k], out.intervals[k]) = stretched(&mut column);
     }
@@ -284,10 +280,8 @@ impl OwnErrors {
         Ok(Self { trials, errors })
     }
 
-    fn figures(&self) -> Option<FigureValues> {
-        let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
-            self.errors.iter().map(|[tip, angle]| (*tip, *angle)).unzip();
-        Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
+    fn figures(&self) -> Option<MetricValues> {
+        values_of_errors(self.errors.iter().copied())
     }
 
     fn at(&self, places: &[usize]) -> Vec<[f64; 2]> {

@@ -1,12 +1,12 @@
 //! Expected figures as the command line, the window and the report write them.
 
 use super::Expected;
-use crate::comparison::{Figure, REQUIRED};
+use crate::metric::Metric;
 
 /// One expected figure for a person.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExpectedRow {
-    pub figure: Figure,
+    pub metric: Metric,
     /// With as many digits as the figures of the room's own field have.
     pub value: String,
     pub low: String,
@@ -15,7 +15,7 @@ pub struct ExpectedRow {
 
 impl ExpectedRow {
     pub fn label(&self) -> String {
-        format!("expected {}", self.figure.label())
+        format!("expected {}", self.metric.label())
     }
 
     /// Its 95 % interval.
@@ -26,10 +26,10 @@ impl ExpectedRow {
 
 /// The figures that a requirement can be about.
 pub fn expected_rows(expected: &Expected) -> Vec<ExpectedRow> {
-    let each = REQUIRED.iter().filter_map(|&figure| {
-        let (value, [low, high]) = expected.of(figure)?;
+    let each = Metric::bounded().map(|metric| {
+        let (value, [low, high]) = expected.of(metric);
         let [value, low, high] = [value, low, high].map(|v| format!("{v:.4}"));
-        Some(ExpectedRow { figure, value, low, high })
+        ExpectedRow { metric, value, low, high }
     });
     each.collect()
 }

@@ -37,6 +37,7 @@ mod tool;
 
 pub use rule::AxisRule;
 
+use super::metric::Metric;
 use super::motion::MotionError;
 use super::pose_rule::{PoseRule, corners};
 use super::preview::WHOLE_UP_TO;
@@ -230,11 +231,9 @@ impl PlacementOutcome {
     }
 
     /// The name of the figure that places are shown by.
-    pub fn figure_label(&self) -> &'static str {
-        match self.is_expected() {
-            true => "expected tip error RMS",
-            false => "tip error RMS",
-        }
+    pub fn figure_label(&self) -> String {
+        let expected = if self.is_expected() { "expected " } else { "" };
+        format!("{expected}{}", Metric::TIP_RMS.label())
     }
 
     /// The smallest and the largest value.

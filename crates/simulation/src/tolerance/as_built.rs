@@ -7,12 +7,12 @@
 
 use crate::frame_fit::{FrameFitter, Reading};
 use crate::linear_fit::SensorError;
+use crate::metric::Statistics;
 use crate::motion::MotionError;
 use crate::pose_rule::PoseRule;
 use crate::preview::{WHOLE_UP_TO, spread};
 use crate::requirement::{Check, Requirement};
 use crate::scenario::Scenario;
-use crate::statistics::Statistics;
 use crate::tool_in_crf::relative_error;
 use crate::tracker::{BodyTracker, TrackBuffers};
 use crate::work::Work;

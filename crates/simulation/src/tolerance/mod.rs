@@ -137,7 +137,7 @@ fn find(
     };
     if let Some(missed) = sheet.as_drawn.iter().find(|check| !check.met) {
         return Err(NoTolerances::Missed {
-            name: missed.name,
+            name: missed.metric.name(),
             value: missed.value,
             limit: missed.limit,
         });
@@ -251,7 +251,7 @@ fn limiting_check(
         return Ok(None);
     };
     let checks = search.checks_at(blocks, sizes, &limit.direction, cost)?;
-    Ok(checks.into_iter().find(|check| check.name == limit.bound))
+    Ok(checks.into_iter().find(|check| Some(check.metric) == limit.bound))
 }
 
 /// One kind of error of one body in the sheet's last step.

@@ -7,8 +7,9 @@ use super::UncertaintyError;
 use super::first_order::free_body;
 use super::still::{FreeBody, Refit, Refitted, Still};
 use crate::linear_fit::LinearFit;
+use crate::metric::Statistics;
 use crate::scenario::Scenario;
-use crate::statistics::{Statistics, percentile};
+use crate::statistics::percentile;
 use crate::work::Work;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -130,12 +131,12 @@ pub fn monte_carlo(
             rms_std_error(rms_mm, sums.tip_mm2.trace() / n, sums.shift_mm4 / n, n),
         ),
         total_rms_mm: estimate(
-            tip_error_mm.rms,
-            rms_std_error(tip_error_mm.rms, sums.error_mm2 / n, sums.error_mm4 / n, n),
+            tip_error_mm.rms(),
+            rms_std_error(tip_error_mm.rms(), sums.error_mm2 / n, sums.error_mm4 / n, n),
         ),
         tip_error_mm,
-        median_mm: estimate(tip_error_mm.median, median_std_error),
-        p95_mm: estimate(tip_error_mm.p95, p95_std_error),
+        median_mm: estimate(tip_error_mm.median(), median_std_error),
+        p95_mm: estimate(tip_error_mm.p95(), p95_std_error),
         angle_deg,
         mean_rotation_rad: base.turn_rad + sums.turn_rad / n,
         rotation_covariance_rad2,
