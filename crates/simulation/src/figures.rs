@@ -1,6 +1,6 @@
 //! A study's figures, and the one way in which they are written for a person.
 
-use super::charted::Within;
+use super::requirement::Within;
 use super::metric::{Metric, MetricValues, Statistics, values};
 use super::requirement::Check;
 use serde::Serialize;

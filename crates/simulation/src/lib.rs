@@ -4,7 +4,6 @@ pub mod arrows;
 pub mod body;
 pub mod body_compensation;
 pub mod body_prediction;
-pub mod charted;
 pub mod comparison;
 pub mod distinct;
 pub mod expected;
@@ -24,6 +23,7 @@ pub mod pose_rule;
 pub mod preview;
 pub mod profile;
 pub mod recording;
+pub mod refit;
 pub mod requirement;
 pub mod run;
 pub mod scenario;
@@ -45,7 +45,6 @@ pub mod work;
 
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
-pub use charted::{ChartedProfile, Within};
 pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
 };
@@ -57,8 +56,8 @@ pub use motion::{AxisRange, Motion};
 pub use placement::{
     AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
 };
-pub use profile::{Profile, run_profiled, trial_count, trial_offsets, trial_pose};
-pub use requirement::Requirement;
+pub use profile::{ChartedProfile, Profile, run_profiled, trial_count, trial_offsets, trial_pose};
+pub use requirement::{Requirement, Within};
 pub use run::{Outcome, StudyError, is_rejected, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
 pub use slice::{SliceOutcome, sample_slice};
@@ -69,6 +68,7 @@ pub use slice_support::slice_support;
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
 pub use trackwright_task::CancelToken;
-pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
+pub use tracker::SensorDetail;
+pub use trial::{BodyDetail, PoseDetail, Trial, look};
 pub use usable_region::{RegionBasis, RegionError, UsableRegion, usable_region};
 pub use work::Work;

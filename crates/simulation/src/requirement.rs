@@ -27,6 +27,25 @@ pub struct Check {
     pub met: bool,
 }
 
+/// How trials keep to the bound that holds for each of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Within {
+    /// What the bound is about.
+    pub metric: Metric,
+    pub limit_mm: f64,
+    /// Of the trials, from 0 to 1.
+    pub part: f64,
+}
+
+impl Within {
+    /// Of tip errors in millimetres; `None` where no bound holds for each of them.
+    pub fn of(tip_errors_mm: &[f64], requirement: &Requirement) -> Option<Self> {
+        let (metric, limit_mm) = requirement.single_position_mm()?;
+        let count = tip_errors_mm.iter().filter(|e| **e <= limit_mm).count();
+        Some(Self { metric, limit_mm, part: count as f64 / tip_errors_mm.len().max(1) as f64 })
+    }
+}
+
 /// Names in a design file.
 static FIELDS: LazyLock<MetricFields> =
     LazyLock::new(|| MetricFields::new(Metric::bounded().map(|m| (m, m.name()))));

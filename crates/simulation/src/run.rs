@@ -1,6 +1,6 @@
 //! Runs a study: every trial of a mode on all cores, summed up in the same order each time.
 
-use super::charted::Within;
+use super::requirement::Within;
 use super::figures::{Figures, FreeAxis, FreeRotation, Worst};
 use super::metric::Statistics;
 use super::motion::MotionError;

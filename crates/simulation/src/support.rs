@@ -5,7 +5,7 @@ use super::figures::{FigureRow, RowOf};
 use super::motion::MotionGrid;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
-use crate::RigidBody;
+use crate::body::RigidBody;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;

@@ -25,7 +25,7 @@ use super::run::{StudyError, check};
 use super::scenario::Scenario;
 use super::trial::{Simulator, Trial, TrialBuffers};
 use super::work::Work;
-use crate::Requirement;
+use crate::requirement::Requirement;
 use interval::OpenPart;
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;

@@ -91,7 +91,7 @@ pub fn errors_at(
     cancel: &CancelToken,
 ) -> Result<Vec<Errors>, StudyError> {
     let mut errors = Vec::with_capacity(trials.len());
-    let mut keep = |trial: &crate::Trial| {
+    let mut keep = |trial: &crate::trial::Trial| {
         let is_kept = !is_rejected(trial, scenario.outside);
         errors.push(is_kept.then_some([trial.tip_error_mm, trial.angle_error_deg]));
     };

@@ -1,10 +1,11 @@
 //! How many measurements a room would need for a bound to be decided.
 
 use super::verdict::{BoundVerdict, JudgedBound};
-use super::{DrawnTrials, ExpectedError, check, spread};
+use super::drawn_trials::DrawnTrials;
+use super::figures::{ExpectedError, spread};
 use crate::metric::Metric;
 use crate::plan::Plan;
-use crate::run::StudyError;
+use crate::run::{StudyError, check};
 use crate::scenario::{InputTrial, Mode, Scenario};
 use crate::trial::Simulator;
 use nalgebra::{Point3, Unit, Vector3};

@@ -1,6 +1,6 @@
 //! Whether a requirement is met, as far as a room can tell.
 
-use super::Expected;
+use super::figures::Expected;
 use crate::figures::{Figures, Unsettled};
 use crate::metric::{ErrorOf, Metric};
 use crate::requirement::Check;

@@ -8,7 +8,7 @@
 //! whole study in the median, within 15 % of the worst, and the interval's ends within a factor of 1.4:
 //! most of it is from the few trials.
 
-use super::{Candidates, ExpectedTip, PlacedBody, Placement, PlacementPlan};
+use super::outcome::{Candidates, ExpectedTip, PlacedBody, Placement, PlacementPlan};
 use crate::expected::{ExpectedError, expected, spread};
 use crate::metric::Metric;
 use crate::plan::Plan;

@@ -8,7 +8,7 @@ use crate::requirement::Check;
 use crate::run::StudyError;
 use crate::scenario::Scenario;
 use crate::work::Work;
-use crate::{Sensor, SensorOrientation};
+use crate::body::{Sensor, SensorOrientation};
 use nalgebra::{Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

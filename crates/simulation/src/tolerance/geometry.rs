@@ -2,7 +2,7 @@
 
 use super::sheet::{BuiltBody, SheetAxis, SheetBody, SheetPair, SheetSensor};
 use crate::pairs::sensor_pairs;
-use crate::{RigidBody, Sensor, SensorOrientation};
+use crate::body::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Unit, Vector3};
 use trackwright_geometry::pose::quaternion_to_array;
 

@@ -150,7 +150,7 @@ fn find(
     if found > MAX_SENSORS {
         return Err(NoTolerances::TooManySensors { found });
     }
-    let study = BuiltStudy::new(scenario, requirement).map_err(StudyError::from)?;
+    let study = BuiltStudy::new(scenario, requirement)?;
     sheet.poses = study.poses();
     sheet.work += study.own_work();
     let mut buffers = BuiltBuffers::default();

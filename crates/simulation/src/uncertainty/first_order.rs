@@ -1,10 +1,10 @@
 //! First-order uncertainty of the tip at the design's pose (`docs/methods/uncertainty.md`).
 
-use super::UncertaintyError;
+use super::error::UncertaintyError;
 use super::check::TOLERANCE;
 use super::ellipsoid::Ellipsoid;
 use super::still::{FreeBody, Still};
-use crate::Determination;
+use crate::frame_fit::Determination;
 use crate::figures::FreeAxis;
 use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance, SensorError, SmallMotion};
 use crate::scenario::Scenario;

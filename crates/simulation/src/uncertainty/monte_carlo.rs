@@ -3,7 +3,7 @@
 //! Samples come in chunks of a fixed size, each with its own stream of one seeded generator, and
 //! are summed chunk by chunk: the result is the same to the bit on any number of threads.
 
-use super::UncertaintyError;
+use super::error::{MAX_SAMPLES, MIN_SAMPLES, UncertaintyError};
 use super::first_order::free_body;
 use super::still::{FreeBody, Refit, Refitted, Still};
 use crate::linear_fit::LinearFit;
@@ -18,12 +18,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_task::{Cancelled, Task};
-
-/// Fewest samples: a covariance in three dimensions needs more than three.
-pub const MIN_SAMPLES: usize = 10;
-
-/// Most samples: 320 MB of distances.
-pub const MAX_SAMPLES: usize = 10_000_000;
 
 /// Samples of one stream. Part of what a seed means: another size gives other samples.
 const CHUNK: usize = 512;

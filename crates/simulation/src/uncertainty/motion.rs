@@ -1,9 +1,9 @@
 //! The first-order scatter of the tip at every pose of a range of motion.
 
-use super::UncertaintyError;
+use super::error::UncertaintyError;
 use super::first_order::free_body;
 use super::still::{check_size, stated_jitter};
-use crate::Sensor;
+use crate::body::Sensor;
 use crate::figures::FreeAxis;
 use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use crate::metric::Statistics;

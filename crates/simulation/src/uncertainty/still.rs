@@ -1,11 +1,11 @@
 //! A design at its own pose, read again and again: what scatters, and the frames that follow.
 
-use super::UncertaintyError;
+use super::error::UncertaintyError;
 use crate::frame_fit::{FrameFitter, Reading};
 use crate::scenario::Scenario;
 use crate::tool_in_crf::FreeMotion;
 use crate::trial::{BodyDetail, PoseDetail, look};
-use crate::{RigidBody, Sensor};
+use crate::body::{RigidBody, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::{Jitter, LocalJitter};
