@@ -112,7 +112,7 @@ fn compensated(
     method: Method,
 ) -> anyhow::Result<(Vec<Compensated>, Option<Difference>)> {
     let bar = output::progress(1000, "compensating");
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let bar = bar.clone();
         move |part| bar.set_position((part * 1000.0) as u64)
     });

@@ -49,7 +49,7 @@ pub fn run(args: &PrecisionArgs, files: &Files) -> anyhow::Result<()> {
             .with_context(|| format!("{}: cannot make the folder", folder.display()))?;
     }
     let bar = output::progress(PROGRESS, "measuring");
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let bar = bar.clone();
         move |part| bar.set_position((part * PROGRESS as f64) as u64)
     });

@@ -248,7 +248,7 @@ pub(super) fn note_world(world: &World) {
 /// Looks up the support of all sensors, with progress.
 fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
     let bar = output::progress(1000, "looking up support");
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let bar = bar.clone();
         move |part| bar.set_position((1000.0 * part) as u64)
     });

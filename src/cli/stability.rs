@@ -40,7 +40,7 @@ pub fn run(args: &StabilityArgs, files: &Files) -> anyhow::Result<Ending> {
             .with_context(|| format!("{}: cannot be made", folder.display()))?;
     }
     let bar = output::progress(PROGRESS_STEPS, "stability");
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let bar = bar.clone();
         move |part| bar.set_position((part * PROGRESS_STEPS as f64) as u64)
     });

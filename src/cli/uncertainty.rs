@@ -146,7 +146,7 @@ impl UncertaintyArgs {
         if self.uncertainty.contains(&MethodArg::MonteCarlo) {
             let samples = self.samples.unwrap_or(DEFAULT_SAMPLES);
             let bar = output::progress(samples as u64, "sampling");
-            let task = Task::told_to({
+            let task = Task::with_progress({
                 let bar = bar.clone();
                 move |part| bar.set_position((part * samples as f64) as u64)
             });

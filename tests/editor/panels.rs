@@ -27,7 +27,7 @@ use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui
 use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_simulation::{
-    CancelToken, Metric, Mode, Requirement, expected, figure_rows, look, run,
+    CancelToken, Metric, Mode, Requirement, expected, figure_rows, run, simulate_pose,
 };
 
 type Asked = Rc<RefCell<Vec<PanelAction>>>;
@@ -314,7 +314,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
     design.tool.crf_from_tool.translation.x = 600.0;
     let environment = std::sync::Arc::new(environment());
     let scenario = trackwright_project::resolve(&design, &environment);
-    let pose = look(&scenario);
+    let pose = simulate_pose(&scenario);
     let view = View::default();
     let (harness, _) = harness(|ui| {
         outliner_ui(

@@ -148,6 +148,16 @@ impl DecidedFigures {
     }
 
     /// Whether they keep to the bounds; `None` without any.
+    ///
+    /// ```
+    /// use trackwright_procedure::DecidedFigures;
+    /// use trackwright_simulation::{Metric, Requirement};
+    /// let values = [(Metric::TIP_RMS, 0.8)].into();
+    /// let figures = DecidedFigures { trials: 3, without_field: 0, values, met: None };
+    /// let requirement = Requirement::at_most([(Metric::TIP_RMS, 1.0)]);
+    /// assert_eq!(figures.meet(Some(&requirement)), Some(true));
+    /// assert_eq!(figures.meet(None), None);
+    /// ```
     pub fn meet(&self, requirement: Option<&Requirement>) -> Option<bool> {
         let checks = requirement?.checks_of(|metric| self.values.get(metric));
         (!checks.is_empty()).then(|| checks.iter().all(|check| check.met))

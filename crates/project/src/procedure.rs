@@ -53,7 +53,7 @@ pub fn procedure(
         None => None,
         Some(wanted) => {
             let found =
-                recorded(files, world, (storage, &file), wanted, &task.stretch(0.0, 0.4), note);
+                recorded(files, world, (storage, &file), wanted, &task.subtask(0.0, 0.4), note);
             task.step(4, 10)?;
             let room = RoomName { name: own(), file: design.environment.clone() };
             Some(found.map(|found| decided_on(found, wanted, room)))
@@ -76,7 +76,7 @@ pub fn procedure(
             _ => None,
         },
     };
-    Ok(step_status(plan, &task.stretch(start, 1.0))?)
+    Ok(step_status(plan, &task.subtask(start, 1.0))?)
 }
 
 /// How a design refers to a file that a person named.

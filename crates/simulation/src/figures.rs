@@ -1,8 +1,8 @@
 //! A study's figures, and the one way in which they are written for a person.
 
-use super::requirement::Within;
 use super::metric::{Metric, MetricValues, Statistics, values};
 use super::requirement::Check;
+use super::requirement::Within;
 use serde::Serialize;
 use std::fmt;
 
@@ -228,6 +228,10 @@ pub fn signed_offset(value: f64) -> String {
 }
 
 /// With a capital letter, as a sentence begins.
+///
+/// ```
+/// assert_eq!(trackwright_simulation::figures::capitalised("tip error"), "Tip error");
+/// ```
 pub fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
@@ -249,6 +253,10 @@ pub fn with_minus_signs(text: &str) -> String {
 }
 
 /// A count with a comma every three digits.
+///
+/// ```
+/// assert_eq!(trackwright_simulation::figures::with_separators(1_234_567), "1,234,567");
+/// ```
 pub fn with_separators(count: usize) -> String {
     let digits = count.to_string();
     let mut out = String::with_capacity(digits.len() * 4 / 3);

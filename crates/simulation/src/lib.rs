@@ -1,4 +1,50 @@
-//! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
+//! Simulates a tracked tool in a room: a `Scenario` gives an `Outcome` of figures, over a pose, a
+//! range of motion or given poses; slices, placement, tolerances and comparisons rest on the same
+//! trials.
+//!
+//! Lengths are in mm, angles in radians unless a name says degrees.
+//!
+//! ```
+//! use nalgebra::{Point3, UnitQuaternion};
+//! use std::sync::Arc;
+//! use trackwright_field::model::MapKind;
+//! use trackwright_field::random_models::room;
+//! use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+//! use trackwright_geometry::pose::Pose;
+//! use trackwright_simulation::*;
+//!
+//! // A room without any error, and a probe whose tip is 100 mm from its sensor.
+//! let environment = Environment {
+//!     name: "ideal".into(),
+//!     model: DistortionModel::zero(room(), MapKind::Distortion),
+//!     volume: None,
+//!     jitter: None,
+//!     provenance: None,
+//!     fit_validity: None,
+//!     process: None,
+//! };
+//! let sensor = Sensor {
+//!     name: "only".into(),
+//!     position_in_body: Point3::origin(),
+//!     orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
+//!     coil: None,
+//! };
+//! let tip_in_body = Some(Point3::new(0.0, 0.0, 100.0));
+//! let scenario = Scenario {
+//!     environment: Arc::new(environment),
+//!     tool: RigidBody { name: "probe".into(), tip_in_body, sensors: vec![sensor] },
+//!     crf: None,
+//!     crf_from_tool: Pose::translation(0.0, 0.0, -300.0),
+//!     motion: None,
+//!     orientation_weight_mm: 100.0,
+//!     requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
+//!     outside: OutsidePolicy::Clamp,
+//! };
+//! let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None)?;
+//! assert!(outcome.figures.value(Metric::TIP_RMS) < 1e-9);
+//! assert_eq!(outcome.figures.within_bounds(), Some(true));
+//! # Ok::<(), StudyError>(())
+//! ```
 
 pub mod arrows;
 pub mod body;
@@ -67,8 +113,8 @@ pub use slice_quantity::Quantity;
 pub use slice_support::slice_support;
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
-pub use trackwright_task::CancelToken;
 pub use tracker::SensorDetail;
-pub use trial::{BodyDetail, PoseDetail, Trial, look};
+pub use trackwright_task::CancelToken;
+pub use trial::{BodyDetail, PoseDetail, Trial, simulate_pose};
 pub use usable_region::{RegionBasis, RegionError, UsableRegion, usable_region};
 pub use work::Work;

@@ -2,10 +2,10 @@
 
 use super::scenario::Scenario;
 use super::work::Work;
+use crate::body::{RigidBody, Sensor};
+use crate::frame_fit::Determination;
 use crate::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tool_in_crf::FreeMotion;
-use crate::frame_fit::Determination;
-use crate::body::{RigidBody, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::axis_model::AxisModel;
 use trackwright_field::gaussian::FieldPoint;

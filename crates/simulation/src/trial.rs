@@ -46,7 +46,7 @@ pub struct PoseDetail {
 }
 
 /// The design's own pose in full.
-pub fn look(scenario: &Scenario) -> PoseDetail {
+pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
     let mut buffers = TrackBuffers::default();
     let tracker_from_crf =
         scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);

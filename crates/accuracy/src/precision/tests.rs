@@ -14,7 +14,7 @@ struct Measured {
 
 fn measured() -> Measured {
     let heard = Arc::new(Mutex::new(Vec::new()));
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let heard = heard.clone();
         move |part| heard.lock().unwrap().push(part)
     });

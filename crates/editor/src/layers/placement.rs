@@ -89,7 +89,7 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
 
 /// `expected tip error RMS 0.63 mm (95 %: 0.46 to 0.83), sensor here`.
 fn words(tip_rms_mm: f64, interval_mm: Option<[f64; 2]>) -> String {
-    let value = format!("tip error RMS {}", with_unit(&decimal(tip_rms_mm, 2), "mm"));
+    let value = format!("{} {}", Metric::TIP_RMS.label(), with_unit(&decimal(tip_rms_mm, 2), "mm"));
     match interval_mm {
         Some(ends) => {
             let [low, high] = ends.map(|end| decimal(end, 2));

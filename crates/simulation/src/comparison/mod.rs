@@ -162,7 +162,7 @@ pub fn compare(plan: &Plan, settings: &Settings, task: &Task) -> Result<Comparis
             (0..plan.pairs.len()).filter(|&pair| plan.pairs[pair].room == room).collect();
         let end = done + of_room.len();
         let all = plan.pairs.len().max(1) as f64;
-        let task = task.stretch(done as f64 / all, end as f64 / all);
+        let task = task.subtask(done as f64 / all, end as f64 / all);
         let in_room = InRoom { plan, settings, pairs: &of_room, room };
         let RoomRows { rows, unknown } = in_room.measure(environment, &task)?;
         for (pair, row) in of_room.iter().zip(rows) {
@@ -261,7 +261,7 @@ const STUDIES_PART: f64 = 0.3;
 impl InRoom<'_> {
     fn measure(&self, environment: &Arc<Environment>, task: &Task) -> Result<RoomRows, Cancelled> {
         let done = AtomicUsize::new(0);
-        let studies = task.stretch(0.0, STUDIES_PART);
+        let studies = task.subtask(0.0, STUDIES_PART);
         let mut studied: Vec<Studied> = self
             .pairs
             .par_iter()
@@ -276,7 +276,7 @@ impl InRoom<'_> {
         let has_any = studied.iter().any(Result::is_ok);
         let mut unknown = None;
         if is_asked && has_any {
-            let drawing = task.stretch(STUDIES_PART, 1.0);
+            let drawing = task.subtask(STUDIES_PART, 1.0);
             unknown = match &environment.process {
                 Some(process) => self.draw_from(process, &mut studied, &drawing)?,
                 None => match self.drawn_rooms(environment, task)? {

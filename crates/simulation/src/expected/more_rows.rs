@@ -1,8 +1,8 @@
 //! How many measurements a room would need for a bound to be decided.
 
-use super::verdict::{BoundVerdict, JudgedBound};
 use super::drawn_trials::DrawnTrials;
 use super::figures::{ExpectedError, spread};
+use super::verdict::{BoundVerdict, JudgedBound};
 use crate::metric::Metric;
 use crate::plan::Plan;
 use crate::run::{StudyError, check};

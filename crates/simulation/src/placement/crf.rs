@@ -149,8 +149,8 @@ impl<'a> CrfAt<'a> {
             |_, fitted| tracker_from_crf = fitted,
         )?;
         let others_are_inside = self.readings.are_inside(0, Some(self.sensor));
-        let is_rejected = self.scenario.outside == OutsidePolicy::Reject
-            && !(is_inside && others_are_inside);
+        let is_rejected =
+            self.scenario.outside == OutsidePolicy::Reject && !(is_inside && others_are_inside);
         // From the tip as found with the design's CRF to the tip as found with this one.
         let change = tracker_from_crf.inverse() * self.tracker_from_crf_fitted;
         let turn = change.rotation.to_rotation_matrix().into_inner() - Matrix3::identity();

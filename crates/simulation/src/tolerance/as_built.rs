@@ -12,11 +12,11 @@ use crate::metric::Statistics;
 use crate::motion::MotionError;
 use crate::pose_rule::PoseRule;
 use crate::preview::{WHOLE_UP_TO, spread};
+use crate::refit::{BodyReadings, RefitBuffers};
 use crate::requirement::{Check, Requirement};
 use crate::run::StudyError;
 use crate::scenario::Scenario;
 use crate::tool_in_crf::relative_error;
-use crate::refit::{BodyReadings, RefitBuffers};
 use crate::work::Work;
 use nalgebra::{Point3, Vector3};
 use trackwright_field::OutsidePolicy;
@@ -230,8 +230,7 @@ impl<'a> Built<'a> {
         let whole = vec![0..tracker_from_body.len()];
         let cancel = CancelToken::default();
         let poses = (tracker_from_body, run);
-        let (readings, work) =
-            BodyReadings::read(scenario, body, None, poses, whole, &cancel)?;
+        let (readings, work) = BodyReadings::read(scenario, body, None, poses, whole, &cancel)?;
         let tracker_from_body_fitted = readings.fit(&fitter, &mut buffers.refit);
         Ok((Self { body, fitter, readings, run, tracker_from_body_fitted }, work))
     }

@@ -18,9 +18,9 @@
 
 use super::as_built::{AS_DRAWN, BuildErrors, BuiltStudy};
 use super::sheet::BuiltBody;
+use crate::body::{RigidBody, SensorOrientation};
 use crate::linear_fit::{LinearFit, SensorError};
 use crate::metric::{ErrorOf, Metric, Summary};
-use crate::body::{RigidBody, SensorOrientation};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Unit, Vector3};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::{log_quaternion, perpendicular};

@@ -13,8 +13,8 @@ mod motion;
 mod still;
 
 pub use check::{FirstOrderCheck, TOLERANCE, check_first_order};
-pub use error::{MAX_SAMPLES, MIN_SAMPLES, UncertaintyError};
 pub use ellipsoid::{CHI_SQUARED_95_OF_3, Ellipsoid};
+pub use error::{MAX_SAMPLES, MIN_SAMPLES, UncertaintyError};
 pub use first_order::{BiasCheck, DeterminedPart, TipUncertainty, first_order};
 pub use monte_carlo::{Estimate, MonteCarlo, monte_carlo};
 pub use motion::{MotionUncertainty, over_motion};

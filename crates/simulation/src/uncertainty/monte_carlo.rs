@@ -136,7 +136,7 @@ pub fn monte_carlo(
         rotation_covariance_rad2,
         rotation_rms_rad: rotation_covariance_rad2.trace().max(0.0).sqrt(),
         determined_mm,
-        work: still.look.work
+        work: still.pose.work
             + Work { frame_fits: sampler.refit.fits() * (samples as u64 + 1), ..Work::default() },
     })
 }
