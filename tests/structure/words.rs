@@ -43,12 +43,10 @@ const WORDS: &[(&str, &str)] = &[
 
 /// Words that are still somewhere.
 const WORDS_LEFT: &[&str] = &[
-    "told_to",
     "take_in",
     "mesh_shelf",
     "few_marks",
     "fn look(",
-    "fn stretch(",
     "fn turns(",
     "fn shifts(",
     "fn fold(",
