@@ -172,7 +172,7 @@ fn a_design_without_crf_has_none_of_its_cost() {
     assert_eq!(work.frame_fits, 1 + trials);
     let of_crf = (work.crf_evaluations, work.crf_trackings, work.crf_reuses);
     assert_eq!(of_crf, (0, 0, 0));
-    let shown = trackwright_simulation::look(&without).work;
+    let shown = trackwright_simulation::simulate_pose(&without).work;
     assert_eq!((shown.pose_evaluations, shown.frame_fits), (tool, 1));
     assert_eq!((shown.crf_evaluations, shown.crf_trackings), (0, 0));
 }
@@ -314,7 +314,7 @@ fn a_cancelled_study_has_no_outcome() {
 #[test]
 fn what_the_scene_shows_is_the_single_trial() {
     let scenario = built_in();
-    let shown = trackwright_simulation::look(&scenario);
+    let shown = trackwright_simulation::simulate_pose(&scenario);
     let outcome = study(&scenario, &Mode::Single);
     assert_eq!(shown.trial.tip_error_mm, outcome.figures.position_mm.rms());
     assert_eq!(shown.tool.sensors.len(), scenario.tool.sensors.len());
