@@ -160,7 +160,7 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
         );
     }
     let shown = Shown::new("characterizing");
-    let reading = shown.task.stretch(0.0, 0.5);
+    let reading = shown.task.subtask(0.0, 0.5);
     let (mut trackers, mut references) = (Vec::new(), Vec::new());
     for (index, (em, reference)) in args.em.iter().zip(&args.reference).enumerate() {
         reading.step(index, args.em.len())?;
@@ -173,7 +173,7 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
         .zip(references)
         .map(|(tracker, reference)| RecordedPair { tracker, reference })
         .collect();
-    let task = shown.task.stretch(0.5, 1.0);
+    let task = shown.task.subtask(0.5, 1.0);
     let found = characterise(&pairs, &settings(args), &task).map_err(|error| match error {
         CharacterisationError::ReferenceTool { pair, cause } => {
             anyhow!("{}: {cause}", args.reference[pair].display())

@@ -12,10 +12,11 @@ use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms};
 use trackwright_report::text_table::columns;
 use trackwright_simulation::comparison::{
-    Comparison, Difference, ErrorOf, FIGURES, LEAST_DEG, LEAST_MM, Least, REQUIRED, Row, Settings,
-    Summary, WorstPose, compare, difference_words, met_words, notes, worst_words,
+    Comparison, Difference, LEAST_DEG, LEAST_MM, Least, Row, Settings, WorstPose, compare,
+    difference_words, met_words, notes, worst_words,
 };
 use trackwright_simulation::expected::{judged, requirement_figures};
+use trackwright_simulation::{ErrorOf, Metric, Summary};
 
 /// Longest name that a table shows whole.
 const MAX_NAME: usize = 36;
@@ -241,8 +242,9 @@ fn offsets_as_json(worst: &WorstPose) -> Value {
 }
 
 fn differences_as_json(differences: &[Difference], of: ErrorOf) -> Value {
-    let each = differences.iter().filter(|d| d.figure.of == of);
-    let named: Map<String, Value> = each.map(|d| (d.figure.name().to_owned(), json!(d))).collect();
+    let each = differences.iter().filter(|d| d.metric.of == of);
+    let named: Map<String, Value> =
+        each.map(|d| (d.metric.summary.key().to_owned(), json!(d))).collect();
     Value::Object(named)
 }
 
@@ -270,16 +272,18 @@ fn as_text(found: &Comparison, names: &Names) -> String {
 
 /// The figures, a line a design.
 fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
-    let header =
-        ["", "RMS mm", "95 % mm", "max mm", "RMS °", "max °", "required", "ΔRMS mm", "ΔRMS °"];
-    let mut lines = vec![header.map(str::to_owned).to_vec()];
+    let figures = Metric::bounded().map(|m| format!("{} {}", m.summary.short(), m.unit()));
+    let last = ["required", "ΔRMS mm", "ΔRMS °"].map(str::to_owned);
+    let header: Vec<String> = std::iter::once(String::new()).chain(figures).chain(last).collect();
+    let width = header.len();
+    let mut lines = vec![header];
     for row in rows {
         let mut cells = vec![Names::of(labels, row.design).to_owned()];
         match &row.measured {
-            Err(_) => cells.extend((1..header.len()).map(|_| "–".to_owned())),
+            Err(_) => cells.extend((1..width).map(|_| "–".to_owned())),
             Ok(measured) => {
-                let (p, a) = (&measured.figures.position_mm, &measured.figures.angle_deg);
-                cells.extend([p.rms, p.p95, p.max, a.rms, a.max].map(|v| format!("{v:.4}")));
+                let value = |metric| measured.figures.value(metric);
+                cells.extend(Metric::bounded().map(|metric| format!("{:.4}", value(metric))));
                 cells.push(met_words(measured).to_owned());
                 cells.extend(changes(row, baseline));
             }
@@ -302,7 +306,7 @@ fn changes(row: &Row, baseline: usize) -> [String; 2] {
         let found = against
             .differences
             .iter()
-            .find(|d| d.figure.of == of && d.figure.summary == Summary::Rms);
+            .find(|d| d.metric.of == of && d.metric.summary == Summary::Rms);
         found.map_or_else(String::new, |d| format!("{:+.4}", d.difference))
     })
 }
@@ -315,12 +319,12 @@ fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
         Err(why) => lines.push(format!("    no figures: {why}")),
         Ok(measured) => {
             if let Some(against) = &row.against_baseline {
-                let told = FIGURES.iter().zip(&against.differences);
-                let told = told.filter(|(figure, _)| REQUIRED.contains(figure));
-                let label = told.clone().map(|(f, _)| f.label().chars().count()).max().unwrap_or(0);
-                lines.extend(told.map(|(figure, difference)| {
+                let shown = Metric::bounded();
+                let width = shown.clone().map(|m| m.label().chars().count()).max().unwrap_or(0);
+                lines.extend(shown.map(|metric| {
+                    let difference = &against.differences[metric.index()];
                     let words = difference_words(difference, Names::of(labels, baseline));
-                    format!("    {:<label$}  {words}", figure.label())
+                    format!("    {:<width$}  {words}", metric.label())
                 }));
             }
             let expected = measured.expected.iter().flat_map(expected::rows);

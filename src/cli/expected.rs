@@ -2,13 +2,13 @@
 
 use super::prelude::*;
 use serde_json::Map;
-use trackwright_simulation::comparison::{ErrorOf, FIGURES};
 use trackwright_simulation::expected::{
     JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
 };
 use trackwright_simulation::figures::Figures;
 use trackwright_simulation::{
-    CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario, expected,
+    CancelToken, Deed, ErrorOf, Expected, ExpectedError, Explained, METRICS, Mode, Scenario,
+    expected,
 };
 
 /// The expected figures; `None` in a room that was never measured, and where the environment keeps
@@ -52,21 +52,19 @@ pub(super) fn explained(expected: Option<&Expected>) -> Explained {
 
 /// `expected` and `intervals`, and what they say of the requirement.
 pub(super) fn add_json(value: &mut Value, expected: &Expected, bounds: &[JudgedBound]) {
-    let of = |of: ErrorOf, each: &dyn Fn(usize) -> Value| -> Value {
-        let own = FIGURES.iter().enumerate().filter(|(_, f)| f.of == of);
-        let entries = own.map(|(k, figure)| (figure.name().to_owned(), each(k)));
-        Value::Object(entries.collect::<Map<_, _>>())
-    };
-    let both = |each: &dyn Fn(usize) -> Value| {
-        json!({
-            "position_mm": of(ErrorOf::Position, each),
-            "angle_deg": of(ErrorOf::Angle, each),
-        })
+    let both = |each: &dyn Fn(usize) -> Value| -> Value {
+        let of = |of: ErrorOf| {
+            let own = METRICS.iter().enumerate().filter(|(_, metric)| metric.of == of);
+            let entries = own.map(|(k, metric)| (metric.summary.key().to_owned(), each(k)));
+            (of.json_key().to_owned(), Value::Object(entries.collect::<Map<_, _>>()))
+        };
+        Value::Object(ErrorOf::ALL.map(of).into_iter().collect())
     };
     value["expected"] = both(&|k| json!(expected.figures[k]));
     value["intervals"] = both(&|k| json!(expected.intervals[k]));
     if let Some(verdict) = verdict_of(bounds) {
-        let named = bounds.iter().map(|bound| (bound.name.to_owned(), json!(bound.verdict)));
+        let named =
+            bounds.iter().map(|bound| (bound.metric.name().to_owned(), json!(bound.verdict)));
         value["verdict"] = json!(verdict);
         value["verdicts"] = Value::Object(named.collect());
     }
@@ -81,7 +79,7 @@ pub(super) fn as_text(expected: &Expected) -> String {
 pub(super) fn rows(expected: &Expected) -> Vec<output::Row> {
     let each = expected_rows(expected).into_iter();
     each.map(|row| {
-        (row.label(), row.value.clone(), format!("{} {}", row.figure.unit(), row.interval_words()))
+        (row.label(), row.value.clone(), format!("{} {}", row.metric.unit(), row.interval_words()))
     })
     .collect()
 }
@@ -91,11 +89,11 @@ pub(super) fn requirement_lines(expected: &Expected, figures: &Figures) -> Vec<S
     let bounds = judged(figures, Some(expected)).into_iter();
     bounds
         .map(|bound| {
-            let unit = bound.figure.unit();
+            let unit = bound.metric.unit();
             let [low, high] = bound.interval.unwrap_or([bound.value; 2]);
             format!(
                 "requirement {}: {}, at most {} {unit}, expected {:.4} {unit} (95 %: {low:.4} to {high:.4})",
-                bound.name,
+                bound.metric.name(),
                 bound.label(),
                 bound.limit,
                 bound.value
@@ -121,7 +119,8 @@ pub(super) fn needed(
 /// `measurements_needed`, a number a bound, null where there is none.
 pub(super) fn add_needed(value: &mut Value, needed: &[MoreMeasuring]) {
     if !needed.is_empty() {
-        let named = needed.iter().map(|more| (more.name.to_owned(), json!(more.measurements)));
+        let named =
+            needed.iter().map(|more| (more.metric.name().to_owned(), json!(more.measurements)));
         value["measurements_needed"] = Value::Object(named.collect());
     }
 }
@@ -131,12 +130,12 @@ pub(super) fn needed_lines(needed: &[MoreMeasuring]) -> Vec<String> {
     let each = needed.iter().map(|more| match more.measurements {
         Some(measurements) => format!(
             "requirement {}: decided with about {} measurements spread as widely, if the figure is as expected",
-            more.name,
+            more.metric.name(),
             with_separators(measurements)
         ),
         None => format!(
             "requirement {}: not decided even with {} times as many measurements, if the figure is as expected",
-            more.name,
+            more.metric.name(),
             most_times()
         ),
     });

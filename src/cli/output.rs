@@ -182,7 +182,7 @@ pub struct Shown {
 impl Shown {
     pub fn new(what: &'static str) -> Self {
         let bar = progress(STEPS, what);
-        let task = Task::told_to({
+        let task = Task::with_progress({
             let bar = bar.clone();
             move |part| bar.set_position((part * STEPS as f64) as u64)
         });

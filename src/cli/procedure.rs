@@ -18,6 +18,7 @@ use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::expected::{judged, requirement_figures};
 use trackwright_simulation::own_study::study_notes;
 use trackwright_simulation::requirement::Requirement;
+use trackwright_simulation::{ErrorOf, Metric};
 
 /// Times that a design is judged while others save it. Each time somebody else got on, so that this
 /// many are always enough but for a program that does nothing but save.
@@ -341,19 +342,21 @@ fn studies(found: &StudiesStatus, has_targets: bool) -> Vec<String> {
         head.push("judged at");
     }
     let left = head.len();
-    head.extend(["RMS mm", "mean mm", "95 % mm", "max mm", "RMS °", "95 % °", "max °", "required"]);
-    let mut table = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
+    let mut head: Vec<String> = head.into_iter().map(str::to_owned).collect();
+    head.extend(Metric::decided().map(|m| format!("{} {}", m.summary.short(), m.unit())));
+    head.push("required".to_owned());
+    let figures = head.len() - left;
+    let mut table = vec![head];
     for row in &found.rows {
         let mut cells = vec![room_name(row)];
         if has_targets {
             cells.push(row.target.clone().unwrap_or_default());
         }
         match &row.studied {
-            Err(_) => cells.extend((0..8).map(|_| "–".to_owned())),
+            Err(_) => cells.extend((0..figures).map(|_| "–".to_owned())),
             Ok(studied) => {
-                let (p, a) = (&studied.figures.position_mm, &studied.figures.angle_deg);
-                let values = [p.rms, p.mean, p.p95, p.max, a.rms, a.p95, a.max];
-                cells.extend(values.map(|value| format!("{value:.4}")));
+                let value = |metric| studied.figures.value(metric);
+                cells.extend(Metric::decided().map(|metric| format!("{:.4}", value(metric))));
                 let verdict = row.verdict().map_or("–", BoundVerdict::label);
                 cells.push(verdict.to_owned());
             }
@@ -394,9 +397,9 @@ fn room_name(row: &Row) -> String {
 fn required(requirement: Option<&Requirement>) -> String {
     let bounds = requirement.iter().flat_map(|r| r.bounds());
     let bounds: Vec<String> = bounds
-        .filter_map(|(name, bound)| {
-            let unit = if name.starts_with("angle") { "°" } else { " mm" };
-            bound.map(|bound| format!("{name} ≤ {bound}{unit}"))
+        .map(|(metric, bound)| {
+            let space = if metric.of == ErrorOf::Angle { "" } else { " " };
+            format!("{} ≤ {bound}{space}{}", metric.name(), metric.unit())
         })
         .collect();
     match bounds.is_empty() {
@@ -411,10 +414,11 @@ fn built(found: &BuiltStatus) -> Vec<String> {
         Some(Err(why)) => vec![format!("no figures: {why}")],
         Some(Ok(recording)) => {
             let of = &recording.found;
+            let rms = Metric::TIP_RMS.label();
             vec![
                 format!("{}, in {}", of.recording, of.room.name),
                 format!(
-                    "{} of {} poses; tip error RMS: measured {:.3} mm, predicted {:.3} mm, measured − predicted {:.3} mm",
+                    "{} of {} poses; {rms}: measured {:.3} mm, predicted {:.3} mm, measured − predicted {:.3} mm",
                     of.used, of.poses, of.measured_rms_mm, of.predicted_rms_mm, of.residual_rms_mm
                 ),
                 of.statement.clone(),

@@ -409,10 +409,10 @@ fn bound_line(bound: &JudgedBound) -> String {
         BoundVerdict::Missed => ">",
         BoundVerdict::CannotTell => "against",
     };
-    let unit = bound.figure.unit();
+    let unit = bound.metric.unit();
     format!(
         "requirement {}: {}, {:.4} {unit} {relation} {} {unit}",
-        bound.name,
+        bound.metric.name(),
         bound.label(),
         bound.value,
         bound.limit

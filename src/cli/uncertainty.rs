@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::{Jitter, OrientationWeight};
+use trackwright_simulation::Metric;
 use trackwright_simulation::uncertainty::{
     DeterminedPart, Estimate, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo,
     MotionUncertainty, TipUncertainty, UncertaintyError, check_first_order, first_order,
@@ -195,7 +196,7 @@ impl Report {
                 "rms_mm": over.rms_mm,
                 "rotation_rms_deg": over.rotation_rms_deg,
                 "worst_trial": over.worst_trial,
-                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms),
+                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms()),
                 "free_axis": over.free_axis,
             });
         }
@@ -227,7 +228,7 @@ impl Report {
             lines.extend(verdicts(tip, check.as_ref()));
         }
         if let Some(over) = &self.motion {
-            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms);
+            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms());
             lines.push(motion_rows(over, total_rms_mm));
             if over.free_axis.is_some() {
                 lines.push(
@@ -274,10 +275,11 @@ impl Report {
             row(format!("tip shift {axis}"), tip.map(|t| t.bias_mm[k]), found, "mm");
         }
         let total = tip.map(|t| t.total_rms_mm);
-        row("tip error RMS, shift and scatter".into(), total, of(|m| m.total_rms_mm), "mm");
+        let label = format!("{}, shift and scatter", Metric::TIP_RMS.label());
+        row(label, total, of(|m| m.total_rms_mm), "mm");
         if sampled.is_some() {
-            row("tip error median".into(), None, of(|m| m.median_mm), "mm");
-            row("tip error 95th percentile".into(), None, of(|m| m.p95_mm), "mm");
+            row(Metric::TIP_MEDIAN.label().into(), None, of(|m| m.median_mm), "mm");
+            row(Metric::TIP_P95.label().into(), None, of(|m| m.p95_mm), "mm");
         }
         let found = sampled.map(|m| of_spread(m.rotation_rms_rad * DEG, m));
         row("rotation scatter RMS".into(), tip.map(|t| t.rotation_rms_rad * DEG), found, "°");
@@ -337,11 +339,11 @@ fn verdicts(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Vec<String
 
 fn motion_rows(over: &MotionUncertainty, total_rms_mm: f64) -> String {
     output::aligned(&[
-        number("tip scatter RMS, first order", over.rms_mm.rms, 4, "mm"),
-        number("tip scatter mean", over.rms_mm.mean, 4, "mm"),
-        number("tip scatter max", over.rms_mm.max, 4, "mm"),
-        number("rotation scatter RMS, first order", over.rotation_rms_deg.rms, 4, "°"),
-        number("tip error RMS, shift and scatter", total_rms_mm, 4, "mm"),
+        number("tip scatter RMS, first order", over.rms_mm.rms(), 4, "mm"),
+        number("tip scatter mean", over.rms_mm.mean(), 4, "mm"),
+        number("tip scatter max", over.rms_mm.max(), 4, "mm"),
+        number("rotation scatter RMS, first order", over.rotation_rms_deg.rms(), 4, "°"),
+        number(format!("{}, shift and scatter", Metric::TIP_RMS.label()), total_rms_mm, 4, "mm"),
     ])
 }
 

@@ -18,8 +18,7 @@ use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
 use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use trackwright_report::agreement_chart;
-use trackwright_simulation::Scenario;
-use trackwright_simulation::statistics::Statistics;
+use trackwright_simulation::{Scenario, Statistics};
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);
@@ -350,7 +349,9 @@ fn side_by_side(what: &str, found: &Compared) -> String {
         format!("{name:<24}{}", cells.join(""))
     };
     let head = ["RMS", "mean", "median", "p95", "max"].map(str::to_owned);
-    let of = |s: &Statistics| [s.rms, s.mean, s.median, s.p95, s.max].map(|v| format!("{v:.3}"));
+    let of = |s: &Statistics| {
+        [s.rms(), s.mean(), s.median(), s.p95(), s.max()].map(|v| format!("{v:.3}"))
+    };
     [
         line(what, head),
         line("  measured", of(&found.measured)),

@@ -15,7 +15,7 @@ use trackwright_formats::recording::live_table;
 use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
 use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright_openigtlink::server::Server;
-use trackwright_simulation::look;
+use trackwright_simulation::simulate_pose;
 
 fn send(server: &Server, tool: &str, number: u32) {
     server.send_transform(&numbered(tool, number), ToolKind::SixDof, Instant::now()).unwrap();
@@ -162,7 +162,8 @@ fn served_poses_are_those_of_compensate() {
 fn a_served_tool_is_where_its_sensors_are() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/designs/pointer-on-head.design.ron");
     let world = trackwright_project::open_design_without_meshes(Path::new(file)).unwrap();
-    let detail = look(&trackwright_project::resolve(world.document.design(), &world.environment));
+    let detail =
+        simulate_pose(&trackwright_project::resolve(world.document.design(), &world.environment));
     let (server, _live, mut viewer) = session(&["--design", file]);
     let crf = detail.crf.as_ref().unwrap();
     for (name, body) in [("PointerToTracker", &detail.tool), ("ReferenceToTracker", crf)] {

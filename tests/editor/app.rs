@@ -45,6 +45,7 @@ use trackwright_field::samples::MapKind;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::Metric;
 use trackwright_simulation::{AxisRange, Motion, Requirement};
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
@@ -142,7 +143,7 @@ pub fn design() -> Design {
             ..Motion::default()
         }),
         orientation_weight_mm: None,
-        requirement: Some(Requirement { position_rms_mm: Some(1.0), ..Requirement::default() }),
+        requirement: Some(Requirement::at_most([(Metric::TIP_RMS, 1.0)])),
         procedure: Procedure::default(),
         anatomy: Vec::new(),
         slides: Vec::new(),

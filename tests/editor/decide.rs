@@ -27,7 +27,9 @@ use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
 use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
-use trackwright_simulation::comparison::{FIGURES, NoFigures, Verdict, mode_of, values};
+use trackwright_simulation::METRICS;
+use trackwright_simulation::Metric;
+use trackwright_simulation::comparison::{NoFigures, Verdict, mode_of};
 use trackwright_simulation::{CancelToken, Figures, Requirement, run};
 
 pub(crate) fn decide_app() -> App {
@@ -101,11 +103,11 @@ fn a_pinned_state_differs_by_what_changed() {
     let before = studied(&app);
     move_sensor(&mut app, 30.0);
     let now = studied(&app);
-    let [a, b] = [&now, &before].map(|f| values(&f.position_mm, &f.angle_deg));
+    let [a, b] = [&now, &before].map(|f| f.values());
     let against = found(&app).comparison.rows[1].against_baseline.clone();
     let differences = against.unwrap().differences;
     for (index, difference) in differences.iter().enumerate() {
-        assert_eq!(difference.difference, a[index] - b[index], "{:?}", FIGURES[index]);
+        assert_eq!(difference.difference, a[index] - b[index], "{:?}", METRICS[index]);
     }
     assert!(differences[0].difference != 0.0);
     // Back to what was pinned.
@@ -168,10 +170,10 @@ fn the_table_has_every_design_in_every_room() {
         "{:?}",
         compared.missing
     );
-    let expected = values(&studied(&app).position_mm, &studied(&app).angle_deg);
+    let expected = studied(&app).values();
     let row = &compared.comparison.rows[0];
     let figures = &row.measured.as_ref().unwrap().figures;
-    assert_eq!(values(&figures.position_mm, &figures.angle_deg), expected);
+    assert_eq!(figures.values(), expected);
     // The other design in the other room.
     let row = &compared.comparison.rows[3];
     let world = trackwright_project::open_design_without_meshes(&other).unwrap();
@@ -308,8 +310,8 @@ fn the_baseline_ghost_needs_a_comparison() {
 #[test]
 fn a_missed_step_needs_a_reason() {
     let mut app = decide_app();
-    let strict = Requirement { position_max_mm: Some(0.01), ..Requirement::default() };
-    let loose = Requirement { position_max_mm: Some(100.0), ..Requirement::default() };
+    let strict = Requirement::at_most([(Metric::TIP_MAX, 0.01)]);
+    let loose = Requirement::at_most([(Metric::TIP_MAX, 100.0)]);
     for edit in [Edit::SetCrfRequirement(Some(strict)), Edit::SetRequirement(Some(loose))] {
         request(&mut app, EditRequest::Apply(edit));
     }
@@ -336,7 +338,7 @@ fn a_missed_step_needs_a_reason() {
         harness.get_by_label("Decide anew");
     });
     // Another bound is another ground.
-    let less = Requirement { position_max_mm: Some(5.0), ..Requirement::default() };
+    let less = Requirement::at_most([(Metric::TIP_MAX, 5.0)]);
     request(&mut app, EditRequest::Apply(Edit::SetCrfRequirement(Some(less))));
     rest(&mut app);
     let asked = look(&app, steps_ui, |harness| {

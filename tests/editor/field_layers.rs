@@ -20,6 +20,7 @@ use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::Metric;
 use trackwright_simulation::{Requirement, Work};
 
 /// What the layers' threads wake the window with.
@@ -163,7 +164,7 @@ fn a_body_is_painted_while_its_sensor_is_selected() {
 fn the_usable_region_shows_its_share() {
     let mut app = app();
     // Loose enough for a part of the volume to be within it with 95 %.
-    let loose = Requirement { position_rms_mm: Some(1.2), ..Requirement::default() };
+    let loose = Requirement::at_most([(Metric::TIP_RMS, 1.2)]);
     let loosen = Edit::SetRequirement(Some(loose));
     request(&mut app, EditRequest::Apply(loosen));
     set(&mut app, |layers| layers.region = true);

@@ -123,7 +123,7 @@ fn figures(app: &App) -> Vec<FigureRow> {
 fn figure_bits(app: &App) -> Vec<u64> {
     let study = app.world().resource::<Results>().study.as_ref().unwrap();
     let (p, a) = (&study.value.figures.position_mm, &study.value.figures.angle_deg);
-    [p.rms, p.mean, p.p95, p.max, a.rms, a.mean, a.p95, a.max].map(f64::to_bits).to_vec()
+    p.values().chain(a.values()).map(|(_, value)| value.to_bits()).collect()
 }
 
 /// To the last bit but one: reading JSON rounds once more.

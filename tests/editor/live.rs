@@ -32,7 +32,7 @@ use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKi
 use trackwright_openigtlink::relay::{Reason, ToolState};
 use trackwright_openigtlink::server::{Server, ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{Link, Recording};
-use trackwright_simulation::{BodyDetail, PoseDetail, Scenario, look};
+use trackwright_simulation::{BodyDetail, PoseDetail, Scenario, simulate_pose};
 
 /// A tracker's server, and who came to it.
 struct Tracker {
@@ -121,7 +121,7 @@ fn elsewhere(app: &App) -> (Pose, Pose, PoseDetail) {
     crf.tracker_from_crf = pose_from_parts([55.0, 20.0, -260.0].into(), turn.inverse());
     let tracker_from_crf = crf.tracker_from_crf;
     let tracker_from_tool = tracker_from_crf * scenario.crf_from_tool;
-    (tracker_from_tool, tracker_from_crf, look(&scenario))
+    (tracker_from_tool, tracker_from_crf, simulate_pose(&scenario))
 }
 
 fn apart_mm(a: &Pose, b: &Pose) -> f64 {

@@ -29,8 +29,9 @@ use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui
 use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::comparison::REQUIRED;
-use trackwright_simulation::{CancelToken, Mode, Requirement, expected, figure_rows, look, run};
+use trackwright_simulation::{
+    CancelToken, Metric, Mode, Requirement, expected, figure_rows, run, simulate_pose,
+};
 
 type Asked = Rc<RefCell<Vec<DesignAction>>>;
 
@@ -174,7 +175,7 @@ fn the_result_shows_the_commands_digits() {
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let rows = figure_rows(&outcome.figures);
     let is_met = outcome.figures.within_bounds().unwrap();
-    let change = signed(outcome.figures.position_mm.rms - 9.0, 2);
+    let change = signed(outcome.figures.position_mm.rms() - 9.0, 2);
     let results = Results {
         study: Some(Stamped { revision: 0, value: outcome, took: Duration::from_millis(4) }),
         ..Results::default()
@@ -213,9 +214,8 @@ fn an_interval_around_the_bound_is_undecided() {
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let cancel = CancelToken::default();
     let figures = expected(&scenario, &Mode::Motion, &cancel).unwrap();
-    let (value, [low, high]) = figures.of(REQUIRED[0]).unwrap();
-    scenario.requirement =
-        Some(Requirement { position_rms_mm: Some(value), ..Requirement::default() });
+    let (value, [low, high]) = figures.of(Metric::TIP_RMS);
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, value)]));
     let outcome = run(&scenario, &Mode::Motion, &cancel, None).unwrap();
     let results = |extent| Results {
         study: Some(Stamped {
@@ -322,7 +322,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
     design.tool.crf_from_tool.translation.x = 600.0;
     let environment = std::sync::Arc::new(environment());
     let scenario = trackwright_project::resolve(&design, &environment);
-    let pose = look(&scenario);
+    let pose = simulate_pose(&scenario);
     let view = View::default();
     let (harness, _) = harness(|ui| {
         outliner_ui(

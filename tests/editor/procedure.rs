@@ -17,6 +17,7 @@ use trackwright_field::DistortionModel;
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_procedure::{State, Step, StepStatus};
 use trackwright_project::{RoomSource, Starter};
+use trackwright_simulation::Metric;
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run,
 };
@@ -169,7 +170,7 @@ fn from_an_empty_design_to_a_decided_tool() {
         let target = Target { name: name.to_owned(), position_in_crf: position.into() };
         edit(&mut app, Edit::AddTarget(target));
     }
-    let asked = Requirement { position_max_mm: Some(0.3), ..Requirement::default() };
+    let asked = Requirement::at_most([(Metric::TIP_MAX, 0.3)]);
     edit(&mut app, Edit::SetCrfRequirement(Some(asked)));
     assert_eq!(standing(&app).crf.rows.len(), 4, "two targets in two rooms");
     assert_eq!(standing(&app).state(Step::Crf), State::Missed);
@@ -200,11 +201,7 @@ fn from_an_empty_design_to_a_decided_tool() {
             ..Motion::default()
         })),
     );
-    let asked = Requirement {
-        position_rms_mm: Some(0.4),
-        position_max_mm: Some(0.7),
-        ..Requirement::default()
-    };
+    let asked = Requirement::at_most([(Metric::TIP_RMS, 0.4), (Metric::TIP_MAX, 0.7)]);
     edit(&mut app, Edit::SetRequirement(Some(asked)));
     file(&mut app, FileRequest::Save);
     let draft = folder.path().join("draft.design.ron");

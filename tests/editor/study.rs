@@ -35,7 +35,7 @@ use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_editor::workspaces::study::log::LogJob;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, look, run, trial_pose,
+    AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, run, simulate_pose, trial_pose,
 };
 
 /// What the writing thread wakes the window with.
@@ -119,7 +119,8 @@ fn a_shown_trial_has_its_own_figures() {
     for trial in [0, 7, 14] {
         ask(&mut app, StudyRequest::Show(Some(trial)));
         let pose = trial_pose(&scenario(&app), &Mode::Motion, trial).unwrap();
-        let alone = look(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario(&app) });
+        let alone =
+            simulate_pose(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario(&app) });
         let results = results(&app);
         assert_eq!(results.pose_trial, Some(trial));
         assert_eq!(results.pose.as_ref().unwrap().value.trial, alone.trial);
@@ -132,7 +133,7 @@ fn a_shown_trial_has_its_own_figures() {
     assert!(!document.is_dirty() && document.undo_label().is_none());
 
     ask(&mut app, StudyRequest::Show(None));
-    let own = look(&scenario(&app));
+    let own = simulate_pose(&scenario(&app));
     let results = results(&app);
     assert_eq!(results.pose_trial, None);
     assert_eq!(results.pose.as_ref().unwrap().value.trial, own.trial);

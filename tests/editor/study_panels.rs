@@ -21,7 +21,8 @@ use trackwright_editor::workspaces::study::timeline_ui::{
 use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Mode, Scenario, look, run_profiled, trial_offsets, trial_pose,
+    CancelToken, ChartedProfile, Mode, Scenario, run_profiled, simulate_pose, trial_offsets,
+    trial_pose,
 };
 
 type Asked<T> = Rc<RefCell<Vec<T>>>;
@@ -164,7 +165,7 @@ fn a_study_of_too_many_trials_has_no_timeline() {
 fn a_trial_is_told_in_numbers_with_units() {
     let scenario = scenario();
     let pose = trial_pose(&scenario, &Mode::Motion, 3).unwrap();
-    let detail = look(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario });
+    let detail = simulate_pose(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario });
     for (form, turn) in [
         (RotationForm::Turns, 45.0),
         (RotationForm::Rodrigues, log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees()),

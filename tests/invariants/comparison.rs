@@ -16,11 +16,11 @@ use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::body::SensorOrientation;
 use trackwright_simulation::comparison::{
-    Comparison, FIGURES, NoFigures, Pair, Plan, Settings, Verdict, compare, values,
+    Comparison, NoFigures, Pair, Plan, Settings, Verdict, compare,
 };
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{
-    AxisRange, CancelToken, InputTrial, Mode, Motion, Requirement, Scenario, run,
+    AxisRange, CancelToken, InputTrial, METRICS, Metric, Mode, Motion, Requirement, Scenario, run,
 };
 use trackwright_simulation::{RigidBody, Sensor};
 use trackwright_task::Task;
@@ -132,7 +132,7 @@ fn true_figures(tool: &RigidBody, truth: &DistortionModel) -> [[f64; 2]; 2] {
     let figures = [Mode::Motion, Mode::Input(anywhere.collect())].map(|mode| {
         let outcome = run(&scenario, &mode, &CancelToken::default(), None).unwrap();
         let position_mm = outcome.figures.position_mm;
-        [position_mm.rms, position_mm.max]
+        [position_mm.rms(), position_mm.max()]
     });
     // The grid has the corners of the range, which no random pose meets.
     let [grid, [rms, max]] = figures;
@@ -171,7 +171,7 @@ fn intervals_hold_the_true_difference() {
         }
         found.push(differences[RMS].difference);
         predicted += differences[RMS].model_std.unwrap().powi(2) / ROOMS as f64;
-        alone.push(row.measured.as_ref().unwrap().figures.position_mm.rms);
+        alone.push(row.measured.as_ref().unwrap().figures.position_mm.rms());
     }
     // 57 of 60 are expected to hold; fewer than 52 come about once in a hundred times.
     for held in held.as_flattened() {
@@ -298,8 +298,7 @@ fn rows_are_single_studies_to_the_bit() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let mut plan = plan(&environment, &tools);
-    plan.pairs[1].scenario.requirement =
-        Some(Requirement { position_rms_mm: Some(0.1), ..Requirement::default() });
+    plan.pairs[1].scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 0.1)]));
     plan.pairs[1].scenario.motion.as_mut().unwrap().x = range(30.0, 30.0);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -313,10 +312,10 @@ fn rows_are_single_studies_to_the_bit() {
     }
     let against = found.rows[1].against_baseline.as_ref().unwrap();
     assert!(against.motion_differs && against.requirement_differs && !against.room_differs);
-    assert_eq!(against.differences.len(), FIGURES.len());
+    assert_eq!(against.differences.len(), METRICS.len());
     let [a, b] = [1, 0].map(|row: usize| {
         let figures = &found.rows[row].measured.as_ref().unwrap().figures;
-        values(&figures.position_mm, &figures.angle_deg)
+        figures.values()
     });
     for (d, (a, b)) in against.differences.iter().zip(a.iter().zip(b)) {
         assert_eq!(d.difference, a - b);

@@ -166,7 +166,7 @@ fn a_fit_under_way_stops_and_tells_how_far_it_is() {
         let settings =
             FitSettings { method, ridge: 1e-3, ..FitSettings::new(1, DirectionSet::Six) };
         let heard = Arc::new(Mutex::new(Vec::new()));
-        let task = Task::told_to({
+        let task = Task::with_progress({
             let heard = heard.clone();
             move |part| heard.lock().unwrap().push(part)
         });
@@ -177,7 +177,7 @@ fn a_fit_under_way_stops_and_tells_how_far_it_is() {
         assert_eq!(parts.last(), Some(&1.0));
 
         let token = CancelToken::default();
-        let mut task = Task::told_to({
+        let mut task = Task::with_progress({
             let token = token.clone();
             move |part| {
                 if part > 0.3 {

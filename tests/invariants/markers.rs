@@ -7,7 +7,7 @@ use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::linear_fit::{LinearFit, SensorCovariance};
-use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, Scenario, look};
+use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, Scenario, simulate_pose};
 use trackwright_simulation::{Determination, RigidBody, Sensor, SensorOrientation};
 
 /// The four markers of NDI's passive probe 8700340 and of its reference frame 8700339.
@@ -109,7 +109,7 @@ fn a_marker_reads_the_mean_over_orientations() {
     let mut scenario = optical();
     // Beside a coil, so that both kinds are evaluated in one body.
     scenario.tool.sensors.insert(1, coil_of_pointer());
-    let detail = look(&scenario);
+    let detail = simulate_pose(&scenario);
     let model = &scenario.environment.model;
     let axes = model.directions().directions();
     assert!(axes.len() > 1, "one orientation would prove nothing");
@@ -153,7 +153,7 @@ fn a_motion_is_its_poses_one_by_one() {
         let single =
             trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
                 .unwrap();
-        let single_mm = single.figures.position_mm.max;
+        let single_mm = single.figures.position_mm.max();
         let gap_mm = (tip_error_mm - single_mm).abs();
         assert!(gap_mm < 1e-11, "{tip_error_mm} {single_mm}");
     }

@@ -16,15 +16,13 @@ use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::axis_rotation;
-use trackwright_simulation::comparison::{
-    Difference, FIGURES, Figure, FigureValues, Pair, Plan, REQUIRED, Settings, Summary, Verdict,
-    compare, values,
-};
+use trackwright_simulation::comparison::{Difference, Pair, Plan, Settings, Verdict, compare};
 use trackwright_simulation::expected::{expected, shrinking};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
+use trackwright_simulation::metric::values_of_errors;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Expected, Mode, Motion, Scenario, ScenarioCrf, Statistics, trial_count,
-    trial_pose,
+    AxisRange, CancelToken, Expected, METRICS, Metric, MetricValues, Mode, Motion, Scenario,
+    ScenarioCrf, Summary, trial_count, trial_pose,
 };
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 use trackwright_task::Task;
@@ -196,33 +194,33 @@ fn frame(room: &Room, body: &RigidBody, tracker_from_body: &Pose) -> Option<Pose
 }
 
 /// The figures that the tool has in the room; `None` where the tracker does not follow it.
-fn truth(room: &Room, scenario: &Scenario) -> Option<FigureValues> {
+fn truth(room: &Room, scenario: &Scenario) -> Option<MetricValues> {
     let (mut crf_true, mut crf_fitted) = (Pose::identity(), Pose::identity());
     if let Some(crf) = &scenario.crf {
         crf_true = crf.tracker_from_crf;
         crf_fitted = frame(room, &crf.body, &crf_true)?;
     }
     let tip = scenario.tool.judged_tip_in_body();
-    let (mut tip_mm, mut angle_deg) = (Vec::new(), Vec::new());
+    let mut errors = Vec::new();
     for crf_from_tool in trials(scenario) {
         let fitted = frame(room, &scenario.tool, &(crf_true * crf_from_tool))?;
         let simulated = crf_fitted.inverse() * fitted;
         let turn = simulated.rotation * crf_from_tool.rotation.inverse();
-        tip_mm.push((simulated * tip - crf_from_tool * tip).norm());
-        angle_deg.push(turn.angle().to_degrees());
+        let tip_mm = (simulated * tip - crf_from_tool * tip).norm();
+        errors.push([tip_mm, turn.angle().to_degrees()]);
     }
-    Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
+    values_of_errors(errors.into_iter())
 }
 
 /// A tool in a room: what was to be expected, and what is.
 struct Case {
     expected: Expected,
-    truth: FigureValues,
-    /// From the room's first tool, in the order of `FIGURES`; `None` for that one.
+    truth: MetricValues,
+    /// From the room's first tool, in the order of `METRICS`; `None` for that one.
     differences: Option<Vec<Difference>>,
-    true_differences: FigureValues,
-    /// Widths of the intervals that the raw held-out error gives, in the order of `FIGURES`.
-    raw_widths: FigureValues,
+    true_differences: MetricValues,
+    /// Widths of the intervals that the raw held-out error gives, in the order of `METRICS`.
+    raw_widths: MetricValues,
 }
 
 /// Four pointers and one with a CRF in each room, the last four compared with the first.
@@ -278,7 +276,7 @@ fn by_held_out_error(environment: &Environment, held_out: &SampleSet) -> Arc<Env
 }
 
 /// Widths of intervals as they are drawn, without what they are stretched by on the logarithmic scale.
-fn drawn_widths(scenario: &Scenario, environment: &Arc<Environment>) -> FigureValues {
+fn drawn_widths(scenario: &Scenario, environment: &Arc<Environment>) -> MetricValues {
     let scenario = Scenario { environment: Arc::clone(environment), ..scenario.clone() };
     let found = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
     std::array::from_fn(|k| {
@@ -319,10 +317,6 @@ fn cases_of(
     .collect()
 }
 
-fn index(figure: Figure) -> usize {
-    FIGURES.iter().position(|other| *other == figure).unwrap()
-}
-
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
@@ -330,8 +324,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// One figure over all cases: median of expected over true, cases whose interval holds the truth,
 /// median width of the interval over the truth.
-fn judged(cases: &[Case], figure: Figure) -> (f64, usize, f64) {
-    let k = index(figure);
+fn judged(cases: &[Case], figure: Metric) -> (f64, usize, f64) {
+    let k = figure.index();
     let holds = |case: &&Case| {
         let [low, high] = case.expected.intervals[k];
         (low..=high).contains(&case.truth[k])
@@ -357,8 +351,8 @@ struct Compared {
     wrong: usize,
 }
 
-fn compared(cases: &[Case], figure: Figure) -> Compared {
-    let k = index(figure);
+fn compared(cases: &[Case], figure: Metric) -> Compared {
+    let k = figure.index();
     let mut found = Compared::default();
     for case in cases {
         let Some(differences) = &case.differences else {
@@ -385,7 +379,7 @@ fn intervals_hold_in_rooms_no_model_can_represent() {
     let cases = cases(1..7);
     assert_eq!(cases.len(), 30);
     let mut told = Compared::default();
-    for figure in REQUIRED {
+    for figure in Metric::bounded() {
         let (ratio, holding, _) = judged(&cases, figure);
         // The logarithm of a case's ratio scatters by 0.25, the median's by 0.06; four tools of a
         // room are not independent, so that a tenth more is allowed.
@@ -414,11 +408,11 @@ fn rooms_of_the_method_page() {
     println!("{} tools", cases.len());
     let percent = |part: usize, of: usize| 100.0 * part as f64 / of as f64;
     let is_asked =
-        |figure: &Figure| matches!(figure.summary, Summary::Rms | Summary::P95 | Summary::Max);
-    for figure in FIGURES.into_iter().filter(is_asked) {
+        |figure: &Metric| matches!(figure.summary, Summary::Rms | Summary::P95 | Summary::Max);
+    for figure in METRICS.into_iter().filter(is_asked) {
         let (ratio, holding, width) = judged(&cases, figure);
         let compared = compared(&cases, figure);
-        let k = index(figure);
+        let k = figure.index();
         let raw = median(cases.iter().map(|c| c.raw_widths[k] / c.truth[k]).collect());
         println!(
             "{} | {ratio:.2} | {:.0} % | {width:.2} | raw {raw:.2} | differences {:.0} % of {} | wrong {} of {}",
@@ -517,7 +511,7 @@ fn more_measurements_narrow_intervals_as_predicted() {
         // Logarithm of the interval's ends' ratio.
         let width = |scenario: &Scenario| {
             let found = expected(scenario, &Mode::Motion, &CancelToken::default()).unwrap();
-            let (_, [low, high]) = found.of(REQUIRED[0]).unwrap();
+            let (_, [low, high]) = found.of(Metric::TIP_RMS);
             (high / low).ln()
         };
         let found = width(&many) / width(&few);

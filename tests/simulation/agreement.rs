@@ -96,9 +96,9 @@ fn normal(seeded: &mut Seeded) -> Vector {
 fn a_recording_that_is_what_the_study_predicts_is_explained_whole() {
     let scenario = scenario(1);
     let found = judged(&scenario, exact_rows(&scenario, 40));
-    assert!(found.position_mm.measured.rms > 0.5, "{found:?}");
+    assert!(found.position_mm.measured.rms() > 0.5, "{found:?}");
     // Poses of half a metre, fitted once here and once there.
-    assert!(found.position_mm.residual.max < 1e-11, "{found:?}");
+    assert!(found.position_mm.residual.max() < 1e-11, "{found:?}");
     for compared in [&found.position_mm, found.angle_deg.as_ref().unwrap()] {
         for figure in [compared.explained, compared.explained_of_variation, compared.slope] {
             let figure = figure.unwrap();
@@ -304,7 +304,7 @@ fn no_choice_of_axes_changes_what_is_said() {
                     let i = i.unwrap();
                     all.extend([i.value, i.low.unwrap(), i.high.unwrap()]);
                 }
-                all.extend([compared.residual.rms, compared.measured.p95]);
+                all.extend([compared.residual.rms(), compared.measured.p95()]);
                 all.extend(compared.bias.map(|bias| bias.p.unwrap()));
             }
             all
@@ -331,10 +331,10 @@ fn what_a_registration_took_up_does_not_count_against_the_prediction() {
         let settings = AgreementSettings { unknowns, ..quick() };
         agreement(&scenario, rows.clone(), &settings, &Task::default()).unwrap().summary
     };
-    assert!(of(Unknowns::None).position_mm.residual.rms > 1.0);
+    assert!(of(Unknowns::None).position_mm.residual.rms() > 1.0);
     let registered = of(Unknowns::Registration);
-    assert!(registered.position_mm.residual.max < 1e-10, "{registered:?}");
-    assert!(registered.position_mm.measured.rms > 0.1);
+    assert!(registered.position_mm.residual.max() < 1e-10, "{registered:?}");
+    assert!(registered.position_mm.measured.rms() > 0.1);
     assert!(registered.position_mm.bias.is_none());
 }
 
@@ -358,11 +358,11 @@ fn a_pivot_in_a_distorted_room_is_explained_by_that_room() {
     let position = &judged.summary.position_mm;
     // What `pivot` leaves is what there is to explain; it took out a shift of the tip in the axes as
     // they were read, some 0.01 rad off.
-    assert!((position.measured.rms / found.rms_mm - 1.0).abs() < 0.02);
+    assert!((position.measured.rms() / found.rms_mm - 1.0).abs() < 0.02);
     assert!(found.rms_mm > 0.1, "{}", found.rms_mm);
     // Wherever the distorted poses put the tip, that shift is taken out; what is left is how near
     // the eighth step comes to the true poses.
-    assert!(position.residual.max < 1e-6, "{position:?}");
+    assert!(position.residual.max() < 1e-6, "{position:?}");
     assert!(judged.summary.angle_deg.is_none() && position.bias.is_none());
 }
 

@@ -6,8 +6,8 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::StudyError;
 use trackwright_simulation::arrows::*;
-use trackwright_simulation::look;
 use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::simulate_pose;
 use trackwright_task::CancelToken;
 
 fn built_in() -> Scenario {
@@ -43,7 +43,7 @@ fn arrows_of_the_tool_are_the_mean_of_what_its_sensors_would_read_there() {
     let scenario = built_in();
     let plan = ArrowPlan { sensor: ArrowSensor::OfTool, counts: [3, 1, 4] };
     let outcome = sample(&scenario, &plan);
-    let turn = look(&scenario).tool.tracker_from_body.rotation;
+    let turn = simulate_pose(&scenario).tool.tracker_from_body.rotation;
     let sensors = &scenario.tool.sensors;
     assert_eq!(outcome.work.coefficient_blends, sensors.len() as u64);
     for (at, arrow) in outcome.arrows() {

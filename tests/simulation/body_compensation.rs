@@ -12,7 +12,7 @@ use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::pose::pose_from_array;
 use trackwright_simulation::RigidBody;
-use trackwright_simulation::{Scenario, look};
+use trackwright_simulation::{Scenario, simulate_pose};
 use trackwright_simulation::{Sensor, SensorOrientation};
 use trackwright_task::Task;
 
@@ -45,7 +45,7 @@ fn what_a_study_measures_of_a_body_is_turned_back_into_where_it_is() {
     let mut at_origin_mm: f64 = 0.0;
     for name in ["pointer-on-head", "shaver-on-head"] {
         let scenario = built_in(name);
-        let detail = look(&scenario);
+        let detail = simulate_pose(&scenario);
         let crf = (scenario.crf.as_ref()).map(|crf| (&crf.body, detail.crf.as_ref().unwrap()));
         for (body, seen) in [(&scenario.tool, &detail.tool)].into_iter().chain(crf) {
             let measured = seen.tracker_from_body_fitted;
@@ -83,7 +83,7 @@ fn a_body_of_markers_and_one_of_a_single_coil_are_turned_back_as_far_as_they_det
         vec![at(5.0, -3.0, FiveDof(Vector3::y_axis()))],
     ] {
         scenario.tool.sensors = sensors;
-        let seen = look(&scenario).tool;
+        let seen = simulate_pose(&scenario).tool;
         let measured = seen.tracker_from_body_fitted;
         let found = compensated(&scenario, &scenario.tool, &measured, Method::Inverse);
         // A coil's roll is not measured: what is told of it is kept.

@@ -15,8 +15,8 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use trackwright_design::BodyRole;
 use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_simulation::Metric;
 use trackwright_simulation::SensorOrientation;
-use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::{CancelToken, Mode, Motion, expected, run};
 
 fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
@@ -50,7 +50,7 @@ fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> O
         None => Mode::Single,
     };
     let outcome = run(&moved, &mode, &CancelToken::default(), None);
-    outcome.ok().map(|o| o.figures.position_mm.rms)
+    outcome.ok().map(|o| o.figures.position_mm.rms())
 }
 
 #[test]
@@ -344,7 +344,7 @@ fn expected_places_are_near_the_expected_study() {
             };
             sensors[plan.sensor] = rule.placed(&sensors[plan.sensor], &all[at]);
             let study = expected(&moved, &Mode::Motion, &CancelToken::default()).unwrap();
-            let (rms_mm, interval_mm) = study.of(REQUIRED[0]).unwrap();
+            let (rms_mm, interval_mm) = study.of(Metric::TIP_RMS);
             let found = place.expected.unwrap();
             off.push((found.rms_mm / rms_mm - 1.0).abs());
             for (end, expected) in found.interval_mm.iter().zip(interval_mm) {

@@ -35,7 +35,7 @@ fn a_preview_is_close_to_the_whole_and_says_how_much_it_stands_for() {
     assert_eq!(preview.whole_trials, 8_usize.pow(5));
     let rms = |mode: &Mode| {
         let outcome = run(&scenario, mode, &CancelToken::default(), None).unwrap();
-        outcome.figures.position_mm.rms
+        outcome.figures.position_mm.rms()
     };
     let (part, whole) = (rms(&preview.mode), rms(&Mode::Motion));
     assert!((part - whole).abs() < 0.01 * whole, "{part} {whole}");

@@ -4,7 +4,7 @@ use trackwright_procedure::*;
 use trackwright_procedure::{DecidedRecording, DecidedStudies, DecisionBasis, RoomName, Step};
 
 use trackwright_procedure::{RowCounts, State, StepStatus, Undecidable, step_status};
-use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::Metric;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_task::Task;
 
@@ -42,8 +42,8 @@ fn plan() -> Plan {
 
 /// With this bound of the tool's RMS error.
 fn bounded(mut plan: Plan, position_rms_mm: Option<f64>) -> Plan {
-    plan.requirement = position_rms_mm
-        .map(|limit| Requirement { position_rms_mm: Some(limit), ..Requirement::default() });
+    plan.requirement =
+        position_rms_mm.map(|limit| Requirement::at_most([(Metric::TIP_RMS, limit)]));
     let readable = plan.rooms.iter_mut().filter_map(|room| room.studies.as_mut().ok());
     for studies in readable {
         studies.tool.requirement = plan.requirement;
@@ -70,7 +70,7 @@ fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
         panic!("{:?}", found.tool.rows[0]);
     };
     let expected = own.expected.as_ref().expect("the room was measured");
-    let (value, [low, high]) = expected.of(REQUIRED[0]).unwrap();
+    let (value, [low, high]) = expected.of(Metric::TIP_RMS);
     for (limit, state) in
         [(high, State::Met), (value, State::CannotTell), (0.999 * low, State::Missed)]
     {

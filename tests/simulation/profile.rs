@@ -35,7 +35,7 @@ fn a_trial_s_error_is_that_of_its_pose_alone() {
         let pose = trial_pose(&scenario, &Mode::Motion, trial).unwrap();
         let alone = Mode::Input(vec![pose].into());
         let outcome = run(&scenario, &alone, &CancelToken::default(), None).unwrap();
-        let difference = outcome.figures.position_mm.max - profile.tip_error_mm[trial];
+        let difference = outcome.figures.position_mm.max() - profile.tip_error_mm[trial];
         // The whole grid shares blends of coefficients between poses.
         assert!(difference.abs() < 1e-12, "{difference:e}");
     }
@@ -51,9 +51,9 @@ fn profiles_along_the_axes_and_the_whole_tell_the_same_rms_and_max() {
     for axis in &profile.axes {
         let squares: f64 = axis.rms_mm.iter().map(|rms| rms * rms).sum();
         let rms = (squares / axis.values.len() as f64).sqrt();
-        assert!((rms - of_all.rms).abs() < 1e-12);
+        assert!((rms - of_all.rms()).abs() < 1e-12);
         let max = axis.max_mm.iter().copied().fold(0.0, f64::max);
-        assert_eq!(max, of_all.max);
+        assert_eq!(max, of_all.max());
     }
     assert_eq!(profile.axes[2].values, [-30.0, -15.0, 0.0, 15.0, 30.0]);
 }
@@ -119,7 +119,7 @@ fn every_trial_is_in_one_bar_and_one_column() {
 fn the_cumulative_curve_ends_with_all_trials_at_the_largest_error() {
     let (outcome, profile) = profiled(&Mode::Motion);
     let curve = profile.cumulative(16);
-    assert_eq!(curve.last(), Some(&(outcome.figures.position_mm.max, 1.0)));
+    assert_eq!(curve.last(), Some(&(outcome.figures.position_mm.max(), 1.0)));
     assert!(curve.windows(2).all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1));
     let (median, half) = curve[8];
     assert!((profile.part_within(median) - half).abs() < 1e-12);
@@ -128,7 +128,7 @@ fn the_cumulative_curve_ends_with_all_trials_at_the_largest_error() {
 #[test]
 fn a_single_pose_has_a_profile_of_one() {
     let (outcome, profile) = profiled(&Mode::Single);
-    assert_eq!(profile.tip_error_mm, [outcome.figures.position_mm.max]);
+    assert_eq!(profile.tip_error_mm, [outcome.figures.position_mm.max()]);
     assert!(profile.axes.is_empty());
     assert_eq!(profile.cumulative(10).len(), 3);
 }

@@ -15,7 +15,7 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::RigidBody;
-use trackwright_simulation::look;
+use trackwright_simulation::simulate_pose;
 use trackwright_simulation::work::Work;
 use trackwright_task::CancelToken;
 
@@ -142,11 +142,11 @@ fn the_tip_error_at_the_designs_own_tip_is_that_of_its_own_pose() {
         let with_crf = built_in(name);
         let without = Scenario {
             crf: None,
-            crf_from_tool: look(&with_crf).tool.tracker_from_body,
+            crf_from_tool: simulate_pose(&with_crf).tool.tracker_from_body,
             ..with_crf.clone()
         };
         for scenario in [with_crf, without] {
-            let pose = look(&scenario);
+            let pose = simulate_pose(&scenario);
             let tip = pose.tool.tracker_from_body * scenario.tool.judged_tip_in_body();
             let plan = SlicePlan {
                 plane: SlicePlane::Free {

@@ -9,7 +9,7 @@ use trackwright_simulation::slice_support::*;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
-use trackwright_simulation::{SlicePlane, look};
+use trackwright_simulation::{SlicePlane, simulate_pose};
 use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
@@ -65,7 +65,7 @@ fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
             crf.tracker_from_crf * scenario.crf_from_tool * scenario.tool.judged_tip_in_body();
         let shift = crf.tracker_from_crf.rotation.inverse() * (tip - now);
         moved.crf_from_tool.translation.vector += shift;
-        let detail = look(&moved);
+        let detail = simulate_pose(&moved);
         let bodies = [Some(&detail.tool), detail.crf.as_ref()];
         let all = bodies.into_iter().flatten().flat_map(|body| &body.sensors);
         let is_supported = all.clone().all(|sensor| {

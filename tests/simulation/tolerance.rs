@@ -1,6 +1,7 @@
 //! Tolerances that are known by formula, those of the built-in designs against a simulation written
 //! out anew, and what has none.
 
+use trackwright_simulation::Metric;
 use trackwright_simulation::tolerance::AS_DRAWN;
 use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use trackwright_simulation::tolerance::first_order::FirstOrder;
@@ -25,10 +26,10 @@ use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 use trackwright_geometry::volume::Volume;
+use trackwright_simulation::Statistics;
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::linear_fit::SensorError;
 use trackwright_simulation::scenario::Mode;
-use trackwright_simulation::statistics::Statistics;
 use trackwright_simulation::{AxisRange, Motion, Requirement, ScenarioCrf};
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
@@ -80,7 +81,7 @@ fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
 }
 
 fn at_most_mm(position_max_mm: f64) -> Requirement {
-    Requirement { position_max_mm: Some(position_max_mm), ..Requirement::default() }
+    Requirement::at_most([(Metric::TIP_MAX, position_max_mm)])
 }
 
 fn turning(degrees: f64) -> Option<Motion> {
@@ -110,7 +111,7 @@ fn one_sensor_that_is_off_puts_the_tip_off_by_as_much_and_its_turn_by_the_lever(
         assert!(angle.value == 0.4 && (0.4..0.41).contains(&exact_deg));
         // The worst turn is about an axis across the lever.
         assert!(angle.worst_direction.unwrap()[2].abs() < 0.02);
-        assert_eq!(angle.limited_by.unwrap().name, "position_max");
+        assert_eq!(angle.limited_by.unwrap().metric, Metric::TIP_MAX);
         // Together each gets half: both errors can point the same way.
         let together = sheet.bodies[0].together.as_ref().unwrap();
         let of = |t: &Tolerance| t.within().unwrap().simulated;
@@ -122,10 +123,8 @@ fn one_sensor_that_is_off_puts_the_tip_off_by_as_much_and_its_turn_by_the_lever(
 #[test]
 fn a_crf_that_is_off_counts_as_much_as_the_tool() {
     // The tip is 50 mm from the only sensor of the CRF, the requirement is on the angle.
-    let mut scenario = ideal(
-        vec![six([0.0, 0.0, 100.0])],
-        Requirement { angle_rms_deg: Some(0.6), ..at_most_mm(1.05) },
-    );
+    let mut scenario =
+        ideal(vec![six([0.0, 0.0, 100.0])], at_most_mm(1.05).with(Metric::ANGLE_RMS, Some(0.6)));
     scenario.crf = Some(ScenarioCrf {
         body: RigidBody {
             name: "crf".into(),
@@ -142,7 +141,7 @@ fn a_crf_that_is_off_counts_as_much_as_the_tool() {
     // 0.6° puts the tip off by 0.52 mm only: the angle's own bound counts.
     let angle = of(&crf.angle_deg);
     assert!((angle.simulated - 0.6).abs() < 1e-3 && angle.value <= 0.6);
-    assert_eq!(angle.limited_by.unwrap().name, "angle_rms");
+    assert_eq!(angle.limited_by.unwrap().metric, Metric::ANGLE_RMS);
     assert_eq!(sheet.bodies[1].sensors[0].position_from_tip_mm, None);
     // Tool and CRF turn against each other: to first order half a degree more than either.
     let together: Vec<f64> = (sheet.bodies.iter())
@@ -189,13 +188,13 @@ fn figures_anew(scenario: &Scenario, errors: &BuildErrors) -> Vec<Check> {
 }
 
 fn all_bounds() -> Requirement {
-    Requirement {
-        position_rms_mm: Some(1.0),
-        position_p95_mm: Some(1.5),
-        position_max_mm: Some(2.0),
-        angle_rms_deg: Some(0.5),
-        angle_max_deg: Some(1.0),
-    }
+    Requirement::at_most([
+        (Metric::TIP_RMS, 1.0),
+        (Metric::TIP_P95, 1.5),
+        (Metric::TIP_MAX, 2.0),
+        (Metric::ANGLE_RMS, 0.5),
+        (Metric::ANGLE_MAX, 1.0),
+    ])
 }
 
 /// Every sensor at the edge of its zone, in a random direction.
@@ -238,7 +237,7 @@ fn a_design_that_is_off_is_simulated_as_it_is_pose_by_pose() {
             assert_eq!(found.len(), 5);
             for (found, expected) in found.iter().zip(&expected) {
                 let difference = (found.value - expected.value).abs();
-                assert!(difference < 1e-10, "{name} {}: {difference}", found.name);
+                assert!(difference < 1e-10, "{name} {}: {difference}", found.metric.name());
             }
         };
         let none = BuildErrors::none(&scenario);
@@ -401,14 +400,13 @@ fn a_bound_on_the_95th_percentile_or_the_maximum_holds_at_the_edge_too() {
     scenario.motion = turning(25.0);
     scenario.requirement = Some(all_bounds());
     let as_drawn = figures_anew(&scenario, &BuildErrors::none(&scenario));
-    let of = |name: &str| 1.2 * as_drawn.iter().find(|c| c.name == name).unwrap().value;
+    let of = |metric| 1.2 * as_drawn.iter().find(|c| c.metric == metric).unwrap().value;
     for requirement in [
-        Requirement { position_p95_mm: Some(of("position_p95")), ..Requirement::default() },
-        Requirement {
-            position_max_mm: Some(of("position_max")),
-            angle_max_deg: Some(of("angle_max")),
-            ..Requirement::default()
-        },
+        Requirement::at_most([(Metric::TIP_P95, of(Metric::TIP_P95))]),
+        Requirement::at_most([
+            (Metric::TIP_MAX, of(Metric::TIP_MAX)),
+            (Metric::ANGLE_MAX, of(Metric::ANGLE_MAX)),
+        ]),
     ] {
         scenario.requirement = Some(requirement);
         let sheet = sheet_of(&scenario);

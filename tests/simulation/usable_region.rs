@@ -1,5 +1,6 @@
 //! Regions whose shape follows from the field, and the study itself at lattice points.
 
+use trackwright_simulation::Metric;
 use trackwright_simulation::usable_region::*;
 
 use trackwright_field::OutsidePolicy;
@@ -19,7 +20,6 @@ use std::sync::Arc;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::{CancelToken, InputTrial, Mode, expected, run};
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
@@ -71,10 +71,7 @@ fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
         crf_from_tool: Pose::identity(),
         motion: None,
         orientation_weight_mm: 100.0,
-        requirement: Some(Requirement {
-            position_rms_mm: Some(limit_mm),
-            ..Requirement::default()
-        }),
+        requirement: Some(Requirement::at_most([(Metric::TIP_RMS, limit_mm)])),
         outside: OutsidePolicy::Clamp,
     }
 }
@@ -274,11 +271,8 @@ fn without_a_requirement_there_is_no_region() {
 fn intervals_leave_less_than_the_rooms_own_field() {
     let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    scenario.requirement = Some(Requirement {
-        position_rms_mm: Some(1.0),
-        angle_rms_deg: Some(1.0),
-        ..Requirement::default()
-    });
+    scenario.requirement =
+        Some(Requirement::at_most([(Metric::TIP_RMS, 1.0), (Metric::ANGLE_RMS, 1.0)]));
     let counts = [9, 9, 9];
     let own = region(&scenario, counts);
     let both = usable_region(&scenario, counts, RegionBasis::Interval, &Task::default()).unwrap();
@@ -308,7 +302,7 @@ fn intervals_leave_less_than_the_rooms_own_field() {
             });
             let mode = Mode::Input(trials.collect());
             let found = expected(&scenario, &mode, &CancelToken::default()).unwrap();
-            let share = [(found.intervals[0][1], 1.0), (found.of(REQUIRED[3]).unwrap().1[1], 1.0)];
+            let share = [(found.intervals[0][1], 1.0), (found.of(Metric::ANGLE_RMS).1[1], 1.0)];
             (upper.values[place] / share_of(share.into_iter()) - 1.0).abs()
         })
         .collect();

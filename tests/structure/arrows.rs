@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const LARGEST_CIRCLE: usize = 3;
 
 /// Crates in which there are larger circles still.
-const CIRCLES_LEFT: &[&str] = &["design", "editor", "simulation"];
+const CIRCLES_LEFT: &[&str] = &["design", "editor"];
 
 /// The layers of the editor from the ground up; a file uses only its own layer and lower ones.
 const EDITOR_LAYERS: &[&[&str]] = &[

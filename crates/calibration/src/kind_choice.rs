@@ -120,7 +120,7 @@ pub fn choose_kind(
 ) -> Result<(Chosen, KindChoice), KindError> {
     let stretch = |i: usize| {
         let parts = kinds.len() as f64 + 1.0;
-        task.stretch(i as f64 / parts, (i + 1) as f64 / parts)
+        task.subtask(i as f64 / parts, (i + 1) as f64 / parts)
     };
     let chosen = choose_by(samples, labels.clone(), tried.clone(), &stretch(0))?;
     let judge = Judge { samples, labels: &labels, tried };
@@ -235,18 +235,18 @@ impl Judge<'_> {
         let hold_outs =
             HoldOuts { groups: Some(&twins), has_few_groups: true, ..HoldOuts::default() };
         let turned = self.samples.with_turned_axes();
-        let selection = select_by(&turned, &hold_outs, self.tried, &task.stretch(0.0, 0.8))?;
+        let selection = select_by(&turned, &hold_outs, self.tried, &task.subtask(0.0, 0.8))?;
         let candidate = selection.best().candidate;
         Ok(KindScored {
             model: RoomModel::Bernstein { is_symmetric: true },
-            scores: self.polynomials(&candidate, true, &task.stretch(0.8, 1.0))?,
+            scores: self.polynomials(&candidate, true, &task.subtask(0.8, 1.0))?,
             candidate: Some(candidate),
         })
     }
 
     /// Kernel and amplitude are of all rows; a row's value given the other folds is then exact.
     fn kriging(&self, task: &Task) -> Result<KindScored, KindError> {
-        let process = GaussianField::fit(self.samples, None, &task.stretch(0.0, 0.4))
+        let process = GaussianField::fit(self.samples, None, &task.subtask(0.0, 0.4))
             .map_err(RoomModelError::from)?;
         let kept = kept_rows(self.samples.samples.len());
         let scores = score(self.samples, &self.hold_outs(), self.tried, |folds| {

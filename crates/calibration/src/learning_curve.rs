@@ -51,7 +51,7 @@ pub fn learning_curve(
         let part = |rows: usize| rows as f64 / all.max(1) as f64;
         let rows = chosen_rows(samples.samples.len(), size);
         let some = rows_of(samples, &rows);
-        let task = task.stretch(part(before), part(before + size));
+        let task = task.subtask(part(before), part(before + size));
         let (_, choice) = choose_kind(&some, labels_of(labels, &rows), tried, kinds, &task)?;
         points.push(LearningPoint { rows: rows.len(), choice });
         before += size;

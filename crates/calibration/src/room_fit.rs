@@ -164,11 +164,11 @@ fn polynomials(
     let turned = is_symmetric.then(|| measured.with_turned_axes());
     let samples = turned.as_ref().unwrap_or(measured);
     let fitting = task_of(RoomStage::Fitting);
-    let factored = factor(samples, settings, None, &fitting.stretch(0.0, FACTORING_PART))?;
+    let factored = factor(samples, settings, None, &fitting.subtask(0.0, FACTORING_PART))?;
     let solved = factored.solve_with(
         settings.rcond,
         settings.ridge,
-        &fitting.stretch(FACTORING_PART, 1.0),
+        &fitting.subtask(FACTORING_PART, 1.0),
     )?;
     let fit = solved.judged(samples);
     let (support, support_left_out) = match order.with_support {

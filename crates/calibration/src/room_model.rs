@@ -129,12 +129,12 @@ impl HarmonicTable {
         let (generator, learned) = match choice {
             GeneratorChoice::Known(generator) => (generator.clone(), None),
             GeneratorChoice::Learned => {
-                let task = task.stretch(0.0, LEARNING_PART);
+                let task = task.subtask(0.0, LEARNING_PART);
                 let learned = learn(&task, LEARNED, &set, &LearnSettings::default())?;
                 (learned.generator.clone(), Some(learned))
             }
         };
-        let task = task.stretch(LEARNING_PART, 1.0);
+        let task = task.subtask(LEARNING_PART, 1.0);
         Ok(Self {
             rows: HarmonicRows::new(&task, &generator, &set, max_degree)?,
             generator,
@@ -193,8 +193,8 @@ pub fn fit_harmonic(
         return Err(RoomModelError::CorrectionMap);
     }
     let degree = order.degree.unwrap_or_else(|| degree_for(samples.samples.len()));
-    let table = HarmonicTable::new(samples, &order.generator, degree, &task.stretch(0.0, 0.7))?;
-    let found = table.fit(None, degree, order.loss, &task.stretch(0.7, 1.0))?;
+    let table = HarmonicTable::new(samples, &order.generator, degree, &task.subtask(0.0, 0.7))?;
+    let found = table.fit(None, degree, order.loss, &task.subtask(0.7, 1.0))?;
     let report = HarmonicReport {
         generator: table.generator.clone(),
         degree,
@@ -212,8 +212,8 @@ pub fn fit_kriging(
     map: MapKind,
     task: &Task,
 ) -> Result<(Fit, Arc<GaussianField>), RoomModelError> {
-    let process = Arc::new(GaussianField::fit(samples, None, &task.stretch(0.0, 0.6))?);
-    let kriging = Kriging::new(process.clone(), &task.stretch(0.6, 1.0))?;
+    let process = Arc::new(GaussianField::fit(samples, None, &task.subtask(0.0, 0.6))?);
+    let kriging = Kriging::new(process.clone(), &task.subtask(0.6, 1.0))?;
     let fit = fit_of(samples, FieldSource::Kriging(kriging), map)?;
     Ok((fit, process))
 }

@@ -52,7 +52,7 @@ pub fn room_process(
             return Ok(around.with_trend(samples, &own));
         }
     }
-    let alone = GaussianField::fit(samples, None, &task.stretch(0.0, 0.5))?;
+    let alone = GaussianField::fit(samples, None, &task.subtask(0.0, 0.5))?;
     let is_determined = fit.systems.iter().all(|system| {
         system.samples >= ROWS_AN_UNKNOWN * system.unknowns && system.rank == system.unknowns
     });
@@ -62,7 +62,7 @@ pub fn room_process(
     let Some(held_out) = held_out(samples, refit, &fit.model, task)? else {
         return Ok(alone);
     };
-    let around = GaussianField::fit(samples, Some(&held_out), &task.stretch(0.5, 1.0))?;
+    let around = GaussianField::fit(samples, Some(&held_out), &task.subtask(0.5, 1.0))?;
     if around.left_out_rms_mm < BETTER * alone.left_out_rms_mm {
         Ok(around.with_trend(samples, &trend(&fit.model, samples)))
     } else {

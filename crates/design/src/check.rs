@@ -80,10 +80,9 @@ pub(super) fn check_requirement(requirement: Option<&Requirement>) -> Result<(),
     let Some(requirement) = requirement else {
         return Ok(());
     };
-    for (name, limit) in requirement.bounds() {
-        let Some(limit) = limit else { continue };
-        check_finite(name, [limit].iter())?;
-        check_number(name, limit, Requirement::bound_problem(name, limit))?;
+    for (metric, limit) in requirement.bounds() {
+        check_finite(metric.name(), [limit].iter())?;
+        check_number(metric.name(), limit, Requirement::bound_problem(metric, limit))?;
     }
     Ok(())
 }

@@ -104,11 +104,9 @@ fn wrong<T>(field: &str, found: impl ToString, expected: &'static str) -> Result
 
 fn check_studies(studies: &DecidedStudies) -> Result<(), DecisionError> {
     let bounds = studies.requirement.iter().flat_map(|r| r.bounds());
-    for (name, bound) in bounds {
-        if let Some(bound) = bound
-            && let Some(expected) = Requirement::bound_problem(name, bound)
-        {
-            return wrong(&format!("requirement.{name}"), short(bound), expected);
+    for (metric, bound) in bounds {
+        if let Some(expected) = Requirement::bound_problem(metric, bound) {
+            return wrong(&format!("requirement.{}", metric.name()), short(bound), expected);
         }
     }
     if studies.rows.iter().all(|row| row.figures.is_err()) {
@@ -141,8 +139,9 @@ fn check_row(row: &DecidedRow, studies: &DecidedStudies) -> Result<(), DecisionE
     if without_field >= trials {
         return wrong("without_field", without_field, "fewer than the trials");
     }
-    for (name, value) in figures.named() {
-        check_not_negative(name, value)?;
+    for (metric, value) in figures.values.iter() {
+        let field = format!("{}.{}", metric.of.key(), metric.summary.key());
+        check_not_negative(&field, value)?;
     }
     match (met, figures.meet(studies.requirement.as_ref())) {
         (found, expected) if found == expected => Ok(()),

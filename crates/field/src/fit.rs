@@ -158,8 +158,8 @@ pub fn fit_with(
     task: &Task,
 ) -> Result<Fit, FitError> {
     let bounds = checked_bounds(set, settings, bounds)?;
-    let factored = factor_in(bounds, set, settings, &task.stretch(0.0, FACES_PART))?;
-    let task = task.stretch(FACES_PART, 1.0);
+    let factored = factor_in(bounds, set, settings, &task.subtask(0.0, FACES_PART))?;
+    let task = task.subtask(FACES_PART, 1.0);
     let solved = factored.solve_with(settings.rcond, settings.ridge, &task)?;
     Ok(solved.judged(set))
 }

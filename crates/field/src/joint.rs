@@ -138,7 +138,7 @@ impl JointSystem<'_> {
     /// for thousands takes minutes and cannot be stopped.
     pub fn solve(&self, rcond: f64, ridge: f64, task: &Task) -> Result<Solution, JointError> {
         let damped_from = if ridge > 0.0 { 0.5 } else { 1.0 };
-        let triangle = self.eliminate(None, &task.stretch(0.0, damped_from))?;
+        let triangle = self.eliminate(None, &task.subtask(0.0, damped_from))?;
         let found = (triangle.order.len() == self.set.len())
             .then(|| determined(&triangle, rcond, |i| triangle.diagonal(i)))
             .flatten();
@@ -149,7 +149,7 @@ impl JointSystem<'_> {
         };
         let damped = match ridge > 0.0 {
             true => {
-                let task = task.stretch(damped_from, 1.0);
+                let task = task.subtask(damped_from, 1.0);
                 Some(self.eliminate(Some(ridge * found.largest), &task)?)
             }
             false => None,

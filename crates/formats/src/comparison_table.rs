@@ -4,11 +4,10 @@
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_simulation::comparison::{
-    Comparison, ErrorOf, FIGURES, Figure, Row, Verdict, values,
-};
+use trackwright_simulation::comparison::{Comparison, Row, Verdict};
 use trackwright_simulation::expected::requirement_figures;
 use trackwright_simulation::figures::Figures;
+use trackwright_simulation::{METRICS, Metric};
 
 /// What designs and rooms are called, by their numbers in the comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,10 +67,10 @@ const DIFFERENCE: usize = 4;
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
-    let figures = FIGURES.iter().map(|f| column(*f, ""));
-    let differences = FIGURES.iter().flat_map(|f| {
+    let figures = METRICS.iter().map(|f| column(*f, ""));
+    let differences = METRICS.iter().flat_map(|f| {
         let ends = ["_difference", "_low", "_high"].map(|what| column(*f, what));
-        ends.into_iter().chain([format!("{}_verdict", stem(*f))])
+        ends.into_iter().chain([format!("{}_verdict", f.name())])
     });
     let [first, middle] = [FIRST, MIDDLE].map(|names| names.split(',').map(str::to_owned));
     table.write_record(first.chain(figures).chain(middle).chain(differences))?;
@@ -82,20 +81,8 @@ pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io:
 }
 
 /// `position_rms_mm`, `angle_max_difference_deg`.
-fn column(figure: Figure, what: &str) -> String {
-    let unit = match figure.of {
-        ErrorOf::Position => "mm",
-        ErrorOf::Angle => "deg",
-    };
-    format!("{}{what}_{unit}", stem(figure))
-}
-
-fn stem(figure: Figure) -> String {
-    let of = match figure.of {
-        ErrorOf::Position => "position",
-        ErrorOf::Angle => "angle",
-    };
-    format!("{of}_{}", figure.name())
+fn column(metric: Metric, what: &str) -> String {
+    format!("{}{what}_{}", metric.name(), metric.of.unit_key())
 }
 
 fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
@@ -111,7 +98,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
         Err(why) => {
             cells.push(why.to_string());
             let count = |names: &str| names.split(',').count();
-            cells.extend(empty(count(FIRST) - 5 + FIGURES.len() + count(MIDDLE) - 4));
+            cells.extend(empty(count(FIRST) - 5 + METRICS.len() + count(MIDDLE) - 4));
         }
         Ok(measured) => {
             let figures = &measured.figures;
@@ -126,7 +113,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
                 ]
                 .map(|count| count.to_string()),
             );
-            cells.extend(values(&figures.position_mm, &figures.angle_deg).map(shortest));
+            cells.extend(figures.values().map(shortest));
             cells.push(requirement_cell(figures));
             cells.push(figures.worst.trial.to_string());
             cells.push(shortest(figures.worst.position_mm));
@@ -135,7 +122,7 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
         }
     }
     match &row.against_baseline {
-        None => cells.extend(empty(4 + FIGURES.len() * DIFFERENCE)),
+        None => cells.extend(empty(4 + METRICS.len() * DIFFERENCE)),
         Some(against) => {
             cells.push(Names::of(&names.designs, comparison.baseline).to_owned());
             cells.push(flag(against.motion_differs));

@@ -174,11 +174,9 @@ fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), For
 }
 
 fn check_requirement(field: &str, requirement: Option<&Requirement>) -> Result<(), FormatError> {
-    for (name, limit) in requirement.into_iter().flat_map(Requirement::bounds) {
-        if let Some(limit) = limit {
-            let problem = Requirement::bound_problem(name, limit);
-            check_number(&format!("{field}.{name}"), limit, problem)?;
-        }
+    for (metric, limit) in requirement.into_iter().flat_map(Requirement::bounds) {
+        let problem = Requirement::bound_problem(metric, limit);
+        check_number(&format!("{field}.{}", metric.name()), limit, problem)?;
     }
     Ok(())
 }
@@ -251,8 +249,8 @@ fn write_motion(out: &mut RonWriter, motion: Option<&Motion>) {
 
 fn write_requirement(out: &mut RonWriter, requirement: Option<&Requirement>) {
     let Some(requirement) = requirement else { return };
-    let bounds = requirement.bounds().into_iter();
-    let bounds = bounds.filter_map(|(name, limit)| limit.map(|limit| format!("{name}: {limit:?}")));
+    let bounds = requirement.bounds();
+    let bounds = bounds.map(|(metric, limit)| format!("{}: {limit:?}", metric.name()));
     out.field("requirement", format_args!("({})", bounds.collect::<Vec<_>>().join(", ")));
 }
 

@@ -64,7 +64,7 @@ fn tolerances(found: Option<&Tolerances>) -> [String; 4] {
         let bound = within.and_then(|w| w.limited_by);
         [
             within.map(|w| shortest(w.value)).unwrap_or_default(),
-            bound.map(|c| c.name.to_owned()).unwrap_or_default(),
+            bound.map(|c| c.metric.name().to_owned()).unwrap_or_default(),
         ]
     };
     let [a, b] = of(found.map(|t| &t.position_mm));

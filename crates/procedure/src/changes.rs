@@ -4,6 +4,7 @@ use super::decided::{DecidedFigures, DecidedRecording, DecidedRow, DecidedStudie
 use super::status::Row;
 use serde::Serialize;
 use std::fmt;
+use trackwright_simulation::Metric;
 use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::requirement::Requirement;
 
@@ -25,7 +26,7 @@ pub struct Change {
 pub enum Changed {
     /// By more than the digits that are printed.
     Figure {
-        figure: &'static str,
+        figure: String,
         unit: &'static str,
         /// After the point, as printed.
         #[serde(skip)]
@@ -40,7 +41,7 @@ pub enum Changed {
         now: usize,
     },
     /// Of the requirement, by its name in a design file.
-    Bound { bound: &'static str, before: Option<f64>, now: Option<f64> },
+    Bound { bound: Metric, before: Option<f64>, now: Option<f64> },
     /// Another recording, or another way to take it.
     Recording { before: String, now: String },
     /// There were none then.
@@ -56,7 +57,7 @@ pub enum Changed {
 /// A figure then and now; one that differs by more than a unit of its last printed digit is printed
 /// with other digits, whatever both were rounded from.
 pub(super) fn figure(
-    figure: &'static str,
+    figure: impl Into<String>,
     unit: &'static str,
     digits: usize,
     [before, now]: [f64; 2],
@@ -64,7 +65,7 @@ pub(super) fn figure(
     let last_digit = 0.1_f64.powi(i32::try_from(digits).unwrap_or(i32::MAX));
     // Whatever is no number is another figure.
     let is_same = (before - now).abs() <= last_digit;
-    (!is_same).then_some(Changed::Figure { figure, unit, digits, before, now })
+    (!is_same).then(|| Changed::Figure { figure: figure.into(), unit, digits, before, now })
 }
 
 fn count(of: &'static str, [before, now]: [usize; 2]) -> Option<Changed> {
@@ -102,11 +103,11 @@ pub(super) fn study_changes<'a>(
 }
 
 fn bound_changes(before: Option<&Requirement>, now: Option<&Requirement>) -> Vec<Change> {
-    let bounds = |of: Option<&Requirement>| of.copied().unwrap_or_default().bounds();
-    let each = bounds(before).into_iter().zip(bounds(now));
-    let changed = each.filter(|((_, before), (_, now))| before != now);
+    let [before, now] = [before, now].map(|of| of.copied().unwrap_or_default());
+    let each = Metric::bounded().map(|metric| (metric, before.bound(metric), now.bound(metric)));
+    let changed = each.filter(|(_, before, now)| before != now);
     changed
-        .map(|((bound, before), (_, now))| Change {
+        .map(|(bound, before, now)| Change {
             room: None,
             target: None,
             what: Changed::Bound { bound, before, now },
@@ -121,22 +122,16 @@ fn row_changes(before: &DecidedRow, row: &Row) -> Vec<Changed> {
         (Ok(_), Err(why)) => vec![Changed::HasNoFigures { why: why.to_string() }],
         (Ok(before), Ok(now)) => {
             let now = DecidedFigures::of(&now.figures, now.without_field);
-            let (p, a) =
-                ([before, &now].map(|f| f.position_mm), [before, &now].map(|f| f.angle_deg));
-            let mm = |name, values| figure(name, "mm", STUDY_DIGITS, values);
-            let deg = |name, values| figure(name, "°", STUDY_DIGITS, values);
-            let changes = [
-                mm("tip error RMS", p.map(|f| f.rms)),
-                mm("tip error mean", p.map(|f| f.mean)),
-                mm("tip error 95th percentile", p.map(|f| f.p95)),
-                mm("tip error max", p.map(|f| f.max)),
-                deg("angle error RMS", a.map(|f| f.rms)),
-                deg("angle error 95th percentile", a.map(|f| f.p95)),
-                deg("angle error max", a.map(|f| f.max)),
+            let figures = Metric::decided().map(|metric| {
+                let [before, now] = [before, &now].map(|f| f.values.get(metric));
+                // What was not kept then is not compared.
+                figure(metric.label(), metric.unit(), STUDY_DIGITS, [before?, now?])
+            });
+            let counts = [
                 count("trials", [before.trials, now.trials]),
                 count("trials without field", [before.without_field, now.without_field]),
             ];
-            changes.into_iter().flatten().collect()
+            figures.chain(counts).flatten().collect()
         }
     }
 }
@@ -158,12 +153,13 @@ pub(super) fn recording_changes(
         let [before, now] = [before, now].map(|of| of.recording.to_string());
         return vec![everywhere(Changed::Recording { before, now })];
     }
-    let mm = |name, before, now| figure(name, "mm", 3, [before, now]);
+    let mm = |name: &str, before, now| figure(name, "mm", 3, [before, now]);
+    let rms = Metric::TIP_RMS.label();
     // A part that is not known is none.
     let part = |of: Option<f64>| of.unwrap_or(0.0);
     let changes = [
-        mm("measured tip error RMS", before.measured_rms_mm, now.measured_rms_mm),
-        mm("predicted tip error RMS", before.predicted_rms_mm, now.predicted_rms_mm),
+        mm(&format!("measured {rms}"), before.measured_rms_mm, now.measured_rms_mm),
+        mm(&format!("predicted {rms}"), before.predicted_rms_mm, now.predicted_rms_mm),
         mm("measured minus predicted RMS", before.residual_rms_mm, now.residual_rms_mm),
         figure("explained part", "%", 1, [before, now].map(|of| 100.0 * part(of.explained))),
         figure("slope", "", 2, [before, now].map(|of| part(of.slope))),
@@ -206,7 +202,7 @@ impl fmt::Display for Changed {
             }
             Self::Bound { bound, before, now } => {
                 let shown = |of: &Option<f64>| of.map_or("none".to_owned(), |v| v.to_string());
-                write!(f, "required {bound} was {}, is {}", shown(before), shown(now))
+                write!(f, "required {} was {}, is {}", bound.name(), shown(before), shown(now))
             }
             Self::Recording { before, now } => write!(f, "decided on {before}, looked at is {now}"),
             Self::HasFigures => f.write_str("has figures, had none"),
@@ -231,7 +227,7 @@ mod tests {
         ) {
             let now = before + by;
             let printed = |value: f64| format!("{value:.digits$}");
-            match figure("tip error RMS", "mm", digits, [before, now]) {
+            match figure(Metric::TIP_RMS.label(), "mm", digits, [before, now]) {
                 Some(_) => prop_assert_ne!(printed(before), printed(now)),
                 None => prop_assert!(by.abs() <= 1.01 * 0.1_f64.powi(digits as i32)),
             }

@@ -1,9 +1,9 @@
 //! What a step of the design procedure is decided on: its figures as they were on that day.
 
-use serde::Deserialize;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_simulation::figures::Figures;
 use trackwright_simulation::requirement::Requirement;
+use trackwright_simulation::{Metric, MetricMap};
 
 /// The steps at which somebody decides (Fischer & Taylor 2005, section 4.1: 2 and 3, 4 and 5, 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -52,36 +52,15 @@ pub struct RoomName {
     pub file: String,
 }
 
-/// The figures of one study that a requirement can be about, and what they rest on.
+/// The figures of one study that a decision keeps, and what they rest on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecidedFigures {
     pub trials: usize,
     /// Trials with a sensor where the room says nothing.
     pub without_field: usize,
-    /// Of the tip.
-    pub position_mm: PositionFigures,
-    pub angle_deg: AngleFigures,
+    pub values: MetricMap,
     /// `None` without bounds.
     pub met: Option<bool>,
-}
-
-/// Millimetres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(rename = "Position", deny_unknown_fields)]
-pub struct PositionFigures {
-    pub rms: f64,
-    pub mean: f64,
-    pub p95: f64,
-    pub max: f64,
-}
-
-/// Degrees.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
-#[serde(rename = "Angle", deny_unknown_fields)]
-pub struct AngleFigures {
-    pub rms: f64,
-    pub p95: f64,
-    pub max: f64,
 }
 
 /// What a recording of the built tool came to.
@@ -160,34 +139,27 @@ impl DecisionBasis {
 impl DecidedFigures {
     /// Those of a study.
     pub fn of(figures: &Figures, without_field: usize) -> Self {
-        let (p, a) = (&figures.position_mm, &figures.angle_deg);
         Self {
             trials: figures.trials,
             without_field,
-            position_mm: PositionFigures { rms: p.rms, mean: p.mean, p95: p.p95, max: p.max },
-            angle_deg: AngleFigures { rms: a.rms, p95: a.p95, max: a.max },
+            values: Metric::decided().map(|metric| (metric, figures.value(metric))).collect(),
             met: figures.within_bounds(),
         }
     }
 
     /// Whether they keep to the bounds; `None` without any.
+    ///
+    /// ```
+    /// use trackwright_procedure::DecidedFigures;
+    /// use trackwright_simulation::{Metric, Requirement};
+    /// let values = [(Metric::TIP_RMS, 0.8)].into();
+    /// let figures = DecidedFigures { trials: 3, without_field: 0, values, met: None };
+    /// let requirement = Requirement::at_most([(Metric::TIP_RMS, 1.0)]);
+    /// assert_eq!(figures.meet(Some(&requirement)), Some(true));
+    /// assert_eq!(figures.meet(None), None);
+    /// ```
     pub fn meet(&self, requirement: Option<&Requirement>) -> Option<bool> {
-        let (p, a) = (&self.position_mm, &self.angle_deg);
-        let checks = requirement?.checks_of([p.rms, p.p95, p.max, a.rms, a.max]);
+        let checks = requirement?.checks_of(|metric| self.values.get(metric));
         (!checks.is_empty()).then(|| checks.iter().all(|check| check.met))
-    }
-
-    /// With their names in a file.
-    pub fn named(&self) -> [(&'static str, f64); 7] {
-        let (p, a) = (&self.position_mm, &self.angle_deg);
-        [
-            ("position.rms", p.rms),
-            ("position.mean", p.mean),
-            ("position.p95", p.p95),
-            ("position.max", p.max),
-            ("angle.rms", a.rms),
-            ("angle.p95", a.p95),
-            ("angle.max", a.max),
-        ]
     }
 }

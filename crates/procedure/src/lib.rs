@@ -1,5 +1,11 @@
 //! Where a design stands in the paper's procedure (Fischer & Taylor 2005, section 4.1): the CRF alone,
 //! the tool against it, the built tool against its prediction.
+//!
+//! ```
+//! use trackwright_procedure::Step;
+//! let steps = Step::ALL.map(|step| format!("{}. {step}", step.number()));
+//! assert_eq!(steps, ["1. CRF alone", "2. tool", "3. built tool"]);
+//! ```
 
 mod changes;
 mod decided;
@@ -9,8 +15,7 @@ mod words;
 
 pub use changes::{Change, Changed};
 pub use decided::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
-    PositionFigures, RoomName, Step,
+    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
 pub use plan::{Plan, Recording, Room, RoomStudies};
 pub use status::{

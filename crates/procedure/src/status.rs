@@ -115,11 +115,11 @@ pub fn step_status(plan: Plan, task: &Task) -> Result<StepStatus, Cancelled> {
             changes: Vec::new(),
         },
         _ => {
-            let rows = crf_rows(&plan, &task.stretch(0.0, middle))?;
+            let rows = crf_rows(&plan, &task.subtask(0.0, middle))?;
             studies_status(rows, plan.crf_requirement, plan.decided_crf.as_ref())
         }
     };
-    let rows = tool_rows(&plan, &task.stretch(middle, 1.0))?;
+    let rows = tool_rows(&plan, &task.subtask(middle, 1.0))?;
     Ok(StepStatus {
         crf,
         tool: studies_status(rows, plan.requirement, plan.decided_tool.as_ref()),

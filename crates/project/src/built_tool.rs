@@ -168,7 +168,7 @@ pub fn built_tool(
             poses_of(&tool)
         }
     };
-    let rows = paired_rows(&scenario, &poses, &task.stretch(0.0, 0.3))
+    let rows = paired_rows(&scenario, &poses, &task.subtask(0.0, 0.3))
         .map_err(BuiltToolFailure::Simulation)?;
     if tables.crf.is_none()
         && !tables.is_one_frame
@@ -177,7 +177,7 @@ pub fn built_tool(
         let file = tables.tool.to_owned();
         return Err(BuiltToolFailure::Frames { file, mismatch });
     }
-    let agreement = agreement(&scenario, rows, &tables.settings, &task.stretch(0.3, 1.0))
+    let agreement = agreement(&scenario, rows, &tables.settings, &task.subtask(0.3, 1.0))
         .map_err(|cause| BuiltToolFailure::Agreement { file: tables.tool.to_owned(), cause })?;
     Ok(BuiltTool {
         has_crf: scenario.crf.is_some(),

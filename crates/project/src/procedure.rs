@@ -53,7 +53,7 @@ pub fn procedure(
         None => None,
         Some(wanted) => {
             let found =
-                recorded(files, world, (storage, &file), wanted, &task.stretch(0.0, 0.4), note);
+                recorded(files, world, (storage, &file), wanted, &task.subtask(0.0, 0.4), note);
             task.step(4, 10)?;
             let room = RoomName { name: own(), file: design.environment.clone() };
             Some(found.map(|found| decided_on(found, wanted, room)))
@@ -76,7 +76,7 @@ pub fn procedure(
             _ => None,
         },
     };
-    Ok(step_status(plan, &task.stretch(start, 1.0))?)
+    Ok(step_status(plan, &task.subtask(start, 1.0))?)
 }
 
 /// How a design refers to a file that a person named.
@@ -209,9 +209,9 @@ fn decided_on(found: BuiltTool, recording: &BuiltRecording, room: RoomName) -> R
             recording: recording.clone(),
             poses: summary.poses,
             used: summary.used,
-            measured_rms_mm: position.measured.rms,
-            predicted_rms_mm: position.predicted.rms,
-            residual_rms_mm: position.residual.rms,
+            measured_rms_mm: position.measured.rms(),
+            predicted_rms_mm: position.predicted.rms(),
+            residual_rms_mm: position.residual.rms(),
             explained: position.explained.map(|part| part.value),
             slope: position.slope.map(|slope| slope.value),
             statement: summary.statement.clone(),

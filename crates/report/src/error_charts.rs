@@ -2,7 +2,7 @@
 
 use super::plot::{Axis, Chart, Series, SeriesStyle};
 use trackwright_simulation::profile::AxisProfile;
-use trackwright_simulation::{Profile, Requirement};
+use trackwright_simulation::{Metric, Profile, Requirement};
 
 /// Columns of a timeline: more would be a solid band.
 const MOST_COLUMNS: usize = 200;
@@ -31,14 +31,14 @@ pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart
             label,
             &shown,
             |axis| &axis.rms_mm,
-            requirement.position_rms_mm,
+            requirement.bound(Metric::TIP_RMS),
         ));
         charts.push(over_axes(
             format!("Largest over {moved}"),
             label,
             &shown,
             |axis| &axis.max_mm,
-            requirement.position_max_mm,
+            requirement.bound(Metric::TIP_MAX),
         ));
     }
     if charts.is_empty() {

@@ -2,6 +2,8 @@
 
 use crate::text_table;
 use trackwright_simulation::BoundVerdict;
+use trackwright_simulation::ErrorOf;
+use trackwright_simulation::Metric;
 use trackwright_simulation::expected::verdict_of;
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::requirement::Check;
@@ -75,21 +77,21 @@ fn length([x, y, z]: [f64; 3]) -> f64 {
 }
 
 /// What a bound is called in a sheet.
-fn bound_label(name: &'static str) -> &'static str {
-    match name {
-        "position_rms" => "position RMS",
-        "position_p95" => "position 95th percentile",
-        "position_max" => "position max",
-        "angle_rms" => "angle RMS",
-        "angle_max" => "angle max",
-        other => other,
+fn bound_label(metric: Metric) -> String {
+    format!("{} {}", metric.of.key(), metric.summary.label())
+}
+
+/// The unit as it follows a number.
+fn unit_after(metric: Metric) -> &'static str {
+    match metric.of {
+        ErrorOf::Position => " mm",
+        ErrorOf::Angle => "°",
     }
 }
 
 /// A figure against its bound: "position RMS 0.980 of 1 mm".
 pub fn check_words(check: &Check) -> String {
-    let name = bound_label(check.name);
-    let unit = if check.name.starts_with("angle") { "°" } else { " mm" };
+    let (name, unit) = (bound_label(check.metric), unit_after(check.metric));
     format!("{name} {:.4} of {}{unit}", check.value, check.limit)
 }
 
@@ -150,13 +152,10 @@ pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
     };
     let each = bounds.iter().map(|bound| {
         let [low, high] = bound.interval.unwrap_or([bound.value; 2]);
-        let unit = match bound.figure.unit() {
-            "°" => "°",
-            _ => " mm",
-        };
+        let unit = unit_after(bound.metric);
         format!(
             "{} {:.4} (95 %: {low:.4} to {high:.4}) of {}{unit}, {}",
-            bound_label(bound.name),
+            bound_label(bound.metric),
             bound.value,
             bound.limit,
             bound.label()

@@ -8,7 +8,7 @@ use trackwright_simulation::placement::vertices;
 use trackwright_simulation::uncertainty::{TipUncertainty, first_order};
 use trackwright_simulation::{
     ArrowOutcome, PlacedBody, PlacementOutcome, PlacementPlan, PoseDetail, RegionBasis, Scenario,
-    SliceOutcome, SupportedRegion, UsableRegion, look, place, sample_arrows, sample_slice,
+    SliceOutcome, SupportedRegion, UsableRegion, place, sample_arrows, sample_slice, simulate_pose,
     slice_support, supported_region, usable_region,
 };
 use trackwright_task::Task;
@@ -53,7 +53,7 @@ impl Stage<'_> {
         let mut why = |layer: &str, error: &dyn std::fmt::Display| {
             missing.push(format!("{layer}: {error}"));
         };
-        let pose = look(&scenario);
+        let pose = simulate_pose(&scenario);
         task.step(1, 10)?;
         let slice = layers
             .slice
@@ -73,21 +73,21 @@ impl Stage<'_> {
         });
         let support = (layers.support && environment.fit_validity.is_some()).then(|| {
             let axis = slice_plan(environment, &view.slice).sensor_axis;
-            let part = task.stretch(0.3, 0.5);
+            let part = task.subtask(0.3, 0.5);
             supported_region(environment, &axis, REGION_POINTS, &part)
                 .map_err(|error| why("support", &error))
                 .ok()
         });
         task.step(5, 10)?;
         let region = layers.region.then(|| {
-            let part = task.stretch(0.5, 0.75);
+            let part = task.subtask(0.5, 0.75);
             usable_region(&scenario, [REGION_POINTS; 3], RegionBasis::Interval, &part)
                 .map_err(|error| why("region", &error))
                 .ok()
         });
         task.step(3, 4)?;
         let placement = layers.placement.then(|| {
-            let part = task.stretch(0.75, 1.0);
+            let part = task.subtask(0.75, 1.0);
             let found = self.placement(&scenario, &part);
             found.map_err(|error| why("placement", &error)).ok()
         });

@@ -9,7 +9,7 @@ use trackwright_field::OutsidePolicy;
 use trackwright_formats::gltf::parse;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh::MeshPart;
-use trackwright_simulation::look;
+use trackwright_simulation::simulate_pose;
 
 fn world(name: &str) -> World {
     trackwright_project::open_builtin(name).unwrap()
@@ -212,7 +212,8 @@ fn errors_are_drawn_times_the_magnification() {
     world.document.set_view(view);
     let (scene, file) = scene(&world, &with_layers("sensor-errors,tip-error,ghost"));
     assert_eq!(scene.magnification, 10.0);
-    let detail = look(&trackwright_project::resolve(world.document.design(), &world.environment));
+    let detail =
+        simulate_pose(&trackwright_project::resolve(world.document.design(), &world.environment));
     let crf = world.document.design().tracker_from_body(BodyRole::Crf).unwrap();
     let tip = world.document.design().tool.body.rigid.judged_tip_in_body();
     let is = crf * detail.trial.crf_from_tool * tip;

@@ -1,9 +1,9 @@
 //! Position error vectors on a lattice through the room: what arrows are drawn from.
 
 use super::field_lattice::MeanErrors;
+use super::metric::Statistics;
 use super::run::StudyError;
 use super::scenario::Scenario;
-use super::statistics::Statistics;
 use super::work::Work;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -112,8 +112,8 @@ pub fn sample_arrows(
     };
     let mut lengths: Vec<f64> = outcome.arrows().map(|(_, error)| error.norm()).collect();
     if let Some(statistics) = Statistics::of(&mut lengths) {
-        outcome.max_mm = statistics.max;
-        outcome.p95_mm = statistics.p95;
+        outcome.max_mm = statistics.max();
+        outcome.p95_mm = statistics.p95();
     }
     Ok(outcome)
 }

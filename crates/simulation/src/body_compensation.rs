@@ -2,7 +2,7 @@
 //! the frame that the tracker tells, which may be a tip a hand's breadth away from them.
 
 use super::tracker::{BodyTracker, TrackBuffers};
-use crate::RigidBody;
+use crate::body::RigidBody;
 use crate::frame_fit::{FrameFitter, Reading};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_field::compensation::{Compensated, Compensator, Method};

@@ -1,7 +1,7 @@
 //! What a room's model says of one compensated pose of a body: its standard error at the sensors, the
 //! tip error that is left, and whether the model is valid there.
 
-use crate::RigidBody;
+use crate::body::RigidBody;
 use crate::linear_fit::{LinearFit, MotionCovariance, UnitCovariance};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::{Environment, FitValidity, OutsidePolicy};

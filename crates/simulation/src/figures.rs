@@ -1,8 +1,8 @@
 //! A study's figures, and the one way in which they are written for a person.
 
-use super::charted::Within;
+use super::metric::{Metric, MetricValues, Statistics, values};
 use super::requirement::Check;
-use super::statistics::Statistics;
+use super::requirement::Within;
 use serde::Serialize;
 use std::fmt;
 
@@ -141,12 +141,33 @@ impl FreeRotation {
 /// One figure for a person: the command line and the editor show the same digits.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FigureRow {
-    pub label: &'static str,
+    pub of: RowOf,
+    pub label: String,
     pub value: String,
     pub unit: &'static str,
 }
 
+/// What a row is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowOf {
+    Metric(Metric),
+    /// The part of it that a free rotation cannot change.
+    Determined(Metric),
+    /// A count, a share, a standard error.
+    Other,
+}
+
 impl Figures {
+    /// The value of a figure, mm or degrees.
+    pub fn value(&self, metric: Metric) -> f64 {
+        metric.of_study(&self.position_mm, &self.angle_deg)
+    }
+
+    /// All figures.
+    pub fn values(&self) -> MetricValues {
+        values(&self.position_mm, &self.angle_deg)
+    }
+
     /// Whether every figure is within its bound, whatever they leave open; `None` without a requirement.
     pub fn within_bounds(&self) -> Option<bool> {
         (!self.checks.is_empty()).then(|| self.checks.iter().all(|c| c.met))
@@ -163,37 +184,39 @@ impl Figures {
 
 /// The figures as rows of label, value and unit.
 pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
-    let row = |label, value: f64, unit| FigureRow { label, value: format!("{value:.4}"), unit };
-    let count = |label, value: usize| FigureRow { label, value: with_separators(value), unit: "" };
-    let (p, a) = (&figures.position_mm, &figures.angle_deg);
-    let mut rows = vec![
-        row("tip error RMS", p.rms, "mm"),
-        row("tip error mean", p.mean, "mm"),
-        row("tip error median", p.median, "mm"),
-        row("tip error 95th percentile", p.p95, "mm"),
-        row("tip error max", p.max, "mm"),
-        row("tip error min", p.min, "mm"),
-        row("tip error std", p.std, "mm"),
-        row("angle error RMS", a.rms, "°"),
-        row("angle error mean", a.mean, "°"),
-        row("angle error median", a.median, "°"),
-        row("angle error 95th percentile", a.p95, "°"),
-        row("angle error max", a.max, "°"),
-        row("angle error min", a.min, "°"),
-        row("angle error std", a.std, "°"),
+    let row = |of, label: String, value: f64, unit| FigureRow {
+        of,
+        label,
+        value: format!("{value:.4}"),
+        unit,
+    };
+    let mut rows: Vec<FigureRow> = Metric::printed()
+        .map(|m| row(RowOf::Metric(m), m.label().to_owned(), figures.value(m), m.unit()))
+        .collect();
+    if let Some(determined) = &figures.position_mm_determined {
+        rows.extend([Metric::TIP_RMS, Metric::TIP_MAX].map(|m| {
+            let label = format!("{}, determined part", m.label());
+            row(RowOf::Determined(m), label, determined.get(m.summary), m.unit())
+        }));
+    }
+    let mut counts = vec![
+        ("trials", figures.trials),
+        ("worst trial", figures.worst.trial),
+        ("trials with a sensor outside the model's box", figures.outside),
+        ("trials with a sensor out of the volume", figures.out_of_volume),
     ];
-    if let Some(d) = &figures.position_mm_determined {
-        rows.push(row("tip error RMS, determined part", d.rms, "mm"));
-        rows.push(row("tip error max, determined part", d.max, "mm"));
-    }
-    rows.push(count("trials", figures.trials));
-    rows.push(count("worst trial", figures.worst.trial));
-    rows.push(count("trials with a sensor outside the model's box", figures.outside));
-    rows.push(count("trials with a sensor out of the volume", figures.out_of_volume));
     if figures.rejected > 0 {
-        rows.push(count("trials left out", figures.rejected));
+        counts.push(("trials left out", figures.rejected));
     }
+    rows.extend(counts.into_iter().map(|(label, value)| FigureRow::count(label, value)));
     rows
+}
+
+impl FigureRow {
+    /// A number of things.
+    pub fn count(label: &str, value: usize) -> Self {
+        Self { of: RowOf::Other, label: label.to_owned(), value: with_separators(value), unit: "" }
+    }
 }
 
 /// How far something is from where it was, with its sign; nothing has none.
@@ -205,6 +228,10 @@ pub fn signed_offset(value: f64) -> String {
 }
 
 /// With a capital letter, as a sentence begins.
+///
+/// ```
+/// assert_eq!(trackwright_simulation::figures::capitalised("tip error"), "Tip error");
+/// ```
 pub fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
@@ -226,6 +253,10 @@ pub fn with_minus_signs(text: &str) -> String {
 }
 
 /// A count with a comma every three digits.
+///
+/// ```
+/// assert_eq!(trackwright_simulation::figures::with_separators(1_234_567), "1,234,567");
+/// ```
 pub fn with_separators(count: usize) -> String {
     let digits = count.to_string();
     let mut out = String::with_capacity(digits.len() * 4 / 3);

@@ -1,10 +1,55 @@
-//! Scenario in, outcome out: the three modes, statistics, requirements, slices, work counted.
+//! Simulates a tracked tool in a room: a `Scenario` gives an `Outcome` of figures, over a pose, a
+//! range of motion or given poses; slices, placement, tolerances and comparisons rest on the same
+//! trials.
+//!
+//! Lengths are in mm, angles in radians unless a name says degrees.
+//!
+//! ```
+//! use nalgebra::{Point3, UnitQuaternion};
+//! use std::sync::Arc;
+//! use trackwright_field::model::MapKind;
+//! use trackwright_field::random_models::room;
+//! use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+//! use trackwright_geometry::pose::Pose;
+//! use trackwright_simulation::*;
+//!
+//! // A room without any error, and a probe whose tip is 100 mm from its sensor.
+//! let environment = Environment {
+//!     name: "ideal".into(),
+//!     model: DistortionModel::zero(room(), MapKind::Distortion),
+//!     volume: None,
+//!     jitter: None,
+//!     provenance: None,
+//!     fit_validity: None,
+//!     process: None,
+//! };
+//! let sensor = Sensor {
+//!     name: "only".into(),
+//!     position_in_body: Point3::origin(),
+//!     orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
+//!     coil: None,
+//! };
+//! let tip_in_body = Some(Point3::new(0.0, 0.0, 100.0));
+//! let scenario = Scenario {
+//!     environment: Arc::new(environment),
+//!     tool: RigidBody { name: "probe".into(), tip_in_body, sensors: vec![sensor] },
+//!     crf: None,
+//!     crf_from_tool: Pose::translation(0.0, 0.0, -300.0),
+//!     motion: None,
+//!     orientation_weight_mm: 100.0,
+//!     requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
+//!     outside: OutsidePolicy::Clamp,
+//! };
+//! let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None)?;
+//! assert!(outcome.figures.value(Metric::TIP_RMS) < 1e-9);
+//! assert_eq!(outcome.figures.within_bounds(), Some(true));
+//! # Ok::<(), StudyError>(())
+//! ```
 
 pub mod arrows;
 pub mod body;
 pub mod body_compensation;
 pub mod body_prediction;
-pub mod charted;
 pub mod comparison;
 pub mod distinct;
 pub mod expected;
@@ -13,6 +58,7 @@ pub mod field_lattice;
 pub mod figures;
 pub mod frame_fit;
 pub mod linear_fit;
+pub mod metric;
 pub mod motion;
 pub mod motion_outline;
 pub mod own_study;
@@ -23,6 +69,7 @@ pub mod pose_rule;
 pub mod preview;
 pub mod profile;
 pub mod recording;
+pub mod refit;
 pub mod requirement;
 pub mod run;
 pub mod scenario;
@@ -44,19 +91,19 @@ pub mod work;
 
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
-pub use charted::{ChartedProfile, Within};
 pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
 };
 pub use explain::{Deed, Explained, explain};
-pub use figures::{FigureRow, Figures, figure_rows};
+pub use figures::{FigureRow, Figures, RowOf, figure_rows};
 pub use frame_fit::Determination;
+pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
 pub use placement::{
     AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
 };
-pub use profile::{Profile, run_profiled, trial_count, trial_offsets, trial_pose};
-pub use requirement::Requirement;
+pub use profile::{ChartedProfile, Profile, run_profiled, trial_count, trial_offsets, trial_pose};
+pub use requirement::{Requirement, Within};
 pub use run::{Outcome, StudyError, is_rejected, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
 pub use slice::{SliceOutcome, sample_slice};
@@ -64,10 +111,10 @@ pub use slice_plan::{SlicePlan, SlicePlane};
 pub use slice_probe::{Reading, SliceHit};
 pub use slice_quantity::Quantity;
 pub use slice_support::slice_support;
-pub use statistics::Statistics;
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
+pub use tracker::SensorDetail;
 pub use trackwright_task::CancelToken;
-pub use trial::{BodyDetail, PoseDetail, SensorDetail, Trial, look};
+pub use trial::{BodyDetail, PoseDetail, Trial, simulate_pose};
 pub use usable_region::{RegionBasis, RegionError, UsableRegion, usable_region};
 pub use work::Work;

@@ -7,7 +7,7 @@
 //! where a range goes on beyond its last whole step, a stem leads from there to its handle.
 
 use super::motion::{AxisRange, Motion, MotionError, MotionGrid, STEP_TOLERANCE, moved};
-use crate::RigidBody;
+use crate::body::RigidBody;
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::surface::Ray;

@@ -2,6 +2,7 @@
 //! from.
 
 use super::motion::MotionGrid;
+use super::requirement::{Requirement, Within};
 use super::run::{Outcome, StudyError, run};
 use super::scenario::{InputTrial, Mode, Scenario};
 use trackwright_geometry::number::round_above;
@@ -272,5 +273,38 @@ impl Profile {
 
     fn finite(&self) -> impl Iterator<Item = f64> + '_ {
         self.tip_error_mm.iter().copied().filter(|e| e.is_finite())
+    }
+}
+
+/// Points of the cumulative curve: more than a chart in a panel has pixels.
+const CURVE_POINTS: usize = 400;
+
+/// A profile with its histogram, its cumulative curve, and how it keeps to the requirement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChartedProfile {
+    pub profile: Profile,
+    pub histogram: Histogram,
+    /// Tip errors in millimetres, and the part of the trials that has at most so much.
+    pub cumulative: Vec<(f64, f64)>,
+    pub within: Option<Within>,
+    /// The trial with the largest tip error.
+    pub worst_trial: Option<usize>,
+}
+
+impl ChartedProfile {
+    pub fn new(profile: Profile, requirement: Option<&Requirement>) -> Self {
+        Self {
+            histogram: profile.histogram(),
+            cumulative: profile.cumulative(CURVE_POINTS),
+            within: requirement.and_then(|r| Within::of(&profile.tip_error_mm, r)),
+            worst_trial: profile.worst(),
+            profile,
+        }
+    }
+
+    /// The trial with the largest tip error of a bar of the histogram.
+    pub fn worst_of_bar(&self, bar: usize) -> Option<usize> {
+        let width = self.histogram.width;
+        self.profile.worst_between(bar as f64 * width, (bar + 1) as f64 * width)
     }
 }

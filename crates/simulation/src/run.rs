@@ -1,11 +1,11 @@
 //! Runs a study: every trial of a mode on all cores, summed up in the same order each time.
 
-use super::charted::Within;
 use super::figures::{Figures, FreeAxis, FreeRotation, Worst};
+use super::metric::Statistics;
 use super::motion::MotionError;
 use super::plan::{Plan, each_trial};
+use super::requirement::Within;
 use super::scenario::{Mode, Scenario};
-use super::statistics::Statistics;
 use super::trial::{Simulator, Trial};
 use super::work::Work;
 use trackwright_field::OutsidePolicy;

@@ -2,7 +2,7 @@
 
 use super::motion::Motion;
 use super::requirement::Requirement;
-use crate::RigidBody;
+use crate::body::RigidBody;
 use std::sync::Arc;
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::pose::Pose;

@@ -1,10 +1,10 @@
 //! A slice through the room: a quantity on a lattice in a plane.
 
+use super::metric::Statistics;
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
 use super::slice_plan::{SlicePlan, SlicePlane, others};
 use super::slice_quantity::Quantity;
-use super::statistics::Statistics;
 use super::trial::{Simulator, TrialBuffers};
 use super::work::Work;
 use rayon::prelude::*;
@@ -94,8 +94,8 @@ fn outcome(
         is_inside,
         bounds: None,
         is_supported: Vec::new(),
-        max: statistics.map_or(0.0, |s| s.max),
-        p95: statistics.map_or(0.0, |s| s.p95),
+        max: statistics.map_or(0.0, |s| s.max()),
+        p95: statistics.map_or(0.0, |s| s.p95()),
         work,
     }
 }

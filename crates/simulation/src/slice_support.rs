@@ -5,7 +5,7 @@ use super::scenario::Scenario;
 use super::slice_plan::SlicePlan;
 use super::slice_quantity::Quantity;
 use super::trial::Simulator;
-use crate::RigidBody;
+use crate::body::RigidBody;
 use rayon::prelude::*;
 use trackwright_field::FitValidity;
 use trackwright_geometry::pose::Pose;

@@ -1,57 +1,73 @@
-//! Summary statistics of a study's trials.
+//! Sums, extremes and percentiles of a sample.
 
-use serde::Serialize;
-
-/// The figures of one quantity over all trials, in its own unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Statistics {
-    pub rms: f64,
-    pub mean: f64,
-    /// Population standard deviation.
-    pub std: f64,
-    pub min: f64,
-    pub median: f64,
-    pub p95: f64,
-    pub max: f64,
+/// Values that are summed up in several ways; what two of them need is computed once.
+pub struct Sample<'a> {
+    values: &'a mut [f64],
+    mean: Option<f64>,
+    range: Option<[f64; 2]>,
 }
 
-impl Statistics {
-    /// The figures of the values, which are reordered; `None` without any.
-    ///
-    /// Sums run in the order given, so the same values in the same order give the same bits.
-    /// Percentiles interpolate linearly between order statistics, at `(n - 1) p`. One value that
-    /// is not a number makes all figures that.
-    pub fn of(values: &mut [f64]) -> Option<Self> {
-        if values.is_empty() {
-            return None;
-        }
-        if values.iter().any(|v| v.is_nan()) {
-            return Some(Self::not_a_number());
-        }
-        let n = values.len() as f64;
-        let rough = pairwise_sum(values, &|v| v) / n;
-        // Once more from there: equal values have exactly their own mean, and no deviation.
-        let mean = rough + pairwise_sum(values, &|v| v - rough) / n;
-        let min = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let max = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let unit = unit_of_squares(min.abs().max(max.abs()));
-        let root_mean_square =
-            |from: f64| (pairwise_sum(values, &|v| ((v - from) / unit).powi(2)) / n).sqrt() * unit;
-        let (rms, std) = (root_mean_square(0.0), root_mean_square(mean));
-        Some(Self {
-            rms,
-            mean,
-            std,
-            min,
-            median: percentile(values, 0.5),
-            p95: percentile(values, 0.95),
-            max,
+impl<'a> Sample<'a> {
+    /// Of at least one value. Percentiles reorder them.
+    pub fn new(values: &'a mut [f64]) -> Self {
+        Self { values, mean: None, range: None }
+    }
+
+    fn range(&mut self) -> [f64; 2] {
+        let values = &self.values;
+        *self.range.get_or_insert_with(|| {
+            let min = values.iter().copied().fold(f64::INFINITY, f64::min);
+            [min, values.iter().copied().fold(f64::NEG_INFINITY, f64::max)]
         })
     }
 
-    fn not_a_number() -> Self {
-        let [rms, mean, std, min, median, p95, max] = [f64::NAN; 7];
-        Self { rms, mean, std, min, median, p95, max }
+    /// Smallest value.
+    pub fn min(&mut self) -> f64 {
+        self.range()[0]
+    }
+
+    /// Largest value.
+    pub fn max(&mut self) -> f64 {
+        self.range()[1]
+    }
+
+    /// Arithmetic mean, summed pairwise.
+    pub fn mean(&mut self) -> f64 {
+        let values = &self.values;
+        *self.mean.get_or_insert_with(|| {
+            let n = values.len() as f64;
+            let rough = pairwise_sum(values, &|v| v) / n;
+            // Once more from there: equal values have exactly their own mean, and no deviation.
+            rough + pairwise_sum(values, &|v| v - rough) / n
+        })
+    }
+
+    /// Root of the mean square.
+    pub fn rms(&mut self) -> f64 {
+        self.root_mean_square(0.0)
+    }
+
+    /// Population standard deviation.
+    pub fn std(&mut self) -> f64 {
+        let mean = self.mean();
+        self.root_mean_square(mean)
+    }
+
+    fn root_mean_square(&mut self, from: f64) -> f64 {
+        let [min, max] = self.range();
+        let unit = unit_of_squares(min.abs().max(max.abs()));
+        let n = self.values.len() as f64;
+        (pairwise_sum(self.values, &|v| ((v - from) / unit).powi(2)) / n).sqrt() * unit
+    }
+
+    /// The `p`-th quantile, `0 <= p <= 1`.
+    pub fn percentile(&mut self, p: f64) -> f64 {
+        percentile(self.values, p)
+    }
+
+    /// The values, in any order.
+    pub fn values(&self) -> &[f64] {
+        self.values
     }
 }
 
@@ -66,13 +82,18 @@ fn unit_of_squares(largest: f64) -> f64 {
 }
 
 /// The `p`-th quantile, `0 <= p <= 1`, of at least one value; reorders them.
+///
+/// ```
+/// use trackwright_simulation::statistics::percentile;
+/// assert_eq!(percentile(&mut [3.0, 1.0, 2.0], 0.25), 1.5);
+/// ```
 pub fn percentile(values: &mut [f64], p: f64) -> f64 {
     let place = (values.len() - 1) as f64 * p;
     let below = place.floor() as usize;
     let (_, &mut low, above) = values.select_nth_unstable_by(below, f64::total_cmp);
     let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
     let part = place - below as f64;
-    // Nothing of an infinite neighbour is nothing.
+    // Zero times an infinite neighbour is not a number.
     if part == 0.0 { low } else { low + (high - low) * part }
 }
 
@@ -83,41 +104,4 @@ fn pairwise_sum(values: &[f64], of: &impl Fn(f64) -> f64) -> f64 {
     }
     let (left, right) = values.split_at(values.len() / 2);
     pairwise_sum(left, of) + pairwise_sum(right, of)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn figures_of_one_to_four_are_the_textbook_ones() {
-        let s = Statistics::of(&mut [4.0, 1.0, 3.0, 2.0]).unwrap();
-        assert_eq!((s.mean, s.min, s.max, s.median), (2.5, 1.0, 4.0, 2.5));
-        assert!((s.rms - 7.5_f64.sqrt()).abs() < 1e-15);
-        assert!((s.std - 1.25_f64.sqrt()).abs() < 1e-15);
-        assert!((s.p95 - 3.85).abs() < 1e-15);
-    }
-
-    #[test]
-    fn one_value_is_its_own_statistics() {
-        let s = Statistics::of(&mut [2.0]).unwrap();
-        assert_eq!((s.rms, s.std, s.median, s.p95), (2.0, 0.0, 2.0, 2.0));
-    }
-
-    #[test]
-    fn one_value_that_is_no_number_makes_all_figures_that() {
-        let s = Statistics::of(&mut [1.0, f64::NAN, 2.0]).unwrap();
-        assert!([s.rms, s.mean, s.std, s.min, s.median, s.p95, s.max].iter().all(|v| v.is_nan()));
-    }
-
-    #[test]
-    fn equal_values_have_no_deviation() {
-        let s = Statistics::of(&mut [0.1; 1000]).unwrap();
-        assert_eq!((s.mean, s.std), (0.1, 0.0));
-    }
-
-    #[test]
-    fn no_values_have_no_statistics() {
-        assert!(Statistics::of(&mut []).is_none());
-    }
 }

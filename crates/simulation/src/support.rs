@@ -1,11 +1,11 @@
 //! How far a study leans on field that the environment's samples do not support: a pass of its own
 //! over the trials, done only where it is asked for.
 
-use super::figures::{FigureRow, with_separators};
+use super::figures::{FigureRow, RowOf};
 use super::motion::MotionGrid;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
-use crate::RigidBody;
+use crate::body::RigidBody;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::Arc;
@@ -121,12 +121,12 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
 
 /// The survey as rows of label, value and unit, to stand below a study's figures.
 pub fn support_rows(survey: &SupportSurvey) -> Vec<FigureRow> {
-    let row = |label, value: f64, unit| FigureRow {
-        label,
+    let row = |label: &str, value: f64, unit| FigureRow {
+        of: RowOf::Other,
+        label: label.to_owned(),
         value: if value.is_finite() { format!("{value:.4}") } else { "none".to_owned() },
         unit,
     };
-    let count = |label, value: usize| FigureRow { label, value: with_separators(value), unit: "" };
     let mut rows = vec![
         row("field std error RMS at the sensors", survey.std_error_mm.rms, "mm"),
         row("field std error max at the sensors", survey.std_error_mm.max, "mm"),
@@ -136,8 +136,8 @@ pub fn support_rows(survey: &SupportSurvey) -> Vec<FigureRow> {
         rows.push(row("field angle std error max", deg.max, "°"));
     }
     rows.push(row("farthest from the samples", survey.greatest_distance_mm, "mm"));
-    rows.push(count("trials on poorly supported field", survey.unsupported));
-    rows.push(count("trials on undetermined field", survey.undetermined));
+    rows.push(FigureRow::count("trials on poorly supported field", survey.unsupported));
+    rows.push(FigureRow::count("trials on undetermined field", survey.undetermined));
     rows
 }
 

@@ -15,6 +15,15 @@ pub struct RelativeError {
 }
 
 /// The error of `crf_from_tool_simulated` at the tool's tip.
+///
+/// ```
+/// use nalgebra::Point3;
+/// use trackwright_geometry::pose::Pose;
+/// use trackwright_simulation::tool_in_crf::relative_error;
+/// let (truth, found) = (Pose::identity(), Pose::translation(0.3, 0.0, 0.4));
+/// let error = relative_error(&truth, &found, &Point3::new(0.0, 0.0, 100.0));
+/// assert!((error.tip_error_in_crf_mm.norm() - 0.5).abs() < 1e-12 && error.angle_rad == 0.0);
+/// ```
 pub fn relative_error(
     crf_from_tool: &Pose,
     crf_from_tool_simulated: &Pose,

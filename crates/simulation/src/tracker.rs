@@ -1,11 +1,11 @@
 //! Tracks a body at many poses: every sensor distorted (6), (7), the frame refitted (9)–(13).
 
 use super::scenario::Scenario;
-use super::trial::SensorDetail;
 use super::work::Work;
+use crate::body::{RigidBody, Sensor};
+use crate::frame_fit::Determination;
 use crate::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tool_in_crf::FreeMotion;
-use crate::{Determination, RigidBody, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::axis_model::AxisModel;
 use trackwright_field::gaussian::FieldPoint;
@@ -42,6 +42,18 @@ pub struct Tracked {
     pub fit: FrameFit,
     pub outside: usize,
     pub out_of_volume: usize,
+}
+
+/// One sensor at one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SensorDetail {
+    pub tracker_from_sensor: Pose,
+    pub tracker_from_measured: Pose,
+    pub error: PoseError,
+    /// In the model's box.
+    pub is_inside: bool,
+    /// In the tracker's measurement volume, where that is known.
+    pub is_in_volume: bool,
 }
 
 /// What tracking writes to, used again for the next poses, and what it has cost.

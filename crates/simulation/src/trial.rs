@@ -1,12 +1,11 @@
 //! One trial: both bodies distorted, refitted, and compared in the CRF (paper, section 3).
 
 use super::scenario::{InputTrial, Scenario, ScenarioCrf};
-use super::tracker::{BodyTracker, TrackBuffers, Tracked};
+use super::tracker::{BodyTracker, SensorDetail, TrackBuffers, Tracked};
 use super::work::Work;
-use crate::Determination;
+use crate::frame_fit::Determination;
 use crate::tool_in_crf::{FreeMotion, relative_error};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// The figures of one trial.
@@ -28,18 +27,6 @@ pub struct Trial {
     pub free_reach_mm: f64,
 }
 
-/// One sensor at one pose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorDetail {
-    pub tracker_from_sensor: Pose,
-    pub tracker_from_measured: Pose,
-    pub error: PoseError,
-    /// In the model's box.
-    pub is_inside: bool,
-    /// In the tracker's measurement volume, where that is known.
-    pub is_in_volume: bool,
-}
-
 /// One body at one pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BodyDetail {
@@ -59,7 +46,7 @@ pub struct PoseDetail {
 }
 
 /// The design's own pose in full.
-pub fn look(scenario: &Scenario) -> PoseDetail {
+pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
     let mut buffers = TrackBuffers::default();
     let tracker_from_crf =
         scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);

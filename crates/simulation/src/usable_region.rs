@@ -19,13 +19,13 @@
 //! has it, so that all of it is exactly all, and the region's size is this part of the volume's own.
 
 use super::figures::reaches_tip;
+use super::metric::Statistics;
 use super::motion::moved;
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
-use super::statistics::Statistics;
 use super::trial::{Simulator, Trial, TrialBuffers};
 use super::work::Work;
-use crate::Requirement;
+use crate::requirement::Requirement;
 use interval::OpenPart;
 use nalgebra::UnitQuaternion;
 use rayon::prelude::*;

@@ -1,4 +1,13 @@
-//! What long work shares with whoever waits for it: a flag that stops it, and how far it is.
+//! What long work shares with whoever waits for it: a flag that stops it, and its progress.
+//!
+//! ```
+//! use trackwright_task::{Cancelled, Task};
+//! let task = Task::with_progress(|part| println!("{:.0} %", 100.0 * part));
+//! let half = task.subtask(0.0, 0.5);
+//! assert_eq!(half.step(1, 2), Ok(())); // prints 25 %
+//! task.cancel.cancel();
+//! assert_eq!(half.step(2, 2), Err(Cancelled));
+//! ```
 
 use std::fmt;
 use std::sync::Arc;
@@ -10,10 +19,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
+    /// Asks the work to stop.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
+    /// Whether the work is to stop.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -40,13 +51,13 @@ impl Task {
         Self { cancel, listener: None }
     }
 
-    /// Work whose progress is told as a part from 0 to 1.
-    pub fn told_to(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
+    /// Work whose progress is reported as a part from 0 to 1.
+    pub fn with_progress(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
         Self { cancel: CancelToken::default(), listener: Some(Arc::new(listener)) }
     }
 
-    /// A stretch of this task as a task of its own: its 0 is `from`, its 1 is `to`.
-    pub fn stretch(&self, from: f64, to: f64) -> Self {
+    /// A part of this task as a task of its own: its 0 is `from`, its 1 is `to`.
+    pub fn subtask(&self, from: f64, to: f64) -> Self {
         let outer = self.listener.clone();
         Self {
             cancel: self.cancel.clone(),
@@ -56,7 +67,7 @@ impl Task {
         }
     }
 
-    /// Says how much is done and whether to go on.
+    /// Reports how much is done, and returns whether to go on.
     ///
     /// # Errors
     /// [`Cancelled`].
@@ -75,7 +86,7 @@ impl fmt::Debug for Task {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Task")
             .field("cancel", &self.cancel)
-            .field("is_told", &self.listener.is_some())
+            .field("has_listener", &self.listener.is_some())
             .finish()
     }
 }
@@ -86,31 +97,20 @@ mod tests {
     use std::sync::Mutex;
 
     #[test]
-    fn a_step_tells_its_part_and_stops_after_a_cancel() {
-        let heard = Arc::new(Mutex::new(Vec::new()));
-        let task = Task::told_to({
-            let heard = heard.clone();
-            move |part| heard.lock().unwrap().push(part)
-        });
-        assert_eq!(task.step(1, 4), Ok(()));
-        task.cancel.cancel();
-        assert_eq!(task.step(2, 4), Err(Cancelled));
-        assert_eq!(*heard.lock().unwrap(), [0.25]);
-    }
-
-    #[test]
-    fn a_stretch_tells_its_part_of_the_whole_and_stops_with_it() {
-        let heard = Arc::new(Mutex::new(Vec::new()));
-        let task = Task::told_to({
-            let heard = heard.clone();
-            move |part| heard.lock().unwrap().push(part)
-        });
-        let stretch = task.stretch(0.5, 0.75);
-        stretch.step(0, 2).unwrap();
-        stretch.step(1, 2).unwrap();
-        stretch.step(2, 2).unwrap();
-        assert_eq!(*heard.lock().unwrap(), [0.5, 0.625, 0.75]);
-        task.cancel.cancel();
-        assert_eq!(stretch.step(2, 2), Err(Cancelled));
+    fn steps_report_their_part_and_stop_when_cancelled() {
+        for (from, to, expected) in [(0.0, 1.0, [0.0, 0.5, 1.0]), (0.5, 0.75, [0.5, 0.625, 0.75])] {
+            let parts = Arc::new(Mutex::new(Vec::new()));
+            let task = Task::with_progress({
+                let parts = parts.clone();
+                move |part| parts.lock().unwrap().push(part)
+            });
+            let subtask = task.subtask(from, to);
+            for done in 0..3 {
+                assert_eq!(subtask.step(done, 2), Ok(()));
+            }
+            task.cancel.cancel();
+            assert_eq!(subtask.step(2, 2), Err(Cancelled));
+            assert_eq!(*parts.lock().unwrap(), expected);
+        }
     }
 }

@@ -11,8 +11,8 @@ use trackwright_calibration::rigid_check::Range;
 use trackwright_calibration::still_pose::Spread;
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_report::text_table::columns;
+use trackwright_simulation::Statistics;
 use trackwright_simulation::figures::with_separators;
-use trackwright_simulation::statistics::Statistics;
 
 /// Pairs that are not used, and why.
 pub fn rejected(found: &Characterisation) -> impl Iterator<Item = (usize, &PairProblem)> {
@@ -100,8 +100,7 @@ fn covariance(found: &Characterisation) -> Value {
 }
 
 pub fn as_json(found: &Characterisation) -> Value {
-    let of_errors =
-        |s: &Statistics| json!({"rms": s.rms, "median": s.median, "p95": s.p95, "max": s.max});
+    let of_errors = |s: &Statistics| json!({"rms": s.rms(), "median": s.median(), "p95": s.p95(), "max": s.max()});
     let spread =
         |s: &Spread| json!({"position_mm": s.position_mm, "angle_deg": s.angle_rad.to_degrees()});
     let sensors: Vec<Value> = found
@@ -245,7 +244,7 @@ fn sensor_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         let count = found.readings.iter().filter(|r| r.sensor == sensor).count();
         let mut row = vec![name.clone(), with_separators(count)];
         for s in errors(found, sensor).iter().flatten() {
-            row.extend([s.rms, s.median, s.p95, s.max].map(|v| format!("{v:.2}")));
+            row.extend([s.rms(), s.median(), s.p95(), s.max()].map(|v| format!("{v:.2}")));
         }
         rows.push(row);
     }

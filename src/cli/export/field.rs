@@ -172,7 +172,7 @@ impl FieldFigures<'_> {
             },
             "outside": self.outside,
             "missing": self.missing,
-            "displacement_mm": self.displacement_mm.map(|s| json!({"rms": s.rms, "p95": s.p95, "max": s.max})),
+            "displacement_mm": self.displacement_mm.map(|s| json!({"rms": s.rms(), "p95": s.p95(), "max": s.max()})),
         })
     }
 
@@ -189,8 +189,8 @@ impl FieldFigures<'_> {
             count("without an answer", self.missing),
         ];
         if let Some(s) = &self.displacement_mm {
-            rows.push(mm("displacement, RMS", s.rms));
-            rows.push(mm("displacement, largest", s.max));
+            rows.push(mm("displacement, RMS", s.rms()));
+            rows.push(mm("displacement, largest", s.max()));
         }
         output::aligned(&rows)
     }

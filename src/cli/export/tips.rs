@@ -110,7 +110,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         with_separators(tips.len()),
         args.output.display(),
         with_separators(outcome.figures.rejected),
-        outcome.figures.position_mm.rms
+        outcome.figures.position_mm.rms()
     ))
 }
 

@@ -5,6 +5,7 @@ use super::screen::SIZE;
 use crate::copied::Copied;
 use trackwright_design::Decision;
 use trackwright_procedure::DecisionBasis;
+use trackwright_simulation::Metric;
 
 /// Where the workspace has them in a window of [`SIZE`] with the built-in pointer.
 const PIN_THIS_STATE: [f64; 2] = [1135.0, 112.0];
@@ -39,7 +40,7 @@ fn a_decision_with_its_reason_is_saved() {
     let DecisionBasis::Studies(studies) = &decision.basis else {
         panic!("{decision:?}");
     };
-    let rms_mm = studies.rows[0].figures.as_ref().unwrap().position_mm.rms;
+    let rms_mm = studies.rows[0].figures.as_ref().unwrap().values.get(Metric::TIP_RMS).unwrap();
     let shown = window.figures();
     let rms = shown.iter().find(|(label, _)| label == "tip error RMS");
     let rms = &rms.expect("figures").1;

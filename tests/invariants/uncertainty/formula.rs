@@ -182,10 +182,10 @@ fn over_motion_each_pose_scatters_as_alone() {
     let n = each.len() as f64;
     let rms =
         |of: fn(&(f64, f64)) -> f64| (each.iter().map(|e| of(e).powi(2)).sum::<f64>() / n).sqrt();
-    assert!((over.rms_mm.rms - rms(|e| e.0)).abs() < 1e-12);
-    assert!((over.rotation_rms_deg.rms - rms(|e| e.1)).abs() < 1e-12);
-    assert!((each[over.worst_trial].0 - over.rms_mm.max).abs() < 1e-12);
-    assert!(each.iter().all(|e| e.0 >= over.rms_mm.min - 1e-12));
-    assert!(over.rms_mm.max > 1.01 * over.rms_mm.min);
-    assert_eq!(over.total_rms_mm(0.0), over.rms_mm.rms);
+    assert!((over.rms_mm.rms() - rms(|e| e.0)).abs() < 1e-12);
+    assert!((over.rotation_rms_deg.rms() - rms(|e| e.1)).abs() < 1e-12);
+    assert!((each[over.worst_trial].0 - over.rms_mm.max()).abs() < 1e-12);
+    assert!(each.iter().all(|e| e.0 >= over.rms_mm.min() - 1e-12));
+    assert!(over.rms_mm.max() > 1.01 * over.rms_mm.min());
+    assert_eq!(over.total_rms_mm(0.0), over.rms_mm.rms());
 }

@@ -105,7 +105,7 @@ fn a_free_roll_leaves_part_of_the_uncertainty() {
         // Of at least two normal components.
         let std_error = part.rms_mm / (4.0 * SAMPLES as f64).sqrt();
         assert!(
-            (determined.rms - part.rms_mm).abs() < SIGMAS * std_error + 1e-3 * part.rms_mm,
+            (determined.rms() - part.rms_mm).abs() < SIGMAS * std_error + 1e-3 * part.rms_mm,
             "{determined:?} {part:?}"
         );
         if is_on_axis {
@@ -129,5 +129,5 @@ fn a_crf_whose_turn_is_free_is_said() {
     assert!(found.cross(&Vector3::x()).norm() < 1e-14);
     let determined = sampled(&scenario).determined_mm.unwrap();
     let std_error = part.rms_mm / (2.0 * SAMPLES as f64).sqrt();
-    assert!((determined.rms - part.rms_mm).abs() < SIGMAS * std_error + 1e-3 * part.rms_mm);
+    assert!((determined.rms() - part.rms_mm).abs() < SIGMAS * std_error + 1e-3 * part.rms_mm);
 }

@@ -79,7 +79,7 @@ fn markers_have_no_angle_and_angles_without_a_weight_have_no_limit() {
 }
 
 #[test]
-fn a_single_coil_is_told_to_leave_a_rotation_free() {
+fn a_single_coil_is_with_progress_leave_a_rotation_free() {
     let mut scenario = ideal(vec![five([0.0, 0.0, 80.0], [0.0, 0.0, 1.0])], at_most_mm(1.05));
     scenario.tool.tip_in_body = None;
     let sheet = sheet_of(&scenario);

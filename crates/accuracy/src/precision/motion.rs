@@ -147,7 +147,7 @@ fn rms(scenario: &Scenario, poses: &Poses, steps: &Steps) -> Result<f64, StudyEr
             trackwright_simulation::run(scenario, &Mode::Input(trials.clone()), cancel, None)
         }
     };
-    outcome.map(|o| o.figures.position_mm.rms)
+    outcome.map(|o| o.figures.position_mm.rms())
 }
 
 /// Poses to visit.
@@ -299,7 +299,7 @@ impl<'a> Sampling<'a> {
 mod tests {
     use super::*;
     use crate::precision::{Timing, testing};
-    use trackwright_simulation::statistics::Statistics;
+    use trackwright_simulation::{Statistics, Summary};
     use trackwright_task::Task;
 
     fn rows(scenario: &Scenario) -> Family {
@@ -329,8 +329,8 @@ mod tests {
         let family = rows(&scenario);
         let sequences = family.rows.iter().filter(|r| r.method.starts_with("Sobol"));
         for row in sequences.filter(|r| r.size >= 64) {
-            let by_chance =
-                of_squares.std / (2.0 * of_squares.mean.sqrt() * (row.size as f64).sqrt());
+            let by_chance = of_squares.get(Summary::Std)
+                / (2.0 * of_squares.mean().sqrt() * (row.size as f64).sqrt());
             assert!(row.error < by_chance, "{row:?} {by_chance}");
         }
     }
@@ -353,7 +353,7 @@ mod tests {
         let cancel = trackwright_simulation::CancelToken::default();
         let exact = trackwright_simulation::run(&middles, &Mode::Motion, &cancel, None).unwrap();
         assert_eq!(exact.figures.trials, 4000);
-        let off = (of_range.rms_mm - exact.figures.position_mm.rms).abs();
+        let off = (of_range.rms_mm - exact.figures.position_mm.rms()).abs();
         assert!(of_range.std_error_mm > 0.0 && of_range.std_error_mm < 1e-3);
         // The standard error is itself known from eight sequences only.
         assert!(off < 5.0 * of_range.std_error_mm, "{off:e} {:e}", of_range.std_error_mm);

@@ -14,7 +14,7 @@ struct Measured {
 
 fn measured() -> Measured {
     let reported = Arc::new(Mutex::new(Vec::new()));
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let reported = reported.clone();
         move |part| reported.lock().unwrap().push(part)
     });

@@ -15,7 +15,7 @@ use trackwright_geometry::svd3::{Svd3, svd3};
 use trackwright_simulation::frame_fit::{FrameFit, FrameFitter};
 use trackwright_simulation::linear_fit::RotationNotDetermined;
 use trackwright_simulation::tool_in_crf::RelativeError;
-use trackwright_simulation::{SensorOrientation, Statistics};
+use trackwright_simulation::{SensorOrientation, Statistics, Summary};
 
 /// `AᵀA x = Aᵀb`.
 pub const NORMAL_EQUATIONS: Methods = Methods {
@@ -265,7 +265,8 @@ pub const TEXTBOOK_VARIANCE: Methods = Methods {
         let n = values.len() as f64;
         let mean = values.iter().sum::<f64>() / n;
         let square = values.iter().map(|v| v * v).sum::<f64>() / n;
-        Some(Statistics { std: (square - mean * mean).max(0.0).sqrt(), mean, ..own })
+        let std = (square - mean * mean).max(0.0).sqrt();
+        Some(own.with(Summary::Std, std).with(Summary::Mean, mean))
     },
     ..Methods::OWN
 };
@@ -328,7 +329,7 @@ pub const NAN_IGNORED: Methods = Methods {
             values.iter().copied().fold(f64::INFINITY, f64::min),
             values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         );
-        Statistics::of(values).map(|own| Statistics { min, max, ..own })
+        Statistics::of(values).map(|own| own.with(Summary::Min, min).with(Summary::Max, max))
     },
     ..Methods::OWN
 };

@@ -19,9 +19,9 @@ use std::collections::HashSet;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_simulation::Statistics;
 use trackwright_simulation::expected::{Expected, expected_where_measured};
 use trackwright_simulation::scenario::{InputTrial, Mode, Scenario};
-use trackwright_simulation::statistics::Statistics;
 use trackwright_task::Task;
 
 /// Most units that are resampled; of longer recordings, neighbours are summed first.
@@ -65,7 +65,7 @@ pub fn agreement(
 
     let pairs: Vec<_> = used.iter().map(|r| (r.measured_mm, r.predicted_mm)).collect();
     let sample = Sample::new(&used, &pairs);
-    let part = |from: f64, to: f64| task.stretch(from, to);
+    let part = |from: f64, to: f64| task.subtask(from, to);
     let position_mm = compared(&pairs, &sample, settings, &part(0.2, 0.6))?;
     let turns: Option<Vec<_>> =
         used.iter().map(|r| Some((in_deg(&r.measured_rad?), in_deg(&r.predicted_rad)))).collect();
@@ -406,9 +406,9 @@ pub fn pivoted_tool(
     // How far the tip strays is what is asked here, so no distance is too large.
     let limits = PivotLimits { max_rms_mm: f64::MAX, ..PivotLimits::default() };
     let found = pivot(poses, &limits).map_err(PivotedError::NoTip)?;
-    let (with_tip, rows) = pivot_rows(scenario, poses, &found, &task.stretch(0.0, 0.5))
+    let (with_tip, rows) = pivot_rows(scenario, poses, &found, &task.subtask(0.0, 0.5))
         .map_err(PivotedError::Simulation)?;
-    let agreement = agreement(&with_tip, rows, settings, &task.stretch(0.5, 1.0))
+    let agreement = agreement(&with_tip, rows, settings, &task.subtask(0.5, 1.0))
         .map_err(PivotedError::Agreement)?;
     Ok(PivotedTool { pivot: found, agreement })
 }

@@ -42,9 +42,9 @@ pub use verdict::Verdict;
 
 use serde::Serialize;
 use trackwright_field::OutsidePolicy;
+use trackwright_simulation::Statistics;
 use trackwright_simulation::expected::Expected;
 use trackwright_simulation::run::StudyError;
-use trackwright_simulation::statistics::Statistics;
 use trackwright_task::Cancelled;
 
 /// Fewest poses that anything is said of: with fewer, an interval is wider than what it is about.

@@ -142,7 +142,7 @@ pub fn pivot_rows(
         task.step(index, 2 * measured.len())?;
         given.push(InputTrial { tracker_from_crf: None, crf_from_tool: compensator.nearest(pose) });
     }
-    let trials = simulated(&scenario, given, &task.stretch(0.5, 1.0))?;
+    let trials = simulated(&scenario, given, &task.subtask(0.5, 1.0))?;
     let rows = measured.iter().zip(&trials).enumerate();
     let rows = rows.map(|(index, (read, trial))| AgreementRow {
         measured_mm: read * found.tip_in_tool - found.pivot_in_tracker,

@@ -32,7 +32,7 @@ pub(super) fn verdict(
     let Some(explained) = found.explained else {
         let said = format!(
             "Nothing was measured but zero, where {:.2} mm RMS is predicted: there is nothing to explain.",
-            found.predicted.rms
+            found.predicted.rms()
         );
         return (Verdict::NothingToExplain, said);
     };
@@ -40,7 +40,7 @@ pub(super) fn verdict(
         let said = format!(
             "The measured error, {:.2} mm RMS, is no larger than the jitter that the room states: there is nothing to \
              explain.",
-            found.measured.rms
+            found.measured.rms()
         );
         return (Verdict::NothingToExplain, said);
     }
@@ -82,7 +82,7 @@ pub(super) fn verdict(
 }
 
 fn left_over(found: &Compared, noise: Option<&NoiseCheck>, room: Option<f64>) -> String {
-    let left = format!("What it does not explain, {:.2} mm RMS,", found.residual.rms);
+    let left = format!("What it does not explain, {:.2} mm RMS,", found.residual.rms());
     let misfit = room.map(|mm| {
         format!("the misfit of the room's own model would come to {mm:.2} mm RMS at the tip")
     });

@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use nalgebra::Unit;
 use std::sync::Arc;
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_simulation::Metric;
 use trackwright_simulation::SensorOrientation;
 use trackwright_simulation::body::Coil;
 use trackwright_simulation::motion::{AxisRange, Motion};
@@ -107,10 +108,7 @@ fn refused_edits_change_nothing() {
     let axis = |min, max, step| {
         Some(Motion { x: Some(AxisRange { min, max, step }), ..Motion::default() })
     };
-    let requirement = trackwright_simulation::requirement::Requirement {
-        angle_max_deg: Some(-1.0),
-        ..Default::default()
-    };
+    let requirement = trackwright_simulation::Requirement::at_most([(Metric::ANGLE_MAX, -1.0)]);
     for (edit, message) in [
         (set(2, sensor("a", 0.0)), "the tool has no sensor 2, it has 2"),
         (

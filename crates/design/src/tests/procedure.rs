@@ -3,19 +3,18 @@
 use super::*;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_procedure::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
-    PositionFigures, RoomName, Step,
+    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
+use trackwright_simulation::Metric;
 use trackwright_simulation::requirement::Requirement;
 
 fn studies(rms: f64) -> DecisionBasis {
     let room = RoomName { name: "OR".into(), file: "room.env.ron".into() };
-    let requirement = Requirement { position_rms_mm: Some(1.0), ..Requirement::default() };
+    let requirement = Requirement::at_most([(Metric::TIP_RMS, 1.0)]);
     let figures = DecidedFigures {
         trials: 3,
         without_field: 0,
-        position_mm: PositionFigures { rms, mean: 0.4, p95: 0.8, max: 0.9 },
-        angle_deg: AngleFigures::default(),
+        values: Metric::decided().zip([rms, 0.4, 0.8, 0.9, 0.0, 0.0, 0.0]).collect(),
         met: Some(rms <= 1.0),
     };
     DecisionBasis::Studies(DecidedStudies {
@@ -95,7 +94,7 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
     if let DecisionBasis::Studies(studies) = &mut of_nan
         && let Ok(figures) = &mut studies.rows[0].figures
     {
-        figures.position_mm.mean = f64::NAN;
+        figures.values.set(Metric::named("position_mean").unwrap(), Some(f64::NAN));
     }
     let mut lie = studies(1.5);
     if let DecisionBasis::Studies(studies) = &mut lie

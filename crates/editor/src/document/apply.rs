@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use trackwright_design::{AnatomyEdit, Design, Edit, Origin};
 use trackwright_formats::printable::printable;
 use trackwright_project::{SaveReport, Starter, StoreError};
-use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::Metric;
 
 /// Applies [`EditRequest`], [`ViewRequest`] and [`FileRequest`] in [`EditorSystems::Edit`], keeps
 /// the window's title, and asks before anything unsaved is lost.
@@ -516,11 +516,11 @@ pub fn title(document: &trackwright_design::Document, results: &Results) -> Stri
         title.push_str(" *");
     }
     if let Some(study) = &results.study {
-        let rms = REQUIRED[0];
-        let expected = results.expected_of_study().and_then(|e| e.of(rms));
+        let rms = Metric::TIP_RMS;
+        let expected = results.expected_of_study().map(|e| e.of(rms));
         let (rms_mm, kind) = match expected {
             Some((expected_mm, _)) => (expected_mm, " expected"),
-            None => (study.value.figures.position_mm.rms, ""),
+            None => (study.value.figures.value(rms), ""),
         };
         title.push_str(&format!(" — {rms_mm:.2} mm RMS{kind}"));
     }

@@ -29,6 +29,7 @@ use trackwright_geometry::colormap::{ColorMap, NO_VALUE_SRGB};
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::surface::Surface;
 use trackwright_scene::painted::placement_range;
+use trackwright_simulation::Metric;
 use trackwright_simulation::placement::vertices;
 use trackwright_simulation::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
 
@@ -88,7 +89,7 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
 
 /// `expected tip error RMS 0.63 mm (95 %: 0.46 to 0.83), sensor here`.
 fn words(tip_rms_mm: f64, interval_mm: Option<[f64; 2]>) -> String {
-    let value = format!("tip error RMS {}", with_unit(&decimal(tip_rms_mm, 2), "mm"));
+    let value = format!("{} {}", Metric::TIP_RMS.label(), with_unit(&decimal(tip_rms_mm, 2), "mm"));
     match interval_mm {
         Some(ends) => {
             let [low, high] = ends.map(|end| decimal(end, 2));
@@ -184,7 +185,7 @@ fn ask(
     let look = Look {
         map: view.slice.color_map,
         range_mm: view.placement_range_mm,
-        limit_mm: requirement.and_then(|of| of.position_rms_mm),
+        limit_mm: requirement.and_then(|of| of.bound(Metric::TIP_RMS)),
     };
     if layer.bypass_change_detection().look != look {
         layer.look = look;

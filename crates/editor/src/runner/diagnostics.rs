@@ -75,7 +75,7 @@ impl Explain {
                 "result revision={revision} {}={}{} {}",
                 row.label(),
                 row.value,
-                row.figure.unit(),
+                row.metric.unit(),
                 row.interval_words()
             ));
         }

@@ -322,7 +322,7 @@ impl<K, A> Shared<K, A> {
 /// A task that keeps how far it is, from 0 on.
 fn task(progress: Arc<AtomicU64>, waker: Waker) -> Task {
     progress.store(0.0_f64.to_bits(), Ordering::Relaxed);
-    Task::told_to(move |part| {
+    Task::with_progress(move |part| {
         // Two threads that report at once cost a frame more, or a step of the bar.
         if part - f64::from_bits(progress.load(Ordering::Relaxed)) >= PROGRESS_STEP {
             progress.store(part.to_bits(), Ordering::Relaxed);

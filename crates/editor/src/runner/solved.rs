@@ -4,7 +4,8 @@ use crate::document::trials::ModeKind;
 use trackwright_simulation::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use trackwright_simulation::{
     CancelToken, ChartedProfile, Expected, Mode, Outcome, PoseDetail, Quantity, Scenario,
-    SliceOutcome, SlicePlan, StudyError, look, run, run_profiled, sample_slice, slice_support,
+    SliceOutcome, SlicePlan, StudyError, run, run_profiled, sample_slice, simulate_pose,
+    slice_support,
 };
 use trackwright_task::Cancelled;
 
@@ -69,7 +70,7 @@ pub enum Solved {
 impl Solved {
     pub fn pose(scenario: &Scenario, wish: PoseWish) -> Self {
         let scatter = wish.scatter.then(|| Box::new(first_order(scenario)));
-        Self::Pose(Box::new(look(scenario)), scatter, wish)
+        Self::Pose(Box::new(simulate_pose(scenario)), scatter, wish)
     }
 
     /// A study, and what it is charted from where that is wanted.

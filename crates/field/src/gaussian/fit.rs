@@ -86,7 +86,7 @@ impl GaussianField {
         let mut fitting = Fitting::new(&rows, &bounds, set.has_rotations);
         for round in 0..ROUNDS {
             let task =
-                task.stretch(round as f64 / ROUNDS as f64, (round + 1) as f64 / ROUNDS as f64);
+                task.subtask(round as f64 / ROUNDS as f64, (round + 1) as f64 / ROUNDS as f64);
             fitting.improve(round, &task)?;
         }
         let (component_covariance, left_out_rms_mm) = fitting.components()?;

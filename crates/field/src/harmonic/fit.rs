@@ -278,7 +278,7 @@ impl Weighted {
         settings: &HarmonicFitSettings,
     ) -> Result<Self, SolveError> {
         let mut weights = vec![1.0; system.used().len()];
-        let unweighted = system.gram(&task.stretch(0.0, 0.5), &weights)?;
+        let unweighted = system.gram(&task.subtask(0.0, 0.5), &weights)?;
         let scaling = Scaling::new(&unweighted, settings.ridge)?;
         let mut solved = system.solve(&unweighted, &weights, &scaling)?;
         let mut residuals = system.residuals(&solved.coefficients);

@@ -154,7 +154,7 @@ pub fn learn(
     for (index, kind) in Start::ALL.into_iter().enumerate() {
         let part = index as f64 / (Start::ALL.len() + 1) as f64;
         let next = (index + 1) as f64 / (Start::ALL.len() + 1) as f64;
-        let task = task.stretch(part, next);
+        let task = task.subtask(part, next);
         let found = run(&task, &training, kind, &start(kind), &fixed, settings.max_steps)?;
         let generator = found.dipoles.generator(name);
         let residuals = score(&task, &generator, &training, &held_out.measurements, &fixed)?;
@@ -173,7 +173,7 @@ pub fn learn(
     let Some((_, kind, dipoles)) = best else {
         return Err(LearnError::TooFew(used));
     };
-    let task = task.stretch(1.0 - 1.0 / (Start::ALL.len() + 1) as f64, 1.0);
+    let task = task.subtask(1.0 - 1.0 / (Start::ALL.len() + 1) as f64, 1.0);
     let all = with(&|_| true);
     let last = run(&task, &all, kind, &dipoles, &fixed, settings.max_steps)?;
     Ok(LearnedGenerator {

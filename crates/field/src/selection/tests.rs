@@ -408,7 +408,7 @@ fn selection_reports_progress_and_stops() {
         Err(SelectError::Cancelled(Cancelled))
     );
     let received = Arc::new(Mutex::new(Vec::new()));
-    let task = Task::told_to({
+    let task = Task::with_progress({
         let received = received.clone();
         move |part| received.lock().unwrap().push(part)
     });

@@ -3,14 +3,17 @@
 use super::{file_name, write_requirement};
 use crate::error::FormatError;
 use crate::ron_text::{self, RonWriter};
-use serde::Deserialize;
+use serde::de::Error;
+use serde::{Deserialize, Deserializer};
+use std::sync::LazyLock;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{Day, Decision, Procedure};
 use trackwright_procedure::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
-    PositionFigures, RoomName, Step,
+    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
+use trackwright_simulation::metric::MetricFields;
 use trackwright_simulation::requirement::Requirement;
+use trackwright_simulation::{ErrorOf, Metric, MetricMap};
 
 #[derive(Deserialize)]
 #[serde(rename = "Procedure", deny_unknown_fields)]
@@ -39,9 +42,47 @@ struct RowEntry {
     no_figures: Option<String>,
     trials: Option<usize>,
     without_field: Option<usize>,
-    position: Option<PositionFigures>,
-    angle: Option<AngleFigures>,
+    position: Option<PositionEntry>,
+    angle: Option<AngleEntry>,
     met: Option<bool>,
+}
+
+/// Figures of the tip's error, by their names in a file.
+struct PositionEntry(MetricMap);
+
+/// Figures of the rotation's error.
+struct AngleEntry(MetricMap);
+
+impl<'de> Deserialize<'de> for PositionEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        static FIELDS: LazyLock<MetricFields> = LazyLock::new(|| fields(ErrorOf::Position));
+        decided_figures(deserializer, "Position", &FIELDS).map(Self)
+    }
+}
+
+impl<'de> Deserialize<'de> for AngleEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        static FIELDS: LazyLock<MetricFields> = LazyLock::new(|| fields(ErrorOf::Angle));
+        decided_figures(deserializer, "Angle", &FIELDS).map(Self)
+    }
+}
+
+fn fields(of: ErrorOf) -> MetricFields {
+    let decided = Metric::decided().filter(|metric| metric.of == of);
+    MetricFields::new(decided.map(|metric| (metric, metric.summary.key())))
+}
+
+fn decided_figures<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    name: &'static str,
+    fields: &'static MetricFields,
+) -> Result<MetricMap, D::Error> {
+    let found = MetricMap::deserialize(deserializer, name, fields)?;
+    let is_missing = |metric: &Metric| metric.is_always_decided() && found.get(*metric).is_none();
+    match fields.metrics().iter().find(|metric| is_missing(metric)) {
+        Some(metric) => Err(D::Error::missing_field(metric.summary.key())),
+        None => Ok(found),
+    }
 }
 
 #[derive(Deserialize)]
@@ -104,13 +145,16 @@ impl RowEntry {
         };
         let figures = match self.no_figures {
             Some(why) => Err(why),
-            None => Ok(DecidedFigures {
-                position_mm: self.position.ok_or_else(|| missing("position"))?,
-                angle_deg: self.angle.ok_or_else(|| missing("angle"))?,
-                trials: self.trials.ok_or_else(|| missing("trials"))?,
-                without_field: self.without_field.unwrap_or(0),
-                met: self.met,
-            }),
+            None => {
+                let position = self.position.ok_or_else(|| missing("position"))?;
+                let angle = self.angle.ok_or_else(|| missing("angle"))?;
+                Ok(DecidedFigures {
+                    trials: self.trials.ok_or_else(|| missing("trials"))?,
+                    without_field: self.without_field.unwrap_or(0),
+                    values: position.0.iter().chain(angle.0.iter()).collect(),
+                    met: self.met,
+                })
+            }
         };
         Ok(DecidedRow {
             room: RoomName { name: self.room, file: self.file },
@@ -217,16 +261,15 @@ fn write_room(out: &mut RonWriter, room: &RoomName) {
 }
 
 fn write_figures(out: &mut RonWriter, figures: &DecidedFigures) {
-    let (p, a) = (&figures.position_mm, &figures.angle_deg);
     out.field("trials", figures.trials);
     if figures.without_field > 0 {
         out.field("without_field", figures.without_field);
     }
-    let (rms, mean, p95, max) = (p.rms, p.mean, p.p95, p.max);
-    let position = format_args!("(rms: {rms:?}, mean: {mean:?}, p95: {p95:?}, max: {max:?})");
-    out.field("position", position);
-    let angle = format_args!("(rms: {:?}, p95: {:?}, max: {:?})", a.rms, a.p95, a.max);
-    out.field("angle", angle);
+    for of in ErrorOf::ALL {
+        let values = figures.values.iter().filter(|(metric, _)| metric.of == of);
+        let values = values.map(|(m, value)| format!("{}: {value:?}", m.summary.key()));
+        out.field(of.key(), format_args!("({})", values.collect::<Vec<_>>().join(", ")));
+    }
     if let Some(met) = figures.met {
         out.field("met", met);
     }

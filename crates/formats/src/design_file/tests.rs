@@ -4,6 +4,7 @@ use super::*;
 use crate::test_cases::assert_refused;
 use trackwright_design::SlideFigure;
 use trackwright_design::view::{CameraView, Magnification};
+use trackwright_simulation::Metric;
 
 const EXAMPLE: &str = r#"(
     version: 1,
@@ -37,7 +38,7 @@ fn the_example_of_the_contract_is_read() {
     assert_eq!(crf.targets[0].name, "left sinus");
     assert_eq!(design.tool.crf_from_tool, Pose::translation(0.0, 0.0, 30.0));
     assert_eq!(design.motion.unwrap().rz.unwrap().step, 45.0);
-    assert_eq!(design.requirement.unwrap().angle_rms_deg, Some(0.5));
+    assert_eq!(design.requirement.unwrap().bound(Metric::ANGLE_RMS), Some(0.5));
     assert_eq!(view, View::default());
 }
 

@@ -166,7 +166,7 @@ fn with_a_room_poses_are_compensated() {
 fn a_tool_named_as_a_body_uses_its_sensors() {
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let detail = trackwright_simulation::look(&scenario);
+    let detail = trackwright_simulation::simulate_pose(&scenario);
     let mut design = LiveDesign::of(&scenario);
     design.assigned.insert("Other".to_owned(), None);
     let room = LiveRoom {

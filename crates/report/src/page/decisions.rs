@@ -4,6 +4,7 @@ use super::{Report, file_name, table_of};
 use maud::{Markup, html};
 use trackwright_design::Decision;
 use trackwright_procedure::{DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, Step};
+use trackwright_simulation::Metric;
 use trackwright_simulation::figures::with_separators;
 
 /// Every decision with its figures.
@@ -39,17 +40,9 @@ fn decided(step: Step, decision: &Decision) -> Markup {
 }
 
 fn of_studies(studies: &DecidedStudies) -> Markup {
-    let head = [
-        "room",
-        "judged at",
-        "tip RMS mm",
-        "95 % mm",
-        "max mm",
-        "angle RMS °",
-        "max °",
-        "trials",
-        "required",
-    ];
+    let figures = Metric::bounded().map(|m| format!("{} {}", m.short_label(), m.unit()));
+    let head = ["room", "judged at"].map(str::to_owned).into_iter().chain(figures);
+    let head = head.chain(["trials", "required"].map(str::to_owned)).collect();
     let has_targets = studies.rows.iter().any(|row| row.target.is_some());
     let kept = |cells: Vec<String>| -> Vec<String> {
         let each = cells.into_iter().enumerate();
@@ -58,7 +51,7 @@ fn of_studies(studies: &DecidedStudies) -> Markup {
     };
     let rows: Vec<_> = studies.rows.iter().map(|row| kept(cells(row))).collect();
     html! {
-        (table_of(&kept(head.map(str::to_owned).to_vec()), &rows, "data"))
+        (table_of(&kept(head), &rows, "data"))
     }
 }
 
@@ -71,11 +64,13 @@ fn cells(row: &DecidedRow) -> Vec<String> {
     match &row.figures {
         Err(why) => {
             cells.push(format!("no figures: {why}"));
-            cells.resize(9, String::new());
+            cells.resize(4 + Metric::bounded().count(), String::new());
         }
         Ok(figures) => {
-            let (p, a) = (&figures.position_mm, &figures.angle_deg);
-            cells.extend([p.rms, p.p95, p.max, a.rms, a.max].map(|value| format!("{value:.4}")));
+            let value = |metric| figures.values.get(metric);
+            cells.extend(Metric::bounded().map(|metric| {
+                value(metric).map_or_else(|| "–".to_owned(), |value| format!("{value:.4}"))
+            }));
             cells.push(match figures.without_field {
                 0 => with_separators(figures.trials),
                 without => format!(

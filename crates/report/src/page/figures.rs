@@ -67,9 +67,9 @@ fn expected(report: &Report) -> Markup {
             tbody {
                 @for row in expected_rows(expected) {
                     tr {
-                        th scope="row" { (row.figure.label()) }
+                        th scope="row" { (row.metric.label()) }
                         td class="number" { (row.value) }
-                        td class="unit" { (row.figure.unit()) }
+                        td class="unit" { (row.metric.unit()) }
                         td class="number" { (row.low) " to " (row.high) }
                     }
                 }

@@ -2,13 +2,8 @@
 
 use super::{Report, ReportedStudy};
 use maud::{Markup, html};
-use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
-use trackwright_simulation::{BoundVerdict, Expected, figure_rows};
-
-/// The figures that are shown large, as their rows are labelled.
-const LARGE: [&str; 4] =
-    ["tip error RMS", "tip error 95th percentile", "tip error max", "angle error RMS"];
+use trackwright_simulation::{BoundVerdict, Expected, METRICS, Metric};
 
 /// Title and what the page is of.
 pub fn head(report: &Report) -> Markup {
@@ -59,29 +54,22 @@ pub fn section(report: &Report) -> Markup {
 
 /// Those of the room's own field, with two of their decimals; the table has them all.
 fn own_figures(study: &ReportedStudy) -> Vec<Markup> {
-    let rows = figure_rows(&study.figures);
-    let large = LARGE.iter().filter_map(|label| rows.iter().find(|row| row.label == *label));
-    large
-        .map(|row| {
-            let short = match row.value.parse::<f64>() {
-                Ok(value) if row.value.contains('.') => format!("{value:.2}"),
-                _ => row.value.clone(),
-            };
-            large_figure(&short, row.unit, row.label, None)
-        })
-        .collect()
+    let large = METRICS.into_iter().filter(|metric| metric.is_large());
+    let each = large.map(|metric| {
+        let value = format!("{:.2}", study.figures.value(metric));
+        large_figure(&value, metric.unit(), metric.label(), None)
+    });
+    each.collect()
 }
 
 /// Those that are to be expected, each above its interval.
 fn expected_figures(expected: &Expected) -> Vec<Markup> {
-    let of = REQUIRED.iter().filter(|f| LARGE.contains(&f.label()));
-    of.filter_map(|figure| {
-        let (value, interval) = expected.of(*figure)?;
-        let label = format!("expected {}", figure.label());
-        let value = format!("{value:.2}");
-        Some(large_figure(&value, figure.unit(), &label, Some(interval)))
-    })
-    .collect()
+    let each = Metric::bounded().filter(|metric| metric.is_large()).map(|metric| {
+        let (value, interval) = expected.of(metric);
+        let label = format!("expected {}", metric.label());
+        large_figure(&format!("{value:.2}"), metric.unit(), &label, Some(interval))
+    });
+    each.collect()
 }
 
 fn large_figure(value: &str, unit: &str, label: &str, interval: Option<[f64; 2]>) -> Markup {
@@ -130,9 +118,9 @@ fn requirement(bounds: &[JudgedBound]) -> Markup {
                 }
                 tbody {
                     @for bound in bounds {
-                        @let unit = bound.figure.unit();
+                        @let unit = bound.metric.unit();
                         tr {
-                            td { (bound.figure.label()) }
+                            td { (bound.metric.label()) }
                             td { (format!("{:.4}\u{2009}{unit}", bound.value)) }
                             @if has_intervals {
                                 td {

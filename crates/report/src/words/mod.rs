@@ -13,11 +13,11 @@ pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};
 
 use trackwright_field::OutsidePolicy;
-use trackwright_simulation::comparison::{ErrorOf, Figure, REQUIRED};
 use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::{
-    BoundVerdict, Expected, Figures, Mode, Profile, Requirement, Scenario, trial_pose,
+    BoundVerdict, ErrorOf, Expected, Figures, Metric, Mode, Profile, Requirement, Scenario,
+    trial_pose,
 };
 
 /// Between a number and its unit.
@@ -82,7 +82,7 @@ fn headline(
 ) -> String {
     let of_limit = |value_mm: f64| length(value_mm, limit_mm);
     if figures.trials == 1 {
-        let off = of_limit(figures.position_mm.max);
+        let off = of_limit(figures.position_mm.max());
         return match limit_mm {
             None => format!("The tip is shown {off} from where it is"),
             Some(limit_mm) => format!(
@@ -101,8 +101,8 @@ fn headline(
     let part = part.unwrap_or_else(|| {
         format!(
             "Half of the positions within {}, 95{THIN_SPACE}% within {}",
-            of_limit(figures.position_mm.median),
-            of_limit(figures.position_mm.p95)
+            of_limit(figures.position_mm.median()),
+            of_limit(figures.position_mm.p95())
         )
     });
     let worst_mm = of_limit(figures.worst.position_mm);
@@ -162,9 +162,8 @@ fn as_set(limit: f64, unit: &str) -> String {
 
 /// What is to be expected, with 95 % intervals: the room's own field says less than is known.
 fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f64>) -> String {
-    let [_, p95, max, ..] = REQUIRED;
-    let of = |figure: Figure| {
-        let (value_mm, interval) = expected.of(figure).unwrap_or_default();
+    let of = |metric: Metric| {
+        let (value_mm, interval) = expected.of(metric);
         let [low, high] = interval.map(|end_mm| length(end_mm, limit_mm));
         let value = length(value_mm, limit_mm);
         format!("{value} (95{THIN_SPACE}%: {low} to {high})")
@@ -173,7 +172,10 @@ fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f6
         let asked = limit_mm.map_or_else(String::new, |limit_mm| {
             format!("; {} is asked for", as_set(limit_mm, "mm"))
         });
-        return format!("Expected: the tip is {} from where it is shown{asked}", of(max));
+        return format!(
+            "Expected: the tip is {} from where it is shown{asked}",
+            of(Metric::TIP_MAX)
+        );
     }
     let part = match expected.within {
         Some(within) => {
@@ -182,11 +184,11 @@ fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f6
             let part = part_of_positions(within.part, figures.trials);
             format!("{part} within {limit} (95{THIN_SPACE}%: {low} to {high})")
         }
-        None => format!("95{THIN_SPACE}% of the positions within {}", of(p95)),
+        None => format!("95{THIN_SPACE}% of the positions within {}", of(Metric::TIP_P95)),
     };
     let lower = part.chars().take(1).flat_map(char::to_lowercase);
     let part: String = lower.chain(part.chars().skip(1)).collect();
-    format!("Expected: {part}; worst {}", of(max))
+    format!("Expected: {part}; worst {}", of(Metric::TIP_MAX))
 }
 
 fn verdict(bounds: &[JudgedBound]) -> String {
@@ -214,12 +216,12 @@ fn verdict(bounds: &[JudgedBound]) -> String {
 
 fn bound_words(bound: &JudgedBound) -> String {
     let limit = Some(bound.limit);
-    let digits = |value: f64| match bound.figure.of {
+    let digits = |value: f64| match bound.metric.of {
         ErrorOf::Position => length(value, limit),
         ErrorOf::Angle => angle(value, limit),
     };
-    let asked = as_set(bound.limit, bound.figure.unit());
-    let (name, value) = (bound.figure.label(), digits(bound.value));
+    let asked = as_set(bound.limit, bound.metric.unit());
+    let (name, value) = (bound.metric.label(), digits(bound.value));
     match bound.interval {
         None => format!("{name} is {value}, and {asked} is asked for"),
         Some([low, high]) => format!(

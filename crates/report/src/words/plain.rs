@@ -2,9 +2,8 @@
 
 use super::THIN_SPACE;
 use trackwright_design::SlideFigure;
-use trackwright_simulation::comparison::{ErrorOf, Figure, Summary};
 use trackwright_simulation::expected::{judged, study_verdict};
-use trackwright_simulation::{BoundVerdict, Expected, Figures};
+use trackwright_simulation::{BoundVerdict, ErrorOf, Expected, Figures, Metric};
 
 /// A large figure and what it means.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,16 +21,15 @@ pub fn plain_figure(
     figures: &Figures,
     expected: Option<&Expected>,
 ) -> Option<PlainFigure> {
-    let of = |of: ErrorOf, summary: Summary, own: f64, name: &str| {
-        let digits = |value: f64| match of {
+    let of = |metric: Metric, name: &str| {
+        let digits = |value: f64| match metric.of {
             ErrorOf::Position => length(value),
             ErrorOf::Angle => format!("{value:.2}°"),
         };
-        let figure = Figure { of, summary };
-        let found = expected.and_then(|expected| expected.of(figure));
+        let found = expected.map(|expected| expected.of(metric));
         let bounds = judged(figures, expected);
         PlainFigure {
-            value: digits(found.map_or(own, |(value, _)| value)),
+            value: digits(found.map_or(figures.value(metric), |(value, _)| value)),
             words: match found {
                 None => name.to_owned(),
                 Some((_, [low, high])) => {
@@ -39,11 +37,10 @@ pub fn plain_figure(
                     format!("{name}, 95{THIN_SPACE}%: {low:.2} to {high}")
                 }
             },
-            verdict: (bounds.iter().find(|bound| bound.figure == figure))
+            verdict: (bounds.iter().find(|bound| bound.metric == metric))
                 .map(|bound| bound.verdict),
         }
     };
-    let (p, a) = (&figures.position_mm, &figures.angle_deg);
     Some(match figure {
         SlideFigure::WithinLimit => {
             let within = figures.within?;
@@ -66,14 +63,10 @@ pub fn plain_figure(
                 verdict: verdict.filter(|v| *v != BoundVerdict::Met || part == 1.0),
             }
         }
-        SlideFigure::TypicalTipError => {
-            of(ErrorOf::Position, Summary::Median, p.median, "typical error at the tip")
-        }
-        SlideFigure::LargestTipError => {
-            of(ErrorOf::Position, Summary::Max, p.max, "largest error at the tip")
-        }
+        SlideFigure::TypicalTipError => of(Metric::TIP_MEDIAN, "typical error at the tip"),
+        SlideFigure::LargestTipError => of(Metric::TIP_MAX, "largest error at the tip"),
         SlideFigure::TypicalAngleError => {
-            of(ErrorOf::Angle, Summary::Median, a.median, "typical error of the direction")
+            of(Metric::ANGLE_MEDIAN, "typical error of the direction")
         }
     })
 }

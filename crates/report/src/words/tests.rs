@@ -4,6 +4,7 @@ use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::Metric;
 use trackwright_simulation::scenario::InputTrial;
 use trackwright_simulation::{AxisRange, CancelToken, Motion, run_profiled};
 
@@ -45,16 +46,15 @@ fn the_headline_has_part_within_limit_and_worst() {
     let mode = Mode::Motion;
     let (outcome, profile) = run_profiled(&scenario, &mode, &CancelToken::default()).unwrap();
     // A limit that lies within the errors.
-    let limit_mm = outcome.figures.position_mm.median;
-    scenario.requirement =
-        Some(Requirement { position_max_mm: Some(limit_mm), ..Requirement::default() });
+    let limit_mm = outcome.figures.position_mm.median();
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_MAX, limit_mm)]));
     let said = words(&scenario, &mode);
     let part = (100.0 * profile.unwrap().part_within(limit_mm)).floor();
     assert!((49.0..=51.0).contains(&part));
     let expected =
         format!("{part:.0}\u{2009}% of the positions within {limit_mm}\u{2009}mm; worst ");
     assert!(said.headline.starts_with(&expected), "{said:?}");
-    let worst_mm = outcome.figures.position_mm.max;
+    let worst_mm = outcome.figures.position_mm.max();
     let (_, worst) = said.headline.split_once("; worst ").unwrap();
     let shown: f64 = worst.split('\u{2009}').next().unwrap().parse().unwrap();
     assert!((shown - worst_mm).abs() <= 0.05, "{worst} {worst_mm}");

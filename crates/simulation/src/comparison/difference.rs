@@ -4,10 +4,10 @@
 //! room that was measured with noise, and each visits a grid of its range of motion. `docs/methods/comparing.md`
 //! derives what is done here.
 
-use super::figure::{ErrorOf, FIGURES, Figure, FigureValues};
 use super::sampled::{Drawn, DrawnFrom, Sampled};
 use crate::expected::STRETCH;
 use crate::figures::Unsettled;
+use crate::metric::{ErrorOf, METRICS, Metric, MetricValues, Summary};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -42,7 +42,7 @@ pub enum Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Difference {
     #[serde(skip)]
-    pub figure: Figure,
+    pub metric: Metric,
     /// Of the figures that the studies print.
     pub difference: f64,
     /// Of the same figures over the whole range of motion, as far as it was looked at between the
@@ -65,7 +65,7 @@ pub struct Difference {
 /// What a design's figures are, and how far they may be off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Side<'a> {
-    pub grid: &'a FigureValues,
+    pub grid: &'a MetricValues,
     pub sampled: Option<&'a Sampled>,
     pub drawn: Option<&'a Drawn>,
     pub unsettled: Option<Unsettled>,
@@ -86,13 +86,13 @@ impl Default for Least {
 
 /// Every figure of a design less the baseline's.
 pub(super) fn differences(design: Side<'_>, baseline: Side<'_>, least: Least) -> Vec<Difference> {
-    let each = FIGURES.iter().enumerate();
-    each.map(|(index, figure)| difference(index, *figure, design, baseline, least)).collect()
+    let each = METRICS.iter().enumerate();
+    each.map(|(index, metric)| difference(index, *metric, design, baseline, least)).collect()
 }
 
 fn difference(
     index: usize,
-    figure: Figure,
+    metric: Metric,
     design: Side<'_>,
     baseline: Side<'_>,
     least: Least,
@@ -104,10 +104,10 @@ fn difference(
     let mut over_range = None;
     let mut sampling = None;
     if sides.iter().any(|side| side.sampled.is_some()) {
-        let [wide_a, wide_b] = sides.map(|side| side.over_range(index, figure));
+        let [wide_a, wide_b] = sides.map(|side| side.over_range(index, metric));
         over_range = Some(wide_a - wide_b);
         hull.add(wide_a - wide_b);
-        if figure.is_extreme() {
+        if metric.is_extreme() {
             // Either may have been pushed further where the other was not looked at closely enough.
             hull.add(wide_a - b);
             hull.add(a - wide_b);
@@ -132,7 +132,7 @@ fn difference(
         }
     }
     let (low, high) = (hull.low - half_width, hull.high + half_width);
-    let least = match figure.of {
+    let least = match metric.of {
         ErrorOf::Position => least.mm,
         ErrorOf::Angle => least.deg,
     };
@@ -152,7 +152,7 @@ fn difference(
         Verdict::Worse
     };
     Difference {
-        figure,
+        metric,
         difference,
         over_range,
         model_std: model.map(|m| m.std),
@@ -166,12 +166,12 @@ fn difference(
 
 impl Side<'_> {
     /// The figure over the range of motion; that of the grid for what has none.
-    fn over_range(&self, index: usize, figure: Figure) -> f64 {
+    fn over_range(&self, index: usize, metric: Metric) -> f64 {
         let grid = self.grid[index];
         match self.sampled {
             None => grid,
-            Some(sampled) if figure.is_max() => grid.max(sampled.whole[index]),
-            Some(sampled) if figure.is_extreme() => grid.min(sampled.whole[index]),
+            Some(sampled) if metric.summary == Summary::Max => grid.max(sampled.whole[index]),
+            Some(sampled) if metric.is_extreme() => grid.min(sampled.whole[index]),
             Some(sampled) => sampled.whole[index],
         }
     }
@@ -303,15 +303,15 @@ mod tests {
 
     fn sampled(values: &[f64]) -> Sampled {
         Sampled {
-            whole: [values.iter().sum::<f64>() / values.len() as f64; FIGURES.len()],
-            replicates: values.iter().map(|v| [*v; FIGURES.len()]).collect(),
+            whole: [values.iter().sum::<f64>() / values.len() as f64; METRICS.len()],
+            replicates: values.iter().map(|v| [*v; METRICS.len()]).collect(),
         }
     }
 
     fn drawn(nominal: f64, draws: &[f64]) -> Drawn {
         Drawn {
-            nominal: [nominal; FIGURES.len()],
-            draws: draws.iter().map(|v| [*v; FIGURES.len()]).collect(),
+            nominal: [nominal; METRICS.len()],
+            draws: draws.iter().map(|v| [*v; METRICS.len()]).collect(),
             from: DrawnFrom::Refits,
         }
     }
@@ -322,7 +322,7 @@ mod tests {
 
     #[test]
     fn what_both_designs_share_cancels_and_what_they_do_not_stays() {
-        let (one, two) = ([1.0; FIGURES.len()], [1.5; FIGURES.len()]);
+        let (one, two) = ([1.0; METRICS.len()], [1.5; METRICS.len()]);
         let draws: Vec<f64> = (0..64).map(|k| f64::from(k % 8) - 3.5).collect();
         let moved = |by: f64| draws.iter().map(|d| d + by).collect::<Vec<_>>();
         let (shared, also) = (drawn(1.0, &moved(1.0)), drawn(1.5, &moved(1.5)));
@@ -351,7 +351,7 @@ mod tests {
             ..drawn(nominal, draws)
         };
         let (design, baseline) = (measured(0.4, &less), measured(0.5, &sizes));
-        let (own, theirs) = ([0.4; FIGURES.len()], [0.5; FIGURES.len()]);
+        let (own, theirs) = ([0.4; METRICS.len()], [0.5; METRICS.len()]);
         let side = |grid, drawn| Side { grid, sampled: None, drawn: Some(drawn), unsettled: None };
         let found = rms(side(&own, &design), side(&theirs, &baseline));
         assert_eq!(found.verdict, Verdict::Better);
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn the_interval_reaches_from_the_grids_difference_to_that_over_the_range() {
-        let (one, two) = ([1.0; FIGURES.len()], [1.5; FIGURES.len()]);
+        let (one, two) = ([1.0; METRICS.len()], [1.5; METRICS.len()]);
         // The design's own 1.2 over its range, four looks that differ by 0.1 each.
         let looks = sampled(&[1.05, 1.15, 1.25, 1.35]);
         let side = |grid, sampled| Side { grid, sampled, drawn: None, unsettled: None };
@@ -380,7 +380,7 @@ mod tests {
     #[test]
     fn less_than_matters_is_no_difference_and_a_silent_room_names_no_winner() {
         let verdict = |a: f64, b: f64| {
-            let [a, b] = [a, b].map(|v| [v; FIGURES.len()]);
+            let [a, b] = [a, b].map(|v| [v; METRICS.len()]);
             let [a, b] =
                 [&a, &b].map(|grid| Side { grid, sampled: None, drawn: None, unsettled: None });
             rms(a, b).verdict

@@ -1,9 +1,9 @@
 //! A design, and the baseline beside it, in fields drawn from what the room's measurements leave
 //! possible: at the sensors of both at once, so that what the two share cancels.
 
-use super::figure::FigureValues;
 use super::sampled::{Drawn, DrawnAt, DrawnFrom, Errors};
 use crate::expected::{DrawnTrials, SENSOR_SEED, SensorErrors};
+use crate::metric::MetricValues;
 use crate::scenario::Scenario;
 use crate::trial::Simulator;
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ impl MeasuredFields {
         let fields = process.posterior(&points).ok()?.draws(draws, seed);
         let split = own_trials.points().len();
         let drawn = |at: &DrawnAt, trials: &DrawnTrials, part: std::ops::Range<usize>| {
-            let figures = |field: &[ErrorValues], sensors: &SensorErrors| -> Option<FigureValues> {
+            let figures = |field: &[ErrorValues], sensors: &SensorErrors| -> Option<MetricValues> {
                 let errors = trials.errors(&trials.field_errors(field, process.trend, sensors));
                 let errors: Vec<Errors> = errors.into_iter().map(Some).collect();
                 at.figures_of(&errors)

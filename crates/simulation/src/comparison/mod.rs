@@ -4,18 +4,17 @@
 //! is in `difference.rs`, what it rests on in `sampled.rs` and [`trackwright_field::validity::FieldDraws`].
 
 mod difference;
-mod figure;
 mod measured_fields;
 pub mod sampled;
 mod words;
 
 pub use super::own_study::{NoFigures, mode_of};
 pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
-pub use figure::{ErrorOf, FIGURES, Figure, FigureValues, REQUIRED, Summary, values};
 pub use words::{difference_words, met_words, notes, worst_place_words, worst_words};
 
 use super::expected::{BoundVerdict, Expected, study_verdict};
 use super::figures::Figures;
+use super::metric::MetricValues;
 use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
 use super::run::StudyError;
@@ -129,7 +128,7 @@ pub struct WorstPose {
 pub struct AgainstBaseline {
     /// The baseline's row.
     pub row: usize,
-    /// One of each of [`FIGURES`].
+    /// One of each of [`METRICS`](super::METRICS).
     pub differences: Vec<Difference>,
     /// They are not asked to do the same.
     pub motion_differs: bool,
@@ -163,7 +162,7 @@ pub fn compare(plan: &Plan, settings: &Settings, task: &Task) -> Result<Comparis
             (0..plan.pairs.len()).filter(|&pair| plan.pairs[pair].room == room).collect();
         let end = done + of_room.len();
         let all = plan.pairs.len().max(1) as f64;
-        let task = task.stretch(done as f64 / all, end as f64 / all);
+        let task = task.subtask(done as f64 / all, end as f64 / all);
         let in_room = InRoom { plan, settings, pairs: &of_room, room };
         let RoomRows { rows, unknown } = in_room.measure(environment, &task)?;
         for (pair, row) in of_room.iter().zip(rows) {
@@ -208,7 +207,7 @@ fn against_baseline(
     let (Ok(design), Ok(baseline)) = (&measured[pair], &measured[row]) else {
         return None;
     };
-    let [a, b] = [design, baseline].map(|m| values(&m.figures.position_mm, &m.figures.angle_deg));
+    let [a, b] = [design, baseline].map(|m| m.figures.values());
     let theirs = &plan.pairs[row];
     let mut baseline_side = baseline.side(&b);
     if own.room == theirs.room && design.drawn_baseline.is_some() {
@@ -229,7 +228,7 @@ impl Measured {
         study_verdict(&self.figures, self.expected.as_ref())
     }
 
-    fn side<'a>(&'a self, grid: &'a FigureValues) -> Side<'a> {
+    fn side<'a>(&'a self, grid: &'a MetricValues) -> Side<'a> {
         Side {
             grid,
             sampled: self.sampled.as_ref(),
@@ -262,7 +261,7 @@ const STUDIES_PART: f64 = 0.3;
 impl InRoom<'_> {
     fn measure(&self, environment: &Arc<Environment>, task: &Task) -> Result<RoomRows, Cancelled> {
         let done = AtomicUsize::new(0);
-        let studies = task.stretch(0.0, STUDIES_PART);
+        let studies = task.subtask(0.0, STUDIES_PART);
         let mut studied: Vec<Studied> = self
             .pairs
             .par_iter()
@@ -277,7 +276,7 @@ impl InRoom<'_> {
         let has_any = studied.iter().any(Result::is_ok);
         let mut unknown = None;
         if is_asked && has_any {
-            let drawing = task.stretch(STUDIES_PART, 1.0);
+            let drawing = task.subtask(STUDIES_PART, 1.0);
             unknown = match &environment.process {
                 Some(process) => self.draw_from(process, &mut studied, &drawing)?,
                 None => match self.drawn_rooms(environment, task)? {
@@ -386,7 +385,7 @@ impl InRoom<'_> {
         let of_pair = rooms.len();
         let jobs = studied.len() * of_pair;
         let done = AtomicUsize::new(0);
-        let found: Vec<Option<FigureValues>> = (0..jobs)
+        let found: Vec<Option<MetricValues>> = (0..jobs)
             .into_par_iter()
             .map(|job| {
                 let (pair, room) = (job / of_pair, job % of_pair);
@@ -404,7 +403,7 @@ impl InRoom<'_> {
         let mut unknown = None;
         for (studied, found) in studied.iter_mut().zip(found.chunks(of_pair)) {
             let Ok((measured, _)) = studied else { continue };
-            let all: Option<Vec<FigureValues>> = found.iter().copied().collect();
+            let all: Option<Vec<MetricValues>> = found.iter().copied().collect();
             measured.drawn = all.and_then(|all| {
                 let (nominal, draws) = all.split_first()?;
                 Some(Drawn { nominal: *nominal, draws: draws.to_vec(), from: DrawnFrom::Refits })

@@ -1,10 +1,9 @@
 //! A design's figures between the poses of its grid, and in other fields that its room might have.
 
-use super::figure::{FigureValues, values};
+use crate::metric::{METRICS, MetricValues, values_of_errors};
 use crate::motion::{AxisRange, moved};
 use crate::run::{StudyError, is_rejected, run};
 use crate::scenario::{InputTrial, Mode, Scenario};
-use crate::statistics::Statistics;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use sobol::Sobol;
@@ -17,16 +16,16 @@ use trackwright_task::CancelToken;
 /// of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled {
-    pub whole: FigureValues,
-    pub replicates: Vec<FigureValues>,
+    pub whole: MetricValues,
+    pub replicates: Vec<MetricValues>,
 }
 
 /// Figures in the room's field and in others that its fit might as well have given, at the same
 /// poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawn {
-    pub nominal: FigureValues,
-    pub draws: Vec<FigureValues>,
+    pub nominal: MetricValues,
+    pub draws: Vec<MetricValues>,
     pub from: DrawnFrom,
 }
 
@@ -92,7 +91,7 @@ pub fn errors_at(
     cancel: &CancelToken,
 ) -> Result<Vec<Errors>, StudyError> {
     let mut errors = Vec::with_capacity(trials.len());
-    let mut keep = |trial: &crate::Trial| {
+    let mut keep = |trial: &crate::trial::Trial| {
         let is_kept = !is_rejected(trial, scenario.outside);
         errors.push(is_kept.then_some([trial.tip_error_mm, trial.angle_error_deg]));
     };
@@ -103,10 +102,8 @@ pub fn errors_at(
 }
 
 /// The figures of some errors; `None` where all were left out.
-pub fn figures_of<'a>(errors: impl Iterator<Item = &'a Errors>) -> Option<FigureValues> {
-    let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
-        errors.flatten().map(|[tip, angle]| (*tip, *angle)).unzip();
-    Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
+pub fn figures_of<'a>(errors: impl Iterator<Item = &'a Errors>) -> Option<MetricValues> {
+    values_of_errors(errors.flatten().copied())
 }
 
 impl Sampled {
@@ -163,10 +160,10 @@ impl DrawnAt {
     }
 
     /// The figures of the errors at the poses, those of extremes from all of them.
-    pub fn figures_of(&self, errors: &[Errors]) -> Option<FigureValues> {
+    pub fn figures_of(&self, errors: &[Errors]) -> Option<MetricValues> {
         let (spread, _) = errors.split_at(self.spread.min(errors.len()));
         let (of_spread, of_all) = (figures_of(spread.iter())?, figures_of(errors.iter())?);
-        Some(std::array::from_fn(|index| match super::FIGURES[index].is_extreme() {
+        Some(std::array::from_fn(|index| match METRICS[index].is_extreme() {
             true => of_all[index],
             false => of_spread[index],
         }))
@@ -178,7 +175,7 @@ impl DrawnAt {
         scenario: &Scenario,
         room: &Arc<Environment>,
         cancel: &CancelToken,
-    ) -> Result<Option<FigureValues>, StudyError> {
+    ) -> Result<Option<MetricValues>, StudyError> {
         let in_room = Scenario { environment: Arc::clone(room), ..scenario.clone() };
         let errors = errors_at(&in_room, &self.trials, cancel)?;
         Ok(self.figures_of(&errors))

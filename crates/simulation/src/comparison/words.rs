@@ -13,7 +13,7 @@ pub fn met_words(measured: &Measured) -> &'static str {
 
 /// What may be said of a difference from the baseline of this name.
 pub fn difference_words(difference: &Difference, baseline: &str) -> String {
-    let unit = difference.figure.unit();
+    let unit = difference.metric.unit();
     let better = difference.difference < 0.0;
     let side = if better { "better" } else { "worse" };
     let size = amount(difference.difference.abs(), unit);

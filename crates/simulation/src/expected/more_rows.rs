@@ -1,9 +1,11 @@
 //! How many measurements a room would need for a bound to be decided.
 
+use super::drawn_trials::DrawnTrials;
+use super::figures::{ExpectedError, spread};
 use super::verdict::{BoundVerdict, JudgedBound};
-use super::{DrawnTrials, ExpectedError, check, spread};
+use crate::metric::Metric;
 use crate::plan::Plan;
-use crate::run::StudyError;
+use crate::run::{StudyError, check};
 use crate::scenario::{InputTrial, Mode, Scenario};
 use crate::trial::Simulator;
 use nalgebra::{Point3, Unit, Vector3};
@@ -27,8 +29,7 @@ const SEED: u64 = 22;
 /// A bound that cannot be decided in this room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MoreMeasuring {
-    /// The bound's name in a design file.
-    pub name: &'static str,
+    pub metric: Metric,
     /// Measurements with which it could be decided, if the figure is as expected; `None` where not even
     /// [`most_times`] times as many would do.
     pub measurements: Option<usize>,
@@ -62,7 +63,7 @@ pub fn more_measuring(
     }
     let shrinking = shrinking(scenario, mode, cancel)?;
     let each = open.into_iter().map(|bound| MoreMeasuring {
-        name: bound.name,
+        metric: bound.metric,
         measurements: shrinking
             .iter()
             .find(|(_, part)| is_decided(bound, *part))

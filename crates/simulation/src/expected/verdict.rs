@@ -1,9 +1,9 @@
 //! Whether a requirement is met, as far as a room can tell.
 
-use super::Expected;
-use crate::comparison::{ErrorOf, Figure, REQUIRED};
+use super::figures::Expected;
 use crate::figures::{Figures, Unsettled};
-use crate::requirement::{Check, Requirement};
+use crate::metric::{ErrorOf, Metric};
+use crate::requirement::Check;
 use serde::Serialize;
 
 /// What a study settles of a bound.
@@ -41,10 +41,8 @@ impl BoundVerdict {
 /// A bound of a requirement against what is known of its figure.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct JudgedBound {
-    /// The bound's name in a design file.
-    pub name: &'static str,
-    #[serde(skip)]
-    pub figure: Figure,
+    #[serde(rename = "name")]
+    pub metric: Metric,
     /// mm or degrees, as the figure is.
     pub limit: f64,
     /// The expected value; that of the room's own field where nothing more is known.
@@ -68,13 +66,6 @@ impl JudgedBound {
     }
 }
 
-/// The figure that a bound of this name is about.
-fn figure_of(bound: &str) -> Option<Figure> {
-    let names = Requirement::default().bounds();
-    let place = names.iter().position(|(name, _)| *name == bound)?;
-    Some(REQUIRED[place])
-}
-
 /// Each bound, in the order of its checks: against the interval of its figure where there is one, else
 /// against the figure of the room's own field. None is met that an undetermined rotation or a trial
 /// that was left out may break.
@@ -88,9 +79,9 @@ pub fn judged_checks(
     unsettled: Option<Unsettled>,
     expected: Option<&Expected>,
 ) -> Vec<JudgedBound> {
-    let each = checks.iter().filter_map(|check| {
-        let figure = figure_of(check.name)?;
-        let found = expected.and_then(|expected| expected.of(figure));
+    let each = checks.iter().map(|check| {
+        let metric = check.metric;
+        let found = expected.map(|expected| expected.of(metric));
         let verdict = match found {
             Some((_, [_, high])) if high <= check.limit => BoundVerdict::Met,
             Some((_, [low, _])) if low > check.limit => BoundVerdict::Missed,
@@ -102,21 +93,20 @@ pub fn judged_checks(
         // An angle error has no bound but half a turn.
         let unsettled = unsettled.filter(|why| {
             verdict != BoundVerdict::Missed
-                && (figure.of == ErrorOf::Angle || highest + why.most_mm() > check.limit)
+                && (metric.of == ErrorOf::Angle || highest + why.most_mm() > check.limit)
         });
         let verdict = match unsettled {
             None => verdict,
             Some(_) => BoundVerdict::CannotTell,
         };
-        Some(JudgedBound {
-            name: check.name,
-            figure,
+        JudgedBound {
+            metric,
             limit: check.limit,
             value: found.map_or(check.value, |(value, _)| value),
             interval: found.map(|(_, interval)| interval),
             verdict,
             unsettled,
-        })
+        }
     });
     each.collect()
 }
@@ -134,8 +124,8 @@ pub struct RequirementFigures {
 /// One bound of it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SettledCheck {
-    /// The bound's name in a design file.
-    pub name: &'static str,
+    #[serde(rename = "name")]
+    pub metric: Metric,
     pub value: f64,
     pub limit: f64,
     pub met: Option<bool>,
@@ -150,7 +140,7 @@ pub fn requirement_figures(figures: &Figures) -> Option<RequirementFigures> {
         checks: bounds
             .iter()
             .map(|bound| SettledCheck {
-                name: bound.name,
+                metric: bound.metric,
                 value: bound.value,
                 limit: bound.limit,
                 met: bound.verdict.is_met(),
@@ -183,7 +173,7 @@ pub fn study_verdict(figures: &Figures, expected: Option<&Expected>) -> Option<B
 /// else the first, else the RMS of the tip error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Headline {
-    pub figure: Figure,
+    pub metric: Metric,
     /// Expected where the room has it, else of its own field; mm or degrees.
     pub value: f64,
     /// 95 % interval, where the room has one.
@@ -201,17 +191,17 @@ pub fn headline(figures: &Figures, expected: Option<&Expected>) -> Headline {
         .or_else(|| bounds.first());
     if let Some(bound) = first {
         return Headline {
-            figure: bound.figure,
+            metric: bound.metric,
             value: bound.value,
             interval: bound.interval,
             bound: Some(*bound),
         };
     }
-    let [figure, ..] = REQUIRED;
-    let found = expected.and_then(|expected| expected.of(figure));
+    let metric = Metric::TIP_RMS;
+    let found = expected.map(|expected| expected.of(metric));
     Headline {
-        figure,
-        value: found.map_or(figures.position_mm.rms, |(value, _)| value),
+        metric,
+        value: found.map_or(figures.value(metric), |(value, _)| value),
         interval: found.map(|(_, interval)| interval),
         bound: None,
     }

@@ -1,7 +1,7 @@
 //! Lines against the trials they stand for, and handles under rays that point at them.
 
 use super::*;
-use crate::{Sensor, SensorOrientation};
+use crate::body::{Sensor, SensorOrientation};
 use nalgebra::UnitQuaternion;
 use trackwright_geometry::bounds::Bounds;
 

@@ -10,11 +10,12 @@
 //! `C = Σ w e (s - s̄)ᵀ`, `S = Σ w (s - s̄)(s - s̄)ᵀ`. All terms are of the size of errors, so no
 //! digits go; the sums are made once.
 
-use super::Found;
-use super::tool::without;
-use crate::Sensor;
-use crate::frame_fit::{FrameFitter, Reading};
+use super::outcome::Found;
+use super::tool::nameless;
+use crate::body::Sensor;
+use crate::frame_fit::FrameFitter;
 use crate::pose_rule::PoseRule;
+use crate::refit::{BodyReadings, RefitBuffers};
 use crate::scenario::{Scenario, ScenarioCrf};
 use crate::tracker::{BodyTracker, TrackBuffers};
 use crate::trial::{Simulator, TrialBuffers};
@@ -31,8 +32,7 @@ pub(super) struct CrfAt<'a> {
     crf: &'a ScenarioCrf,
     sensor: usize,
     /// Of all sensors where they are now.
-    readings: Vec<Reading>,
-    others_are_inside: bool,
+    readings: BodyReadings<'a>,
     tracker_from_crf_fitted: Pose,
     weights: f64,
     squares_mm2: f64,
@@ -74,10 +74,11 @@ impl<'a> CrfAt<'a> {
         let mut buffers = TrackBuffers::default();
         let tracker = BodyTracker::new(&crf.body, scenario);
         let reference = tracker.track(&mut buffers, &crf.tracker_from_crf);
-        let mut readings = Vec::with_capacity(crf.body.sensors.len());
-        let here = std::slice::from_ref(&crf.tracker_from_crf);
-        tracker.read_all(&mut buffers, here, 1, &mut readings);
-        work += buffers.work;
+        let here = (vec![crf.tracker_from_crf], 1);
+        let one_piece = std::iter::once(0..1).collect();
+        let (readings, cost) =
+            BodyReadings::read(scenario, &crf.body, None, here, one_piece, cancel)?;
+        work += buffers.work + cost;
         // By the tool alone: what the CRF's sensors do is each place's own.
         let is_kept = |outside: usize| {
             scenario.outside != OutsidePolicy::Reject || outside == reference.outside
@@ -97,11 +98,7 @@ impl<'a> CrfAt<'a> {
             scenario,
             crf,
             sensor,
-            others_are_inside: readings
-                .iter()
-                .enumerate()
-                .all(|(i, (_, is_inside))| i == sensor || *is_inside),
-            readings: readings.into_iter().map(|r| r.0).collect(),
+            readings,
             tracker_from_crf_fitted: reference.fit.tracker_from_body,
             weights,
             squares_mm2: 0.0,
@@ -127,32 +124,35 @@ impl<'a> CrfAt<'a> {
     }
 
     /// The study's tip RMS over the rule's poses with the sensor like this.
-    pub fn found(&self, buffers: &mut TrackBuffers, moved: &Sensor) -> Found {
-        let mut body = without(&self.crf.body, usize::MAX);
+    pub fn found(
+        &self,
+        buffers: &mut RefitBuffers,
+        moved: &Sensor,
+        cancel: &CancelToken,
+    ) -> Result<Found, Cancelled> {
+        let mut body = nameless(&self.crf.body);
         body.sensors[self.sensor] = moved.clone();
         let fitter = FrameFitter::new(&body, self.scenario.orientation_weight_mm);
-        let alone = std::slice::from_ref(moved);
-        let tracker = BodyTracker::of_sensors(
-            fitter.clone(),
-            alone,
-            &self.scenario.environment,
-            self.scenario.outside,
-        );
-        let here = std::slice::from_ref(&self.crf.tracker_from_crf);
-        let mut read = Vec::with_capacity(1);
-        tracker.read_all(buffers, here, 1, &mut read);
-        let (mut readings, mut is_inside) = (self.readings.clone(), true);
-        for (reading, is_its_own_inside) in read {
-            readings[self.sensor] = reading;
-            is_inside = is_its_own_inside;
-        }
-        let fit = fitter.fit(&readings, &self.crf.tracker_from_crf);
-        buffers.work.frame_fits += 1;
-        buffers.work.reading_reuses += readings.len() as u64 - 1;
-        let is_rejected = self.scenario.outside == OutsidePolicy::Reject
-            && !(is_inside && self.others_are_inside);
+        let number = [self.sensor];
+        let replaced = self.readings.replaced(&body, &number, std::slice::from_ref(moved));
+        let (mut is_inside, mut tracker_from_crf) = (true, Pose::identity());
+        self.readings.refit(
+            &fitter,
+            &replaced,
+            std::iter::once(0..1),
+            buffers,
+            cancel,
+            |_, found| {
+                is_inside = found;
+                true
+            },
+            |_, fitted| tracker_from_crf = fitted,
+        )?;
+        let others_are_inside = self.readings.are_inside(0, Some(self.sensor));
+        let is_rejected =
+            self.scenario.outside == OutsidePolicy::Reject && !(is_inside && others_are_inside);
         // From the tip as found with the design's CRF to the tip as found with this one.
-        let change = fit.tracker_from_body.inverse() * self.tracker_from_crf_fitted;
+        let change = tracker_from_crf.inverse() * self.tracker_from_crf_fitted;
         let turn = change.rotation.to_rotation_matrix().into_inner() - Matrix3::identity();
         let shift = turn * self.mean_mm + change.translation.vector;
         let squares_mm2 = self.squares_mm2
@@ -163,6 +163,7 @@ impl<'a> CrfAt<'a> {
         // Below zero by rounding where all errors vanish.
         let rms_mm = (squares_mm2.max(0.0) / self.weights).sqrt();
         let is_known = self.weights > 0.0 && !is_rejected && rms_mm.is_finite();
-        Found { tip_rms_mm: is_known.then_some(rms_mm), is_outside: !is_inside, variation: 0.0 }
+        let tip_rms_mm = is_known.then_some(rms_mm);
+        Ok(Found { tip_rms_mm, is_outside: !is_inside, variation: 0.0 })
     }
 }

@@ -8,9 +8,9 @@
 //! whole study in the median, within 15 % of the worst, and the interval's ends within a factor of 1.4:
 //! most of it is from the few trials.
 
-use super::{Candidates, ExpectedTip, PlacedBody, Placement, PlacementPlan};
-use crate::comparison::REQUIRED;
+use super::outcome::{Candidates, ExpectedTip, PlacedBody, Placement, PlacementPlan};
 use crate::expected::{ExpectedError, expected, spread};
+use crate::metric::Metric;
 use crate::plan::Plan;
 use crate::run::StudyError;
 use crate::scenario::{Mode, Scenario};
@@ -62,12 +62,13 @@ impl OpenParts {
                     *sensor = candidates.sensors[place].clone();
                 }
                 match expected(&moved, &mode, &task.cancel) {
-                    Ok(found) => Ok(found.of(REQUIRED[0]).map(|(rms_mm, ends)| {
-                        let own_mm = found.own_of(REQUIRED[0]);
+                    Ok(found) => {
+                        let (rms_mm, ends) = found.of(Metric::TIP_RMS);
+                        let own_mm = found.own_of(Metric::TIP_RMS);
                         let end = |end: f64| (end / rms_mm).max(f64::MIN_POSITIVE).ln();
                         let open = (rms_mm * rms_mm - own_mm * own_mm).max(0.0);
-                        (features[place], [open, end(ends[0]), end(ends[1])])
-                    })),
+                        Ok(Some((features[place], [open, end(ends[0]), end(ends[1])])))
+                    }
                     Err(ExpectedError::Study(StudyError::Cancelled)) => Err(Cancelled),
                     Err(_) => Ok(None),
                 }

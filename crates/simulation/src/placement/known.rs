@@ -1,6 +1,6 @@
 //! What is known of a sensor's places, and what follows from it for the others.
 
-use super::{
+use super::outcome::{
     Basis, Candidates, E_FOLD_MM, Found, NOWHERE, Placement, PlacementOutcome, Study, difference_mm,
 };
 use crate::work::Work;

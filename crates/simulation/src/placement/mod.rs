@@ -32,38 +32,31 @@
 mod crf;
 mod interval;
 mod known;
+mod outcome;
 mod rule;
 mod tool;
 
+pub use outcome::{
+    Basis, ExpectedTip, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan,
+};
 pub use rule::AxisRule;
 
-use super::motion::MotionError;
-use super::pose_rule::{PoseRule, corners};
-use super::preview::WHOLE_UP_TO;
-use super::run::{StudyError, check};
+use super::refit::RefitBuffers;
+use super::run::check;
 use super::scenario::Scenario;
-use super::tracker::TrackBuffers;
 use super::work::Work;
-use crate::Sensor;
 use crf::CrfAt;
 use interval::OpenParts;
 use known::Known;
 use nalgebra::{Unit, Vector3};
+use outcome::{Candidates, Found, NOWHERE, Study, difference_mm};
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::sync::Arc;
-use tool::{ToolAt, ToolBuffers};
+use tool::ToolAt;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::spread::{Position, farthest_first};
 use trackwright_geometry::surface::SurfacePoint;
 use trackwright_task::{Cancelled, Task};
-
-/// Poses that every vertex is computed at.
-const FEW_POSES: usize = 64;
-
-/// Poses that stand for a range of motion of more than [`WHOLE_UP_TO`].
-const MANY_POSES: usize = 4096;
 
 /// Trials that go into fully computed vertices.
 const FULL_TRIALS: usize = 3_000_000;
@@ -77,175 +70,6 @@ const FIRST_VERTICES: usize = 512;
 
 /// Trials up to which there is one picture only.
 const AT_ONCE: usize = 100_000;
-
-/// How far apart two places are whose sensors point a radian apart: about as far as sensors of a
-/// tool are from each other. Chosen, not tuned, as is the next.
-const RADIAN_MM: f64 = 20.0;
-
-/// How far apart two places are at one of which trials vary e times as much as at the other. Where
-/// a sensor hardly adds to what the others determine, the tip swings far at some of the poses, few
-/// poses miss that, and a place tells little of its neighbour.
-const E_FOLD_MM: f64 = 20.0;
-
-/// Whose sensor is moved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum PlacedBody {
-    Tool,
-    Crf,
-}
-
-/// What is asked: places for one sensor.
-#[derive(Clone, Debug)]
-pub struct PlacementPlan {
-    pub body: PlacedBody,
-    /// Its number in the body.
-    pub sensor: usize,
-    pub rule: AxisRule,
-    /// Body frame.
-    pub candidates: Arc<[SurfacePoint]>,
-}
-
-/// What one place comes to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
-    /// The study's tip error RMS over the design's motion, or of its own pose where it has none;
-    /// `None` where each trial is left out, or the place is not a number.
-    pub tip_rms_mm: Option<f64>,
-    pub basis: Basis,
-    /// With what the room's measurements leave open; `None` where it keeps none, and before the last
-    /// picture.
-    pub expected: Option<ExpectedTip>,
-    /// Whether the sensor leaves the model's box: at a pose that was computed, or in a corner of
-    /// the range of motion.
-    pub is_outside: bool,
-}
-
-/// A tip RMS to be expected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExpectedTip {
-    /// Mean over drawn fields.
-    pub rms_mm: f64,
-    /// 95 % interval.
-    pub interval_mm: [f64; 2],
-}
-
-impl Placement {
-    /// The expected tip RMS where it is known, else that of the room's own field.
-    pub fn shown_mm(&self) -> Option<f64> {
-        self.expected.map_or(self.tip_rms_mm, |expected| Some(expected.rms_mm))
-    }
-}
-
-/// How a value was found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Basis {
-    /// The study with the sensor there, to the last digits.
-    Full,
-    /// By few poses and full neighbours.
-    Approximate {
-        /// An estimate that is rather too large: what the neighbours that are known would be off by
-        /// were they found like this from the others.
-        error_mm: f64,
-    },
-}
-
-/// All places, as well as they are known so far.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlacementOutcome {
-    /// One a candidate.
-    pub places: Vec<Placement>,
-    /// Candidates that are computed fully.
-    pub full: usize,
-    /// Poses of the study.
-    pub trials: usize,
-    /// Whether nothing better follows.
-    pub is_final: bool,
-    /// So far.
-    pub work: Work,
-}
-
-/// Why there are no places.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlacementError {
-    #[error("the design has no CRF")]
-    NoCrf,
-    #[error("sensor {sensor} of {body} is to be moved, which has {sensors}")]
-    NoSensor { body: String, sensor: usize, sensors: usize },
-    #[error(transparent)]
-    Study(#[from] StudyError),
-}
-
-impl From<Cancelled> for PlacementError {
-    fn from(_: Cancelled) -> Self {
-        Self::Study(StudyError::Cancelled)
-    }
-}
-
-impl From<MotionError> for PlacementError {
-    fn from(error: MotionError) -> Self {
-        Self::Study(error.into())
-    }
-}
-
-/// A tip RMS, and whether the sensor leaves the model's box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Found {
-    tip_rms_mm: Option<f64>,
-    is_outside: bool,
-    /// Standard deviation of the squares of the tip errors, in parts of their mean.
-    variation: f64,
-}
-
-impl PlacementOutcome {
-    /// Between candidates, each with what it counts for: of the vertices of a triangle, as the body
-    /// is painted. `None` where one of them that counts has no value.
-    pub fn between(&self, candidates: [usize; 3], weights: [f64; 3]) -> Option<f64> {
-        self.mixed(candidates, weights, Placement::shown_mm)
-    }
-
-    /// Likewise the 95 % interval of the expected value.
-    pub fn interval_between(&self, candidates: [usize; 3], weights: [f64; 3]) -> Option<[f64; 2]> {
-        let end = |k: usize| {
-            self.mixed(candidates, weights, |place| Some(place.expected?.interval_mm[k]))
-        };
-        Some([end(0)?, end(1)?])
-    }
-
-    fn mixed(
-        &self,
-        candidates: [usize; 3],
-        weights: [f64; 3],
-        value_mm: impl Fn(&Placement) -> Option<f64>,
-    ) -> Option<f64> {
-        let parts = candidates.into_iter().zip(weights);
-        parts
-            .filter(|(_, weight)| *weight != 0.0)
-            .map(|(candidate, weight)| Some(weight * value_mm(self.places.get(candidate)?)?))
-            .sum()
-    }
-
-    /// Whether values are expected ones.
-    pub fn is_expected(&self) -> bool {
-        self.places.iter().any(|place| place.expected.is_some())
-    }
-
-    /// The name of the figure that places are shown by.
-    pub fn figure_label(&self) -> &'static str {
-        match self.is_expected() {
-            true => "expected tip error RMS",
-            false => "tip error RMS",
-        }
-    }
-
-    /// The smallest and the largest value.
-    pub fn range_mm(&self) -> Option<[f64; 2]> {
-        let values = self.places.iter().filter_map(Placement::shown_mm);
-        values.fold(None, |range, v| {
-            let [low, high] = range.unwrap_or([v; 2]);
-            Some([low.min(v), high.max(v)])
-        })
-    }
-}
 
 /// The vertices of an instrument, part after part in the mesh's order; one whose normal has no
 /// direction looks along z.
@@ -311,106 +135,6 @@ pub fn place(
     Ok(outcome)
 }
 
-/// The poses of the study, and few that stand for them.
-struct Study {
-    trials: usize,
-    many: PoseRule,
-    /// Whether these are all poses of the study.
-    is_whole: bool,
-    few: PoseRule,
-    /// `crf_from_tool` at the ends of the motion.
-    corners: Vec<Pose>,
-}
-
-impl Study {
-    fn new(scenario: &Scenario) -> Result<Self, PlacementError> {
-        let Some(motion) = scenario.motion else {
-            return Ok(Self {
-                trials: 1,
-                many: PoseRule::single(scenario),
-                is_whole: true,
-                few: PoseRule::single(scenario),
-                corners: vec![scenario.crf_from_tool],
-            });
-        };
-        let grid = motion.grid(&scenario.crf_from_tool)?;
-        let is_whole = grid.trials() <= WHOLE_UP_TO;
-        Ok(Self {
-            trials: grid.trials(),
-            many: match is_whole {
-                true => PoseRule::whole(&grid),
-                false => PoseRule::gauss(scenario, MANY_POSES)?,
-            },
-            is_whole,
-            few: PoseRule::gauss(scenario, FEW_POSES)?,
-            corners: corners(&grid),
-        })
-    }
-}
-
-/// The places, each once: meshes name a vertex of a sharp edge several times.
-struct Candidates {
-    sensors: Vec<Sensor>,
-    places: Vec<Position>,
-    /// Of each candidate, which of them it is.
-    place_of: Vec<usize>,
-}
-
-impl Candidates {
-    fn new(sensor: &Sensor, plan: &PlacementPlan) -> Self {
-        let nameless = Sensor { name: String::new(), ..sensor.clone() };
-        let mut known: HashMap<[u64; 7], usize> = HashMap::new();
-        let (mut sensors, mut places) = (Vec::new(), Vec::new());
-        let place_of = plan
-            .candidates
-            .iter()
-            .map(|candidate| {
-                let placed = plan.rule.placed(&nameless, candidate);
-                let axis = placed
-                    .axis_in_body()
-                    .map_or_else(Vector3::zeros, |axis| axis.into_inner() * RADIAN_MM);
-                let at = placed.position_in_body;
-                let place = [at.x, at.y, at.z, axis.x, axis.y, axis.z, 0.0];
-                *known.entry(place.map(f64::to_bits)).or_insert_with(|| {
-                    sensors.push(placed);
-                    places.push(place);
-                    places.len() - 1
-                })
-            })
-            .collect();
-        Self { sensors, places, place_of }
-    }
-
-    fn is_finite(&self, place: usize) -> bool {
-        self.places[place].iter().all(|v| v.is_finite())
-    }
-
-    /// The outcome from what each place comes to.
-    fn outcome(
-        &self,
-        of_place: &[Placement],
-        trials: usize,
-        is_final: bool,
-        work: Work,
-    ) -> PlacementOutcome {
-        let places: Vec<_> = self.place_of.iter().map(|&place| of_place[place]).collect();
-        PlacementOutcome {
-            full: places.iter().filter(|p| p.basis == Basis::Full).count(),
-            places,
-            trials,
-            is_final,
-            work: Work {
-                placement_evaluations: work.study_evaluations,
-                study_evaluations: 0,
-                ..work
-            },
-        }
-    }
-}
-
-const NOWHERE: Placement =
-    Placement { tip_rms_mm: None, basis: Basis::Full, expected: None, is_outside: true };
-
 fn on_crf(
     many: &CrfAt,
     few: &CrfAt,
@@ -422,18 +146,18 @@ fn on_crf(
         .sensors
         .par_iter()
         .enumerate()
-        .map_init(TrackBuffers::default, |buffers, (place, sensor)| {
+        .map_init(RefitBuffers::default, |buffers, (place, sensor)| {
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
             if !candidates.is_finite(place) {
                 return Ok((NOWHERE, Work::default()));
             }
-            let found = many.found(buffers, sensor);
+            let found = many.found(buffers, sensor, &task.cancel)?;
             let basis = match study.is_whole {
                 true => Basis::Full,
                 false => Basis::Approximate {
-                    error_mm: difference_mm(&found, &few.found(buffers, sensor)),
+                    error_mm: difference_mm(&found, &few.found(buffers, sensor, &task.cancel)?),
                 },
             };
             let placement = Placement {
@@ -442,7 +166,7 @@ fn on_crf(
                 expected: None,
                 is_outside: found.is_outside,
             };
-            Ok((placement, std::mem::take(&mut buffers.work)))
+            Ok((placement, buffers.take_work()))
         })
         .collect();
     let mut work = many.own_work() + few.own_work();
@@ -452,13 +176,6 @@ fn on_crf(
         places.push(placement);
     }
     Ok(candidates.outcome(&places, study.trials, true, work))
-}
-
-fn difference_mm(a: &Found, b: &Found) -> f64 {
-    match (a.tip_rms_mm, b.tip_rms_mm) {
-        (Some(a), Some(b)) => (a - b).abs(),
-        _ => f64::INFINITY,
-    }
 }
 
 fn on_tool(
@@ -545,7 +262,7 @@ fn compute(
     let found: Result<Vec<(usize, Found, Work)>, Cancelled> = places
         .par_iter()
         .filter(|place| known[**place].is_none())
-        .map_init(ToolBuffers::default, |buffers, &place| {
+        .map_init(RefitBuffers::default, |buffers, &place| {
             let found = tool.found(buffers, &candidates.sensors[place], &task.cancel)?;
             Ok((place, found, buffers.take_work()))
         })

@@ -1,6 +1,6 @@
 //! Which way a sensor points at a place of the surface.
 
-use crate::Sensor;
+use crate::body::Sensor;
 use nalgebra::{Unit, Vector3};
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::rotation::{axis_rotation, exp_vector, perpendicular};
@@ -62,7 +62,7 @@ fn along(axis: &Unit<Vector3<f64>>, normal: &Unit<Vector3<f64>>) -> Unit<Vector3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::SensorOrientation;
+    use crate::body::SensorOrientation;
     use nalgebra::{Point3, UnitQuaternion};
 
     #[test]

@@ -5,18 +5,19 @@
 //! computed once. A variant then costs the readings of those sensors that are off and a frame fit a
 //! pose; with nothing but the CRF off, which stands still, one fit in all.
 
-use crate::frame_fit::{FrameFitter, Reading};
+use crate::body::{RigidBody, Sensor};
+use crate::frame_fit::FrameFitter;
 use crate::linear_fit::SensorError;
+use crate::metric::Statistics;
 use crate::motion::MotionError;
 use crate::pose_rule::PoseRule;
 use crate::preview::{WHOLE_UP_TO, spread};
+use crate::refit::{BodyReadings, RefitBuffers};
 use crate::requirement::{Check, Requirement};
+use crate::run::StudyError;
 use crate::scenario::Scenario;
-use crate::statistics::Statistics;
 use crate::tool_in_crf::relative_error;
-use crate::tracker::{BodyTracker, TrackBuffers};
 use crate::work::Work;
-use crate::{RigidBody, Sensor};
 use nalgebra::{Point3, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::Pose;
@@ -55,13 +56,9 @@ impl BuildErrors {
 struct Built<'a> {
     body: &'a RigidBody,
     fitter: FrameFitter,
-    tracker_from_body: Vec<Pose>,
-    /// Poses come in runs of one orientation, each so long.
+    readings: BodyReadings<'a>,
     run: usize,
-    /// Sensor by sensor, of the body as drawn.
-    readings: Vec<Reading>,
-    /// Pose by pose, of the body as drawn.
-    are_inside: Vec<bool>,
+    /// Of the body as drawn.
     tracker_from_body_fitted: Vec<Pose>,
 }
 
@@ -81,9 +78,7 @@ pub struct BuiltStudy<'a> {
 /// What a variant is computed in, and the poses of the last one.
 #[derive(Default)]
 pub struct BuiltBuffers {
-    track: TrackBuffers,
-    read: Vec<(Reading, bool)>,
-    all: Vec<Reading>,
+    refit: RefitBuffers,
     fitted: Vec<Pose>,
     /// `crf_from_tool` as the tracker tells it.
     pub simulated: Vec<Pose>,
@@ -93,7 +88,7 @@ pub struct BuiltBuffers {
 
 impl BuiltBuffers {
     pub fn take_work(&mut self) -> Work {
-        std::mem::take(&mut self.track.work)
+        self.refit.take_work()
     }
 }
 
@@ -101,27 +96,30 @@ impl<'a> BuiltStudy<'a> {
     /// Over the design's range of motion, or at its pose where it has none.
     ///
     /// # Errors
-    /// A range of motion that cannot be visited.
-    pub fn new(scenario: &'a Scenario, requirement: Requirement) -> Result<Self, MotionError> {
+    /// [`StudyError::Motion`]: a range of motion that cannot be visited.
+    pub fn new(scenario: &'a Scenario, requirement: Requirement) -> Result<Self, StudyError> {
         let (poses, run) = poses(scenario)?;
         let mut buffers = BuiltBuffers::default();
-        let crf = scenario.crf.as_ref().map(|crf| {
-            let at = vec![crf.tracker_from_crf];
-            Built::new(scenario, &crf.body, at, 1, &mut buffers)
-        });
-        let crf_work = buffers.take_work();
+        let mut work = Work::default();
+        let mut built = |body, poses, run| {
+            let found = Built::new(scenario, body, poses, run, &mut buffers);
+            let (built, cost) = found.map_err(|Cancelled| StudyError::Cancelled)?;
+            work += cost;
+            Ok::<_, StudyError>(built)
+        };
+        let crf = scenario.crf.as_ref();
+        let crf = crf.map(|crf| built(&crf.body, vec![crf.tracker_from_crf], 1)).transpose()?;
         let tracker_from_crf =
             scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
         let tracker_from_tool = poses.iter().map(|pose| tracker_from_crf * pose).collect();
-        let tool = Built::new(scenario, &scenario.tool, tracker_from_tool, run, &mut buffers);
-        let crf_is_inside = crf.as_ref().is_none_or(|c| c.are_inside.iter().all(|i| *i));
+        let tool = built(&scenario.tool, tracker_from_tool, run)?;
+        let crf_is_inside = crf.as_ref().is_none_or(|crf| crf.readings.are_inside(0, None));
         // The poses are those of the design as drawn: one that a sensor leaves the box in because it
         // is a hair off must not make the figures better.
-        let is_kept = tool
-            .are_inside
-            .iter()
-            .map(|is_inside| {
-                scenario.outside != OutsidePolicy::Reject || (*is_inside && crf_is_inside)
+        let is_kept = (0..poses.len())
+            .map(|pose| {
+                scenario.outside != OutsidePolicy::Reject
+                    || (tool.readings.are_inside(pose, None) && crf_is_inside)
             })
             .collect();
         Ok(Self {
@@ -132,7 +130,7 @@ impl<'a> BuiltStudy<'a> {
             crf,
             is_kept,
             tip_in_tool: scenario.tool.judged_tip_in_body(),
-            work: buffers.take_work() + crf_work,
+            work: work + buffers.take_work(),
         })
     }
 
@@ -172,11 +170,11 @@ impl<'a> BuiltStudy<'a> {
         let crf_from_tracker = match &self.crf {
             None => Pose::identity(),
             Some(crf) => {
-                crf.fit(self.scenario, buffers, &errors.crf, cancel)?;
+                crf.fit(buffers, &errors.crf, cancel)?;
                 buffers.fitted.first().map_or_else(Pose::identity, Pose::inverse)
             }
         };
-        self.tool.fit(self.scenario, buffers, &errors.tool, cancel)?;
+        self.tool.fit(buffers, &errors.tool, cancel)?;
         buffers.simulated.clear();
         buffers.position_mm.clear();
         buffers.angle_deg.clear();
@@ -222,48 +220,24 @@ const PIECE: usize = 256;
 
 impl<'a> Built<'a> {
     fn new(
-        scenario: &Scenario,
+        scenario: &'a Scenario,
         body: &'a RigidBody,
         tracker_from_body: Vec<Pose>,
         run: usize,
         buffers: &mut BuiltBuffers,
-    ) -> Self {
+    ) -> Result<(Self, Work), Cancelled> {
         let fitter = FrameFitter::new(body, scenario.orientation_weight_mm);
-        let tracker = BodyTracker::of_sensors(
-            fitter.clone(),
-            &body.sensors,
-            &scenario.environment,
-            scenario.outside,
-        );
-        buffers.read.clear();
-        let read = &mut buffers.read;
-        tracker.read_all(&mut buffers.track, &tracker_from_body, run, read);
-        let count = tracker_from_body.len();
-        let mut are_inside = vec![true; count];
-        for (index, (_, is_inside)) in read.iter().enumerate() {
-            are_inside[index % count] &= is_inside;
-        }
-        let readings: Vec<Reading> = read.iter().map(|r| r.0).collect();
-        let mut built = Self {
-            body,
-            fitter,
-            tracker_from_body,
-            run,
-            readings,
-            are_inside,
-            tracker_from_body_fitted: Vec::new(),
-        };
-        let mut fitted = Vec::with_capacity(count);
-        built.fit_piece(0..count, &[], &[], &mut buffers.all, &mut fitted);
-        buffers.track.work.frame_fits += count as u64;
-        built.tracker_from_body_fitted = fitted;
-        built
+        let whole = vec![0..tracker_from_body.len()];
+        let cancel = CancelToken::default();
+        let poses = (tracker_from_body, run);
+        let (readings, work) = BodyReadings::read(scenario, body, None, poses, whole, &cancel)?;
+        let tracker_from_body_fitted = readings.fit(&fitter, &mut buffers.refit);
+        Ok((Self { body, fitter, readings, run, tracker_from_body_fitted }, work))
     }
 
     /// Fits the body with sensors that are off, into `buffers.fitted`.
     fn fit(
         &self,
-        scenario: &Scenario,
         buffers: &mut BuiltBuffers,
         errors: &[SensorError],
         cancel: &CancelToken,
@@ -273,62 +247,21 @@ impl<'a> Built<'a> {
             .filter(|&sensor| errors[sensor] != AS_DRAWN)
             .collect();
         if off.is_empty() {
-            let as_drawn = &self.tracker_from_body_fitted;
-            buffers.fitted.extend_from_slice(as_drawn);
+            buffers.fitted.extend_from_slice(&self.tracker_from_body_fitted);
             return Ok(());
         }
-        let sensors: Vec<Sensor> = off
-            .iter()
-            .map(|&sensor| built_sensor(&self.body.sensors[sensor], &errors[sensor]))
-            .collect();
-        let tracker = BodyTracker::of_sensors(
-            self.fitter.clone(),
-            &sensors,
-            &scenario.environment,
-            scenario.outside,
-        );
-        let count = self.tracker_from_body.len();
+        let built = |&sensor: &usize| built_sensor(&self.body.sensors[sensor], &errors[sensor]);
+        let sensors: Vec<Sensor> = off.iter().map(built).collect();
+        let replaced = self.readings.replaced(self.body, &off, &sensors);
+        let count = self.readings.tracker_from_body().len();
         // Whole runs, or pieces of a long one.
         let len = if self.run < PIECE { PIECE / self.run * self.run } else { PIECE };
-        for start in (0..count).step_by(len) {
-            if cancel.is_cancelled() {
-                return Err(Cancelled);
-            }
-            let piece = start..(start + len).min(count);
-            let poses = &self.tracker_from_body[piece.clone()];
-            let run = self.run.min(poses.len());
-            buffers.read.clear();
-            tracker.read_all(&mut buffers.track, poses, run, &mut buffers.read);
-            let BuiltBuffers { read, all, fitted, .. } = &mut *buffers;
-            self.fit_piece(piece, &off, read, all, fitted);
-        }
-        let work = &mut buffers.track.work;
-        work.frame_fits += count as u64;
-        work.reading_reuses += ((self.body.sensors.len() - off.len()) * count) as u64;
-        Ok(())
-    }
-
-    /// The frames of some poses, appended to `fitted`; `read` is of the sensors `off`, sensor by
-    /// sensor.
-    fn fit_piece(
-        &self,
-        piece: std::ops::Range<usize>,
-        off: &[usize],
-        read: &[(Reading, bool)],
-        all: &mut Vec<Reading>,
-        fitted: &mut Vec<Pose>,
-    ) {
-        let count = self.tracker_from_body.len();
-        for pose in piece.clone() {
-            all.clear();
-            let as_drawn = (0..self.body.sensors.len()).map(|s| self.readings[s * count + pose]);
-            all.extend(as_drawn);
-            for (place, &sensor) in off.iter().enumerate() {
-                all[sensor] = read[place * piece.len() + pose - piece.start].0;
-            }
-            let fit = self.fitter.fit(all, &self.tracker_from_body[pose]);
-            fitted.push(fit.tracker_from_body);
-        }
+        let pieces = (0..count).step_by(len).map(|start| start..(start + len).min(count));
+        let BuiltBuffers { refit, fitted, .. } = buffers;
+        let keeps_all = |_, _| true;
+        self.readings.refit(&self.fitter, &replaced, pieces, refit, cancel, keeps_all, |_, pose| {
+            fitted.push(pose);
+        })
     }
 }
 

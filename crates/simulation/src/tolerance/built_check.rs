@@ -3,12 +3,12 @@
 use super::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use super::search::worst_ratio;
 use super::sheet::{BuiltBody, ManufacturingSheet, SheetBody};
+use crate::body::{Sensor, SensorOrientation};
 use crate::linear_fit::SensorError;
 use crate::requirement::Check;
 use crate::run::StudyError;
 use crate::scenario::Scenario;
 use crate::work::Work;
-use crate::{Sensor, SensorOrientation};
 use nalgebra::{Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;

@@ -18,10 +18,9 @@
 
 use super::as_built::{AS_DRAWN, BuildErrors, BuiltStudy};
 use super::sheet::BuiltBody;
+use crate::body::{RigidBody, SensorOrientation};
 use crate::linear_fit::{LinearFit, SensorError};
-use crate::requirement::Requirement;
-use crate::statistics::percentile;
-use crate::{RigidBody, SensorOrientation};
+use crate::metric::{ErrorOf, Metric, Summary};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Unit, Vector3};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::{log_quaternion, perpendicular};
@@ -29,9 +28,6 @@ use trackwright_geometry::rotation::{log_quaternion, perpendicular};
 /// `(b_T, θ_T, t_C, θ_C)`: mm and radians.
 pub type Motions = SVector<f64, 12>;
 type Jacobian = SMatrix<f64, 3, 12>;
-
-/// Ranks about the 95th percentile whose poses say which way it grows.
-const ABOUT_P95: std::ops::RangeInclusive<f64> = 0.92..=0.98;
 
 /// What one sensor's error of one kind does.
 #[derive(Clone, Copy, Debug)]
@@ -71,23 +67,24 @@ pub type Direction = Vec<Vector3<f64>>;
 /// One bound of the requirement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    figure: Figure,
+    summary: Summary,
     of: ErrorKind,
     limit: f64,
 }
 
 impl Bound {
+    fn new((metric, limit): (Metric, f64)) -> Self {
+        let of = match metric.of {
+            ErrorOf::Position => ErrorKind::Position,
+            ErrorOf::Angle => ErrorKind::Angle,
+        };
+        Self { summary: metric.summary, of, limit }
+    }
+
     /// Whether every pose has to be looked at to know its figure.
     pub fn is_costly(&self) -> bool {
-        self.figure != Figure::Rms
+        self.summary != Summary::Rms
     }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Figure {
-    Rms,
-    P95,
-    Max,
 }
 
 /// One pose of the study as drawn, linearised.
@@ -147,7 +144,7 @@ impl FirstOrder {
         Self {
             position_mm2: mean_square(&poses, ErrorKind::Position),
             turn_rad2: mean_square(&poses, ErrorKind::Angle),
-            bounds: bounds(&study.requirement()),
+            bounds: study.requirement().bounds().map(Bound::new).collect(),
             poses,
             blocks,
         }
@@ -161,21 +158,20 @@ impl FirstOrder {
 
     /// A bound's figure as a part of its limit.
     pub fn ratio(&self, bound: &Bound, motions: &Motions) -> f64 {
-        let value = match bound.figure {
-            Figure::Rms => {
+        let value = match bound.summary {
+            Summary::Rms => {
                 let mean = self.mean_square(bound.of);
                 let square = mean.constant
                     + 2.0 * mean.linear.dot(motions)
                     + (mean.quadratic * motions).dot(motions);
                 square.max(0.0).sqrt()
             }
-            Figure::P95 | Figure::Max => {
+            summary => {
                 let errors = self.poses.iter().map(|p| p.error(bound.of, motions));
                 let mut lengths: Vec<f64> = errors.map(|e| e.norm()).collect();
-                match bound.figure {
-                    _ if lengths.is_empty() => f64::INFINITY,
-                    Figure::P95 => percentile(&mut lengths, 0.95),
-                    _ => lengths.iter().copied().fold(0.0, f64::max),
+                match lengths.is_empty() {
+                    true => f64::INFINITY,
+                    false => summary.of(&mut lengths),
                 }
             }
         };
@@ -190,12 +186,12 @@ impl FirstOrder {
         motions: &Motions,
         direction: &Direction,
     ) -> Direction {
-        let gradient = match bound.figure {
-            Figure::Rms => {
+        let gradient = match bound.summary {
+            Summary::Rms => {
                 let mean = self.mean_square(bound.of);
                 mean.linear + mean.quadratic * motions
             }
-            Figure::P95 | Figure::Max => {
+            _ => {
                 let errors = self.poses.iter().map(|p| p.error(bound.of, motions));
                 self.gradient(bound, errors)
             }
@@ -222,27 +218,19 @@ impl FirstOrder {
     fn gradient(&self, bound: &Bound, errors: impl Iterator<Item = Vector3<f64>>) -> Motions {
         let errors: Vec<Vector3<f64>> = errors.collect();
         let count = errors.len().saturating_sub(1) as f64;
-        let chosen: Vec<usize> = match bound.figure {
-            Figure::Rms => (0..errors.len()).collect(),
-            Figure::P95 | Figure::Max => {
-                let mut order: Vec<usize> = (0..errors.len()).collect();
-                order.sort_by(|&a, &b| {
-                    let length = |i: usize| errors[i].norm_squared();
-                    length(a).total_cmp(&length(b))
-                });
-                match bound.figure {
-                    Figure::Max => order.pop().into_iter().collect(),
-                    _ => {
-                        let first = (count * ABOUT_P95.start()).floor() as usize;
-                        let last = (count * ABOUT_P95.end()).ceil() as usize;
-                        order.into_iter().take(last + 1).skip(first).collect()
-                    }
-                }
-            }
-        };
-        let is_rms = bound.figure == Figure::Rms;
-        chosen
+        let is_rms = bound.summary == Summary::Rms;
+        let mut order: Vec<usize> = (0..errors.len()).collect();
+        if !is_rms {
+            let length = |i: usize| errors[i].norm_squared();
+            order.sort_by(|&a, &b| length(a).total_cmp(&length(b)));
+        }
+        let ranks = bound.summary.ranks();
+        let first = (count * ranks.start()).floor() as usize;
+        let last = (count * ranks.end()).ceil() as usize;
+        order
             .into_iter()
+            .take(last + 1)
+            .skip(first)
             .filter_map(|i| {
                 let (error, pose) = (errors[i], self.poses.get(i)?);
                 let pull = match is_rms {
@@ -369,20 +357,6 @@ fn mean_square(poses: &[Linear], of: ErrorKind) -> MeanSquare {
         mean.quadratic += jacobian.transpose() * jacobian / n;
     }
     mean
-}
-
-fn bounds(requirement: &Requirement) -> Vec<Bound> {
-    let r = requirement;
-    [
-        (Figure::Rms, ErrorKind::Position, r.position_rms_mm),
-        (Figure::P95, ErrorKind::Position, r.position_p95_mm),
-        (Figure::Max, ErrorKind::Position, r.position_max_mm),
-        (Figure::Rms, ErrorKind::Angle, r.angle_rms_deg),
-        (Figure::Max, ErrorKind::Angle, r.angle_max_deg),
-    ]
-    .into_iter()
-    .filter_map(|(figure, of, limit)| limit.map(|limit| Bound { figure, of, limit }))
-    .collect()
 }
 
 /// Every sensor's position, and its angle where it has an axis; `at_in_body` is the point that the

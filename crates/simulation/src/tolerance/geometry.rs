@@ -1,8 +1,8 @@
 //! Where the sensors of a body sit, as a workshop measures it.
 
 use super::sheet::{BuiltBody, SheetAxis, SheetBody, SheetPair, SheetSensor};
+use crate::body::{RigidBody, Sensor, SensorOrientation};
 use crate::pairs::sensor_pairs;
-use crate::{RigidBody, Sensor, SensorOrientation};
 use nalgebra::{Unit, Vector3};
 use trackwright_geometry::pose::quaternion_to_array;
 

@@ -137,7 +137,7 @@ fn find(
     };
     if let Some(missed) = sheet.as_drawn.iter().find(|check| !check.met) {
         return Err(NoTolerances::Missed {
-            name: missed.name,
+            name: missed.metric.name(),
             value: missed.value,
             limit: missed.limit,
         });
@@ -150,7 +150,7 @@ fn find(
     if found > MAX_SENSORS {
         return Err(NoTolerances::TooManySensors { found });
     }
-    let study = BuiltStudy::new(scenario, requirement).map_err(StudyError::from)?;
+    let study = BuiltStudy::new(scenario, requirement)?;
     sheet.poses = study.poses();
     sheet.work += study.own_work();
     let mut buffers = BuiltBuffers::default();
@@ -251,7 +251,7 @@ fn limiting_check(
         return Ok(None);
     };
     let checks = search.checks_at(blocks, sizes, &limit.direction, cost)?;
-    Ok(checks.into_iter().find(|check| check.name == limit.bound))
+    Ok(checks.into_iter().find(|check| Some(check.metric) == limit.bound))
 }
 
 /// One kind of error of one body in the sheet's last step.

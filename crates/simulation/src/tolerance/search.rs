@@ -10,6 +10,7 @@
 
 use super::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use super::first_order::{Bound, Direction, FirstOrder, part};
+use crate::metric::Metric;
 use crate::requirement::Check;
 use crate::work::Work;
 use nalgebra::Vector3;
@@ -97,8 +98,7 @@ pub struct Found {
 pub struct Missed {
     scale: f64,
     pub direction: Direction,
-    /// Its name in a design file.
-    pub bound: &'static str,
+    pub bound: Option<Metric>,
 }
 
 /// What simulations cost.
@@ -455,7 +455,7 @@ fn missed(scale: f64, found: &[Simulated], directions: &[Direction]) -> Option<M
     Some(Missed {
         scale,
         direction: direction.clone(),
-        bound: nearest_bound(&worst.checks).map_or("", |check| check.name),
+        bound: nearest_bound(&worst.checks).map(|check| check.metric),
     })
 }
 

@@ -1,6 +1,6 @@
 //! What a workshop is given: where each sensor sits, and how far off it may be.
 
-use crate::Coil;
+use crate::body::Coil;
 use crate::expected::JudgedBound;
 use crate::figures::FreeRotation;
 use crate::requirement::Check;

@@ -10,7 +10,7 @@
 //! jitter, by four from one to the other, as long as it can be trusted; far beyond, it may cross
 //! zero by chance at one of them, not at both.
 
-use super::UncertaintyError;
+use super::error::UncertaintyError;
 use super::first_order::TipUncertainty;
 use super::still::{Refit, Refitted, Still};
 use crate::scenario::Scenario;

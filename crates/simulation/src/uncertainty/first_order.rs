@@ -1,11 +1,11 @@
 //! First-order uncertainty of the tip at the design's pose (`docs/methods/uncertainty.md`).
 
-use super::UncertaintyError;
 use super::check::TOLERANCE;
 use super::ellipsoid::Ellipsoid;
+use super::error::UncertaintyError;
 use super::still::{FreeBody, Still};
-use crate::Determination;
 use crate::figures::FreeAxis;
+use crate::frame_fit::Determination;
 use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance, SensorError, SmallMotion};
 use crate::scenario::Scenario;
 use crate::trial::BodyDetail;
@@ -77,12 +77,12 @@ pub fn first_order(scenario: &Scenario) -> Result<TipUncertainty, UncertaintyErr
     let tip_in_crf = still.tip_in_crf();
     let tool = LinearFit::new(&scenario.tool, weight_mm);
     let tool_in_crf =
-        InCrf::new(&tool, &still.look.tool, &still.tool_jitter, &scenario.crf_from_tool.rotation);
+        InCrf::new(&tool, &still.pose.tool, &still.tool_jitter, &scenario.crf_from_tool.rotation);
     let tool_lever_mm =
         scenario.crf_from_tool.rotation * tool.lever_mm(&scenario.tool.judged_tip_in_body());
     let mut sum = tool_in_crf.at(&tool_lever_mm);
     let mut crf_linear = None;
-    if let (Some(crf), Some(detail)) = (&scenario.crf, &still.look.crf) {
+    if let (Some(crf), Some(detail)) = (&scenario.crf, &still.pose.crf) {
         let linear = LinearFit::new(&crf.body, weight_mm);
         let own = InCrf::new(&linear, detail, &still.crf_jitter, &UnitQuaternion::identity());
         sum.subtract(&own.at(&linear.lever_mm(&tip_in_crf)));
@@ -90,7 +90,7 @@ pub fn first_order(scenario: &Scenario) -> Result<TipUncertainty, UncertaintyErr
     }
     let free = free_body(&tool, crf_linear.as_ref());
     let rms_mm = rms(&sum.covariance_mm2);
-    let simulated_mm = still.look.trial.tip_error_in_crf_mm;
+    let simulated_mm = still.pose.trial.tip_error_in_crf_mm;
     let difference_mm = (sum.bias_mm - simulated_mm).norm();
     Ok(TipUncertainty {
         tip_in_crf,
@@ -112,7 +112,7 @@ pub fn first_order(scenario: &Scenario) -> Result<TipUncertainty, UncertaintyErr
         determined: free
             .map(|free| determined_part(&free, &scenario.crf_from_tool, &tip_in_crf, &sum)),
         is_poorly_determined: is_poor(&tool) || crf_linear.as_ref().is_some_and(is_poor),
-        work: still.look.work,
+        work: still.pose.work,
     })
 }
 

@@ -3,12 +3,13 @@
 //! Samples come in chunks of a fixed size, each with its own stream of one seeded generator, and
 //! are summed chunk by chunk: the result is the same to the bit on any number of threads.
 
-use super::UncertaintyError;
+use super::error::{MAX_SAMPLES, MIN_SAMPLES, UncertaintyError};
 use super::first_order::free_body;
 use super::still::{FreeBody, Refit, Refitted, Still};
 use crate::linear_fit::LinearFit;
+use crate::metric::Statistics;
 use crate::scenario::Scenario;
-use crate::statistics::{Statistics, percentile};
+use crate::statistics::percentile;
 use crate::work::Work;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -17,12 +18,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_task::{Cancelled, Task};
-
-/// Fewest samples: a covariance in three dimensions needs more than three.
-pub const MIN_SAMPLES: usize = 10;
-
-/// Most samples: 320 MB of distances.
-pub const MAX_SAMPLES: usize = 10_000_000;
 
 /// Samples of one stream. Part of what a seed means: another size gives other samples.
 const CHUNK: usize = 512;
@@ -130,18 +125,18 @@ pub fn monte_carlo(
             rms_std_error(rms_mm, sums.tip_mm2.trace() / n, sums.shift_mm4 / n, n),
         ),
         total_rms_mm: estimate(
-            tip_error_mm.rms,
-            rms_std_error(tip_error_mm.rms, sums.error_mm2 / n, sums.error_mm4 / n, n),
+            tip_error_mm.rms(),
+            rms_std_error(tip_error_mm.rms(), sums.error_mm2 / n, sums.error_mm4 / n, n),
         ),
         tip_error_mm,
-        median_mm: estimate(tip_error_mm.median, median_std_error),
-        p95_mm: estimate(tip_error_mm.p95, p95_std_error),
+        median_mm: estimate(tip_error_mm.median(), median_std_error),
+        p95_mm: estimate(tip_error_mm.p95(), p95_std_error),
         angle_deg,
         mean_rotation_rad: base.turn_rad + sums.turn_rad / n,
         rotation_covariance_rad2,
         rotation_rms_rad: rotation_covariance_rad2.trace().max(0.0).sqrt(),
         determined_mm,
-        work: still.look.work
+        work: still.pose.work
             + Work { frame_fits: sampler.refit.fits() * (samples as u64 + 1), ..Work::default() },
     })
 }

@@ -1,13 +1,13 @@
 //! The first-order scatter of the tip at every pose of a range of motion.
 
-use super::UncertaintyError;
+use super::error::UncertaintyError;
 use super::first_order::free_body;
 use super::still::{check_size, stated_jitter};
-use crate::Sensor;
+use crate::body::Sensor;
 use crate::figures::FreeAxis;
 use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
+use crate::metric::Statistics;
 use crate::scenario::{Scenario, ScenarioCrf};
-use crate::statistics::Statistics;
 use rayon::prelude::*;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
@@ -36,7 +36,7 @@ pub struct MotionUncertainty {
 impl MotionUncertainty {
     /// Of distortion and jitter together, from the RMS tip error of the same poses without jitter.
     pub fn total_rms_mm(&self, systematic_rms_mm: f64) -> f64 {
-        self.rms_mm.rms.hypot(systematic_rms_mm)
+        self.rms_mm.rms().hypot(systematic_rms_mm)
     }
 }
 

@@ -1,11 +1,11 @@
 //! A design at its own pose, read again and again: what scatters, and the frames that follow.
 
-use super::UncertaintyError;
+use super::error::UncertaintyError;
+use crate::body::{RigidBody, Sensor};
 use crate::frame_fit::{FrameFitter, Reading};
 use crate::scenario::Scenario;
 use crate::tool_in_crf::FreeMotion;
-use crate::trial::{BodyDetail, PoseDetail, look};
-use crate::{RigidBody, Sensor};
+use crate::trial::{BodyDetail, PoseDetail, simulate_pose};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::{Jitter, LocalJitter};
@@ -16,7 +16,7 @@ use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 pub(super) struct Still<'a> {
     pub scenario: &'a Scenario,
     /// Without jitter: what the distortion alone does.
-    pub look: PoseDetail,
+    pub pose: PoseDetail,
     pub tool_jitter: Vec<LocalJitter>,
     pub crf_jitter: Vec<LocalJitter>,
 }
@@ -24,16 +24,16 @@ pub(super) struct Still<'a> {
 impl<'a> Still<'a> {
     pub fn new(scenario: &'a Scenario) -> Result<Self, UncertaintyError> {
         let jitter = stated_jitter(scenario)?;
-        let look = look(scenario);
-        if scenario.outside == OutsidePolicy::Reject && look.trial.outside > 0 {
-            return Err(UncertaintyError::Outside { sensors: look.trial.outside });
+        let pose = simulate_pose(scenario);
+        if scenario.outside == OutsidePolicy::Reject && pose.trial.outside > 0 {
+            return Err(UncertaintyError::Outside { sensors: pose.trial.outside });
         }
-        let tool_jitter = local_jitter(&jitter, &scenario.tool, &look.tool)?;
-        let crf_jitter = match (&scenario.crf, &look.crf) {
+        let tool_jitter = local_jitter(&jitter, &scenario.tool, &pose.tool)?;
+        let crf_jitter = match (&scenario.crf, &pose.crf) {
             (Some(crf), Some(detail)) => local_jitter(&jitter, &crf.body, detail)?,
             _ => Vec::new(),
         };
-        Ok(Self { scenario, look, tool_jitter, crf_jitter })
+        Ok(Self { scenario, pose, tool_jitter, crf_jitter })
     }
 
     /// The true tip.
@@ -48,10 +48,10 @@ impl<'a> Still<'a> {
             tool: RefitBody::new(
                 &self.scenario.tool,
                 weight_mm,
-                &self.look.tool,
+                &self.pose.tool,
                 &self.tool_jitter,
             ),
-            crf: self.scenario.crf.as_ref().zip(self.look.crf.as_ref()).map(|(crf, detail)| {
+            crf: self.scenario.crf.as_ref().zip(self.pose.crf.as_ref()).map(|(crf, detail)| {
                 RefitBody::new(&crf.body, weight_mm, detail, &self.crf_jitter)
             }),
             crf_from_tool: self.scenario.crf_from_tool,

@@ -5,7 +5,6 @@
 //! more slowly over a room than its field does.
 
 use super::share_of;
-use crate::comparison::REQUIRED;
 use crate::expected::{ExpectedError, expected, judged_checks};
 use crate::run::StudyError;
 use crate::scenario::{InputTrial, Mode, Scenario};
@@ -98,7 +97,7 @@ fn open_square(
     let Some(requirement) = &scenario.requirement else {
         return Ok(None);
     };
-    let own = requirement.checks_of(REQUIRED.map(|figure| found.own_of(figure)));
+    let own = requirement.checks_of(|metric| Some(found.own_of(metric)));
     let upper = judged_checks(&own, None, Some(&found));
     let upper = share_of(
         upper

@@ -1,6 +1,7 @@
 //! Summary statistics of many trials.
 
 use super::prelude::*;
+use trackwright_simulation::Summary;
 
 const MEAN: Quantity = Quantity::new("mean", 4.0, "1", "mean of the absolute values");
 
@@ -81,12 +82,12 @@ fn rows(methods: &Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     let largest = sorted[0].abs().max(sorted[sorted.len() - 1].abs());
-    let errors = [(found.median, 0.5), (found.p95, 0.95)]
+    let errors = [(found.median(), 0.5), (found.p95(), 0.95)]
         .map(|(found, p)| (off(found, &percentile(&sorted, p)), largest));
     vec![
-        MEAN.row(case, 1.0, off(found.mean, &mean), size),
-        RMS.row(case, 1.0, off(found.rms, &rms), rms.to_f64()),
-        STD.row(case, condition, off(found.std, &std), scale),
+        MEAN.row(case, 1.0, off(found.mean(), &mean), size),
+        RMS.row(case, 1.0, off(found.rms(), &rms), rms.to_f64()),
+        STD.row(case, condition, off(found.get(Summary::Std), &std), scale),
         PERCENTILE.worst(case, 1.0, &errors),
     ]
 }

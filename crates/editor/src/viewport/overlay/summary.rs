@@ -9,7 +9,7 @@ use crate::widgets::theme;
 use crate::widgets::verdict::{bound_text, figure_color};
 use bevy_egui::egui::{Align2, Painter, Rect, Shape, pos2, vec2};
 use trackwright_formats::printable::printable;
-use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::Metric;
 use trackwright_simulation::headline;
 
 /// Paints name and result into the upper left corner; what they cover.
@@ -26,7 +26,7 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
     line(&view.design.name, theme::body_font(), palette::TEXT_STRONG.color32());
     if let Some(figures) = view.figures {
         let headline = headline(figures, view.expected);
-        let (name, unit) = (headline.figure.label(), headline.figure.unit());
+        let (name, unit) = (headline.metric.label(), headline.metric.unit());
         line(
             &with_unit(&format!("{:.2}", headline.value), unit),
             theme::figure_font(),
@@ -44,11 +44,10 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
         if let Some(bound) = &headline.bound {
             text(&bound_text(bound, unit));
         }
-        let max = REQUIRED.into_iter().find(|figure| figure.is_max());
-        let expected_max = view.expected.zip(max).and_then(|(e, max)| e.of(max));
+        let expected_max = view.expected.map(|expected| expected.of(Metric::TIP_MAX));
         let rest = format!(
             "max {}, {}",
-            length(expected_max.map_or(figures.position_mm.max, |(value, _)| value)),
+            length(expected_max.map_or(figures.position_mm.max(), |(value, _)| value)),
             counted(figures.trials, "trial", "trials")
         );
         line(&rest, theme::label_font(), palette::TEXT_QUIET.color32());

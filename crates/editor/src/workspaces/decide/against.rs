@@ -12,7 +12,7 @@ use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
 use trackwright_simulation::comparison::{Comparison, Settings, compare};
-use trackwright_simulation::{PoseDetail, look};
+use trackwright_simulation::{PoseDetail, simulate_pose};
 
 /// Compares while the workspace is shown and something is pinned.
 pub struct AgainstPlugin;
@@ -99,7 +99,7 @@ fn ask(
     let environment = Arc::clone(&world.0.environment);
     desk.counts.baselines += 1;
     against.0.ask(key, move |task, _| {
-        let pose = look(&trackwright_project::resolve(&designs[0], &environment));
+        let pose = simulate_pose(&trackwright_project::resolve(&designs[0], &environment));
         let plan = trackwright_project::comparison_plan(
             &[&designs[0], &designs[1]],
             vec![environment],

@@ -16,7 +16,7 @@ impl Baseline {
     /// The value that a large figure is a change from, if there is one of its kind.
     pub fn before(&self, now: &Headline) -> Option<f64> {
         let is_of_kind = |then: &&Headline| {
-            then.figure == now.figure && then.interval.is_some() == now.interval.is_some()
+            then.metric == now.metric && then.interval.is_some() == now.interval.is_some()
         };
         let then = self.0.as_ref()?.iter().find(is_of_kind)?;
         Some(then.value)

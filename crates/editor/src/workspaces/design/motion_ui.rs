@@ -5,7 +5,7 @@ use crate::workspaces::design::actions::{DesignAction, number_edits};
 use bevy_egui::egui::{self, Ui, vec2};
 use trackwright_design::{BodyRole, Edit};
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::{AxisRange, Motion, Requirement};
+use trackwright_simulation::{AxisRange, ErrorOf, Metric, Motion, Requirement};
 
 /// Width of a field; three stand in a row.
 const NARROW: f32 = 66.0;
@@ -115,18 +115,7 @@ fn axis_ui(
     });
 }
 
-/// Where a bound of a requirement is.
-type BoundOf = fn(&mut Requirement) -> &mut Option<f64>;
-
-const BOUNDS: [(&str, bool, f64, BoundOf); 5] = [
-    ("tip error RMS", true, 1.0, |r| &mut r.position_rms_mm),
-    ("tip error 95th percentile", true, 1.5, |r| &mut r.position_p95_mm),
-    ("tip error max", true, 2.0, |r| &mut r.position_max_mm),
-    ("angle error RMS", false, 0.5, |r| &mut r.angle_rms_deg),
-    ("angle error max", false, 1.0, |r| &mut r.angle_max_deg),
-];
-
-/// Draws the five bounds that a design, or its CRF alone, can be held against.
+/// Draws the bounds that a design, or its CRF alone, can be held against.
 pub fn requirement_ui(
     ui: &mut Ui,
     of: BodyRole,
@@ -135,30 +124,29 @@ pub fn requirement_ui(
     let mut actions = Vec::new();
     section_ui(ui, "Requirement: at most");
     let before = requirement.copied().unwrap_or_default();
-    for (name, is_length, new, bound_of) in BOUNDS {
+    for metric in Metric::bounded() {
+        let name = metric.label();
         let with = |bound: Option<f64>| {
-            let mut after = before;
-            *bound_of(&mut after) = bound;
-            let after = (after != Requirement::default()).then_some(after);
+            let after = before.with(metric, bound);
+            let after = (!after.is_empty()).then_some(after);
             match of {
                 BodyRole::Tool => Edit::SetRequirement(after),
                 BodyRole::Crf => Edit::SetCrfRequirement(after),
             }
         };
-        let mut unchanged = before;
-        let bound = *bound_of(&mut unchanged);
+        let bound = before.bound(metric);
         ui.horizontal(|ui| {
             let mut is_on = bound.is_some();
             if ui.checkbox(&mut is_on, name).changed() {
-                actions.push(DesignAction::apply(with(is_on.then_some(new))));
+                let new = metric.first_bound().filter(|_| is_on);
+                actions.push(DesignAction::apply(with(new)));
             }
             let Some(bound) = bound else { return };
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let field_name = format!("{name} at most");
-                let field = if is_length {
-                    NumberField::length(&field_name)
-                } else {
-                    NumberField::angle(&field_name)
+                let field = match metric.of {
+                    ErrorOf::Position => NumberField::length(&field_name),
+                    ErrorOf::Angle => NumberField::angle(&field_name),
                 };
                 let field = NumberField { speed: 0.01, ..field.positive() };
                 let changes = number_ui(ui, &field, bound);

@@ -10,9 +10,10 @@ use crate::widgets::theme;
 use crate::widgets::verdict::{bound_text, figure_color};
 use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
 use trackwright_design::Document;
-use trackwright_simulation::comparison::REQUIRED;
 use trackwright_simulation::figures::{capitalised, with_separators};
-use trackwright_simulation::{Expected, FigureRow, Figures, Headline, figure_rows, headline};
+use trackwright_simulation::{
+    ErrorOf, Expected, FigureRow, Figures, Headline, Metric, RowOf, figure_rows, headline,
+};
 
 /// What the panel shows.
 pub struct ResultView<'a> {
@@ -27,23 +28,6 @@ pub struct ResultView<'a> {
     pub is_short: bool,
 }
 
-/// The rows of `figure_rows` that the panel shows; the command line prints all.
-const SHOWN: [&str; 8] = [
-    "tip error RMS",
-    "tip error mean",
-    "tip error 95th percentile",
-    "tip error max",
-    "angle error RMS",
-    "angle error mean",
-    "angle error 95th percentile",
-    "angle error max",
-];
-
-const DETERMINED: [&str; 2] = ["tip error RMS, determined part", "tip error max, determined part"];
-
-/// What is shown where the result stands below something else.
-const BRIEF: [&str; 4] = ["tip error RMS", "tip error max", "angle error RMS", "angle error max"];
-
 /// Whether the figures are of the design as it was, or of another mode.
 pub(crate) fn are_figures_old(
     document: &Document,
@@ -57,15 +41,16 @@ pub(crate) fn are_figures_old(
 
 /// Draws the result.
 pub fn result_ui(ui: &mut Ui, result: &ResultView) {
-    rows_ui(ui, result, &SHOWN);
+    rows_ui(ui, result, Metric::is_shown);
 }
 
 /// Draws the large figure and the few that decide.
 pub fn brief_result_ui(ui: &mut Ui, result: &ResultView) {
-    rows_ui(ui, result, &BRIEF);
+    rows_ui(ui, result, Metric::is_brief);
 }
 
-fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
+/// The rows of `figure_rows` that are shown; the command line prints all.
+fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
     ui.spacing_mut().item_spacing.y = 2.0;
     if let Some(problem) = &result.results.problem {
         quiet_ui(ui, "no figures");
@@ -90,12 +75,14 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
         ui.add_space(4.0);
         quiet_ui(ui, OWN_FIELD);
     }
-    let shown = match expected {
-        Some(_) => &BRIEF,
-        None => shown,
-    };
+    let is_shown = if expected.is_some() { Metric::is_brief } else { is_shown };
     for row in figure_rows(figures) {
-        if shown.contains(&row.label) || DETERMINED.contains(&row.label) {
+        let shows = match row.of {
+            RowOf::Metric(metric) => is_shown(metric),
+            RowOf::Determined(_) => true,
+            RowOf::Other => false,
+        };
+        if shows {
             figure_ui(ui, &row);
         }
     }
@@ -103,7 +90,8 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, shown: &[&str]) {
         figure_ui(
             ui,
             &FigureRow {
-                label: "tip jitter RMS, this pose",
+                of: RowOf::Other,
+                label: "tip jitter RMS, this pose".to_owned(),
                 value: format!("{:.4}", scatter.rms_mm),
                 unit: "mm",
             },
@@ -118,17 +106,15 @@ const OWN_FIELD: &str = "in the room's own field";
 
 /// The tip error in one line.
 fn in_short(figures: &Figures, expected: Option<&Expected>) -> String {
-    let error = &figures.position_mm;
-    let own = [error.rms, error.p95, error.max];
-    let [rms, p95, max, ..] = REQUIRED;
-    let of = |(figure, own)| {
-        let found = expected.and_then(|expected| expected.of(figure));
-        format!("{:.2}", found.map_or(own, |(value, _)| value))
+    let of = |metric: Metric| {
+        let found = expected.map(|expected| expected.of(metric));
+        let value = found.map_or(figures.value(metric), |(value, _)| value);
+        format!("{} {value:.2}", metric.summary.label())
     };
-    let [rms, p95, max] = [(rms, own[0]), (p95, own[1]), (max, own[2])].map(of);
-    let max = with_unit(&max, "mm");
+    let each = Metric::bounded().filter(|metric| metric.of == ErrorOf::Position).map(of);
+    let each = with_unit(&each.collect::<Vec<_>>().join(", "), "mm");
     let kind = expected.map_or("", |_| "expected ");
-    format!("{kind}tip error: RMS {rms}, 95th percentile {p95}, max {max}")
+    format!("{kind}tip error: {each}")
 }
 
 /// `0.46–0.85`: without its unit, which stands beside it.
@@ -138,10 +124,8 @@ pub(crate) fn interval_text([low, high]: [f64; 2]) -> String {
 
 /// The expected figures with their intervals.
 fn expected_ui(ui: &mut Ui, expected: &Expected) {
-    for figure in REQUIRED {
-        let Some((value, interval)) = expected.of(figure) else {
-            continue;
-        };
+    for figure in Metric::bounded() {
+        let (value, interval) = expected.of(figure);
         ui.horizontal(|ui| {
             quiet_ui(ui, figure.label());
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -159,7 +143,7 @@ const INTERVAL: &str =
 fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     let is_pending = result.has_expected && headline.interval.is_none();
     ui.horizontal(|ui| {
-        let name = headline.figure.label();
+        let name = headline.metric.label();
         match headline.interval {
             Some(_) => quiet_ui(ui, format!("expected {name}")),
             None => quiet_ui(ui, name),
@@ -170,7 +154,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
             });
         }
     });
-    let unit = headline.figure.unit();
+    let unit = headline.metric.unit();
     // What is not known for certain yet has no verdict.
     let bound = headline.bound.filter(|_| !is_pending);
     ui.horizontal(|ui| {
@@ -206,7 +190,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
 
 fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new(row.label).color(palette::TEXT_QUIET.color32()));
+        ui.label(RichText::new(&row.label).color(palette::TEXT_QUIET.color32()));
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.label(with_unit(&row.value, row.unit));
         });

@@ -51,9 +51,9 @@ pub fn fit(
     let (model, chosen, fitting) = match wanted {
         ModelChoice::Fixed(model) => (model, None, task.clone()),
         ModelChoice::Open(tried) => {
-            let choosing = task.stretch(0.0, CHOOSING_PART);
+            let choosing = task.subtask(0.0, CHOOSING_PART);
             let chosen = choose_model(training, tried, &mut notes, &choosing)?;
-            let rest = task.stretch(CHOOSING_PART, 1.0);
+            let rest = task.subtask(CHOOSING_PART, 1.0);
             (chosen.settings(), Some(chosen), rest)
         }
     };
@@ -126,9 +126,9 @@ fn fit_model(
         sensors: None,
     };
     let stage = |stage| match stage {
-        RoomStage::Fitting => task.stretch(0.0, FITTING_PART),
-        RoomStage::FitValidity => task.stretch(FITTING_PART, SUPPORT_PART),
-        RoomStage::Process => task.stretch(SUPPORT_PART, 1.0),
+        RoomStage::Fitting => task.subtask(0.0, FITTING_PART),
+        RoomStage::FitValidity => task.subtask(FITTING_PART, SUPPORT_PART),
+        RoomStage::Process => task.subtask(SUPPORT_PART, 1.0),
     };
     fit_room(&order, stage).map_err(|error| match error {
         error if error.is_cancelled() => Failure::Cancelled,

@@ -276,10 +276,11 @@ fn whole(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trackwright_simulation::Metric;
 
     #[test]
     fn a_share_is_whole_only_where_it_is() {
-        let text = |part| share(&Within { name: "max", limit_mm: 1.0, part });
+        let text = |part| share(&Within { metric: Metric::TIP_MAX, limit_mm: 1.0, part });
         assert_eq!(text(0.973), "97.3\u{2009}% of trials within 1.00\u{2009}mm");
         assert!(text(0.9999).starts_with("more than 99.9\u{2009}%"));
         assert!(text(1.0).starts_with("100\u{2009}%"));

@@ -406,7 +406,7 @@ fn chart_ui(
         caption(
             pos2(rect.right() - 6.0, y - 2.0),
             anchor,
-            format!("required {} {}", within.name, length(limit_mm)),
+            format!("required {} {}", within.metric.summary.label(), length(limit_mm)),
             palette::MET,
         );
     }

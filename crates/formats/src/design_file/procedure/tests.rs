@@ -6,9 +6,9 @@ use proptest::prelude::*;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{Day, Decision, Procedure};
 use trackwright_procedure::{
-    AngleFigures, DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis,
-    PositionFigures, RoomName, Step,
+    DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
+use trackwright_simulation::Metric;
 use trackwright_simulation::requirement::Requirement;
 
 fn design(procedure: Procedure) -> DesignFile {
@@ -81,7 +81,7 @@ fn decisions_are_written_as_they_were_read() {
     };
     let first = studies.rows[0].figures.as_ref().unwrap();
     assert_eq!((first.trials, first.without_field), (3375, 12));
-    assert_eq!((first.position_mm.max, first.met), (0.9, Some(true)));
+    assert_eq!((first.values.get(Metric::TIP_MAX), first.met), (Some(0.9), Some(true)));
     assert_eq!(studies.rows[1].figures, Err("no such file".to_owned()));
     let text = write(&design);
     let ours = text.find("    procedure: (").unwrap();
@@ -166,8 +166,7 @@ fn any_figures() -> impl Strategy<Value = DecidedFigures> {
         DecidedFigures {
             trials,
             without_field: without_field % trials,
-            position_mm: PositionFigures { rms: n[0], mean: n[1], p95: n[2], max: n[3] },
-            angle_deg: AngleFigures { rms: n[4], p95: n[5], max: n[6] },
+            values: Metric::decided().zip(n.into_iter().cycle()).collect(),
             met: None,
         }
     })
@@ -187,13 +186,11 @@ fn any_row() -> impl Strategy<Value = DecidedRow> {
 }
 
 fn any_studies() -> impl Strategy<Value = DecidedStudies> {
-    let bounds = prop::array::uniform5(prop::option::of(0.0..=3600.0_f64));
-    let requirement = bounds.prop_map(|[rms, p95, max, angle_rms, angle_max]| Requirement {
-        position_rms_mm: rms,
-        position_p95_mm: p95,
-        position_max_mm: max,
-        angle_rms_deg: angle_rms,
-        angle_max_deg: angle_max,
+    let bound = prop::option::of(0.0..=3600.0_f64);
+    let bounds = prop::collection::vec(bound, Metric::bounded().count());
+    let requirement = bounds.prop_map(|bounds| {
+        let each = Metric::bounded().zip(bounds);
+        each.fold(Requirement::default(), |all, (metric, bound)| all.with(metric, bound))
     });
     let rows = prop::collection::vec(any_row(), 0..4);
     (prop::option::of(requirement), any_row(), any_figures(), rows).prop_map(

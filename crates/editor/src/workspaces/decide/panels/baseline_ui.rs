@@ -13,10 +13,11 @@ use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, Response, RichText, Ui};
 use trackwright_formats::printable::printable;
 use trackwright_simulation::Figures;
-use trackwright_simulation::comparison::{
-    Difference, FIGURES, REQUIRED, Verdict, difference_words, notes, values,
-};
+use trackwright_simulation::METRICS;
+use trackwright_simulation::Metric;
+use trackwright_simulation::comparison::{Difference, Verdict, difference_words, notes};
 use trackwright_simulation::expected::study_verdict;
+use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::figures::with_minus_signs;
 
 /// Draws the baseline and the differences from it.
@@ -123,11 +124,11 @@ fn found_ui(
     for (name, figures, expected) in
         [("baseline", &before.figures, before.expected.as_ref()), ("this design", now, expected)]
     {
-        if let Some((value, ends)) = expected.and_then(|e| e.of(REQUIRED[0])) {
+        if let Some((value, ends)) = expected.map(|e| e.of(Metric::TIP_RMS)) {
             let value = with_unit(&decimal(value, 2), "mm");
             fact_ui(
                 ui,
-                &format!("expected tip RMS, {name}"),
+                &format!("expected {}, {name}", Metric::TIP_RMS.short_label()),
                 &format!("{value}, {}", interval_text(ends)),
             );
         }
@@ -137,7 +138,7 @@ fn found_ui(
     }
     if let Some(headline) = differences.and_then(<[Difference]>::first) {
         let words = with_minus_signs(&difference_words(headline, "the baseline"));
-        let words = format!("Tip error RMS: {words}.");
+        let words = format!("{}: {words}.", capitalised(Metric::TIP_RMS.label()));
         ui.add_space(4.0);
         ui.add(Label::new(RichText::new(words).color(palette::TEXT.color32())).wrap());
     }
@@ -157,20 +158,19 @@ fn table_ui(
     figures: [&Figures; 2],
     differences: Option<&[Difference]>,
 ) {
-    let [before, now] = figures.map(|f| values(&f.position_mm, &f.angle_deg));
+    let [before, now] = figures.map(Figures::values);
     Grid::new("baseline figures").num_columns(5).spacing([7.0, 3.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         for head in ["baseline", "this", "change", ""] {
             right_ui(ui, head, palette::TEXT_QUIET.color32());
         }
         ui.end_row();
-        for (index, figure) in FIGURES.iter().enumerate() {
-            if !shows_all && !REQUIRED.contains(figure) {
+        for (index, figure) in METRICS.iter().enumerate() {
+            if !shows_all && figure.first_bound().is_none() {
                 continue;
             }
             // There is little room beside four columns: the unit stands once.
-            let name = figure.label().replace("95th percentile", "95 %").replace(" error", "");
-            let name = format!("{name}, {}", figure.unit());
+            let name = format!("{}, {}", figure.short_label(), figure.unit());
             ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
             let text = |value: f64| decimal(value, 3);
             right_ui(ui, &text(before[index]), palette::BASELINE.color32());

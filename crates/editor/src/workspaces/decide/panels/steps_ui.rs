@@ -18,7 +18,7 @@ use trackwright_design::Decision;
 use trackwright_formats::printable::printable;
 use trackwright_procedure::{BuiltStatus, State, Step, StepStatus, StudiesStatus, headline};
 use trackwright_project::RoomSource;
-use trackwright_simulation::comparison::REQUIRED;
+use trackwright_simulation::Metric;
 use trackwright_simulation::expected_rows;
 use trackwright_simulation::figures::with_minus_signs;
 
@@ -175,20 +175,21 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
                 }
                 Ok(studied) => {
                     let figures = &studied.figures;
-                    let angle = with_unit(&decimal(figures.angle_deg.rms, 3), "°");
+                    let rms = Metric::ANGLE_RMS;
+                    let angle = with_unit(&decimal(figures.value(rms), 3), rms.unit());
                     let expected = studied.expected.iter().flat_map(expected_rows);
                     let expected = expected.map(|row| {
-                        let (label, unit) = (row.label(), row.figure.unit());
+                        let (label, unit) = (row.label(), row.metric.unit());
                         format!("\n{label} {} {unit} {}", row.value, row.interval_words())
                     });
                     ui.add(label).on_hover_text(format!(
-                        "{about}\nangle error RMS {angle}{}",
+                        "{about}\n{} {angle}{}",
+                        rms.label(),
                         expected.collect::<String>()
                     ));
-                    let (p, [rms, _, max, ..]) = (&figures.position_mm, REQUIRED);
-                    for (figure, own) in [(rms, p.rms), (max, p.max)] {
-                        let found = studied.expected.as_ref().and_then(|e| e.of(figure));
-                        let value = found.map_or(own, |(value, _)| value);
+                    for metric in [Metric::TIP_RMS, Metric::TIP_MAX] {
+                        let found = studied.expected.as_ref().map(|e| e.of(metric));
+                        let value = found.map_or(figures.value(metric), |(value, _)| value);
                         let text = with_unit(&decimal(value, 2), "mm");
                         right_ui(ui, &text, palette::TEXT_STRONG.color32());
                     }

@@ -14,8 +14,9 @@ use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
 use trackwright_formats::comparison_table::Names;
+use trackwright_simulation::Metric;
 use trackwright_simulation::comparison::{
-    REQUIRED, Row, difference_words, notes, worst_place_words, worst_words,
+    Row, difference_words, notes, worst_place_words, worst_words,
 };
 use trackwright_simulation::figures::with_minus_signs;
 use trackwright_simulation::{Expected, expected_rows};
@@ -89,28 +90,29 @@ fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
     });
 }
 
-const HEADS: [&str; 11] = [
-    "design",
-    "room",
-    "tip RMS",
-    "tip 95 %",
-    "tip max",
-    "angle RMS",
-    "angle max",
-    "expected tip RMS, 95\u{2009}%",
-    "required",
-    "tip RMS less the baseline's",
-    "worst pose",
-];
+/// The heads of the columns, and whether numbers stand below them.
+fn heads() -> Vec<(String, bool)> {
+    let rms = Metric::TIP_RMS.short_label();
+    let mut heads = vec![("design".to_owned(), false), ("room".to_owned(), false)];
+    heads.extend(Metric::bounded().map(|metric| (metric.short_label(), true)));
+    heads.extend([
+        (format!("expected {rms}, 95\u{2009}%"), true),
+        ("required".to_owned(), true),
+        (format!("{rms} less the baseline's"), false),
+        ("worst pose".to_owned(), false),
+    ]);
+    heads
+}
 
 fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
-    Grid::new("compared").num_columns(HEADS.len()).spacing([14.0, 3.0]).striped(true).show(
+    let heads = heads();
+    Grid::new("compared").num_columns(heads.len()).spacing([14.0, 3.0]).striped(true).show(
         ui,
         |ui| {
-            for (column, head) in HEADS.iter().enumerate() {
-                match column {
-                    0 | 1 | 9 | 10 => quiet_ui(ui, *head),
-                    _ => right_ui(ui, head, palette::TEXT_QUIET.color32()),
+            for (head, is_number) in &heads {
+                match is_number {
+                    false => quiet_ui(ui, head),
+                    true => right_ui(ui, head, palette::TEXT_QUIET.color32()),
                 };
             }
             ui.end_row();
@@ -156,10 +158,8 @@ fn row_ui(
         }
     };
     let figures = &measured.figures;
-    let (p, a) = (&figures.position_mm, &figures.angle_deg);
-    for (value, unit) in [(p.rms, "mm"), (p.p95, "mm"), (p.max, "mm"), (a.rms, "°"), (a.max, "°")]
-    {
-        let text = with_unit(&decimal(value, 3), unit);
+    for metric in Metric::bounded() {
+        let text = with_unit(&decimal(figures.value(metric), 3), metric.unit());
         right_ui(ui, &text, palette::TEXT.color32());
     }
     match &measured.expected {
@@ -175,7 +175,7 @@ fn row_ui(
     let expected = measured.expected.iter().flat_map(expected_rows);
     let expected: Vec<String> = expected
         .map(|row| {
-            let value = with_unit(&row.value, row.figure.unit());
+            let value = with_unit(&row.value, row.metric.unit());
             format!("{} {value} {}", row.label(), row.interval_words())
         })
         .collect();
@@ -210,13 +210,9 @@ fn row_ui(
 
 /// The expected tip RMS and its interval.
 fn expected_ui(ui: &mut Ui, expected: &Expected) {
-    let text = match expected.of(REQUIRED[0]) {
-        Some((value, ends)) => {
-            let value = with_unit(&decimal(value, 2), "mm");
-            format!("{value}, {}", interval_text(ends))
-        }
-        None => String::new(),
-    };
+    let (value, ends) = expected.of(Metric::TIP_RMS);
+    let value = with_unit(&decimal(value, 2), "mm");
+    let text = format!("{value}, {}", interval_text(ends));
     right_ui(ui, &text, palette::TEXT.color32());
 }
 

@@ -17,7 +17,7 @@ use trackwright_calibration::fit_quality::FitQuality;
 use trackwright_field::selection::Candidate;
 use trackwright_report::room::{fit_warnings, harmonic_text, method_name};
 use trackwright_report::selection::{candidate_text, reason};
-use trackwright_simulation::comparison::{Figure, REQUIRED};
+use trackwright_simulation::Metric;
 use trackwright_simulation::own_study::OwnStudy;
 
 /// Draws what the newest fit is worth, and what can be done with it.
@@ -187,7 +187,7 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
         }
         ui.end_row();
         let rooms = [&comparison.present, &comparison.tried];
-        for figure in REQUIRED {
+        for figure in Metric::bounded() {
             let [present, tried] = rooms.map(|study| known(study, figure));
             let name = figure.label().replace("95th percentile", "95 %");
             ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
@@ -218,13 +218,10 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
 
 /// A figure that is to be expected with its interval, where the room can say it, else that of the room's
 /// own field.
-fn known(study: &OwnStudy, figure: Figure) -> (f64, Option<[f64; 2]>) {
-    let expected = study.expected.as_ref().and_then(|e| e.of(figure));
+fn known(study: &OwnStudy, metric: Metric) -> (f64, Option<[f64; 2]>) {
+    let expected = study.expected.as_ref().map(|e| e.of(metric));
     match expected {
         Some((value, interval)) => (value, Some(interval)),
-        None => {
-            let figures = &study.figures;
-            (figure.of_study(&figures.position_mm, &figures.angle_deg), None)
-        }
+        None => (study.figures.value(metric), None),
     }
 }
