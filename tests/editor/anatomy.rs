@@ -10,12 +10,13 @@ use std::cell::RefCell;
 use std::fs;
 use std::rc::Rc;
 use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
+use trackwright_editor::document::body_dialogs::MeshDialog;
 use trackwright_editor::document::commands::ADD_ANATOMY;
 use trackwright_editor::document::meshes::MeshRequest;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::scene::anatomy::AnatomyRoot;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::anatomy_ui::anatomy_ui;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
@@ -75,9 +76,9 @@ fn a_dropped_mesh_may_become_anatomy() {
     for has_crf in [true, false] {
         let answer = Rc::new(RefCell::new(None));
         let sink = Rc::clone(&answer);
-        let mut dialog = Dialog::WhoseMesh { file: "/x/head.stl".into(), has_crf };
+        let mut dialog = MeshDialog::Whose { file: "/x/head.stl".into(), has_crf };
         let mut harness = Harness::builder().build_ui(move |ui| {
-            if let Some(said) = dialog_ui(ui, &mut dialog) {
+            if let Some(said) = dialog.ui(ui) {
                 *sink.borrow_mut() = Some(said);
             }
         });
@@ -86,7 +87,7 @@ fn a_dropped_mesh_may_become_anatomy() {
         harness.get_by_label("Anatomy").click();
         harness.run_steps(2);
         let load = MeshRequest::load(MeshOwner::Anatomy(None), "/x/head.stl".into());
-        assert_eq!(*answer.borrow(), Some(DialogAnswer::Mesh(load)));
+        assert_eq!(*answer.borrow(), Some(DialogAnswer::Request(load)));
     }
 }
 

@@ -13,6 +13,7 @@ use trackwright_design::Edit;
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::{DocumentPlugin, Notice};
 use trackwright_editor::document::autosave::{AutosavePlugin, RecoveryFolder};
+use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
@@ -58,14 +59,14 @@ fn is_dirty(app: &App) -> bool {
     app.world().resource::<OpenWorld>().0.document.is_dirty()
 }
 
-fn dialog(app: &App) -> Option<&Dialog> {
-    app.world().resource::<Dialogs>().current.as_ref()
+fn dialog<D: Dialog>(app: &App) -> Option<&D> {
+    app.world().resource::<Dialogs>().get()
 }
 
 fn refusal(app: &App) -> &str {
     match dialog(app) {
-        Some(Dialog::NotSaved { text }) => text,
-        other => panic!("{other:?}"),
+        Some(DesignDialog::NotSaved { text }) => text,
+        _ => panic!("{:?}", app.world().resource::<Dialogs>().current),
     }
 }
 
@@ -102,7 +103,7 @@ fn a_full_disk_leaves_the_old_file_whole() {
     assert!(trackwright_project::open_design(&file).is_ok());
     // Nor does a window close over it.
     ask(&mut app, FileRequest::Quit);
-    assert!(matches!(dialog(&app), Some(Dialog::Unsaved { .. })));
+    assert!(matches!(dialog(&app), Some(DesignDialog::Unsaved { .. })));
     assert!(app.should_exit().is_none());
 }
 
@@ -115,7 +116,7 @@ fn the_second_editor_to_save_is_asked() {
     ask(&mut one, FileRequest::Save);
     assert!(!is_dirty(&one));
     ask(&mut other, FileRequest::Save);
-    assert!(matches!(dialog(&other), Some(Dialog::ChangedOnDisk { is_saving: true, .. })));
+    assert!(matches!(dialog(&other), Some(DesignDialog::ChangedOnDisk { is_saving: true, .. })));
     assert_eq!((tool_x(&other), is_dirty(&other)), (7.0, true));
     let x_of = |file: &Path| {
         let world = trackwright_project::open_design(file).unwrap();
@@ -124,7 +125,7 @@ fn the_second_editor_to_save_is_asked() {
     assert_eq!(x_of(&file), 9.0);
     // Coming back to the window, reading the file again would lose the edit: that is asked.
     ask(&mut other, FileRequest::Reload);
-    assert!(matches!(dialog(&other), Some(Dialog::Unsaved { .. })));
+    assert!(matches!(dialog(&other), Some(DesignDialog::Unsaved { .. })));
     let elsewhere = folder.path().join("b.design.ron");
     ask(&mut other, FileRequest::SaveAs(elsewhere.clone()));
     assert_eq!((x_of(&file), x_of(&elsewhere)), (9.0, 7.0));
@@ -142,7 +143,8 @@ fn missing_recovery_folder_does_not_stop_work() {
     assert!(matches!(notice, Notice::Refused(text) if text.contains("save often")), "{notice:?}");
     move_tool(&mut app, 9.0);
     ask(&mut app, FileRequest::Save);
-    assert_eq!((dialog(&app), is_dirty(&app)), (None, false));
+    let dialogs = app.world().resource::<Dialogs>();
+    assert!(dialogs.current.is_none() && !is_dirty(&app), "{:?}", dialogs.current);
 }
 
 #[test]

@@ -15,12 +15,13 @@ use std::rc::Rc;
 use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::body_dialogs::BodyDialog;
 use trackwright_editor::document::body_files::{BodyFileRequest, BodyLoading};
 use trackwright_editor::document::commands::{OPEN_CRF, OPEN_TOOL};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::shell::commands::{Command, Situation};
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, ErrorDialog};
 use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::actions::DesignAction;
@@ -78,8 +79,8 @@ fn world(app: &App) -> &trackwright_project::World {
     &app.world().resource::<OpenWorld>().0
 }
 
-fn dialog(app: &App) -> Option<&Dialog> {
-    app.world().resource::<Dialogs>().current.as_ref()
+fn dialog<D: Dialog>(app: &App) -> Option<&D> {
+    app.world().resource::<Dialogs>().get()
 }
 
 fn select(app: &mut App, what: Selected) {
@@ -88,12 +89,12 @@ fn select(app: &mut App, what: Selected) {
 
 /// What the open dialog says, and what a button of it answers, which is then asked for.
 fn press(app: &mut App, said: &[&str], button: &str) {
-    let mut question = dialog(app).expect("a dialog").clone();
+    let mut question: BodyDialog = dialog(app).cloned().expect("a dialog");
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
     let mut harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
-        if let Some(answered) = dialog_ui(ui, &mut question) {
+        if let Some(answered) = question.ui(ui) {
             sink.replace(Some(answered));
         }
     });
@@ -105,7 +106,7 @@ fn press(app: &mut App, said: &[&str], button: &str) {
     harness.run_steps(2);
     app.world_mut().resource_mut::<Dialogs>().current = None;
     match answer.take() {
-        Some(DialogAnswer::BodyFile(request)) => ask(app, request),
+        Some(DialogAnswer::Request(request)) => ask(app, request),
         Some(DialogAnswer::Close) => {}
         other => panic!("{button}: {other:?}"),
     }
@@ -131,7 +132,7 @@ fn a_dropped_definition_is_one_undo_step() {
     let before = world(&app).document.shared_design();
     select(&mut app, Selected::Sensor(BodyRole::Tool, 1));
     drop_file(&mut app, &rom);
-    assert_eq!(dialog(&app), None);
+    assert!(app.world().resource::<Dialogs>().current.is_none());
     let document = &world(&app).document;
     let tool = &document.design().tool;
     assert_eq!(document.undo_label(), Some("Use 8700339 as the tool"));
@@ -180,7 +181,7 @@ fn a_wrong_checksum_needs_consent() {
     assert_eq!(world(&app).document.undo_label(), None);
     drop_file(&mut app, &rom);
     press(&mut app, &[], "Use it anyway");
-    assert_eq!(dialog(&app), None);
+    assert!(app.world().resource::<Dialogs>().current.is_none());
     let definition = world(&app).document.design().tool.body.definition.clone();
     assert_eq!(definition.unwrap().bytes, bytes);
     let (mut harness, _) = section(&app);
@@ -204,8 +205,8 @@ fn an_invalid_definition_changes_nothing() {
     for (name, bytes) in cut.into_iter().chain(others) {
         let file = write(&folder, name, &bytes);
         ask(&mut app, BodyFileRequest::open(BodyRole::Tool, file));
-        let Some(Dialog::Error { title, text }) = dialog(&app) else {
-            panic!("{name}: {:?}", dialog(&app));
+        let Some(ErrorDialog { title, text }) = dialog(&app) else {
+            panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
         };
         assert_eq!(title, "The tool definition cannot be used");
         assert!(text.contains(name) && text.contains("expected"), "{text}");
@@ -224,7 +225,7 @@ fn save_never_overwrites_the_makers_file() {
     let old_body = fs::read(folder.path().join("pointer.body.ron")).unwrap();
     app.world_mut().write_message(FileRequest::Save);
     app.update();
-    assert_eq!(dialog(&app), None);
+    assert!(app.world().resource::<Dialogs>().current.is_none());
     assert!(!world(&app).document.is_dirty());
     assert_eq!(fs::read(&rom).unwrap(), coils());
     assert_eq!(fs::read(folder.path().join("pointer.body.ron")).unwrap(), old_body);
@@ -241,8 +242,8 @@ fn losses_are_listed_before_writing() {
         Edit::SetTip { body: BodyRole::Tool, tip_in_body: Some(Point3::new(0.0, 0.0, -12.5)) };
     request(&mut app, EditRequest::Apply(tip));
     ask(&mut app, BodyFileRequest::ShowSave(BodyRole::Tool));
-    let Some(Dialog::SaveBody { files, .. }) = dialog(&app) else {
-        panic!("{:?}", dialog(&app));
+    let Some(BodyDialog::Save { files, .. }) = dialog(&app) else {
+        panic!("{:?}", app.world().resource::<Dialogs>().current);
     };
     assert!(files.text.ends_with("pointer.rom"), "{}", files.text);
     app.world_mut().resource_mut::<Dialogs>().current = None;
@@ -288,8 +289,8 @@ fn losses_are_listed_before_writing() {
         ("out", "expected one in .body.ron, .rom"),
     ] {
         ask(&mut app, save(&folder.path().join(name)));
-        let Some(Dialog::Error { text, .. }) = dialog(&app) else {
-            panic!("{name}: {:?}", dialog(&app));
+        let Some(ErrorDialog { text, .. }) = dialog(&app) else {
+            panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
         };
         assert!(text.contains(said), "{text}");
     }
@@ -304,7 +305,7 @@ fn an_unchanged_file_is_written_to_the_byte() {
         let file = folder.path().join(format!("back-{name}"));
         let body = BodyRole::Tool;
         ask(&mut app, BodyFileRequest::Save { body, file: file.clone() });
-        if let Some(Dialog::WriteBody { notes, .. }) = dialog(&app) {
+        if let Some(BodyDialog::Write { notes, .. }) = dialog(&app) {
             // Nothing is lost; what is experimental is said all the same.
             assert_eq!(notes.len(), 1, "{notes:?}");
             press(&mut app, &["experimental"], "Save");

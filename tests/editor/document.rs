@@ -4,10 +4,11 @@ use super::app::{create_app, design, request};
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::{WorldGeneration, title};
+use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_geometry::pose::Pose;
 
 fn move_sensor(app: &mut App, z_mm: f64) {
@@ -82,7 +83,7 @@ fn a_failed_open_leaves_the_document() {
     let mut app = create_app();
     app.world_mut().write_message(FileRequest::Open("/no/such/design.design.ron".into()));
     app.update();
-    let Some(Dialog::Error { text, .. }) = &app.world().resource::<Dialogs>().current else {
+    let Some(ErrorDialog { text, .. }) = app.world().resource::<Dialogs>().get() else {
         panic!("no error dialog");
     };
     assert!(text.starts_with("/no/such/design.design.ron: "), "{text}");
@@ -98,7 +99,7 @@ fn opening_over_unsaved_changes_asks_first() {
     let open = FileRequest::OpenBuiltIn("endoscope".into());
     app.world_mut().write_message(open.clone());
     app.update();
-    let Some(Dialog::Unsaved { then, .. }) = &app.world().resource::<Dialogs>().current else {
+    let Some(DesignDialog::Unsaved { then, .. }) = app.world().resource::<Dialogs>().get() else {
         panic!("no question");
     };
     assert_eq!(*then, open);
@@ -130,7 +131,7 @@ fn a_saved_design_is_clean_and_reads_back_the_same() {
     app.update();
     app.update();
     let dialog = &app.world().resource::<Dialogs>().current;
-    assert_eq!(*dialog, None);
+    assert!(dialog.is_none(), "{dialog:?}");
     let document = &app.world().resource::<OpenWorld>().0.document;
     assert!(!document.is_dirty());
     assert_eq!(title(document, &Results::default()), "mine.design.ron — trackwright");

@@ -8,6 +8,8 @@ use std::fs;
 use std::path::Path;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::{Notice, WorldGeneration};
+use trackwright_editor::document::body_dialogs::MeshDialog;
+use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::drops::{DropsPlugin, HoveringFiles, words};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
@@ -30,8 +32,8 @@ pub fn drop_file(app: &mut App, file: &Path) {
     finish(app);
 }
 
-fn dialog(app: &App) -> Option<&Dialog> {
-    app.world().resource::<Dialogs>().current.as_ref()
+fn dialog<D: Dialog>(app: &App) -> Option<&D> {
+    app.world().resource::<Dialogs>().get()
 }
 
 #[test]
@@ -46,7 +48,7 @@ fn a_dropped_design_asks_about_changes() {
     request(&mut app, EditRequest::Apply(pose));
     app.update();
     drop_file(&mut app, &folder.path().join("a.design.ron"));
-    assert!(matches!(dialog(&app), Some(Dialog::Unsaved { .. })));
+    assert!(matches!(dialog(&app), Some(DesignDialog::Unsaved { .. })));
     assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
 }
 
@@ -70,7 +72,7 @@ fn a_dropped_mesh_belongs_to_the_selected_body() {
     let file = folder.path().join("block.OBJ");
     fs::write(&file, box_obj([20.0, 30.0, 40.0], "")).unwrap();
     drop_file(&mut app, &file);
-    assert!(matches!(dialog(&app), Some(Dialog::WhoseMesh { .. })));
+    assert!(matches!(dialog(&app), Some(MeshDialog::Whose { .. })));
     app.world_mut().resource_mut::<Dialogs>().current = None;
     let sensor = Selection::of(Some(Selected::Sensor(BodyRole::Crf, 0)));
     app.insert_resource(sensor);

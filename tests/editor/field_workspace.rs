@@ -16,12 +16,13 @@ use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::field::desk::FieldCounts;
 use trackwright_editor::workspaces::field::desk::{
     FieldDesk, FieldSettings, SampleValue, SamplesShown, TableRole,
 };
+use trackwright_editor::workspaces::field::dialog::FieldDialog;
 use trackwright_editor::workspaces::field::kind::{FieldKind, GeneratorName};
 use trackwright_editor::workspaces::field::samples::SamplesPlugin;
 use trackwright_editor::workspaces::field::{FieldPlugin, FieldRequest, RoomToSave};
@@ -134,9 +135,10 @@ fn assert_printed(value: f64, printed: &serde_json::Value) {
 }
 
 fn error_text(app: &App) -> String {
-    match &app.world().resource::<Dialogs>().current {
-        Some(Dialog::Error { text, .. }) => text.clone(),
-        other => panic!("{other:?}"),
+    let dialogs = app.world().resource::<Dialogs>();
+    match dialogs.get() {
+        Some(ErrorDialog { text, .. }) => text.clone(),
+        None => panic!("{:?}", dialogs.current),
     }
 }
 
@@ -151,9 +153,9 @@ fn a_fitted_room_equals_the_commands_output() {
     assert_eq!(table.samples.samples.len(), 4000);
     // The second one asks what it is for.
     drop_file(&mut app, &holdout);
-    let asked = app.world_mut().resource_mut::<Dialogs>().current.take();
-    let which = Dialog::WhichTable { file: holdout.clone() };
-    assert_eq!(asked, Some(which));
+    let which = FieldDialog::WhichTable { file: holdout.clone() };
+    assert_eq!(app.world().resource::<Dialogs>().get(), Some(&which));
+    app.world_mut().resource_mut::<Dialogs>().current = None;
     ask(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout.clone()));
     set(&mut app, 2, DirectionSet::Six);
     ask(&mut app, FieldRequest::Fit);
@@ -355,9 +357,9 @@ fn the_own_rooms_file_is_never_replaced() {
     // The built-in room has to become a file of its own for a design on the disk.
     let builtin = desk(&app).rooms[0].place.clone();
     ask(&mut app, FieldRequest::Assign(builtin.clone()));
-    let asked = app.world_mut().resource_mut::<Dialogs>().current.take();
+    let asked = app.world().resource::<Dialogs>().get();
     assert!(
-        matches!(&asked, Some(Dialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
+        matches!(asked, Some(FieldDialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
         "{asked:?}"
     );
 }

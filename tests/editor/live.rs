@@ -18,7 +18,7 @@ use trackwright_editor::document::shown::LivePoses;
 use trackwright_editor::document::shown::{LIVE, ShownDesign};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::live::cells::CellsPlugin;
 use trackwright_editor::workspaces::live::desk::LiveDesk;
@@ -275,7 +275,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     // A recording is never written over, and what was collected stays.
     ask(&mut app, LiveRequest::Record(file.clone()));
     let dialogs = app.world().resource::<Dialogs>();
-    let Some(Dialog::Error { title, text }) = &dialogs.current else {
+    let Some(ErrorDialog { title, text }) = dialogs.get() else {
         panic!("{:?}", dialogs.current);
     };
     assert_eq!(title, "Nothing can be recorded");

@@ -16,12 +16,13 @@ use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
+use trackwright_editor::document::body_dialogs::MeshDialog;
 use trackwright_editor::document::body_files::{BodyFilesPlugin, BodyLoading};
 use trackwright_editor::document::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, dialog_ui};
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, ErrorDialog};
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::mesh_ui::{MeshView, mesh_ui};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
@@ -99,8 +100,8 @@ fn reference(app: &App) -> Option<MeshReference> {
     world(app).document.design().tool.body.mesh.clone()
 }
 
-fn dialog(app: &App) -> Option<&Dialog> {
-    app.world().resource::<Dialogs>().current.as_ref()
+fn dialog<D: Dialog>(app: &App) -> Option<&D> {
+    app.world().resource::<Dialogs>().get()
 }
 
 /// The section of the tool's mesh, and what it asks for.
@@ -128,7 +129,7 @@ fn a_loaded_mesh_is_one_undo_step() {
     let before = reference(&app);
     let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
     ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
-    assert_eq!(dialog(&app), None);
+    assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
     let selected = app.world().resource::<Selection>().primary();
     assert_eq!(selected, Some(Selected::Body(BodyRole::Tool)));
@@ -152,7 +153,7 @@ fn what_is_wrong_with_a_mesh_is_said_beside_it() {
     ] {
         let file = write(&folder, "shaft.obj", &box_obj(sides, more));
         ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
-        assert_eq!(dialog(&app), None, "{more}");
+        assert!(app.world().resource::<Dialogs>().current.is_none(), "{more}");
         says(&app, said);
     }
 }
@@ -170,8 +171,8 @@ fn an_invalid_mesh_leaves_the_design() {
     ] {
         let file = write(&folder, name, text);
         ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
-        let Some(Dialog::Error { text, .. }) = dialog(&app) else {
-            panic!("{name}: no error, {:?}", dialog(&app));
+        let Some(ErrorDialog { text, .. }) = dialog(&app) else {
+            panic!("{name}: no error, {:?}", app.world().resource::<Dialogs>().current);
         };
         assert!(text.contains(said), "{name}: {text}");
         app.world_mut().resource_mut::<Dialogs>().current = None;
@@ -179,7 +180,7 @@ fn an_invalid_mesh_leaves_the_design() {
     let gone = folder.path().join("gone.stl");
     ask(&mut app, MeshRequest::load(BodyRole::Tool, gone));
     assert!(
-        matches!(dialog(&app), Some(Dialog::Error { text, .. }) if text.contains("no such file"))
+        matches!(dialog(&app), Some(ErrorDialog { text, .. }) if text.contains("no such file"))
     );
     assert_eq!(reference(&app), before);
     assert_eq!(world(&app).document.undo_label(), None);
@@ -192,11 +193,11 @@ fn a_wrong_unit_is_asked_about_once() {
     let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));
     ask(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
     assert_eq!(reference(&app), before);
-    let mut question = dialog(&app).unwrap().clone();
+    let mut question: MeshDialog = dialog(&app).cloned().unwrap();
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
     let mut harness = Harness::builder().with_size(egui::vec2(600.0, 400.0)).build_ui(move |ui| {
-        if let Some(answered) = dialog_ui(ui, &mut question) {
+        if let Some(answered) = question.ui(ui) {
             sink.replace(Some(answered));
         }
     });
@@ -212,16 +213,16 @@ fn a_wrong_unit_is_asked_about_once() {
     harness.run_steps(2);
     let load =
         MeshRequest::Load { whose: BodyRole::Tool.into(), file, unit: Some(MeshUnit::Metre) };
-    assert_eq!(*answer.borrow(), Some(DialogAnswer::Mesh(load.clone())));
+    assert_eq!(*answer.borrow(), Some(DialogAnswer::Request(load.clone())));
     app.world_mut().resource_mut::<Dialogs>().current = None;
     ask(&mut app, load);
-    assert_eq!(dialog(&app), None);
+    assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));
     says(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
     // A size that the person chose is not asked about again, however odd.
     let set = MeshRequest::SetUnit { whose: BodyRole::Tool.into(), unit: Some(MeshUnit::Inch) };
     ask(&mut app, set);
-    assert_eq!(dialog(&app), None);
+    assert!(app.world().resource::<Dialogs>().current.is_none());
     says(&app, "3.8 × 0.2 × 0.2\u{2009}mm");
     says(&app, "is the file in m rather than inch?");
     request(&mut app, EditRequest::Undo);
@@ -250,7 +251,7 @@ fn a_lost_mesh_keeps_its_reference() {
     let show = MeshRequest::ShowLoad(BodyRole::Tool.into());
     assert_eq!(*asked.borrow(), [DesignAction::Mesh(show.clone())]);
     ask(&mut app, show);
-    let Some(Dialog::Mesh { files, .. }) = dialog(&app) else {
+    let Some(MeshDialog::Load { files, .. }) = dialog(&app) else {
         panic!("no dialog");
     };
     let canonical = |path: &Path| path.canonicalize().unwrap();

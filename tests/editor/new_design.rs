@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use std::fs;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::{WorldGeneration, title};
+use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
@@ -22,8 +23,8 @@ fn change(app: &mut App) {
     app.update();
 }
 
-fn dialog(app: &App) -> Option<&Dialog> {
-    app.world().resource::<Dialogs>().current.as_ref()
+fn dialog<D: Dialog>(app: &App) -> Option<&D> {
+    app.world().resource::<Dialogs>().get()
 }
 
 fn document(app: &App) -> &trackwright_design::Document {
@@ -35,13 +36,13 @@ fn a_new_design_asks_about_the_open_one() {
     let mut app = create_app();
     change(&mut app);
     ask(&mut app, FileRequest::ShowNew);
-    let Some(Dialog::Unsaved { then, .. }) = dialog(&app) else {
+    let Some(DesignDialog::Unsaved { then, .. }) = dialog(&app) else {
         panic!("no question");
     };
     assert_eq!(*then, FileRequest::ShowNew);
     let discard = FileRequest::Discard(Box::new(FileRequest::ShowNew));
     ask(&mut app, discard);
-    assert_eq!(dialog(&app), Some(&Dialog::New));
+    assert_eq!(dialog(&app), Some(&DesignDialog::New));
     ask(&mut app, FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))));
     assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
     assert_eq!(document(&app).design().crf, None);
@@ -57,8 +58,8 @@ fn a_new_design_is_saved_with_its_files() {
     ask(&mut app, FileRequest::New(Starter::ToolOnCrf));
     change(&mut app);
     ask(&mut app, FileRequest::Save);
-    let Some(Dialog::SaveAs(files)) = dialog(&app) else {
-        panic!("no place asked for: {:?}", dialog(&app));
+    let Some(DesignDialog::SaveAs(files)) = dialog(&app) else {
+        panic!("no place asked for: {:?}", app.world().resource::<Dialogs>().current);
     };
     assert!(files.text.ends_with("untitled.design.ron"), "{}", files.text);
     let file = folder.path().join("mine.design.ron");
@@ -83,7 +84,7 @@ fn a_save_that_was_given_up_ends_nothing_later() {
     change(&mut app);
     let quit = Box::new(FileRequest::Quit);
     ask(&mut app, FileRequest::SaveThen(quit));
-    assert!(matches!(dialog(&app), Some(Dialog::SaveAs(_))));
+    assert!(matches!(dialog(&app), Some(DesignDialog::SaveAs(_))));
     // The person closes the dialog, and saves much later.
     app.world_mut().resource_mut::<Dialogs>().current = None;
     let folder = tempfile::tempdir().unwrap();

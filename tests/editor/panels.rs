@@ -10,6 +10,7 @@ use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::commands::{REDO, UNDO};
+use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
@@ -17,7 +18,7 @@ use trackwright_editor::layers::slice;
 use trackwright_editor::runner::results::{Results, Stamped};
 use trackwright_editor::runner::solved::Extent;
 use trackwright_editor::shell::commands::Situation;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, dialog_ui};
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
 use trackwright_editor::shell::top_bar::{TopBarAction, TopBarView, top_bar_ui};
 use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::widgets::basic::signed;
@@ -405,12 +406,12 @@ fn a_new_axis_centres_the_slice() {
 }
 
 /// Shows a dialog until it is answered.
-fn answer(dialog: Dialog, act: impl Fn(&mut Harness)) -> Option<DialogAnswer> {
+fn answer(dialog: DesignDialog, act: impl Fn(&mut Harness)) -> Option<DialogAnswer<DesignDialog>> {
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
     let dialog = RefCell::new(dialog);
     let mut harness = Harness::builder().with_size(egui::vec2(600.0, 500.0)).build_ui(move |ui| {
-        if let Some(found) = dialog_ui(ui, &mut dialog.borrow_mut()) {
+        if let Some(found) = dialog.borrow_mut().ui(ui) {
             sink.borrow_mut().get_or_insert(found);
         }
     });
@@ -426,7 +427,7 @@ fn enter_opens_a_typed_path() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let asked = answer(Dialog::open(folder.path().into()), |harness| {
+    let asked = answer(DesignDialog::open(folder.path().into()), |harness| {
         harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
         harness.run_steps(1);
         let text = file.display().to_string();
@@ -443,7 +444,7 @@ fn a_design_in_the_list_is_opened_by_a_click() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let asked = answer(Dialog::open(folder.path().into()), |harness| {
+    let asked = answer(DesignDialog::open(folder.path().into()), |harness| {
         harness.get_by_label("mine.design.ron").click();
     });
     let open = DialogAnswer::Request(FileRequest::Open(file));
@@ -455,9 +456,9 @@ fn saving_over_a_file_asks_first() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let dialog = Dialog::save_as(folder.path().into(), "mine.design.ron");
+    let dialog = DesignDialog::save_as(folder.path().into(), "mine.design.ron");
     let asked = answer(dialog, |harness| harness.get_by_label("Save").click());
-    let ask = DialogAnswer::Become(Dialog::Overwrite {
+    let ask = DialogAnswer::Become(DesignDialog::Overwrite {
         then: FileRequest::SaveAs(file.clone()),
         path: file,
     });
@@ -466,7 +467,7 @@ fn saving_over_a_file_asks_first() {
 
 #[test]
 fn unsaved_changes_can_be_saved_given_up_or_kept() {
-    let dialog = || Dialog::unsaved("mine.design.ron".into(), FileRequest::Quit);
+    let dialog = || DesignDialog::unsaved("mine.design.ron".into(), FileRequest::Quit);
     let then = || Box::new(FileRequest::Quit);
     for (button, answered) in [
         ("Save", DialogAnswer::Request(FileRequest::SaveThen(then()))),

@@ -9,7 +9,7 @@ use trackwright_editor::document::apply::Notice;
 use trackwright_editor::document::report::{ReportJob, ReportPlugin, ReportProgram};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::figure_rows;
 
@@ -63,11 +63,12 @@ fn an_unwritable_place_uses_the_commands_words() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = report_app();
     write(&mut app, &folder.path().join("no-such").join("report.html"));
-    match &app.world().resource::<Dialogs>().current {
-        Some(Dialog::Error { title, text }) => {
+    let dialogs = app.world().resource::<Dialogs>();
+    match dialogs.get() {
+        Some(ErrorDialog { title, text }) => {
             assert_eq!(title, "The report cannot be written");
             assert!(text.contains("no-such"), "{text}");
         }
-        other => panic!("{other:?}"),
+        None => panic!("{:?}", dialogs.current),
     }
 }

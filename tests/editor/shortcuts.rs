@@ -10,7 +10,7 @@ use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld}
 use trackwright_editor::document::selection::Selection;
 use trackwright_editor::shell::command_palette::CommandPages;
 use trackwright_editor::shell::commands::CommandsPlugin;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::shell::shell_commands::ShellCommandsPlugin;
 use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
 use trackwright_editor::viewport::commands::ViewportCommandsPlugin;
@@ -82,7 +82,7 @@ fn nothing_is_undone_in_the_middle_of_a_drag() {
 fn a_dialog_keeps_the_keys_to_itself() {
     let mut app = edited_app();
     let error = std::io::Error::other("no");
-    app.world_mut().resource_mut::<Dialogs>().show(Dialog::error("Sorry", &error));
+    app.world_mut().resource_mut::<Dialogs>().show(ErrorDialog::new("Sorry", &error));
     chord(&mut app, &[Key::Control, Key::Character("z".into())]);
     assert!(!is_as_it_was(&app));
 }

@@ -26,7 +26,7 @@ use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::BodyRoot;
 use trackwright_editor::shell::commands::CommandsPlugin;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces;
@@ -356,9 +356,8 @@ fn an_unreadable_table_uses_the_commands_words() {
     let mut app = study_app();
     drop_file(&mut app, &file);
     let error = trackwright_project::Files::default().read_input(&file, true).unwrap_err();
-    let expected = Dialog::error("The input data cannot be read", &error);
-    let dialog = app.world().resource::<Dialogs>().current.clone();
-    assert_eq!(dialog, Some(expected));
+    let expected = ErrorDialog::new("The input data cannot be read", &error);
+    assert_eq!(app.world().resource::<Dialogs>().get(), Some(&expected));
     assert_eq!(results(&app).mode, Some(ModeKind::Motion), "as before");
 }
 
@@ -443,9 +442,9 @@ fn a_log_that_cannot_be_written_names_its_file() {
     app.world_mut().write_message(FileRequest::WriteLog(file));
     app.update();
     wait_for_log(&mut app);
-    let dialog = app.world().resource::<Dialogs>().current.clone();
-    let Some(Dialog::Error { title, text }) = dialog else {
-        panic!("{dialog:?}");
+    let dialogs = app.world().resource::<Dialogs>();
+    let Some(ErrorDialog { title, text }) = dialogs.get() else {
+        panic!("{:?}", dialogs.current);
     };
     assert_eq!(title, "The log cannot be written");
     assert!(text.starts_with("/no/such/folder/log.csv"), "{text}");

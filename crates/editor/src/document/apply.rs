@@ -1,12 +1,13 @@
 //! Applies requests to the open document, and does what the File menu asks for.
 
 use crate::document::autosave::Leftovers;
+use crate::document::dialog::DesignDialog;
 use crate::document::recent::RecentDesigns;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice, ViewRequest};
 use crate::document::selection::{Selected, Selection};
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
@@ -91,7 +92,7 @@ fn notice_changed_files(
     };
     let changes = trackwright_project::changes(&world.0);
     if !changes.is_empty() {
-        dialogs.show(Dialog::changed_on_disk(&changes, false));
+        dialogs.show(DesignDialog::changed_on_disk(&changes, false));
     }
 }
 
@@ -179,10 +180,10 @@ fn selected_after(
 /// Another room or mesh is read when an edit, or its undo, names it.
 fn refresh(world: &mut OpenWorld, dialogs: &mut Dialogs) {
     if let Err(error) = trackwright_project::refresh_environment(&mut world.0) {
-        dialogs.show(Dialog::error("The room cannot be opened", &error));
+        dialogs.show(ErrorDialog::new("The room cannot be opened", &error));
     }
     if let Err(error) = trackwright_project::refresh_meshes(&mut world.0) {
-        dialogs.show(Dialog::error("The mesh cannot be opened", &error));
+        dialogs.show(ErrorDialog::new("The mesh cannot be opened", &error));
     }
 }
 
@@ -242,7 +243,7 @@ impl FileState<'_> {
                 if self.is_dirty() =>
             {
                 let file = self.name();
-                self.dialogs.show(Dialog::unsaved(file, request));
+                self.dialogs.show(DesignDialog::unsaved(file, request));
             }
             FileRequest::Discard(then) => self.go_on(*then),
             FileRequest::SaveThen(then) => {
@@ -267,14 +268,14 @@ impl FileState<'_> {
     /// Does what loses the open document, which was saved or given up.
     fn go_on(&mut self, request: FileRequest) {
         match request {
-            FileRequest::ShowNew => self.dialogs.show(Dialog::New),
+            FileRequest::ShowNew => self.dialogs.show(DesignDialog::New),
             FileRequest::New(starter) => {
                 self.open(trackwright_project::open_builtin(starter.name()));
             }
             FileRequest::Reload => self.reload(),
             FileRequest::ShowOpen => {
                 let folder = self.folder();
-                self.dialogs.show(Dialog::open(folder));
+                self.dialogs.show(DesignDialog::open(folder));
             }
             FileRequest::Open(path) => self.open(trackwright_project::open_design(&path)),
             FileRequest::OpenBuiltIn(name) => self.open(trackwright_project::open_builtin(&name)),
@@ -295,7 +296,9 @@ impl FileState<'_> {
                 *self.selection = Selection::default();
                 self.remember();
             }
-            Err(error) => self.dialogs.show(Dialog::error("The design cannot be opened", &error)),
+            Err(error) => {
+                self.dialogs.show(ErrorDialog::new("The design cannot be opened", &error))
+            }
         }
     }
 
@@ -320,7 +323,7 @@ impl FileState<'_> {
         if let Err(error) = self.leftovers.0.remove(0).discard() {
             *self.notice = Notice::Refused(error.to_string());
         }
-        if let Some(next) = Dialog::recover(&self.leftovers.0) {
+        if let Some(next) = DesignDialog::recover(&self.leftovers.0) {
             self.dialogs.show(next);
         }
     }
@@ -356,7 +359,7 @@ impl FileState<'_> {
         }
         let shared = trackwright_project::shared_bodies(&world.0);
         if !shared.is_empty() {
-            self.dialogs.show(Dialog::shared_bodies(&shared));
+            self.dialogs.show(DesignDialog::shared_bodies(&shared));
             return;
         }
         self.write(trackwright_project::save);
@@ -384,11 +387,11 @@ impl FileState<'_> {
             }
             Err(StoreError::ChangedOnDisk { .. }) => {
                 let changes = trackwright_project::changes(&world.0);
-                self.dialogs.show(Dialog::changed_on_disk(&changes, true));
+                self.dialogs.show(DesignDialog::changed_on_disk(&changes, true));
             }
             Err(error) => {
                 self.after_save.0 = None;
-                self.dialogs.show(Dialog::not_saved(&error));
+                self.dialogs.show(DesignDialog::not_saved(&error));
             }
         }
     }
@@ -404,7 +407,7 @@ impl FileState<'_> {
         let Some(world) = &self.world else { return };
         let name = default_file_name(world.0.document.origin());
         let folder = self.folder();
-        self.dialogs.show(Dialog::save_as(folder, &name));
+        self.dialogs.show(DesignDialog::save_as(folder, &name));
     }
 
     fn is_dirty(&self) -> bool {

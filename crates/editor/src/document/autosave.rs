@@ -2,11 +2,12 @@
 //! what a crash left over is offered at the next start.
 
 use crate::document::apply::Notice;
+use crate::document::dialog::DesignDialog;
 use crate::document::requests::OpenWorld;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::Dialogs;
 use bevy::app::AppExit;
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
@@ -172,7 +173,7 @@ fn receive(mut autosave: ResMut<Autosave>, mut notice: ResMut<Notice>) {
 }
 
 fn offer(leftovers: Res<Leftovers>, mut dialogs: ResMut<Dialogs>) {
-    if let Some(dialog) = Dialog::recover(&leftovers.0) {
+    if let Some(dialog) = DesignDialog::recover(&leftovers.0) {
         dialogs.show(dialog);
     }
 }

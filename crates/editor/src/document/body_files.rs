@@ -3,6 +3,7 @@
 //! and the selected body written as such a file, once what is lost was read.
 
 use crate::document::apply::{Notice, WorldGeneration, file_folder};
+use crate::document::body_dialogs::BodyDialog;
 use crate::document::meshes::{name_of, selected_body};
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
@@ -10,7 +11,7 @@ use crate::runner::jobs::{Job, Lost};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -137,13 +138,13 @@ impl Requested<'_> {
         match request {
             BodyFileRequest::ShowOpen(body) => {
                 let folder = file_folder(&world.0);
-                self.dialogs.show(Dialog::open_body(folder, body));
+                self.dialogs.show(BodyDialog::open(folder, body));
             }
             BodyFileRequest::Drop(file) => {
                 match (selected_body(&self.selection), design.crf.is_some()) {
                     (Some(body), _) => self.open(body, file, OnMismatch::Refuse),
                     (None, false) => self.open(BodyRole::Tool, file, OnMismatch::Refuse),
-                    (None, true) => self.dialogs.show(Dialog::ToolOrCrf { file }),
+                    (None, true) => self.dialogs.show(BodyDialog::ToolOrCrf { file }),
                 }
             }
             BodyFileRequest::Open { body, file, on_mismatch } => self.open(body, file, on_mismatch),
@@ -158,7 +159,7 @@ impl Requested<'_> {
                 };
                 let folder = file_folder(&world.0);
                 let name = trackwright_project::definition_name(own, &folder);
-                self.dialogs.show(Dialog::save_body(folder, &name, body));
+                self.dialogs.show(BodyDialog::save(folder, &name, body));
             }
             BodyFileRequest::Save { body, file } => self.save(body, &file, false),
             BodyFileRequest::Write { body, file } => self.save(body, &file, true),
@@ -198,16 +199,16 @@ impl Requested<'_> {
             Ok(Ok(taken)) => taken,
             Ok(Err(error)) if error.is_checksum() => {
                 let text = error.to_string();
-                self.dialogs.show(Dialog::Checksum { body, file, text });
+                self.dialogs.show(BodyDialog::Checksum { body, file, text });
                 return;
             }
             Ok(Err(error)) => {
-                self.dialogs.show(Dialog::error(NOT_USABLE, &error));
+                self.dialogs.show(ErrorDialog::new(NOT_USABLE, &error));
                 return;
             }
             Err(lost) => {
                 let text = format!("{}: {lost}", file.display());
-                self.dialogs.show(Dialog::Error { title: NOT_USABLE.to_owned(), text });
+                self.dialogs.show(ErrorDialog { title: NOT_USABLE.to_owned(), text });
                 return;
             }
         };
@@ -234,13 +235,13 @@ impl Requested<'_> {
                 return;
             }
             Err(error) => {
-                self.dialogs.show(Dialog::error(NOT_WRITTEN, &error));
+                self.dialogs.show(ErrorDialog::new(NOT_WRITTEN, &error));
                 return;
             }
         };
         let (notes, exists) = (export.notes(), file.exists());
         if !is_agreed && (exists || !notes.is_empty()) {
-            self.dialogs.show(Dialog::WriteBody {
+            self.dialogs.show(BodyDialog::Write {
                 body,
                 file: file.to_owned(),
                 kind: export.kind_name(),
@@ -254,7 +255,7 @@ impl Requested<'_> {
                 let (kind, file) = (export.kind_name(), file.display());
                 *self.notice = Notice::Done(format!("Wrote the {body} as {kind} to {file}"));
             }
-            Err(error) => self.dialogs.show(Dialog::error(NOT_WRITTEN, &error)),
+            Err(error) => self.dialogs.show(ErrorDialog::new(NOT_WRITTEN, &error)),
         }
     }
 }

@@ -2,13 +2,14 @@
 //! doubtful, and given to the design as one undo step.
 
 use crate::document::apply::{Notice, WorldGeneration, file_folder};
+use crate::document::body_dialogs::MeshDialog;
 use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use crate::document::selection::{Selected, Selection};
 use crate::runner::jobs::{Job, Lost};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -147,14 +148,14 @@ impl Requested<'_> {
             MeshRequest::ShowLoad(whose) => {
                 let Some(world) = &self.world else { return };
                 let folder = mesh_folder(&world.0, whose);
-                self.dialogs.show(Dialog::load_mesh(folder, whose));
+                self.dialogs.show(MeshDialog::load(folder, whose));
             }
             MeshRequest::Drop(file) => {
                 let Some(world) = &self.world else { return };
                 let has_crf = world.0.document.design().crf.is_some();
                 match selected_body(&self.selection) {
                     Some(body) => self.load(body.into(), file, None),
-                    None => self.dialogs.show(Dialog::WhoseMesh { file, has_crf }),
+                    None => self.dialogs.show(MeshDialog::Whose { file, has_crf }),
                 }
             }
             MeshRequest::Load { whose, file, unit } => self.load(whose, file, unit),
@@ -217,12 +218,12 @@ impl Requested<'_> {
         let read = match answer {
             Ok(Ok(read)) => read,
             Ok(Err(error)) => {
-                self.dialogs.show(Dialog::error(NOT_USABLE, &error));
+                self.dialogs.show(ErrorDialog::new(NOT_USABLE, &error));
                 return;
             }
             Err(lost) => {
                 let text = format!("{}: {lost}", loading.file.display());
-                self.dialogs.show(Dialog::Error { title: NOT_USABLE.to_owned(), text });
+                self.dialogs.show(ErrorDialog { title: NOT_USABLE.to_owned(), text });
                 return;
             }
         };
@@ -234,7 +235,7 @@ impl Requested<'_> {
             world.set_changed();
         }
         if let Some(sizes) = doubt {
-            self.dialogs.show(Dialog::MeshUnit {
+            self.dialogs.show(MeshDialog::Unit {
                 whose: loading.whose,
                 file: loading.file.clone(),
                 sizes,

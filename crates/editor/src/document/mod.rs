@@ -2,8 +2,10 @@
 
 pub mod apply;
 pub mod autosave;
+pub mod body_dialogs;
 pub mod body_files;
 pub mod commands;
+pub mod dialog;
 pub mod drops;
 pub mod meshes;
 pub mod recent;

@@ -5,11 +5,12 @@
 //! the work.
 
 use crate::document::apply::{DESIGN_EXTENSION, Notice, default_file_name};
+use crate::document::dialog::DesignDialog;
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
@@ -86,7 +87,7 @@ fn answer(
         match request {
             FileRequest::ShowWriteReport => {
                 let (folder, name) = beside(&world.0);
-                dialogs.show(Dialog::write_report(folder, &name));
+                dialogs.show(DesignDialog::write_report(folder, &name));
             }
             FileRequest::WriteReport(_) if writing.is_writing() => {
                 *notice = Notice::Refused("another report is being written".to_owned());
@@ -123,7 +124,7 @@ fn receive(
         Err(lost) => lost.to_string(),
     };
     notice.set_if_neq(Notice::Nothing);
-    dialogs.show(Dialog::Error { title: "The report cannot be written".to_owned(), text: why });
+    dialogs.show(ErrorDialog { title: "The report cannot be written".to_owned(), text: why });
 }
 
 /// Beside the design, under its name.

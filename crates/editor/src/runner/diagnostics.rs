@@ -1,7 +1,7 @@
 //! Counts what the editor does, and reports it to whoever asked for it, one line an event.
 
 use crate::document::requests::OpenWorld;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::Dialogs;
 use bevy::prelude::*;
 use trackwright_design::Document;
 use trackwright_simulation::{ExpectedRow, FigureRow, Work};
@@ -109,7 +109,7 @@ fn report_document(
     mut last: Local<[Option<String>; 2]>,
 ) {
     let document = world.map(|world| document_line(&world.0.document));
-    let dialog = dialogs.map(|dialogs| dialog_line(dialogs.current.as_ref()));
+    let dialog = dialogs.map(|dialogs| dialog_line(&dialogs));
     for (now, last) in [document, dialog].into_iter().zip(last.iter_mut()) {
         if now != *last {
             if let Some(line) = &now {
@@ -132,40 +132,9 @@ fn document_line(document: &Document) -> String {
 }
 
 /// What the dialog says; an error in its own words.
-fn dialog_line(dialog: Option<&Dialog>) -> String {
-    let what = match dialog {
-        None => "none",
-        Some(Dialog::Open(_)) => "open",
-        Some(Dialog::SaveAs(_)) => "save as",
-        Some(Dialog::ReadInput(_)) => "read input",
-        Some(Dialog::WriteLog(_)) => "write log",
-        Some(Dialog::Report(_)) => "write report",
-        Some(Dialog::PinDesign(_)) => "pin a design",
-        Some(Dialog::AddDesign(_)) => "add a design",
-        Some(Dialog::OpenRecorded { .. }) => "open recorded poses",
-        Some(Dialog::Record(_)) => "record",
-        Some(Dialog::Unsaved { .. }) => "unsaved changes",
-        Some(Dialog::SharedBodies { .. }) => "shared bodies",
-        Some(Dialog::Overwrite { .. }) => "overwrite",
-        Some(Dialog::Recover { .. }) => "recover",
-        Some(Dialog::ChangedOnDisk { .. }) => "changed on disk",
-        Some(Dialog::Table { .. }) => "open measurements",
-        Some(Dialog::WhichTable { .. }) => "which table",
-        Some(Dialog::SaveRoom { .. }) => "save room",
-        Some(Dialog::ReplaceRoom { .. }) => "replace room",
-        Some(Dialog::New) => "new",
-        Some(Dialog::Mesh { .. }) => "load mesh",
-        Some(Dialog::WhoseMesh { .. }) => "whose mesh",
-        Some(Dialog::MeshUnit { .. }) => "mesh unit",
-        Some(Dialog::OpenBody { .. }) => "open tool definition",
-        Some(Dialog::SaveBody { .. }) => "save tool definition",
-        Some(Dialog::ToolOrCrf { .. }) => "tool or CRF",
-        Some(Dialog::Checksum { .. }) => "checksum",
-        Some(Dialog::WriteBody { .. }) => "write tool definition",
-        Some(Dialog::NotSaved { text }) => return format!("dialog not saved: {text}"),
-        Some(Dialog::Error { title, text }) => return format!("dialog error {title}: {text}"),
-    };
-    format!("dialog {what}")
+fn dialog_line(dialogs: &Dialogs) -> String {
+    let open = dialogs.current.as_ref().map(|dialog| dialog.description());
+    format!("dialog {}", open.as_deref().unwrap_or("none"))
 }
 
 fn count_uploads<A: Asset>(

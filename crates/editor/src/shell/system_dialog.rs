@@ -5,7 +5,7 @@ use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::Dialogs;
-use crate::shell::dialogs::file_dialog::{SystemChoice, Wish};
+use crate::shell::dialogs::file_dialog::{FileDialog, SystemChoice};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::PathBuf;
@@ -37,14 +37,14 @@ fn follow(
 ) {
     // Writing to the resource would mark it as changed in every frame.
     let current = &mut dialogs.bypass_change_detection().current;
-    let wish = current.as_mut().and_then(|dialog| dialog.wish());
-    let Some(wish) = wish.filter(|wish| *wish.choice != SystemChoice::Ours) else {
+    let wish = current.as_mut().and_then(|dialog| dialog.files());
+    let Some(wish) = wish.filter(|wish| wish.system != SystemChoice::Ours) else {
         outside.0 = None;
         return;
     };
-    if *wish.choice == SystemChoice::Asked {
-        outside.0 = Some(start(&wish, &waker));
-        *wish.choice = SystemChoice::Open;
+    if wish.system == SystemChoice::Asked {
+        outside.0 = Some(start(wish, &waker));
+        wish.system = SystemChoice::Open;
         redraw.write(RequestRedraw);
         return;
     }
@@ -52,7 +52,7 @@ fn follow(
         return;
     };
     outside.0 = None;
-    *wish.choice = match answer {
+    wish.system = match answer {
         Ok(Some(path)) => SystemChoice::Chosen(path),
         Ok(None) => SystemChoice::Nothing(NOTHING.to_owned()),
         Err(lost) => SystemChoice::Nothing(format!("this system's dialog: {lost}")),
@@ -63,13 +63,13 @@ fn follow(
 /// The system does not tell one from the other.
 const NOTHING: &str = "the system dialog was closed without a choice, or this system has none";
 
-fn start(wish: &Wish, waker: &Waker) -> Job<Option<PathBuf>> {
+fn start(wish: &FileDialog, waker: &Waker) -> Job<Option<PathBuf>> {
     let extensions: Vec<String> =
         wish.kind.extensions().iter().map(|end| end.trim_start_matches('.').to_owned()).collect();
     let dialog = rfd::FileDialog::new()
-        .set_title(wish.title)
+        .set_title(&wish.title)
         .set_directory(&wish.folder)
-        .set_file_name(&wish.name)
+        .set_file_name(wish.name())
         .add_filter(wish.kind.note(), &extensions);
     let is_saving = wish.is_saving;
     Job::start("system dialog", waker, move |_| match is_saving {

@@ -1,7 +1,6 @@
 //! Chooses a file to open or a place to save: a path field above a list of the folder.
 
 use crate::document::apply::DESIGN_EXTENSION;
-use crate::document::requests::FileRequest;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::dialogs::folder::{self, Entry};
@@ -18,6 +17,10 @@ const LIST_HEIGHT: f32 = 260.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileDialog {
     pub kind: FileKind,
+    pub title: String,
+    /// What its button does.
+    verb: &'static str,
+    pub is_saving: bool,
     pub folder: PathBuf,
     pub entries: Vec<Entry>,
     /// The path field.
@@ -37,17 +40,6 @@ pub enum SystemChoice {
     Chosen(PathBuf),
     /// Why there is no choice, in words.
     Nothing(String),
-}
-
-/// What the system's dialog has to know.
-#[derive(Debug)]
-pub struct Wish<'a> {
-    pub title: &'static str,
-    pub kind: FileKind,
-    pub folder: PathBuf,
-    pub name: String,
-    pub is_saving: bool,
-    pub choice: &'a mut SystemChoice,
 }
 
 /// What kind of file a dialog lists.
@@ -99,6 +91,9 @@ impl FileDialog {
     pub(crate) fn new(kind: FileKind, folder: PathBuf, name: &str) -> Self {
         let mut dialog = Self {
             kind,
+            title: String::new(),
+            verb: "Open",
+            is_saving: false,
             text: String::new(),
             folder: PathBuf::new(),
             entries: Vec::new(),
@@ -108,6 +103,16 @@ impl FileDialog {
         };
         dialog.go_to(folder, name);
         dialog
+    }
+
+    /// With a heading, and what its button does.
+    pub(crate) fn titled(self, title: &str, verb: &'static str) -> Self {
+        Self { title: title.to_owned(), verb, ..self }
+    }
+
+    /// To write a file.
+    pub(crate) fn saving(self) -> Self {
+        Self { is_saving: true, ..self }
     }
 
     fn go_to(&mut self, folder: PathBuf, name: &str) {
@@ -156,77 +161,65 @@ impl FileDialog {
     }
 }
 
-/// What is there already is asked about first.
-pub(crate) fn write_to(
-    path: PathBuf,
-    exists: bool,
-    write: fn(PathBuf) -> FileRequest,
-) -> DialogAnswer {
-    let then = write(path.clone());
-    match exists {
-        true => DialogAnswer::Become(Dialog::Overwrite { path, then }),
-        false => DialogAnswer::Request(then),
-    }
-}
-
-pub(crate) fn file_ui(
-    ui: &mut Ui,
-    files: &mut FileDialog,
-    title: &str,
-    verb: &str,
-    choose: impl Fn(PathBuf, bool) -> DialogAnswer,
-) -> Option<DialogAnswer> {
-    title_ui(ui, title);
-    let field = ui.add(
-        TextEdit::singleline(&mut files.text)
-            .desired_width(f32::INFINITY)
-            .hint_text(format!("path of a {} file", files.kind.pattern())),
-    );
-    field.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "path")
-    });
-    if field.changed() {
-        files.follow_text();
-    }
-    if files.wants_focus {
-        field.request_focus();
-        files.wants_focus = false;
-    }
-    let is_entered = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-    ui.add_space(6.0);
-    let mut chosen = list_ui(ui, files).or(system_choice(files));
-    if let Some(problem) = &files.problem {
-        warning_ui(ui, problem);
-    } else {
-        quiet_ui(ui, "Tab and Enter choose; Esc closes");
-    }
-    ui.add_space(8.0);
-    let mut is_closed = false;
-    ui.horizontal(|ui| {
-        system_ui(ui, files);
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            is_closed = ui.button("Cancel").clicked();
-            if ui.button(verb).clicked() || is_entered {
-                chosen = Some(PathBuf::from(files.text.trim()));
-            }
+impl FileDialog {
+    /// Draws the dialog; `choose` gets the path and whether something is there.
+    pub(crate) fn ui<D: Dialog>(
+        &mut self,
+        ui: &mut Ui,
+        choose: impl Fn(PathBuf, bool) -> DialogAnswer<D>,
+    ) -> Option<DialogAnswer<D>> {
+        title_ui(ui, &self.title);
+        let field = ui.add(
+            TextEdit::singleline(&mut self.text)
+                .desired_width(f32::INFINITY)
+                .hint_text(format!("path of a {} file", self.kind.pattern())),
+        );
+        field.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), "path")
         });
-    });
-    if is_closed {
-        return Some(DialogAnswer::Close);
+        if field.changed() {
+            self.follow_text();
+        }
+        if self.wants_focus {
+            field.request_focus();
+            self.wants_focus = false;
+        }
+        let is_entered = field.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        ui.add_space(6.0);
+        let mut chosen = list_ui(ui, self).or(system_choice(self));
+        if let Some(problem) = &self.problem {
+            warning_ui(ui, problem);
+        } else {
+            quiet_ui(ui, "Tab and Enter choose; Esc closes");
+        }
+        ui.add_space(8.0);
+        let mut is_closed = false;
+        ui.horizontal(|ui| {
+            system_ui(ui, self);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                is_closed = ui.button("Cancel").clicked();
+                if ui.button(self.verb).clicked() || is_entered {
+                    chosen = Some(PathBuf::from(self.text.trim()));
+                }
+            });
+        });
+        if is_closed {
+            return Some(DialogAnswer::Close);
+        }
+        let path = chosen?;
+        if path.is_dir() {
+            let name = self.name();
+            self.go_to(path, &name);
+            return None;
+        }
+        if path.as_os_str().is_empty() {
+            self.problem = Some(format!("no path, expected a {} file", self.kind.pattern()));
+            self.wants_focus = true;
+            return None;
+        }
+        let exists = path.exists();
+        Some(choose(path, exists))
     }
-    let path = chosen?;
-    if path.is_dir() {
-        let name = files.name();
-        files.go_to(path, &name);
-        return None;
-    }
-    if path.as_os_str().is_empty() {
-        files.problem = Some(format!("no path, expected a {} file", files.kind.pattern()));
-        files.wants_focus = true;
-        return None;
-    }
-    let exists = path.exists();
-    Some(choose(path, exists))
 }
 
 /// The way to the system's own dialog.

@@ -5,10 +5,11 @@ use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::scene::bodies::shown_mesh;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::desk::{DecideDesk, Pinned};
+use crate::workspaces::decide::dialog::DecideDialog;
 use crate::workspaces::decide::judged::Judged;
 use crate::workspaces::decide::table::{Compare, Failure, Wanted, compared};
 use crate::workspaces::field::FieldRequest;
@@ -54,7 +55,7 @@ impl Hand<'_> {
             DecideRequest::PinHere => self.pin_here(),
             DecideRequest::ShowPin => {
                 let folder = self.folder();
-                self.dialogs.show(Dialog::pin_design(folder));
+                self.dialogs.show(DecideDialog::pin(folder));
             }
             DecideRequest::Pin(file) => self.pin(file),
             DecideRequest::Unpin => {
@@ -63,7 +64,7 @@ impl Hand<'_> {
             }
             DecideRequest::ShowAddDesign => {
                 let folder = self.folder();
-                self.dialogs.show(Dialog::add_design(folder));
+                self.dialogs.show(DecideDialog::add_design(folder));
             }
             DecideRequest::AddDesign(file) => self.add_design(file),
             DecideRequest::RemoveDesign(file) => self.desk.designs.retain(|other| *other != file),
@@ -71,7 +72,7 @@ impl Hand<'_> {
             DecideRequest::RemoveRoom(file) => self.edit(ProcedureEdit::RemoveRoom(file)),
             DecideRequest::ShowRecorded(body) => {
                 let folder = self.folder();
-                self.dialogs.show(Dialog::open_recorded(folder, body));
+                self.dialogs.show(DecideDialog::open_recorded(folder, body));
             }
             DecideRequest::Recorded(body, file) => self.recorded(body, &file),
             DecideRequest::SetRecorded(recorded) => self.desk.recorded = Some(recorded),
@@ -148,7 +149,7 @@ impl Hand<'_> {
                         .to_owned(),
                 );
             }
-            Err(error) => self.dialogs.show(Dialog::error("The room cannot be used", &error)),
+            Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be used", &error)),
         }
     }
 
@@ -159,7 +160,7 @@ impl Hand<'_> {
         let reference = match trackwright_project::reference_to_file(&world.0, file) {
             Ok(reference) => reference,
             Err(error) => {
-                self.dialogs.show(Dialog::error("The recording cannot be used", &error));
+                self.dialogs.show(ErrorDialog::new("The recording cannot be used", &error));
                 return;
             }
         };
@@ -330,7 +331,7 @@ pub(crate) fn hear(
         match answer {
             Ok(Ok(found)) => desk.compared = Some(found),
             Ok(Err(Failure::Cancelled(_))) => {}
-            Err(lost) => dialogs.show(Dialog::error(NO_COMPARISON, &lost)),
+            Err(lost) => dialogs.show(ErrorDialog::new(NO_COMPARISON, &lost)),
         }
     }
     if let Some(answer) = desk.pinning.as_ref().and_then(Job::answer) {
@@ -338,8 +339,8 @@ pub(crate) fn hear(
         redraw.write(RequestRedraw);
         match answer {
             Ok(Ok(pinned)) => desk.pinned = Some(pinned),
-            Ok(Err(error)) => dialogs.show(Dialog::error(NOT_PINNED, &error)),
-            Err(lost) => dialogs.show(Dialog::error(NOT_PINNED, &lost)),
+            Ok(Err(error)) => dialogs.show(ErrorDialog::new(NOT_PINNED, &error)),
+            Err(lost) => dialogs.show(ErrorDialog::new(NOT_PINNED, &lost)),
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod against;
 pub mod answer;
 pub mod baseline_ghost;
 pub mod desk;
+pub mod dialog;
 pub mod judged;
 pub mod panels;
 pub mod table;

@@ -4,8 +4,9 @@ use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::field::desk::{FieldDesk, FieldSettings, Reading, TableRole};
+use crate::workspaces::field::dialog::FieldDialog;
 use crate::workspaces::field::work::{self, Compared};
 use crate::workspaces::field::{FieldRequest, RoomToSave};
 use bevy::ecs::system::SystemParam;
@@ -45,7 +46,7 @@ impl Hand<'_> {
         match request {
             FieldRequest::ShowOpen(role) => {
                 let folder = self.table_folder();
-                self.dialogs.show(Dialog::open_table(folder, role));
+                self.dialogs.show(FieldDialog::open_table(folder, role));
             }
             FieldRequest::Open(role, file) => self.read(role, file),
             FieldRequest::Drop(file) => {
@@ -53,7 +54,7 @@ impl Hand<'_> {
                 if slot.table.is_none() && slot.reading.is_none() {
                     self.read(TableRole::Training, file);
                 } else {
-                    self.dialogs.show(Dialog::WhichTable { file });
+                    self.dialogs.show(FieldDialog::WhichTable { file });
                 }
             }
             FieldRequest::Close(role) => {
@@ -158,7 +159,7 @@ impl Hand<'_> {
             },
         };
         let folder = self.design_folder().unwrap_or_else(|| self.table_folder());
-        self.dialogs.show(Dialog::save_room(folder, &name, room));
+        self.dialogs.show(FieldDialog::save_room(folder, &name, room));
     }
 
     fn save(&mut self, room: &RoomToSave, file: &Path) {
@@ -185,7 +186,7 @@ impl Hand<'_> {
                 ));
                 *self.notice = Notice::Done(format!("Saved {}", file.display()));
             }
-            Err(error) => self.dialogs.show(Dialog::error("The room cannot be saved", &error)),
+            Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be saved", &error)),
         }
     }
 
@@ -210,7 +211,7 @@ impl Hand<'_> {
             }
             // The built-in world is out of reach of a design on the disk.
             Ok((_, None)) => self.show_save(RoomToSave::Copy(place)),
-            Err(error) => self.dialogs.show(Dialog::error("The room cannot be opened", &error)),
+            Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be opened", &error)),
         }
     }
 

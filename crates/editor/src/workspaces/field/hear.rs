@@ -2,7 +2,7 @@
 
 use crate::document::apply::Notice;
 use crate::runner::jobs::Job;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::field::desk::{FieldDesk, TableRole};
 use crate::workspaces::field::work::Failure;
 use bevy::prelude::*;
@@ -34,7 +34,7 @@ pub(crate) fn hear(
         redraw.write(RequestRedraw);
     }
     for (title, text) in told {
-        dialogs.show(Dialog::Error { title: title.to_owned(), text });
+        dialogs.show(ErrorDialog { title: title.to_owned(), text });
     }
 }
 

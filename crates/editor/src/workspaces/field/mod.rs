@@ -12,6 +12,7 @@
 
 pub mod answer;
 pub mod desk;
+pub mod dialog;
 pub mod hear;
 pub mod kind;
 pub mod panels;

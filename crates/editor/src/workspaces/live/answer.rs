@@ -4,9 +4,10 @@ use crate::document::apply::{Notice, file_folder};
 use crate::document::requests::OpenWorld;
 use crate::document::shown::LivePoses;
 use crate::runner::wake::Waker;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::live::LiveRequest;
 use crate::workspaces::live::desk::{LiveDesk, take_poses};
+use crate::workspaces::live::dialog::RecordDialog;
 use bevy::prelude::*;
 use std::path::Path;
 use trackwright_calibration::coverage::CoveragePlan;
@@ -43,14 +44,14 @@ pub(crate) fn answer(
             LiveRequest::ShowRecord => {
                 let folder = file_folder(&world.0);
                 let name = free_name(&folder);
-                dialogs.show(Dialog::record(folder, &name));
+                dialogs.show(RecordDialog::new(folder, &name));
             }
             LiveRequest::Record(file) => match record(&world.0, &mut desk, file) {
                 Ok(()) => {
                     *notice = Notice::Done(format!("Recording in {}", file.display()));
                 }
                 Err(problem) => {
-                    dialogs.show(Dialog::Error {
+                    dialogs.show(ErrorDialog {
                         title: "Nothing can be recorded".to_owned(),
                         text: problem,
                     });

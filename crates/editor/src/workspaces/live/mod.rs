@@ -13,6 +13,7 @@ pub mod answer;
 pub mod cells;
 pub mod collected;
 pub mod desk;
+pub mod dialog;
 pub mod follow;
 pub mod panels;
 

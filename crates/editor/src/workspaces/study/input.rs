@@ -5,8 +5,9 @@ use crate::document::drops::is_table;
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::trials::TrialChoice;
 use crate::schedule::EditorSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::widgets::basic::counted;
+use crate::workspaces::study::dialog::StudyDialog;
 use crate::workspaces::study::is_study_shown;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
@@ -59,7 +60,7 @@ fn answer(
     for request in requests.read() {
         match request {
             FileRequest::ShowReadInput => {
-                dialogs.show(Dialog::read_input(file_folder(&world.0)));
+                dialogs.show(StudyDialog::read_input(file_folder(&world.0)));
             }
             FileRequest::ReadInput(path) => {
                 let has_crf = world.0.document.design().crf.is_some();
@@ -76,7 +77,7 @@ fn answer(
                         choice.take_input(name, trials.into());
                     }
                     Err(error) => {
-                        dialogs.show(Dialog::error("The input data cannot be read", &error));
+                        dialogs.show(ErrorDialog::new("The input data cannot be read", &error));
                     }
                 }
             }

@@ -6,9 +6,10 @@ use crate::document::trials::TrialChoice;
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::shell::dialogs::{Dialog, Dialogs};
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::widgets::basic::counted;
 use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::dialog::StudyDialog;
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
 use trackwright_project::{Files, LogError};
@@ -64,7 +65,7 @@ fn answer(
         match request {
             FileRequest::ShowWriteLog => {
                 let folder = file_folder(&world.0);
-                dialogs.show(Dialog::write_log(folder, &log_name(&world.0)));
+                dialogs.show(StudyDialog::write_log(folder, &log_name(&world.0)));
             }
             FileRequest::WriteLog(path) if job.0.is_none() => {
                 job.0 = Some(start(&world.0, &choice, path, &waker));
@@ -128,7 +129,7 @@ fn receive(mut job: ResMut<LogJob>, mut notice: ResMut<Notice>, mut dialogs: Res
         Ok(Err(LogError::Study(StudyError::Cancelled))) => {
             *notice = Notice::Done("The log was not written: cancelled".to_owned());
         }
-        Ok(Err(error)) => dialogs.show(Dialog::error(NOT_WRITTEN, &error)),
-        Err(lost) => dialogs.show(Dialog::error(NOT_WRITTEN, &lost)),
+        Ok(Err(error)) => dialogs.show(ErrorDialog::new(NOT_WRITTEN, &error)),
+        Err(lost) => dialogs.show(ErrorDialog::new(NOT_WRITTEN, &lost)),
     }
 }

@@ -2,6 +2,7 @@
 
 pub mod commands;
 pub mod desk;
+pub mod dialog;
 pub mod input;
 pub mod log;
 pub mod play;

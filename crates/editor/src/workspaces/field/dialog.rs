@@ -1,0 +1,96 @@
+//! Dialogs of the Field workspace: measurements to open, and where a room is saved.
+
+use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
+use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, text_ui, title_ui};
+use crate::workspaces::field::desk::TableRole;
+use crate::workspaces::field::{FieldRequest, RoomToSave};
+use bevy_egui::egui::Ui;
+use std::path::PathBuf;
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum FieldDialog {
+    Table {
+        files: FileDialog,
+        role: TableRole,
+    },
+    /// A second table was dropped.
+    WhichTable {
+        file: PathBuf,
+    },
+    SaveRoom {
+        files: FileDialog,
+        room: RoomToSave,
+    },
+    ReplaceRoom {
+        path: PathBuf,
+        room: RoomToSave,
+    },
+}
+
+impl FieldDialog {
+    pub fn open_table(folder: PathBuf, role: TableRole) -> Self {
+        let title = match role {
+            TableRole::Training => "Open measurements to fit",
+            TableRole::HeldOut => "Open measurements to judge the fit on",
+        };
+        let files = FileDialog::new(FileKind::Table, folder, "").titled(title, "Open");
+        Self::Table { files, role }
+    }
+
+    pub fn save_room(folder: PathBuf, name: &str, room: RoomToSave) -> Self {
+        let files = FileDialog::new(FileKind::Room, folder, name);
+        Self::SaveRoom { files: files.titled("Save room and use it", "Save").saving(), room }
+    }
+}
+
+impl Dialog for FieldDialog {
+    type Request = FieldRequest;
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Table { .. } => "open measurements",
+            Self::WhichTable { .. } => "which table",
+            Self::SaveRoom { .. } => "save room",
+            Self::ReplaceRoom { .. } => "replace room",
+        }
+    }
+
+    fn files(&mut self) -> Option<&mut FileDialog> {
+        match self {
+            Self::Table { files, .. } | Self::SaveRoom { files, .. } => Some(files),
+            _ => None,
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui) -> Option<DialogAnswer<Self>> {
+        let request = DialogAnswer::Request;
+        let cancel = ("Cancel", DialogAnswer::Close);
+        match self {
+            Self::Table { files, role } => {
+                files.ui(ui, |path, _| request(FieldRequest::Open(*role, path)))
+            }
+            Self::SaveRoom { files, room } => files.ui(ui, |path, exists| match exists {
+                true => DialogAnswer::Become(Self::ReplaceRoom { path, room: room.clone() }),
+                false => request(FieldRequest::Save(room.clone(), path)),
+            }),
+            Self::WhichTable { file } => {
+                title_ui(ui, "What are these measurements for?");
+                text_ui(ui, file.display().to_string());
+                let open = |role| request(FieldRequest::Open(role, file.clone()));
+                let judge = ("To judge the fit on", open(TableRole::HeldOut));
+                let fit = ("To fit, instead", open(TableRole::Training));
+                buttons_ui(ui, &[judge, fit, cancel])
+            }
+            Self::ReplaceRoom { path, room } => {
+                title_ui(ui, "Replace the room's file?");
+                let text = format!(
+                    "{} exists already; designs that refer to it would be in another room",
+                    path.display()
+                );
+                text_ui(ui, text);
+                let save = request(FieldRequest::Save(room.clone(), path.clone()));
+                buttons_ui(ui, &[("Replace", save), cancel])
+            }
+        }
+    }
+}
