@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const LARGEST_CIRCLE: usize = 3;
 
 /// Crates in which there are larger circles still.
-const CIRCLES_LEFT: &[&str] = &["design", "editor"];
+const CIRCLES_LEFT: &[&str] = &["editor", "simulation"];
 
 /// The layers of the editor from the ground up; a file uses only its own layer and lower ones.
 const EDITOR_LAYERS: &[&[&str]] = &[
@@ -21,8 +21,19 @@ const EDITOR_LAYERS: &[&[&str]] = &[
     &["app", "lib"],
 ];
 
-/// Whether the editor still has files outside its layers, and arrows against them.
-const EDITOR_IS_IN_WORK: bool = true;
+/// Arrows of the editor to a higher layer that are left.
+const ARROWS_LEFT: &[&str] = &[
+    "shell/dialogs uses workspaces/decide",
+    "shell/dialogs uses workspaces/field",
+    "shell/dialogs uses workspaces/field/desk",
+    "shell/dialogs uses workspaces/live",
+    "shell/dialogs/questions uses workspaces/field",
+    "shell/dialogs/questions uses workspaces/field/desk",
+    "shell/preferences uses viewport/egui_camera",
+];
+
+/// Calls of `init_resource` for ten types, at most: 12 once each plugin initialises its own alone.
+const CALLS_FOR_TEN_TYPES: usize = 14;
 
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -352,7 +363,8 @@ fn the_editor_uses_only_lower_layers() {
         let higher = to.iter().filter(|to| layer(to).is_none_or(|other| other > height));
         wrong.extend(higher.map(|to| format!("{} uses {}", from.join("/"), to.join("/"))));
     }
-    assert!(wrong.is_empty() || EDITOR_IS_IN_WORK, "{}", wrong.join("\n"));
+    wrong.retain(|arrow| !ARROWS_LEFT.contains(&arrow.as_str()));
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
@@ -367,5 +379,5 @@ fn each_plugin_initialises_its_own_resources() {
     }
     let (all, types) = (calls.values().sum::<usize>(), calls.len());
     calls.retain(|_, count| *count > 1);
-    assert!(all * 10 <= types * 12 || EDITOR_IS_IN_WORK, "{all} for {types}: {calls:?}");
+    assert!(all * 10 <= types * CALLS_FOR_TEN_TYPES, "{all} for {types}: {calls:?}");
 }

@@ -43,8 +43,10 @@ const WORDS: &[(&str, &str)] = &[
 
 /// Words that are still somewhere.
 const WORDS_LEFT: &[&str] = &[
+    "told_to",
     "few_marks",
     "fn look(",
+    "fn stretch(",
     "fn turns(",
     "fn fold(",
     "fn beside(",
@@ -107,7 +109,7 @@ fn names_and_texts_use_plain_words() {
 
 /// The length of a test's name, at most, and how many longer ones are left.
 const TEST_NAME: usize = 50;
-const LONGER_LEFT: usize = 300;
+const LONGER_LEFT: usize = 106;
 
 #[test]
 fn names_of_tests_are_short() {
