@@ -7,12 +7,12 @@ use clap::ValueEnum;
 use std::str::FromStr;
 use trackwright_design::MissingLayer;
 use trackwright_design::view::{Layers, View};
-use trackwright_editor::app::picture::{ComparedDesigns, Desk, StudyTrial};
+use trackwright_editor::app::picture::{ComparedDesigns, PictureSetup, StudyTrial};
 use trackwright_editor::app::{picture, preflight};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::window::Workspace;
-use trackwright_editor::workspaces::{self, field::desk::TableRole};
+use trackwright_editor::workspaces::{self, field::state::TableRole};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
 use trackwright_project::World;
 
@@ -193,7 +193,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     for missing in missing_layers(&world, args.workspace, slide, selected) {
         output::note(&format!("note: drawn without the {missing}"));
     }
-    let desk = Desk {
+    let desk = PictureSetup {
         slide,
         has_panels: args.window || args.workspace.is_some(),
         workspace: args.workspace.unwrap_or_default(),

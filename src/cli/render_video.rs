@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use trackwright_editor::app::film::{FilmMove, film};
-use trackwright_editor::app::picture::{Desk, Picture, PictureError};
+use trackwright_editor::app::picture::{Picture, PictureError, PictureSetup};
 use trackwright_formats::signature::MP4;
 use trackwright_project::{
     self, ENCODER, FrameFolder, Output, StoreError, VideoError, VideoFile, VideoShape, World,
@@ -88,7 +88,7 @@ impl VideoArgs {
         &self,
         world: World,
         size: [u32; 2],
-        desk: Desk,
+        desk: PictureSetup,
         output: &Output,
     ) -> anyhow::Result<()> {
         let to = output.file();

@@ -105,7 +105,7 @@ fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
 /// The slides as pictures.
 #[cfg(feature = "editor")]
 fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
-    use trackwright_editor::app::picture::{self, Desk};
+    use trackwright_editor::app::picture::{self, PictureSetup};
     use trackwright_editor::app::preflight;
     use trackwright_editor::workspaces;
 
@@ -119,11 +119,11 @@ fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
     }
     let mut pictures = Vec::with_capacity(slides.len());
     for (index, slide) in slides.iter().enumerate() {
-        let desk = Desk {
+        let desk = PictureSetup {
             has_panels: true,
             workspace: workspaces::present::WORKSPACE,
             slide: index,
-            ..Desk::default()
+            ..PictureSetup::default()
         };
         let png = picture::png(world.clone(), SLIDE_PX, desk)?;
         let title = match slide.title.trim() {

@@ -34,7 +34,7 @@ fn json_and_notes(args: &[&str]) -> (Value, String) {
 }
 
 /// Poses of a tool that turns about a point on the box's side, 80 mm from its sensor.
-fn turns(bounds: &Bounds) -> Vec<(Point3<f64>, UnitQuaternion<f64>)> {
+fn rotations(bounds: &Bounds) -> Vec<(Point3<f64>, UnitQuaternion<f64>)> {
     let mut pivot = bounds.center_mm();
     pivot.x = bounds.max_mm.x;
     let poses = (0..24).map(|k| {
@@ -59,7 +59,7 @@ fn poses_table(poses: &[(Point3<f64>, UnitQuaternion<f64>)]) -> String {
 fn pivot_can_leave_outside_readings_out() {
     let scratch = Scratch::new();
     let (room, bounds) = room(&scratch);
-    let poses = turns(&bounds);
+    let poses = rotations(&bounds);
     let outside = poses.iter().filter(|(at, _)| !bounds.contains(at)).count();
     assert!((5..20).contains(&outside), "{outside}");
     let file = scratch.arg("poses.csv");
@@ -86,7 +86,7 @@ fn frames_with_outside_markers_are_left_out() {
     let scratch = Scratch::new();
     let (room, bounds) = room(&scratch);
     let markers = [[0.0, 0.0, 0.0], [12.0, 0.0, 0.0], [0.0, 9.0, 4.0]].map(Point3::from);
-    let poses = turns(&bounds);
+    let poses = rotations(&bounds);
     let mut text = format!("3, {}, a-empivot.txt\n", poses.len());
     let mut kept = 0;
     for (at, turn) in &poses {
@@ -114,7 +114,7 @@ fn frames_with_outside_markers_are_left_out() {
 fn distort_and_fit_tell_how_many_are_outside() {
     let scratch = Scratch::new();
     let (room, bounds) = room(&scratch);
-    let poses = turns(&bounds);
+    let poses = rotations(&bounds);
     let outside = poses.iter().filter(|(at, _)| !bounds.contains(at)).count();
     let (file, out) = (scratch.arg("poses.csv"), scratch.arg("out.csv"));
     fs::write(&file, poses_table(&poses)).unwrap();

@@ -91,10 +91,10 @@ fn a_dropped_mesh_may_become_anatomy() {
     }
 }
 
-type Asked = Rc<RefCell<Vec<DesignAction>>>;
+type Requests = Rc<RefCell<Vec<DesignAction>>>;
 
-fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Asked) {
-    let asked = Asked::default();
+fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
+    let asked = Requests::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());

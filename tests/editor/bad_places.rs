@@ -39,7 +39,7 @@ fn open(file: &Path) -> App {
     app_of(trackwright_project::open_design(file).unwrap())
 }
 
-fn ask(app: &mut App, request: FileRequest) {
+fn request_and_wait(app: &mut App, request: FileRequest) {
     app.world_mut().write_message(request);
     app.update();
 }
@@ -76,13 +76,13 @@ fn a_read_only_place_is_named() {
     let mut app = open(&file);
     move_tool(&mut app, 9.0);
     let under_a_file = file.join("b.design.ron");
-    ask(&mut app, FileRequest::SaveAs(under_a_file));
+    request_and_wait(&mut app, FileRequest::SaveAs(under_a_file));
     assert!(refusal(&app).contains("a file where a folder should be"));
-    ask(&mut app, FileRequest::SaveAs("/proc/b.design.ron".into()));
+    request_and_wait(&mut app, FileRequest::SaveAs("/proc/b.design.ron".into()));
     assert!(refusal(&app).contains("cannot be written"));
     assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
     let elsewhere = folder.path().join("c.design.ron");
-    ask(&mut app, FileRequest::SaveAs(elsewhere.clone()));
+    request_and_wait(&mut app, FileRequest::SaveAs(elsewhere.clone()));
     assert!(!is_dirty(&app));
     let read = trackwright_project::open_design(&elsewhere).unwrap();
     let pose = read.document.design().tool.crf_from_tool;
@@ -97,12 +97,12 @@ fn a_full_disk_leaves_the_old_file_whole() {
     move_tool(&mut app, 9.0);
     let full = folder.path().join("full.design.ron");
     std::os::unix::fs::symlink("/dev/full", &full).unwrap();
-    ask(&mut app, FileRequest::SaveAs(full));
+    request_and_wait(&mut app, FileRequest::SaveAs(full));
     assert!(refusal(&app).contains("no space left"), "{}", refusal(&app));
     assert_eq!((tool_x(&app), is_dirty(&app)), (9.0, true));
     assert!(trackwright_project::open_design(&file).is_ok());
     // Nor does a window close over it.
-    ask(&mut app, FileRequest::Quit);
+    request_and_wait(&mut app, FileRequest::Quit);
     assert!(matches!(dialog(&app), Some(DesignDialog::Unsaved { .. })));
     assert!(app.should_exit().is_none());
 }
@@ -113,9 +113,9 @@ fn the_second_editor_to_save_is_asked() {
     let (mut one, mut other) = (open(&file), open(&file));
     move_tool(&mut one, 9.0);
     move_tool(&mut other, 7.0);
-    ask(&mut one, FileRequest::Save);
+    request_and_wait(&mut one, FileRequest::Save);
     assert!(!is_dirty(&one));
-    ask(&mut other, FileRequest::Save);
+    request_and_wait(&mut other, FileRequest::Save);
     assert!(matches!(dialog(&other), Some(DesignDialog::ChangedOnDisk { is_saving: true, .. })));
     assert_eq!((tool_x(&other), is_dirty(&other)), (7.0, true));
     let x_of = |file: &Path| {
@@ -124,13 +124,13 @@ fn the_second_editor_to_save_is_asked() {
     };
     assert_eq!(x_of(&file), 9.0);
     // Coming back to the window, reading the file again would lose the edit: that is asked.
-    ask(&mut other, FileRequest::Reload);
+    request_and_wait(&mut other, FileRequest::Reload);
     assert!(matches!(dialog(&other), Some(DesignDialog::Unsaved { .. })));
     let elsewhere = folder.path().join("b.design.ron");
-    ask(&mut other, FileRequest::SaveAs(elsewhere.clone()));
+    request_and_wait(&mut other, FileRequest::SaveAs(elsewhere.clone()));
     assert_eq!((x_of(&file), x_of(&elsewhere)), (9.0, 7.0));
     move_tool(&mut one, 5.0);
-    ask(&mut one, FileRequest::Discard(Box::new(FileRequest::Reload)));
+    request_and_wait(&mut one, FileRequest::Discard(Box::new(FileRequest::Reload)));
     assert_eq!((tool_x(&one), is_dirty(&one)), (9.0, false));
 }
 
@@ -142,7 +142,7 @@ fn missing_recovery_folder_does_not_stop_work() {
     let notice = app.world().resource::<Notice>();
     assert!(matches!(notice, Notice::Refused(text) if text.contains("save often")), "{notice:?}");
     move_tool(&mut app, 9.0);
-    ask(&mut app, FileRequest::Save);
+    request_and_wait(&mut app, FileRequest::Save);
     let dialogs = app.world().resource::<Dialogs>();
     assert!(dialogs.current.is_none() && !is_dirty(&app), "{:?}", dialogs.current);
 }

@@ -70,7 +70,7 @@ fn write(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
     file
 }
 
-fn ask(app: &mut App, request: BodyFileRequest) {
+fn request_and_wait(app: &mut App, request: BodyFileRequest) {
     app.world_mut().write_message(request);
     finish(app);
 }
@@ -106,7 +106,7 @@ fn press(app: &mut App, said: &[&str], button: &str) {
     harness.run_steps(2);
     app.world_mut().resource_mut::<Dialogs>().current = None;
     match answer.take() {
-        Some(DialogAnswer::Request(request)) => ask(app, request),
+        Some(DialogAnswer::Request(request)) => request_and_wait(app, request),
         Some(DialogAnswer::Close) => {}
         other => panic!("{button}: {other:?}"),
     }
@@ -164,7 +164,7 @@ fn without_a_selection_the_body_is_asked_for() {
     assert!(crf.rigid.sensors.iter().all(|s| s.orientation == SensorOrientation::Marker));
     assert!(design.tool.body.definition.is_none());
     // Once more it changes nothing, and that is said.
-    ask(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
+    request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
     let said = "The CRF is what 8700339.rom says already".to_owned();
     assert_eq!(*app.world().resource::<Notice>(), Notice::Done(said));
 }
@@ -204,7 +204,7 @@ fn an_invalid_definition_changes_nothing() {
     ];
     for (name, bytes) in cut.into_iter().chain(others) {
         let file = write(&folder, name, &bytes);
-        ask(&mut app, BodyFileRequest::open(BodyRole::Tool, file));
+        request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, file));
         let Some(ErrorDialog { title, text }) = dialog(&app) else {
             panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
         };
@@ -221,7 +221,7 @@ fn an_invalid_definition_changes_nothing() {
 fn save_never_overwrites_the_makers_file() {
     let (folder, mut app) = app();
     let rom = write(&folder, "pointer.rom", &coils());
-    ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom.clone()));
+    request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom.clone()));
     let old_body = fs::read(folder.path().join("pointer.body.ron")).unwrap();
     app.world_mut().write_message(FileRequest::Save);
     app.update();
@@ -241,7 +241,7 @@ fn losses_are_listed_before_writing() {
     let tip =
         Edit::SetTip { body: BodyRole::Tool, tip_in_body: Some(Point3::new(0.0, 0.0, -12.5)) };
     request(&mut app, EditRequest::Apply(tip));
-    ask(&mut app, BodyFileRequest::ShowSave(BodyRole::Tool));
+    request_and_wait(&mut app, BodyFileRequest::ShowSave(BodyRole::Tool));
     let Some(BodyDialog::Save { files, .. }) = dialog(&app) else {
         panic!("{:?}", app.world().resource::<Dialogs>().current);
     };
@@ -257,10 +257,10 @@ fn losses_are_listed_before_writing() {
         "writing Aurora ROMs is experimental",
         "a new image",
     ];
-    ask(&mut app, save(&file));
+    request_and_wait(&mut app, save(&file));
     press(&mut app, &said, "Cancel");
     assert!(!file.exists());
-    ask(&mut app, save(&file));
+    request_and_wait(&mut app, save(&file));
     press(&mut app, &said, "Save");
     let read =
         trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).unwrap().body;
@@ -277,10 +277,10 @@ fn losses_are_listed_before_writing() {
     );
     // What is there already is asked about, whatever it is.
     fs::write(&file, "theirs").unwrap();
-    ask(&mut app, save(&file));
+    request_and_wait(&mut app, save(&file));
     press(&mut app, &["Replace out.rom?", "exists already"], "Cancel");
     assert_eq!(fs::read(&file).unwrap(), b"theirs");
-    ask(&mut app, save(&file));
+    request_and_wait(&mut app, save(&file));
     press(&mut app, &[], "Replace");
     assert!(trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).is_ok());
     // Files of the design are Save's alone, and a name has to say a format.
@@ -288,7 +288,7 @@ fn losses_are_listed_before_writing() {
         ("pointer.body.ron", "the design itself uses this file"),
         ("out", "expected one in .body.ron, .rom"),
     ] {
-        ask(&mut app, save(&folder.path().join(name)));
+        request_and_wait(&mut app, save(&folder.path().join(name)));
         let Some(ErrorDialog { text, .. }) = dialog(&app) else {
             panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
         };
@@ -301,10 +301,10 @@ fn an_unchanged_file_is_written_to_the_byte() {
     let (folder, mut app) = app();
     for (name, bytes) in [("coils.rom", coils()), ("markers.rom", markers())] {
         let rom = write(&folder, name, &bytes);
-        ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
+        request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
         let file = folder.path().join(format!("back-{name}"));
         let body = BodyRole::Tool;
-        ask(&mut app, BodyFileRequest::Save { body, file: file.clone() });
+        request_and_wait(&mut app, BodyFileRequest::Save { body, file: file.clone() });
         if let Some(BodyDialog::Write { notes, .. }) = dialog(&app) {
             // Nothing is lost; what is experimental is said all the same.
             assert_eq!(notes.len(), 1, "{notes:?}");
@@ -335,7 +335,7 @@ fn the_inspector_shows_a_definitions_facts() {
         );
     }
     let rom = write(&folder, "8700339.rom", &markers());
-    ask(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
+    request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
     let (mut harness, _) = section(&app);
     harness.run_steps(2);
     assert!(harness.query_by_label("part number").is_none());

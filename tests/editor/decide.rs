@@ -17,12 +17,12 @@ use trackwright_editor::runner::results::Results;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::decide::against::{Against, Found};
 use trackwright_editor::workspaces::decide::baseline_ghost::BaselineGhostPlugin;
-use trackwright_editor::workspaces::decide::desk::DecideDesk;
 use trackwright_editor::workspaces::decide::judged::Judged;
 use trackwright_editor::workspaces::decide::panels::DecideView;
 use trackwright_editor::workspaces::decide::panels::baseline_ui::baseline_ui;
 use trackwright_editor::workspaces::decide::panels::steps_ui::steps_ui;
 use trackwright_editor::workspaces::decide::panels::table_ui::table_ui;
+use trackwright_editor::workspaces::decide::state::DecideState;
 use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
 use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
@@ -50,7 +50,7 @@ pub(crate) fn rest(app: &mut App) {
         settle(app);
         let is_idle = app.world().resource::<Against>().is_idle();
         let is_judged = app.world().resource::<Judged>().is_idle();
-        if is_idle && is_judged && !app.world().resource::<DecideDesk>().is_busy() {
+        if is_idle && is_judged && !app.world().resource::<DecideState>().is_busy() {
             // What was found last may be there since.
             settle(app);
             return;
@@ -59,13 +59,13 @@ pub(crate) fn rest(app: &mut App) {
     }
 }
 
-pub(crate) fn ask(app: &mut App, asked: DecideRequest) {
+pub(crate) fn request_and_wait(app: &mut App, asked: DecideRequest) {
     app.world_mut().write_message(asked);
     rest(app);
 }
 
-pub(crate) fn desk(app: &App) -> &DecideDesk {
-    app.world().resource::<DecideDesk>()
+pub(crate) fn desk(app: &App) -> &DecideState {
+    app.world().resource::<DecideState>()
 }
 
 pub(crate) fn found(app: &App) -> &Found {
@@ -94,7 +94,7 @@ pub(crate) fn move_sensor(app: &mut App, by_mm: f64) {
 #[test]
 fn a_pinned_state_differs_by_what_changed() {
     let mut app = decide_app();
-    ask(&mut app, DecideRequest::PinHere);
+    request_and_wait(&mut app, DecideRequest::PinHere);
     let against = found(&app).comparison.rows[1].against_baseline.clone();
     for difference in against.unwrap().differences {
         assert_eq!(difference.difference, 0.0);
@@ -122,7 +122,7 @@ fn comparison_needs_workspace_and_baseline() {
     let mut app = decide_app();
     move_sensor(&mut app, 1.0);
     assert_eq!(desk(&app).counts.baselines, 0, "nothing is pinned");
-    ask(&mut app, DecideRequest::PinHere);
+    request_and_wait(&mut app, DecideRequest::PinHere);
     assert_eq!(desk(&app).counts.baselines, 1);
     app.insert_resource(workspaces::design::WORKSPACE);
     move_sensor(&mut app, 1.0);
@@ -130,7 +130,7 @@ fn comparison_needs_workspace_and_baseline() {
     app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     assert_eq!(desk(&app).counts.baselines, 2);
-    ask(&mut app, DecideRequest::Unpin);
+    request_and_wait(&mut app, DecideRequest::Unpin);
     move_sensor(&mut app, 1.0);
     assert_eq!(desk(&app).counts.baselines, 2);
 }
@@ -161,7 +161,7 @@ fn the_table_has_every_design_in_every_room() {
         DecideRequest::AddRoom(room.clone()),
         DecideRequest::Compare,
     ] {
-        ask(&mut app, asked);
+        request_and_wait(&mut app, asked);
     }
     let compared = desk(&app).compared.as_ref().unwrap();
     assert_eq!(compared.comparison.rows.len(), 4);
@@ -200,7 +200,7 @@ fn a_row_opens_its_design_in_its_room() {
         DecideRequest::Compare,
         DecideRequest::OpenRow(3),
     ] {
-        ask(&mut app, asked);
+        request_and_wait(&mut app, asked);
     }
     // A room was added, so it is asked first what becomes of that.
     let open = Box::new(FileRequest::Open(other.clone()));
@@ -264,9 +264,9 @@ fn a_deleted_baseline_stays_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let file = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
-    ask(&mut app, DecideRequest::Pin(file.clone()));
+    request_and_wait(&mut app, DecideRequest::Pin(file.clone()));
     std::fs::remove_file(&file).unwrap();
-    ask(&mut app, DecideRequest::Compare);
+    request_and_wait(&mut app, DecideRequest::Compare);
     look(&app, baseline_ui, |harness| {
         harness.get_by_label_contains("has been deleted or moved");
         harness.get_by_label_contains("no difference that matters");
@@ -280,7 +280,7 @@ fn a_deleted_baseline_stays_with_a_warning() {
     });
     assert_eq!(asked, [DecideRequest::OpenRow(1)]);
     // Without a file there is nothing to open.
-    ask(&mut app, DecideRequest::Pin(file));
+    request_and_wait(&mut app, DecideRequest::Pin(file));
     assert!(desk(&app).pinned.is_some(), "the one that was there stays");
 }
 
@@ -294,7 +294,7 @@ fn the_baseline_ghost_needs_a_comparison() {
     app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     assert_eq!(drawn(&mut app), (0, 0));
-    ask(&mut app, DecideRequest::PinHere);
+    request_and_wait(&mut app, DecideRequest::PinHere);
     assert_eq!(drawn(&mut app), (1, 1));
     move_sensor(&mut app, 20.0);
     assert_eq!((drawn(&mut app), named(&mut app, "ghost")), ((1, 1), 1));
@@ -303,7 +303,7 @@ fn the_baseline_ghost_needs_a_comparison() {
     assert_eq!(drawn(&mut app), (0, 0));
     app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
-    ask(&mut app, DecideRequest::Unpin);
+    request_and_wait(&mut app, DecideRequest::Unpin);
     assert_eq!(drawn(&mut app), (0, 0));
 }
 
@@ -326,12 +326,12 @@ fn a_missed_step_needs_a_reason() {
         harness.query_all_by_label("Decide").nth(1).unwrap().click();
     });
     assert_eq!(asked, [DecideRequest::Decide(Step::Tool)]);
-    ask(&mut app, DecideRequest::Decide(Step::Crf));
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     let document = |app: &App| app.world().resource::<OpenWorld>().0.document.design().clone();
     assert!(document(&app).procedure.crf.is_none(), "without a reason");
     let note = "good enough for the first trial".to_owned();
-    ask(&mut app, DecideRequest::SetNote(Step::Crf, note.clone()));
-    ask(&mut app, DecideRequest::Decide(Step::Crf));
+    request_and_wait(&mut app, DecideRequest::SetNote(Step::Crf, note.clone()));
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     assert_eq!(document(&app).procedure.crf.as_ref().unwrap().note, note);
     look(&app, steps_ui, |harness| {
         harness.get_by_label_contains(&note);
@@ -346,15 +346,15 @@ fn a_missed_step_needs_a_reason() {
         harness.get_by_label("Withdraw").click();
     });
     assert_eq!(asked, [DecideRequest::Withdraw(Step::Crf)]);
-    ask(&mut app, DecideRequest::Withdraw(Step::Crf));
+    request_and_wait(&mut app, DecideRequest::Withdraw(Step::Crf));
     assert!(document(&app).procedure.is_empty());
 }
 
 #[test]
 fn the_next_design_starts_without_notes() {
     let mut app = decide_app();
-    ask(&mut app, DecideRequest::SetNote(Step::Tool, "for this one".to_owned()));
-    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
+    request_and_wait(&mut app, DecideRequest::SetNote(Step::Tool, "for this one".to_owned()));
+    request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
     assert!(desk(&app).recorded.is_some());
     let other =
         trackwright_project::builtin_names().find(|n| *n != trackwright_project::DEFAULT_BUILTIN);
@@ -368,6 +368,6 @@ fn the_next_design_starts_without_notes() {
     assert!(is_current && standing.built.recording.is_none());
     // What is asked for in the very frame in which a design opens is asked of that design.
     app.world_mut().resource_mut::<WorldGeneration>().set_changed();
-    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
+    request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
     assert!(desk(&app).recorded.is_some());
 }

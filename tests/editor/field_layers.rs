@@ -17,7 +17,7 @@ use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::workspaces;
-use trackwright_editor::workspaces::study::desk::StudyRequest;
+use trackwright_editor::workspaces::study::state::StudyRequest;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::Metric;

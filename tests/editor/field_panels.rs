@@ -1,7 +1,7 @@
 //! The panels of the Field workspace as functions: what they say, and what they ask for.
 
 use super::app::create_app;
-use super::field_workspace::{ask, finish, with_field};
+use super::field_workspace::{finish, request_and_wait, with_field};
 use crate::support::data::own;
 use crate::support::program::Scratch;
 use bevy::prelude::*;
@@ -11,13 +11,13 @@ use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use trackwright_editor::document::requests::OpenWorld;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
-use trackwright_editor::workspaces::field::desk::{FieldDesk, FieldSettings, TableRole};
 use trackwright_editor::workspaces::field::panels::rooms::rooms_ui;
 use trackwright_editor::workspaces::field::panels::selection::selection_ui;
 use trackwright_editor::workspaces::field::panels::settings::settings_ui;
 use trackwright_editor::workspaces::field::panels::table::tables_ui;
 use trackwright_editor::workspaces::field::panels::worth::{comparison_ui, worth_ui};
 use trackwright_editor::workspaces::field::samples::SampleScale;
+use trackwright_editor::workspaces::field::state::{FieldSettings, FieldState, TableRole};
 use trackwright_editor::workspaces::field::{FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::volume::Volume;
@@ -56,7 +56,7 @@ fn read(app: &mut App) {
         (TableRole::Training, "room-a/room-a-fit.csv"),
         (TableRole::HeldOut, "room-a/room-a-holdout.csv"),
     ] {
-        ask(app, FieldRequest::Open(role, own(name)));
+        request_and_wait(app, FieldRequest::Open(role, own(name)));
     }
 }
 
@@ -64,13 +64,13 @@ fn fit(app: &mut App, order: Option<usize>, directions: Option<DirectionSet>) {
     let mut settings = FieldSettings::default();
     settings.model.order = order;
     settings.model.directions = directions;
-    ask(app, FieldRequest::Set(settings));
-    ask(app, FieldRequest::Fit);
+    request_and_wait(app, FieldRequest::Set(settings));
+    request_and_wait(app, FieldRequest::Fit);
 }
 
 #[test]
 fn an_empty_desk_says_what_to_do_and_opens_a_table() {
-    let desk = FieldDesk::default();
+    let desk = FieldState::default();
     let asked = look(
         |ui| tables_ui(ui, &desk, SampleScale(None)),
         |harness| {
@@ -91,7 +91,7 @@ fn an_empty_desk_says_what_to_do_and_opens_a_table() {
 
 #[test]
 fn the_volume_is_a_named_one_or_unknown() {
-    let desk = FieldDesk::default();
+    let desk = FieldState::default();
     let asked = look(
         |ui| settings_ui(ui, &desk),
         |harness| {
@@ -112,7 +112,7 @@ fn the_volume_is_a_named_one_or_unknown() {
 fn a_table_shows_its_samples_and_bounds_with_units() {
     let mut app = app();
     read(&mut app);
-    let desk = app.world().resource::<FieldDesk>();
+    let desk = app.world().resource::<FieldState>();
     let scale = *app.world().resource::<SampleScale>();
     let asked = look(
         |ui| tables_ui(ui, desk, scale),
@@ -152,9 +152,9 @@ fn a_table_in_metres_needs_confirmation() {
     std::fs::write(&file, format!("{head}\n{}\n", rows.join("\n"))).unwrap();
 
     let mut app = app();
-    ask(&mut app, FieldRequest::Open(TableRole::Training, file.clone()));
-    ask(&mut app, FieldRequest::Fit);
-    let desk = app.world().resource::<FieldDesk>();
+    request_and_wait(&mut app, FieldRequest::Open(TableRole::Training, file.clone()));
+    request_and_wait(&mut app, FieldRequest::Fit);
+    let desk = app.world().resource::<FieldState>();
     assert!(desk.fitted.is_none());
     let asked = look(
         |ui| tables_ui(ui, desk, SampleScale::default()),
@@ -165,10 +165,10 @@ fn a_table_in_metres_needs_confirmation() {
     );
     let taken = FieldRequest::TakeAsIs(file, true);
     assert_eq!(asked, std::slice::from_ref(&taken));
-    ask(&mut app, taken);
+    request_and_wait(&mut app, taken);
     fit(&mut app, Some(1), Some(DirectionSet::One));
     finish(&mut app);
-    assert!(app.world().resource::<FieldDesk>().fitted.is_some());
+    assert!(app.world().resource::<FieldState>().fitted.is_some());
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     let mut app = app();
     read(&mut app);
     fit(&mut app, Some(4), Some(DirectionSet::FortyTwo));
-    let desk = app.world().resource::<FieldDesk>();
+    let desk = app.world().resource::<FieldState>();
     let fitted = desk.fitted.as_ref().unwrap();
     let held_out = fitted.held_out_quality.as_ref().unwrap();
     let asked = look(
@@ -197,8 +197,8 @@ fn a_fit_shows_both_errors_and_warnings() {
     );
     assert_eq!(asked, [FieldRequest::ShowSave(RoomToSave::Fitted)]);
 
-    ask(&mut app, FieldRequest::Try);
-    let desk = app.world().resource::<FieldDesk>();
+    request_and_wait(&mut app, FieldRequest::Try);
+    let desk = app.world().resource::<FieldState>();
     let comparison = desk.comparison.as_ref().unwrap();
     look(
         |ui| {
@@ -210,8 +210,8 @@ fn a_fit_shows_both_errors_and_warnings() {
             harness.get_by_label_contains("has changed since");
         },
     );
-    ask(&mut app, FieldRequest::Set(FieldSettings::default()));
-    let desk = app.world().resource::<FieldDesk>();
+    request_and_wait(&mut app, FieldRequest::Set(FieldSettings::default()));
+    let desk = app.world().resource::<FieldState>();
     look(
         |ui| worth_ui(ui, desk),
         |harness| {
@@ -225,7 +225,7 @@ fn a_selection_is_drawn_and_links_its_table() {
     let mut app = app();
     read(&mut app);
     fit(&mut app, Some(1), None);
-    let desk = app.world().resource::<FieldDesk>();
+    let desk = app.world().resource::<FieldState>();
     let fitted = desk.fitted.as_ref().unwrap();
     let asked = look(
         |ui| selection_ui(ui, fitted),
@@ -251,13 +251,13 @@ fn a_selection_is_drawn_and_links_its_table() {
 #[test]
 fn the_designs_own_room_is_not_assigned_again() {
     let app = app();
-    let desk = app.world().resource::<FieldDesk>();
+    let desk = app.world().resource::<FieldState>();
     let asked = look(
         |ui| rooms_ui(ui, desk),
         |harness| harness.get_by_label("Operating table (built in)").click(),
     );
     assert!(asked.is_empty(), "{asked:?}");
-    let desk = FieldDesk { rooms: desk.rooms.clone(), ..FieldDesk::default() };
+    let desk = FieldState { rooms: desk.rooms.clone(), ..FieldState::default() };
     let asked = look(
         |ui| rooms_ui(ui, &desk),
         |harness| harness.get_by_label("Operating table (built in)").click(),

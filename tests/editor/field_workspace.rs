@@ -18,13 +18,13 @@ use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
 use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::workspaces;
-use trackwright_editor::workspaces::field::desk::FieldCounts;
-use trackwright_editor::workspaces::field::desk::{
-    FieldDesk, FieldSettings, SampleValue, SamplesShown, TableRole,
-};
 use trackwright_editor::workspaces::field::dialog::FieldDialog;
 use trackwright_editor::workspaces::field::kind::{FieldKind, GeneratorName};
 use trackwright_editor::workspaces::field::samples::SamplesPlugin;
+use trackwright_editor::workspaces::field::state::FieldCounts;
+use trackwright_editor::workspaces::field::state::{
+    FieldSettings, FieldState, SampleValue, SamplesShown, TableRole,
+};
 use trackwright_editor::workspaces::field::{FieldPlugin, FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_project::RoomSource;
@@ -69,8 +69,8 @@ fn without_samples() -> App {
     app
 }
 
-fn desk(app: &App) -> &FieldDesk {
-    app.world().resource::<FieldDesk>()
+fn desk(app: &App) -> &FieldState {
+    app.world().resource::<FieldState>()
 }
 
 /// Updates until no thread works for the workspace and the solver rests.
@@ -86,7 +86,7 @@ pub fn finish(app: &mut App) {
     settle(app);
 }
 
-pub fn ask(app: &mut App, request: FieldRequest) {
+pub fn request_and_wait(app: &mut App, request: FieldRequest) {
     app.world_mut().write_message(request);
     finish(app);
 }
@@ -112,7 +112,7 @@ fn settings(order: Option<usize>, directions: Option<DirectionSet>) -> FieldSett
 
 fn set(app: &mut App, order: usize, directions: DirectionSet) {
     let settings = settings(Some(order), Some(directions));
-    ask(app, FieldRequest::Set(settings));
+    request_and_wait(app, FieldRequest::Set(settings));
 }
 
 fn figures(app: &App) -> Vec<FigureRow> {
@@ -156,13 +156,13 @@ fn a_fitted_room_equals_the_commands_output() {
     let which = FieldDialog::WhichTable { file: holdout.clone() };
     assert_eq!(app.world().resource::<Dialogs>().get(), Some(&which));
     app.world_mut().resource_mut::<Dialogs>().current = None;
-    ask(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout.clone()));
+    request_and_wait(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout.clone()));
     set(&mut app, 2, DirectionSet::Six);
-    ask(&mut app, FieldRequest::Fit);
+    request_and_wait(&mut app, FieldRequest::Fit);
     let fitted = desk(&app).fitted.clone().unwrap();
     assert!(!desk(&app).is_outdated(&fitted));
     let mine = scratch.path("mine.env.ron");
-    ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, mine.clone()));
+    request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, mine.clone()));
     std::fs::create_dir(scratch.path("theirs")).unwrap();
     let theirs = scratch.path("theirs/mine.env.ron");
     let printed = json(&[
@@ -215,13 +215,13 @@ fn every_kind_of_model_equals_the_command() {
             degree: (kind == planar).then_some(3),
             ..settings(Some(1), Some(DirectionSet::Six))
         };
-        ask(&mut app, FieldRequest::Set(settings));
-        ask(&mut app, FieldRequest::Fit);
+        request_and_wait(&mut app, FieldRequest::Set(settings));
+        request_and_wait(&mut app, FieldRequest::Fit);
         let fitted = desk(&app).fitted.clone().unwrap();
         assert!(!desk(&app).is_outdated(&fitted) && fitted.asked.kind == kind);
         let mine = scratch.path(name);
         let save = FieldRequest::Save(RoomToSave::Fitted, mine.clone());
-        ask(&mut app, save);
+        request_and_wait(&mut app, save);
         let theirs = scratch.path("theirs").join(name);
         let (table, file) = (text(&fit), text(&theirs));
         succeed(&[&["fit", &table, "-o", &file], said].concat());
@@ -238,8 +238,8 @@ fn open_choices_equal_the_command_selection() {
     let mut app = with_field(without_samples());
     let [fit, _] = room_a();
     drop_file(&mut app, &fit);
-    ask(&mut app, FieldRequest::Set(settings(Some(1), None)));
-    ask(&mut app, FieldRequest::Fit);
+    request_and_wait(&mut app, FieldRequest::Set(settings(Some(1), None)));
+    request_and_wait(&mut app, FieldRequest::Fit);
     let printed = json(&["fit", &text(&fit), "-o", &scratch.arg("room.env.ron"), "--order", "1"]);
     let fitted = desk(&app).fitted.as_ref().unwrap();
     let chosen = fitted.chosen.as_ref().unwrap();
@@ -260,12 +260,12 @@ fn an_abandoned_fit_changes_nothing() {
     let mut app = with_field(without_samples());
     drop_file(&mut app, &room_a()[0]);
     set(&mut app, 1, DirectionSet::Six);
-    ask(&mut app, FieldRequest::Fit);
+    request_and_wait(&mut app, FieldRequest::Fit);
     let before = desk(&app).fitted.clone().unwrap();
     let bits = figure_bits(&app);
     set(&mut app, 6, DirectionSet::FortyTwo);
     app.world_mut().write_message(FieldRequest::Fit);
-    ask(&mut app, FieldRequest::CancelFit);
+    request_and_wait(&mut app, FieldRequest::CancelFit);
     let now = desk(&app);
     assert!(Arc::ptr_eq(now.fitted.as_ref().unwrap(), &before));
     assert!(now.is_outdated(&before), "the settings have changed since");
@@ -290,11 +290,11 @@ fn assigning_a_room_is_one_undo_step() {
         };
         drop_file(&mut app, &room_a()[0]);
         set(&mut app, 2, DirectionSet::Six);
-        ask(&mut app, FieldRequest::Fit);
+        request_and_wait(&mut app, FieldRequest::Fit);
         let before = (figure_bits(&app), figures(&app));
         let revision = app.world().resource::<OpenWorld>().0.document.revision();
 
-        ask(&mut app, FieldRequest::Try);
+        request_and_wait(&mut app, FieldRequest::Try);
         let comparison = desk(&app).comparison.clone().unwrap();
         assert_eq!(figure_rows(&comparison.present.figures), before.1);
         assert_eq!(figure_bits(&app), before.0, "trying changes nothing");
@@ -302,7 +302,7 @@ fn assigning_a_room_is_one_undo_step() {
         assert_eq!(document.revision(), revision);
 
         let file = scratch.path(if is_saved { "a.env.ron" } else { "b.env.ron" });
-        ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file.clone()));
+        request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, file.clone()));
         assert_eq!(
             figures(&app),
             figure_rows(&comparison.tried.figures),
@@ -339,7 +339,7 @@ fn the_own_rooms_file_is_never_replaced() {
     assert_eq!(names, ["Operating table", "Operating table", "other"]);
     let before = figure_bits(&app);
     let place = desk(&app).rooms[2].place.clone();
-    ask(&mut app, FieldRequest::Assign(place.clone()));
+    request_and_wait(&mut app, FieldRequest::Assign(place.clone()));
     assert_ne!(figure_bits(&app), before);
     assert_eq!(desk(&app).own.as_ref(), Some(&place));
     assert_eq!(desk(&app).recent.first(), Some(&place));
@@ -347,16 +347,16 @@ fn the_own_rooms_file_is_never_replaced() {
 
     drop_file(&mut app, &fit);
     set(&mut app, 1, DirectionSet::Six);
-    ask(&mut app, FieldRequest::Fit);
+    request_and_wait(&mut app, FieldRequest::Fit);
     let was = std::fs::read(&other).unwrap();
     let RoomSource::File(file) = place else { panic!("{place:?}") };
-    ask(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
+    request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
     assert!(error_text(&app).contains("a file that is read here"));
     assert_eq!(std::fs::read(&other).unwrap(), was);
 
     // The built-in room has to become a file of its own for a design on the disk.
     let builtin = desk(&app).rooms[0].place.clone();
-    ask(&mut app, FieldRequest::Assign(builtin.clone()));
+    request_and_wait(&mut app, FieldRequest::Assign(builtin.clone()));
     let asked = app.world().resource::<Dialogs>().get();
     assert!(
         matches!(asked, Some(FieldDialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
@@ -380,8 +380,8 @@ fn unusable_tables_use_the_commands_words() {
         let mut app = with_field(without_samples());
         drop_file(&mut app, &file);
         if desk(&app).training.table.is_some() {
-            ask(&mut app, FieldRequest::Set(settings(None, None)));
-            ask(&mut app, FieldRequest::Fit);
+            request_and_wait(&mut app, FieldRequest::Set(settings(None, None)));
+            request_and_wait(&mut app, FieldRequest::Fit);
         }
         let told = fail(&["fit", &text(&file), "-o", &scratch.arg("no.env.ron")]);
         assert_eq!(format!("error: {}", error_text(&app)), told.trim_end());
@@ -399,7 +399,7 @@ fn sensors_without_rotations_are_deselected() {
     drop_file(&mut app, &file);
     let table = desk(&app).training.table.clone().unwrap();
     let six = FieldSettings { has_rolls: true, ..FieldSettings::default() };
-    ask(&mut app, FieldRequest::Set(six));
+    request_and_wait(&mut app, FieldRequest::Set(six));
     assert!(error_text(&app).ends_with("found no quaternions, expected them for 6-DOF sensors"));
     assert!(Arc::ptr_eq(desk(&app).training.table.as_ref().unwrap(), &table));
     assert!(!desk(&app).settings.has_rolls);
@@ -425,7 +425,7 @@ fn samples_are_drawn_once_in_this_workspace() {
     let mut app = create_scene_app_with(add_field);
     let [fit, holdout] = room_a();
     drop_file(&mut app, &fit);
-    ask(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout));
+    request_and_wait(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout));
     assert_eq!(named(&mut app, "samples"), 2);
     let drawn = desk(&app).counts.sample_meshes;
     for _ in 0..3 {
@@ -441,10 +441,10 @@ fn samples_are_drawn_once_in_this_workspace() {
     assert_eq!(named(&mut app, "samples"), 2);
 
     set(&mut app, 1, DirectionSet::Six);
-    ask(&mut app, FieldRequest::Fit);
+    request_and_wait(&mut app, FieldRequest::Fit);
     let shown =
         SamplesShown { held_out: false, value: SampleValue::Left, ..SamplesShown::default() };
-    ask(&mut app, FieldRequest::Show(shown));
+    request_and_wait(&mut app, FieldRequest::Show(shown));
     assert_eq!(named(&mut app, "samples"), 1);
     let (value, left) = desk(&app).sample_values(TableRole::Training).unwrap();
     assert_eq!(value, SampleValue::Left);

@@ -21,10 +21,10 @@ use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::live::cells::CellsPlugin;
-use trackwright_editor::workspaces::live::desk::LiveDesk;
 use trackwright_editor::workspaces::live::panels::collecting::collecting_ui;
 use trackwright_editor::workspaces::live::panels::tools::tools_ui;
 use trackwright_editor::workspaces::live::panels::tracker::{recording_ui, tracker_ui};
+use trackwright_editor::workspaces::live::state::LiveState;
 use trackwright_editor::workspaces::live::{LivePlugin, LiveRequest};
 use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -74,15 +74,15 @@ fn live_app() -> App {
     app
 }
 
-fn ask(app: &mut App, request: LiveRequest) {
+fn request_and_wait(app: &mut App, request: LiveRequest) {
     app.world_mut().write_message(request);
     app.update();
 }
 
 fn connect(app: &mut App, tracker: &Tracker) {
     let server = tracker.server.address().to_string();
-    ask(app, LiveRequest::SetServer(server));
-    ask(app, LiveRequest::Connect);
+    request_and_wait(app, LiveRequest::SetServer(server));
+    request_and_wait(app, LiveRequest::Connect);
     tracker.wait_for_client();
 }
 
@@ -98,8 +98,8 @@ fn until(app: &mut App, what: &str, mut before: impl FnMut(), holds: impl Fn(&Ap
     }
 }
 
-fn desk(app: &App) -> &LiveDesk {
-    app.world().resource::<LiveDesk>()
+fn desk(app: &App) -> &LiveState {
+    app.world().resource::<LiveState>()
 }
 
 fn state_of(app: &App, tool: &str) -> Option<ToolState> {
@@ -224,7 +224,7 @@ fn a_silent_tool_is_stale_and_reconnects() {
     tracker.wait_for_client();
     until(&mut app, "the tool again", || tracker.send(TOOL, &measured), good);
 
-    ask(&mut app, LiveRequest::Disconnect);
+    request_and_wait(&mut app, LiveRequest::Disconnect);
     assert!(!desk(&app).is_connected() && !app.world().resource::<LivePoses>().is_any());
     settle(&mut app);
     assert!(shown_live(&app).is_none(), "the design stands as it is designed");
@@ -252,7 +252,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     until(&mut app, "the wand", &mut send, heard);
     assert!(desk(&app).collected.is_none(), "nothing is recorded yet");
 
-    ask(&mut app, LiveRequest::Record(file.clone()));
+    request_and_wait(&mut app, LiveRequest::Record(file.clone()));
     until(&mut app, "five places", &mut send, |app| distinct(app) >= 5);
     let world = &app.world().resource::<OpenWorld>().0;
     let collected = desk(&app).collected.clone().unwrap();
@@ -260,7 +260,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     assert_eq!(collected.summary.cells, 1000);
     assert!(collected.next_mm.is_some() && collected.summary.cells_sampled >= 2);
 
-    ask(&mut app, LiveRequest::StopRecording);
+    request_and_wait(&mut app, LiveRequest::StopRecording);
     until(&mut app, "the end of the recording", || (), |app| !desk(app).is_recording());
     let left = distinct(&app);
     for _ in 0..10 {
@@ -273,7 +273,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     assert!(recording.tools.iter().any(|tool| tool.name == "Wand"));
 
     // A recording is never written over, and what was collected stays.
-    ask(&mut app, LiveRequest::Record(file.clone()));
+    request_and_wait(&mut app, LiveRequest::Record(file.clone()));
     let dialogs = app.world().resource::<Dialogs>();
     let Some(ErrorDialog { title, text }) = dialogs.get() else {
         panic!("{:?}", dialogs.current);
@@ -281,7 +281,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     assert_eq!(title, "Nothing can be recorded");
     assert!(text.contains("session.csv"), "{text}");
     assert_eq!(distinct(&app), left);
-    ask(&mut app, LiveRequest::StartOver);
+    request_and_wait(&mut app, LiveRequest::StartOver);
     until(&mut app, "a new start", || (), |app| desk(app).collected.is_none());
 }
 
@@ -323,8 +323,8 @@ fn poses_wake_only_the_live_workspace() {
 #[test]
 fn an_invalid_address_connects_nothing() {
     let mut app = live_app();
-    ask(&mut app, LiveRequest::SetServer("tracker-of-room-3".into()));
-    ask(&mut app, LiveRequest::Connect);
+    request_and_wait(&mut app, LiveRequest::SetServer("tracker-of-room-3".into()));
+    request_and_wait(&mut app, LiveRequest::Connect);
     let problem = desk(&app).problem.clone().unwrap();
     assert!(
         problem.contains("tracker-of-room-3") && problem.contains("expected HOST:PORT"),
@@ -338,8 +338,8 @@ fn a_port_in_use_is_said_and_nothing_is_connected() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
     let mut app = live_app();
-    ask(&mut app, LiveRequest::SetPort(Some(port)));
-    ask(&mut app, LiveRequest::Connect);
+    request_and_wait(&mut app, LiveRequest::SetPort(Some(port)));
+    request_and_wait(&mut app, LiveRequest::Connect);
     let problem = desk(&app).problem.clone().unwrap();
     assert!(problem.contains(&port.to_string()), "{problem}");
     assert!(!desk(&app).is_connected());
@@ -355,7 +355,7 @@ fn scene_blocks_belong_to_the_workspace() {
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
     assert_eq!(named(&mut app, "collected"), 0);
-    ask(&mut app, LiveRequest::Record(folder.path().join("session.csv")));
+    request_and_wait(&mut app, LiveRequest::Record(folder.path().join("session.csv")));
     let at = pose_from_parts([10.0, 0.0, -300.0].into(), Default::default());
     let send = || tracker.send("Wand", &at);
     until(&mut app, "a sample", send, |app| desk(app).collected.is_some());
@@ -412,7 +412,7 @@ fn a_failed_recording_can_be_followed_by_another() {
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
-    let mut desk = app.world_mut().resource_mut::<LiveDesk>();
+    let mut desk = app.world_mut().resource_mut::<LiveState>();
     desk.seen.as_mut().unwrap().recording = Some(Recording {
         file: "/rooms/session.csv".into(),
         samples: 1234,

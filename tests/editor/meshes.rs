@@ -67,7 +67,7 @@ pub fn finish(app: &mut App) {
     app.update();
 }
 
-fn ask(app: &mut App, request: MeshRequest) {
+fn request_and_wait(app: &mut App, request: MeshRequest) {
     app.world_mut().write_message(request);
     finish(app);
 }
@@ -128,7 +128,7 @@ fn a_loaded_mesh_is_one_undo_step() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
     let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
-    ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
+    request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
     assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
     let selected = app.world().resource::<Selection>().primary();
@@ -152,7 +152,7 @@ fn what_is_wrong_with_a_mesh_is_said_beside_it() {
         ("f 1 1 2\n", "no area"),
     ] {
         let file = write(&folder, "shaft.obj", &box_obj(sides, more));
-        ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
+        request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
         assert!(app.world().resource::<Dialogs>().current.is_none(), "{more}");
         says(&app, said);
     }
@@ -170,7 +170,7 @@ fn an_invalid_mesh_leaves_the_design() {
         ("broken.glb", "glTF", "broken.glb"),
     ] {
         let file = write(&folder, name, text);
-        ask(&mut app, MeshRequest::load(BodyRole::Tool, file));
+        request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
         let Some(ErrorDialog { text, .. }) = dialog(&app) else {
             panic!("{name}: no error, {:?}", app.world().resource::<Dialogs>().current);
         };
@@ -178,7 +178,7 @@ fn an_invalid_mesh_leaves_the_design() {
         app.world_mut().resource_mut::<Dialogs>().current = None;
     }
     let gone = folder.path().join("gone.stl");
-    ask(&mut app, MeshRequest::load(BodyRole::Tool, gone));
+    request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, gone));
     assert!(
         matches!(dialog(&app), Some(ErrorDialog { text, .. }) if text.contains("no such file"))
     );
@@ -191,7 +191,7 @@ fn a_wrong_unit_is_asked_about_once() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
     let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));
-    ask(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
+    request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
     assert_eq!(reference(&app), before);
     let mut question: MeshDialog = dialog(&app).cloned().unwrap();
     let answer = Rc::new(RefCell::new(None));
@@ -215,13 +215,13 @@ fn a_wrong_unit_is_asked_about_once() {
         MeshRequest::Load { whose: BodyRole::Tool.into(), file, unit: Some(MeshUnit::Metre) };
     assert_eq!(*answer.borrow(), Some(DialogAnswer::Request(load.clone())));
     app.world_mut().resource_mut::<Dialogs>().current = None;
-    ask(&mut app, load);
+    request_and_wait(&mut app, load);
     assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));
     says(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
     // A size that the person chose is not asked about again, however odd.
     let set = MeshRequest::SetUnit { whose: BodyRole::Tool.into(), unit: Some(MeshUnit::Inch) };
-    ask(&mut app, set);
+    request_and_wait(&mut app, set);
     assert!(app.world().resource::<Dialogs>().current.is_none());
     says(&app, "3.8 × 0.2 × 0.2\u{2009}mm");
     says(&app, "is the file in m rather than inch?");
@@ -235,7 +235,7 @@ fn a_wrong_unit_is_asked_about_once() {
 fn a_lost_mesh_keeps_its_reference() {
     let (folder, mut app) = saved_app();
     let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
-    ask(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
+    request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
     app.world_mut().write_message(FileRequest::Save);
     app.update();
     let other = folder.path().join("moved.obj");
@@ -250,14 +250,14 @@ fn a_lost_mesh_keeps_its_reference() {
     drop(harness);
     let show = MeshRequest::ShowLoad(BodyRole::Tool.into());
     assert_eq!(*asked.borrow(), [DesignAction::Mesh(show.clone())]);
-    ask(&mut app, show);
+    request_and_wait(&mut app, show);
     let Some(MeshDialog::Load { files, .. }) = dialog(&app) else {
         panic!("no dialog");
     };
     let canonical = |path: &Path| path.canonicalize().unwrap();
     assert_eq!(canonical(&files.folder), canonical(folder.path()));
     assert!(files.entries.iter().any(|entry| entry.name() == "moved.obj"));
-    ask(&mut app, MeshRequest::load(BodyRole::Tool, other));
+    request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, other));
     assert!(world(&app).mesh_problems().is_empty());
     says(&app, "moved.obj");
 }

@@ -12,7 +12,7 @@ use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_geometry::pose::Pose;
 use trackwright_project::Starter;
 
-fn ask(app: &mut App, request: FileRequest) {
+fn request_and_wait(app: &mut App, request: FileRequest) {
     app.world_mut().write_message(request);
     app.update();
 }
@@ -35,15 +35,15 @@ fn document(app: &App) -> &trackwright_design::Document {
 fn a_new_design_asks_about_the_open_one() {
     let mut app = create_app();
     change(&mut app);
-    ask(&mut app, FileRequest::ShowNew);
+    request_and_wait(&mut app, FileRequest::ShowNew);
     let Some(DesignDialog::Unsaved { then, .. }) = dialog(&app) else {
         panic!("no question");
     };
     assert_eq!(*then, FileRequest::ShowNew);
     let discard = FileRequest::Discard(Box::new(FileRequest::ShowNew));
-    ask(&mut app, discard);
+    request_and_wait(&mut app, discard);
     assert_eq!(dialog(&app), Some(&DesignDialog::New));
-    ask(&mut app, FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))));
+    request_and_wait(&mut app, FileRequest::Discard(Box::new(FileRequest::New(Starter::Tool))));
     assert_eq!(app.world().resource::<WorldGeneration>().0, 1);
     assert_eq!(document(&app).design().crf, None);
     assert!(!document(&app).is_dirty());
@@ -55,15 +55,15 @@ fn a_new_design_asks_about_the_open_one() {
 fn a_new_design_is_saved_with_its_files() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = create_app();
-    ask(&mut app, FileRequest::New(Starter::ToolOnCrf));
+    request_and_wait(&mut app, FileRequest::New(Starter::ToolOnCrf));
     change(&mut app);
-    ask(&mut app, FileRequest::Save);
+    request_and_wait(&mut app, FileRequest::Save);
     let Some(DesignDialog::SaveAs(files)) = dialog(&app) else {
         panic!("no place asked for: {:?}", app.world().resource::<Dialogs>().current);
     };
     assert!(files.text.ends_with("untitled.design.ron"), "{}", files.text);
     let file = folder.path().join("mine.design.ron");
-    ask(&mut app, FileRequest::SaveAs(file.clone()));
+    request_and_wait(&mut app, FileRequest::SaveAs(file.clone()));
     assert!(!document(&app).is_dirty());
     let mut names: Vec<String> = fs::read_dir(folder.path())
         .unwrap()
@@ -80,17 +80,17 @@ fn a_new_design_is_saved_with_its_files() {
 #[test]
 fn a_save_that_was_given_up_ends_nothing_later() {
     let mut app = create_app();
-    ask(&mut app, FileRequest::New(Starter::Tool));
+    request_and_wait(&mut app, FileRequest::New(Starter::Tool));
     change(&mut app);
     let quit = Box::new(FileRequest::Quit);
-    ask(&mut app, FileRequest::SaveThen(quit));
+    request_and_wait(&mut app, FileRequest::SaveThen(quit));
     assert!(matches!(dialog(&app), Some(DesignDialog::SaveAs(_))));
     // The person closes the dialog, and saves much later.
     app.world_mut().resource_mut::<Dialogs>().current = None;
     let folder = tempfile::tempdir().unwrap();
-    ask(&mut app, FileRequest::ShowSaveAs);
+    request_and_wait(&mut app, FileRequest::ShowSaveAs);
     let file = folder.path().join("mine.design.ron");
-    ask(&mut app, FileRequest::SaveAs(file));
+    request_and_wait(&mut app, FileRequest::SaveAs(file));
     assert!(!document(&app).is_dirty());
     assert!(app.should_exit().is_none());
 }

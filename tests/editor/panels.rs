@@ -34,11 +34,11 @@ use trackwright_simulation::{
     CancelToken, Metric, Mode, Requirement, expected, figure_rows, run, simulate_pose,
 };
 
-type Asked = Rc<RefCell<Vec<DesignAction>>>;
+type Requests = Rc<RefCell<Vec<DesignAction>>>;
 
 /// A harness of a panel, and what it asked for in all frames.
-fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Asked) {
-    let asked = Asked::default();
+fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
+    let asked = Requests::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
@@ -47,7 +47,7 @@ fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harn
     (harness, asked)
 }
 
-fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>, Asked) {
+fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>, Requests) {
     let selection = Selection::of(selected);
     harness(move |ui| {
         inspector_ui(

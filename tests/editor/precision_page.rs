@@ -46,7 +46,7 @@ fn wait(app: &mut App) {
     }
 }
 
-fn ask(app: &mut App, request: PrecisionRequest) {
+fn request_and_wait(app: &mut App, request: PrecisionRequest) {
     app.world_mut().write_message(request);
     app.update();
 }
@@ -71,7 +71,7 @@ fn look(
 #[test]
 fn a_measured_page_shows_every_family() {
     let mut app = app();
-    ask(&mut app, PrecisionRequest::Measure);
+    request_and_wait(&mut app, PrecisionRequest::Measure);
     assert!(app.world().resource::<PrecisionPage>().part().is_some());
     wait(&mut app);
     let page = app.world().resource::<PrecisionPage>();
@@ -90,7 +90,7 @@ fn a_measured_page_shows_every_family() {
         harness.get_by_label("Inverse").click();
     });
     assert_eq!(asked, [PrecisionRequest::Show(What::Inverse)]);
-    ask(&mut app, PrecisionRequest::Show(What::Inverse));
+    request_and_wait(&mut app, PrecisionRequest::Show(What::Inverse));
     let page = app.world().resource::<PrecisionPage>();
     let inverse = page.families.iter().find(|f| f.what == What::Inverse);
     let method = &inverse.unwrap().rows[0].method;
@@ -108,8 +108,8 @@ fn a_measured_page_shows_every_family() {
 #[test]
 fn measuring_can_be_given_up() {
     let mut app = app();
-    ask(&mut app, PrecisionRequest::Measure);
-    ask(&mut app, PrecisionRequest::Cancel);
+    request_and_wait(&mut app, PrecisionRequest::Measure);
+    request_and_wait(&mut app, PrecisionRequest::Cancel);
     wait(&mut app);
     let page = app.world().resource::<PrecisionPage>();
     assert_eq!(page.problem.as_deref(), Some("cancelled"));

@@ -21,7 +21,7 @@ use trackwright_editor::workspaces::present::panels::slides_ui::slides_ui;
 use trackwright_editor::workspaces::present::panels::stage_ui::stage_ui;
 use trackwright_editor::workspaces::present::{PresentPlugin, PresentRequest, Presenter};
 use trackwright_editor::workspaces::study::StudyPlugin;
-use trackwright_editor::workspaces::study::desk::StudyRequest;
+use trackwright_editor::workspaces::study::state::StudyRequest;
 
 fn slide(title: &str, azimuth_rad: f64) -> Slide {
     let mut slide = Slide {
@@ -61,7 +61,7 @@ fn go_to(app: &mut App, workspace: Workspace) {
     settle(app);
 }
 
-fn ask(app: &mut App, asked: PresentRequest) {
+fn request_and_wait(app: &mut App, asked: PresentRequest) {
     app.world_mut().write_message(asked);
     settle(app);
 }
@@ -73,13 +73,13 @@ fn slides_leave_the_designs_own_view() {
     let own = document(&app).view().clone();
     go_to(&mut app, workspaces::present::WORKSPACE);
     assert_eq!(*document(&app).view(), slides[0].view);
-    ask(&mut app, PresentRequest::Step(1));
+    request_and_wait(&mut app, PresentRequest::Step(1));
     assert_eq!(*document(&app).view(), slides[1].view);
     // The last one stays.
-    ask(&mut app, PresentRequest::Step(1));
+    request_and_wait(&mut app, PresentRequest::Step(1));
     assert_eq!(*document(&app).view(), slides[1].view);
     assert_eq!(*document(&app).own_view(), own, "what would be saved");
-    ask(&mut app, PresentRequest::Leave);
+    request_and_wait(&mut app, PresentRequest::Leave);
     assert_eq!(*document(&app).view(), own);
     assert_eq!(*app.world().resource::<Workspace>(), workspaces::design::WORKSPACE);
 }
@@ -95,12 +95,12 @@ fn only_keeping_a_view_changes_a_slide() {
     assert_eq!(*document(&app).view(), around);
     let kept = |app: &App| document(app).design().slides[0].view.clone();
     assert_eq!(kept(&app), slide("one", 0.1).view);
-    ask(&mut app, PresentRequest::BackToView);
+    request_and_wait(&mut app, PresentRequest::BackToView);
     assert_eq!(*document(&app).view(), slide("one", 0.1).view);
 
     app.world_mut().write_message(ViewRequest::Set(around.clone()));
     settle(&mut app);
-    ask(&mut app, PresentRequest::KeepView);
+    request_and_wait(&mut app, PresentRequest::KeepView);
     assert_eq!((kept(&app), document(&app).view()), (around.clone(), &around));
     assert_eq!(document(&app).undo_label(), Some("Change view of slide 1"));
     request(&mut app, EditRequest::Undo);
@@ -126,19 +126,19 @@ fn changes_without_slides_make_the_first_slide() {
     assert_eq!(shown.title, "Test design");
     let mut shown = shown.into_owned();
     shown.title = "For the ward".to_owned();
-    ask(&mut app, PresentRequest::Set(Box::new(shown.clone())));
+    request_and_wait(&mut app, PresentRequest::Set(Box::new(shown.clone())));
     assert_eq!(document(&app).design().slides, [shown]);
-    ask(&mut app, PresentRequest::Add);
+    request_and_wait(&mut app, PresentRequest::Add);
     let titles = |app: &App| {
         let slides = &document(app).design().slides;
         slides.iter().map(|s| s.title.clone()).collect::<Vec<_>>()
     };
     assert_eq!(titles(&app), ["For the ward", "For the ward"]);
     assert_eq!(app.world().resource::<Presenter>().slide, 1);
-    ask(&mut app, PresentRequest::Move(-1));
-    ask(&mut app, PresentRequest::Remove);
-    ask(&mut app, PresentRequest::Remove);
-    ask(&mut app, PresentRequest::Remove);
+    request_and_wait(&mut app, PresentRequest::Move(-1));
+    request_and_wait(&mut app, PresentRequest::Remove);
+    request_and_wait(&mut app, PresentRequest::Remove);
+    request_and_wait(&mut app, PresentRequest::Remove);
     assert!(titles(&app).is_empty());
 }
 
@@ -155,11 +155,11 @@ fn a_slides_motion_ends_with_it() {
     assert_eq!(shown(&app), None);
 }
 
-type Asked = Rc<RefCell<Vec<PresentRequest>>>;
+type Requests = Rc<RefCell<Vec<PresentRequest>>>;
 
 /// The writing over a scene of 16 to 9, and the panel beside it while slides are made.
-fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Asked) {
-    let asked: Asked = Rc::default();
+fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests) {
+    let asked: Requests = Rc::default();
     let sink = Rc::clone(&asked);
     let figures = app.world().resource::<Results>().study.as_ref();
     let harness = Harness::builder().with_size(egui::vec2(996.0, 560.0)).build_ui(move |ui| {
@@ -204,7 +204,7 @@ fn slide_text_stays_clear_and_visible() {
 fn text_on_a_slide_is_one_step() {
     let mut app = present_app(&[slide("one", 0.1)]);
     go_to(&mut app, workspaces::present::WORKSPACE);
-    ask(&mut app, PresentRequest::ToggleEditing);
+    request_and_wait(&mut app, PresentRequest::ToggleEditing);
     let presenter = app.world().resource::<Presenter>().clone();
     assert!(presenter.is_editing);
     let (mut harness, asked) = harness(&app, &presenter);
@@ -241,7 +241,7 @@ fn a_slide_with_lost_layers_is_shown() {
     };
     assert_eq!(asked_for(&app).len(), 3);
     go_to(&mut app, workspaces::present::WORKSPACE);
-    ask(&mut app, PresentRequest::ToggleEditing);
+    request_and_wait(&mut app, PresentRequest::ToggleEditing);
     let presenter = app.world().resource::<Presenter>().clone();
     {
         let (mut harness, _) = harness(&app, &presenter);
@@ -250,7 +250,7 @@ fn a_slide_with_lost_layers_is_shown() {
             harness.get_by_label_contains(words);
         }
     }
-    ask(&mut app, PresentRequest::KeepView);
+    request_and_wait(&mut app, PresentRequest::KeepView);
     let kept = document(&app).design().slides[0].view.clone();
     assert_eq!(kept.unknown_layers, [""; 0]);
     assert_eq!(kept.layers, gone.view.layers);

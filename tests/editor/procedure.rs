@@ -1,12 +1,12 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
 //! `docs/start/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
-use super::decide::{ask, decide_app, desk, look, move_sensor, rest};
+use super::decide::{decide_app, desk, look, move_sensor, request_and_wait, rest};
 use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, Document, Edit, Target};
-use trackwright_editor::app::picture::{self, ComparedDesigns, Desk};
+use trackwright_editor::app::picture::{self, ComparedDesigns, PictureSetup};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice};
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces;
@@ -138,7 +138,7 @@ fn picture(app: &App, name: &str, workspace: Workspace, compared: ComparedDesign
         return;
     }
     let world = app.world().resource::<OpenWorld>().0.clone();
-    let desk = Desk { has_panels: true, workspace, compared, ..Desk::default() };
+    let desk = PictureSetup { has_panels: true, workspace, compared, ..PictureSetup::default() };
     let png = picture::png(world, [1440, 900], desk).unwrap();
     let file =
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/pictures/tutorial-{name}.png"));
@@ -165,7 +165,7 @@ fn from_an_empty_design_to_a_decided_tool() {
 
     // 2. The rooms it is to be used in, and what is asked of the CRF alone.
     let room = stronger_room(&app, folder.path());
-    ask(&mut app, DecideRequest::AddRoom(RoomSource::File(room)));
+    request_and_wait(&mut app, DecideRequest::AddRoom(RoomSource::File(room)));
     for (name, position) in [("lesion", [40.0, 0.0, 60.0]), ("entry", [60.0, 0.0, 10.0])] {
         let target = Target { name: name.to_owned(), position_in_crf: position.into() };
         edit(&mut app, Edit::AddTarget(target));
@@ -177,7 +177,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     let counts = standing(&app).crf.counts();
     assert_eq!((counts.missed, counts.cannot_tell), (2, 2));
     // What is missed is not decided without a reason.
-    ask(&mut app, DecideRequest::Decide(Step::Crf));
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     assert!(document(&app).design().procedure.crf.is_none());
     picture(&app, "2-crf-missed", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
@@ -186,7 +186,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     let nearer = Pose::translation(0.0, 0.0, 100.0) * pose;
     edit(&mut app, Edit::SetCrfPose(nearer));
     assert_eq!(standing(&app).state(Step::Crf), State::Met);
-    ask(&mut app, DecideRequest::Decide(Step::Crf));
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     assert_eq!(standing(&app).state(Step::Crf), State::Decided);
 
     // 4. The tool over its motion, against the first draft of itself.
@@ -206,7 +206,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     file(&mut app, FileRequest::Save);
     let draft = folder.path().join("draft.design.ron");
     std::fs::copy(&saved, &draft).unwrap();
-    ask(&mut app, DecideRequest::PinHere);
+    request_and_wait(&mut app, DecideRequest::PinHere);
     move_sensor(&mut app, -50.0);
     // The draft keeps its body: this design gets one of its own.
     file(&mut app, FileRequest::Save);
@@ -223,21 +223,21 @@ fn from_an_empty_design_to_a_decided_tool() {
         ComparedDesigns { baseline: Some(draft), ..ComparedDesigns::default() },
     );
     let note = "The lesion is never nearer than 3 mm to a vessel".to_owned();
-    ask(&mut app, DecideRequest::SetNote(Step::Tool, note.clone()));
-    ask(&mut app, DecideRequest::Decide(Step::Tool));
+    request_and_wait(&mut app, DecideRequest::SetNote(Step::Tool, note.clone()));
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Tool));
     assert_eq!(standing(&app).state(Step::Tool), State::Decided);
     assert_eq!(document(&app).design().procedure.tool.as_ref().unwrap().note, note);
     assert!(desk(&app).note(Step::Tool).is_empty());
 
     // 5. The built tool, measured in its room.
     let tool = recording(&app, folder.path());
-    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
+    request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
     assert_eq!(standing(&app).state(Step::Built), State::Compared);
     let poses = trials(&scenario(&app), &Mode::Motion, EVERY).len();
     let crf = recording_of_crf(&app, folder.path(), poses);
-    ask(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
+    request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
     assert_eq!(standing(&app).state(Step::Built), State::Compared);
-    ask(&mut app, DecideRequest::Decide(Step::Built));
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Built));
     assert_eq!(standing(&app).state(Step::Built), State::Decided);
     file(&mut app, FileRequest::Save);
     picture(&app, "5-decided", workspaces::decide::WORKSPACE, ComparedDesigns::default());
@@ -261,7 +261,7 @@ fn a_crf_recording_judges_in_the_crf() {
     let mut app = decide_app();
     file(&mut app, FileRequest::New(Starter::ToolOnCrf));
     let tool = recording(&app, folder.path());
-    ask(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
+    request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
     let notes = |app: &App| app.world().resource::<Judged>().notes().to_vec();
     assert!(notes(&app)[0].starts_with("no recording of the CRF"), "{:?}", notes(&app));
     look(&app, steps_ui, |harness| {
@@ -273,7 +273,7 @@ fn a_crf_recording_judges_in_the_crf() {
         harness.get_by_label("CRF's poses…").click();
     });
     assert_eq!(asked, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
-    ask(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
+    request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
     assert_eq!(notes(&app), [""; 0]);
     let found = standing(&app).built.recording.clone().unwrap().unwrap().found;
     let squares: f64 = in_crf.iter().map(|t| t.tip_error_mm * t.tip_error_mm).sum();

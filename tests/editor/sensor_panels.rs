@@ -20,11 +20,13 @@ use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_editor::workspaces::design::row_page::{RowPage, row_page_ui};
 
-type Asked<T> = Rc<RefCell<Vec<T>>>;
+type Requests<T> = Rc<RefCell<Vec<T>>>;
 
 /// A harness of a panel, and what it asked for in all frames.
-fn harness<'a, T: 'a>(panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a) -> (Harness<'a>, Asked<T>) {
-    let asked = Asked::default();
+fn harness<'a, T: 'a>(
+    panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a,
+) -> (Harness<'a>, Requests<T>) {
+    let asked = Requests::default();
     let sink = Rc::clone(&asked);
     let mut panel = panel;
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {

@@ -31,8 +31,8 @@ use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::StudyPlugin;
-use trackwright_editor::workspaces::study::desk::StudyRequest;
 use trackwright_editor::workspaces::study::log::LogJob;
+use trackwright_editor::workspaces::study::state::StudyRequest;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, run, simulate_pose, trial_pose,
@@ -60,7 +60,7 @@ fn show_workspace(app: &mut App, workspace: Workspace) {
     settle(app);
 }
 
-fn ask(app: &mut App, request: StudyRequest) {
+fn request_and_wait(app: &mut App, request: StudyRequest) {
     app.world_mut().write_message(request);
     settle(app);
 }
@@ -117,7 +117,7 @@ fn a_profile_needs_the_study_workspace() {
 fn a_shown_trial_has_its_own_figures() {
     let mut app = study_app();
     for trial in [0, 7, 14] {
-        ask(&mut app, StudyRequest::Show(Some(trial)));
+        request_and_wait(&mut app, StudyRequest::Show(Some(trial)));
         let pose = trial_pose(&scenario(&app), &Mode::Motion, trial).unwrap();
         let alone =
             simulate_pose(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario(&app) });
@@ -132,7 +132,7 @@ fn a_shown_trial_has_its_own_figures() {
     assert_eq!(*document.design(), design());
     assert!(!document.is_dirty() && document.undo_label().is_none());
 
-    ask(&mut app, StudyRequest::Show(None));
+    request_and_wait(&mut app, StudyRequest::Show(None));
     let own = simulate_pose(&scenario(&app));
     let results = results(&app);
     assert_eq!(results.pose_trial, None);
@@ -151,7 +151,7 @@ fn the_scene_shows_the_trials_tool() {
         *tool.unwrap().1
     };
     let own = place(&mut app);
-    ask(&mut app, StudyRequest::ShowWorst);
+    request_and_wait(&mut app, StudyRequest::ShowWorst);
     let trial = shown_trial(&app).unwrap();
     let pose = trial_pose(&scenario(&app), &Mode::Motion, trial).unwrap();
     let tracker_from_crf = scenario(&app).crf.unwrap().tracker_from_crf;
@@ -167,7 +167,7 @@ fn the_scene_shows_the_trials_tool() {
 #[test]
 fn an_edit_keeps_an_existing_trial() {
     let mut app = study_app();
-    ask(&mut app, StudyRequest::Show(Some(12)));
+    request_and_wait(&mut app, StudyRequest::Show(Some(12)));
     let moved = Pose::translation(3.0, 0.0, 30.0);
     edit(&mut app, Edit::SetToolPose(moved));
     assert_eq!(shown_trial(&app), Some(12));
@@ -188,13 +188,13 @@ fn an_edit_keeps_an_existing_trial() {
 #[test]
 fn steps_stay_within_the_trials() {
     let mut app = study_app();
-    ask(&mut app, StudyRequest::Step(1));
+    request_and_wait(&mut app, StudyRequest::Step(1));
     assert_eq!(shown_trial(&app), Some(0));
-    ask(&mut app, StudyRequest::Step(-1));
+    request_and_wait(&mut app, StudyRequest::Step(-1));
     assert_eq!(shown_trial(&app), Some(0));
-    ask(&mut app, StudyRequest::Step(100));
+    request_and_wait(&mut app, StudyRequest::Step(100));
     assert_eq!(shown_trial(&app), Some(14));
-    ask(&mut app, StudyRequest::ShowWorst);
+    request_and_wait(&mut app, StudyRequest::ShowWorst);
     let worst = results(&app).study.as_ref().unwrap().value.figures.worst;
     assert_eq!(shown_trial(&app), Some(worst.trial));
 }
@@ -297,7 +297,7 @@ fn study_keys_need_the_study_workspace() {
 fn a_chosen_mode_is_no_part_of_the_design() {
     let mut app = study_app();
     assert_eq!(results(&app).mode, Some(ModeKind::Motion));
-    ask(&mut app, StudyRequest::Choose(ModeKind::Single));
+    request_and_wait(&mut app, StudyRequest::Choose(ModeKind::Single));
     assert_eq!(results(&app).mode, Some(ModeKind::Single));
     let study = results(&app).study.as_ref().unwrap();
     assert_eq!(study.value.figures.trials, 1);
@@ -342,7 +342,7 @@ fn a_dropped_table_is_studied_here_only() {
     let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
     let study = results(&app).study.as_ref().unwrap();
     assert_eq!(figure_rows(&study.value.figures), figure_rows(&alone.figures));
-    ask(&mut app, StudyRequest::Show(Some(2)));
+    request_and_wait(&mut app, StudyRequest::Show(Some(2)));
     let pose = &results(&app).pose.as_ref().unwrap().value;
     assert_eq!(pose.trial.crf_from_tool, trials[2].crf_from_tool);
     let notice = app.world().resource::<Notice>();
@@ -367,7 +367,7 @@ fn another_design_starts_with_its_own_mode() {
     let file = write(&folder, "poses.csv", POSES);
     let mut app = study_app();
     drop_file(&mut app, &file);
-    ask(&mut app, StudyRequest::Show(Some(1)));
+    request_and_wait(&mut app, StudyRequest::Show(Some(1)));
     let name = trackwright_project::DEFAULT_BUILTIN.to_owned();
     app.world_mut().write_message(FileRequest::OpenBuiltIn(name));
     settle(&mut app);

@@ -11,7 +11,7 @@ use trackwright_editor::document::trials::ModeKind;
 use trackwright_editor::workspaces::study::commands::{
     NEXT, OWN_POSE, PLAY, PREVIOUS, READ_INPUT, WORST, WRITE_LOG, choose,
 };
-use trackwright_editor::workspaces::study::desk::{RotationForm, StudyRequest};
+use trackwright_editor::workspaces::study::state::{RotationForm, StudyRequest};
 use trackwright_editor::workspaces::study::study_charts_ui::{
     StudyChartsView, share, study_charts_ui,
 };
@@ -25,13 +25,13 @@ use trackwright_simulation::{
     trial_pose,
 };
 
-type Asked<T> = Rc<RefCell<Vec<T>>>;
+type Requests<T> = Rc<RefCell<Vec<T>>>;
 
 fn harness<'a, T: 'a>(
     size: [f32; 2],
     panel: impl Fn(&mut egui::Ui) -> Vec<T> + 'a,
-) -> (Harness<'a>, Asked<T>) {
-    let asked = Asked::default();
+) -> (Harness<'a>, Requests<T>) {
+    let asked = Requests::default();
     let sink = Rc::clone(&asked);
     let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());

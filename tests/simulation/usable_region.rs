@@ -284,7 +284,7 @@ fn intervals_leave_less_than_the_rooms_own_field() {
     let pairs = || upper.values.iter().zip(&own.share.values);
     assert!(pairs().all(|(upper, own)| upper >= own));
     // Between the points of the coarse lattice, against intervals that are found there.
-    let turns = turns(&scenario).unwrap().0;
+    let turns = rotations(&scenario).unwrap().0;
     let crf_from_tracker = scenario.crf.as_ref().unwrap().tracker_from_crf.inverse();
     let with_tip_at = |tip: &Point3<f64>, turn: &UnitQuaternion<f64>| {
         let arm = turn * scenario.tool.tip_in_body.unwrap().coords;

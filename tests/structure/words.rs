@@ -43,14 +43,9 @@ const WORDS: &[(&str, &str)] = &[
 
 /// Words that are still somewhere.
 const WORDS_LEFT: &[&str] = &[
-    "told_to",
-    "few_marks",
     "fn look(",
-    "fn stretch(",
-    "fn turns(",
     "fn fold(",
     "fn beside(",
-    "Desk",
     "struct Hand",
     "Asked",
     "struct Place ",

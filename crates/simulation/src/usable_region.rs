@@ -117,7 +117,7 @@ pub fn usable_region(
     }
     check(scenario)?;
     task.step(0, 1)?;
-    let (turns, all_turns) = turns(scenario)?;
+    let (turns, all_turns) = rotations(scenario)?;
     let environment = &scenario.environment;
     let bounds: Bounds =
         environment.volume.map_or(*environment.model.bounds(), |volume| volume.bounds());
@@ -235,7 +235,7 @@ struct Buffers {
 }
 
 /// Orientations `crf_from_tool` that are visited, and how many the motion has.
-pub fn turns(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize), StudyError> {
+pub fn rotations(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize), StudyError> {
     let Some(motion) = scenario.motion else {
         return Ok((vec![scenario.crf_from_tool.rotation], 1));
     };

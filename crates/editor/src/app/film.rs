@@ -1,9 +1,9 @@
 //! Moving pictures of the 3D view without a window: one app paints every frame, each of them the
 //! picture that `picture` would take there.
 
-use crate::app::picture::{Desk, Picture, PictureError, Studio};
+use crate::app::picture::{Picture, PictureError, PictureSetup, Studio};
 use crate::viewport::camera::OrbitRig;
-use crate::workspaces::study::{self, desk::StudyRequest};
+use crate::workspaces::study::{self, state::StudyRequest};
 use trackwright_project::World;
 
 /// What moves.
@@ -26,7 +26,7 @@ pub enum FilmMove {
 pub fn film<E: From<PictureError>>(
     world: World,
     size: [u32; 2],
-    mut desk: Desk,
+    mut desk: PictureSetup,
     what: FilmMove,
     frames: usize,
     mut take: impl FnMut(usize, Picture) -> Result<(), E>,

@@ -10,12 +10,12 @@ use crate::runner::solve::SolverHandle;
 use crate::runner::wake::Waker;
 use crate::shell::layout::UiSystems;
 use crate::shell::window::Workspace;
-use crate::workspaces::decide::desk::DecideDesk;
+use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::decide::{self, DecideRequest};
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::field::desk::{FieldDesk, TableRole};
+use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::present::Presenter;
-use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::state::StudyRequest;
 use bevy::app::PluginsState;
 use bevy::image::ImageFormat;
 use bevy::prelude::*;
@@ -45,7 +45,7 @@ const READBACK_FRAMES: usize = 20;
 
 /// What stands around the 3D view, and what is shown in it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Desk {
+pub struct PictureSetup {
     pub has_panels: bool,
     pub workspace: Workspace,
     /// On the desk of the Field workspace.
@@ -109,7 +109,7 @@ struct Captured(Option<Image>);
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn png(world: World, size: [u32; 2], desk: Desk) -> Result<Vec<u8>, PictureError> {
+pub fn png(world: World, size: [u32; 2], desk: PictureSetup) -> Result<Vec<u8>, PictureError> {
     Studio::open(world, size, desk)?.picture()?.png()
 }
 
@@ -128,7 +128,7 @@ impl Studio {
     ///
     /// # Errors
     /// [`PictureError::NoResults`].
-    pub fn open(world: World, size: [u32; 2], desk: Desk) -> Result<Self, PictureError> {
+    pub fn open(world: World, size: [u32; 2], desk: PictureSetup) -> Result<Self, PictureError> {
         let trial = desk.trial;
         let has_table = desk.compared.baseline.is_some() || !desk.compared.designs.is_empty();
         let (app, target, answers) = start(world, size, desk);
@@ -206,7 +206,7 @@ impl Picture {
 }
 
 /// The app with everything in it that the desk asks for; no frame is painted yet.
-fn start(world: World, size: [u32; 2], desk: Desk) -> (App, Handle<Image>, Receiver<()>) {
+fn start(world: World, size: [u32; 2], desk: PictureSetup) -> (App, Handle<Image>, Receiver<()>) {
     desk.theme.apply();
     let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels, |app| {
         app.insert_resource(desk.theme)
@@ -271,9 +271,9 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
 
 /// Whether tables, rooms or designs are on their way to the panels.
 fn is_reading(world: &bevy::prelude::World) -> bool {
-    let is_field = world.get_resource::<FieldDesk>();
-    let is_decide = world.get_resource::<DecideDesk>();
-    is_field.is_some_and(FieldDesk::is_busy) || is_decide.is_some_and(DecideDesk::is_busy)
+    let is_field = world.get_resource::<FieldState>();
+    let is_decide = world.get_resource::<DecideState>();
+    is_field.is_some_and(FieldState::is_busy) || is_decide.is_some_and(DecideState::is_busy)
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {

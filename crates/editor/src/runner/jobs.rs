@@ -110,6 +110,8 @@ struct Waiting<K, A> {
     since: Instant,
     ready_at: Instant,
     shows_progress: bool,
+    /// It was cancelled before it began; its task then is from the start.
+    is_cancelled: bool,
 }
 
 struct Running {
@@ -159,6 +161,7 @@ impl<K: Clone + Send + 'static, A: Send + 'static> Runner<K, A> {
                 since,
                 ready_at,
                 shows_progress: job.shows_progress,
+                is_cancelled: false,
             };
             slots.waiting.insert(job.kind, waiting);
         }
@@ -201,11 +204,13 @@ impl<K: Clone + Send + 'static, A: Send + 'static> Runner<K, A> {
         }
     }
 
-    /// Requests that the running job stops; its answer then says so.
+    /// Requests that the jobs that run or wait stop; their answers then say so.
     pub fn cancel(&self) {
-        if let Some(running) = &self.shared.slots().running {
+        let mut slots = self.shared.slots();
+        if let Some(running) = &slots.running {
             running.cancel.cancel();
         }
+        slots.waiting.values_mut().for_each(|job| job.is_cancelled = true);
     }
 
     /// The answers since the last call, in the order in which they were found.
@@ -274,6 +279,9 @@ impl<K, A> Shared<K, A> {
                     true => task(Arc::clone(&self.progress), waker.clone()),
                     false => Task::default(),
                 };
+                if job.is_cancelled {
+                    task.cancel.cancel();
+                }
                 slots.running = Some(Running { kind, since: now, cancel: task.cancel.clone() });
                 return Some((kind, job, task));
             }
@@ -494,6 +502,18 @@ mod tests {
         runner.submit(JobInfo::default(), 1, Box::new(|_, _| Some(7)));
         woken.recv().unwrap();
         assert_eq!(newest(&runner), [7]);
+    }
+
+    #[test]
+    fn a_job_cancelled_while_it_waits_begins_cancelled() {
+        let (mut runner, _woken) = runner();
+        let later = JobInfo::once_quiet(Duration::from_secs(3600));
+        let work =
+            |task: &Task, _: &mut dyn FnMut(u32)| Some(u32::from(task.cancel.is_cancelled()));
+        runner.submit(later, 0, Box::new(work));
+        runner.cancel();
+        runner.finish();
+        assert_eq!(newest(&runner), [1]);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use egui_plot::{GridInput, GridMark};
 use trackwright_report::plot::nice_step;
 
 /// Marks of an axis, at most so many steps apart from end to end.
-pub fn few_marks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
+pub fn axis_ticks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
     move |input: GridInput| {
         let (low, high) = input.bounds;
         let extent = high - low;
@@ -43,7 +43,7 @@ mod tests {
 
     fn marks(bounds: (f64, f64), most: usize) -> Vec<String> {
         let input = GridInput { bounds, base_step_size: 1.0 };
-        few_marks(most)(input).into_iter().map(mark_text).collect()
+        axis_ticks(most)(input).into_iter().map(mark_text).collect()
     }
 
     #[test]

@@ -6,8 +6,8 @@ use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::workspaces::decide::desk::DecideDesk;
 use crate::workspaces::decide::is_shown;
+use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
@@ -76,7 +76,7 @@ fn is_asked(against: Res<Against>) -> bool {
 
 fn ask(
     mut against: ResMut<Against>,
-    mut desk: ResMut<DecideDesk>,
+    mut desk: ResMut<DecideState>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,

@@ -8,12 +8,12 @@ use crate::scene::bodies::shown_mesh;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::DecideRequest;
-use crate::workspaces::decide::desk::{DecideDesk, Pinned};
 use crate::workspaces::decide::dialog::DecideDialog;
 use crate::workspaces::decide::judged::Judged;
+use crate::workspaces::decide::state::{DecideState, Pinned};
 use crate::workspaces::decide::table::{Compare, Failure, Wanted, compared};
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::study::{self, desk::StudyRequest};
+use crate::workspaces::study::{self, state::StudyRequest};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -34,7 +34,7 @@ pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut hand: Hand)
 /// What the requests work on.
 #[derive(SystemParam)]
 pub(crate) struct Hand<'w> {
-    desk: ResMut<'w, DecideDesk>,
+    desk: ResMut<'w, DecideState>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
     waker: Res<'w, Waker>,
@@ -277,7 +277,7 @@ impl Hand<'_> {
 /// Another design is open: a recording and reasons of the last one are not its, and where a row was
 /// opened it goes into that row's room.
 pub(crate) fn turn_to_opened(
-    mut desk: ResMut<DecideDesk>,
+    mut desk: ResMut<DecideState>,
     world: Res<OpenWorld>,
     mut fields: MessageWriter<FieldRequest>,
 ) {
@@ -294,7 +294,7 @@ pub(crate) fn turn_to_opened(
 
 /// The design was saved elsewhere: the recording stays the one that it was.
 pub(crate) fn follow_to_folder(
-    mut desk: ResMut<DecideDesk>,
+    mut desk: ResMut<DecideState>,
     world: Res<OpenWorld>,
     mut last: Local<PathBuf>,
 ) {
@@ -318,7 +318,7 @@ pub(crate) fn follow_to_folder(
 
 /// Takes what the threads found.
 pub(crate) fn hear(
-    mut desk: ResMut<DecideDesk>,
+    mut desk: ResMut<DecideState>,
     mut dialogs: ResMut<Dialogs>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {

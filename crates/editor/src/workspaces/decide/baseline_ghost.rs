@@ -12,7 +12,7 @@ use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::against::Against;
-use crate::workspaces::decide::desk::DecideDesk;
+use crate::workspaces::decide::state::DecideState;
 use crate::{convert, palette};
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
@@ -57,7 +57,7 @@ impl Plugin for BaselineGhostPlugin {
                 .run_if(
                     crate::layers::tip_error::anything_moved
                         .or_else(resource_changed::<Against>)
-                        .or_else(resource_changed::<DecideDesk>)
+                        .or_else(resource_changed::<DecideState>)
                         .or_else(resource_changed::<Workspace>),
                 )
                 .in_set(EditorSystems::Draw),
@@ -69,7 +69,7 @@ fn show(
     mut commands: Commands,
     (errors, desk, against, workspace): (
         ShownErrors,
-        Res<DecideDesk>,
+        Res<DecideState>,
         Res<Against>,
         Res<Workspace>,
     ),

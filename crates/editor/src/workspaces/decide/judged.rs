@@ -5,8 +5,8 @@ use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::workspaces::decide::desk::DecideDesk;
 use crate::workspaces::decide::is_shown;
+use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
 use std::cell::RefCell;
 use trackwright_calibration::agreement::BuiltRecording;
@@ -77,7 +77,7 @@ fn is_asked(judged: Res<Judged>) -> bool {
 
 fn ask(
     mut judged: ResMut<Judged>,
-    mut desk: ResMut<DecideDesk>,
+    mut desk: ResMut<DecideState>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,

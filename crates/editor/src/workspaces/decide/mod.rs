@@ -12,10 +12,10 @@
 pub mod against;
 pub mod answer;
 pub mod baseline_ghost;
-pub mod desk;
 pub mod dialog;
 pub mod judged;
 pub mod panels;
+pub mod state;
 pub mod table;
 
 use crate::document::apply::{Notice, WorldGeneration};
@@ -28,11 +28,11 @@ use crate::shell::keys::Keys;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
 use crate::widgets::theme;
-use crate::workspaces::decide::desk::DecideDesk;
 use crate::workspaces::decide::panels::systems::{baseline_panel, steps_panel, table_panel};
+use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::state::StudyRequest;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::PathBuf;
@@ -104,13 +104,13 @@ pub fn is_idle(world: &World) -> bool {
     against.is_none_or(|of| of.is_idle()) && judged.is_none_or(|of| of.is_idle())
 }
 
-fn is_busy(desk: Res<DecideDesk>) -> bool {
+fn is_busy(desk: Res<DecideState>) -> bool {
     desk.is_busy()
 }
 
 impl Plugin for DecidePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<DecideDesk>()
+        app.init_resource::<DecideState>()
             .init_resource::<Workspace>()
             .init_resource::<WorldGeneration>()
             .init_resource::<Notice>()
@@ -151,7 +151,7 @@ impl Plugin for DecidePlugin {
 
 /// The table is higher once there is one.
 fn table_height(world: &World) -> f32 {
-    let desk = world.get_resource::<DecideDesk>();
+    let desk = world.get_resource::<DecideState>();
     match desk.is_some_and(|desk| desk.compared.is_some()) {
         true => theme::TABLE_HEIGHT,
         false => theme::TABLE_HEAD_HEIGHT,

@@ -20,7 +20,7 @@ use crate::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use crate::workspaces::design::result::{
     self, ResultView, are_figures_old, brief_result_ui, result_ui,
 };
-use crate::workspaces::study::desk::{Side, StudyDesk};
+use crate::workspaces::study::state::{Side, StudyState};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{Panel, Ui};
@@ -100,7 +100,7 @@ pub(crate) struct ShownResult<'w> {
     results: Res<'w, Results>,
     baseline: Option<Res<'w, Baseline>>,
     choice: Res<'w, TrialChoice>,
-    desk: Option<Res<'w, StudyDesk>>,
+    desk: Option<Res<'w, StudyState>>,
     workspace: Res<'w, Workspace>,
 }
 

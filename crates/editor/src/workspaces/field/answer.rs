@@ -5,8 +5,8 @@ use crate::document::requests::{EditRequest, OpenWorld};
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
-use crate::workspaces::field::desk::{FieldDesk, FieldSettings, Reading, TableRole};
 use crate::workspaces::field::dialog::FieldDialog;
+use crate::workspaces::field::state::{FieldSettings, FieldState, Reading, TableRole};
 use crate::workspaces::field::work::{self, Compared};
 use crate::workspaces::field::{FieldRequest, RoomToSave};
 use bevy::ecs::system::SystemParam;
@@ -31,7 +31,7 @@ pub(crate) fn answer(mut requests: MessageReader<FieldRequest>, mut hand: Hand) 
 /// What the requests work on.
 #[derive(SystemParam)]
 pub(crate) struct Hand<'w> {
-    desk: ResMut<'w, FieldDesk>,
+    desk: ResMut<'w, FieldState>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
     waker: Res<'w, Waker>,

@@ -3,7 +3,7 @@
 use crate::document::apply::Notice;
 use crate::runner::jobs::Job;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
-use crate::workspaces::field::desk::{FieldDesk, TableRole};
+use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::field::work::Failure;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use trackwright_project::{MeasurementTable, StoreError};
 
 pub(crate) fn hear(
-    mut desk: ResMut<FieldDesk>,
+    mut desk: ResMut<FieldState>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
     mut redraw: MessageWriter<RequestRedraw>,
@@ -40,7 +40,7 @@ pub(crate) fn hear(
 
 type Told = Vec<(&'static str, String)>;
 
-fn hear_table(desk: &mut FieldDesk, role: TableRole, told: &mut Told) {
+fn hear_table(desk: &mut FieldState, role: TableRole, told: &mut Told) {
     let slot = desk.slot_mut(role);
     let Some(answer) = slot.reading.as_ref().and_then(|reading| reading.job.answer()) else {
         return;
@@ -62,7 +62,7 @@ fn hear_table(desk: &mut FieldDesk, role: TableRole, told: &mut Told) {
 }
 
 /// Sensors and map as they were for what is there, all readings that meant otherwise given up.
-fn give_up_reading(desk: &mut FieldDesk, was: trackwright_project::SampleReading) {
+fn give_up_reading(desk: &mut FieldState, was: trackwright_project::SampleReading) {
     desk.settings.has_rolls = was.has_rolls;
     desk.settings.model.map = was.map;
     for role in TableRole::ALL {
@@ -77,7 +77,7 @@ fn give_up_reading(desk: &mut FieldDesk, was: trackwright_project::SampleReading
     }
 }
 
-fn hear_fit(desk: &mut FieldDesk, told: &mut Told, notice: &mut Notice) {
+fn hear_fit(desk: &mut FieldState, told: &mut Told, notice: &mut Notice) {
     let Some(answer) = desk.fitting.as_ref().and_then(Job::answer) else {
         return;
     };
@@ -98,7 +98,7 @@ fn hear_fit(desk: &mut FieldDesk, told: &mut Told, notice: &mut Notice) {
     }
 }
 
-fn hear_comparison(desk: &mut FieldDesk, told: &mut Told) {
+fn hear_comparison(desk: &mut FieldState, told: &mut Told) {
     let Some(answer) = desk.comparing.as_ref().and_then(Job::answer) else {
         return;
     };

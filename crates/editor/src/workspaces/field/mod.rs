@@ -11,13 +11,13 @@
 //! | [`work`] | what the threads do |
 
 pub mod answer;
-pub mod desk;
 pub mod dialog;
 pub mod hear;
 pub mod kind;
 pub mod panels;
 pub mod rooms;
 pub mod samples;
+pub mod state;
 pub mod work;
 
 use crate::document::apply::{Notice, WorldGeneration};
@@ -33,10 +33,10 @@ use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
 use crate::widgets::theme;
 use crate::workspaces::design::panels::brief_result_panel;
-use crate::workspaces::field::desk::{FieldDesk, FieldSettings, SamplesShown, TableRole};
 use crate::workspaces::field::panels::systems::{
     fit_panel, is_selection_open, rooms_panel, selection_page, tables_panel,
 };
+use crate::workspaces::field::state::{FieldSettings, FieldState, SamplesShown, TableRole};
 use crate::workspaces::layers_panel::room_layers_panel;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
@@ -130,13 +130,13 @@ pub fn is_shown(workspace: Res<Workspace>) -> bool {
     *workspace == WORKSPACE
 }
 
-fn is_busy(desk: Res<FieldDesk>) -> bool {
+fn is_busy(desk: Res<FieldState>) -> bool {
     desk.is_busy()
 }
 
 impl Plugin for FieldPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<FieldDesk>()
+        app.init_resource::<FieldState>()
             .init_resource::<Workspace>()
             .init_resource::<WorldGeneration>()
             .init_resource::<Notice>()
@@ -206,7 +206,7 @@ fn request(request: FieldRequest) -> impl FnMut(ResMut<Workspace>, MessageWriter
 fn hear_drops(
     mut dropped: MessageReader<FileDragAndDrop>,
     workspace: Res<Workspace>,
-    mut desk: ResMut<FieldDesk>,
+    mut desk: ResMut<FieldState>,
     mut requests: MessageWriter<FieldRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {

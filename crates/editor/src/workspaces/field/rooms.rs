@@ -4,7 +4,7 @@ use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
-use crate::workspaces::field::desk::FieldDesk;
+use crate::workspaces::field::state::FieldState;
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::Origin;
@@ -21,7 +21,7 @@ pub(crate) struct ListKey {
 }
 
 pub(crate) fn keep_list(
-    mut desk: ResMut<FieldDesk>,
+    mut desk: ResMut<FieldState>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     waker: Res<Waker>,

@@ -13,7 +13,7 @@ use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::widgets::basic::{decimal, with_unit};
 use crate::workspaces::field::WORKSPACE;
-use crate::workspaces::field::desk::{FieldDesk, SampleValue, Table, TableRole};
+use crate::workspaces::field::state::{FieldState, SampleValue, Table, TableRole};
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::Indices;
 use bevy::picking::Pickable;
@@ -32,7 +32,7 @@ const RADIUS_PART: f64 = 0.07;
 /// Bounds of the radius, mm: seen from across the volume, and never in the way.
 const RADIUS_MM: [f64; 2] = [0.5, 3.0];
 
-/// Draws the samples in [`EditorSystems::Draw`]; needs [`FieldDesk`].
+/// Draws the samples in [`EditorSystems::Draw`]; needs [`FieldState`].
 pub struct SamplesPlugin;
 
 /// The colours of the samples as drawn.
@@ -80,7 +80,7 @@ impl Plugin for SamplesPlugin {
 /// That of the slice where it shows the same quantity, so that samples and slice can be compared;
 /// else one of their own.
 fn choose_scale(
-    desk: Res<FieldDesk>,
+    desk: Res<FieldState>,
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
     slice: Option<Res<ColorScale>>,
@@ -103,7 +103,7 @@ fn choose_scale(
 
 fn draw(
     mut commands: Commands,
-    mut desk: ResMut<FieldDesk>,
+    mut desk: ResMut<FieldState>,
     scale: Res<SampleScale>,
     drawn: Query<(Entity, &Samples)>,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -146,12 +146,12 @@ fn remove(mut commands: Commands, drawn: Query<Entity, With<Samples>>) {
 }
 
 fn is_probed(world: &World) -> bool {
-    world.get_resource::<Workspace>() == Some(&WORKSPACE) && world.contains_resource::<FieldDesk>()
+    world.get_resource::<Workspace>() == Some(&WORKSPACE) && world.contains_resource::<FieldState>()
 }
 
 /// What is shown of the sample that the ray meets first.
 fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
-    let desk = world.get_resource::<FieldDesk>()?;
+    let desk = world.get_resource::<FieldState>()?;
     let of_tables = TableRole::ALL.into_iter().filter_map(|role| {
         let (kind, left) = desk.sample_values(role)?;
         let table = desk.slot(role).table.as_ref()?;

@@ -2,7 +2,7 @@
 
 use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
-use crate::workspaces::field::desk::{Comparison, FieldSettings, Fitted, Table};
+use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::fit_quality;
 use trackwright_calibration::room_choice::{Chosen, ModelChoice, choose, row_groups};

@@ -6,8 +6,8 @@ use crate::document::shown::LivePoses;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::desk::{LiveDesk, take_poses};
 use crate::workspaces::live::dialog::RecordDialog;
+use crate::workspaces::live::state::{LiveState, take_poses};
 use bevy::prelude::*;
 use std::path::Path;
 use trackwright_calibration::coverage::CoveragePlan;
@@ -17,7 +17,7 @@ pub(crate) fn answer(
     mut requests: MessageReader<LiveRequest>,
     world: Option<Res<OpenWorld>>,
     waker: Res<Waker>,
-    mut desk: ResMut<LiveDesk>,
+    mut desk: ResMut<LiveState>,
     mut poses: ResMut<LivePoses>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
@@ -69,7 +69,7 @@ pub(crate) fn answer(
     }
 }
 
-fn connect(world: &trackwright_project::World, waker: &Waker, desk: &mut LiveDesk) {
+fn connect(world: &trackwright_project::World, waker: &Waker, desk: &mut LiveState) {
     if desk.is_connected() {
         return;
     }
@@ -85,7 +85,7 @@ fn connect(world: &trackwright_project::World, waker: &Waker, desk: &mut LiveDes
 
 fn record(
     world: &trackwright_project::World,
-    desk: &mut LiveDesk,
+    desk: &mut LiveState,
     file: &Path,
 ) -> Result<(), String> {
     let Some(session) = &desk.session else {

@@ -8,7 +8,7 @@ use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::live::collected::Collected;
-use crate::workspaces::live::desk::LiveDesk;
+use crate::workspaces::live::state::LiveState;
 use bevy::picking::Pickable;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
@@ -33,7 +33,7 @@ pub struct CellsPlugin;
 
 impl Plugin for CellsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<LiveDesk>().init_resource::<Workspace>().add_systems(
+        app.init_resource::<LiveState>().init_resource::<Workspace>().add_systems(
             Update,
             (
                 draw.run_if(crate::workspaces::live::is_shown),
@@ -48,7 +48,7 @@ impl Plugin for CellsPlugin {
 
 fn draw(
     mut commands: Commands,
-    desk: Res<LiveDesk>,
+    desk: Res<LiveState>,
     blocks: Query<Entity, With<Cells>>,
     mut drawn: Local<Option<(u64, usize)>>,
     mut meshes: ResMut<Assets<Mesh>>,

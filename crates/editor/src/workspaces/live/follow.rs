@@ -5,7 +5,7 @@ use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::shown::{LivePoses, ShownDesign};
 use crate::shell::window::Workspace;
 use crate::viewport::troubles::BodyTroubles;
-use crate::workspaces::live::desk::{LiveDesk, RoomKey, take_poses};
+use crate::workspaces::live::state::{LiveState, RoomKey, take_poses};
 use bevy::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -13,7 +13,7 @@ use std::sync::atomic::Ordering;
 /// What is shown follows the session; while nothing is shown nothing of it is looked at but whether
 /// its recording failed, which is said wherever the person is.
 pub(crate) fn look(
-    mut desk: ResMut<LiveDesk>,
+    mut desk: ResMut<LiveState>,
     mut poses: ResMut<LivePoses>,
     mut notice: ResMut<Notice>,
     workspace: Res<Workspace>,
@@ -40,7 +40,7 @@ pub(crate) fn look(
 
 /// Of live bodies; those of a design stand where they are meant to.
 pub(crate) fn keep_troubles(
-    desk: Res<LiveDesk>,
+    desk: Res<LiveState>,
     shown: Option<Res<ShownDesign>>,
     troubles: Option<ResMut<BodyTroubles>>,
 ) {
@@ -52,7 +52,7 @@ pub(crate) fn keep_troubles(
 
 /// Another design, room or choice of tools is compensated by once no drag is under way.
 pub(crate) fn keep_room(
-    mut desk: ResMut<LiveDesk>,
+    mut desk: ResMut<LiveState>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
@@ -88,12 +88,12 @@ mod tests {
     #[test]
     fn a_recording_that_fails_is_said_once_in_any_workspace_and_nothing_more_is_counted() {
         let mut app = App::new();
-        app.init_resource::<LiveDesk>()
+        app.init_resource::<LiveState>()
             .init_resource::<LivePoses>()
             .init_resource::<Notice>()
             .init_resource::<Workspace>()
             .add_systems(Update, look);
-        let collector = app.world().resource::<LiveDesk>().collector.clone();
+        let collector = app.world().resource::<LiveState>().collector.clone();
         let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
         let plan = CoveragePlan::of(&world.environment);
         collector.begin(plan);

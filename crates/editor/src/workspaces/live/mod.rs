@@ -12,10 +12,10 @@
 pub mod answer;
 pub mod cells;
 pub mod collected;
-pub mod desk;
 pub mod dialog;
 pub mod follow;
 pub mod panels;
+pub mod state;
 
 use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::requests::ActiveDrag;
@@ -27,8 +27,8 @@ use crate::shell::keys::Keys;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
 use crate::workspaces::layers_panel::layers_panel;
-use crate::workspaces::live::desk::LiveDesk;
 use crate::workspaces::live::panels::{collecting_panel, note_tools, pose_panel, tracker_panel};
+use crate::workspaces::live::state::LiveState;
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::BodyRole;
@@ -73,13 +73,13 @@ pub fn is_shown(workspace: Res<Workspace>) -> bool {
     *workspace == WORKSPACE
 }
 
-fn is_connected(desk: Res<LiveDesk>) -> bool {
+fn is_connected(desk: Res<LiveState>) -> bool {
     desk.is_connected()
 }
 
 impl Plugin for LivePlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<LiveDesk>()
+        app.init_resource::<LiveState>()
             .init_resource::<Workspace>()
             .init_resource::<WorldGeneration>()
             .init_resource::<ActiveDrag>()

@@ -20,7 +20,7 @@ use crate::shell::window::Workspace;
 use crate::workspaces::layers_panel::layers_panel;
 use crate::workspaces::present::panels::systems::{slides_panel, stage_panel};
 use crate::workspaces::present::stage::Stage;
-use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::state::StudyRequest;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use trackwright_design::{Edit, Slide, SlideEdit, View};

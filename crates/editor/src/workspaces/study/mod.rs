@@ -1,13 +1,13 @@
 //! Trial by trial: which study there is, which trial is shown, playing, input data and the log.
 
 pub mod commands;
-pub mod desk;
 pub mod dialog;
 pub mod input;
 pub mod log;
 pub mod play;
 pub mod precision;
 pub mod precision_ui;
+pub mod state;
 pub mod study_charts_ui;
 pub mod study_panels;
 pub mod timeline_ui;
@@ -23,7 +23,7 @@ use crate::workspaces::design::panels::{
     history_panel, inspector_panel, outliner_panel, result_panel,
 };
 use crate::workspaces::layers_panel::layers_panel;
-use crate::workspaces::study::desk::StudyDesk;
+use crate::workspaces::study::state::StudyState;
 use crate::workspaces::study::study_panels::{
     note_trial, sides_panel, timeline_panel, trials_panel,
 };
@@ -44,7 +44,7 @@ pub const WORKSPACE: Workspace = Workspace {
 
 /// What a person does in the Study workspace.
 ///
-/// Answers [`StudyRequest`](desk::StudyRequest) and plays trials in [`EditorSystems::Edit`], reads
+/// Answers [`StudyRequest`](state::StudyRequest) and plays trials in [`EditorSystems::Edit`], reads
 /// input data and writes logs.
 pub struct StudyPlugin;
 
@@ -68,7 +68,7 @@ impl Plugin for StudyPlugin {
 }
 
 fn is_trials(world: &World) -> bool {
-    world.get_resource::<StudyDesk>().is_some_and(|desk| desk.side == desk::Side::Trials)
+    world.get_resource::<StudyState>().is_some_and(|desk| desk.side == state::Side::Trials)
 }
 
 fn is_inspector(world: &World) -> bool {

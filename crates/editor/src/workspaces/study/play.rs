@@ -6,7 +6,7 @@ use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::study::are_trials_shown;
-use crate::workspaces::study::desk::{StudyDesk, StudyRequest};
+use crate::workspaces::study::state::{StudyRequest, StudyState};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use trackwright_simulation::trial_count;
@@ -16,7 +16,7 @@ use trackwright_simulation::trial_count;
 const LONGEST_STEP_S: f64 = 1.0;
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<StudyDesk>()
+    app.init_resource::<StudyState>()
         .init_resource::<Workspace>()
         .init_resource::<Results>()
         .add_message::<StudyRequest>()
@@ -40,7 +40,7 @@ fn is_playing(choice: Res<TrialChoice>) -> bool {
 fn answer(
     mut requests: MessageReader<StudyRequest>,
     mut choice: ResMut<TrialChoice>,
-    mut desk: ResMut<StudyDesk>,
+    mut desk: ResMut<StudyState>,
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
     mut files: MessageWriter<FileRequest>,
@@ -101,7 +101,7 @@ fn answer(
 fn advance(
     time: Res<Time<Real>>,
     mut choice: ResMut<TrialChoice>,
-    desk: Res<StudyDesk>,
+    desk: Res<StudyState>,
     world: Option<Res<OpenWorld>>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {

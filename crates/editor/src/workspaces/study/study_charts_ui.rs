@@ -2,10 +2,10 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::axis_ticks::{few_marks, mark_text, small_marks};
+use crate::widgets::axis_ticks::{axis_ticks, mark_text, small_marks};
 use crate::widgets::basic::{count, counted, decimal, length, quiet_ui, section_ui, with_unit};
 use crate::widgets::theme;
-use crate::workspaces::study::desk::StudyRequest;
+use crate::workspaces::study::state::StudyRequest;
 use bevy_egui::egui::{self, Response, RichText, Sense, Ui};
 use egui_plot::{
     Bar, BarChart, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot, PlotPoints,
@@ -69,8 +69,8 @@ fn plain(name: &str) -> Plot<'_> {
     Plot::new(name)
         .height(HEIGHT)
         .show_grid([false, true])
-        .x_grid_spacer(few_marks(STEPS[0]))
-        .y_grid_spacer(few_marks(STEPS[1]))
+        .x_grid_spacer(axis_ticks(STEPS[0]))
+        .y_grid_spacer(axis_ticks(STEPS[1]))
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)

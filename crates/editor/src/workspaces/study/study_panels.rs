@@ -10,8 +10,8 @@ use crate::shell::window::{StatusNote, Workspace};
 use crate::widgets::basic::count;
 use crate::widgets::theme;
 use crate::workspaces::design::result::are_figures_old;
-use crate::workspaces::study::desk::{Side, StudyDesk, StudyRequest};
 use crate::workspaces::study::log::LogJob;
+use crate::workspaces::study::state::{Side, StudyRequest, StudyState};
 use crate::workspaces::study::study_charts_ui::{StudyChartsView, study_charts_ui};
 use crate::workspaces::study::timeline_ui::{
     TimelineAction, TimelineView, timeline_ui, trial_words,
@@ -27,7 +27,7 @@ pub(crate) struct Shown<'w> {
     world: Res<'w, OpenWorld>,
     results: Res<'w, Results>,
     choice: Res<'w, TrialChoice>,
-    desk: Res<'w, StudyDesk>,
+    desk: Res<'w, StudyState>,
     trial: Option<Res<'w, ShownDesign>>,
 }
 
@@ -95,7 +95,7 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
 /// Which of two things stands above the result.
 pub(crate) fn sides_panel(
     mut ui: InMut<Ui>,
-    desk: Res<StudyDesk>,
+    desk: Res<StudyState>,
     mut requests: Requests<StudyRequest>,
 ) {
     let sides = Panel::top("sides")

@@ -5,13 +5,13 @@ use crate::document::trials::ModeKind;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::commands::Command;
-use crate::widgets::axis_ticks::{few_marks, mark_text, small_marks};
+use crate::widgets::axis_ticks::{axis_ticks, mark_text, small_marks};
 use crate::widgets::basic::{count, decimal, length, quiet_ui, with_unit};
 use crate::widgets::theme;
 use crate::workspaces::study::commands::{
     NEXT, OWN_POSE, PLAY, PREVIOUS, READ_INPUT, WORST, WRITE_LOG, choose,
 };
-use crate::workspaces::study::desk::{PLAY_RATES, StudyRequest};
+use crate::workspaces::study::state::{PLAY_RATES, StudyRequest};
 use bevy_egui::egui::{
     self, Align, Button, ComboBox, Layout, Pos2, ProgressBar, Rect, Response, RichText, Sense,
     Shape, Stroke, StrokeKind, Ui, pos2, vec2,
@@ -327,7 +327,7 @@ fn chart_ui(
     let plot = Plot::new("timeline")
         .height(ui.available_height())
         .show_grid([false, true])
-        .y_grid_spacer(few_marks(4))
+        .y_grid_spacer(axis_ticks(4))
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)

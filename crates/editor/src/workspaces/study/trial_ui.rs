@@ -3,7 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{decimal, length, quiet_ui, section_ui, with_unit};
-use crate::workspaces::study::desk::{RotationForm, StudyRequest};
+use crate::workspaces::study::state::{RotationForm, StudyRequest};
 use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_geometry::rotation::log_quaternion;

@@ -8,9 +8,9 @@ pub mod table_ui;
 
 use crate::runner::results::Results;
 use crate::workspaces::decide::against::{Against, Found};
-use crate::workspaces::decide::desk::DecideDesk;
-use crate::workspaces::decide::desk::Pinned;
 use crate::workspaces::decide::judged::Judged;
+use crate::workspaces::decide::state::DecideState;
+use crate::workspaces::decide::state::Pinned;
 use trackwright_design::Document;
 use trackwright_procedure::StepStatus;
 use trackwright_project::RoomListing;
@@ -21,7 +21,7 @@ pub struct DecideView<'a> {
     pub document: &'a Document,
     pub generation: u64,
     pub results: &'a Results,
-    pub desk: &'a DecideDesk,
+    pub desk: &'a DecideState,
     pub against: Option<&'a Against>,
     pub judged: Option<&'a Judged>,
     /// The name of the design's own room.

@@ -6,13 +6,13 @@ use crate::runner::results::Results;
 use crate::shell::requests::Requests;
 use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::against::Against;
-use crate::workspaces::decide::desk::DecideDesk;
 use crate::workspaces::decide::judged::Judged;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::baseline_ui;
 use crate::workspaces::decide::panels::steps_ui::steps_ui;
 use crate::workspaces::decide::panels::table_ui::table_ui;
-use crate::workspaces::field::desk::FieldDesk;
+use crate::workspaces::decide::state::DecideState;
+use crate::workspaces::field::state::FieldState;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::Ui;
@@ -23,10 +23,10 @@ pub(crate) struct Shown<'w> {
     world: Res<'w, OpenWorld>,
     generation: Res<'w, WorldGeneration>,
     results: Res<'w, Results>,
-    desk: Res<'w, DecideDesk>,
+    desk: Res<'w, DecideState>,
     against: Option<Res<'w, Against>>,
     judged: Option<Res<'w, Judged>>,
-    field: Option<Res<'w, FieldDesk>>,
+    field: Option<Res<'w, FieldState>>,
 }
 
 impl Shown<'_> {

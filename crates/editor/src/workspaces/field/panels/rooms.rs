@@ -4,12 +4,12 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{Mark, Row, THIN_SPACE, counted, length, quiet_ui, row_ui, section_ui};
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::field::desk::FieldDesk;
+use crate::workspaces::field::state::FieldState;
 use bevy_egui::egui::Ui;
 use trackwright_project::{RoomListing, RoomSource};
 
 /// Draws the list; a click puts the design into the room.
-pub fn rooms_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
+pub fn rooms_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Rooms, held-out error");
     if desk.rooms.is_empty() {

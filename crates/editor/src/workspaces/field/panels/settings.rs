@@ -4,9 +4,9 @@ use crate::widgets::basic::{
     NumberChange, NumberField, main_button, number_ui, quiet_ui, section_ui,
 };
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::field::desk::{FieldDesk, FieldSettings};
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::panels::named_ui;
+use crate::workspaces::field::state::{FieldSettings, FieldState};
 use crate::workspaces::field::work::CHOOSING_PART;
 use bevy_egui::egui::{ComboBox, ProgressBar, Ui};
 use trackwright_field::bernstein::MAX_ORDER;
@@ -27,7 +27,7 @@ const FIRST_JITTER_DEG: f64 = 0.1;
 const FIRST_GROWTH_MM: f64 = 300.0;
 
 /// Draws the settings.
-pub fn settings_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
+pub fn settings_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
     let before = desk.settings;
     let mut settings = before;
@@ -265,7 +265,7 @@ fn set_from(changes: Vec<NumberChange>, mut set: impl FnMut(f64)) {
     }
 }
 
-fn fit_ui(ui: &mut Ui, desk: &FieldDesk, asked: &mut Vec<FieldRequest>) {
+fn fit_ui(ui: &mut Ui, desk: &FieldState, asked: &mut Vec<FieldRequest>) {
     if let Some(job) = &desk.fitting {
         let part = job.progress();
         let doing = match desk.settings.is_open() && part < CHOOSING_PART {

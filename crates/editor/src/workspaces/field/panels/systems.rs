@@ -4,13 +4,13 @@ use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
 use crate::shell::requests::Requests;
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::field::desk::FieldDesk;
 use crate::workspaces::field::panels::rooms::rooms_ui;
 use crate::workspaces::field::panels::selection::{selection_ui, selection_window};
 use crate::workspaces::field::panels::settings::settings_ui;
 use crate::workspaces::field::panels::table::tables_ui;
 use crate::workspaces::field::panels::worth::{comparison_ui, worth_ui};
 use crate::workspaces::field::samples::SampleScale;
+use crate::workspaces::field::state::FieldState;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::EguiContexts;
@@ -19,7 +19,7 @@ use bevy_egui::egui::{Rect, Ui};
 /// The measurements that are open.
 pub(crate) fn tables_panel(
     mut ui: InMut<Ui>,
-    desk: Res<FieldDesk>,
+    desk: Res<FieldState>,
     scale: Option<Res<SampleScale>>,
     mut requests: Requests<FieldRequest>,
 ) {
@@ -30,7 +30,7 @@ pub(crate) fn tables_panel(
 /// The rooms that the design could be put in.
 pub(crate) fn rooms_panel(
     mut ui: InMut<Ui>,
-    desk: Res<FieldDesk>,
+    desk: Res<FieldState>,
     mut requests: Requests<FieldRequest>,
 ) {
     requests.write_all(rooms_ui(&mut ui, &desk));
@@ -39,7 +39,7 @@ pub(crate) fn rooms_panel(
 /// What a room is fitted with, and how well the fit describes the measurements.
 pub(crate) fn fit_panel(
     mut ui: InMut<Ui>,
-    desk: Res<FieldDesk>,
+    desk: Res<FieldState>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     mut requests: Requests<FieldRequest>,
@@ -56,14 +56,14 @@ pub(crate) fn fit_panel(
     }
 }
 
-pub(crate) fn is_selection_open(desk: Res<FieldDesk>) -> bool {
+pub(crate) fn is_selection_open(desk: Res<FieldState>) -> bool {
     desk.is_selection_open
 }
 
 /// The window with Fig. 3 and its table.
 pub(crate) fn selection_page(
     mut contexts: EguiContexts,
-    desk: Res<FieldDesk>,
+    desk: Res<FieldState>,
     mut requests: Requests<FieldRequest>,
     mut commands: Commands,
     mut stood: Local<Option<Rect>>,

@@ -8,9 +8,9 @@ use crate::widgets::basic::{
 };
 use crate::widgets::theme;
 use crate::workspaces::field::FieldRequest;
-use crate::workspaces::field::desk::{FieldDesk, SamplesShown, TableRole};
-use crate::workspaces::field::desk::{SampleValue, Table};
 use crate::workspaces::field::samples::{SampleScale, stride};
+use crate::workspaces::field::state::{FieldState, SamplesShown, TableRole};
+use crate::workspaces::field::state::{SampleValue, Table};
 use bevy_egui::egui::{
     self, Align, ComboBox, Layout, Mesh, ProgressBar, RichText, Sense, Shape, Ui,
 };
@@ -20,7 +20,7 @@ use trackwright_formats::printable::printable;
 const BAR_HEIGHT: f32 = 8.0;
 
 /// Draws both tables and how their samples are shown.
-pub fn tables_ui(ui: &mut Ui, desk: &FieldDesk, scale: SampleScale) -> Vec<FieldRequest> {
+pub fn tables_ui(ui: &mut Ui, desk: &FieldState, scale: SampleScale) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
     if desk.is_drop_near {
         drop_ui(ui);
@@ -42,7 +42,7 @@ fn drop_ui(ui: &mut Ui) {
         });
 }
 
-fn table_ui(ui: &mut Ui, desk: &FieldDesk, role: TableRole, asked: &mut Vec<FieldRequest>) {
+fn table_ui(ui: &mut Ui, desk: &FieldState, role: TableRole, asked: &mut Vec<FieldRequest>) {
     let (title, button, what) = match role {
         TableRole::Training => (
             "Measurements",
@@ -164,7 +164,7 @@ fn range(min_mm: f64, max_mm: f64) -> String {
 
 fn samples_ui(
     ui: &mut Ui,
-    desk: &FieldDesk,
+    desk: &FieldState,
     SampleScale(scale): SampleScale,
     asked: &mut Vec<FieldRequest>,
 ) {

@@ -7,10 +7,10 @@ use crate::widgets::basic::{
 };
 use crate::widgets::theme;
 use crate::widgets::verdict::{verdict_mark, verdict_text};
-use crate::workspaces::field::desk::FieldDesk;
-use crate::workspaces::field::desk::{Comparison, Fitted};
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::panels::{cell_ui, change_ui, good_ui, head_ui};
+use crate::workspaces::field::state::FieldState;
+use crate::workspaces::field::state::{Comparison, Fitted};
 use crate::workspaces::field::{FieldRequest, RoomToSave};
 use bevy_egui::egui::{Grid, Label, RichText, Ui};
 use trackwright_calibration::fit_quality::FitQuality;
@@ -21,7 +21,7 @@ use trackwright_simulation::Metric;
 use trackwright_simulation::own_study::OwnStudy;
 
 /// Draws what the newest fit is worth, and what can be done with it.
-pub fn worth_ui(ui: &mut Ui, desk: &FieldDesk) -> Vec<FieldRequest> {
+pub fn worth_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Fit quality");
     let Some(fitted) = &desk.fitted else {

@@ -5,8 +5,8 @@ use crate::palette::ThemedColor;
 use crate::widgets::basic::{THIN_SPACE, count, decimal, fact_ui, quiet_ui, section_ui};
 use crate::workspaces::live::LiveRequest;
 use crate::workspaces::live::collected::Collected;
-use crate::workspaces::live::desk::LiveDesk;
 use crate::workspaces::live::panels::state_ui;
+use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, Sense, Ui, vec2};
 use nalgebra::{Unit, Vector3};
 use trackwright_calibration::coverage::CoverageSummary;
@@ -17,7 +17,7 @@ const NAMED_DIRECTIONS: usize = 6;
 const COUNT_WIDTH: f32 = 36.0;
 
 /// Draws the section.
-pub fn collecting_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
+pub fn collecting_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Collecting");
     let Some(collected) = &desk.collected else {

@@ -12,11 +12,11 @@ use crate::runner::results::Results;
 use crate::shell::requests::Requests;
 use crate::shell::window::{StatusNote, Workspace};
 use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::desk::LiveDesk;
 use crate::workspaces::live::panels::collecting::collecting_ui;
 use crate::workspaces::live::panels::tools::tools_ui;
 use crate::workspaces::live::panels::tracker::{recording_ui, tracker_ui};
-use crate::workspaces::study::desk::{StudyDesk, StudyRequest};
+use crate::workspaces::live::state::LiveState;
+use crate::workspaces::study::state::{StudyRequest, StudyState};
 use crate::workspaces::study::trial_ui::{TrialView, trial_ui};
 use bevy::prelude::*;
 use bevy_egui::egui::{self, RichText, Ui};
@@ -28,7 +28,7 @@ use trackwright_openigtlink::roles::base_name;
 pub(crate) fn tracker_panel(
     mut ui: InMut<Ui>,
     world: Res<OpenWorld>,
-    live: Res<LiveDesk>,
+    live: Res<LiveState>,
     mut requests: Requests<LiveRequest>,
 ) {
     requests.write_all(tracker_ui(&mut ui, &live));
@@ -40,8 +40,8 @@ pub(crate) fn tracker_panel(
 pub(crate) fn pose_panel(
     mut ui: InMut<Ui>,
     (world, results): (Res<OpenWorld>, Res<Results>),
-    live: Res<LiveDesk>,
-    study: Res<StudyDesk>,
+    live: Res<LiveState>,
+    study: Res<StudyState>,
     mut requests: Requests<StudyRequest>,
 ) {
     let is_live = results.pose_trial.is_some_and(|number| number >= LIVE);
@@ -65,7 +65,7 @@ pub(crate) fn pose_panel(
 /// Where samples were taken.
 pub(crate) fn collecting_panel(
     mut ui: InMut<Ui>,
-    live: Res<LiveDesk>,
+    live: Res<LiveState>,
     mut requests: Requests<LiveRequest>,
 ) {
     requests.write_all(collecting_ui(&mut ui, &live));
@@ -73,7 +73,7 @@ pub(crate) fn collecting_panel(
 
 /// The status line says how the tools are that are the design's bodies.
 pub(crate) fn note_tools(
-    live: Res<LiveDesk>,
+    live: Res<LiveState>,
     workspace: Res<Workspace>,
     mut note: ResMut<StatusNote>,
 ) {

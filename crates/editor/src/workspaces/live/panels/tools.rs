@@ -4,8 +4,8 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::desk::LiveDesk;
 use crate::workspaces::live::panels::state_ui;
+use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use trackwright_design::{BodyRole, Design};
 use trackwright_formats::printable::printable;
@@ -14,7 +14,7 @@ use trackwright_openigtlink::roles::base_name;
 use trackwright_openigtlink::session::ToolView;
 
 /// Draws the list.
-pub fn tools_ui(ui: &mut Ui, desk: &LiveDesk, design: &Design) -> Vec<LiveRequest> {
+pub fn tools_ui(ui: &mut Ui, desk: &LiveState, design: &Design) -> Vec<LiveRequest> {
     let mut asked = Vec::new();
     let Some(seen) = desk.seen.as_ref().filter(|_| desk.is_connected()) else {
         return asked;

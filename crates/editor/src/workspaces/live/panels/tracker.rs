@@ -7,8 +7,8 @@ use crate::widgets::basic::{
 };
 use crate::workspaces::design::inspector::text_row_ui;
 use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::desk::LiveDesk;
 use crate::workspaces::live::panels::state_ui;
+use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, DragValue, Ui};
 use trackwright_openigtlink::codec::DEFAULT_PORT;
 use trackwright_openigtlink::session::{Link, SessionState};
@@ -17,7 +17,7 @@ use trackwright_openigtlink::session::{Link, SessionState};
 const FIRST_PORT: u16 = DEFAULT_PORT + 1;
 
 /// Draws the connection; says how it is.
-pub fn tracker_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
+pub fn tracker_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Tracker");
     let is_connected = desk.is_connected();
@@ -101,7 +101,7 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
 }
 
 /// Draws the recording.
-pub fn recording_ui(ui: &mut Ui, desk: &LiveDesk) -> Vec<LiveRequest> {
+pub fn recording_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
     let mut asked = Vec::new();
     section_ui(ui, "Recording");
     let recording = (desk.seen.as_ref())

@@ -176,7 +176,7 @@ pub type Listing = Job<Result<Vec<RoomListing>, Cancelled>>;
 
 /// Everything on the workspace's desk.
 #[derive(Resource, Default)]
-pub struct FieldDesk {
+pub struct FieldState {
     pub training: TableSlot,
     pub held_out: TableSlot,
     /// Tables that are fitted although they are beyond doubt not what they are read as.
@@ -200,7 +200,7 @@ pub struct FieldDesk {
     pub counts: FieldCounts,
 }
 
-impl FieldDesk {
+impl FieldState {
     pub fn slot(&self, role: TableRole) -> &TableSlot {
         match role {
             TableRole::Training => &self.training,

@@ -13,7 +13,7 @@ use trackwright_project::{RoomSource, StoreError};
 
 /// What is compared, and what it came to.
 #[derive(Resource, Default)]
-pub struct DecideDesk {
+pub struct DecideState {
     /// What the design is held against.
     pub pinned: Option<Pinned>,
     /// A baseline on its way.
@@ -56,7 +56,7 @@ pub struct DecideCounts {
     pub statuses: usize,
 }
 
-impl DecideDesk {
+impl DecideState {
     /// What is typed as the reason of a step's decision.
     pub fn note(&self, step: Step) -> &str {
         &self.notes[step.number() - 1]

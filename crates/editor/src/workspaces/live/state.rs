@@ -25,7 +25,7 @@ use trackwright_simulation::Scenario;
 
 /// What the workspace knows.
 #[derive(Resource)]
-pub struct LiveDesk {
+pub struct LiveState {
     /// `HOST:PORT` of the tracker's server.
     pub server: String,
     /// The port that poses are sent on at.
@@ -64,7 +64,7 @@ impl PartialEq for RoomKey {
     }
 }
 
-impl Default for LiveDesk {
+impl Default for LiveState {
     fn default() -> Self {
         Self {
             server: format!("localhost:{DEFAULT_PORT}"),
@@ -81,7 +81,7 @@ impl Default for LiveDesk {
     }
 }
 
-impl LiveDesk {
+impl LiveState {
     pub fn is_connected(&self) -> bool {
         self.session.is_some()
     }

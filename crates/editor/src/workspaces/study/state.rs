@@ -44,7 +44,7 @@ pub enum StudyRequest {
 
 /// How trials are shown.
 #[derive(Resource, Clone, Debug)]
-pub struct StudyDesk {
+pub struct StudyState {
     pub rate_per_s: f64,
     pub side: Side,
     pub rotation: RotationForm,
@@ -52,7 +52,7 @@ pub struct StudyDesk {
     pub axis: &'static str,
 }
 
-impl Default for StudyDesk {
+impl Default for StudyState {
     fn default() -> Self {
         Self {
             rate_per_s: PLAY_RATES[1],
