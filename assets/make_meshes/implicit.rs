@@ -128,7 +128,7 @@ pub fn meshed(solid: &impl Solid, [xs, ys, zs]: [&[f64]; 3]) -> Shape {
                 let b = corners[k | 1 << axis];
                 let (from, to) = (value(a), value(b));
                 if a != b && (from < 0.0) != (to < 0.0) {
-                    sum = sum + node(a).between(node(b), from / (from - to));
+                    sum += node(a).between(node(b), from / (from - to));
                     crossings += 1.0;
                 }
             }

@@ -96,7 +96,7 @@ fn poses_in_metres_are_refused_as_measurements_are() {
     }
     let said = scratch.fail("pivot p.csv");
     assert!(said.contains("are they metres?"), "{said}");
-    scratch.succeed(format!("distort room.env.ron p.csv -o out.csv --as-is"));
+    scratch.succeed("distort room.env.ron p.csv -o out.csv --as-is");
 }
 
 #[test]

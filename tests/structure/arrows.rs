@@ -248,7 +248,7 @@ impl Source {
             at.pop();
         }
         for name in names {
-            let inner = [&at[..], &[name.clone()]].concat();
+            let inner = [&at[..], std::slice::from_ref(name)].concat();
             if self.modules.contains_key(&inner) {
                 (at, is_inside) = (inner, true);
                 continue;

@@ -175,10 +175,11 @@ fn fields_and_comments(text: &str) -> (Vec<&str>, Vec<&str>) {
             Token::Comment => comments.push(&text[range]),
             Token::Sign('(' | '[' | '{') => depth += 1,
             Token::Sign(')' | ']' | '}') => depth = depth.saturating_sub(1),
-            Token::Word if depth == 1 => {
-                if tokens.peek().is_some_and(|(next, _)| *next == Token::Sign(':')) {
-                    fields.push(&text[range]);
-                }
+            Token::Word
+                if depth == 1
+                    && tokens.peek().is_some_and(|(next, _)| *next == Token::Sign(':')) =>
+            {
+                fields.push(&text[range]);
             }
             _ => {}
         }

@@ -17,6 +17,7 @@ pub enum Step {
 }
 
 /// What a step is decided on.
+#[expect(clippy::large_enum_variant, reason = "there is one a step of a design")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum DecisionBasis {
     /// Of [`Step::Crf`] and [`Step::Tool`].

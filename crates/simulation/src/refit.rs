@@ -43,8 +43,10 @@ impl RefitBuffers {
     }
 }
 
-/// Sensors that a variant has instead of those that were read, by their numbers in the body.
+/// Sensors that a variant has instead of those that were read, by their numbers in the body, and
+/// the fitter of its frame.
 pub struct Replaced<'a> {
+    fitter: &'a FrameFitter,
     numbers: &'a [usize],
     tracker: BodyTracker<'a>,
 }
@@ -111,10 +113,11 @@ impl<'a> BodyReadings<'a> {
     pub fn replaced<'b>(
         &'b self,
         body: &RigidBody,
+        fitter: &'b FrameFitter,
         numbers: &'b [usize],
         sensors: &[Sensor],
     ) -> Replaced<'b> {
-        Replaced { numbers, tracker: tracker(self.scenario, body, sensors) }
+        Replaced { fitter, numbers, tracker: tracker(self.scenario, body, sensors) }
     }
 
     /// Fits the frame at every pose with the readings as they are.
@@ -133,7 +136,6 @@ impl<'a> BodyReadings<'a> {
     /// [`Cancelled`], looked for once a piece.
     pub fn refit(
         &self,
-        fitter: &FrameFitter,
         replaced: &Replaced,
         pieces: impl Iterator<Item = Range<usize>>,
         buffers: &mut RefitBuffers,
@@ -162,7 +164,7 @@ impl<'a> BodyReadings<'a> {
                 for (&sensor, (reading, _)) in replaced.numbers.iter().zip(of_pose()) {
                     all[sensor] = *reading;
                 }
-                each(pose, fitter.fit(all, tracker_from_body).tracker_from_body);
+                each(pose, replaced.fitter.fit(all, tracker_from_body).tracker_from_body);
                 track.work.frame_fits += 1;
                 track.work.reading_reuses += (self.sensors - replaced.numbers.len()) as u64;
             }

@@ -56,6 +56,7 @@ type Axis = Unit<Vector3<f64>>;
 /// The computations under test: the program's own are [`Methods::OWN`], and a test exchanges one of
 /// them for a naive one that has to be found out.
 #[derive(Clone, Copy)]
+#[expect(clippy::type_complexity, reason = "the signatures of the methods under test")]
 pub struct Methods {
     pub evaluate: fn(&DistortionModel, &Point3<f64>, &Axis, OutsidePolicy) -> PoseError,
     /// The same at many poses at once, by each set of instructions.

@@ -297,7 +297,7 @@ impl FileState<'_> {
                 self.remember();
             }
             Err(error) => {
-                self.dialogs.show(ErrorDialog::new("The design cannot be opened", &error))
+                self.dialogs.show(ErrorDialog::new("The design cannot be opened", &error));
             }
         }
     }

@@ -15,6 +15,7 @@ use trackwright_project::{RoomSource, Starter, World as StoreWorld};
 pub struct OpenWorld(pub StoreWorld);
 
 /// Asks for a change of the design; the only way in which it changes.
+#[expect(clippy::large_enum_variant, reason = "an edit is requested once a frame at most")]
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum EditRequest {
     /// Opens an undo step of many edits (a drag), with the label that undo shows.

@@ -75,8 +75,7 @@ impl OpenPages<'_> {
 }
 
 fn press_keys(
-    mut pressed: MessageReader<KeyboardInput>,
-    mut lost: MessageReader<KeyboardFocusLost>,
+    (mut pressed, mut lost): (MessageReader<KeyboardInput>, MessageReader<KeyboardFocusLost>),
     mut modifiers: Local<Modifiers>,
     egui: Option<Res<EguiWantsInput>>,
     mut pages: OpenPages,

@@ -269,6 +269,7 @@ fn add_beside(
     edits.write_batch(edit.map(EditRequest::Apply));
 }
 
+#[expect(clippy::type_complexity, reason = "the parameters of a system")]
 fn change_sensors(
     command: SensorCommand,
 ) -> impl FnMut(Option<Res<OpenWorld>>, Res<Selection>, Option<Res<Surfaces>>, MessageWriter<EditRequest>)

@@ -134,10 +134,9 @@ impl<'a> CrfAt<'a> {
         body.sensors[self.sensor] = moved.clone();
         let fitter = FrameFitter::new(&body, self.scenario.orientation_weight_mm);
         let number = [self.sensor];
-        let replaced = self.readings.replaced(&body, &number, std::slice::from_ref(moved));
+        let replaced = self.readings.replaced(&body, &fitter, &number, std::slice::from_ref(moved));
         let (mut is_inside, mut tracker_from_crf) = (true, Pose::identity());
         self.readings.refit(
-            &fitter,
             &replaced,
             std::iter::once(0..1),
             buffers,

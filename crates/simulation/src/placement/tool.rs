@@ -96,12 +96,11 @@ impl<'a> ToolAt<'a> {
         body.sensors[self.sensor] = moved.clone();
         let fitter = FrameFitter::new(&body, self.scenario.orientation_weight_mm);
         let number = [self.sensor];
-        let replaced = self.readings.replaced(&body, &number, std::slice::from_ref(moved));
+        let replaced = self.readings.replaced(&body, &fitter, &number, std::slice::from_ref(moved));
         let (mut squares_mm2, mut fourths_mm4, mut weights) = (0.0, 0.0, 0.0);
         let mut is_outside = false;
         let rejects = self.scenario.outside == OutsidePolicy::Reject;
         self.readings.refit(
-            &fitter,
             &replaced,
             self.rule.pieces().into_iter(),
             buffers,

@@ -227,7 +227,7 @@ impl<'a> Built<'a> {
         buffers: &mut BuiltBuffers,
     ) -> Result<(Self, Work), Cancelled> {
         let fitter = FrameFitter::new(body, scenario.orientation_weight_mm);
-        let whole = vec![0..tracker_from_body.len()];
+        let whole = std::iter::once(0..tracker_from_body.len()).collect();
         let cancel = CancelToken::default();
         let poses = (tracker_from_body, run);
         let (readings, work) = BodyReadings::read(scenario, body, None, poses, whole, &cancel)?;
@@ -252,14 +252,14 @@ impl<'a> Built<'a> {
         }
         let built = |&sensor: &usize| built_sensor(&self.body.sensors[sensor], &errors[sensor]);
         let sensors: Vec<Sensor> = off.iter().map(built).collect();
-        let replaced = self.readings.replaced(self.body, &off, &sensors);
+        let replaced = self.readings.replaced(self.body, &self.fitter, &off, &sensors);
         let count = self.readings.tracker_from_body().len();
         // Whole runs, or pieces of a long one.
         let len = if self.run < PIECE { PIECE / self.run * self.run } else { PIECE };
         let pieces = (0..count).step_by(len).map(|start| start..(start + len).min(count));
         let BuiltBuffers { refit, fitted, .. } = buffers;
         let keeps_all = |_, _| true;
-        self.readings.refit(&self.fitter, &replaced, pieces, refit, cancel, keeps_all, |_, pose| {
+        self.readings.refit(&replaced, pieces, refit, cancel, keeps_all, |_, pose| {
             fitted.push(pose);
         })
     }

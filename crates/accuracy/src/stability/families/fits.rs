@@ -59,7 +59,8 @@ pub(super) fn family(extent: Extent) -> Family {
             }),
         )
     }));
-    let placed: [(&str, fn(Point3<f64>) -> Point3<f64>); 4] = [
+    type Move = fn(Point3<f64>) -> Point3<f64>;
+    let placed: [(&str, Move); 4] = [
         ("positions in one plane", |p| Point3::new(p.x, p.y, -350.0)),
         ("positions in a tilted plane", |p| Point3::new(p.x, p.y, -350.0 + 0.3 * p.x - 0.1 * p.y)),
         ("positions on one line", |p| Point3::new(p.x, 0.5 * p.x, p.x - 350.0)),

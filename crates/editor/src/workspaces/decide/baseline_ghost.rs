@@ -76,8 +76,7 @@ fn show(
     mut ghosts: Query<(Entity, &mut Transform, &GhostRoot), Without<SensorsRoot>>,
     mut sensors: Query<(Entity, &mut Transform, &SensorsRoot), Without<GhostRoot>>,
     mut assets: (ResMut<Assets<Mesh>>, ResMut<Assets<GlowMaterial>>),
-    shapes: Res<GlyphShapes>,
-    adapter: Option<Res<RenderAdapterInfo>>,
+    (shapes, adapter): (Res<GlyphShapes>, Option<Res<RenderAdapterInfo>>),
     mut legends: ResMut<Legends>,
 ) {
     let pinned = workspace.shows_baseline.then_some(desk.pinned.as_ref()).flatten();
