@@ -2,12 +2,14 @@
 //! projects as the core says.
 
 use super::screen::SIZE;
+use crate::app::layers;
 use bevy_egui::egui::{self, Rect, UiBuilder, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use trackwright_design::BodyRole;
 use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use trackwright_editor::widgets::theme;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
@@ -41,12 +43,13 @@ pub fn middle_of_view() -> [f64; 2] {
     [f64::from(middle.x), f64::from(middle.y)]
 }
 
-/// A row or a switch of the outliner.
+/// A row of the outliner, or a switch of the layers below it.
 pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
     let rect = Rect::from_min_max(
         pos2(LEFT_MARGIN, theme::TOP_BAR_HEIGHT),
         pos2(theme::LEFT_WIDTH - LEFT_MARGIN, SIZE[1].into()),
     );
+    let layers = layers();
     let harness = laid_out(rect, |ui| {
         let selection = Selection::default();
         let outliner = OutlinerView::new(
@@ -56,6 +59,9 @@ pub fn in_outliner(world: &World, label: &str) -> [f64; 2] {
             &selection,
         );
         outliner_ui(ui, &outliner);
+        let figures = LayerFigures { layers: &layers, ..LayerFigures::default() };
+        let (view, environment) = (world.document.view(), &world.environment);
+        layers_ui(ui, &LayersView { view, environment, figures, listed: Listed::All });
     });
     place(harness.get_by_label(label).rect())
 }
