@@ -57,7 +57,7 @@ pub enum EditorError {
 }
 
 /// Opens the editor and stays until its window closes. Ask
-/// [`preflight::window`](crate::app::preflight::window) first: Bevy panics without a display.
+/// [`preflight::window`] first: Bevy panics without a display.
 ///
 /// # Errors
 /// See [`EditorError`].

@@ -2,7 +2,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`desk`] | the state: the baseline, the table's designs and rooms, what is under way |
+//! | [`state`] | the state: the baseline, the table's designs and rooms, what is under way |
 //! | `answer` | does what the panels ask for, or starts the thread that does |
 //! | [`against`] | keeps the design's figures beside the baseline's, once edits rest |
 //! | [`baseline_ghost`] | draws the baseline's tool as the tracker believes it to be |

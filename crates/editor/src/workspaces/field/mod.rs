@@ -2,7 +2,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`desk`] | the state: tables, settings, the newest fit, rooms |
+//! | [`state`] | the state: tables, settings, the newest fit, rooms |
 //! | `answer` | does what the panels ask for, or starts the thread that does |
 //! | `hear` | takes what the threads found |
 //! | `rooms` | keeps the list of rooms while the workspace is shown |

@@ -3,7 +3,7 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`desk`] | the state: what was asked for, the session, what was last seen of it |
+//! | [`state`] | the state: what was asked for, the session, what was last seen of it |
 //! | `answer` | does what the panels ask for |
 //! | `follow` | looks at the session once a frame, and keeps it in the design's room |
 //! | [`collected`] | where samples were taken, counted in the session's thread |
