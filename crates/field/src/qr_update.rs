@@ -135,7 +135,9 @@ fn factor_panel(mut head: MatMut<'_, f64>, mut panel: MatMut<'_, f64>, mut t: Ma
         let (mut done, mut rest) = panel.rb_mut().split_at_col_mut(j + 1);
         let mut reflector = done.rb_mut().col_mut(j);
         if squared < TINY_SQUARED {
+            // Nothing is reflected; the panel before may have left numbers in `t`.
             reflector.fill(0.0);
+            t.rb_mut().col_mut(j).fill(0.0);
             continue;
         }
         let beta = -(alpha * alpha + squared).sqrt().copysign(alpha);
@@ -231,12 +233,15 @@ mod tests {
         let mut a = numbers(48, 20);
         for i in 0..48 {
             a[(i, 3)] = 0.0;
+            a[(i, 12)] = 0.0;
             a[(i, 9)] = a[(i, 8)];
         }
         let (mut r, mut rows) = (Mat::zeros(20, 20), a.clone());
         let block = Block { rows: rows.as_mut(), leads: None };
         qr_update(r.as_mut(), block, &mut Scratch::default());
-        assert_eq!(r[(3, 3)], 0.0);
+        for zero in [3, 12] {
+            assert!((0..20).all(|j| r[(zero, j)] == 0.0));
+        }
         assert!(r[(9, 9)].abs() < 1e-14);
         assert!(gram_difference(&a, &r) < 48.0 * 64.0 * f64::EPSILON);
     }
