@@ -164,6 +164,7 @@ const PREFERENCES: &str = r#"(
     scale: 1.25,
     panels: (left: true, right: true, history: false),
     workspace: "Design",
+    widths: {"Design left": 312.0},
 )
 "#;
 

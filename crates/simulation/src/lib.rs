@@ -7,7 +7,7 @@
 //! ```
 //! use nalgebra::{Point3, UnitQuaternion};
 //! use std::sync::Arc;
-//! use trackwright_field::model::MapKind;
+//! use trackwright_field::samples::MapKind;
 //! use trackwright_field::random_models::room;
 //! use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 //! use trackwright_geometry::pose::Pose;
