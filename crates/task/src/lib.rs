@@ -1,10 +1,14 @@
 //! What long work shares with whoever waits for it: a flag that stops it, and its progress.
 //!
 //! ```
+//! use std::sync::{Arc, Mutex};
 //! use trackwright_task::{Cancelled, Task};
-//! let task = Task::with_progress(|part| println!("{:.0} %", 100.0 * part));
+//! let progress = Arc::new(Mutex::new(0.0));
+//! let shown = Arc::clone(&progress);
+//! let task = Task::with_progress(move |part| *shown.lock().unwrap() = part);
 //! let half = task.subtask(0.0, 0.5);
-//! assert_eq!(half.step(1, 2), Ok(())); // prints 25 %
+//! assert_eq!(half.step(1, 2), Ok(()));
+//! assert_eq!(*progress.lock().unwrap(), 0.25);
 //! task.cancel.cancel();
 //! assert_eq!(half.step(2, 2), Err(Cancelled));
 //! ```
