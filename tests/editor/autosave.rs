@@ -4,9 +4,10 @@ use crate::copied::Copied;
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::StatePlugin;
-use trackwright_editor::document::apply::{DocumentPlugin, Notice};
+use trackwright_editor::document::apply::DocumentPlugin;
 use trackwright_editor::document::autosave::{AutosavePlugin, RecoveryFolder};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::document::state::Notice;
 
 fn app(copy: &Copied, folder: &std::path::Path) -> App {
     let mut app = App::new();

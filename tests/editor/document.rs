@@ -3,10 +3,11 @@
 use super::app::{create_app, design, request};
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::document::apply::{WorldGeneration, title};
+use trackwright_editor::document::apply::title;
 use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::document::state::WorldGeneration;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_geometry::pose::Pose;

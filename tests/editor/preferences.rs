@@ -5,7 +5,7 @@ use bevy::window::{PrimaryWindow, WindowResized};
 use std::fs;
 use std::path::Path;
 use trackwright_editor::StatePlugin;
-use trackwright_editor::document::apply::Notice;
+use trackwright_editor::document::state::Notice;
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::preferences::{
     InterfaceScale, PreferencesPlugin, Recalled, fitting,

@@ -4,8 +4,8 @@ use super::app::{create_app, design, environment, request, settle, wait_for_answ
 use std::sync::{Arc, Mutex};
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Document, Edit, Origin};
-use trackwright_editor::document::apply::{Notice, WorldGeneration};
 use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::state::{Notice, WorldGeneration};
 use trackwright_editor::runner::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::solve::slice_plan;

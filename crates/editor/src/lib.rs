@@ -57,7 +57,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`layers::slice::SlicePlugin`] | the coloured plane through the room |
 /// | [`viewport::light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
 /// | [`layers::probe::ProbePlugin`] | the value under the pointer |
-/// | [`viewport::egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
+/// | [`shell::egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`shell::ShellPlugin`] | what is drawn around the 3D view, and its commands |
 /// | [`viewport::overlay::OverlayPlugin`] | labels and legends over the scene |
 /// | [`shell::shortcuts::ShortcutsPlugin`] | keys |
@@ -106,7 +106,7 @@ impl PluginGroup for EditorPlugins {
             .add(layers::LayersPlugin)
             .add(viewport::light_drawing::LightDrawingPlugin)
             .add(layers::probe::ProbePlugin)
-            .add(viewport::egui_camera::EguiCameraPlugin)
+            .add(shell::egui_camera::EguiCameraPlugin)
             .add(shell::ShellPlugin)
             .add(viewport::overlay::OverlayPlugin)
             .add(shell::shortcuts::ShortcutsPlugin)
@@ -124,7 +124,7 @@ impl Plugin for StatePlugin {
         app.init_resource::<palette::Theme>().add_plugins((
             schedule::SchedulePlugin,
             document::requests::RequestsPlugin,
-            document::apply::DocumentStatePlugin,
+            document::state::DocumentStatePlugin,
             document::selection::SelectionPlugin,
             runner::results::ResultsPlugin,
             shell::window::WindowStatePlugin,

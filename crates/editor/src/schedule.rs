@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
+use bevy_egui::EguiPrimaryContextPass;
 
 /// Phases of a frame, in order, chained in [`Update`].
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -16,6 +17,14 @@ pub enum EditorSystems {
     Sample,
     /// Writes entities, cameras and meshes.
     Draw,
+}
+
+/// Order of what is drawn with egui, chained in [`EguiPrimaryContextPass`].
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum UiSystems {
+    Panels,
+    Overlay,
+    Dialogs,
 }
 
 /// Chains [`EditorSystems`] in [`Update`], and registers the request for a frame, which headless apps
@@ -34,6 +43,10 @@ impl Plugin for SchedulePlugin {
                 EditorSystems::Draw,
             )
                 .chain(),
+        );
+        app.configure_sets(
+            EguiPrimaryContextPass,
+            (UiSystems::Panels, UiSystems::Overlay, UiSystems::Dialogs).chain(),
         );
     }
 }

@@ -8,7 +8,7 @@ use crate::palette::Theme;
 use crate::runner::results::Results;
 use crate::runner::solve::SolverHandle;
 use crate::runner::wake::Waker;
-use crate::shell::layout::UiSystems;
+use crate::schedule::UiSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::decide::{self, DecideRequest};

@@ -2,9 +2,13 @@
 
 use crate::document::autosave::Leftovers;
 use crate::document::dialog::DesignDialog;
+use crate::document::file_names::{
+    default_file_name, file_folder, file_name, with_extension, working_folder,
+};
 use crate::document::recent::RecentDesigns;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice, ViewRequest};
 use crate::document::selection::{Selected, Selection};
+use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
@@ -13,34 +17,12 @@ use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
 use trackwright_design::{AnatomyEdit, Design, Edit, Origin};
 use trackwright_formats::printable::printable;
-use trackwright_project::{SaveReport, Starter, StoreError};
+use trackwright_project::{SaveReport, StoreError};
 use trackwright_simulation::Metric;
 
 /// Applies [`EditRequest`], [`ViewRequest`] and [`FileRequest`] in [`EditorSystems::Edit`], keeps
 /// the window's title, and asks before anything unsaved is lost.
 pub struct DocumentPlugin;
-
-/// How many worlds were opened; grows when another design takes the place of the open one.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct WorldGeneration(pub u64);
-
-/// One line for the status bar: why an edit was refused, or what was saved where.
-#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
-pub enum Notice {
-    #[default]
-    Nothing,
-    Done(String),
-    Refused(String),
-}
-
-/// Owns [`WorldGeneration`] and [`Notice`].
-pub struct DocumentStatePlugin;
-
-impl Plugin for DocumentStatePlugin {
-    fn build(&self, app: &mut App) {
-        app.init_resource::<WorldGeneration>().init_resource::<Notice>();
-    }
-}
 
 /// What to go on with once the design is saved.
 #[derive(Resource, Default)]
@@ -439,56 +421,6 @@ pub(crate) fn what_is_missing(world: &trackwright_project::World) -> Notice {
     }
 }
 
-/// Where dialogs begin: the folder of the open file, else the working folder.
-pub fn file_folder(world: &trackwright_project::World) -> PathBuf {
-    let of_file = match world.document.origin() {
-        Origin::File(path) => path.parent().map(Path::to_path_buf),
-        Origin::BuiltIn(_) => None,
-    };
-    of_file.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(working_folder)
-}
-
-fn working_folder() -> PathBuf {
-    std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/"))
-}
-
-/// What the file of a design is called, or would be.
-pub fn default_file_name(origin: &Origin) -> String {
-    match origin {
-        Origin::File(path) => {
-            path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
-        }
-        Origin::BuiltIn(_) if Starter::of(origin).is_some() => {
-            format!("untitled{DESIGN_EXTENSION}")
-        }
-        Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
-    }
-}
-
-/// What design files are called.
-pub const DESIGN_EXTENSION: &str = ".design.ron";
-
-/// The path with the extension of designs where a person left it out.
-fn with_extension(path: &Path) -> PathBuf {
-    let name = path.as_os_str().to_string_lossy();
-    if name.ends_with(".ron") {
-        path.to_path_buf()
-    } else {
-        PathBuf::from(format!("{name}{DESIGN_EXTENSION}"))
-    }
-}
-
-/// What a person calls the file that a document came from.
-pub fn file_name(origin: &Origin) -> String {
-    match origin {
-        Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
-        Origin::BuiltIn(name) => format!("{name} (built in)"),
-        Origin::File(path) => path
-            .file_name()
-            .map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
-    }
-}
-
 /// Nothing is selected that is not there, whoever selected it.
 fn drop_lost_selection(world: Option<Res<OpenWorld>>, mut selection: ResMut<Selection>) {
     let Some(world) = world else { return };
@@ -528,15 +460,4 @@ pub fn title(document: &trackwright_design::Document, results: &Results) -> Stri
         title.push_str(&format!(" — {rms_mm:.2} mm RMS{kind}"));
     }
     title + " — trackwright"
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_name_without_extension_becomes_a_design() {
-        assert_eq!(with_extension(Path::new("a/b")), Path::new("a/b.design.ron"));
-        assert_eq!(with_extension(Path::new("a/b.design.ron")), Path::new("a/b.design.ron"));
-    }
 }

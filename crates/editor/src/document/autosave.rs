@@ -1,9 +1,9 @@
 //! Nothing lost: what is unsaved is kept in a recovery file, written in the background, and
 //! what a crash left over is offered at the next start.
 
-use crate::document::apply::Notice;
 use crate::document::dialog::DesignDialog;
 use crate::document::requests::OpenWorld;
+use crate::document::state::Notice;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
@@ -145,7 +145,7 @@ impl Drop for Autosave {
 
 fn keep(
     world: Res<OpenWorld>,
-    generation: Res<crate::document::apply::WorldGeneration>,
+    generation: Res<crate::document::state::WorldGeneration>,
     mut autosave: ResMut<Autosave>,
     mut leftovers: ResMut<Leftovers>,
 ) {

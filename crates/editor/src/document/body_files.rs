@@ -2,11 +2,12 @@
 //! own, asked about where a checksum does not match, and given to the design as one undo step;
 //! and the selected body written as such a file, once what is lost was read.
 
-use crate::document::apply::{Notice, WorldGeneration, file_folder};
 use crate::document::body_dialogs::BodyDialog;
+use crate::document::file_names::file_folder;
 use crate::document::meshes::{name_of, selected_body};
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
+use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::{Job, Lost};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;

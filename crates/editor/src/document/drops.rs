@@ -1,11 +1,11 @@
 //! Files that are dropped onto the window: which kind each is, what will be done with it, and who
 //! does it.
 
-use crate::document::apply::Notice;
 use crate::document::body_files::BodyFileRequest;
 use crate::document::meshes::{MeshRequest, body_of_selection, name_of, selected_body};
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::selection::Selection;
+use crate::document::state::Notice;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
 use crate::shell::dialogs::file_dialog::FileKind;

@@ -1,10 +1,11 @@
 //! Meshes for bodies and the anatomy: read by a thread of its own, asked about where their size is
 //! doubtful, and given to the design as one undo step.
 
-use crate::document::apply::{Notice, WorldGeneration, file_folder};
 use crate::document::body_dialogs::MeshDialog;
+use crate::document::file_names::file_folder;
 use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use crate::document::selection::{Selected, Selection};
+use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::{Job, Lost};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;

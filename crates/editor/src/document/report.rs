@@ -4,9 +4,10 @@
 //! What is reported is the design as it is, saved or not: a copy of it in a folder that lives as long as
 //! the work.
 
-use crate::document::apply::{DESIGN_EXTENSION, Notice, default_file_name};
 use crate::document::dialog::DesignDialog;
+use crate::document::file_names::{DESIGN_EXTENSION, default_file_name};
 use crate::document::requests::{FileRequest, OpenWorld};
+use crate::document::state::Notice;
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;

@@ -1,8 +1,8 @@
 //! The design as it is shown: the open one, with the tool where a trial has it, or with both bodies
 //! where a tracker has them.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;

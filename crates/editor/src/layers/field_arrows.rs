@@ -2,9 +2,9 @@
 //! the lattice without running into each other, coloured by their true length.
 
 use crate::convert;
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
 use crate::document::shown::{ShownDesign, ShownSystems, ShownTrial};
+use crate::document::state::WorldGeneration;
 use crate::layers::legend::{ColorBar, Legends};
 use crate::layers::registry::{
     AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,

@@ -2,9 +2,9 @@
 //! first, better while one looks.
 
 use crate::convert;
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::selection::{Selected, Selection};
+use crate::document::state::WorldGeneration;
 use crate::layers::legend::{ColorBar, Legends};
 use crate::layers::registry::{
     AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,

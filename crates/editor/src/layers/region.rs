@@ -1,7 +1,7 @@
 //! Where in the tracker's volume the design meets its requirement: the surface around it.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::state::WorldGeneration;
 use crate::layers::legend::Legends;
 use crate::layers::region_surface::{Shell, ShellLook};
 use crate::layers::registry::{AddLayer, LayerInfo};

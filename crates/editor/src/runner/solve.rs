@@ -1,9 +1,9 @@
 //! Hands changed designs to the solver and shows what comes back, never an older result over a
 //! newer one.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::shown::WantedTrial;
+use crate::document::state::WorldGeneration;
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::diagnostics::{Diagnostics, Explain};
 use crate::runner::jobs::{JobInfo, Runner};

@@ -2,8 +2,8 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::schedule::UiSystems;
 use crate::shell::commands::{Availability, Command, CommandRegistry, Group, RunCommand};
-use crate::shell::layout::UiSystems;
 use crate::shell::requests::Requests;
 use crate::widgets::basic::quiet_ui;
 use crate::widgets::theme;

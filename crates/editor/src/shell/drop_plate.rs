@@ -3,7 +3,7 @@
 use crate::document::drops::HoveringFiles;
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::shell::layout::UiSystems;
+use crate::schedule::UiSystems;
 use crate::widgets::basic::counted;
 use crate::widgets::theme;
 use bevy::prelude::*;

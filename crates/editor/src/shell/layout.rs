@@ -2,6 +2,7 @@
 
 use crate::document::requests::OpenWorld;
 use crate::palette::{self, Theme, ThemedColor};
+use crate::schedule::UiSystems;
 use crate::shell::registry::{Panels, Registered, Side};
 use crate::shell::status_bar::status_bar;
 use crate::shell::top_bar::top_bar;
@@ -22,26 +23,12 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 /// Draws in [`EguiPrimaryContextPass`] and writes [`ViewportRect`]; the panels write requests.
 pub struct LayoutPlugin;
 
-/// Order of what is drawn with egui.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum UiSystems {
-    Panels,
-    Overlay,
-    Dialogs,
-}
-
 impl Plugin for LayoutPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Theme>()
-            .init_resource::<Panels>()
-            .configure_sets(
-                EguiPrimaryContextPass,
-                (UiSystems::Panels, UiSystems::Overlay, UiSystems::Dialogs).chain(),
-            )
-            .add_systems(
-                EguiPrimaryContextPass,
-                (set_style, lay_out).chain().in_set(UiSystems::Panels),
-            );
+        app.init_resource::<Theme>().init_resource::<Panels>().add_systems(
+            EguiPrimaryContextPass,
+            (set_style, lay_out).chain().in_set(UiSystems::Panels),
+        );
     }
 }
 

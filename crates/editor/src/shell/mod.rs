@@ -5,6 +5,7 @@ pub mod command_palette;
 pub mod commands;
 pub mod dialogs;
 pub mod drop_plate;
+pub mod egui_camera;
 pub mod keys;
 pub mod layout;
 pub mod preferences;

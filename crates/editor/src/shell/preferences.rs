@@ -1,14 +1,14 @@
 //! Window and layout as a person left them: put back when the window opens, and written in the
 //! background when they change.
 
-use crate::document::apply::Notice;
+use crate::document::state::Notice;
 use crate::palette::Theme;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
+use crate::shell::egui_camera::EguiCamera;
 use crate::shell::registry::Workspaces;
 use crate::shell::window::{PanelsShown, SideWidths, Workspace};
-use crate::viewport::egui_camera::EguiCamera;
 use bevy::app::AppExit;
 use bevy::ecs::system::{NonSendMarker, SystemParam};
 use bevy::prelude::*;

@@ -1,8 +1,8 @@
 //! The line at the bottom: what the pointer can do now, and what the study took.
 
-use crate::document::apply::Notice;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::selection::{Hovered, Selected};
+use crate::document::state::Notice;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::runner::results::Results;

@@ -1,6 +1,6 @@
 //! The bar at the top: menus, the file's name, the workspaces' tabs.
 
-use crate::document::apply::file_name;
+use crate::document::file_names::file_name;
 use crate::document::recent::RecentDesigns;
 use crate::document::requests::FileRequest;
 use crate::palette;

@@ -2,10 +2,10 @@
 //!
 //! Middle or right drag orbits, Shift with it pans, the wheel zooms to the pointer.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
 use crate::document::shown::ShownDesign;
+use crate::document::state::WorldGeneration;
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
 use crate::scene::extent;

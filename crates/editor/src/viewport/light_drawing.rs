@@ -4,9 +4,9 @@
 use crate::document::requests::ActiveDrag;
 use crate::scene::body_meshes::{LightDrawing, Shapes, paints_in_software};
 use crate::schedule::EditorSystems;
+use crate::shell::egui_camera::{EguiCamera, share_a_picture};
 use crate::viewport::camera::MainCamera;
 use crate::viewport::camera::{Gesture, OrbitRig, Turntable};
-use crate::viewport::egui_camera::{EguiCamera, share_a_picture};
 use bevy::prelude::*;
 
 /// Draws less while something moves, where no graphics card does the work.

@@ -4,7 +4,6 @@ pub mod ball_handle;
 pub mod camera;
 pub mod commands;
 pub mod drag_edits;
-pub mod egui_camera;
 pub mod fine_pointer;
 pub mod gizmo;
 pub mod light_drawing;

@@ -268,6 +268,11 @@ pub fn main_button(text: &str) -> egui::Button<'_> {
         .min_size(vec2(0.0, 24.0))
 }
 
+/// A line that says how something is, its colour saying how well.
+pub fn state_ui(ui: &mut Ui, text: &str, color: palette::Rgb) {
+    ui.add(egui::Label::new(RichText::new(text).color(color.color32())).wrap());
+}
+
 /// A warning in words, with a sign before it.
 pub fn warning_ui(ui: &mut Ui, text: &str) -> Response {
     let color = palette::MISSED.color32();

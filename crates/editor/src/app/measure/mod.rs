@@ -3,11 +3,14 @@
 //! A window of 1280x720 opens on the built-in design, rests, shows everything at once and is
 //! orbited; then edits and placements are timed without a renderer.
 
+pub mod error;
 pub mod offline;
 pub mod presented;
 pub mod process;
 pub mod window;
 pub mod worlds;
+
+pub use error::MeasureError;
 
 use crate::app::measure::offline::{edits_to_figures, placement};
 use crate::app::measure::process::Started;
@@ -43,23 +46,6 @@ impl Row {
 pub struct Report {
     pub machine: String,
     pub rows: Vec<Row>,
-}
-
-/// Why nothing was measured.
-#[derive(Debug, thiserror::Error)]
-pub enum MeasureError {
-    #[error(transparent)]
-    Window(#[from] crate::app::EditorError),
-    #[error("the window was closed before everything was measured")]
-    Closed,
-    #[error(transparent)]
-    Store(#[from] trackwright_project::StoreError),
-    #[error("no figures within {} s", self::offline::PATIENCE.as_secs())]
-    NoFigures,
-    #[error(transparent)]
-    Placement(#[from] trackwright_simulation::PlacementError),
-    #[error(transparent)]
-    Model(#[from] trackwright_field::model::ModelError),
 }
 
 /// Measures everything; takes about half a minute. Ask

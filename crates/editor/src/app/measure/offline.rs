@@ -1,7 +1,7 @@
 //! Without a renderer: from an edit to its figures, and placements.
 
 use crate::StatePlugin;
-use crate::app::measure::MeasureError;
+use crate::app::measure::error::{MeasureError, PATIENCE};
 use crate::app::measure::worlds::{order_four, tube};
 use crate::document::apply::DocumentPlugin;
 use crate::document::requests::{EditRequest, OpenWorld};
@@ -16,9 +16,6 @@ use trackwright_design::{BodyRole, Edit};
 use trackwright_simulation::placement::vertices;
 use trackwright_simulation::{AxisRule, PlacedBody, PlacementPlan, place};
 use trackwright_task::Task;
-
-/// How long an answer may take.
-pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A tube of 20,000 vertices.
 const PLACED: [u32; 2] = [100, 199];

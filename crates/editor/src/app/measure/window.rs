@@ -1,12 +1,12 @@
 //! The window's own measurement, one phase after the other: start, rest, orbit.
 
 use crate::app;
-use crate::app::measure::MeasureError;
+use crate::app::measure::error::MeasureError;
 use crate::app::measure::presented::{Presented, PresentedPlugin};
 use crate::app::measure::process::{Started, processor_time};
 use crate::app::measure::worlds::{order_four, tube, with_tool_mesh};
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::layers;
 use crate::layers::slice_picture;
 use crate::runner::results::Results;

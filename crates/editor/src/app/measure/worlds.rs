@@ -1,7 +1,7 @@
 //! What is measured on: the built-in design with a room of order 4, and with a tool of very many
 //! triangles.
 
-use crate::app::measure::MeasureError;
+use crate::app::measure::error::MeasureError;
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;

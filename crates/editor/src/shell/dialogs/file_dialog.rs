@@ -1,6 +1,6 @@
 //! Chooses a file to open or a place to save: a path field above a list of the folder.
 
-use crate::document::apply::DESIGN_EXTENSION;
+use crate::document::file_names::DESIGN_EXTENSION;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::dialogs::folder::{self, Entry};

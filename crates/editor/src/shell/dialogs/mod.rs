@@ -8,8 +8,8 @@ pub mod folder;
 
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::schedule::UiSystems;
 use crate::shell::dialogs::file_dialog::FileDialog;
-use crate::shell::layout::UiSystems;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::egui::{self, Align, Id, Label, Layout, RichText, Ui};

@@ -17,7 +17,7 @@ use crate::layers::magnification::ShownMagnification;
 use crate::layers::probe::Probe;
 use crate::layers::registry::{AddLayer, LayerInfo, LayerRegistry};
 use crate::runner::results::Results;
-use crate::shell::layout::UiSystems;
+use crate::schedule::UiSystems;
 use crate::shell::window::{DragReadout, Presentation, SceneCover, ViewportRect, Workspace};
 use crate::viewport::camera::OrbitRig;
 use crate::viewport::gizmo::CurrentGizmo;

@@ -3,10 +3,10 @@
 pub mod aim;
 pub mod preview;
 
-use crate::document::apply::Notice;
 use crate::document::commands::CANCEL_DRAG;
 use crate::document::requests::{ActiveDrag, EditRequest};
 use crate::document::selection::{Hovered, Selected, Selection};
+use crate::document::state::Notice;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::RunCommand;
 use crate::shell::window::Workspace;

@@ -1,12 +1,12 @@
 //! Holds the open design against the baseline in its room: once edits rest, with what of each difference
 //! is one; while a hand moves something, by their figures alone.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::state::WorldGeneration;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::workspaces::decide::is_shown;
+use crate::workspaces::decide::requests::is_shown;
 use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
 use std::sync::Arc;
@@ -61,7 +61,7 @@ impl FromWorld for Against {
 
 impl Plugin for AgainstPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Against>().init_resource::<ActiveDrag>().add_systems(
+        app.init_resource::<Against>().add_systems(
             Update,
             (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
                 .chain()

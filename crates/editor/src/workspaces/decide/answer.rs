@@ -1,15 +1,16 @@
 //! Does what the panels ask for, or starts the thread that does.
 
-use crate::document::apply::{Notice, WorldGeneration, file_folder};
+use crate::document::file_names::file_folder;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
+use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::scene::bodies::shown_mesh;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::shell::window::Workspace;
-use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::dialog::DecideDialog;
 use crate::workspaces::decide::judged::Judged;
+use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::decide::state::{DecideState, Pinned};
 use crate::workspaces::decide::table::{Compare, Failure, Wanted, compared};
 use crate::workspaces::field::FieldRequest;

@@ -2,7 +2,7 @@
 
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer};
-use crate::workspaces::decide::DecideRequest;
+use crate::workspaces::decide::requests::DecideRequest;
 use bevy_egui::egui::Ui;
 use std::path::PathBuf;
 use trackwright_design::BodyRole;

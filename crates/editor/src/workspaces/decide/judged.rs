@@ -1,11 +1,11 @@
 //! Where the design stands in its procedure: every step in every room, computed anew once edits rest.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::state::WorldGeneration;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
-use crate::workspaces::decide::is_shown;
+use crate::workspaces::decide::requests::is_shown;
 use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
 use std::cell::RefCell;
@@ -62,7 +62,7 @@ impl FromWorld for Judged {
 
 impl Plugin for JudgedPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Judged>().init_resource::<ActiveDrag>().add_systems(
+        app.init_resource::<Judged>().add_systems(
             Update,
             (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
                 .chain()

@@ -15,18 +15,17 @@ pub mod baseline_ghost;
 pub mod dialog;
 pub mod judged;
 pub mod panels;
+pub mod requests;
 pub mod state;
 pub mod table;
 
-use crate::document::apply::{Notice, WorldGeneration};
-use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
-use crate::runner::wake::Waker;
+pub use requests::{DecideRequest, WORKSPACE, is_shown};
+
+use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
-use crate::shell::dialogs::Dialogs;
-use crate::shell::keys::Keys;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
-use crate::shell::window::Workspace;
 use crate::widgets::theme;
 use crate::workspaces::decide::panels::systems::{baseline_panel, steps_panel, table_panel};
 use crate::workspaces::decide::state::DecideState;
@@ -34,68 +33,10 @@ use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::study::state::StudyRequest;
 use bevy::prelude::*;
-use bevy::window::RequestRedraw;
-use std::path::PathBuf;
-use trackwright_calibration::agreement::BuiltRecording;
-use trackwright_design::BodyRole;
-use trackwright_procedure::Step;
-use trackwright_project::RoomSource;
-
-pub const WORKSPACE: Workspace = Workspace {
-    name: "Decide",
-    order: 4,
-    command: "Decide workspace",
-    about: "The design beside a baseline, and designs and rooms in one table",
-    keys: &[Keys::control("5")],
-    has_gizmo: false,
-    shows_baseline: true,
-    side_widths: [theme::RIGHT_WIDTH, theme::FIELD_WIDTH],
-    ..Workspace::NONE
-};
 
 /// Compares when [`DecideRequest`] asks, and holds the design against the baseline while the workspace
 /// is shown; nothing is read or computed before.
 pub struct DecidePlugin;
-
-/// Asks for something of the workspace.
-#[derive(Message, Clone, Debug, PartialEq)]
-pub enum DecideRequest {
-    /// Holds the design against what it is now.
-    PinHere,
-    /// Shows the dialog that chooses a design to be held against.
-    ShowPin,
-    Pin(PathBuf),
-    Unpin,
-    /// Shows the dialog that chooses a design for the table.
-    ShowAddDesign,
-    AddDesign(PathBuf),
-    RemoveDesign(PathBuf),
-    /// Judges the design in a further room, which is kept in the design.
-    AddRoom(RoomSource),
-    /// By how the design refers to it.
-    RemoveRoom(String),
-    /// Shows the dialog that chooses a recording of the built tool, or of its CRF beside it.
-    ShowRecorded(BodyRole),
-    Recorded(BodyRole, PathBuf),
-    /// How the recording is to be taken.
-    SetRecorded(BuiltRecording),
-    CloseRecorded,
-    /// What is typed as the reason of a decision.
-    SetNote(Step, String),
-    Decide(Step),
-    Withdraw(Step),
-    Compare,
-    CancelCompare,
-    /// Opens what a row of the table is of.
-    OpenRow(usize),
-    /// All figures of the difference, or those that a requirement can be about.
-    ShowAllFigures(bool),
-}
-
-/// What the person is at, as a run condition.
-pub fn is_shown(workspace: Res<Workspace>) -> bool {
-    *workspace == WORKSPACE
-}
 
 /// Whether nothing is computed for the workspace.
 pub fn is_idle(world: &World) -> bool {
@@ -111,17 +52,9 @@ fn is_busy(desk: Res<DecideState>) -> bool {
 impl Plugin for DecidePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<DecideState>()
-            .init_resource::<Workspace>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Notice>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>()
             .add_message::<DecideRequest>()
-            .add_message::<EditRequest>()
-            .add_message::<FileRequest>()
             .add_message::<FieldRequest>()
             .add_message::<StudyRequest>()
-            .add_message::<RequestRedraw>()
             .add_plugins((against::AgainstPlugin, judged::JudgedPlugin))
             .add_workspace(WORKSPACE)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Bottom).high(table_height), table_panel)

@@ -1,7 +1,7 @@
 //! The large figure as it was before the last change, so that the change can be shown.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::state::WorldGeneration;
 use crate::document::trials::TrialChoice;
 use crate::runner::results::Results;
 use bevy::prelude::*;

@@ -80,7 +80,7 @@ fn fact_ui(ui: &mut Ui, fact: &Fact) {
     if needed <= ui.available_width() {
         ui.horizontal(|ui| {
             ui.label(fact.what);
-            crate::workspaces::design::inspector::right_ui(ui, |ui| ui.label(value));
+            crate::workspaces::design::rows::right_ui(ui, |ui| ui.label(value));
         });
     } else {
         ui.label(fact.what);

@@ -3,8 +3,8 @@
 
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::workspaces::design::actions::DesignAction;
-use crate::workspaces::design::inspector::{text_row_ui, vector_ui};
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
+use crate::workspaces::design::rows::{text_row_ui, vector_ui};
 use bevy_egui::egui::Ui;
 use nalgebra::Point3;
 use trackwright_design::{BodyRole, CrfPlacement, Edit, Target};

@@ -4,15 +4,18 @@ use crate::document::selection::{Selected, Selection};
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
 use crate::widgets::basic::{
-    FIELD_WIDTH, NumberChange, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
+    FIELD_WIDTH, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
 };
 use crate::workspaces::design::actions::{DesignAction, number_edits};
 use crate::workspaces::design::anatomy_ui::anatomy_ui;
 use crate::workspaces::design::crf_study_ui::crf_study_ui;
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
+use crate::workspaces::design::rows::{
+    axis_ui, right_ui, rotation_ui, row_ui, text_row_ui, vector_ui,
+};
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_buttons_ui};
-use bevy_egui::egui::{self, ComboBox, TextEdit, Ui};
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use bevy_egui::egui::{ComboBox, Ui};
+use nalgebra::Point3;
 use trackwright_design::{BodyRole, Design, DesignBody, Edit};
 use trackwright_field::environment::{OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -28,8 +31,6 @@ pub struct InspectorView<'a> {
     /// The weight that counts where the design says none.
     pub derived_weight: OrientationWeight,
 }
-
-const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The coil that a sensor gets when a person gives it one, mm: a common 5-DOF coil.
 const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
@@ -100,10 +101,6 @@ fn weight_source(source: OrientationWeightSource) -> &'static str {
             "the default: the room states no jitter"
         }
     }
-}
-
-pub(crate) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
-    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add).inner
 }
 
 fn body_ui(
@@ -326,105 +323,4 @@ fn determination_ui(ui: &mut Ui, determination: &Determination) {
         ui.add_space(6.0);
         warning_ui(ui, text);
     }
-}
-
-/// A row with its name at the left and its fields at the right.
-fn row_ui<R>(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
-    ui.horizontal(|ui| {
-        ui.label(name);
-        right_ui(ui, add)
-    })
-    .inner
-}
-
-/// Three lengths, each a row.
-pub(crate) fn vector_ui(
-    ui: &mut Ui,
-    what: &str,
-    value_mm: &Vector3<f64>,
-    actions: &mut Vec<DesignAction>,
-    label: &str,
-    edit: impl Fn(Vector3<f64>) -> Option<Edit>,
-) {
-    for (k, axis) in AXES.into_iter().enumerate() {
-        row_ui(ui, axis, |ui| {
-            let name = format!("{what} {axis} in mm");
-            let changes = number_ui(ui, &NumberField::length(&name), value_mm[k]);
-            number_edits(&changes, actions, label, |v| {
-                let mut value_mm = *value_mm;
-                value_mm[k] = v;
-                edit(value_mm)
-            });
-        });
-    }
-}
-
-/// Turns about x, then y, then z, shown in degrees.
-pub(crate) fn rotation_ui(
-    ui: &mut Ui,
-    rotation: &UnitQuaternion<f64>,
-    actions: &mut Vec<DesignAction>,
-    label: &str,
-    edit: impl Fn(UnitQuaternion<f64>) -> Edit,
-) {
-    let (rx, ry, rz) = rotation.euler_angles();
-    let angles = [rx, ry, rz];
-    for (k, axis) in ["rx", "ry", "rz"].into_iter().enumerate() {
-        row_ui(ui, axis, |ui| {
-            let name = format!("rotation {axis} in degrees");
-            let changes = number_ui(ui, &NumberField::angle(&name), angles[k].to_degrees());
-            number_edits(&changes, actions, label, |v| {
-                let mut angles = angles;
-                angles[k] = v.to_radians();
-                let [rx, ry, rz] = angles;
-                Some(edit(UnitQuaternion::from_euler_angles(rx, ry, rz)))
-            });
-        });
-    }
-}
-
-/// A direction by its three components; what is typed is normalised.
-fn axis_ui(
-    ui: &mut Ui,
-    axis: &Unit<Vector3<f64>>,
-    actions: &mut Vec<DesignAction>,
-    label: &str,
-    edit: impl Fn(Unit<Vector3<f64>>) -> Edit,
-) {
-    for (k, name) in AXES.into_iter().enumerate() {
-        row_ui(ui, &format!("axis {name}"), |ui| {
-            let name = format!("axis {name}");
-            let changes: Vec<NumberChange> = number_ui(ui, &NumberField::plain(&name), axis[k]);
-            number_edits(&changes, actions, label, |v| {
-                let mut direction = axis.into_inner();
-                direction[k] = v;
-                // Three zeros are no direction; the field then shows the axis as it was.
-                Unit::try_new(direction, 1e-9).map(&edit)
-            });
-        });
-    }
-}
-
-/// A row with text; the new text once it was entered.
-pub(crate) fn text_row_ui(ui: &mut Ui, name: &str, value: &str) -> Option<String> {
-    row_ui(ui, name, |ui| {
-        let id = ui.make_persistent_id((name, value));
-        let mut text =
-            ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| value.to_owned());
-        let response = ui.add(
-            TextEdit::singleline(&mut text).id(id.with("edit")).desired_width(ui.available_width()),
-        );
-        response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, ui.is_enabled(), name)
-        });
-        if response.lost_focus() {
-            ui.data_mut(|data| data.remove::<String>(id));
-            let is_given_up = ui.input(|i| i.key_pressed(egui::Key::Escape));
-            return (!is_given_up && text != value).then_some(text);
-        }
-        if response.has_focus() {
-            ui.data_mut(|data| data.insert_temp(id, text));
-        }
-        None
-    })
 }

@@ -129,7 +129,7 @@ fn unit_ui(
             "What the numbers in the file mean; glTF says metres, STL and OBJ say nothing and \
              are taken for millimetres",
         );
-        crate::workspaces::design::inspector::right_ui(ui, |ui| {
+        crate::workspaces::design::rows::right_ui(ui, |ui| {
             let shown = match reference.unit {
                 None => format!("{read_in}, by its format"),
                 Some(MeshUnit::Factor(_)) => OTHER.to_owned(),
@@ -167,7 +167,7 @@ fn unit_ui(
                 speed: 0.0,
                 ..NumberField::length("length of one unit in mm")
             };
-            let changes = crate::workspaces::design::inspector::right_ui(ui, |ui| {
+            let changes = crate::workspaces::design::rows::right_ui(ui, |ui| {
                 number_ui(ui, &field, read_in.mm_per_unit())
             });
             for change in changes {

@@ -13,6 +13,7 @@ pub mod outliner;
 pub mod panels;
 pub mod result;
 pub mod row_page;
+pub(crate) mod rows;
 pub mod scene_menu;
 pub mod sensor_ui;
 

@@ -3,8 +3,8 @@
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
 use crate::schedule::EditorSystems;
+use crate::schedule::UiSystems;
 use crate::shell::commands::AddCommand;
-use crate::shell::layout::UiSystems;
 use crate::shell::requests::Requests;
 use crate::shell::shortcuts::{KeysHeld, ShortcutsSystems};
 use crate::viewport::sensor_commands::SensorCommand;

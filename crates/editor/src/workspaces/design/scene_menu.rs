@@ -1,7 +1,7 @@
 //! The menu of a sensor in the scene, where the pointer requested it.
 
+use crate::schedule::UiSystems;
 use crate::shell::commands::{Availability, Command, RunCommand};
-use crate::shell::layout::UiSystems;
 use crate::shell::requests::Requests;
 use crate::viewport::scene_menu::SceneMenu;
 use crate::workspaces::design::actions::DesignAction;

@@ -1,14 +1,14 @@
 //! Does what the panels ask for, or starts the thread that does.
 
-use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::field::dialog::FieldDialog;
+use crate::workspaces::field::requests::{FieldRequest, RoomToSave};
 use crate::workspaces::field::state::{FieldSettings, FieldState, Reading, TableRole};
 use crate::workspaces::field::work::{self, Compared};
-use crate::workspaces::field::{FieldRequest, RoomToSave};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;

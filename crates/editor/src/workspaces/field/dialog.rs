@@ -2,8 +2,8 @@
 
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, text_ui, title_ui};
+use crate::workspaces::field::requests::{FieldRequest, RoomToSave};
 use crate::workspaces::field::state::TableRole;
-use crate::workspaces::field::{FieldRequest, RoomToSave};
 use bevy_egui::egui::Ui;
 use std::path::PathBuf;
 

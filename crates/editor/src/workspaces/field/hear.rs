@@ -1,6 +1,6 @@
 //! Takes what the workspace's threads found. What was there stays until the new is whole.
 
-use crate::document::apply::Notice;
+use crate::document::state::Notice;
 use crate::runner::jobs::Job;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::field::state::{FieldState, TableRole};

@@ -15,46 +15,30 @@ pub mod dialog;
 pub mod hear;
 pub mod kind;
 pub mod panels;
+pub mod requests;
 pub mod rooms;
 pub mod samples;
 pub mod state;
 pub mod work;
 
-use crate::document::apply::{Notice, WorldGeneration};
+pub use requests::{FieldRequest, RoomToSave, WORKSPACE, is_shown};
+
 use crate::document::drops::is_table;
-use crate::document::requests::{EditRequest, FileRequest};
-use crate::runner::wake::Waker;
+use crate::document::requests::FileRequest;
 use crate::schedule::EditorSystems;
+use crate::schedule::UiSystems;
 use crate::shell::commands::{AddCommand, Command, CommandsSystems, EDIT, FILE};
-use crate::shell::dialogs::Dialogs;
-use crate::shell::keys::Keys;
-use crate::shell::layout::UiSystems;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
-use crate::widgets::theme;
 use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::panels::systems::{
     fit_panel, is_selection_open, rooms_panel, selection_page, tables_panel,
 };
-use crate::workspaces::field::state::{FieldSettings, FieldState, SamplesShown, TableRole};
+use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::layers_panel::room_layers_panel;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 use bevy_egui::EguiPrimaryContextPass;
-use std::path::PathBuf;
-use trackwright_project::RoomSource;
-
-pub const WORKSPACE: Workspace = Workspace {
-    name: "Field",
-    order: 1,
-    command: "Field workspace",
-    about: "The room: its measurements, their fit, and what that is worth",
-    keys: &[Keys::control("2")],
-    shows_samples: true,
-    drop_verb: Some("Read measurements from"),
-    side_widths: [theme::LEFT_WIDTH, theme::FIELD_WIDTH],
-    ..Workspace::VIEWED
-};
 
 const OPEN_TRAINING: Command = Command::new(
     FILE,
@@ -87,49 +71,6 @@ const FIT_ROOM: Command = Command::new(
 /// takes results in [`EditorSystems::Solve`].
 pub struct FieldPlugin;
 
-/// Asks for something of the workspace.
-#[derive(Message, Clone, Debug, PartialEq)]
-pub enum FieldRequest {
-    /// Shows the dialog that chooses a table.
-    ShowOpen(TableRole),
-    Open(TableRole, PathBuf),
-    /// A file was dropped: the first table, or whichever the person says.
-    Drop(PathBuf),
-    /// Puts a table away, or gives its reading up.
-    Close(TableRole),
-    /// Takes a table that is suspected of being another one as it stands, or no longer.
-    TakeAsIs(PathBuf, bool),
-    Set(FieldSettings),
-    Show(SamplesShown),
-    Fit,
-    CancelFit,
-    /// Shows or hides the window with Fig. 3 and its table.
-    ShowSelection(bool),
-    /// Computes the design's figures in the fitted room, without changing the design.
-    Try,
-    CancelTry,
-    /// Shows the dialog that chooses where a room is saved.
-    ShowSave(RoomToSave),
-    /// Saves a room and assigns it to the design.
-    Save(RoomToSave, PathBuf),
-    /// Puts the design into a room, as one undo step.
-    Assign(RoomSource),
-}
-
-/// A room that is no file of its own yet.
-#[derive(Clone, Debug, PartialEq)]
-pub enum RoomToSave {
-    /// The newest fit.
-    Fitted,
-    /// A built-in room, for a design that is on the disk.
-    Copy(RoomSource),
-}
-
-/// What the person is at, as a run condition.
-pub fn is_shown(workspace: Res<Workspace>) -> bool {
-    *workspace == WORKSPACE
-}
-
 fn is_busy(desk: Res<FieldState>) -> bool {
     desk.is_busy()
 }
@@ -137,15 +78,8 @@ fn is_busy(desk: Res<FieldState>) -> bool {
 impl Plugin for FieldPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<FieldState>()
-            .init_resource::<Workspace>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Notice>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>()
             .add_message::<FieldRequest>()
-            .add_message::<EditRequest>()
             .add_message::<FileDragAndDrop>()
-            .add_message::<RequestRedraw>()
             .add_workspace(WORKSPACE)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left).fixed(), brief_result_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), tables_panel)

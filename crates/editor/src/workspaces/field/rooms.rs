@@ -1,7 +1,7 @@
 //! Keeps the list of rooms while the workspace is shown: read anew when what it depends on changes.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::workspaces::field::state::FieldState;

@@ -12,7 +12,7 @@ use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::widgets::basic::{decimal, with_unit};
-use crate::workspaces::field::WORKSPACE;
+use crate::workspaces::field::requests::WORKSPACE;
 use crate::workspaces::field::state::{FieldState, SampleValue, Table, TableRole};
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::Indices;
@@ -65,13 +65,13 @@ impl Plugin for SamplesPlugin {
             .add_systems(
                 Update,
                 (choose_scale.in_set(EditorSystems::Sample), draw.in_set(EditorSystems::Draw))
-                    .run_if(crate::workspaces::field::is_shown),
+                    .run_if(crate::workspaces::field::requests::is_shown),
             )
             .add_systems(
                 Update,
                 remove
                     .run_if(resource_changed::<Workspace>)
-                    .run_if(not(crate::workspaces::field::is_shown))
+                    .run_if(not(crate::workspaces::field::requests::is_shown))
                     .in_set(EditorSystems::Draw),
             );
     }

@@ -1,7 +1,7 @@
 //! What the workspace's threads do: calls of the core in order, each told to one task.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::fit_quality;

@@ -1,12 +1,13 @@
 //! Does what the panels of the workspace ask for.
 
-use crate::document::apply::{Notice, file_folder};
+use crate::document::file_names::file_folder;
 use crate::document::requests::OpenWorld;
 use crate::document::shown::LivePoses;
+use crate::document::state::Notice;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
-use crate::workspaces::live::LiveRequest;
 use crate::workspaces::live::dialog::RecordDialog;
+use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::{LiveState, take_poses};
 use bevy::prelude::*;
 use std::path::Path;

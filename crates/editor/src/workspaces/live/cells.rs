@@ -33,13 +33,13 @@ pub struct CellsPlugin;
 
 impl Plugin for CellsPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<LiveState>().init_resource::<Workspace>().add_systems(
+        app.init_resource::<LiveState>().add_systems(
             Update,
             (
-                draw.run_if(crate::workspaces::live::is_shown),
+                draw.run_if(crate::workspaces::live::requests::is_shown),
                 remove
                     .run_if(resource_changed::<Workspace>)
-                    .run_if(not(crate::workspaces::live::is_shown)),
+                    .run_if(not(crate::workspaces::live::requests::is_shown)),
             )
                 .in_set(EditorSystems::Draw),
         );

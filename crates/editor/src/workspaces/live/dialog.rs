@@ -2,7 +2,7 @@
 
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer};
-use crate::workspaces::live::LiveRequest;
+use crate::workspaces::live::requests::LiveRequest;
 use bevy_egui::egui::Ui;
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! Looks at the session once a frame, and keeps it in the design's room.
 
-use crate::document::apply::{Notice, WorldGeneration};
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::shown::{LivePoses, ShownDesign};
+use crate::document::state::{Notice, WorldGeneration};
 use crate::shell::window::Workspace;
 use crate::viewport::troubles::BodyTroubles;
 use crate::workspaces::live::state::{LiveState, RoomKey, take_poses};

@@ -15,63 +15,24 @@ pub mod collected;
 pub mod dialog;
 pub mod follow;
 pub mod panels;
+pub mod requests;
 pub mod state;
 
-use crate::document::apply::{Notice, WorldGeneration};
-use crate::document::requests::ActiveDrag;
-use crate::runner::wake::Waker;
+pub use requests::{LiveRequest, WORKSPACE, is_shown};
+
 use crate::schedule::EditorSystems;
 use crate::shell::commands::CommandsSystems;
-use crate::shell::dialogs::Dialogs;
-use crate::shell::keys::Keys;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
-use crate::shell::window::Workspace;
 use crate::workspaces::layers_panel::layers_panel;
 use crate::workspaces::live::panels::{collecting_panel, note_tools, pose_panel, tracker_panel};
 use crate::workspaces::live::state::LiveState;
 use bevy::prelude::*;
-use std::path::PathBuf;
-use trackwright_design::BodyRole;
-
-pub const WORKSPACE: Workspace = Workspace {
-    name: "Live",
-    order: 3,
-    command: "Live workspace",
-    about: "A tracker over the network: its tools, a recording, where samples are missing",
-    keys: &[Keys::control("4")],
-    shows_live: true,
-    ..Workspace::VIEWED
-};
 
 /// Hears a tracker when [`LiveRequest`] asks for it; no thread, socket or file is there before.
 ///
 /// Answers in [`EditorSystems::Input`], follows the session there too, so that bodies are drawn in
 /// the frame in which they were heard.
 pub struct LivePlugin;
-
-/// Asks for something of the workspace.
-#[derive(Message, Clone, Debug, PartialEq)]
-pub enum LiveRequest {
-    /// `HOST:PORT` of the tracker's server.
-    SetServer(String),
-    /// The port that poses are sent on at; `None` sends none on.
-    SetPort(Option<u16>),
-    Connect,
-    Disconnect,
-    /// Which body a tool is, none of them, or (`None`) whatever its name says.
-    Assign(String, Option<Option<BodyRole>>),
-    /// Shows the dialog that chooses where the recording goes.
-    ShowRecord,
-    Record(PathBuf),
-    StopRecording,
-    /// Forgets where samples were taken.
-    StartOver,
-}
-
-/// What the person is at, as a run condition.
-pub fn is_shown(workspace: Res<Workspace>) -> bool {
-    *workspace == WORKSPACE
-}
 
 fn is_connected(desk: Res<LiveState>) -> bool {
     desk.is_connected()
@@ -80,12 +41,6 @@ fn is_connected(desk: Res<LiveState>) -> bool {
 impl Plugin for LivePlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<LiveState>()
-            .init_resource::<Workspace>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<ActiveDrag>()
-            .init_resource::<Notice>()
-            .init_resource::<Dialogs>()
-            .init_resource::<Waker>()
             .add_message::<LiveRequest>()
             .add_workspace(WORKSPACE)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), tracker_panel)

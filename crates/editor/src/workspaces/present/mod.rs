@@ -7,11 +7,12 @@
 
 pub mod first;
 pub mod panels;
+pub mod requests;
 pub mod stage;
 
-use crate::document::apply::WorldGeneration;
+pub use requests::{PresentRequest, Presenter, WORKSPACE, is_presenting};
+
 use crate::document::requests::{EditRequest, OpenWorld};
-use crate::document::selection::Selection;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::{AddCommand, Command, CommandsSystems, Group, write};
 use crate::shell::keys::Keys;
@@ -24,17 +25,6 @@ use crate::workspaces::study::state::StudyRequest;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use trackwright_design::{Edit, Slide, SlideEdit, View};
-
-pub const WORKSPACE: Workspace = Workspace {
-    name: "Present",
-    order: 5,
-    command: "Present",
-    about: "Slides for people who do not design the tool; once more goes back",
-    keys: &[Keys::plain("f5"), Keys::control("6")],
-    shows_trials: true,
-    is_presentation: true,
-    ..Workspace::VIEWED
-};
 
 const PRESENT: Group = Group { order: 4, name: "Present", workspace: Some(WORKSPACE.name) };
 
@@ -70,56 +60,12 @@ const LEAVE: Command =
 /// at the end of [`EditorSystems::Edit`].
 pub struct PresentPlugin;
 
-/// Asks for something while slides are shown.
-#[derive(Message, Clone, Debug, PartialEq)]
-pub enum PresentRequest {
-    /// So many slides on, or back.
-    Step(isize),
-    /// From 0.
-    Show(usize),
-    /// Begins or ends writing on slides.
-    ToggleEditing,
-    /// Back to where it was begun.
-    Leave,
-    /// A slide like the shown one, looked at as it is now, after it.
-    Add,
-    Remove,
-    /// The shown slide so many places on, or back.
-    Move(isize),
-    /// The shown slide, changed.
-    Set(Box<Slide>),
-    /// The shown slide is looked at as it is now.
-    KeepView,
-    /// As the slide has it, after one has looked around.
-    BackToView,
-}
-
-/// Which slide is shown, and whether it is written on.
-#[derive(Resource, Clone, Debug, Default, PartialEq)]
-pub struct Presenter {
-    /// From 0; no more than there are.
-    pub slide: usize,
-    pub is_editing: bool,
-    /// Where it goes back to.
-    pub(crate) from: Workspace,
-}
-
-/// What the person is at, as a run condition.
-pub fn is_presenting(workspace: Res<Workspace>) -> bool {
-    *workspace == WORKSPACE
-}
-
 impl Plugin for PresentPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Presenter>()
             .init_resource::<Stage>()
-            .init_resource::<Workspace>()
-            .init_resource::<WorldGeneration>()
-            .init_resource::<Selection>()
             .add_message::<PresentRequest>()
             .add_message::<StudyRequest>()
-            .add_message::<EditRequest>()
-            .add_message::<RequestRedraw>()
             .add_workspace_with(WORKSPACE, begin_or_leave)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left).shown_if(is_editing), slides_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left).shown_if(is_editing), layers_panel)

@@ -1,14 +1,14 @@
 //! Looks at the design as the slide on the screen does. The design's own view is kept for the end,
 //! and is what is saved meanwhile.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
+use crate::document::state::WorldGeneration;
 use crate::document::trials::TrialChoice;
 use crate::shell::window::Workspace;
 use crate::viewport::camera::OrbitRig;
-use crate::workspaces::present::Presenter;
 use crate::workspaces::present::first::slide_of;
+use crate::workspaces::present::requests::Presenter;
 use bevy::picking::PickingSettings;
 use bevy::prelude::*;
 use trackwright_design::{Document, View};

@@ -4,8 +4,8 @@ use crate::document::requests::FileRequest;
 use crate::document::trials::ModeKind;
 use crate::shell::commands::{AddCommand, Command, Group, write};
 use crate::shell::keys::Keys;
-use crate::workspaces::study::WORKSPACE;
 use crate::workspaces::study::state::StudyRequest;
+use crate::workspaces::study::state::WORKSPACE;
 use bevy::prelude::*;
 
 const STUDY: Group = Group { order: 3, name: "Study", workspace: Some(WORKSPACE.name) };

@@ -1,34 +1,30 @@
 //! Input data: a table of poses that is dropped onto the window or chosen in a dialog.
 
-use crate::document::apply::{Notice, file_folder};
 use crate::document::drops::is_table;
+use crate::document::file_names::file_folder;
 use crate::document::requests::{FileRequest, OpenWorld};
+use crate::document::state::Notice;
 use crate::document::trials::TrialChoice;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::widgets::basic::counted;
 use crate::workspaces::study::dialog::StudyDialog;
-use crate::workspaces::study::is_study_shown;
+use crate::workspaces::study::state::is_study_shown;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 use std::path::Path;
 use trackwright_project::Files;
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<Dialogs>()
-        .init_resource::<Notice>()
-        .add_message::<FileDragAndDrop>()
-        .add_message::<FileRequest>()
-        .add_message::<RequestRedraw>()
-        .add_systems(
-            Update,
-            (
-                read_dropped
-                    .run_if(on_message::<FileDragAndDrop>.and_then(is_study_shown))
-                    .in_set(EditorSystems::Input),
-                answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Edit),
-            ),
-        );
+    app.add_message::<FileDragAndDrop>().add_systems(
+        Update,
+        (
+            read_dropped
+                .run_if(on_message::<FileDragAndDrop>.and_then(is_study_shown))
+                .in_set(EditorSystems::Input),
+            answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Edit),
+        ),
+    );
 }
 
 fn read_dropped(

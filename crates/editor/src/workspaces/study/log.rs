@@ -1,7 +1,8 @@
 //! Writes the log of the study that is shown, in the background.
 
-use crate::document::apply::{Notice, file_folder};
+use crate::document::file_names::file_folder;
 use crate::document::requests::{FileRequest, OpenWorld};
+use crate::document::state::Notice;
 use crate::document::trials::TrialChoice;
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
@@ -77,8 +78,8 @@ fn answer(
 
 /// `pointer-on-head.log.csv` for `pointer-on-head.design.ron`.
 fn log_name(world: &trackwright_project::World) -> String {
-    let name = crate::document::apply::default_file_name(world.document.origin());
-    let stem = name.strip_suffix(crate::document::apply::DESIGN_EXTENSION).unwrap_or(&name);
+    let name = crate::document::file_names::default_file_name(world.document.origin());
+    let stem = name.strip_suffix(crate::document::file_names::DESIGN_EXTENSION).unwrap_or(&name);
     format!("{stem}.log.csv")
 }
 

@@ -13,8 +13,9 @@ pub mod study_panels;
 pub mod timeline_ui;
 pub mod trial_ui;
 
+pub use state::WORKSPACE;
+
 use crate::schedule::EditorSystems;
-use crate::shell::keys::Keys;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
 use crate::widgets::theme;
@@ -28,19 +29,6 @@ use crate::workspaces::study::study_panels::{
     note_trial, sides_panel, timeline_panel, trials_panel,
 };
 use bevy::prelude::*;
-
-pub const WORKSPACE: Workspace = Workspace {
-    name: "Study",
-    order: 2,
-    command: "Study workspace",
-    about: "Trial by trial: the motion, the plots, the log",
-    keys: &[Keys::control("3")],
-    has_gizmo: false,
-    shows_trials: true,
-    charts_trials: true,
-    drop_verb: Some("Read poses from"),
-    ..Workspace::NONE
-};
 
 /// What a person does in the Study workspace.
 ///
@@ -77,8 +65,4 @@ fn is_inspector(world: &World) -> bool {
 
 fn are_trials_shown(workspace: Option<Res<Workspace>>) -> bool {
     workspace.is_some_and(|workspace| workspace.shows_trials)
-}
-
-fn is_study_shown(workspace: Option<Res<Workspace>>) -> bool {
-    workspace.is_some_and(|workspace| *workspace == WORKSPACE)
 }

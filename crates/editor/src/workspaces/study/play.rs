@@ -4,7 +4,6 @@ use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
-use crate::shell::window::Workspace;
 use crate::workspaces::study::are_trials_shown;
 use crate::workspaces::study::state::{StudyRequest, StudyState};
 use bevy::prelude::*;
@@ -16,21 +15,15 @@ use trackwright_simulation::trial_count;
 const LONGEST_STEP_S: f64 = 1.0;
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<StudyState>()
-        .init_resource::<Workspace>()
-        .init_resource::<Results>()
-        .add_message::<StudyRequest>()
-        .add_message::<FileRequest>()
-        .add_message::<RequestRedraw>()
-        .add_systems(
-            Update,
-            (
-                advance.run_if(is_playing.and_then(are_trials_shown)),
-                answer.run_if(on_message::<StudyRequest>),
-            )
-                .chain()
-                .in_set(EditorSystems::Edit),
-        );
+    app.init_resource::<StudyState>().add_message::<StudyRequest>().add_systems(
+        Update,
+        (
+            advance.run_if(is_playing.and_then(are_trials_shown)),
+            answer.run_if(on_message::<StudyRequest>),
+        )
+            .chain()
+            .in_set(EditorSystems::Edit),
+    );
 }
 
 fn is_playing(choice: Res<TrialChoice>) -> bool {

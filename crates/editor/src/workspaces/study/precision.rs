@@ -1,12 +1,12 @@
 //! Error against run time of the open design, measured in the background when asked for.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
+use crate::schedule::UiSystems;
 use crate::shell::commands::{AddCommand, Command, VIEW, write};
-use crate::shell::layout::UiSystems;
 use crate::shell::requests::Requests;
 use crate::workspaces::study::precision_ui::precision_window;
 use bevy::prelude::*;

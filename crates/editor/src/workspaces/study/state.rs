@@ -1,7 +1,22 @@
 //! How the Study workspace shows trials, and what it can be asked for.
 
 use crate::document::trials::ModeKind;
+use crate::shell::keys::Keys;
+use crate::shell::window::Workspace;
 use bevy::prelude::*;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Study",
+    order: 2,
+    command: "Study workspace",
+    about: "Trial by trial: the motion, the plots, the log",
+    keys: &[Keys::control("3")],
+    has_gizmo: false,
+    shows_trials: true,
+    charts_trials: true,
+    drop_verb: Some("Read poses from"),
+    ..Workspace::NONE
+};
 
 /// Trials a second that can be chosen for playing.
 pub const PLAY_RATES: [f64; 4] = [5.0, 25.0, 100.0, 500.0];
@@ -40,6 +55,10 @@ pub enum StudyRequest {
     ShowRotation(RotationForm),
     ShowAxis(&'static str),
     CancelLog,
+}
+
+pub fn is_study_shown(workspace: Option<Res<Workspace>>) -> bool {
+    workspace.is_some_and(|workspace| *workspace == WORKSPACE)
 }
 
 /// How trials are shown.

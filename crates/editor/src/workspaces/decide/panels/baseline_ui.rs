@@ -6,9 +6,9 @@ use crate::widgets::basic::{
     decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
 use crate::widgets::verdict::verdict_text;
-use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::against::Found;
 use crate::workspaces::decide::panels::DecideView;
+use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, Response, RichText, Ui};
 use trackwright_formats::printable::printable;

@@ -1,8 +1,8 @@
 //! Which recording of the built tool is looked at, and what its tables do not say of themselves.
 
 use crate::widgets::basic::{NumberChange, NumberField, number_ui, quiet_ui};
-use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::panels::DecideView;
+use crate::workspaces::decide::requests::DecideRequest;
 use bevy_egui::egui::{Align, Layout, Ui};
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::BodyRole;

@@ -9,10 +9,10 @@ use crate::widgets::basic::{
 };
 use crate::widgets::theme;
 use crate::widgets::verdict::verdict_mark;
-use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::right_ui;
 use crate::workspaces::decide::panels::recorded_ui::recorded_ui;
+use crate::workspaces::decide::requests::DecideRequest;
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
 use trackwright_design::Decision;
 use trackwright_formats::printable::printable;

@@ -1,16 +1,16 @@
 //! The panels of the Decide workspace as systems.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::runner::results::Results;
 use crate::shell::requests::Requests;
-use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::against::Against;
 use crate::workspaces::decide::judged::Judged;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::baseline_ui;
 use crate::workspaces::decide::panels::steps_ui::steps_ui;
 use crate::workspaces::decide::panels::table_ui::table_ui;
+use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::field::state::FieldState;
 use bevy::ecs::system::SystemParam;

@@ -6,9 +6,9 @@ use crate::widgets::basic::{
     decimal, main_button, quiet_ui, short_name, signed, warning_ui, with_unit,
 };
 use crate::widgets::verdict::{verdict_mark, verdict_text};
-use crate::workspaces::decide::DecideRequest;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::{right_ui, verdict};
+use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::decide::table::{Compare, Compared};
 use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};

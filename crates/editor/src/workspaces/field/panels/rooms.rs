@@ -3,7 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{Mark, Row, THIN_SPACE, counted, length, quiet_ui, row_ui, section_ui};
-use crate::workspaces::field::FieldRequest;
+use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::FieldState;
 use bevy_egui::egui::Ui;
 use trackwright_project::{RoomListing, RoomSource};

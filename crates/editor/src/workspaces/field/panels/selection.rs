@@ -4,7 +4,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::widgets::chart::chart_ui;
-use crate::workspaces::field::FieldRequest;
+use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::Fitted;
 use bevy_egui::egui::{self, Align, Context, Grid, Label, Layout, RichText, ScrollArea, Ui};
 use trackwright_report::selection::{head, notes, reason, rows};

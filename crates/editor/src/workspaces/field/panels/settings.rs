@@ -3,9 +3,9 @@
 use crate::widgets::basic::{
     NumberChange, NumberField, main_button, number_ui, quiet_ui, section_ui,
 };
-use crate::workspaces::field::FieldRequest;
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::panels::named_ui;
+use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::{FieldSettings, FieldState};
 use crate::workspaces::field::work::CHOOSING_PART;
 use bevy_egui::egui::{ComboBox, ProgressBar, Ui};

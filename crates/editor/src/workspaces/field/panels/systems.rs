@@ -1,14 +1,14 @@
 //! The panels of the Field workspace as systems.
 
-use crate::document::apply::WorldGeneration;
 use crate::document::requests::OpenWorld;
+use crate::document::state::WorldGeneration;
 use crate::shell::requests::Requests;
-use crate::workspaces::field::FieldRequest;
 use crate::workspaces::field::panels::rooms::rooms_ui;
 use crate::workspaces::field::panels::selection::{selection_ui, selection_window};
 use crate::workspaces::field::panels::settings::settings_ui;
 use crate::workspaces::field::panels::table::tables_ui;
 use crate::workspaces::field::panels::worth::{comparison_ui, worth_ui};
+use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::samples::SampleScale;
 use crate::workspaces::field::state::FieldState;
 use bevy::prelude::*;

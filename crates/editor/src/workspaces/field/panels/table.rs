@@ -7,7 +7,7 @@ use crate::widgets::basic::{
     THIN_SPACE, count, counted, decimal, fact_ui, length, quiet_ui, section_ui, warning_ui,
 };
 use crate::widgets::theme;
-use crate::workspaces::field::FieldRequest;
+use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::samples::{SampleScale, stride};
 use crate::workspaces::field::state::{FieldState, SamplesShown, TableRole};
 use crate::workspaces::field::state::{SampleValue, Table};

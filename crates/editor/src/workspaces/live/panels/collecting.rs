@@ -2,10 +2,9 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{THIN_SPACE, count, decimal, fact_ui, quiet_ui, section_ui};
-use crate::workspaces::live::LiveRequest;
+use crate::widgets::basic::{THIN_SPACE, count, decimal, fact_ui, quiet_ui, section_ui, state_ui};
 use crate::workspaces::live::collected::Collected;
-use crate::workspaces::live::panels::state_ui;
+use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, Sense, Ui, vec2};
 use nalgebra::{Unit, Vector3};

@@ -6,20 +6,18 @@ pub mod tracker;
 
 use crate::document::requests::OpenWorld;
 use crate::document::shown::LIVE;
-use crate::palette;
-use crate::palette::ThemedColor;
 use crate::runner::results::Results;
 use crate::shell::requests::Requests;
 use crate::shell::window::{StatusNote, Workspace};
-use crate::workspaces::live::LiveRequest;
 use crate::workspaces::live::panels::collecting::collecting_ui;
 use crate::workspaces::live::panels::tools::tools_ui;
 use crate::workspaces::live::panels::tracker::{recording_ui, tracker_ui};
+use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
 use crate::workspaces::study::state::{StudyRequest, StudyState};
 use crate::workspaces::study::trial_ui::{TrialView, trial_ui};
 use bevy::prelude::*;
-use bevy_egui::egui::{self, RichText, Ui};
+use bevy_egui::egui::Ui;
 use trackwright_design::BodyRole;
 use trackwright_openigtlink::relay::ToolState;
 use trackwright_openigtlink::roles::base_name;
@@ -89,9 +87,4 @@ pub(crate) fn note_tools(
         })
         .collect();
     note.set_if_neq(StatusNote((!words.is_empty()).then(|| words.join(" · "))));
-}
-
-/// A line that says how something is, its colour saying how well.
-fn state_ui(ui: &mut Ui, text: &str, color: palette::Rgb) {
-    ui.add(egui::Label::new(RichText::new(text).color(color.color32())).wrap());
 }

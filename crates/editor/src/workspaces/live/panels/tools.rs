@@ -2,9 +2,8 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{quiet_ui, section_ui};
-use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::panels::state_ui;
+use crate::widgets::basic::{quiet_ui, section_ui, state_ui};
+use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use trackwright_design::{BodyRole, Design};

@@ -3,11 +3,10 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{
-    THIN_SPACE, count, counted, fact_ui, main_button, quiet_ui, section_ui, warning_ui,
+    THIN_SPACE, count, counted, fact_ui, main_button, quiet_ui, section_ui, state_ui, warning_ui,
 };
-use crate::workspaces::design::inspector::text_row_ui;
-use crate::workspaces::live::LiveRequest;
-use crate::workspaces::live::panels::state_ui;
+use crate::workspaces::design::rows::text_row_ui;
+use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, DragValue, Ui};
 use trackwright_openigtlink::codec::DEFAULT_PORT;

@@ -4,7 +4,8 @@ pub mod slides_ui;
 pub mod stage_ui;
 pub mod systems;
 
-use crate::workspaces::present::{Presenter, first};
+use crate::workspaces::present::first;
+use crate::workspaces::present::requests::Presenter;
 use std::borrow::Cow;
 use trackwright_design::{Document, Slide};
 use trackwright_field::Environment;

@@ -1,8 +1,8 @@
 //! The panel in which slides are made.
 
 use crate::widgets::basic::{Row, main_button, quiet_ui, row_ui, section_ui, warning_ui};
-use crate::workspaces::present::PresentRequest;
 use crate::workspaces::present::panels::StageView;
+use crate::workspaces::present::requests::PresentRequest;
 use bevy_egui::egui::Ui;
 use trackwright_design::{Slide, SlideFigure};
 

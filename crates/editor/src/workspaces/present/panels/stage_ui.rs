@@ -4,8 +4,8 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::verdict::{figure_color, verdict_mark};
-use crate::workspaces::present::PresentRequest;
 use crate::workspaces::present::panels::StageView;
+use crate::workspaces::present::requests::PresentRequest;
 use bevy_egui::egui::{
     Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Key, Margin, Order, Painter, Pos2,
     Rect, TextEdit, Ui, pos2, vec2,

@@ -7,7 +7,7 @@ use crate::shell::window::SceneCover;
 use crate::workspaces::present::panels::StageView;
 use crate::workspaces::present::panels::slides_ui::slides_ui;
 use crate::workspaces::present::panels::stage_ui::stage_ui;
-use crate::workspaces::present::{PresentRequest, Presenter};
+use crate::workspaces::present::requests::{PresentRequest, Presenter};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::Ui;

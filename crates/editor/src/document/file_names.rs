@@ -1,0 +1,66 @@
+//! Names of design files, and the folder in which dialogs begin.
+
+use std::path::{Path, PathBuf};
+use trackwright_design::Origin;
+use trackwright_project::Starter;
+
+/// What design files are called.
+pub const DESIGN_EXTENSION: &str = ".design.ron";
+
+/// What a person calls the file that a document came from.
+pub fn file_name(origin: &Origin) -> String {
+    match origin {
+        Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
+        Origin::BuiltIn(name) => format!("{name} (built in)"),
+        Origin::File(path) => path
+            .file_name()
+            .map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
+    }
+}
+
+/// What the file of a design is called, or would be.
+pub fn default_file_name(origin: &Origin) -> String {
+    match origin {
+        Origin::File(path) => {
+            path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
+        }
+        Origin::BuiltIn(_) if Starter::of(origin).is_some() => {
+            format!("untitled{DESIGN_EXTENSION}")
+        }
+        Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
+    }
+}
+
+/// The path with the extension of designs where a person left it out.
+pub(crate) fn with_extension(path: &Path) -> PathBuf {
+    let name = path.as_os_str().to_string_lossy();
+    if name.ends_with(".ron") {
+        path.to_path_buf()
+    } else {
+        PathBuf::from(format!("{name}{DESIGN_EXTENSION}"))
+    }
+}
+
+/// Where dialogs begin: the folder of the open file, else the working folder.
+pub fn file_folder(world: &trackwright_project::World) -> PathBuf {
+    let of_file = match world.document.origin() {
+        Origin::File(path) => path.parent().map(Path::to_path_buf),
+        Origin::BuiltIn(_) => None,
+    };
+    of_file.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(working_folder)
+}
+
+pub(crate) fn working_folder() -> PathBuf {
+    std::env::current_dir().unwrap_or_else(|_| PathBuf::from("/"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_without_extension_becomes_a_design() {
+        assert_eq!(with_extension(Path::new("a/b")), Path::new("a/b.design.ron"));
+        assert_eq!(with_extension(Path::new("a/b.design.ron")), Path::new("a/b.design.ron"));
+    }
+}

@@ -1,0 +1,64 @@
+//! What is asked of the Field workspace.
+
+use crate::shell::keys::Keys;
+use crate::shell::window::Workspace;
+use crate::widgets::theme;
+use crate::workspaces::field::state::{FieldSettings, SamplesShown, TableRole};
+use bevy::prelude::*;
+use std::path::PathBuf;
+use trackwright_project::RoomSource;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Field",
+    order: 1,
+    command: "Field workspace",
+    about: "The room: its measurements, their fit, and what that is worth",
+    keys: &[Keys::control("2")],
+    shows_samples: true,
+    drop_verb: Some("Read measurements from"),
+    side_widths: [theme::LEFT_WIDTH, theme::FIELD_WIDTH],
+    ..Workspace::VIEWED
+};
+
+/// Asks for something of the workspace.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum FieldRequest {
+    /// Shows the dialog that chooses a table.
+    ShowOpen(TableRole),
+    Open(TableRole, PathBuf),
+    /// A file was dropped: the first table, or whichever the person says.
+    Drop(PathBuf),
+    /// Puts a table away, or gives its reading up.
+    Close(TableRole),
+    /// Takes a table that is suspected of being another one as it stands, or no longer.
+    TakeAsIs(PathBuf, bool),
+    Set(FieldSettings),
+    Show(SamplesShown),
+    Fit,
+    CancelFit,
+    /// Shows or hides the window with Fig. 3 and its table.
+    ShowSelection(bool),
+    /// Computes the design's figures in the fitted room, without changing the design.
+    Try,
+    CancelTry,
+    /// Shows the dialog that chooses where a room is saved.
+    ShowSave(RoomToSave),
+    /// Saves a room and assigns it to the design.
+    Save(RoomToSave, PathBuf),
+    /// Puts the design into a room, as one undo step.
+    Assign(RoomSource),
+}
+
+/// A room that is no file of its own yet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RoomToSave {
+    /// The newest fit.
+    Fitted,
+    /// A built-in room, for a design that is on the disk.
+    Copy(RoomSource),
+}
+
+/// What the person is at, as a run condition.
+pub fn is_shown(workspace: Res<Workspace>) -> bool {
+    *workspace == WORKSPACE
+}

@@ -1,0 +1,56 @@
+//! What is asked of the Present workspace, and which slide it shows.
+
+use crate::shell::keys::Keys;
+use crate::shell::window::Workspace;
+use bevy::prelude::*;
+use trackwright_design::Slide;
+
+pub const WORKSPACE: Workspace = Workspace {
+    name: "Present",
+    order: 5,
+    command: "Present",
+    about: "Slides for people who do not design the tool; once more goes back",
+    keys: &[Keys::plain("f5"), Keys::control("6")],
+    shows_trials: true,
+    is_presentation: true,
+    ..Workspace::VIEWED
+};
+
+/// Asks for something while slides are shown.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum PresentRequest {
+    /// So many slides on, or back.
+    Step(isize),
+    /// From 0.
+    Show(usize),
+    /// Begins or ends writing on slides.
+    ToggleEditing,
+    /// Back to where it was begun.
+    Leave,
+    /// A slide like the shown one, looked at as it is now, after it.
+    Add,
+    Remove,
+    /// The shown slide so many places on, or back.
+    Move(isize),
+    /// The shown slide, changed.
+    Set(Box<Slide>),
+    /// The shown slide is looked at as it is now.
+    KeepView,
+    /// As the slide has it, after one has looked around.
+    BackToView,
+}
+
+/// Which slide is shown, and whether it is written on.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct Presenter {
+    /// From 0; no more than there are.
+    pub slide: usize,
+    pub is_editing: bool,
+    /// Where it goes back to.
+    pub(crate) from: Workspace,
+}
+
+/// What the person is at, as a run condition.
+pub fn is_presenting(workspace: Res<Workspace>) -> bool {
+    *workspace == WORKSPACE
+}
