@@ -151,7 +151,7 @@ fn wrong_values_are_named_with_their_place() {
 }
 
 #[test]
-fn a_body_without_sensors_and_an_empty_table_are_refused() {
+fn bodies_without_sensors_or_empty_tables_are_refused() {
     let without_sensors = |b: Vec<u8>| {
         let text = String::from_utf8(b).unwrap();
         let start = text.find("sensors: [").unwrap();

@@ -93,7 +93,7 @@ fn normal(seeded: &mut Seeded) -> Vector {
 }
 
 #[test]
-fn a_recording_that_is_what_the_study_predicts_is_explained_whole() {
+fn a_recording_as_predicted_is_explained_completely() {
     let scenario = scenario(1);
     let found = judged(&scenario, exact_rows(&scenario, 40));
     assert!(found.position_mm.measured.rms() > 0.5, "{found:?}");
@@ -111,7 +111,7 @@ fn a_recording_that_is_what_the_study_predicts_is_explained_whole() {
 }
 
 #[test]
-fn a_tip_that_is_off_by_the_same_everywhere_is_found_with_its_interval() {
+fn a_constant_tip_error_is_found_with_its_interval() {
     let scenario = scenario(2);
     let mut seeded = Seeded::new(5);
     let added = Vector::new(0.4, -0.2, 0.1);
@@ -181,7 +181,7 @@ fn figures_are_those_of_numpy_and_scipy() {
 const OF_200: f64 = 3.0 * 0.0154;
 
 #[test]
-fn noise_as_the_room_states_it_is_accepted_and_more_is_not() {
+fn only_noise_of_the_stated_size_is_accepted() {
     let mut scenario = scenario(3);
     let mut environment = (*scenario.environment).clone();
     environment.jitter = Some(Jitter::uniform(0.3, 0.004));
@@ -231,7 +231,7 @@ fn another_room_explains_nothing_and_is_called_so() {
 }
 
 #[test]
-fn noise_that_neighbours_share_does_not_make_intervals_too_narrow() {
+fn correlated_noise_does_not_narrow_the_intervals() {
     const A: f64 = 0.8;
     let scenario = scenario(6);
     let exact = exact_rows(&scenario, 400);
@@ -317,7 +317,7 @@ fn no_choice_of_axes_changes_what_is_said() {
 }
 
 #[test]
-fn what_a_registration_took_up_does_not_count_against_the_prediction() {
+fn errors_absorbed_by_registration_are_not_residual() {
     let scenario = scenario(10);
     let mut rows = exact_rows(&scenario, 50);
     let tip = scenario.tool.judged_tip_in_body();
@@ -339,7 +339,7 @@ fn what_a_registration_took_up_does_not_count_against_the_prediction() {
 }
 
 #[test]
-fn a_pivot_in_a_distorted_room_is_explained_by_that_room() {
+fn a_pivot_in_a_distorted_room_is_explained_by_it() {
     let scenario = scenario(13);
     let (tip, rest) = (Point3::new(0.4, -0.3, -1.0), Point3::new(10.0, 20.0, -250.0));
     let mut seeded = Seeded::new(14);
@@ -367,7 +367,7 @@ fn a_pivot_in_a_distorted_room_is_explained_by_that_room() {
 }
 
 #[test]
-fn recordings_that_cannot_answer_are_refused_for_their_reasons() {
+fn unusable_recordings_are_refused_with_the_reason() {
     let scenario = scenario(15);
     let refused = |rows: Vec<AgreementRow>, settings: AgreementSettings| {
         agreement(&scenario, rows, &settings, &Task::default()).unwrap_err()
@@ -427,7 +427,7 @@ fn rows_of_few_groups_are_worth_no_more_than_these() {
 }
 
 #[test]
-fn a_still_room_with_noise_alone_has_nothing_to_explain() {
+fn noise_without_distortion_has_nothing_to_explain() {
     let mut scenario = scenario(18);
     let mut environment = (*scenario.environment).clone();
     environment.jitter = Some(Jitter::uniform(0.5, 0.01));

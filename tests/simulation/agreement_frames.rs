@@ -50,7 +50,7 @@ fn errors_of_the_field_are_no_matter_of_frames() {
 }
 
 #[test]
-fn another_frame_is_found_with_the_turn_and_shift_that_make_them_one() {
+fn a_frame_mismatch_reports_rotation_and_translation() {
     let scenario = scenario();
     let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.5);
     let other = pose_from_parts(Vector3::new(300.0, -20.0, 100.0), turn);
@@ -81,7 +81,7 @@ fn rows_of_other_moments_are_apart_in_every_frame() {
 }
 
 #[test]
-fn both_in_another_frame_than_the_room_are_told_by_their_distance() {
+fn poses_far_outside_the_room_are_a_frame_mismatch() {
     let scenario = scenario();
     let mut away = rows(&scenario, &Pose::identity());
     for row in &mut away {

@@ -39,7 +39,7 @@ fn each_arrow_is_the_error_at_its_own_place() {
 }
 
 #[test]
-fn arrows_of_the_tool_are_the_mean_of_what_its_sensors_would_read_there() {
+fn tool_arrows_are_the_mean_error_of_its_sensors() {
     let scenario = built_in();
     let plan = ArrowPlan { sensor: ArrowSensor::OfTool, counts: [3, 1, 4] };
     let outcome = sample(&scenario, &plan);
@@ -60,7 +60,7 @@ fn arrows_of_the_tool_are_the_mean_of_what_its_sensors_would_read_there() {
 }
 
 #[test]
-fn a_lattice_is_clipped_to_the_volume_and_may_be_empty() {
+fn an_arrow_lattice_is_clipped_to_the_volume() {
     let mut scenario = built_in();
     let own = *scenario.environment.model.bounds();
     let plan = ArrowPlan { sensor: ArrowSensor::Along(Vector3::x_axis()), counts: [2, 2, 2] };
@@ -82,7 +82,7 @@ fn a_lattice_is_clipped_to_the_volume_and_may_be_empty() {
 }
 
 #[test]
-fn beyond_a_dome_within_the_box_there_are_no_arrows_and_none_count() {
+fn only_arrows_within_the_dome_are_counted() {
     let mut scenario = built_in();
     let plan = ArrowPlan { sensor: ArrowSensor::Along(Vector3::x_axis()), counts: [9, 9, 9] };
     let all = sample(&scenario, &plan);
@@ -101,7 +101,7 @@ fn beyond_a_dome_within_the_box_there_are_no_arrows_and_none_count() {
 }
 
 #[test]
-fn arrows_hang_on_no_number_of_threads_and_stop_when_cancelled() {
+fn arrows_are_cancellable_and_independent_of_threads() {
     let scenario = built_in();
     let plan = ArrowPlan { sensor: ArrowSensor::OfTool, counts: [11, 10, 9] };
     let on = |threads: usize| {

@@ -41,7 +41,7 @@ fn apart(a: &Pose, b: &Pose) -> (f64, f64) {
 }
 
 #[test]
-fn what_a_study_measures_of_a_body_is_turned_back_into_where_it_is() {
+fn compensation_inverts_the_simulated_body_pose() {
     let mut at_origin_mm: f64 = 0.0;
     for name in ["pointer-on-head", "shaver-on-head"] {
         let scenario = built_in(name);
@@ -69,7 +69,7 @@ fn what_a_study_measures_of_a_body_is_turned_back_into_where_it_is() {
 }
 
 #[test]
-fn a_body_of_markers_and_one_of_a_single_coil_are_turned_back_as_far_as_they_determine_it() {
+fn markers_and_single_coils_keep_their_positions() {
     let mut scenario = built_in("pointer-on-head");
     let template = scenario.tool.sensors[0].clone();
     let at = |x: f64, y: f64, orientation| Sensor {
@@ -110,7 +110,7 @@ fn shifted(map: MapKind) -> Environment {
 }
 
 #[test]
-fn an_error_that_is_the_same_everywhere_is_taken_off_by_every_method() {
+fn every_method_removes_a_constant_error() {
     let mut scenario = built_in("pointer-on-head");
     let measured = pose_from_array([12.0, -20.0, -300.0, 0.8, 0.0, 0.6, 0.0]).unwrap();
     for (map, method) in [

@@ -54,7 +54,7 @@ fn a_sensor_at_the_tip_is_off_as_one_reading_is() {
 }
 
 #[test]
-fn a_longer_lever_makes_the_tip_worse_and_more_sensors_better() {
+fn tip_error_grows_with_lever_and_falls_with_sensors() {
     let room = room();
     let of = |positions: &[[f64; 3]], tip: [f64; 3]| {
         let body = body(positions, tip);
@@ -70,7 +70,7 @@ fn a_longer_lever_makes_the_tip_worse_and_more_sensors_better() {
 }
 
 #[test]
-fn outside_the_box_the_model_is_not_valid_and_without_support_nothing_is_known() {
+fn predictions_need_fit_validity_and_a_pose_inside() {
     let mut room = (*room()).clone();
     let body = body(&[[0.0; 3]], [0.0; 3]);
     let far = Pose::translation(5e3, 0.0, 0.0) * middle(&room);

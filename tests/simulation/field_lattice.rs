@@ -128,7 +128,7 @@ fn steps_are_whole_and_no_longer_than_asked_for() {
 }
 
 #[test]
-fn a_correction_map_tells_no_error_at_the_true_position() {
+fn a_correction_map_has_no_error_at_true_positions() {
     let zero = DistortionModel::zero(*model().bounds(), MapKind::Correction);
     let plan = plan(&model(), Displacement::Error);
     assert_eq!(

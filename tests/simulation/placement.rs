@@ -54,7 +54,7 @@ fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> O
 }
 
 #[test]
-fn a_fully_computed_place_is_the_study_with_the_sensor_moved_there() {
+fn a_full_placement_is_a_study_with_the_sensor_moved() {
     for name in ["pointer-on-head", "shaver-on-head"] {
         for body in [PlacedBody::Tool, PlacedBody::Crf] {
             let (scenario, all) = built_in(name, body);
@@ -79,7 +79,7 @@ fn a_fully_computed_place_is_the_study_with_the_sensor_moved_there() {
 }
 
 #[test]
-fn a_marker_s_place_is_the_study_with_the_marker_there_whatever_the_rule() {
+fn marker_placement_is_the_same_under_every_axis_rule() {
     let (mut scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
     for sensor in &mut scenario.tool.sensors {
         sensor.orientation = SensorOrientation::Marker;
@@ -102,7 +102,7 @@ fn a_marker_s_place_is_the_study_with_the_marker_there_whatever_the_rule() {
 }
 
 #[test]
-fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
+fn values_between_vertices_are_linear_on_the_triangle() {
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let mesh = world.mesh(BodyRole::Tool).unwrap();
     let surface = trackwright_geometry::surface::Surface::new(mesh).unwrap();
@@ -146,7 +146,7 @@ fn a_value_between_vertices_is_that_of_the_triangle_that_a_ray_hits() {
 }
 
 #[test]
-fn places_between_are_nearly_as_good_as_full_ones_and_say_how_good() {
+fn approximate_placements_state_their_error() {
     let (scenario, all) = built_in("shaver-on-head", PlacedBody::Tool);
     // Where the axis stays, values are smooth along the surface; where it follows the normal, some
     // vertices hardly determine the tool's roll, and trials swing far at some of the poses.
@@ -222,7 +222,7 @@ fn without_distortion_no_place_has_an_error() {
 }
 
 #[test]
-fn a_place_outside_is_told_and_where_all_trials_are_left_out_it_has_no_value() {
+fn placements_outside_are_marked_or_have_no_value() {
     for body in [PlacedBody::Tool, PlacedBody::Crf] {
         let (clamped, all) = built_in("pointer-on-head", body);
         let far = |y: f64| SurfacePoint { position_mm: Point3::new(0.0, y, 0.0), ..all[0] };

@@ -29,7 +29,7 @@ fn a_short_range_of_motion_needs_no_preview() {
 }
 
 #[test]
-fn a_preview_is_close_to_the_whole_and_says_how_much_it_stands_for() {
+fn a_preview_is_within_1_percent_of_the_whole_study() {
     let scenario = scenario(7.0);
     let preview = preview(&scenario).unwrap();
     assert_eq!(preview.whole_trials, 8_usize.pow(5));
@@ -42,7 +42,7 @@ fn a_preview_is_close_to_the_whole_and_says_how_much_it_stands_for() {
 }
 
 #[test]
-fn the_poses_of_a_preview_are_poses_of_the_grid_and_hardly_repeat() {
+fn preview_poses_are_grid_poses_and_rarely_repeat() {
     let scenario = scenario(7.0);
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let key = |pose: &trackwright_geometry::pose::Pose| {

@@ -63,7 +63,7 @@ fn studies(found: &StepStatus, step: Step) -> DecidedStudies {
 }
 
 #[test]
-fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
+fn only_rooms_with_figures_decide_a_requirement() {
     let found = judged(bounded(plan(), None));
     assert_eq!(found.tool.state, State::NoRequirement);
     let Ok(own) = &found.tool.rows[0].studied else {
@@ -98,7 +98,7 @@ fn a_requirement_is_met_or_missed_by_the_rooms_that_have_figures() {
 }
 
 #[test]
-fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
+fn a_step_stays_decided_until_an_input_changes() {
     let first = judged(bounded(plan(), Some(10.0)));
     let decided = || Plan {
         decided_crf: Some(studies(&first, Step::Crf)),
@@ -145,7 +145,7 @@ fn a_step_is_decided_as_long_as_everything_is_as_it_was() {
 }
 
 #[test]
-fn another_recording_is_another_decision_and_one_that_is_gone_is_told() {
+fn a_missing_recording_invalidates_its_decision() {
     let decided = DecidedRecording {
         room: RoomName::default(),
         recording: trackwright_calibration::agreement::BuiltRecording::of("a.csv".to_owned()),

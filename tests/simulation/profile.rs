@@ -43,7 +43,7 @@ fn a_trial_s_error_is_that_of_its_pose_alone() {
 }
 
 #[test]
-fn profiles_along_the_axes_and_the_whole_tell_the_same_rms_and_max() {
+fn profiles_of_all_axes_agree_with_the_figures() {
     let (outcome, profile) = profiled(&Mode::Motion);
     let names: Vec<&str> = profile.axes.iter().map(|a| a.axis).collect();
     assert_eq!(names, ["x", "z", "ry", POSITION, ORIENTATION]);
@@ -77,7 +77,7 @@ fn an_axis_s_profile_is_of_the_trials_with_its_value() {
 }
 
 #[test]
-fn the_worst_trial_of_a_bar_is_in_it_and_of_all_bars_is_that_of_the_figures() {
+fn the_worst_trial_of_each_bar_lies_in_it() {
     let (outcome, profile) = profiled(&Mode::Motion);
     assert_eq!(profile.worst(), Some(outcome.figures.worst.trial));
     let Histogram { width, counts } = profile.histogram();
@@ -116,7 +116,7 @@ fn every_trial_is_in_one_bar_and_one_column() {
 }
 
 #[test]
-fn the_cumulative_curve_ends_with_all_trials_at_the_largest_error() {
+fn the_cumulative_curve_ends_at_the_largest_error() {
     let (outcome, profile) = profiled(&Mode::Motion);
     let curve = profile.cumulative(16);
     assert_eq!(curve.last(), Some(&(outcome.figures.position_mm.max(), 1.0)));

@@ -110,7 +110,7 @@ fn a_cancelled_slice_has_no_values() {
 }
 
 #[test]
-fn a_free_plane_along_the_axes_is_the_plane_across_the_third() {
+fn axis_aligned_free_planes_equal_planes_across() {
     let scenario = built_in("pointer-on-head");
     let bounds = *scenario.environment.model.bounds();
     let across = SlicePlan {
@@ -137,7 +137,7 @@ fn a_free_plane_along_the_axes_is_the_plane_across_the_third() {
 }
 
 #[test]
-fn the_tip_error_at_the_designs_own_tip_is_that_of_its_own_pose() {
+fn tip_error_at_the_designs_tip_is_that_of_its_pose() {
     for name in ["pointer-on-head", "shaver-on-head", "endoscope"] {
         let with_crf = built_in(name);
         let without = Scenario {
@@ -173,7 +173,7 @@ fn the_tip_error_at_the_designs_own_tip_is_that_of_its_own_pose() {
 }
 
 #[test]
-fn the_gradient_is_the_largest_slope_of_finite_differences() {
+fn gradients_agree_with_finite_differences() {
     let scenario = built_in("pointer-on-head");
     let model = &scenario.environment.model;
     let plan = SlicePlan {

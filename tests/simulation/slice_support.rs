@@ -39,7 +39,7 @@ fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {
 }
 
 #[test]
-fn a_point_is_supported_where_the_support_says_so_of_the_imagined_sensor() {
+fn slice_support_is_the_fit_validity_at_each_point() {
     let scenario = scenario();
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::PositionErrorMm);
@@ -52,7 +52,7 @@ fn a_point_is_supported_where_the_support_says_so_of_the_imagined_sensor() {
 }
 
 #[test]
-fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
+fn tool_support_requires_valid_poses_of_all_sensors() {
     let scenario = scenario();
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::TipErrorMm);
@@ -80,7 +80,7 @@ fn of_the_tool_every_sensor_is_asked_with_the_tip_at_the_point() {
 }
 
 #[test]
-fn a_room_that_says_nothing_has_no_such_slice_and_a_cancelled_one_neither() {
+fn no_slice_support_if_cancelled_or_without_validity() {
     let mut scenario = scenario();
     let plan = plan(&scenario);
     let cancel = CancelToken::default();

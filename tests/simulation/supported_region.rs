@@ -16,7 +16,7 @@ fn region(environment: &Environment, count: usize) -> SupportedRegion {
 }
 
 #[test]
-fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
+fn region_fraction_is_the_share_of_supported_points() {
     let room = room();
     let found = region(&room, 17);
     let support = room.fit_validity.as_ref().unwrap();
@@ -47,7 +47,7 @@ fn the_region_holds_as_much_of_the_box_as_points_drawn_in_it_are_supported() {
 }
 
 #[test]
-fn on_the_surface_a_pose_has_as_much_leverage_as_any_sample() {
+fn leverage_on_the_surface_is_the_samples_maximum() {
     let room = room();
     let found = region(&room, 33);
     let support = room.fit_validity.as_ref().unwrap();

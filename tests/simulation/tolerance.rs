@@ -96,7 +96,7 @@ fn alone_of(sheet: &ManufacturingSheet) -> [Within; 2] {
 }
 
 #[test]
-fn one_sensor_that_is_off_puts_the_tip_off_by_as_much_and_its_turn_by_the_lever() {
+fn one_sensors_error_moves_the_tip_by_shift_and_lever() {
     let mut scenario = ideal(vec![six([0.0, 0.0, 100.0])], at_most_mm(0.705));
     for motion in [None, turning(30.0)] {
         scenario.motion = motion;
@@ -223,7 +223,7 @@ fn at_the_edge(scenario: &Scenario, sheet: &ManufacturingSheet, seed: u64) -> Bu
 }
 
 #[test]
-fn a_design_that_is_off_is_simulated_as_it_is_pose_by_pose() {
+fn a_built_study_agrees_with_a_pose_by_pose_study() {
     for name in HEAD_DESIGNS {
         let mut scenario = built_in(name);
         scenario.requirement = Some(all_bounds());
@@ -259,7 +259,7 @@ fn a_design_that_is_off_is_simulated_as_it_is_pose_by_pose() {
 }
 
 #[test]
-fn the_first_order_is_the_derivative_of_the_simulation_in_a_room_without_distortion() {
+fn first_order_is_the_derivative_without_distortion() {
     let mut scenario = ideal(
         vec![
             five([0.0, 3.0, 70.0], [0.0, 0.2, 1.0]),
@@ -316,7 +316,7 @@ fn the_first_order_is_the_derivative_of_the_simulation_in_a_room_without_distort
 }
 
 #[test]
-fn tools_at_the_edge_of_their_tolerances_meet_the_requirement_and_beyond_it_one_does_not() {
+fn tools_just_within_tolerance_meet_the_requirement() {
     for name in HEAD_DESIGNS {
         let scenario = built_in(name);
         let sheet = sheet_of(&scenario);
@@ -367,7 +367,7 @@ fn tools_at_the_edge_of_their_tolerances_meet_the_requirement_and_beyond_it_one_
 }
 
 #[test]
-fn drawn_tools_meet_the_requirement_within_the_tolerances_and_not_far_beyond() {
+fn sampled_tools_within_tolerance_meet_requirements() {
     for name in HEAD_DESIGNS {
         let scenario = built_in(name);
         let mut sheet = sheet_of(&scenario);
@@ -394,7 +394,7 @@ fn drawn_tools_meet_the_requirement_within_the_tolerances_and_not_far_beyond() {
 }
 
 #[test]
-fn a_bound_on_the_95th_percentile_or_the_maximum_holds_at_the_edge_too() {
+fn percentile_and_max_bounds_hold_at_full_tolerance() {
     let mut scenario = built_in("pointer-on-head");
     // Fewer poses, and bounds that leave a fifth.
     scenario.motion = turning(25.0);

@@ -87,7 +87,7 @@ fn region(scenario: &Scenario, counts: [usize; 3]) -> UsableRegion {
 }
 
 #[test]
-fn where_the_error_grows_evenly_the_region_ends_at_a_plane() {
+fn a_linear_error_bounds_the_region_by_a_plane() {
     let region = region(&slope(1.9), [6, 5, 4]);
     // The sensor at 95 mm, the tip 10 mm before it; the volume begins at 30 mm and is 140 mm long.
     assert!(region.surface.triangles.len() >= 2 * 4 * 3);
@@ -103,7 +103,7 @@ fn where_the_error_grows_evenly_the_region_ends_at_a_plane() {
 }
 
 #[test]
-fn where_it_grows_with_the_square_of_the_distance_the_region_is_an_ellipsoid() {
+fn a_quadratic_error_gives_an_ellipsoidal_region() {
     // 4 f (x - 1/2)² in Bernstein form of order 2 is f, -f, f.
     let steep = [8.0, 6.0, 5.0];
     let ends = [1.0, -1.0, 1.0];
@@ -138,7 +138,7 @@ fn where_it_grows_with_the_square_of_the_distance_the_region_is_an_ellipsoid() {
 }
 
 #[test]
-fn a_requirement_that_is_met_everywhere_or_nowhere_has_no_surface() {
+fn a_full_or_empty_region_has_no_surface() {
     let everywhere = region(&slope(4.1), [3, 3, 3]);
     assert!(everywhere.surface.triangles.is_empty());
     assert_eq!(everywhere.fraction, 1.0);
@@ -149,7 +149,7 @@ fn a_requirement_that_is_met_everywhere_or_nowhere_has_no_surface() {
 }
 
 #[test]
-fn each_point_is_the_study_with_the_tip_there_at_every_turn() {
+fn each_point_equals_a_study_with_the_tip_there() {
     let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let region = region(&scenario, [5, 4, 5]);
@@ -183,7 +183,7 @@ fn each_point_is_the_study_with_the_tip_there_at_every_turn() {
 }
 
 #[test]
-fn a_region_hangs_on_no_number_of_threads_and_is_given_up_when_cancelled() {
+fn regions_are_cancellable_and_independent_of_threads() {
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let on = |threads: usize| {
@@ -230,7 +230,7 @@ fn large(min_mm: [f64; 3], max_mm: [f64; 3], volume: Volume, limit_mm: f64) -> S
 }
 
 #[test]
-fn a_region_of_a_dome_is_a_part_of_the_dome_and_not_of_the_box_around_it() {
+fn region_fractions_are_those_of_the_dome_volume() {
     // The error grows from 0 to 4 mm along x; with the tip at x = 0 the sensor is in the middle.
     let [min, max] = [[-590.0, -600.0, -700.0], [610.0, 600.0, 0.0]];
     let dome = |limit_mm| large(min, max, Volume::AuroraDome, limit_mm);
@@ -311,7 +311,7 @@ fn intervals_leave_less_than_the_rooms_own_field() {
 }
 
 #[test]
-fn a_room_without_measurements_has_the_region_of_its_own_field() {
+fn without_measurements_a_region_uses_its_own_field() {
     let scenario = slope(1.9);
     let basis = RegionBasis::Interval;
     let found = usable_region(&scenario, [6, 5, 4], basis, &Task::default()).unwrap();

@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_carried_along_keeps_its_place_relative_to_what_carries_it() {
+    fn a_carried_sensor_keeps_its_relative_pose() {
         let start = pose_from_parts(Vector3::new(2.0, 0.0, 60.0), UnitQuaternion::identity());
         let quarter = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2);
         let now = pose_from_parts(Vector3::new(0.0, 2.0, 70.0), quarter);

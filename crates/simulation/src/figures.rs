@@ -274,7 +274,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn signs_before_numbers_are_minus_signs_and_hyphens_of_names_stay() {
+    fn only_hyphens_before_numbers_become_minus_signs() {
         assert_eq!(
             with_minus_signs("0.2 mm better than tool-2-b (95 %: -0.5 to 0.1), x -20 y +5"),
             "0.2 mm better than tool-2-b (95 %: −0.5 to 0.1), x −20 y +5"

@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_on_one_line_leave_the_turn_about_it_free_and_take_the_true_one() {
+    fn collinear_sensors_leave_a_free_axis_at_true_roll() {
         let b = body(vec![
             five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
             five([0.0, 0.0, 95.0], [0.0, 0.0, -1.0]),
@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn one_sensor_without_weight_on_its_axis_determines_no_rotation() {
+    fn one_sensor_of_zero_axis_weight_fits_no_rotation() {
         let b = body(vec![five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0])]);
         let fit = FrameFitter::new(&b, 0.0).fit(&exact_readings(&b, &truth()), &truth());
         assert_eq!(fit.determination, Determination::FreeRotation);

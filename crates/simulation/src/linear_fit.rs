@@ -433,7 +433,7 @@ mod tests {
     }
 
     #[test]
-    fn with_a_free_axis_it_is_the_derivative_of_the_fit_that_takes_the_true_turn() {
+    fn linear_fit_with_a_free_axis_is_the_fits_derivative() {
         let line = body(vec![
             five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
             five([0.0, 0.0, 95.0], [0.0, 0.0, -1.0]),
@@ -497,7 +497,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rotation_that_is_not_determined_is_refused_with_its_eigenvalues() {
+    fn an_undetermined_rotation_reports_its_eigenvalues() {
         let line = body(vec![
             five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]),
             five([0.0, 0.0, 90.0], [0.0, 0.0, 1.0]),

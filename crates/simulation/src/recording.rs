@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_only_tool_needs_no_name_and_one_of_several_does() {
+    fn a_tool_needs_a_name_only_among_several() {
         assert_eq!(recording(&["a"]).tool(None).unwrap().name, "a");
         assert_eq!(recording(&[]).tool(None), Err(ToolChoiceError::None));
         let two = recording(&["Port 1: a", "Port 10: b"]);

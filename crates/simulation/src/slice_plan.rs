@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_plane_that_faces_a_direction_holds_the_shadow_of_the_box() {
+    fn a_facing_plane_contains_the_projected_box() {
         let bounds = Bounds::from(([-10.0, -20.0, -30.0], [10.0, 40.0, 5.0]));
         let through = Point3::new(3.0, 4.0, 5.0);
         let normal = Unit::new_normalize(Vector3::new(0.3, -0.5, 0.7));

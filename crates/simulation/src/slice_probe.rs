@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_is_bilinear_and_the_nearest_point_says_what_is_outside() {
+    fn readings_are_bilinear_or_outside_at_nearest_points() {
         let slice = slice(across());
         let value = |u, v| slice.value_at([u, v]);
         assert_eq!(value(0.25, 0.5), Some(1.0 + 0.5 + 1.5));
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_none_is_undetermined_unless_it_counts_for_nothing() {
+    fn missing_values_of_nonzero_weight_are_undetermined() {
         let mut slice = slice(across());
         (slice.values[2], slice.is_inside[2]) = (f64::NAN, false);
         assert_eq!(slice.reading([1.0, 0.0]), Some(Reading::Value(3.0)));
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ray_reads_the_slice_where_it_meets_it_on_any_plane() {
+    fn a_ray_reads_the_slice_at_its_intersection() {
         let turned = SlicePlane::Free {
             origin_mm: Point3::new(10.0, 20.0, 5.0),
             axes: [Unit::new_normalize(Vector3::new(0.6, 0.0, 0.8)), Vector3::y_axis()],
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_to_a_level_is_the_difference_over_the_slope() {
+    fn distance_to_a_level_is_difference_over_slope() {
         let slice = slice(across());
         let far = slice.cells_to_level([0.5, 0.5], 2.5, 0.25).unwrap();
         assert!((far - (1.0 + 1.0 + 1.5 - 2.5) / 13f64.sqrt()).abs() < 1e-12, "{far}");

@@ -97,7 +97,7 @@ mod tests {
     use nalgebra::{Translation3, UnitQuaternion};
 
     #[test]
-    fn a_turn_about_the_free_axis_leaves_no_determined_error() {
+    fn rotation_about_the_free_axis_is_not_an_error() {
         let free = FreeMotion {
             center: Point3::new(1.0, 2.0, 3.0),
             axis: Some(Unit::new_normalize(Vector3::new(1.0, 1.0, 0.2))),

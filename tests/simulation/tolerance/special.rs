@@ -5,7 +5,7 @@ use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, Bui
 use trackwright_simulation::tolerance::first_order::{ErrorKind, FirstOrder};
 
 #[test]
-fn what_cannot_have_tolerances_says_why_and_still_has_its_geometry() {
+fn sheets_without_tolerances_state_the_reason() {
     let good = built_in("pointer-on-head");
     let reason = |scenario: &Scenario| {
         let sheet = sheet_of(scenario);
@@ -42,7 +42,7 @@ fn what_cannot_have_tolerances_says_why_and_still_has_its_geometry() {
 }
 
 #[test]
-fn a_requirement_that_is_just_met_leaves_nothing_and_says_so() {
+fn a_requirement_just_met_leaves_no_tolerance() {
     let mut scenario = built_in("pointer-on-head");
     scenario.motion = None;
     scenario.requirement = Some(all_bounds());
@@ -57,7 +57,7 @@ fn a_requirement_that_is_just_met_leaves_nothing_and_says_so() {
 }
 
 #[test]
-fn markers_have_no_angle_and_angles_without_a_weight_have_no_limit() {
+fn markers_and_unweighted_angles_have_no_angle_limit() {
     let places = [[0.0, 0.0, 0.0], [60.0, 0.0, 0.0], [0.0, 50.0, 90.0]];
     let markers = places.map(|p| sensor(p, SensorOrientation::Marker));
     let sheet = sheet_of(&ideal(markers.to_vec(), at_most_mm(0.5)));
@@ -79,7 +79,7 @@ fn markers_have_no_angle_and_angles_without_a_weight_have_no_limit() {
 }
 
 #[test]
-fn a_single_coil_is_with_progress_leave_a_rotation_free() {
+fn a_single_coil_leaves_a_rotation_free() {
     let mut scenario = ideal(vec![five([0.0, 0.0, 80.0], [0.0, 0.0, 1.0])], at_most_mm(1.05));
     scenario.tool.tip_in_body = None;
     let sheet = sheet_of(&scenario);
@@ -106,7 +106,7 @@ fn a_tilt_about_the_coils_own_axis_is_no_error() {
 }
 
 #[test]
-fn a_long_study_is_looked_at_in_part_and_a_cancelled_one_not_at_all() {
+fn a_long_study_is_checked_on_8192_of_its_poses() {
     let mut scenario = ideal(vec![six([0.0, 0.0, 100.0])], at_most_mm(0.705));
     let range = Some(AxisRange { min: -10.0, max: 10.0, step: 0.5 });
     scenario.motion = Some(Motion { x: range, y: range, rx: range, ..Motion::default() });
@@ -119,7 +119,7 @@ fn a_long_study_is_looked_at_in_part_and_a_cancelled_one_not_at_all() {
 }
 
 #[test]
-fn a_tool_that_is_built_wrong_is_off_by_the_same_at_every_pose_in_its_own_frame() {
+fn build_errors_are_the_same_in_the_tool_at_all_poses() {
     let coils = vec![
         five([0.0, 3.0, 70.0], [0.0, 0.2, 1.0]),
         five([4.0, 0.0, 110.0], [1.0, 0.0, 0.3]),

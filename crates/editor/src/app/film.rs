@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_motion_begins_with_the_first_trial_ends_with_the_last_and_goes_on_evenly() {
+    fn film_frames_span_all_trials_at_even_steps() {
         let trials = |frames, trials| -> Vec<usize> {
             (0..frames).map(|k| trial_of(k, frames, trials)).collect()
         };

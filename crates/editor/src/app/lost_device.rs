@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lost_adapter_ends_the_program_with_the_reason_and_what_is_unsaved_is_recovered() {
+    fn a_lost_adapter_saves_a_recovery_file_and_exits() {
         let folder = tempfile::tempdir().unwrap();
         let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
         let before_mm = world.document.design().tool.body.rigid.sensors[0].position_in_body.z;

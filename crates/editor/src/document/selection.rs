@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn sensors_of_one_body_are_selected_together_and_what_came_last_is_the_primary() {
+    fn toggling_selects_several_sensors_of_one_body() {
         let mut selection = Selection::of(Some(sensor(Tool, 2)));
         selection.toggle(sensor(Tool, 0));
         assert_eq!(selection.primary(), Some(sensor(Tool, 0)));
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_arranged_with_the_others_is_selected_alone() {
+    fn other_bodies_and_the_tip_replace_the_selection() {
         for alone in [sensor(Crf, 0), Selected::Body(Tool), Selected::Tip(Tool)] {
             let mut selection = Selection::of_sensors(Tool, [0, 1]);
             selection.toggle(alone);

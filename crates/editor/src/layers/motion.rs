@@ -351,7 +351,7 @@ mod tests {
     use trackwright_simulation::motion_outline::HandlePath;
 
     #[test]
-    fn the_number_beside_the_pointer_names_axis_end_and_unit() {
+    fn a_handle_readout_names_axis_end_unit_and_poses() {
         let range = |min, max, step| Some(AxisRange { min, max, step });
         let motion =
             Motion { x: range(-50.0, 45.0, 5.0), rz: range(-22.5, 0.0, 22.5), ..Motion::default() };

@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_at_the_requirement_goes_where_the_value_passes_it() {
+    fn the_requirement_line_is_drawn_where_values_cross() {
         let mut slice = slice();
         // 0 to 2 along the first axis, the same along the second.
         slice.values = vec![0.0, 1.0, 2.0, 0.0, 1.0, 2.0];

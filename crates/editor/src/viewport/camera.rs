@@ -487,7 +487,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_viewport_never_leaves_the_window_and_is_never_empty() {
+    fn the_viewport_is_clipped_to_the_window() {
         let view = ViewportRect { min: Vec2::new(240.0, 36.0), size: Vec2::new(900.0, 700.0) };
         let inside = physical_viewport(&view, 2.0, Some(UVec2::new(2000, 3000))).unwrap();
         assert_eq!(inside.physical_position, UVec2::new(480, 72));

@@ -447,7 +447,7 @@ mod tests {
     }
 
     #[test]
-    fn a_field_reads_expressions_in_its_own_unit_and_says_what_it_allows() {
+    fn number_fields_read_expressions_and_state_limits() {
         let length = NumberField::length("x");
         assert_eq!(length.read("−1,5 mm"), Ok(-1.5));
         assert_eq!(length.read("12.5+3"), Ok(15.5));

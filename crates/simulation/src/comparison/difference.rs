@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_both_designs_share_cancels_and_what_they_do_not_stays() {
+    fn only_model_errors_of_both_designs_cancel() {
         let (one, two) = ([1.0; METRICS.len()], [1.5; METRICS.len()]);
         let draws: Vec<f64> = (0..64).map(|k| f64::from(k % 8) - 3.5).collect();
         let moved = |by: f64| draws.iter().map(|d| d + by).collect::<Vec<_>>();
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_size_that_both_share_does_not_hide_which_is_better() {
+    fn a_shared_error_scale_does_not_hide_the_better_one() {
         // In every field the design is off by a fifth less, and fields differ by a factor of four.
         let sizes: Vec<f64> = (0..64).map(|k| 2.0_f64.powf(f64::from(k % 8) / 3.5)).collect();
         let less: Vec<f64> = sizes.iter().map(|size| 0.8 * size).collect();
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_reaches_from_the_grids_difference_to_that_over_the_range() {
+    fn the_interval_spans_grid_and_range_differences() {
         let (one, two) = ([1.0; METRICS.len()], [1.5; METRICS.len()]);
         // The design's own 1.2 over its range, four looks that differ by 0.1 each.
         let looks = sampled(&[1.05, 1.15, 1.25, 1.35]);
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn less_than_matters_is_no_difference_and_a_silent_room_names_no_winner() {
+    fn small_or_unknown_differences_give_no_winner() {
         let verdict = |a: f64, b: f64| {
             let [a, b] = [a, b].map(|v| [v; METRICS.len()]);
             let [a, b] =

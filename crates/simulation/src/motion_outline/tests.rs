@@ -48,7 +48,7 @@ fn has(points: &[Point3<f64>], point: &Point3<f64>) -> bool {
 }
 
 #[test]
-fn the_box_has_its_corners_where_the_extreme_trials_have_the_tip() {
+fn box_corners_are_tip_positions_of_extreme_trials() {
     // z's last trial is at 5, short of its end.
     let motion = Motion {
         x: range(-20.0, 40.0, 20.0),
@@ -80,7 +80,7 @@ fn the_box_has_its_corners_where_the_extreme_trials_have_the_tip() {
 }
 
 #[test]
-fn axes_that_stay_where_they_are_make_a_rectangle_a_line_or_nothing() {
+fn fixed_axes_reduce_the_box_to_a_rectangle_or_line() {
     let flat = Motion {
         x: range(-20.0, 20.0, 20.0),
         y: range(7.0, 7.0, 1.0),
@@ -99,7 +99,7 @@ fn axes_that_stay_where_they_are_make_a_rectangle_a_line_or_nothing() {
 }
 
 #[test]
-fn the_ends_of_an_arc_are_the_tip_at_the_extreme_angles() {
+fn arc_ends_are_tip_positions_at_extreme_angles() {
     for (axis, name) in [(3, "rx"), (4, "ry"), (5, "rz")] {
         let motion = Motion::default().with_axis(axis, range(-30.0, 50.0, 20.0));
         let tip = [30.0, -40.0, 55.0];
@@ -122,7 +122,7 @@ fn the_ends_of_an_arc_are_the_tip_at_the_extreme_angles() {
 }
 
 #[test]
-fn where_turning_leaves_the_tip_in_its_place_the_fan_shows_the_farthest_sensor() {
+fn a_fan_of_a_fixed_tip_shows_the_farthest_sensor() {
     let motion = Motion { rx: range(-10.0, 10.0, 10.0), ..Motion::default() };
     let mut tool = tool([0.0; 3]);
     let sensor = tool.sensors[0].position_in_body;
@@ -143,7 +143,7 @@ fn ray_to(point: &Point3<f64>) -> Ray {
 }
 
 #[test]
-fn a_handle_under_the_pointer_takes_its_end_along_in_steps_and_nothing_else() {
+fn dragging_a_handle_moves_only_its_end_in_steps() {
     let motion = Motion {
         x: range(-20.0, 20.0, 20.0),
         z: range(-7.0, 12.0, 10.0),
@@ -200,7 +200,7 @@ fn a_handle_under_the_pointer_takes_its_end_along_in_steps_and_nothing_else() {
 }
 
 #[test]
-fn rounded_ends_are_whole_numbers_and_leave_one_of_them() {
+fn rounded_ends_are_whole_and_keep_one_in_the_range() {
     let given = AxisRange { min: -12.5, max: 20.0, step: 10.0 };
     let rounded = |end, value| with_end(given, end, value, Some(1.0), FARTHEST_MM);
     assert_eq!(rounded(RangeEnd::Max, 33.4).max, 33.0);
@@ -214,7 +214,7 @@ fn rounded_ends_are_whole_numbers_and_leave_one_of_them() {
 }
 
 #[test]
-fn an_angle_goes_on_beyond_half_a_turn_and_ends_after_a_whole_one() {
+fn a_dragged_angle_grows_up_to_360_degrees() {
     let motion = Motion { rz: range(0.0, 90.0, 45.0), ..Motion::default() };
     let outline = outline_of(&motion, &tool([80.0, 0.0, 0.0]));
     let handle = outline.handles[1];

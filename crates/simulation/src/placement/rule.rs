@@ -66,7 +66,7 @@ mod tests {
     use nalgebra::{Point3, UnitQuaternion};
 
     #[test]
-    fn each_rule_turns_the_axis_where_it_says_and_moves_the_sensor() {
+    fn each_axis_rule_moves_the_sensor_and_sets_its_axis() {
         let at = SurfacePoint {
             position_mm: Point3::new(1.0, 2.0, 3.0),
             normal: Unit::new_normalize(Vector3::new(0.2, -0.4, 0.9)),

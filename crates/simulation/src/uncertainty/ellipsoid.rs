@@ -39,7 +39,7 @@ mod tests {
     use nalgebra::Rotation3;
 
     #[test]
-    fn the_quantile_is_where_the_distribution_reaches_95_percent() {
+    fn the_chi_squared_quantile_integrates_to_0_95() {
         // Of three degrees of freedom: erf(√(x/2)) − √(2x/π) e^(−x/2), integrated here from its
         // density √(x/2π) e^(−x/2) by Simpson's rule in √x, in which it is smooth.
         let end = CHI_SQUARED_95_OF_3.sqrt();
@@ -61,7 +61,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_are_those_of_the_scatter_and_as_long_as_the_quantile_says() {
+    fn semi_axes_are_scaled_eigenvectors_of_covariance() {
         let turn = Rotation3::from_euler_angles(0.3, -1.0, 2.0).into_inner();
         let variances = Vector3::new(4.0, 0.25, 1.0);
         let covariance = turn * Matrix3::from_diagonal(&variances) * turn.transpose();

@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_missed_says_so_and_what_explains_is_asked_nothing() {
+    fn only_rows_with_a_limit_are_marked_when_they_miss() {
         let report = Report {
             machine: "a machine".to_owned(),
             rows: vec![

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folders_come_before_files_of_the_kind_and_other_files_not_at_all() {
+    fn folders_are_listed_before_files_of_the_kind() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["b.design.ron", "a.design.ron", "notes.txt", ".x.design.ron"] {
             std::fs::write(folder.path().join(name), "").unwrap();

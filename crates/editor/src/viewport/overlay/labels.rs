@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn legends_are_kept_free_and_a_needed_label_is_placed_all_the_same() {
+    fn only_needed_labels_may_cover_legends() {
         let mut label = wanted(200.0, 150.0);
         assert_eq!(place(&[label], &[VIEW], VIEW), [None]);
         label.is_needed = true;

@@ -33,7 +33,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn round_numbers_are_one_two_or_five_times_a_power_of_ten() {
+    fn round_numbers_are_1_2_or_5_times_a_power_of_ten() {
         for (limit, round) in
             [(7.3, 5.0), (1.0, 1.0), (1.99, 1.0), (260.0, 200.0), (0.034, 0.02), (1000.0, 1000.0)]
         {

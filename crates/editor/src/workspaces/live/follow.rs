@@ -86,7 +86,7 @@ mod tests {
     use trackwright_openigtlink::session::SessionEvent;
 
     #[test]
-    fn a_recording_that_fails_is_said_once_in_any_workspace_and_nothing_more_is_counted() {
+    fn a_failed_recording_is_reported_once_and_stops() {
         let mut app = App::new();
         app.init_resource::<LiveState>()
             .init_resource::<LivePoses>()

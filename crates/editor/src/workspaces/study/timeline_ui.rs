@@ -459,7 +459,7 @@ mod tests {
     use trackwright_geometry::pose::Pose;
 
     #[test]
-    fn a_trial_is_told_by_its_number_and_the_axes_that_move() {
+    fn a_trial_is_described_by_number_and_moving_axes() {
         let trial = ShownTrial {
             number: 1202,
             of: 3375,
@@ -474,7 +474,7 @@ mod tests {
     }
 
     #[test]
-    fn a_column_of_many_trials_stands_for_the_worst_of_them() {
+    fn a_column_of_several_trials_selects_the_worst() {
         let column = |first_trial, worst_trial| Column {
             first_trial,
             min_mm: 0.0,
