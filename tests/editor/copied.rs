@@ -32,7 +32,7 @@ impl Copied {
     }
 
     /// Changes how the design is looked at, in the file.
-    pub fn look(&self, change: impl FnOnce(&mut View)) {
+    pub fn change_view(&self, change: impl FnOnce(&mut View)) {
         let mut world = trackwright_project::open_design(&self.design).unwrap();
         let mut view = world.document.view().clone();
         change(&mut view);

@@ -192,7 +192,8 @@ fn a_row_opens_its_design_in_its_room() {
     let folder = tempfile::tempdir().unwrap();
     let other = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
     let mut app = decide_app();
-    let (opened, assigned) = (hear::<FileRequest>(&mut app), hear::<FieldRequest>(&mut app));
+    let (opened, assigned) =
+        (collect_messages::<FileRequest>(&mut app), collect_messages::<FieldRequest>(&mut app));
     let room = RoomSource::File(saved_room(folder.path()));
     for asked in [
         DecideRequest::AddDesign(other.clone()),
@@ -219,7 +220,7 @@ fn saved_room(folder: &Path) -> PathBuf {
 }
 
 /// What is asked of others from now on.
-fn hear<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
+fn collect_messages<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
     let heard = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&heard);
     app.add_message::<M>();
@@ -230,7 +231,7 @@ fn hear<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
 }
 
 /// Draws a panel of the desk and uses it.
-pub(crate) fn look(
+pub(crate) fn use_panel(
     app: &App,
     panel: impl Fn(&mut egui::Ui, &DecideView) -> Vec<DecideRequest>,
     use_it: impl FnOnce(&mut Harness),
@@ -267,11 +268,11 @@ fn a_deleted_baseline_stays_with_a_warning() {
     request_and_wait(&mut app, DecideRequest::Pin(file.clone()));
     std::fs::remove_file(&file).unwrap();
     request_and_wait(&mut app, DecideRequest::Compare);
-    look(&app, baseline_ui, |harness| {
+    use_panel(&app, baseline_ui, |harness| {
         harness.get_by_label_contains("has been deleted or moved");
         harness.get_by_label_contains("no difference that matters");
     });
-    let asked = look(&app, table_ui, |harness| {
+    let asked = use_panel(&app, table_ui, |harness| {
         // Both designs are the same, and the room holds the same of them.
         let verdicts = ["✔ met", "✖ missed", "? cannot tell"]
             .map(|verdict| harness.query_all_by_label(verdict).count());
@@ -316,7 +317,7 @@ fn a_missed_step_needs_a_reason() {
         request(&mut app, EditRequest::Apply(edit));
     }
     rest(&mut app);
-    let asked = look(&app, steps_ui, |harness| {
+    let asked = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("missed in 3 of 3");
         // The CRF's is first, the tool's second: it meets its requirement.
         let decide: Vec<bool> = (harness.query_all_by_label("Decide"))
@@ -333,7 +334,7 @@ fn a_missed_step_needs_a_reason() {
     request_and_wait(&mut app, DecideRequest::SetNote(Step::Crf, note.clone()));
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     assert_eq!(document(&app).procedure.crf.as_ref().unwrap().note, note);
-    look(&app, steps_ui, |harness| {
+    use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains(&note);
         harness.get_by_label("Decide anew");
     });
@@ -341,7 +342,7 @@ fn a_missed_step_needs_a_reason() {
     let less = Requirement::at_most([(Metric::TIP_MAX, 5.0)]);
     request(&mut app, EditRequest::Apply(Edit::SetCrfRequirement(Some(less))));
     rest(&mut app);
-    let asked = look(&app, steps_ui, |harness| {
+    let asked = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("required position_max was 0.01, is 5");
         harness.get_by_label("Withdraw").click();
     });

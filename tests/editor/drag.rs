@@ -1,7 +1,7 @@
 //! From the pointer to the document: picking, dragging, undoing, letting go.
 
 use super::app::{named, settle};
-use super::hand::{Hand, SHAFT};
+use super::pointer::{SHAFT, SimulatedPointer};
 use bevy::picking::pointer::{PointerAction, PointerButton};
 use bevy::prelude::*;
 use trackwright_design::view::{FreePlane, Layers};
@@ -18,17 +18,17 @@ use trackwright_editor::viewport::scene_menu::SceneMenu;
 fn a_drag_along_the_shaft_is_one_undo_step() {
     // Not so far that the handle begins, which is thicker.
     const PX: f32 = 15.0;
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let start = hand.position_mm(SHAFT);
-    let (at, along) = hand.shaft();
-    hand.drag(at, along * PX, PointerButton::Primary);
-    assert_eq!(*hand.app.world().resource::<ActiveDrag>(), ActiveDrag(true));
-    assert!(hand.app.world().resource::<DragReadout>().0.is_some());
-    hand.release(at + along * PX, PointerButton::Primary);
-    let moved = hand.position_mm(SHAFT) - start;
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let start = pointer.position_mm(SHAFT);
+    let (at, along) = pointer.shaft();
+    pointer.drag(at, along * PX, PointerButton::Primary);
+    assert_eq!(*pointer.app.world().resource::<ActiveDrag>(), ActiveDrag(true));
+    assert!(pointer.app.world().resource::<DragReadout>().0.is_some());
+    pointer.release(at + along * PX, PointerButton::Primary);
+    let moved = pointer.position_mm(SHAFT) - start;
     let expected = {
-        let rig = hand.app.world().resource::<OrbitRig>();
+        let rig = pointer.app.world().resource::<OrbitRig>();
         let pose = before.tracker_from_body(BodyRole::Tool).unwrap();
         rig.mm_per_px(&(pose * start)) * f64::from(PX)
     };
@@ -36,48 +36,48 @@ fn a_drag_along_the_shaft_is_one_undo_step() {
     // it by the facets of a turned shaft.
     assert!(moved.z >= 0.9 * expected && moved.z < 3.0 * expected, "{moved}");
     assert!(moved.xy().norm() < 0.1, "{moved}");
-    assert_eq!(*hand.app.world().resource::<ActiveDrag>(), ActiveDrag(false));
-    assert_eq!(hand.app.world().resource::<DragReadout>().0, None);
-    assert_eq!(hand.undo_label().as_deref(), Some("Move sensor shaft"));
-    hand.request(EditRequest::Undo);
-    assert_eq!(hand.design(), before);
-    assert_eq!(hand.undo_label(), None);
+    assert_eq!(*pointer.app.world().resource::<ActiveDrag>(), ActiveDrag(false));
+    assert_eq!(pointer.app.world().resource::<DragReadout>().0, None);
+    assert_eq!(pointer.undo_label().as_deref(), Some("Move sensor shaft"));
+    pointer.request(EditRequest::Undo);
+    assert_eq!(pointer.design(), before);
+    assert_eq!(pointer.undo_label(), None);
 }
 
 #[test]
 fn selected_sensors_are_dragged_together() {
     const GRIP: usize = 1;
-    let mut hand = Hand::new();
-    let before = hand.design();
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
     let both = Selection::of_sensors(BodyRole::Tool, [SHAFT, GRIP]);
-    *hand.app.world_mut().resource_mut::<Selection>() = both;
-    let start = [SHAFT, GRIP].map(|index| hand.position_mm(index));
-    let (at, along) = hand.shaft();
-    hand.drag(at, along * 15.0, PointerButton::Primary);
-    hand.release(at + along * 15.0, PointerButton::Primary);
-    let moved = [hand.position_mm(SHAFT) - start[0], hand.position_mm(GRIP) - start[1]];
+    *pointer.app.world_mut().resource_mut::<Selection>() = both;
+    let start = [SHAFT, GRIP].map(|index| pointer.position_mm(index));
+    let (at, along) = pointer.shaft();
+    pointer.drag(at, along * 15.0, PointerButton::Primary);
+    pointer.release(at + along * 15.0, PointerButton::Primary);
+    let moved = [pointer.position_mm(SHAFT) - start[0], pointer.position_mm(GRIP) - start[1]];
     assert!(moved[0].z > 1.0, "{moved:?}");
     assert!((moved[0] - moved[1]).norm() < 0.1, "{moved:?}");
-    assert_eq!(hand.undo_label().as_deref(), Some("Move 2 sensors"));
-    let selection = hand.app.world().resource::<Selection>();
+    assert_eq!(pointer.undo_label().as_deref(), Some("Move 2 sensors"));
+    let selection = pointer.app.world().resource::<Selection>();
     let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
     assert_eq!(selection.primary(), shaft);
     let both = Some((BodyRole::Tool, vec![SHAFT, GRIP]));
     assert_eq!(selection.sensors(), both, "the click that ends a drag selects nothing");
-    hand.request(EditRequest::Undo);
-    assert_eq!(hand.design(), before);
+    pointer.request(EditRequest::Undo);
+    assert_eq!(pointer.design(), before);
 }
 
 #[test]
 fn a_click_with_control_adds_to_what_is_selected() {
-    let mut hand = Hand::new();
-    *hand.app.world_mut().resource_mut::<Selection>() =
+    let mut pointer = SimulatedPointer::new();
+    *pointer.app.world_mut().resource_mut::<Selection>() =
         Selection::of(Some(Selected::Sensor(BodyRole::Tool, 1)));
-    let (at, _) = hand.shaft();
-    hand.press(at, PointerButton::Primary);
-    hand.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::ControlLeft);
-    hand.release(at, PointerButton::Primary);
-    let selection = hand.app.world().resource::<Selection>();
+    let (at, _) = pointer.shaft();
+    pointer.press(at, PointerButton::Primary);
+    pointer.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::ControlLeft);
+    pointer.release(at, PointerButton::Primary);
+    let selection = pointer.app.world().resource::<Selection>();
     assert_eq!(selection.sensors(), Some((BodyRole::Tool, vec![SHAFT, 1])));
 }
 
@@ -87,30 +87,30 @@ fn what_is_hidden_or_locked_is_not_taken_hold_of() {
     let things: [ThingsOf; 2] = [|view| &mut view.hidden, |view| &mut view.locked];
     for things_of in things {
         for thing in [Thing::sensor(BodyRole::Tool, "shaft"), Thing::Tool] {
-            let mut hand = Hand::new();
-            let before = hand.design();
+            let mut pointer = SimulatedPointer::new();
+            let before = pointer.design();
             let mut view = View::default();
             things_of(&mut view).toggle(thing);
-            hand.app.world_mut().write_message(ViewRequest::Set(view));
-            settle(&mut hand.app);
-            let (at, along) = hand.shaft();
-            hand.drag(at, along * 15.0, PointerButton::Primary);
-            hand.release(at + along * 15.0, PointerButton::Primary);
-            assert_eq!(hand.design(), before);
+            pointer.app.world_mut().write_message(ViewRequest::Set(view));
+            settle(&mut pointer.app);
+            let (at, along) = pointer.shaft();
+            pointer.drag(at, along * 15.0, PointerButton::Primary);
+            pointer.release(at + along * 15.0, PointerButton::Primary);
+            assert_eq!(pointer.design(), before);
         }
     }
 }
 
 #[test]
 fn hidden_is_not_drawn_and_locked_is() {
-    let mut hand = Hand::new();
+    let mut pointer = SimulatedPointer::new();
     let mut view = View::default();
     view.hidden.toggle(Thing::sensor(BodyRole::Tool, "shaft"));
     view.hidden.toggle(Thing::Crf);
     view.locked.toggle(Thing::Tool);
-    hand.app.world_mut().write_message(ViewRequest::Set(view));
-    settle(&mut hand.app);
-    let world = hand.app.world_mut();
+    pointer.app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut pointer.app);
+    let world = pointer.app.world_mut();
     let mut roots = world.query::<(&BodyRoot, &Visibility)>();
     for (root, visibility) in roots.iter(world) {
         let is_hidden = *visibility == Visibility::Hidden;
@@ -126,70 +126,70 @@ fn hidden_is_not_drawn_and_locked_is() {
 
 #[test]
 fn the_other_button_opens_a_sensor_menu() {
-    let mut hand = Hand::new();
-    let (at, _) = hand.shaft();
-    hand.press(at, PointerButton::Secondary);
-    hand.release(at, PointerButton::Secondary);
+    let mut pointer = SimulatedPointer::new();
+    let (at, _) = pointer.shaft();
+    pointer.press(at, PointerButton::Secondary);
+    pointer.release(at, PointerButton::Secondary);
     let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
-    assert_eq!(hand.app.world().resource::<Selection>().primary(), shaft);
-    assert_eq!(hand.app.world().resource::<SceneMenu>().0, Some(at));
+    assert_eq!(pointer.app.world().resource::<Selection>().primary(), shaft);
+    assert_eq!(pointer.app.world().resource::<SceneMenu>().0, Some(at));
 }
 
 #[test]
 fn escape_takes_a_drag_back_to_the_bit_and_lets_go() {
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let (at, along) = hand.shaft();
-    hand.drag(at, along * 30.0, PointerButton::Primary);
-    assert_ne!(hand.design(), before);
-    hand.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::Escape);
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (at, along) = pointer.shaft();
+    pointer.drag(at, along * 30.0, PointerButton::Primary);
+    assert_ne!(pointer.design(), before);
+    pointer.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().press(KeyCode::Escape);
     // Input is cleared at the start of an update, so the key goes in just before `Update`.
-    hand.app.world_mut().run_schedule(Update);
-    assert_eq!(hand.design(), before);
-    hand.move_to(at + along * 50.0);
-    hand.app.update();
-    hand.release(at + along * 50.0, PointerButton::Primary);
-    assert_eq!(hand.design(), before);
-    assert_eq!(hand.undo_label(), None);
+    pointer.app.world_mut().run_schedule(Update);
+    assert_eq!(pointer.design(), before);
+    pointer.move_to(at + along * 50.0);
+    pointer.app.update();
+    pointer.release(at + along * 50.0, PointerButton::Primary);
+    assert_eq!(pointer.design(), before);
+    assert_eq!(pointer.undo_label(), None);
 }
 
 #[test]
 fn a_press_that_hardly_moves_only_selects() {
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let (at, _) = hand.shaft();
-    hand.press(at, PointerButton::Primary);
-    hand.move_to(at + Vec2::new(1.0, 1.0));
-    hand.app.update();
-    hand.release(at + Vec2::new(1.0, 1.0), PointerButton::Primary);
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (at, _) = pointer.shaft();
+    pointer.press(at, PointerButton::Primary);
+    pointer.move_to(at + Vec2::new(1.0, 1.0));
+    pointer.app.update();
+    pointer.release(at + Vec2::new(1.0, 1.0), PointerButton::Primary);
     let shaft = Some(Selected::Sensor(BodyRole::Tool, SHAFT));
-    assert_eq!(hand.app.world().resource::<Selection>().primary(), shaft);
-    assert_eq!(hand.app.world().resource::<Hovered>().0, shaft);
-    assert_eq!(hand.design(), before);
+    assert_eq!(pointer.app.world().resource::<Selection>().primary(), shaft);
+    assert_eq!(pointer.app.world().resource::<Hovered>().0, shaft);
+    assert_eq!(pointer.design(), before);
 }
 
 #[test]
 fn other_buttons_drag_no_sensor() {
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let (at, along) = hand.shaft();
-    hand.drag(at, along * 30.0, PointerButton::Secondary);
-    hand.release(at + along * 30.0, PointerButton::Secondary);
-    assert_eq!(hand.design(), before);
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (at, along) = pointer.shaft();
+    pointer.drag(at, along * 30.0, PointerButton::Secondary);
+    pointer.release(at + along * 30.0, PointerButton::Secondary);
+    assert_eq!(pointer.design(), before);
 }
 
 #[test]
 fn a_drag_between_slow_frames_keeps_its_start() {
-    let mut hand = Hand::new();
-    let start = hand.position_mm(SHAFT);
-    let (at, along) = hand.shaft();
-    hand.send(at, PointerAction::Press(PointerButton::Primary));
-    hand.move_to(at + along * 12.0);
-    hand.move_to(at + along * 30.0);
-    hand.app.update();
-    hand.release(at + along * 30.0, PointerButton::Primary);
-    assert!((hand.position_mm(SHAFT) - start).z > 5.0);
-    assert_eq!(hand.undo_label().as_deref(), Some("Move sensor shaft"));
+    let mut pointer = SimulatedPointer::new();
+    let start = pointer.position_mm(SHAFT);
+    let (at, along) = pointer.shaft();
+    pointer.send(at, PointerAction::Press(PointerButton::Primary));
+    pointer.move_to(at + along * 12.0);
+    pointer.move_to(at + along * 30.0);
+    pointer.app.update();
+    pointer.release(at + along * 30.0, PointerButton::Primary);
+    assert!((pointer.position_mm(SHAFT) - start).z > 5.0);
+    assert_eq!(pointer.undo_label().as_deref(), Some("Move sensor shaft"));
 }
 
 #[test]
@@ -203,31 +203,31 @@ fn layers_that_are_off_have_no_entities() {
         "ghost",
         "slice",
     ];
-    let mut hand = Hand::new();
+    let mut pointer = SimulatedPointer::new();
     for name in LAYERS {
-        assert!(named(&mut hand.app, name) > 0, "{name}");
+        assert!(named(&mut pointer.app, name) > 0, "{name}");
     }
-    let mut view = hand.app.world().resource::<OpenWorld>().0.document.view().clone();
+    let mut view = pointer.app.world().resource::<OpenWorld>().0.document.view().clone();
     view.layers = Layers::none();
-    hand.app.world_mut().write_message(ViewRequest::Set(view));
-    settle(&mut hand.app);
+    pointer.app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut pointer.app);
     for name in LAYERS {
-        assert_eq!(named(&mut hand.app, name), 0, "{name}");
+        assert_eq!(named(&mut pointer.app, name), 0, "{name}");
     }
 }
 
 #[test]
 fn a_slice_handle_moves_it_along_its_normal() {
-    let mut hand = Hand::new();
-    let world = hand.app.world_mut();
+    let mut pointer = SimulatedPointer::new();
+    let world = pointer.app.world_mut();
     // All of the slice is in view.
     world.resource_mut::<OrbitRig>().camera.distance_mm = 2500.0;
     let mut view = world.resource::<OpenWorld>().0.document.view().clone();
     let turned = FreePlane { normal: [1.0, 1.0, 0.5], offset_mm: -150.0 };
     view.slice.free = Some(turned);
     world.write_message(ViewRequest::Set(view.clone()));
-    settle(&mut hand.app);
-    let world = hand.app.world_mut();
+    settle(&mut pointer.app);
+    let world = pointer.app.world_mut();
     let handle = *world.query::<&SliceHandle>().single(world).unwrap();
     let off = view.slice.normal().dot(&handle.at_mm.coords) + 150.0;
     assert!(off.abs() < 1e-9, "{off}");
@@ -239,10 +239,10 @@ fn a_slice_handle_moves_it_along_its_normal() {
     const WAY_MM: f64 = 60.0;
     let from = in_window(&handle.at_mm);
     let to = in_window(&(handle.at_mm + handle.normal.into_inner() * WAY_MM));
-    hand.drag(from, to - from, PointerButton::Primary);
-    hand.release(to, PointerButton::Primary);
-    settle(&mut hand.app);
-    let world = hand.app.world().resource::<OpenWorld>();
+    pointer.drag(from, to - from, PointerButton::Primary);
+    pointer.release(to, PointerButton::Primary);
+    settle(&mut pointer.app);
+    let world = pointer.app.world().resource::<OpenWorld>();
     let slice = world.0.document.view().slice;
     let moved = slice.free.unwrap();
     assert_eq!(moved.normal, turned.normal);

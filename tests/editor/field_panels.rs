@@ -23,7 +23,7 @@ use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::volume::Volume;
 
 /// What a panel asked for while it was used.
-fn look(
+fn use_panel(
     panel: impl Fn(&mut egui::Ui) -> Vec<FieldRequest>,
     act: impl Fn(&mut Harness),
 ) -> Vec<FieldRequest> {
@@ -71,7 +71,7 @@ fn fit(app: &mut App, order: Option<usize>, directions: Option<DirectionSet>) {
 #[test]
 fn an_empty_desk_says_what_to_do_and_opens_a_table() {
     let desk = FieldState::default();
-    let asked = look(
+    let asked = use_panel(
         |ui| tables_ui(ui, &desk, SampleScale(None)),
         |harness| {
             harness.get_by_label_contains("Drop a measurement table");
@@ -79,7 +79,7 @@ fn an_empty_desk_says_what_to_do_and_opens_a_table() {
         },
     );
     assert_eq!(asked, [FieldRequest::ShowOpen(TableRole::Training)]);
-    let asked = look(
+    let asked = use_panel(
         |ui| settings_ui(ui, &desk),
         |harness| {
             harness.get_by_label_contains("no measurements to fit");
@@ -92,7 +92,7 @@ fn an_empty_desk_says_what_to_do_and_opens_a_table() {
 #[test]
 fn the_volume_is_a_named_one_or_unknown() {
     let desk = FieldState::default();
-    let asked = look(
+    let asked = use_panel(
         |ui| settings_ui(ui, &desk),
         |harness| {
             let role = egui::accesskit::Role::ComboBox;
@@ -114,7 +114,7 @@ fn a_table_shows_its_samples_and_bounds_with_units() {
     read(&mut app);
     let desk = app.world().resource::<FieldState>();
     let scale = *app.world().resource::<SampleScale>();
-    let asked = look(
+    let asked = use_panel(
         |ui| tables_ui(ui, desk, scale),
         |harness| {
             harness.get_by_label("room-a-fit.csv");
@@ -128,8 +128,10 @@ fn a_table_shows_its_samples_and_bounds_with_units() {
         matches!(asked.as_slice(), [FieldRequest::Show(shown)] if !shown.held_out),
         "{asked:?}"
     );
-    let asked =
-        look(|ui| settings_ui(ui, desk), |harness| harness.get_by_label("Select and fit").click());
+    let asked = use_panel(
+        |ui| settings_ui(ui, desk),
+        |harness| harness.get_by_label("Select and fit").click(),
+    );
     assert_eq!(asked, [FieldRequest::Fit]);
 }
 
@@ -156,7 +158,7 @@ fn a_table_in_metres_needs_confirmation() {
     request_and_wait(&mut app, FieldRequest::Fit);
     let desk = app.world().resource::<FieldState>();
     assert!(desk.fitted.is_none());
-    let asked = look(
+    let asked = use_panel(
         |ui| tables_ui(ui, desk, SampleScale::default()),
         |harness| {
             assert_eq!(harness.query_all_by_label_contains("are they metres?").count(), 1);
@@ -179,7 +181,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     let desk = app.world().resource::<FieldState>();
     let fitted = desk.fitted.as_ref().unwrap();
     let held_out = fitted.held_out_quality.as_ref().unwrap();
-    let asked = look(
+    let asked = use_panel(
         |ui| worth_ui(ui, desk),
         |harness| {
             for value in [
@@ -200,7 +202,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     request_and_wait(&mut app, FieldRequest::Try);
     let desk = app.world().resource::<FieldState>();
     let comparison = desk.comparison.as_ref().unwrap();
-    look(
+    use_panel(
         |ui| {
             comparison_ui(ui, comparison, false);
             Vec::new()
@@ -212,7 +214,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     );
     request_and_wait(&mut app, FieldRequest::Set(FieldSettings::default()));
     let desk = app.world().resource::<FieldState>();
-    look(
+    use_panel(
         |ui| worth_ui(ui, desk),
         |harness| {
             harness.get_by_label_contains("have changed since");
@@ -227,12 +229,12 @@ fn a_selection_is_drawn_and_links_its_table() {
     fit(&mut app, Some(1), None);
     let desk = app.world().resource::<FieldState>();
     let fitted = desk.fitted.as_ref().unwrap();
-    let asked = look(
+    let asked = use_panel(
         |ui| selection_ui(ui, fitted),
         |harness| harness.get_by_label("Figure and table…").click(),
     );
     assert_eq!(asked, [FieldRequest::ShowSelection(true)]);
-    let asked = look(
+    let asked = use_panel(
         |ui| {
             trackwright_editor::workspaces::field::panels::selection::selection_window(
                 ui.ctx(),
@@ -252,13 +254,13 @@ fn a_selection_is_drawn_and_links_its_table() {
 fn the_designs_own_room_is_not_assigned_again() {
     let app = app();
     let desk = app.world().resource::<FieldState>();
-    let asked = look(
+    let asked = use_panel(
         |ui| rooms_ui(ui, desk),
         |harness| harness.get_by_label("Operating table (built in)").click(),
     );
     assert!(asked.is_empty(), "{asked:?}");
     let desk = FieldState { rooms: desk.rooms.clone(), ..FieldState::default() };
-    let asked = look(
+    let asked = use_panel(
         |ui| rooms_ui(ui, &desk),
         |harness| harness.get_by_label("Operating table (built in)").click(),
     );

@@ -43,7 +43,7 @@ fn the_system_dialogs_choice_is_used() {
     harness.run_steps(2);
     let mut open = dialog.borrow_mut();
     let files = open.files().unwrap();
-    assert_eq!(files.system, SystemChoice::Asked);
+    assert_eq!(files.system, SystemChoice::Requested);
     assert!(!files.is_saving && files.folder.is_dir());
     drop(open);
     choose(&dialog, SystemChoice::Open);

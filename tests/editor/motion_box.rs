@@ -1,7 +1,7 @@
 //! The range of motion in the scene: its lines, and its balls under the pointer.
 
 use super::app::{named, settle};
-use super::hand::Hand;
+use super::pointer::SimulatedPointer;
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, UnitQuaternion};
@@ -20,14 +20,14 @@ const TURN_STEP_DEG: f64 = 15.0;
 const LINES: &str = "range of motion";
 const BALL: &str = "motion handle";
 
-fn handles(hand: &mut Hand) -> Vec<MotionHandle> {
-    let world = hand.app.world_mut();
+fn handles(pointer: &mut SimulatedPointer) -> Vec<MotionHandle> {
+    let world = pointer.app.world_mut();
     let mut balls = world.query::<&MotionBall>();
     balls.iter(world).map(|ball| ball.0).collect()
 }
 
-fn pixel(hand: &Hand, point_mm: &Point3<f64>) -> Vec2 {
-    let (rig, view) = (hand.resource::<OrbitRig>(), hand.resource::<ViewportRect>());
+fn pixel(pointer: &SimulatedPointer, point_mm: &Point3<f64>) -> Vec2 {
+    let (rig, view) = (pointer.resource::<OrbitRig>(), pointer.resource::<ViewportRect>());
     let [x, y] = rig.camera.project(point_mm, rig.view_px).unwrap();
     view.min + Vec2::new(x as f32, y as f32)
 }
@@ -45,13 +45,17 @@ fn ahead(handle: &MotionHandle, by: f64) -> Point3<f64> {
 
 /// Of the shifts or the turns, the upper end that moves most on the screen, and the pixels from it
 /// to where its value is so much larger.
-fn upper_end(hand: &mut Hand, axes: std::ops::Range<usize>, by: f64) -> (MotionHandle, Vec2, Vec2) {
-    handles(hand)
+fn upper_end(
+    pointer: &mut SimulatedPointer,
+    axes: std::ops::Range<usize>,
+    by: f64,
+) -> (MotionHandle, Vec2, Vec2) {
+    handles(pointer)
         .into_iter()
         .filter(|h| axes.contains(&h.axis) && h.end == RangeEnd::Max)
         .map(|h| {
-            let from = pixel(hand, &h.at_mm);
-            (h, from, pixel(hand, &ahead(&h, by)) - from)
+            let from = pixel(pointer, &h.at_mm);
+            (h, from, pixel(pointer, &ahead(&h, by)) - from)
         })
         .max_by(|a, b| a.2.length().total_cmp(&b.2.length()))
         .unwrap()
@@ -72,102 +76,104 @@ fn trials(design: &Design) -> usize {
 #[test]
 fn a_dragged_ball_moves_its_end_in_one_step() {
     for (axes, step, counts) in [(0..3, SHIFT_STEP_MM, (3, 4)), (3..6, TURN_STEP_DEG, (5, 6))] {
-        let mut hand = Hand::new();
-        let before = hand.design();
-        let (handle, at, by) = upper_end(&mut hand, axes, 1.1 * step);
-        hand.drag(at, by, PointerButton::Primary);
-        assert_eq!(*hand.resource::<ActiveDrag>(), ActiveDrag(true));
-        let said = hand.resource::<DragReadout>().0.clone().unwrap().text;
+        let mut pointer = SimulatedPointer::new();
+        let before = pointer.design();
+        let (handle, at, by) = upper_end(&mut pointer, axes, 1.1 * step);
+        pointer.drag(at, by, PointerButton::Primary);
+        assert_eq!(*pointer.resource::<ActiveDrag>(), ActiveDrag(true));
+        let said = pointer.resource::<DragReadout>().0.clone().unwrap().text;
         assert!(said.contains(" to +") && said.ends_with(" poses"), "{said}");
-        hand.release(at + by, PointerButton::Primary);
-        assert_eq!(hand.design(), with_upper_end(&before, handle.axis, step));
-        assert_eq!(trials(&hand.design()) * counts.0, trials(&before) * counts.1);
+        pointer.release(at + by, PointerButton::Primary);
+        assert_eq!(pointer.design(), with_upper_end(&before, handle.axis, step));
+        assert_eq!(trials(&pointer.design()) * counts.0, trials(&before) * counts.1);
         // The ball went along.
-        settle(&mut hand.app);
-        let mut now = handles(&mut hand).into_iter();
+        settle(&mut pointer.app);
+        let mut now = handles(&mut pointer).into_iter();
         let now = now.find(|h| (h.axis, h.end) == (handle.axis, handle.end));
         let expected = ahead(&handle, step);
         assert!((now.unwrap().at_mm - expected).norm() < 1e-9);
-        assert_eq!(*hand.resource::<ActiveDrag>(), ActiveDrag(false));
-        assert_eq!(hand.resource::<DragReadout>().0, None);
-        assert_eq!(hand.undo_label().as_deref(), Some("Set range of motion"));
-        hand.request(EditRequest::Undo);
-        assert_eq!(hand.design(), before);
-        assert_eq!(hand.undo_label(), None);
+        assert_eq!(*pointer.resource::<ActiveDrag>(), ActiveDrag(false));
+        assert_eq!(pointer.resource::<DragReadout>().0, None);
+        assert_eq!(pointer.undo_label().as_deref(), Some("Set range of motion"));
+        pointer.request(EditRequest::Undo);
+        assert_eq!(pointer.design(), before);
+        assert_eq!(pointer.undo_label(), None);
     }
 }
 
 #[test]
 fn with_control_an_end_is_rounded_to_a_millimetre() {
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let (handle, at, by) = upper_end(&mut hand, 0..3, 7.2);
-    hand.hold(KeyCode::ControlLeft);
-    hand.drag(at, by, PointerButton::Primary);
-    hand.release(at + by, PointerButton::Primary);
-    assert_eq!(hand.design(), with_upper_end(&before, handle.axis, 7.0));
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (handle, at, by) = upper_end(&mut pointer, 0..3, 7.2);
+    pointer.hold(KeyCode::ControlLeft);
+    pointer.drag(at, by, PointerButton::Primary);
+    pointer.release(at + by, PointerButton::Primary);
+    assert_eq!(pointer.design(), with_upper_end(&before, handle.axis, 7.0));
 }
 
 #[test]
 fn the_status_line_explains_the_end() {
-    let mut hand = Hand::new();
-    let (handle, at, _) = upper_end(&mut hand, 3..6, TURN_STEP_DEG);
-    hand.move_to(at);
-    hand.app.update();
-    let hint = hand.resource::<PointerHint>().0.clone().unwrap();
+    let mut pointer = SimulatedPointer::new();
+    let (handle, at, _) = upper_end(&mut pointer, 3..6, TURN_STEP_DEG);
+    pointer.move_to(at);
+    pointer.app.update();
+    let hint = pointer.resource::<PointerHint>().0.clone().unwrap();
     let name = ["x", "y", "z", "rx", "ry", "rz"][handle.axis];
     assert!(hint.contains(&format!("the turn {name} ends")) && hint.contains("5°"), "{hint}");
-    hand.move_to(at + Vec2::new(0.0, 300.0));
-    hand.app.update();
-    assert_eq!(hand.resource::<PointerHint>().0, None);
+    pointer.move_to(at + Vec2::new(0.0, 300.0));
+    pointer.app.update();
+    assert_eq!(pointer.resource::<PointerHint>().0, None);
 }
 
 #[test]
 fn escape_leaves_the_motion_as_it_was_to_the_bit() {
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let (_, at, by) = upper_end(&mut hand, 0..3, 2.2 * SHIFT_STEP_MM);
-    hand.drag(at, by, PointerButton::Primary);
-    assert_ne!(hand.design(), before);
-    hand.escape();
-    assert_eq!(hand.design(), before);
-    hand.move_to(at + by * 2.0);
-    hand.app.update();
-    hand.release(at + by * 2.0, PointerButton::Primary);
-    assert_eq!(hand.design(), before);
-    assert_eq!(hand.undo_label(), None);
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (_, at, by) = upper_end(&mut pointer, 0..3, 2.2 * SHIFT_STEP_MM);
+    pointer.drag(at, by, PointerButton::Primary);
+    assert_ne!(pointer.design(), before);
+    pointer.escape();
+    assert_eq!(pointer.design(), before);
+    pointer.move_to(at + by * 2.0);
+    pointer.app.update();
+    pointer.release(at + by * 2.0, PointerButton::Primary);
+    assert_eq!(pointer.design(), before);
+    assert_eq!(pointer.undo_label(), None);
 }
 
 #[test]
 fn a_press_that_hardly_moves_changes_nothing() {
-    let mut hand = Hand::new();
-    let before = hand.design();
-    let (_, at, _) = upper_end(&mut hand, 0..3, SHIFT_STEP_MM);
-    hand.click(at);
-    assert_eq!(hand.resource::<Selection>().primary(), None);
-    hand.drag(at, Vec2::splat(1.5), PointerButton::Primary);
-    hand.release(at + Vec2::splat(1.5), PointerButton::Primary);
-    assert_eq!((hand.design(), hand.undo_label()), (before, None));
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (_, at, _) = upper_end(&mut pointer, 0..3, SHIFT_STEP_MM);
+    pointer.click(at);
+    assert_eq!(pointer.resource::<Selection>().primary(), None);
+    pointer.drag(at, Vec2::splat(1.5), PointerButton::Primary);
+    pointer.release(at + Vec2::splat(1.5), PointerButton::Primary);
+    assert_eq!((pointer.design(), pointer.undo_label()), (before, None));
 }
 
 #[test]
 fn balls_need_the_layer_and_a_motion() {
-    let mut hand = Hand::new();
-    let there = |hand: &mut Hand| (named(&mut hand.app, LINES), named(&mut hand.app, BALL));
-    assert_eq!(there(&mut hand), (1, 12));
-    hand.select(Some(Selected::Body(BodyRole::Tool)));
-    assert_eq!(there(&mut hand), (1, 0));
-    hand.select(None);
-    let on = hand.resource::<OpenWorld>().0.document.view().clone();
+    let mut pointer = SimulatedPointer::new();
+    let there = |pointer: &mut SimulatedPointer| {
+        (named(&mut pointer.app, LINES), named(&mut pointer.app, BALL))
+    };
+    assert_eq!(there(&mut pointer), (1, 12));
+    pointer.select(Some(Selected::Body(BodyRole::Tool)));
+    assert_eq!(there(&mut pointer), (1, 0));
+    pointer.select(None);
+    let on = pointer.resource::<OpenWorld>().0.document.view().clone();
     let mut off = on.clone();
     off.layers.motion = false;
-    hand.app.world_mut().write_message(ViewRequest::Set(off));
-    settle(&mut hand.app);
-    assert_eq!(there(&mut hand), (0, 0));
-    hand.app.world_mut().write_message(ViewRequest::Set(on));
-    settle(&mut hand.app);
-    assert_eq!(there(&mut hand), (1, 12));
-    hand.request(EditRequest::Apply(Edit::SetMotion(None)));
-    settle(&mut hand.app);
-    assert_eq!(there(&mut hand), (0, 0));
+    pointer.app.world_mut().write_message(ViewRequest::Set(off));
+    settle(&mut pointer.app);
+    assert_eq!(there(&mut pointer), (0, 0));
+    pointer.app.world_mut().write_message(ViewRequest::Set(on));
+    settle(&mut pointer.app);
+    assert_eq!(there(&mut pointer), (1, 12));
+    pointer.request(EditRequest::Apply(Edit::SetMotion(None)));
+    settle(&mut pointer.app);
+    assert_eq!(there(&mut pointer), (0, 0));
 }

@@ -52,7 +52,7 @@ fn request_and_wait(app: &mut App, request: PrecisionRequest) {
 }
 
 /// The page as it is drawn, and what was asked for in it.
-fn look(
+fn use_page(
     page: &PrecisionPage,
     is_current: bool,
     act: impl Fn(&mut Harness),
@@ -81,7 +81,7 @@ fn a_measured_page_shows_every_family() {
     let of = page.of.clone().unwrap();
     assert_eq!(of.0, "Test design");
 
-    let asked = look(page, true, |harness| {
+    let asked = use_page(page, true, |harness| {
         harness.get_by_label("Measure again");
         assert!(harness.query_by_label_contains("has changed").is_none());
         for family in &page.families {
@@ -94,7 +94,7 @@ fn a_measured_page_shows_every_family() {
     let page = app.world().resource::<PrecisionPage>();
     let inverse = page.families.iter().find(|f| f.what == What::Inverse);
     let method = &inverse.unwrap().rows[0].method;
-    look(page, false, |harness| {
+    use_page(page, false, |harness| {
         assert!(harness.query_all_by_label(method).count() >= 1, "{method}");
         harness.get_by_label_contains("has changed since it was measured");
     });
@@ -114,7 +114,7 @@ fn measuring_can_be_given_up() {
     let page = app.world().resource::<PrecisionPage>();
     assert_eq!(page.problem.as_deref(), Some("cancelled"));
     assert!(page.machine.is_none());
-    let asked = look(page, true, |harness| {
+    let asked = use_page(page, true, |harness| {
         harness.get_by_label_contains("Measure").click();
     });
     assert_eq!(asked, [PrecisionRequest::Measure]);

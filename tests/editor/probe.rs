@@ -22,14 +22,14 @@ fn app(change: impl FnOnce(&mut View)) -> App {
     let mut app = app_with(|app| {
         app.add_plugins(ProbePlugin);
     });
-    look(&mut app, |view| {
+    change_view(&mut app, |view| {
         view.layers = Layers::none();
         change(view);
     });
     app
 }
 
-fn look(app: &mut App, change: impl FnOnce(&mut View)) {
+fn change_view(app: &mut App, change: impl FnOnce(&mut View)) {
     let mut view = {
         let open = app.world().resource::<OpenWorld>();
         open.0.document.view().clone()
@@ -92,7 +92,7 @@ fn over_the_slice_the_sampled_value_is_shown() {
     }
     assert_eq!(app.world().resource::<Diagnostics>().work, done);
     // Other quantities have their own name and unit.
-    look(&mut app, |view| {
+    change_view(&mut app, |view| {
         view.slice.quantity = Quantity::OrientationErrorDeg;
     });
     let text = point_at(&mut app, &slice.plan.point_mm(nu / 2, nv / 2)).unwrap();
@@ -109,7 +109,7 @@ fn outside_the_box_no_value_is_shown() {
     app.world_mut().resource_mut::<OrbitRig>().camera.distance_mm = 2500.0;
     let camera = app.world().resource::<OrbitRig>().camera;
     let bounds = *app.world().resource::<OpenWorld>().0.environment.model.bounds();
-    look(&mut app, |view| view.slice.face(&camera, &bounds));
+    change_view(&mut app, |view| view.slice.face(&camera, &bounds));
     let slice = slice(&app);
     let [nu, nv] = slice.plan.counts;
     let outside = (0..nu * nv)
@@ -132,7 +132,7 @@ fn dragging_and_no_colours_stop_the_probe() {
     let looks = |app: &App| app.world().resource::<ProbeLooks>().0;
     assert_eq!(point_at(&mut app, &focus), None);
     assert_eq!(looks(&app), 0);
-    look(&mut app, |view| view.layers.slice = true);
+    change_view(&mut app, |view| view.layers.slice = true);
     let before = looks(&app);
     assert!(before > 0);
     app.insert_resource(ActiveDrag(true));
@@ -167,7 +167,7 @@ fn a_painted_body_hides_the_slice() {
     };
     assert_eq!(point_at(&mut app, &on_shaft), None);
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
-    look(&mut app, |view| view.layers.placement = true);
+    change_view(&mut app, |view| view.layers.placement = true);
     let text = point_at(&mut app, &on_shaft).unwrap();
     assert!(
         text.starts_with("expected tip error RMS ") && text.ends_with("), sensor here"),

@@ -1,7 +1,7 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
 //! `docs/start/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
-use super::decide::{decide_app, desk, look, move_sensor, request_and_wait, rest};
+use super::decide::{decide_app, desk, move_sensor, request_and_wait, rest, use_panel};
 use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
@@ -264,12 +264,12 @@ fn a_crf_recording_judges_in_the_crf() {
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
     let notes = |app: &App| app.world().resource::<Judged>().notes().to_vec();
     assert!(notes(&app)[0].starts_with("no recording of the CRF"), "{:?}", notes(&app));
-    look(&app, steps_ui, |harness| {
+    use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("no recording of the CRF");
     });
     let in_crf = trials(&scenario(&app), &Mode::Motion, EVERY);
     let crf = recording_of_crf(&app, folder.path(), in_crf.len());
-    let asked = look(&app, steps_ui, |harness| {
+    let asked = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label("CRF's poses…").click();
     });
     assert_eq!(asked, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
@@ -297,7 +297,7 @@ fn a_crf_recording_judges_in_the_crf() {
     assert_eq!(now.predicted_rms_mm, found.predicted_rms_mm);
     assert_ne!(now.recording.table, "needle-built.csv");
     // And back: the button that leaves the CRF's table out, and what the panel knows of the rest.
-    let asked = look(&app, steps_ui, |harness| {
+    let asked = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("crf-built.csv");
         harness.get_by_label("registered to these poses").click();
     });

@@ -5,7 +5,7 @@ use bevy_egui::{EguiInput, egui};
 use trackwright_editor::runner::wake::WakePlugin;
 use trackwright_editor::schedule::SchedulePlugin;
 
-fn told(app: &App, entity: Entity) -> usize {
+fn event_count(app: &App, entity: Entity) -> usize {
     app.world().get::<EguiInput>(entity).unwrap().events.len()
 }
 
@@ -18,7 +18,7 @@ fn modifiers_that_stay_the_same_are_told_once() {
         let mut input = app.world_mut().get_mut::<EguiInput>(entity).unwrap();
         input.events = vec![egui::Event::ModifiersChanged(modifiers)];
         app.update();
-        assert_eq!(told(&app, entity), expected, "{modifiers:?}");
+        assert_eq!(event_count(&app, entity), expected, "{modifiers:?}");
     };
     tell(egui::Modifiers::SHIFT, 1);
     tell(egui::Modifiers::SHIFT, 0);

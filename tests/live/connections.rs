@@ -292,7 +292,7 @@ fn tracking_data_has_all_tools_at_once() {
     send(&server, "b", 4);
     assert_eq!(number_of(&client.next_transform()), Some(4));
 
-    // Asked by name.
+    // Requested by name.
     for (name, is_there) in [("b", true), ("a", false)] {
         let message = Message::new(name, Timestamp::NONE, Content::GetTransform);
         client.stream.write_all(&message.encode().unwrap()).unwrap();

@@ -86,8 +86,8 @@ pub fn run(
     let readers: Vec<Reader> = clients.map(|_| Reader::connect(relay_at)).collect();
     let victim = readers[0].stream.try_clone().unwrap();
     wait_for_relay();
-    let hear = |reader| std::thread::spawn(move || hear(reader, load.tools, frames));
-    let threads: Vec<_> = readers.into_iter().map(hear).collect();
+    let receiving = |reader| std::thread::spawn(move || receive(reader, load.tools, frames));
+    let threads: Vec<_> = readers.into_iter().map(receiving).collect();
 
     let mut away = Gap { first: 0, last: 0 };
     let mut memory_at = vec![(0, memory())];
@@ -151,7 +151,7 @@ fn frame_of(message: &Message) -> u32 {
 }
 
 /// Counts until every tool's last number has come, or the connection ends.
-fn hear(mut reader: Reader, tools: u32, frames: u32) -> Heard {
+fn receive(mut reader: Reader, tools: u32, frames: u32) -> Heard {
     let mut heard = Heard::default();
     let mut latencies = Latencies::default();
     let mut is_good: BTreeMap<String, bool> = BTreeMap::new();

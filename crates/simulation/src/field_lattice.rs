@@ -52,7 +52,7 @@ pub struct FieldPlan {
     pub bounds: Bounds,
     /// Points along x, y and z; one alone is in the middle.
     pub counts: [usize; 3],
-    /// Asked for along each axis; that of the lattice where there is one point.
+    /// Requested along each axis; that of the lattice where there is one point.
     pub spacing_mm: [f64; 3],
     pub outside: OutsidePolicy,
 }

@@ -118,7 +118,7 @@ fn distorted_mm(copy: &Copied, points: &[Seen]) -> Vec<f64> {
 #[test]
 fn slice_pixels_have_the_colours_of_distort() {
     let copy = Copied::new("pointer-on-head");
-    copy.look(|view| {
+    copy.change_view(|view| {
         view.slice = slice();
         view.camera = Some(camera().into());
     });
@@ -156,7 +156,7 @@ fn a_facing_slice_is_hatched_outside_the_box() {
     };
     let mut wanted = slice();
     wanted.face(&oblique, &bounds);
-    copy.look(|view| {
+    copy.change_view(|view| {
         view.slice = wanted;
         view.camera = Some(oblique.into());
     });

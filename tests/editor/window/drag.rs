@@ -29,7 +29,7 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
     let (_, shaft) = tool_sensor(&world, "shaft");
     let camera =
         OrbitCamera { focus_mm: shaft, distance_mm: 450.0, azimuth_rad: -0.5, elevation_rad: 0.25 };
-    copy.look(|view| {
+    copy.change_view(|view| {
         view.camera = Some(camera.into());
         // The map's colours run through the ghost's; vectors and labels that move with the sensor
         // would cover other parts of it; an automatic magnification would move it by itself.

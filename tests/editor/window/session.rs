@@ -34,7 +34,7 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
         azimuth_rad: -0.5,
         elevation_rad: 0.25,
     };
-    copy.look(|view| {
+    copy.change_view(|view| {
         view.camera = Some(camera.into());
         // Nothing but bodies and sensors under the pointer.
         view.layers.slice = false;

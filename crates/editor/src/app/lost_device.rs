@@ -9,7 +9,7 @@ use bevy::render::error_handler::{ErrorType, RenderError, RenderErrorHandler, Re
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Ends the program when the adapter fails, and tells [`Failure`] why.
+/// Ends the program when the adapter fails, and reports to [`Failure`] why.
 pub struct LostDevicePlugin;
 
 /// Why the program ended by itself, for whoever started it: kept beyond the app.
@@ -23,7 +23,7 @@ impl Failure {
         reason.clone()
     }
 
-    fn tell(&self, reason: String) {
+    fn report(&self, reason: String) {
         let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         first.get_or_insert(reason);
     }
@@ -37,7 +37,7 @@ impl Plugin for LostDevicePlugin {
 
 /// What is unsaved is written when the app is dropped: see [`Autosave`](crate::document::autosave::Autosave).
 fn end(error: &RenderError, main_world: &mut World, _: &mut World) -> RenderErrorPolicy {
-    main_world.resource::<Failure>().tell(words(error));
+    main_world.resource::<Failure>().report(words(error));
     main_world.write_message(AppExit::error());
     RenderErrorPolicy::StopRendering
 }

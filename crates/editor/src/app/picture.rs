@@ -136,7 +136,7 @@ impl Studio {
         wait_for_results(&mut studio.app, &studio.answers)?;
         if has_table {
             // What is pinned is read by now.
-            studio.ask(DecideRequest::Compare)?;
+            studio.request(DecideRequest::Compare)?;
         }
         if let Some(trial) = trial {
             studio.show(match trial {
@@ -152,11 +152,11 @@ impl Studio {
     /// # Errors
     /// [`PictureError::NoResults`].
     pub fn show(&mut self, trial: StudyRequest) -> Result<(), PictureError> {
-        self.ask(trial)
+        self.request(trial)
     }
 
-    fn ask(&mut self, asked: impl Message) -> Result<(), PictureError> {
-        self.app.world_mut().write_message(asked);
+    fn request(&mut self, message: impl Message) -> Result<(), PictureError> {
+        self.app.world_mut().write_message(message);
         frame(&mut self.app);
         wait_for_results(&mut self.app, &self.answers)
     }

@@ -38,7 +38,7 @@ impl Plugin for DocumentPlugin {
             .add_systems(
                 Update,
                 (
-                    ask_before_closing,
+                    request_quit,
                     notice_changed_files.run_if(on_message::<WindowFocused>),
                     apply_edits,
                     apply_views,
@@ -53,7 +53,7 @@ impl Plugin for DocumentPlugin {
     }
 }
 
-fn ask_before_closing(
+fn request_quit(
     mut closed: MessageReader<WindowCloseRequested>,
     mut files: MessageWriter<FileRequest>,
 ) {

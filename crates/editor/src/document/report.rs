@@ -87,7 +87,7 @@ fn answer(
     for request in requests.read() {
         match request {
             FileRequest::ShowWriteReport => {
-                let (folder, name) = beside(&world.0);
+                let (folder, name) = default_folder_and_name(&world.0);
                 dialogs.show(DesignDialog::write_report(folder, &name));
             }
             FileRequest::WriteReport(_) if writing.is_writing() => {
@@ -129,7 +129,7 @@ fn receive(
 }
 
 /// Beside the design, under its name.
-fn beside(world: &trackwright_project::World) -> (PathBuf, String) {
+fn default_folder_and_name(world: &trackwright_project::World) -> (PathBuf, String) {
     let origin = world.document.origin();
     let folder = match origin {
         Origin::File(file) => file.parent().filter(|f| !f.as_os_str().is_empty()),

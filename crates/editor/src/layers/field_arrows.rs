@@ -122,7 +122,7 @@ impl Plugin for ArrowsPlugin {
             .add_systems(
                 Update,
                 (
-                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    request.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
                     receive.run_if(is_on),
                 )
                     .chain()
@@ -173,7 +173,7 @@ fn key(world: &OpenWorld, shown: Option<&ShownDesign>, generation: u64) -> Optio
     })
 }
 
-fn ask(
+fn request(
     mut layer: ResMut<ArrowLayer>,
     world: Res<OpenWorld>,
     shown: Option<Res<ShownDesign>>,
@@ -203,7 +203,7 @@ fn ask(
     };
     let scenario = trackwright_project::resolve(design, &world.0.environment);
     let plan = key.plan;
-    layer.newest.ask(key, move |task, _| sample_arrows(&scenario, &plan, &task.cancel).ok());
+    layer.newest.request(key, move |task, _| sample_arrows(&scenario, &plan, &task.cancel).ok());
 }
 
 fn receive(

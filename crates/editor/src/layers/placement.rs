@@ -129,7 +129,7 @@ impl Plugin for PlacementPlugin {
             .add_systems(
                 Update,
                 (
-                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    request.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
                     receive.run_if(is_on),
                 )
                     .chain()
@@ -171,7 +171,7 @@ fn imagined(selection: &Selection, workspace: Workspace) -> Option<(BodyRole, us
     }
 }
 
-fn ask(
+fn request(
     mut layer: ResMut<PlacementLayer>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
@@ -219,7 +219,7 @@ fn ask(
         return;
     };
     let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
-    layer.newest.ask(key.clone(), move |task, report| {
+    layer.newest.request(key.clone(), move |task, report| {
         let plan = PlacementPlan {
             body: match key.body {
                 BodyRole::Tool => PlacedBody::Tool,

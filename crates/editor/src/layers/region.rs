@@ -64,7 +64,7 @@ impl Plugin for RegionPlugin {
             .add_systems(
                 Update,
                 (
-                    ask.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
+                    request.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
                     receive.run_if(is_on),
                 )
                     .chain()
@@ -89,7 +89,7 @@ fn may_differ(world: Res<OpenWorld>, drag: Res<ActiveDrag>) -> bool {
     world.is_changed() || drag.is_changed()
 }
 
-fn ask(
+fn request(
     mut layer: ResMut<RegionLayer>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
@@ -112,7 +112,7 @@ fn ask(
         return;
     };
     let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
-    layer.newest.ask(key, move |task, report| {
+    layer.newest.request(key, move |task, report| {
         let [coarse, fine] = STEPS.map(|(count, basis)| ([count; 3], basis));
         let first = usable_region(&scenario, coarse.0, coarse.1, task);
         if first.is_err() {

@@ -75,7 +75,7 @@ impl Plugin for SupportPlugin {
             .init_resource::<SupportLayer>()
             .add_systems(
                 Update,
-                (ask.run_if(resource_exists_and_changed::<OpenWorld>), receive.run_if(is_on))
+                (request.run_if(resource_exists_and_changed::<OpenWorld>), receive.run_if(is_on))
                     .chain()
                     .in_set(EditorSystems::Solve),
             )
@@ -94,7 +94,7 @@ fn is_on(layer: Res<SupportLayer>) -> bool {
     layer.newest.asked().is_some()
 }
 
-fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResMut<Legends>) {
+fn request(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResMut<Legends>) {
     let (view, environment) = (world.0.document.view(), &world.0.environment);
     let is_wanted = view.layers.support && environment.fit_validity.is_some();
     let axis = Vector3::from(view.slice.sensor_axis);
@@ -111,7 +111,7 @@ fn ask(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResM
         return;
     };
     let Key { environment, axis } = key.clone();
-    layer.newest.ask(key, move |task, report| {
+    layer.newest.request(key, move |task, report| {
         report(supported_region(&environment, &axis, COUNTS[0], task));
         Some(supported_region(&environment, &axis, COUNTS[1], task))
     });

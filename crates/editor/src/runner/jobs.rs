@@ -387,8 +387,8 @@ impl<K: Clone + PartialEq + Send + 'static, A: Send + 'static> Newest<K, A> {
         self.asked.as_ref()
     }
 
-    /// Asks in the place of what was asked before.
-    pub fn ask(
+    /// Requests in the place of what was requested before.
+    pub fn request(
         &mut self,
         key: K,
         work: impl FnOnce(&Task, &mut dyn FnMut(A)) -> Option<A> + Send + 'static,

@@ -10,17 +10,17 @@ use bevy::prelude::*;
 
 const FOLD_LEFT: Command =
     Command::new(VIEW, 30, "Fold the outliner", "Shows or hides the panels at the left")
-        .labelled(|now| fold(now.panels.left, "outliner"));
+        .labelled(|now| toggle_label(now.panels.left, "outliner"));
 const FOLD_RIGHT: Command =
     Command::new(VIEW, 31, "Fold the inspector", "Shows or hides the panels at the right")
-        .labelled(|now| fold(now.panels.right, "inspector"));
+        .labelled(|now| toggle_label(now.panels.right, "inspector"));
 pub const SHOW_HISTORY: Command = Command::new(
     VIEW,
     32,
     "History",
     "Shows or hides the list of every step since the design was opened; a click goes there",
 )
-.labelled(|now| fold(now.panels.history, "history"));
+.labelled(|now| toggle_label(now.panels.history, "history"));
 const SWITCH_THEME: Command = Command::new(
     VIEW,
     33,
@@ -76,7 +76,7 @@ impl Plugin for ShellCommandsPlugin {
     }
 }
 
-fn fold(is_shown: bool, name: &str) -> String {
+fn toggle_label(is_shown: bool, name: &str) -> String {
     format!("{} {name}", if is_shown { "Hide" } else { "Show" })
 }
 

@@ -42,7 +42,7 @@ fn follow(
         outside.0 = None;
         return;
     };
-    if wish.system == SystemChoice::Asked {
+    if wish.system == SystemChoice::Requested {
         outside.0 = Some(start(wish, &waker));
         wish.system = SystemChoice::Open;
         redraw.write(RequestRedraw);

@@ -20,7 +20,8 @@ impl Plugin for PointerHintPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            say.run_if(is_due)
+            show_hint
+                .run_if(is_due)
                 .in_set(EditorSystems::Draw)
                 .after(crate::viewport::gizmo::GizmoSystems)
                 .after(crate::viewport::tool::AimSystems),
@@ -85,7 +86,7 @@ impl Gizmo<'_> {
     }
 }
 
-fn say(
+fn show_hint(
     tool: Res<SceneTool>,
     aim: Res<ToolAim>,
     gizmo: Gizmo,

@@ -26,7 +26,7 @@ pub(super) fn family(extent: Extent) -> Family {
     let mut cases = Vec::new();
     for order in extent.of(&[1, 2, 4, 6, 9, 12], &[1, 3]) {
         cases.push(case(format!("order {order}, 14 orientations"), move || {
-            Place::new(
+            SampledModel::new(
                 order,
                 DirectionSet::Fourteen,
                 Weighting::Area,
@@ -39,7 +39,7 @@ pub(super) fn family(extent: Extent) -> Family {
         for weighting in [Weighting::Area, Weighting::Gnomonic] {
             let name = format!("order 2, {} orientations, {weighting:?} weights", set.len());
             cases.push(case(name, move || {
-                Place::new(2, set, weighting, cube([-100.0; 3], 200.0), poses)
+                SampledModel::new(2, set, weighting, cube([-100.0; 3], 200.0), poses)
             }));
         }
     }
@@ -49,7 +49,7 @@ pub(super) fn family(extent: Extent) -> Family {
         ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
     ] {
         cases.push(case(format!("order 3, {name}"), move || {
-            Place::new(3, DirectionSet::Fourteen, Weighting::Area, bounds, poses)
+            SampledModel::new(3, DirectionSet::Fourteen, Weighting::Area, bounds, poses)
         }));
     }
     Family {
@@ -62,13 +62,13 @@ pub(super) fn family(extent: Extent) -> Family {
 }
 
 /// A model, and how many poses in it.
-struct Place {
+struct SampledModel {
     model: Option<DistortionModel>,
     bounds: Bounds,
     poses: usize,
 }
 
-impl Place {
+impl SampledModel {
     fn new(
         order: usize,
         set: DirectionSet,
@@ -80,16 +80,16 @@ impl Place {
     }
 }
 
-fn case(name: String, make: impl Fn() -> Place + Send + Sync + 'static) -> Case {
+fn case(name: String, make: impl Fn() -> SampledModel + Send + Sync + 'static) -> Case {
     Case::new(name, move |m, case| {
-        let place = make();
-        let Some(model) = &place.model else {
+        let sampled = make();
+        let Some(model) = &sampled.model else {
             return vec![Row::behaviour(case, "is a model", false)];
         };
         let mut sequence = Sequence::new(41);
         let (mut by_position, mut by_axis) = (Vec::new(), Vec::new());
-        for _ in 0..place.poses {
-            let position = sequence.point_in(&place.bounds);
+        for _ in 0..sampled.poses {
+            let position = sequence.point_in(&sampled.bounds);
             let axis = sequence.axis();
             let [p, a] = (m.derivatives)(model, &position, &axis, OutsidePolicy::Clamp);
             let at = Exact { model, position: point3(&position), axis: unit3(&axis3(&axis)) };

@@ -162,7 +162,7 @@ fn compared(
     found: &Pose,
 ) -> [Row; 2] {
     let equations = Equations::new(model, reading);
-    let start = Place {
+    let start = EvaluationPoint {
         position: vector3(found.translation.vector.into()),
         axis: unit3(&axis3(&(found.rotation * Vector3::z_axis()))),
     };
@@ -205,7 +205,7 @@ fn scaled(inverse: &Matrix5<f64>, mm_per_rad: f64) -> Matrix5<f64> {
 }
 
 /// Position and unit axis of a sensor, to all digits.
-struct Place {
+struct EvaluationPoint {
     position: High3,
     axis: High3,
 }
@@ -233,7 +233,7 @@ impl<'a> Equations<'a> {
     }
 
     /// What is left of the five equations.
-    fn remainder(&self, at: &Place) -> Option<[High; 5]> {
+    fn remainder(&self, at: &EvaluationPoint) -> Option<[High; 5]> {
         let policy = OutsidePolicy::Clamp;
         let all = references::evaluate(self.model, &at.position, &at.axis, policy);
         let [x, y, z, rx, ry, rz] = all.into_iter().next()?.values;
@@ -282,7 +282,12 @@ impl<'a> Equations<'a> {
     }
 
     /// The exact answer near a start; `None` where the steps do not end.
-    fn solved(&self, mut at: Place, inverse: &Matrix5<f64>, scale: f64) -> Option<Place> {
+    fn solved(
+        &self,
+        mut at: EvaluationPoint,
+        inverse: &Matrix5<f64>,
+        scale: f64,
+    ) -> Option<EvaluationPoint> {
         for _ in 0..STEPS {
             let left = self.remainder(&at)?;
             let left = Vector5::from(left.map(|x| x.to_f64()));

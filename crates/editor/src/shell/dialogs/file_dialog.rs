@@ -30,12 +30,12 @@ pub struct FileDialog {
     wants_focus: bool,
 }
 
-/// Whether the system's own dialog is asked instead.
+/// Whether the system's own dialog is requested instead.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum SystemChoice {
     #[default]
     Ours,
-    Asked,
+    Requested,
     Open,
     Chosen(PathBuf),
     /// Why there is no choice, in words.
@@ -235,7 +235,7 @@ fn system_ui(ui: &mut Ui, files: &mut FileDialog) {
         .add_enabled(!is_open, button)
         .on_hover_text("The file dialog of this system, where it has one");
     if response.clicked() {
-        files.system = SystemChoice::Asked;
+        files.system = SystemChoice::Requested;
         // Whoever answers runs before the next frame is drawn.
         ui.ctx().request_repaint();
     }

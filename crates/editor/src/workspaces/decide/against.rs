@@ -63,7 +63,10 @@ impl Plugin for AgainstPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Against>().add_systems(
             Update,
-            (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
+            (
+                request.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
+                receive.run_if(is_asked),
+            )
                 .chain()
                 .in_set(EditorSystems::Solve),
         );
@@ -74,7 +77,7 @@ fn is_asked(against: Res<Against>) -> bool {
     against.0.asked().is_some()
 }
 
-fn ask(
+fn request(
     mut against: ResMut<Against>,
     mut desk: ResMut<DecideState>,
     world: Res<OpenWorld>,
@@ -98,7 +101,7 @@ fn ask(
     let designs = [Arc::clone(&pinned.design), Arc::new(world.0.document.design().clone())];
     let environment = Arc::clone(&world.0.environment);
     desk.counts.baselines += 1;
-    against.0.ask(key, move |task, _| {
+    against.0.request(key, move |task, _| {
         let pose = simulate_pose(&trackwright_project::resolve(&designs[0], &environment));
         let plan = trackwright_project::comparison_plan(
             &[&designs[0], &designs[1]],
@@ -112,7 +115,7 @@ fn ask(
     });
 }
 
-fn hear(mut against: ResMut<Against>) {
+fn receive(mut against: ResMut<Against>) {
     if against.bypass_change_detection().0.receive(|_| ()) {
         against.set_changed();
     }

@@ -25,16 +25,16 @@ use trackwright_design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
 
-pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut hand: Hand) {
+pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut params: DecideParams) {
     for request in requests.read() {
-        hand.answer(request.clone());
+        params.answer(request.clone());
     }
-    hand.redraw.write(RequestRedraw);
+    params.redraw.write(RequestRedraw);
 }
 
 /// What the requests work on.
 #[derive(SystemParam)]
-pub(crate) struct Hand<'w> {
+pub(crate) struct DecideParams<'w> {
     desk: ResMut<'w, DecideState>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
@@ -50,7 +50,7 @@ pub(crate) struct Hand<'w> {
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
-impl Hand<'_> {
+impl DecideParams<'_> {
     fn answer(&mut self, request: DecideRequest) {
         match request {
             DecideRequest::PinHere => self.pin_here(),
@@ -318,7 +318,7 @@ pub(crate) fn follow_to_folder(
 }
 
 /// Takes what the threads found.
-pub(crate) fn hear(
+pub(crate) fn receive_results(
     mut desk: ResMut<DecideState>,
     mut dialogs: ResMut<Dialogs>,
     mut redraw: MessageWriter<RequestRedraw>,

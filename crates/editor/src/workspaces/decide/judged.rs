@@ -64,7 +64,10 @@ impl Plugin for JudgedPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Judged>().add_systems(
             Update,
-            (ask.run_if(resource_exists::<OpenWorld>.and_then(is_shown)), hear.run_if(is_asked))
+            (
+                request.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
+                receive.run_if(is_asked),
+            )
                 .chain()
                 .in_set(EditorSystems::Solve),
         );
@@ -75,7 +78,7 @@ fn is_asked(judged: Res<Judged>) -> bool {
     judged.0.asked().is_some()
 }
 
-fn ask(
+fn request(
     mut judged: ResMut<Judged>,
     mut desk: ResMut<DecideState>,
     world: Res<OpenWorld>,
@@ -103,7 +106,7 @@ fn ask(
     let open = world.0.clone();
     let wish = ProcedureRequest { recording: key.recorded.clone(), ..ProcedureRequest::default() };
     desk.bypass_change_detection().counts.statuses += 1;
-    judged.0.ask(key, move |task, _| {
+    judged.0.request(key, move |task, _| {
         let notes = RefCell::new(Vec::new());
         let note = |note: BuiltToolNote| notes.borrow_mut().push(note.to_string());
         let status =
@@ -113,7 +116,7 @@ fn ask(
     });
 }
 
-fn hear(mut judged: ResMut<Judged>) {
+fn receive(mut judged: ResMut<Judged>) {
     if judged.bypass_change_detection().0.receive(|_| ()) {
         judged.set_changed();
     }

@@ -76,7 +76,7 @@ impl Plugin for DecidePlugin {
                         .chain()
                         .after(CommandsSystems)
                         .in_set(EditorSystems::Input),
-                    answer::hear.run_if(is_busy).in_set(EditorSystems::Solve),
+                    answer::receive_results.run_if(is_busy).in_set(EditorSystems::Solve),
                 ),
             );
     }

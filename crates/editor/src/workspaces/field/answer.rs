@@ -20,17 +20,17 @@ use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomSource, RoomSummary}
 /// Rooms that are remembered as recently used.
 const MOST_RECENT: usize = 8;
 
-pub(crate) fn answer(mut requests: MessageReader<FieldRequest>, mut hand: Hand) {
+pub(crate) fn answer(mut requests: MessageReader<FieldRequest>, mut params: FieldParams) {
     for request in requests.read() {
-        hand.answer(request.clone());
+        params.answer(request.clone());
     }
     // What was asked for shows in the panels, or in the scene after an edit.
-    hand.redraw.write(RequestRedraw);
+    params.redraw.write(RequestRedraw);
 }
 
 /// What the requests work on.
 #[derive(SystemParam)]
-pub(crate) struct Hand<'w> {
+pub(crate) struct FieldParams<'w> {
     desk: ResMut<'w, FieldState>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
@@ -41,7 +41,7 @@ pub(crate) struct Hand<'w> {
     redraw: MessageWriter<'w, RequestRedraw>,
 }
 
-impl Hand<'_> {
+impl FieldParams<'_> {
     fn answer(&mut self, request: FieldRequest) {
         match request {
             FieldRequest::ShowOpen(role) => {

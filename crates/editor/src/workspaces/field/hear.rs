@@ -10,7 +10,7 @@ use bevy::window::RequestRedraw;
 use std::sync::Arc;
 use trackwright_project::{MeasurementTable, StoreError};
 
-pub(crate) fn hear(
+pub(crate) fn receive_results(
     mut desk: ResMut<FieldState>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
@@ -19,10 +19,10 @@ pub(crate) fn hear(
     let before = desk.jobs();
     let mut told = Vec::new();
     for role in TableRole::ALL {
-        hear_table(&mut desk, role, &mut told);
+        receive_table(&mut desk, role, &mut told);
     }
-    hear_fit(&mut desk, &mut told, &mut notice);
-    hear_comparison(&mut desk, &mut told);
+    receive_fit(&mut desk, &mut told, &mut notice);
+    receive_comparison(&mut desk, &mut told);
     if let Some(answer) = desk.listing.as_ref().and_then(Job::answer) {
         desk.listing = None;
         if let Ok(Ok(rooms)) = answer {
@@ -40,7 +40,7 @@ pub(crate) fn hear(
 
 type Told = Vec<(&'static str, String)>;
 
-fn hear_table(desk: &mut FieldState, role: TableRole, told: &mut Told) {
+fn receive_table(desk: &mut FieldState, role: TableRole, told: &mut Told) {
     let slot = desk.slot_mut(role);
     let Some(answer) = slot.reading.as_ref().and_then(|reading| reading.job.answer()) else {
         return;
@@ -77,7 +77,7 @@ fn give_up_reading(desk: &mut FieldState, was: trackwright_project::SampleReadin
     }
 }
 
-fn hear_fit(desk: &mut FieldState, told: &mut Told, notice: &mut Notice) {
+fn receive_fit(desk: &mut FieldState, told: &mut Told, notice: &mut Notice) {
     let Some(answer) = desk.fitting.as_ref().and_then(Job::answer) else {
         return;
     };
@@ -98,7 +98,7 @@ fn hear_fit(desk: &mut FieldState, told: &mut Told, notice: &mut Notice) {
     }
 }
 
-fn hear_comparison(desk: &mut FieldState, told: &mut Told) {
+fn receive_comparison(desk: &mut FieldState, told: &mut Told) {
     let Some(answer) = desk.comparing.as_ref().and_then(Job::answer) else {
         return;
     };

@@ -100,7 +100,7 @@ impl Plugin for FieldPlugin {
                 Update,
                 (
                     (
-                        hear_drops.run_if(on_message::<FileDragAndDrop>),
+                        receive_drops.run_if(on_message::<FileDragAndDrop>),
                         assign_rooms.run_if(on_message::<FileRequest>),
                         answer::answer.run_if(on_message::<FieldRequest>),
                     )
@@ -108,7 +108,7 @@ impl Plugin for FieldPlugin {
                         .after(CommandsSystems)
                         .in_set(EditorSystems::Input),
                     (
-                        hear::hear.run_if(is_busy),
+                        hear::receive_results.run_if(is_busy),
                         rooms::keep_list
                             .run_if(is_shown.or_else(crate::workspaces::decide::is_shown)),
                     )
@@ -137,7 +137,7 @@ fn request(request: FieldRequest) -> impl FnMut(ResMut<Workspace>, MessageWriter
 }
 
 /// Tables that are dropped onto the window while the workspace is shown.
-fn hear_drops(
+fn receive_drops(
     mut dropped: MessageReader<FileDragAndDrop>,
     workspace: Res<Workspace>,
     mut desk: ResMut<FieldState>,

@@ -34,7 +34,7 @@ pub struct Collected {
 
 impl Collector {
     /// Takes what happened in a session.
-    pub fn hear(&self, event: &SessionEvent) {
+    pub fn receive(&self, event: &SessionEvent) {
         match event {
             SessionEvent::Pose(sent) if sent.role == Some(BodyRole::Crf) => {
                 let mut counting = self.lock();

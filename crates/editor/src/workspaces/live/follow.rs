@@ -12,7 +12,7 @@ use std::sync::atomic::Ordering;
 
 /// What is shown follows the session; while nothing is shown nothing of it is looked at but whether
 /// its recording failed, which is said wherever the person is.
-pub(crate) fn look(
+pub(crate) fn follow_session(
     mut desk: ResMut<LiveState>,
     mut poses: ResMut<LivePoses>,
     mut notice: ResMut<Notice>,
@@ -92,21 +92,21 @@ mod tests {
             .init_resource::<LivePoses>()
             .init_resource::<Notice>()
             .init_resource::<Workspace>()
-            .add_systems(Update, look);
+            .add_systems(Update, follow_session);
         let collector = app.world().resource::<LiveState>().collector.clone();
         let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
         let plan = CoveragePlan::of(&world.environment);
         collector.begin(plan);
         let measured = SessionEvent::Measured { tool: "Wand".to_owned(), pose: Pose::identity() };
-        collector.hear(&measured);
+        collector.receive(&measured);
         let samples = || {
             let collected = collector.newer_than(None).flatten();
             collected.map(|collected| collected.summary.samples)
         };
         assert_eq!(samples(), Some(1));
         let why = "disk full".to_owned();
-        collector.hear(&SessionEvent::NotRecorded { why });
-        collector.hear(&measured);
+        collector.receive(&SessionEvent::NotRecorded { why });
+        collector.receive(&measured);
         assert_eq!(samples(), Some(1));
 
         app.update();
@@ -118,7 +118,7 @@ mod tests {
 
         // A recording begun anew goes on from where the other one was.
         collector.begin(plan);
-        collector.hear(&measured);
+        collector.receive(&measured);
         assert_eq!(samples(), Some(2));
     }
 }

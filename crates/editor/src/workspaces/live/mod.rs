@@ -52,7 +52,7 @@ impl Plugin for LivePlugin {
                 Update,
                 (
                     answer::answer.run_if(on_message::<LiveRequest>),
-                    follow::look.run_if(is_connected),
+                    follow::follow_session.run_if(is_connected),
                 )
                     .chain()
                     .after(CommandsSystems)

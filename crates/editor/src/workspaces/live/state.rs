@@ -126,7 +126,7 @@ impl LiveState {
         let (collector, waker) = (self.collector.clone(), waker.clone());
         let is_shown = Arc::clone(&self.is_shown);
         let session = Session::start(settings, move |event| {
-            collector.hear(event);
+            collector.receive(event);
             let is_pose = matches!(event, SessionEvent::Pose(_) | SessionEvent::Measured { .. });
             // What is not looked at wakes nobody.
             if !is_pose || is_shown.load(Ordering::Relaxed) {

@@ -14,11 +14,11 @@ use trackwright_editor::viewport::camera::OrbitRig;
 /// The sensor in the straight part of the pointer's shaft.
 pub const SHAFT: usize = 0;
 
-pub struct Hand {
+pub struct SimulatedPointer {
     pub app: App,
 }
 
-impl Hand {
+impl SimulatedPointer {
     pub fn new() -> Self {
         let mut app = create_scene_app();
         settle(&mut app);
