@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | [`state`] | the state: tables, settings, the newest fit, rooms |
 //! | `answer` | does what the panels ask for, or starts the thread that does |
-//! | `hear` | takes what the threads found |
+//! | `receive` | takes what the threads found |
 //! | `rooms` | keeps the list of rooms while the workspace is shown |
 //! | [`samples`] | draws the measurements while the workspace is shown |
 //! | [`kind`] | the kinds of models that are offered |
@@ -12,9 +12,9 @@
 
 pub mod answer;
 pub mod dialog;
-pub mod hear;
 pub mod kind;
 pub mod panels;
+pub mod receive;
 pub mod requests;
 pub mod rooms;
 pub mod samples;
@@ -108,7 +108,7 @@ impl Plugin for FieldPlugin {
                         .after(CommandsSystems)
                         .in_set(EditorSystems::Input),
                     (
-                        hear::receive_results.run_if(is_busy),
+                        receive::receive_results.run_if(is_busy),
                         rooms::keep_list
                             .run_if(is_shown.or_else(crate::workspaces::decide::is_shown)),
                     )
