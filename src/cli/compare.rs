@@ -262,7 +262,7 @@ fn as_text(found: &Comparison, names: &Names) -> String {
             parts.extend(about(row, &labels, found.baseline));
         }
         if let Some(why) = found.rooms_unknown[room] {
-            parts.push(format!("  the room does not say how far its field may be off: {why}"));
+            parts.push(format!("  the uncertainty of the room's field is unknown: {why}"));
         }
         parts.push(String::new());
     }

@@ -303,7 +303,7 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
         ("--no-support", args.no_support && kind == ModelKind::Kriging),
     ];
     let mut given = of_size.into_iter().chain(args.fitting.of_polynomials()).chain(others);
-    match given.find(|(_, is_said)| *is_said) {
+    match given.find(|(_, is_given)| *is_given) {
         Some((name, _)) if kind != ModelKind::Bernstein => bail!(
             "{name} does not go with --model {}{}",
             kind.name(),

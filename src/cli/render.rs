@@ -193,7 +193,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     for missing in missing_layers(&world, args.workspace, slide, selected) {
         output::note(&format!("note: drawn without the {missing}"));
     }
-    let desk = PictureSetup {
+    let setup = PictureSetup {
         slide,
         has_panels: args.window || args.workspace.is_some(),
         workspace: args.workspace.unwrap_or_default(),
@@ -211,9 +211,9 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
         },
     };
     if args.video.is_wanted() {
-        return args.video.run(world, size, desk, &output);
+        return args.video.run(world, size, setup, &output);
     }
-    let png = picture::png(world, size, desk)?;
+    let png = picture::png(world, size, setup)?;
     output.write_bytes(&png).with_context(|| format!("cannot write {}", args.output.display()))?;
     Ok(())
 }

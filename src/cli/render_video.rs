@@ -88,7 +88,7 @@ impl VideoArgs {
         &self,
         world: World,
         size: [u32; 2],
-        desk: PictureSetup,
+        setup: PictureSetup,
         output: &Output,
     ) -> anyhow::Result<()> {
         let to = output.file();
@@ -113,7 +113,7 @@ impl VideoArgs {
         // Begun with the first frame: until then nothing is there to be cleared away, and a signal
         // ends the program as it ends any.
         let mut begun: Option<(Frames, PathBuf)> = None;
-        let filmed = film(world, size, desk, what, frames, |index, picture| {
+        let filmed = film(world, size, setup, what, frames, |index, picture| {
             if is_interrupted.load(Ordering::Relaxed) {
                 return Err(FilmError::Interrupted);
             }

@@ -119,13 +119,13 @@ fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
     }
     let mut pictures = Vec::with_capacity(slides.len());
     for (index, slide) in slides.iter().enumerate() {
-        let desk = PictureSetup {
+        let setup = PictureSetup {
             has_panels: true,
             workspace: workspaces::present::WORKSPACE,
             slide: index,
             ..PictureSetup::default()
         };
-        let png = picture::png(world.clone(), SLIDE_PX, desk)?;
+        let png = picture::png(world.clone(), SLIDE_PX, setup)?;
         let title = match slide.title.trim() {
             "" => format!("Slide {}", index + 1),
             title => title.to_owned(),

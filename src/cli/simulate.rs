@@ -175,7 +175,7 @@ fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result
         (args.log.is_some(), "--log"),
         (args.support, "--support"),
         (args.explain, "--explain"),
-        (args.uncertainty.is_asked(), "--uncertainty"),
+        (args.uncertainty.is_requested(), "--uncertainty"),
     ] {
         if is_given {
             anyhow::bail!("{flag} is of the tool's study, not of the CRF's");

@@ -51,7 +51,7 @@ enum MethodArg {
 
 impl UncertaintyArgs {
     /// Whether anything of it is asked for.
-    pub fn is_asked(&self) -> bool {
+    pub fn is_requested(&self) -> bool {
         !self.uncertainty.is_empty() || self.jitter.jitter().is_some()
     }
 

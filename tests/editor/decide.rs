@@ -241,7 +241,7 @@ pub(crate) fn use_panel(
         document: &world.document,
         generation: app.world().resource::<WorldGeneration>().0,
         results: app.world().resource::<Results>(),
-        desk: desk(app),
+        state: desk(app),
         against: Some(app.world().resource::<Against>()),
         judged: Some(app.world().resource::<Judged>()),
         environment: &world.environment.name,

@@ -15,7 +15,7 @@ use trackwright_editor::workspaces::field::panels::rooms::rooms_ui;
 use trackwright_editor::workspaces::field::panels::selection::selection_ui;
 use trackwright_editor::workspaces::field::panels::settings::settings_ui;
 use trackwright_editor::workspaces::field::panels::table::tables_ui;
-use trackwright_editor::workspaces::field::panels::worth::{comparison_ui, worth_ui};
+use trackwright_editor::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
 use trackwright_editor::workspaces::field::samples::SampleScale;
 use trackwright_editor::workspaces::field::state::{FieldSettings, FieldState, TableRole};
 use trackwright_editor::workspaces::field::{FieldRequest, RoomToSave};
@@ -182,7 +182,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     let fitted = desk.fitted.as_ref().unwrap();
     let held_out = fitted.held_out_quality.as_ref().unwrap();
     let asked = use_panel(
-        |ui| worth_ui(ui, desk),
+        |ui| fit_quality_ui(ui, desk),
         |harness| {
             for value in [
                 fitted.training_quality.after.rms.position_rms_mm,
@@ -215,7 +215,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     request_and_wait(&mut app, FieldRequest::Set(FieldSettings::default()));
     let desk = app.world().resource::<FieldState>();
     use_panel(
-        |ui| worth_ui(ui, desk),
+        |ui| fit_quality_ui(ui, desk),
         |harness| {
             harness.get_by_label_contains("have changed since");
         },

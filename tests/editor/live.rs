@@ -208,7 +208,7 @@ fn a_silent_tool_is_stale_and_reconnects() {
     let troubles = desk(&app).troubles(design);
     let expected = [
         "Pointer, last good pose: no sample came in time",
-        "Head frame, as designed: it is not heard",
+        "Head frame, as designed: no pose received",
     ];
     let [tool, crf] = expected.map(str::to_owned);
     assert_eq!(troubles, [(BodyRole::Tool, tool), (BodyRole::Crf, crf)]);

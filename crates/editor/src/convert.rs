@@ -1,7 +1,7 @@
 //! The only way from the core's f64 to the renderer's f32.
 //!
-//! A scene unit is a millimetre, and the scene's axes are the tracker's: whatever the core says in
-//! the tracker frame is drawn where it says. f32 keeps 0.0001 mm at a metre's distance.
+//! A scene unit is a millimetre, and the scene's axes are the tracker's: whatever the core gives in
+//! the tracker frame is drawn at those coordinates. f32 keeps 0.0001 mm at a metre's distance.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};

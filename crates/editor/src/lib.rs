@@ -28,7 +28,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::commands::ViewportCommandsPlugin`] | commands of the 3D view |
 /// | [`workspaces::design::DesignPlugin`] | the Design workspace: bodies, sensors, the result |
 /// | [`workspaces::study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
-/// | [`workspaces::study::precision::PrecisionPlugin`] | error against run time, measured when asked for |
+/// | [`workspaces::study::precision::PrecisionPlugin`] | error against run time, measured on request |
 /// | [`workspaces::field::FieldPlugin`] | rooms from measurements |
 /// | [`workspaces::live::LivePlugin`] | the Live workspace: a tracker over the network |
 /// | [`workspaces::live::cells::CellsPlugin`] | where samples were taken, in the scene |

@@ -11,7 +11,7 @@ pub use trackwright_scene::palette::{
 };
 
 /// Whether what is drawn now is dark on light. One flag for the whole program: a window has one
-/// theme, and colours are asked for in every corner of it.
+/// theme, and colours are read in every part of it.
 static IS_LIGHT: AtomicBool = AtomicBool::new(false);
 
 /// Dark, as the eye wants it in a dim room, or light, for daylight and paper.
@@ -127,7 +127,7 @@ pub const ORGAN: Rgb = Rgb::hex(0xA8697E);
 pub const EQUIPMENT: Rgb = Rgb::hex(0x8FA3B5);
 
 /// Series of a chart in turn: those of Okabe and Ito (2008) that stand out from a dark ground,
-/// told apart with any kind of colour vision.
+/// distinguishable with any kind of colour vision.
 pub const SERIES: [Rgb; 7] = [
     Rgb::hex(0x56B4E9),
     Rgb::hex(0xE69F00),

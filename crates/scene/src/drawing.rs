@@ -25,7 +25,7 @@ const METRES_PER_MM: f64 = 0.001;
 #[derive(Clone, Copy, Debug)]
 pub struct ToolErrors {
     pub tracker_from_tool: Pose,
-    pub tracker_from_tool_believed: Pose,
+    pub tracker_from_tool_reported: Pose,
     pub tip_in_tool: Point3<f64>,
 }
 
@@ -37,14 +37,14 @@ impl ToolErrors {
 
     /// From the tip to where the tracker reports it.
     pub fn error_mm(&self) -> Vector3<f64> {
-        self.tracker_from_tool_believed * self.tip_in_tool - self.tip_mm()
+        self.tracker_from_tool_reported * self.tip_in_tool - self.tip_mm()
     }
 
     /// The tool as the tracker reports it, magnified.
     pub fn ghost(&self, times: f64) -> Ghost {
         magnified_ghost(
             &self.tracker_from_tool,
-            &self.tracker_from_tool_believed,
+            &self.tracker_from_tool_reported,
             &self.tip_in_tool,
             times,
         )
@@ -70,13 +70,13 @@ impl<'a> Stage<'a> {
     /// See [`SceneError`].
     pub fn draw(&'a self, sampled: &'a Sampled) -> Result<Scene, SceneError> {
         let design = self.design();
-        // The believed pose is relative to where the CRF truly is, as the surgeon sees it.
+        // The reported pose is relative to where the CRF truly is, as the surgeon sees it.
         let tracker_from_crf =
             design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         let trial = &sampled.pose.trial;
         let tool = ToolErrors {
             tracker_from_tool: tracker_from_crf * trial.crf_from_tool,
-            tracker_from_tool_believed: tracker_from_crf * trial.crf_from_tool_simulated,
+            tracker_from_tool_reported: tracker_from_crf * trial.crf_from_tool_simulated,
             tip_in_tool: design.tool.body.rigid.judged_tip_in_body(),
         };
         let eye = self.eye();

@@ -19,22 +19,22 @@ pub enum FilmMove {
 
 /// Paints so many frames and hands each on as it comes.
 ///
-/// Ask [`preflight::adapter`](crate::app::preflight::adapter) first, as for a picture.
+/// Call [`preflight::adapter`](crate::app::preflight::adapter) first, as for a picture.
 ///
 /// # Errors
 /// See [`PictureError`], and those of `take`, which end it.
 pub fn film<E: From<PictureError>>(
     world: World,
     size: [u32; 2],
-    mut desk: PictureSetup,
+    mut setup: PictureSetup,
     what: FilmMove,
     frames: usize,
     mut take: impl FnMut(usize, Picture) -> Result<(), E>,
 ) -> Result<(), E> {
-    if matches!(what, FilmMove::Motion { .. }) && !desk.workspace.shows_trials {
-        desk.workspace = study::WORKSPACE;
+    if matches!(what, FilmMove::Motion { .. }) && !setup.workspace.shows_trials {
+        setup.workspace = study::WORKSPACE;
     }
-    let mut studio = Studio::open(world, size, desk)?;
+    let mut studio = Studio::open(world, size, setup)?;
     let first = studio.app.world().resource::<OrbitRig>().camera;
     for frame in 0..frames {
         match what {

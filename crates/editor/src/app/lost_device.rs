@@ -1,4 +1,4 @@
-//! A graphics adapter that fails: the program ends, says so, and loses nothing.
+//! A graphics adapter that fails: the program reports it and ends, and loses nothing.
 //!
 //! Everything that is drawn lives on the adapter. Instead of an empty window that still takes
 //! edits, the next start offers what was not saved.
@@ -54,7 +54,7 @@ fn words(error: &RenderError) -> String {
 /// What panics of the renderer name, which is how an adapter that went away within a frame shows.
 const OF_THE_ADAPTER: [&str; 3] = ["wgpu", "Validation Error", "device is lost"];
 
-/// What a panic says.
+/// The message of a panic.
 pub(crate) fn panic_in_words(panic: &(dyn Any + Send)) -> String {
     let text = panic
         .downcast_ref::<String>()
@@ -126,8 +126,8 @@ mod tests {
         });
         app.set_runner(lose_the_adapter);
         let error = app::run(app).unwrap_err();
-        let said = error.to_string();
-        assert!(said.starts_with("the graphics adapter"), "{said}");
+        let message = error.to_string();
+        assert!(message.starts_with("the graphics adapter"), "{message}");
         let left = trackwright_project::leftovers(folder.path()).unwrap();
         let world = left.first().expect("a recovery file").open().unwrap();
         let after_mm = world.document.design().tool.body.rigid.sensors[0].position_in_body.z;

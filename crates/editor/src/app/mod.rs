@@ -56,7 +56,7 @@ pub enum EditorError {
     Code(u8),
 }
 
-/// Opens the editor and stays until its window closes. Ask
+/// Opens the editor and stays until its window closes. Call
 /// [`preflight::window`] first: Bevy panics without a display.
 ///
 /// # Errors
@@ -98,7 +98,7 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
 /// Runs until the window closes.
 ///
 /// A device that goes away within a frame makes the renderer panic before its own error handler
-/// hears of it. The app is dropped on the way here, which writes what is unsaved.
+/// receives it. The app is dropped on the way here, which writes what is unsaved.
 pub(crate) fn run(mut app: App) -> Result<(), EditorError> {
     let failure = app.world_mut().get_resource_or_init::<Failure>().clone();
     let failed = match app.world().contains_resource::<RecoveryFolder>() {
@@ -135,7 +135,7 @@ pub(crate) fn window(
             },
             ..default()
         }),
-        // The document asks first whether to save.
+        // The document offers to save first.
         close_when_requested: false,
         exit_condition: ExitCondition::OnPrimaryClosed,
         ..default()
@@ -184,7 +184,7 @@ pub(crate) fn offscreen(
         // It would take Ctrl+C and a request to end for the rest of the process, and answer them in
         // a runner that an app driven by hand does not have.
         .disable::<TerminalCtrlCHandlerPlugin>()
-        // One frame after the other, so that the last one asked for is the one captured.
+        // One frame after the other, so that the last one requested is the one captured.
         .disable::<PipelinedRenderingPlugin>();
     app.add_plugins(match HAS_LOG.swap(true, Ordering::Relaxed) {
         false => plugins.set(log()),
@@ -243,7 +243,7 @@ static HAS_LOG: AtomicBool = AtomicBool::new(false);
 fn log() -> LogPlugin {
     LogPlugin {
         level: Level::WARN,
-        // Drivers and window systems say more than anyone can act on.
+        // Drivers and window systems log more than anyone can act on.
         filter: "wgpu=error,naga=error,winit=error,bevy_winit=error,bevy_render::renderer=error,bevy_egui=error,calloop=error,rfd=off"
             .to_owned(),
         ..default()

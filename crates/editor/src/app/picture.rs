@@ -40,7 +40,7 @@ const SETTLING_FRAMES: usize = 4;
 /// Longest between looks at what is computed or read.
 const NAP: Duration = Duration::from_millis(20);
 
-/// Frames from asking for a picture to its bytes.
+/// Frames from the request of a picture to its bytes.
 const READBACK_FRAMES: usize = 20;
 
 /// What stands around the 3D view, and what is shown in it.
@@ -48,7 +48,7 @@ const READBACK_FRAMES: usize = 20;
 pub struct PictureSetup {
     pub has_panels: bool,
     pub workspace: Workspace,
-    /// On the desk of the Field workspace.
+    /// Open in the Field workspace.
     pub tables: Vec<(TableRole, PathBuf)>,
     /// In the Decide workspace.
     pub compared: ComparedDesigns,
@@ -103,14 +103,14 @@ pub enum PictureError {
 #[derive(Resource, Default)]
 struct Captured(Option<Image>);
 
-/// Paints the world at a size, with the panels of a workspace if asked for.
+/// Paints the world at a size, with the panels of a workspace if requested.
 ///
-/// Ask [`preflight::adapter`](crate::app::preflight::adapter) first: Bevy panics without an adapter.
+/// Call [`preflight::adapter`](crate::app::preflight::adapter) first: Bevy panics without an adapter.
 ///
 /// # Errors
 /// See [`PictureError`].
-pub fn png(world: World, size: [u32; 2], desk: PictureSetup) -> Result<Vec<u8>, PictureError> {
-    Studio::open(world, size, desk)?.picture()?.png()
+pub fn png(world: World, size: [u32; 2], setup: PictureSetup) -> Result<Vec<u8>, PictureError> {
+    Studio::open(world, size, setup)?.picture()?.png()
 }
 
 /// The editor without a window, with all results, from which pictures are taken.
@@ -128,10 +128,10 @@ impl Studio {
     ///
     /// # Errors
     /// [`PictureError::NoResults`].
-    pub fn open(world: World, size: [u32; 2], desk: PictureSetup) -> Result<Self, PictureError> {
-        let trial = desk.trial;
-        let has_table = desk.compared.baseline.is_some() || !desk.compared.designs.is_empty();
-        let (app, target, answers) = start(world, size, desk);
+    pub fn open(world: World, size: [u32; 2], setup: PictureSetup) -> Result<Self, PictureError> {
+        let trial = setup.trial;
+        let has_table = setup.compared.baseline.is_some() || !setup.compared.designs.is_empty();
+        let (app, target, answers) = start(world, size, setup);
         let mut studio = Self { app, target, answers };
         wait_for_results(&mut studio.app, &studio.answers)?;
         if has_table {
@@ -205,20 +205,20 @@ impl Picture {
     }
 }
 
-/// The app with everything in it that the desk asks for; no frame is painted yet.
-fn start(world: World, size: [u32; 2], desk: PictureSetup) -> (App, Handle<Image>, Receiver<()>) {
-    desk.theme.apply();
-    let (mut app, target) = offscreen(world, UVec2::from(size), desk.has_panels, |app| {
-        app.insert_resource(desk.theme)
-            .insert_resource(desk.workspace)
-            .insert_resource(Selection::of(desk.selected))
-            .insert_resource(Presenter { slide: desk.slide, ..Presenter::default() })
+/// The app with everything in it that the setup requests; no frame is painted yet.
+fn start(world: World, size: [u32; 2], setup: PictureSetup) -> (App, Handle<Image>, Receiver<()>) {
+    setup.theme.apply();
+    let (mut app, target) = offscreen(world, UVec2::from(size), setup.has_panels, |app| {
+        app.insert_resource(setup.theme)
+            .insert_resource(setup.workspace)
+            .insert_resource(Selection::of(setup.selected))
+            .insert_resource(Presenter { slide: setup.slide, ..Presenter::default() })
             .init_resource::<Captured>();
     });
-    for (role, file) in desk.tables {
+    for (role, file) in setup.tables {
         app.world_mut().write_message(FieldRequest::Open(role, file));
     }
-    for request in desk.compared.requests() {
+    for request in setup.compared.requests() {
         app.world_mut().write_message(request);
     }
     // Letters enter the font's texture in the order in which they are first shown, and their
@@ -259,7 +259,7 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
             return Err(PictureError::NoResults);
         }
         if is_reading(app.world()) {
-            // The next frame hears what was read.
+            // The next frame receives what was read.
             let _ = answers.recv_timeout(NAP);
         }
         // Painting more frames would take the cores from the solver.

@@ -1,4 +1,4 @@
-//! Asks for a display, its libraries and a graphics adapter before Bevy does, which would panic.
+//! Checks for a display, its libraries and a graphics adapter before Bevy does, which would panic.
 
 use std::future::Future;
 use std::pin::pin;

@@ -1,4 +1,4 @@
-//! Applies requests to the open document, and does what the File menu asks for.
+//! Applies requests to the open document, and does what the File menu requests.
 
 use crate::document::autosave::Leftovers;
 use crate::document::dialog::DesignDialog;
@@ -21,7 +21,7 @@ use trackwright_project::{SaveReport, StoreError};
 use trackwright_simulation::Metric;
 
 /// Applies [`EditRequest`], [`ViewRequest`] and [`FileRequest`] in [`EditorSystems::Edit`], keeps
-/// the window's title, and asks before anything unsaved is lost.
+/// the window's title, and confirms before anything unsaved is lost.
 pub struct DocumentPlugin;
 
 /// What to go on with once the design is saved.
@@ -206,7 +206,7 @@ fn apply_files(mut requests: MessageReader<FileRequest>, mut state: FileState) {
 
 impl FileState<'_> {
     fn answer(&mut self, request: FileRequest) {
-        // Whoever asks for something else no longer waits for a save to be done.
+        // Another request no longer waits for a save to be done.
         let goes_on = matches!(
             request,
             FileRequest::SaveAs(_) | FileRequest::SaveShared(_) | FileRequest::SaveOver
@@ -324,7 +324,7 @@ impl FileState<'_> {
         }
     }
 
-    /// A body without its mesh is drawn by its sensors, and that is said.
+    /// A body without its mesh is drawn by its sensors, which is reported.
     fn remember(&mut self) {
         if let Some(world) = &self.world
             && let Origin::File(path) = world.0.document.origin()

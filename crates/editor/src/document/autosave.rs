@@ -136,7 +136,7 @@ impl Autosave {
     }
 }
 
-/// However the program ends, short of being killed: nobody is asked, and nothing is lost.
+/// However the program ends, short of being killed: no dialog appears, and nothing is lost.
 impl Drop for Autosave {
     fn drop(&mut self) {
         self.runner.finish();
@@ -178,7 +178,7 @@ fn offer(leftovers: Res<Leftovers>, mut dialogs: ResMut<Dialogs>) {
     }
 }
 
-/// The window closes, and whoever closed it was asked: nothing is left to recover.
+/// The window closes after its dialog was answered: nothing is left to recover.
 fn finish(mut exits: MessageReader<AppExit>, mut autosave: ResMut<Autosave>) {
     let is_clean = exits.read().any(AppExit::is_success);
     if is_clean {

@@ -1,4 +1,4 @@
-//! What is asked about meshes, body files and tool definitions.
+//! Dialogs about meshes, body files and tool definitions.
 
 use crate::document::body_files::BodyFileRequest;
 use crate::document::meshes::{MeshRequest, name_of};

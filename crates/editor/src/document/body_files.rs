@@ -1,5 +1,5 @@
 //! Bodies from files and back: makers' tool definitions and body files, read by a thread of its
-//! own, asked about where a checksum does not match, and given to the design as one undo step;
+//! own, confirmed where a checksum does not match, and given to the design as one undo step;
 //! and the selected body written as such a file, once what is lost was read.
 
 use crate::document::body_dialogs::BodyDialog;
@@ -21,15 +21,15 @@ use trackwright_design::{BodyRole, Edit, Origin};
 use trackwright_formats::tool_definition::OnMismatch;
 use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError};
 
-/// Does what [`BodyFileRequest`] asks for, in [`EditorSystems::Input`].
+/// Carries out [`BodyFileRequest`], in [`EditorSystems::Input`].
 pub struct BodyFilesPlugin;
 
-/// Asks for something with a body file or a tool definition.
+/// A request about a body file or a tool definition.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum BodyFileRequest {
     /// Shows the dialog that chooses a file to be the tool or the CRF.
     ShowOpen(BodyRole),
-    /// A file was dropped: for the body under selection, or whichever the person says.
+    /// A file was dropped: for the body under selection, or whichever the person chooses.
     Drop(PathBuf),
     Open {
         body: BodyRole,
@@ -40,7 +40,7 @@ pub enum BodyFileRequest {
     GiveUp,
     /// Shows the dialog that chooses where a body is written, and as what.
     ShowSave(BodyRole),
-    /// Says what is lost, or writes where nothing is.
+    /// Reports what is lost, or writes where nothing is.
     Save {
         body: BodyRole,
         file: PathBuf,
@@ -89,7 +89,7 @@ impl Plugin for BodyFilesPlugin {
             Update,
             (
                 answer.run_if(on_message::<BodyFileRequest>),
-                // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                // Whatever else a frame requests, an opened file or to give it up, comes first.
                 receive.run_if(is_loading.and_then(not(on_message::<BodyFileRequest>))),
             )
                 .chain()
@@ -186,7 +186,7 @@ impl Requested<'_> {
     }
 
     /// Puts what was read into the design, unless something else is open by now or its bytes are
-    /// ones to ask about.
+    /// ones to confirm.
     fn take(&mut self, loading: Loading, answer: Result<Result<ImportedBody, StoreError>, Lost>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };
@@ -215,7 +215,7 @@ impl Requested<'_> {
         };
         if world.0.document.design().body(body) == Some(&taken.body) {
             let name = name_of(&file);
-            *self.notice = Notice::Done(format!("The {body} is what {name} says already"));
+            *self.notice = Notice::Done(format!("The {body} already matches {name}"));
         } else {
             // Nothing that is shown changes before the edit does it.
             world.bypass_change_detection().0.keep_body(&taken);

@@ -40,7 +40,7 @@ pub const SAVE_BODY: Command = Command::new(
     FILE,
     12,
     "Save tool definition as…",
-    "Writes the selected body, or the tool, as a definition; what that cannot hold is said first",
+    "Writes the selected body, or the tool, as a definition; what that cannot hold is listed first",
 );
 pub const LOAD_MESH: Command = Command::new(
     FILE,
@@ -64,7 +64,7 @@ pub const QUIT: Command = Command::new(
     FILE,
     90,
     "Quit",
-    "Closes the window, and asks first where something is not saved",
+    "Closes the window; offers to save first where something is not saved",
 )
 .keys(&[Keys::control("q")]);
 pub const UNDO: Command = Command::new(EDIT, 0, "Undo", "Takes the last change of the design back")

@@ -1,4 +1,4 @@
-//! What is asked about designs and their files.
+//! Dialogs about designs and their files.
 
 use crate::document::requests::{FileRequest, SharedChoice};
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
@@ -39,8 +39,8 @@ pub enum DesignDialog {
         text: String,
         is_usable: bool,
     },
-    /// Somebody else changed files of the design; `is_saving` says whether it is about to be
-    /// saved over them.
+    /// Somebody else changed files of the design; `is_saving`: it is about to be saved
+    /// over them.
     ChangedOnDisk {
         lines: Vec<String>,
         is_saving: bool,
@@ -62,7 +62,7 @@ impl DesignDialog {
         Self::Report(files.titled("Write the report", "Write").saving())
     }
 
-    /// What is open is not lost by it, and that is said.
+    /// What is open is not lost by it, which is reported.
     pub fn not_saved(error: &StoreError) -> Self {
         Self::NotSaved { text: error.to_string() }
     }
@@ -184,7 +184,7 @@ fn request(request: FileRequest) -> Answer {
     DialogAnswer::Request(request)
 }
 
-/// What is there already is asked about first.
+/// What is there already is overwritten only after confirmation.
 fn write_to(path: PathBuf, exists: bool, write: fn(PathBuf) -> FileRequest) -> Answer {
     let then = write(path.clone());
     match exists {
@@ -240,7 +240,7 @@ impl DesignDialog {
                 title_ui(ui, "Recover unsaved changes?");
                 text_ui(ui, text);
                 let drop = ("Give them up", request(FileRequest::DropLeftover));
-                let later = ("Ask again next time", DialogAnswer::Close);
+                let later = ("Decide next time", DialogAnswer::Close);
                 match is_usable {
                     true => {
                         let recover = ("Recover", request(FileRequest::Recover));

@@ -18,7 +18,7 @@ use trackwright_project::RoomSource;
 /// Hands dropped files on, in [`EditorSystems::Input`]; tables go to the workspace that is shown.
 pub struct DropsPlugin;
 
-/// What is said while files hover over the window, a line each.
+/// What is shown while files hover over the window, a line each.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct HoveringFiles(pub Vec<String>);
 

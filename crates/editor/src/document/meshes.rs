@@ -1,4 +1,4 @@
-//! Meshes for bodies and the anatomy: read by a thread of its own, asked about where their size is
+//! Meshes for bodies and the anatomy: read by a thread of its own, confirmed where their size is
 //! doubtful, and given to the design as one undo step.
 
 use crate::document::body_dialogs::MeshDialog;
@@ -23,21 +23,21 @@ use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
 use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError};
 
-/// Gives bodies meshes, and the design its anatomy, when [`MeshRequest`] asks, in
+/// Gives bodies meshes, and the design its anatomy, on [`MeshRequest`], in
 /// [`EditorSystems::Input`].
 pub struct MeshesPlugin;
 
-/// Asks for something with a mesh.
+/// A request about a mesh.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum MeshRequest {
     /// Shows the dialog that chooses a file.
     ShowLoad(MeshOwner),
-    /// A file was dropped: for the body under selection, or whichever the person says.
+    /// A file was dropped: for the body under selection, or whichever the person chooses.
     Drop(PathBuf),
     Load {
         whose: MeshOwner,
         file: PathBuf,
-        /// `None` is that of the format, and asked about where the size is doubtful.
+        /// `None` is that of the format, and confirmed where the size is doubtful.
         unit: Option<MeshUnit>,
     },
     /// Reads the present mesh in another unit, or in that of its format.
@@ -100,7 +100,7 @@ impl Plugin for MeshesPlugin {
             Update,
             (
                 answer.run_if(on_message::<MeshRequest>),
-                // Whatever else a frame asks for, an opened file or to give it up, comes first.
+                // Whatever else a frame requests, an opened file or to give it up, comes first.
                 receive.run_if(is_loading.and_then(not(on_message::<MeshRequest>))),
             )
                 .chain()
@@ -207,7 +207,7 @@ impl Requested<'_> {
     }
 
     /// Gives the body or the anatomy what was read, unless something else is open by now or its size
-    /// is one to ask about.
+    /// is one to confirm.
     fn take(&mut self, loading: &Loading, answer: Result<Result<ImportedMesh, StoreError>, Lost>) {
         *self.notice = Notice::Nothing;
         let Some(world) = &mut self.world else { return };

@@ -19,7 +19,7 @@ use std::process::{Command, Stdio};
 use trackwright_design::Origin;
 use trackwright_task::Task;
 
-/// Writes a report when [`FileRequest::WriteReport`] asks.
+/// Writes a report on [`FileRequest::WriteReport`].
 pub struct ReportPlugin;
 
 /// A report that is being made.
@@ -32,7 +32,7 @@ pub struct ReportProgram(pub PathBuf);
 
 impl Default for ReportProgram {
     fn default() -> Self {
-        // Without a path, starting it says so.
+        // Without a path, starting it fails with that error.
         Self(std::env::current_exe().unwrap_or_default())
     }
 }
@@ -140,7 +140,7 @@ fn default_folder_and_name(world: &trackwright_project::World) -> (PathBuf, Stri
     (folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf), format!("{stem}.html"))
 }
 
-/// What the command line says of the page.
+/// The command line's output about the page.
 fn write(
     mut world: trackwright_project::World,
     file: &Path,
@@ -157,10 +157,10 @@ fn write(
         .stdin(Stdio::null())
         .output()
         .map_err(ReportError::Start)?;
-    let [said, complained] = [output.stdout, output.stderr]
+    let [result, complaint] = [output.stdout, output.stderr]
         .map(|bytes| String::from_utf8_lossy(&bytes).trim().to_owned());
     match output.status.success() {
-        true => Ok(said),
-        false => Err(ReportError::Program(complained.trim_start_matches("error: ").to_owned())),
+        true => Ok(result),
+        false => Err(ReportError::Program(complaint.trim_start_matches("error: ").to_owned())),
     }
 }

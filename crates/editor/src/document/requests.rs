@@ -14,7 +14,7 @@ use trackwright_project::{RoomSource, Starter, World as StoreWorld};
 #[derive(Resource)]
 pub struct OpenWorld(pub StoreWorld);
 
-/// Asks for a change of the design; the only way in which it changes.
+/// Requests a change of the design; the only way in which it changes.
 #[expect(clippy::large_enum_variant, reason = "an edit is requested once a frame at most")]
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum EditRequest {
@@ -31,10 +31,10 @@ pub enum EditRequest {
     JumpTo(usize),
 }
 
-/// Asks for a change of how the design is looked at.
+/// Requests a change of the design's view.
 #[expect(
     clippy::large_enum_variant,
-    reason = "a view is asked for some sixty times a second at most"
+    reason = "a view is requested some sixty times a second at most"
 )]
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum ViewRequest {
@@ -44,7 +44,7 @@ pub enum ViewRequest {
     LookAlong(Axis),
 }
 
-/// Asks for work with files; what may lose something asks the person first.
+/// Requests work with files; what may lose something is confirmed by the person first.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum FileRequest {
     /// Shows what a new design can begin as.

@@ -19,7 +19,7 @@ pub enum Selected {
 
 /// What the person works on; outliner, inspector and scene agree on it.
 ///
-/// Most of the program asks for the primary thing. Several are selected together only where they
+/// Most of the program uses the primary thing. Several are selected together only where they
 /// are sensors of one body, since that is what can be arranged together.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {

@@ -87,7 +87,7 @@ impl ArrowLayer {
 
     /// What an arrow is called.
     fn quantity(&self) -> &'static str {
-        match self.newest.asked().map(|key| key.plan.sensor) {
+        match self.newest.requested().map(|key| key.plan.sensor) {
             Some(ArrowSensor::OfTool) => "position error of the tool",
             _ => "position error",
         }
@@ -149,7 +149,7 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
 }
 
 fn is_on(layer: Res<ArrowLayer>) -> bool {
-    layer.newest.asked().is_some()
+    layer.newest.requested().is_some()
 }
 
 fn may_differ(world: Res<OpenWorld>, shown: Option<Res<ShownDesign>>) -> bool {
@@ -187,7 +187,7 @@ fn request(
         legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
     }
     let key = key(&world, shown.as_deref(), generation.0);
-    if layer.newest.asked() == key.as_ref() {
+    if layer.newest.requested() == key.as_ref() {
         return;
     }
     let Some(key) = key else {

@@ -1,4 +1,4 @@
-//! The tool as the tracker believes it to be: translucent, with a bright rim.
+//! The tool as the tracker reports it: translucent, with a bright rim.
 
 use crate::layers::legend::StrokeKey;
 use crate::layers::magnification::ShownErrors;

@@ -83,7 +83,7 @@ pub fn layers_ui(ui: &mut Ui, panel: &LayersView) -> Option<View> {
     (view != *panel.view).then_some(view)
 }
 
-/// A layer's switch, which says why it cannot be turned on, and its settings.
+/// A layer's switch, with the reason where it cannot be turned on, and its settings.
 fn layer_ui(ui: &mut Ui, layer: &LayerInfo, panel: &LayersView, view: &mut View) {
     let LayerFigures { legends, camera, is_sensor_selected, .. } = panel.figures;
     let why_not = (layer.why_not)(panel.environment);

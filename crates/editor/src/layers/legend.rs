@@ -18,7 +18,7 @@ pub struct ColorBar {
     pub largest: f64,
     /// Digits after the point of single values.
     pub decimals: usize,
-    /// What the requirement says about such a value.
+    /// The requirement's limit for such a value.
     pub limit: Option<f64>,
 }
 
@@ -39,7 +39,7 @@ pub enum Swatch {
     Unsupported(ColorMap),
     /// A translucent surface.
     Surface(Rgb),
-    /// Nothing: the words say why there is nothing.
+    /// Nothing: the text gives the reason.
     Nothing,
 }
 
@@ -88,7 +88,7 @@ impl Legends {
         let key = text.map(|text| match text {
             Ok(text) => LegendKey { swatch: Swatch::Surface(color), text, audience: Audience::All },
             Err(text) => {
-                // On slides it is for whoever makes them: the panel says so.
+                // On slides it is for whoever makes them: the panel shows it.
                 LegendKey { swatch: Swatch::Nothing, text, audience: Audience::Designers }
             }
         });

@@ -40,19 +40,19 @@ impl Plugin for MagnifyPlugin {
 #[derive(Clone, Copy, Debug)]
 pub struct ToolErrors {
     pub tracker_from_tool: Pose,
-    pub tracker_from_tool_believed: Pose,
+    pub tracker_from_tool_reported: Pose,
     pub tip_in_tool: Point3<f64>,
 }
 
 impl ToolErrors {
-    /// Of a result: the believed pose is relative to where the CRF truly is, as the surgeon
+    /// Of a result: the reported pose is relative to where the CRF truly is, as the surgeon
     /// sees it.
     pub fn of(design: &Design, detail: &PoseDetail) -> Option<Self> {
         let tracker_from_crf =
             design.tracker_from_body(BodyRole::Crf).unwrap_or_else(Pose::identity);
         Some(Self {
             tracker_from_tool: tracker_from_crf * detail.trial.crf_from_tool,
-            tracker_from_tool_believed: tracker_from_crf * detail.trial.crf_from_tool_simulated,
+            tracker_from_tool_reported: tracker_from_crf * detail.trial.crf_from_tool_simulated,
             tip_in_tool: design.body(BodyRole::Tool)?.rigid.judged_tip_in_body(),
         })
     }
@@ -64,7 +64,7 @@ impl ToolErrors {
     pub fn ghost(&self, times: f64) -> Ghost {
         magnified_ghost(
             &self.tracker_from_tool,
-            &self.tracker_from_tool_believed,
+            &self.tracker_from_tool_reported,
             &self.tip_in_tool,
             times,
         )
@@ -125,12 +125,12 @@ fn decide(
         Magnification::Times(times) => times,
         Magnification::Auto if drag.0 => shown.times,
         Magnification::Auto => {
-            let error = errors.tracker_from_tool_believed * errors.tip_in_tool - errors.tip_mm();
+            let error = errors.tracker_from_tool_reported * errors.tip_in_tool - errors.tip_mm();
             let (own_mm, height_px) = (error.norm(), rig.view_px[1]);
             let is_one_of_many = design.trial.is_some() || design.live.is_some();
             match &results.study {
                 // One for all trials, so that their arrows can be compared, and for all that a
-                // tracker tells, so that they grow with the error alone: that of the worst one, as
+                // tracker reports, so that they grow with the error alone: that of the worst one, as
                 // if it were where the camera looks.
                 Some(study) if is_one_of_many => {
                     let worst_mm = study.value.figures.worst.position_mm.max(own_mm);

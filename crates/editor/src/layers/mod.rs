@@ -36,7 +36,7 @@ impl Plugin for RegistryPlugin {
 /// | plugin | what it draws |
 /// | --- | --- |
 /// | [`field_arrows::ArrowsPlugin`] | the field's error as arrows on a lattice |
-/// | [`placement::PlacementPlugin`] | what the selected sensor would be worth anywhere on its body |
+/// | [`placement::PlacementPlugin`] | the design's error with the selected sensor anywhere on its body |
 /// | [`region::RegionPlugin`] | where in the volume the design meets its requirement |
 /// | [`validity::SupportPlugin`] | where in its box the room's model is valid |
 pub struct LayersPlugin;
@@ -60,7 +60,7 @@ impl Plugin for LayersPlugin {
 /// | [`sensor_errors::SensorErrorsPlugin`] | the position error of each sensor |
 /// | [`tip_error::TipErrorPlugin`] | the tip's error, and the sphere it should end in |
 /// | [`tip_scatter::TipScatterPlugin`] | where the tracker's jitter puts the tip |
-/// | [`ghost::GhostPlugin`] | the tool as the tracker believes it to be |
+/// | [`ghost::GhostPlugin`] | the tool as the tracker reports it |
 pub struct GlyphsPlugin;
 
 impl Plugin for GlyphsPlugin {

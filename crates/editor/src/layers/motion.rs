@@ -337,7 +337,7 @@ fn readout_text(handle: &MotionHandle, motion: &Motion) -> String {
     };
     let poses = match motion.grid(&Pose::identity()) {
         Ok(grid) => counted(grid.trials(), "pose", "poses"),
-        // The document says why it refuses.
+        // The document reports why it refuses.
         Err(_) => "too many poses".to_owned(),
     };
     format!("{name} {end} {value}{unit}   {poses}")

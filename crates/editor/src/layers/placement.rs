@@ -149,7 +149,7 @@ fn is_idle(world: &World) -> bool {
 }
 
 fn is_on(layer: Res<PlacementLayer>) -> bool {
-    layer.newest.asked().is_some()
+    layer.newest.requested().is_some()
 }
 
 fn may_differ(
@@ -205,7 +205,7 @@ fn request(
         sensor,
         rule: document.view().placement_rule,
     });
-    if layer.newest.asked() == key.as_ref() {
+    if layer.newest.requested() == key.as_ref() {
         return;
     }
     layer.newest.give_up();
@@ -229,7 +229,7 @@ fn request(
             rule: key.rule,
             candidates: vertices(&mesh).into(),
         };
-        // What cannot be placed leaves the body unpainted: the result panel says why.
+        // What cannot be placed leaves the body unpainted: the result panel shows why.
         let _ = place(&scenario, &plan, task, &mut |outcome| {
             report(outcome.clone());
         });

@@ -56,7 +56,7 @@ impl Busy<'_> {
             |buttons: &Res<ButtonInput<MouseButton>>| buttons.get_pressed().next().is_some();
         self.drag.0
             || self.buttons.as_ref().is_some_and(is_pressed)
-            // What would be taken hold of says so itself.
+            // What would be dragged has its own hint.
             || matches!(self.hovered.0, Some(Selected::Sensor(..)))
     }
 }

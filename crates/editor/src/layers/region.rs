@@ -82,7 +82,7 @@ fn is_idle(world: &World) -> bool {
 }
 
 fn is_on(layer: Res<RegionLayer>) -> bool {
-    layer.newest.asked().is_some()
+    layer.newest.requested().is_some()
 }
 
 fn may_differ(world: Res<OpenWorld>, drag: Res<ActiveDrag>) -> bool {
@@ -103,7 +103,7 @@ fn request(
         return;
     }
     let key = is_wanted.then(|| (generation.0, document.revision()));
-    if layer.newest.asked() == key.as_ref() {
+    if layer.newest.requested() == key.as_ref() {
         return;
     }
     let Some(key) = key else {

@@ -7,7 +7,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use trackwright_geometry::isosurface::Isosurface;
 
-/// What tells one region's surface from another's.
+/// What distinguishes one region's surface from another's.
 #[derive(Clone, Copy, Debug)]
 pub struct ShellLook {
     pub name: &'static str,

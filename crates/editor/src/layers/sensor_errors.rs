@@ -1,4 +1,4 @@
-//! The position error of each sensor, from where it is to where the tracker says it is.
+//! The position error of each sensor, from where it is to where the tracker reports it.
 
 use crate::layers::arrow_glyphs::{
     Arrow, ArrowStyle, DrawnArrows, ERROR_STROKE, ShineThrough, arrows_mesh,

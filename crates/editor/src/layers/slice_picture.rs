@@ -1,5 +1,5 @@
-//! The texture of a slice: the map, hatched where there is no value or the model should not be
-//! believed, with a line where the requirement is passed.
+//! The texture of a slice: the map, hatched where there is no value or no support for the model,
+//! with a line where the requirement is passed.
 //!
 //! It is finer than the lattice: values are interpolated and then coloured, so that a point of the
 //! lattice has exactly the colour that the colour bar gives its value.
@@ -105,7 +105,7 @@ impl<'a> Painter<'a> {
         };
         let scale = self.look.scale;
         let map = scale.map.srgb_of_value(value, scale.max_mm);
-        let believed = match self.slice.is_supported_at(place) {
+        let mapped = match self.slice.is_supported_at(place) {
             true => map,
             false => {
                 // Against the lines of what has no value.
@@ -118,8 +118,8 @@ impl<'a> Painter<'a> {
             self.slice.cells_to_level(place, level, step)
         });
         match level {
-            Some(cells) => self.with_level(believed, cells * TEXELS_PER_CELL as f64),
-            None => believed,
+            Some(cells) => self.with_level(mapped, cells * TEXELS_PER_CELL as f64),
+            None => mapped,
         }
     }
 
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_should_not_be_believed_is_the_map_with_lines() {
+    fn unsupported_areas_are_hatched_over_the_map() {
         let plain = slice();
         let hatched =
             SliceOutcome { is_supported: vec![false, true, true, false, true, true], ..slice() };

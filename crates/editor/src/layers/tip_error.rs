@@ -25,7 +25,7 @@ const SPHERE_RIM_ALPHA: f32 = 0.8;
 const SPHERE_RIM: f32 = 5.0;
 
 /// A sphere with a larger radius than this share of the view's height would be a frame around
-/// everything: the vector ends so deep inside it that it says nothing.
+/// everything: the vector ends so deep inside it that it shows nothing.
 const LARGEST_SHARE: f64 = 0.6;
 
 /// The layer.
@@ -126,8 +126,8 @@ fn show_sphere(
         }
         return;
     };
-    let believed = tip.tracker_from_tool_believed * tip.tip_in_tool;
-    let is_met = (believed - tip.tip_mm()).norm() <= radius_mm;
+    let reported = tip.tracker_from_tool_reported * tip.tip_in_tool;
+    let is_met = (reported - tip.tip_mm()).norm() <= radius_mm;
     let place = Transform::from_translation(convert::point(&tip.tip_mm()))
         .with_scale(Vec3::splat(convert::length(radius_mm * times)));
     if let Some((entity, mut transform, sphere)) = drawn.iter_mut().next() {

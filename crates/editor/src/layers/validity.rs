@@ -91,7 +91,7 @@ fn is_idle(world: &World) -> bool {
 }
 
 fn is_on(layer: Res<SupportLayer>) -> bool {
-    layer.newest.asked().is_some()
+    layer.newest.requested().is_some()
 }
 
 fn request(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResMut<Legends>) {
@@ -102,7 +102,7 @@ fn request(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: 
         environment: Arc::clone(environment),
         axis: Unit::try_new(axis, 1e-12).unwrap_or_else(Vector3::z_axis),
     });
-    if layer.newest.asked() == key.as_ref() {
+    if layer.newest.requested() == key.as_ref() {
         return;
     }
     let Some(key) = key else {

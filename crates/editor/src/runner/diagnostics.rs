@@ -1,4 +1,4 @@
-//! Counts what the editor does, and reports it to whoever asked for it, one line an event.
+//! Counts what the editor does, and reports it on request, one line an event.
 
 use crate::document::requests::OpenWorld;
 use crate::shell::dialogs::Dialogs;
@@ -31,7 +31,7 @@ pub struct Diagnostics {
 /// Gets one line an event, without a line break.
 pub type ExplainLine = Box<dyn FnMut(&str) + Send + Sync>;
 
-/// Where events are reported; absent where nobody asked.
+/// Where events are reported; absent where none are requested.
 #[derive(Resource)]
 pub struct Explain(pub ExplainLine);
 
@@ -131,7 +131,7 @@ fn document_line(document: &Document) -> String {
     )
 }
 
-/// What the dialog says; an error in its own words.
+/// The dialog's text; an error in its own words.
 fn dialog_line(dialogs: &Dialogs) -> String {
     let open = dialogs.current.as_ref().map(|dialog| dialog.description());
     format!("dialog {}", open.as_deref().unwrap_or("none"))

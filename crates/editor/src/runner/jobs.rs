@@ -3,7 +3,7 @@
 //! Everything that takes longer than a frame goes through a [`Runner`]: studies, layers, fits,
 //! readings, recovery files. There is one slot a kind of work. A new job replaces the one that
 //! waits in its slot and cancels the one of its kind that runs, so that the thread is never more
-//! than one job behind. An answer carries the key that it was asked with (a revision, say) and
+//! than one job behind. An answer carries the key of its request (a revision, say) and
 //! whether it is of the newest job of its kind; each answer wakes the event loop, and no frame is
 //! drawn while waiting. Work checks its cancel token at least every 5 ms.
 
@@ -204,7 +204,7 @@ impl<K: Clone + Send + 'static, A: Send + 'static> Runner<K, A> {
         }
     }
 
-    /// Requests that the jobs that run or wait stop; their answers then say so.
+    /// Requests that the jobs that run or wait stop; their answers then report it.
     pub fn cancel(&self) {
         let mut slots = self.shared.slots();
         if let Some(running) = &slots.running {
@@ -359,7 +359,7 @@ impl<T: Send + 'static> Job<T> {
         self.0.progress()
     }
 
-    /// Requests that it stops; its answer then says so.
+    /// Requests that it stops; its answer then reports it.
     pub fn cancel(&self) {
         self.0.cancel();
     }
@@ -373,18 +373,18 @@ impl<T: Send + 'static> Job<T> {
 /// The newest answer, and what it was found for: it stays while a newer one is on its way.
 pub struct Newest<K, A> {
     runner: Runner<K, A>,
-    asked: Option<K>,
+    requested: Option<K>,
     found: Option<(K, A)>,
 }
 
 impl<K: Clone + PartialEq + Send + 'static, A: Send + 'static> Newest<K, A> {
     pub fn new(name: &'static str, waker: Waker) -> Self {
-        Self { runner: Runner::new(name, waker), asked: None, found: None }
+        Self { runner: Runner::new(name, waker), requested: None, found: None }
     }
 
-    /// What was asked for last.
-    pub fn asked(&self) -> Option<&K> {
-        self.asked.as_ref()
+    /// What was requested last.
+    pub fn requested(&self) -> Option<&K> {
+        self.requested.as_ref()
     }
 
     /// Requests in the place of what was requested before.
@@ -393,14 +393,14 @@ impl<K: Clone + PartialEq + Send + 'static, A: Send + 'static> Newest<K, A> {
         key: K,
         work: impl FnOnce(&Task, &mut dyn FnMut(A)) -> Option<A> + Send + 'static,
     ) {
-        self.asked = Some(key.clone());
+        self.requested = Some(key.clone());
         self.runner.submit(JobInfo::default(), key, Box::new(work));
     }
 
-    /// Forgets what was asked and found.
+    /// Forgets what was requested and found.
     pub fn give_up(&mut self) {
         self.runner.give_up(0);
-        self.asked = None;
+        self.requested = None;
         self.found = None;
     }
 
@@ -441,7 +441,7 @@ impl<K: Clone + PartialEq + Send + 'static, A: Send + 'static> Newest<K, A> {
 mod tests {
     use super::*;
 
-    /// A runner, and a channel that hears whenever it wakes.
+    /// A runner, and a channel that receives a message whenever it wakes.
     fn runner() -> (Runner<u32, u32>, Receiver<()>) {
         let (wake, woken) = channel();
         let waker = Waker::new(move || {

@@ -41,18 +41,18 @@ pub struct Stamp {
 /// Runs in [`EditorSystems::Solve`]; needs [`OpenWorld`], and does nothing until there is one.
 pub struct SolverPlugin;
 
-/// The solver, and what it was asked for last.
+/// The solver, and what was requested of it last.
 #[derive(Resource)]
 pub struct SolverHandle {
     pub solver: Runner<Stamp, Solved>,
     submitted: Option<Submitted>,
-    /// The study whose expected figures were asked for last, by its stamp and serial.
+    /// The study whose expected figures were requested last, by its stamp and serial.
     expected: Option<(Stamp, u64)>,
     slice: Option<SliceKey>,
     newest: Newest,
 }
 
-/// What pose and study were last asked for.
+/// What pose and study were requested last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Submitted {
     stamp: Stamp,
@@ -129,7 +129,7 @@ impl Plugin for SolverPlugin {
             newest: Newest::default(),
         })
         // Answers are shown before new work is handed over: what a frame shows then never
-        // depends on whether a short job was faster than the frame that asked for it.
+        // depends on whether a short job was faster than the frame that requested it.
         .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
     }
 }
@@ -342,7 +342,7 @@ fn count(solved: &Solved, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// What is wanted now, whatever it was when an answer was asked for.
+/// What is wanted now, whatever it was when an answer was requested.
 struct Wanted {
     slice: Option<(SlicePlan, Quantity)>,
     profile: bool,

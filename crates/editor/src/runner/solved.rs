@@ -57,7 +57,7 @@ pub enum Extent {
 /// Where jitter puts the tip, or why that is not known.
 pub type Scatter = Result<TipUncertainty, UncertaintyError>;
 
-/// A result by kind. Cancelled work says so, in order that it can be counted.
+/// A result by kind. Cancelled work reports that, in order that it can be counted.
 pub enum Solved {
     Pose(Box<PoseDetail>, Option<Box<Scatter>>, PoseWish),
     Study(Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>, StudyOf),

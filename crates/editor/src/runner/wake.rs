@@ -54,11 +54,11 @@ impl FromWorld for Waker {
     }
 }
 
-/// Drops the input that is none, and asks for the frame that shows new letters.
+/// Drops the input that is none, and requests the frame that shows new letters.
 ///
-/// bevy_egui tells egui the state of the modifier keys every frame. egui asks for a repaint
-/// whenever it is told anything, and that repaint tells it the state of the modifier keys again:
-/// the window would never come to rest.
+/// bevy_egui sends egui the state of the modifier keys every frame. egui requests a repaint
+/// whenever it receives input, and that repaint sends the state of the modifier keys again: the
+/// window would never come to rest.
 ///
 /// The other way round, letters that were never drawn before reach the graphics adapter a frame
 /// late; without another frame they stay missing until the next input.

@@ -133,7 +133,7 @@ fn show_anatomy(world: Res<OpenWorld>, mut parts: Query<(&BodyPart, &mut Visibil
     }
 }
 
-/// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
+/// Parts keep their file's metal, roughness and lightness; the hue is the role's.
 fn material(role: BodyRole, part: &MeshPart) -> LitMaterial {
     let [r, g, b, _] = part.base_color;
     LitMaterial::new(

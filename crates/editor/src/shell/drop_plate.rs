@@ -1,4 +1,4 @@
-//! The plate that says what will happen with files that hover over the window.
+//! The plate that shows what will happen with files that hover over the window.
 
 use crate::document::drops::HoveringFiles;
 use crate::palette;

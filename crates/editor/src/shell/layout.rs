@@ -32,7 +32,7 @@ impl Plugin for LayoutPlugin {
     }
 }
 
-/// Once a theme: a style set every frame would ask for the next frame.
+/// Once a theme: a style set every frame would request the next frame.
 fn set_style(
     mut contexts: EguiContexts,
     theme: Res<Theme>,

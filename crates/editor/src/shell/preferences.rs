@@ -168,7 +168,7 @@ fn has_changed(now: Now, mut resized: MessageReader<WindowResized>) -> bool {
         || now.scale.is_changed()
 }
 
-/// `NonSendMarker`: the window system is asked from the main thread.
+/// `NonSendMarker`: the window system is queried from the main thread.
 fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
     let before = &keeper.last;
     let (mut window, mut is_maximised) = (before.window, before.is_maximised);
@@ -204,7 +204,7 @@ fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
     keeper.runner.submit(info, (), Box::new(write));
 }
 
-/// `false` where the window system does not say.
+/// `false` where the window system does not report it.
 fn is_window_maximised(window: Entity) -> bool {
     WINIT_WINDOWS.with_borrow(|windows| {
         windows.get_window(window).is_some_and(|window| window.is_maximized())

@@ -17,10 +17,10 @@ use trackwright_formats::printable::printable;
 /// What the line shows.
 pub struct StatusView<'a> {
     pub hint: String,
-    /// What the workspace says of what the scene shows.
+    /// The workspace's note on what the scene shows.
     pub note: Option<&'a str>,
     /// Trials of the study shown and how long it took; a picture, which is the same each time,
-    /// says no time.
+    /// shows no time.
     pub study: Option<(usize, Option<Duration>)>,
     /// Trials with a sensor outside the model's box.
     pub outside: usize,

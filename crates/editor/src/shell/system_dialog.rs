@@ -1,5 +1,5 @@
 //! The system's own file dialog, for whoever has places and bookmarks there: opened by a thread
-//! of its own, its choice handed to the dialog that asked for it.
+//! of its own, its choice handed to the dialog that requested it.
 
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
@@ -10,7 +10,7 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::PathBuf;
 
-/// Answers dialogs whose [`SystemChoice`] is asked for, in [`EditorSystems::Input`].
+/// Answers dialogs whose [`SystemChoice`] is requested, in [`EditorSystems::Input`].
 pub struct SystemDialogPlugin;
 
 /// The dialog that is open outside of the window, if any. One that nobody waits for any more is
@@ -60,7 +60,7 @@ fn follow(
     redraw.write(RequestRedraw);
 }
 
-/// The system does not tell one from the other.
+/// The system does not distinguish the two.
 const NOTHING: &str = "the system dialog was closed without a choice, or this system has none";
 
 fn start(wish: &FileDialog, waker: &Waker) -> Job<Option<PathBuf>> {

@@ -37,7 +37,7 @@ pub struct DragText {
     pub text: String,
 }
 
-/// What the pointer can do now, where what it is over does not say so by itself: for the status
+/// What the pointer can do now, where what it is over does not show that by itself: for the status
 /// line.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct PointerHint(pub Option<String>);
@@ -150,7 +150,7 @@ pub struct SideWidths(pub BTreeMap<String, f64>);
 #[derive(Resource, Clone, Debug, Default)]
 pub struct SceneCover(pub Vec<egui::Rect>);
 
-/// What the shown workspace says in the status line, before everything else.
+/// What the shown workspace writes in the status line, before everything else.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct StatusNote(pub Option<String>);
 

@@ -352,14 +352,14 @@ fn measure_view(view: Option<Res<ViewportRect>>, mut rig: ResMut<OrbitRig>) {
     }
 }
 
-/// Looks where the document says, when another is opened or its view changes elsewhere.
+/// Looks where the document's view is, when another is opened or its view changes elsewhere.
 fn follow_document(
     world: Option<Res<OpenWorld>>,
     generation: Option<Res<WorldGeneration>>,
     presentation: Res<Presentation>,
     mut rig: ResMut<OrbitRig>,
 ) {
-    // Before the panels have said how large the view is nothing can be framed.
+    // Before the panels have set the view's size nothing can be framed.
     let Some(world) = world.filter(|_| rig.view_px[1] > 1.0) else {
         return;
     };

@@ -225,7 +225,7 @@ impl SensorCommand {
     }
 }
 
-/// Registers the commands. That of a row belongs to the page that asks about it.
+/// Registers the commands. That of a row belongs to its page.
 pub struct ViewportCommandsPlugin;
 
 impl Plugin for ViewportCommandsPlugin {

@@ -1,5 +1,5 @@
 //! What all drags in the scene share: when one begins, how Shift slows it down, what Ctrl and Alt
-//! ask for.
+//! do.
 
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;

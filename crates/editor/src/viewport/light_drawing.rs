@@ -35,7 +35,7 @@ fn notice(
     light.set_if_neq(LightDrawing(is_moving));
 }
 
-/// The camera that egui is painted with, told apart from the scene's.
+/// The camera that egui is painted with, distinguished from the scene's.
 type OfEgui = (With<EguiCamera>, Without<MainCamera>);
 
 /// A third of a frame goes into smooth edges; without them one picture will do for scene and panels.

@@ -45,7 +45,7 @@ fn is_due(
         || aim.is_changed()
 }
 
-/// Balls that are dragged say themselves what that does.
+/// Balls that are dragged have their own hint.
 #[derive(SystemParam)]
 struct Balls<'w, 's> {
     hovered: Res<'w, HoveredBall>,

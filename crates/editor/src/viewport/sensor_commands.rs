@@ -13,7 +13,7 @@ use trackwright_simulation::Sensor;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SensorCommand {
     Duplicate,
-    /// Opens the page that asks how many, how far apart and in which direction.
+    /// Opens the page for how many, how far apart and in which direction.
     Row,
     Remove,
     Mirror(MirrorPlane),
@@ -52,7 +52,7 @@ impl SensorCommand {
     }
 
     /// The requests that carry it out as one undo step; none where it is not available, nor for
-    /// a row, which is asked about first. `surface` is that of the sensors' body.
+    /// a row, which its page makes. `surface` is that of the sensors' body.
     pub fn requests(
         self,
         world: &World,

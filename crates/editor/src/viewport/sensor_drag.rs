@@ -1,6 +1,6 @@
 //! Taking hold of a sensor and sliding it along its body.
 //!
-//! Picking says which sensor; everything else happens on the core's surface in f64. A drag is
+//! Picking selects the sensor; everything else happens on the core's surface in f64. A drag is
 //! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
 
 use crate::document::requests::ActiveDrag;

@@ -15,7 +15,7 @@ use trackwright_formats::typed_number::{self, NumberUnit};
 pub const THIN_SPACE: char = '\u{2009}';
 /// A true minus sign.
 pub const MINUS: char = '\u{2212}';
-/// Said of a requirement that is met, and of one that is missed; egui's fonts have these two.
+/// The signs of a requirement that is met, and of one that is missed; egui's fonts have these two.
 pub const MET_SIGN: char = '✔';
 pub const MISSED_SIGN: char = '✖';
 /// Width of the fields in rows of numbers.
@@ -76,7 +76,7 @@ pub fn signed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// What a number field asks for.
+/// What a number field takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NumberChange {
     /// The pointer began to drag the value: open an undo step.
@@ -160,7 +160,7 @@ impl<'a> NumberField<'a> {
 /// digits than the value has.
 ///
 /// What is typed may be an expression with units, see [`typed_number::parse`]. A text that is no
-/// number leaves the value as it is; why is said below the field until the next key or click.
+/// number leaves the value as it is; the reason is shown below the field until the next key or click.
 pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChange> {
     let mut changes = Vec::new();
     let mut edited = value;
@@ -208,7 +208,7 @@ pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChan
     changes
 }
 
-/// Says why what was typed is no number, until the next key or click.
+/// Shows why what was typed is no number, until the next key or click.
 fn refusal_ui(ui: &Ui, response: &Response, new: Option<String>) {
     let id = response.id.with("refusal");
     let is_pressed = |event: &egui::Event| {
@@ -268,7 +268,7 @@ pub fn main_button(text: &str) -> egui::Button<'_> {
         .min_size(vec2(0.0, 24.0))
 }
 
-/// A line that says how something is, its colour saying how well.
+/// A line that states the state of something, its colour how good that is.
 pub fn state_ui(ui: &mut Ui, text: &str, color: palette::Rgb) {
     ui.add(egui::Label::new(RichText::new(text).color(color.color32())).wrap());
 }

@@ -1,4 +1,4 @@
-//! The interface's style: set once, since a style set every frame asks for the next frame.
+//! The interface's style: set once, since a style set every frame requests the next frame.
 
 use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};

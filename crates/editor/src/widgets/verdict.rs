@@ -8,7 +8,7 @@ use bevy_egui::egui::Color32;
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::expected::JudgedBound;
 
-/// Where a room cannot tell.
+/// Where a room leaves it undetermined.
 const OPEN_SIGN: char = '?';
 
 /// The sign and the colour of a verdict.

@@ -26,18 +26,18 @@ const EDITS: usize = 50;
 pub struct Row {
     pub what: String,
     pub measured: String,
-    /// What is asked of it; `None` where it only explains another row.
-    pub asked: Option<&'static str>,
+    /// The required value; `None` where it only explains another row.
+    pub required: Option<&'static str>,
     pub is_met: Option<bool>,
 }
 
 impl Row {
-    fn asked(what: impl Into<String>, measured: String, asked: &'static str, is_met: bool) -> Self {
-        Self { what: what.into(), measured, asked: Some(asked), is_met: Some(is_met) }
+    fn required(what: impl Into<String>, measured: String, required: &'static str, is_met: bool) -> Self {
+        Self { what: what.into(), measured, required: Some(required), is_met: Some(is_met) }
     }
 
     fn note(what: impl Into<String>, measured: String) -> Self {
-        Self { what: what.into(), measured, asked: None, is_met: None }
+        Self { what: what.into(), measured, required: None, is_met: None }
     }
 }
 
@@ -48,7 +48,7 @@ pub struct Report {
     pub rows: Vec<Row>,
 }
 
-/// Measures everything; takes about half a minute. Ask
+/// Measures everything; takes about half a minute. Call
 /// [`preflight::window`](crate::app::preflight::window) first.
 ///
 /// # Errors
@@ -63,7 +63,7 @@ pub fn measure(started: Started) -> Result<Report, MeasureError> {
 }
 
 fn window_rows(window: &WindowFigures) -> Vec<Row> {
-    let mut rows = vec![Row::asked(
+    let mut rows = vec![Row::required(
         "process start to the first presented frame with tool and figures",
         milliseconds(window.first_frame),
         "at most 1,500 ms",
@@ -71,7 +71,7 @@ fn window_rows(window: &WindowFigures) -> Vec<Row> {
     )];
     let rest = &window.rest;
     let share = rest.processor.map(|p| p.as_secs_f64() / rest.lasted.as_secs_f64() * 100.0);
-    rows.push(Row::asked(
+    rows.push(Row::required(
         format!("at rest for {:.0} s", rest.lasted.as_secs_f64()),
         match share {
             Some(share) => format!("{} frames, {share:.2} % of a core", rest.frames),
@@ -92,8 +92,8 @@ fn window_rows(window: &WindowFigures) -> Vec<Row> {
     let a_frame_ms = 1e3 / a_second.max(f64::MIN_POSITIVE);
     let measured = format!("{a_second:.1} frames a second, {a_frame_ms:.1} ms a frame");
     rows.push(match window.is_software {
-        true => Row::asked(what, measured, "20 frames a second", a_second >= 20.0),
-        false => Row::asked(what, measured, "below 4 ms a frame", a_frame_ms < 4.0),
+        true => Row::required(what, measured, "20 frames a second", a_second >= 20.0),
+        false => Row::required(what, measured, "below 4 ms a frame", a_frame_ms < 4.0),
     });
     if let Some(processor) = orbit.processor {
         let ms = processor.as_secs_f64() * 1e3 / orbit.frames.max(1) as f64;
@@ -109,7 +109,7 @@ fn edit_rows() -> Result<Vec<Row>, MeasureError> {
     let mut times = edits_to_figures(EDITS)?;
     times.sort();
     let at = |part: usize| times[(times.len() - 1) * part / 4];
-    Ok(vec![Row::asked(
+    Ok(vec![Row::required(
         "an edit to its stamped figures, 3,375 poses at order 4, renderer off",
         format!(
             "median {} ({} to {}) of {}",
@@ -127,13 +127,13 @@ fn placement_rows() -> Result<Vec<Row>, MeasureError> {
     let placed = placement()?;
     let vertices = grouped(placed.vertices);
     Ok(vec![
-        Row::asked(
+        Row::required(
             format!("placement of {vertices} vertices, first picture"),
             milliseconds(placed.first),
             "0.2 s",
             placed.first <= Duration::from_millis(200),
         ),
-        Row::asked(
+        Row::required(
             format!("placement of {vertices} vertices, the last one"),
             milliseconds(placed.last),
             "2 s",
@@ -151,12 +151,12 @@ pub fn text(report: &Report) -> String {
     let [what, measured] = [width(|r| &r.what), width(|r| &r.measured)];
     let mut out = format!("{}\n", report.machine);
     for row in &report.rows {
-        let asked = match (row.asked, row.is_met) {
-            (Some(asked), Some(true)) => format!("✓ {asked}"),
-            (Some(asked), _) => format!("✗ {asked}"),
+        let required = match (row.required, row.is_met) {
+            (Some(required), Some(true)) => format!("✓ {required}"),
+            (Some(required), _) => format!("✗ {required}"),
             (None, _) => String::new(),
         };
-        let line = format!("{:what$}  {:measured$}  {asked}", row.what, row.measured);
+        let line = format!("{:what$}  {:measured$}  {required}", row.what, row.measured);
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{}", line.trim_end());
     }
@@ -186,7 +186,7 @@ mod tests {
         let report = Report {
             machine: "a machine".to_owned(),
             rows: vec![
-                Row::asked("start", milliseconds(Duration::from_millis(1700)), "1 s", false),
+                Row::required("start", milliseconds(Duration::from_millis(1700)), "1 s", false),
                 Row::note("  of it: waiting", "1 ms".to_owned()),
             ],
         };

@@ -27,10 +27,10 @@ pub fn edits_to_figures(count: usize) -> Result<Vec<Duration>, MeasureError> {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin, SolverPlugin))
         .insert_resource(OpenWorld(world));
-    let (told, wakes) = channel();
+    let (sender, wakes) = channel();
     app.world().resource::<Waker>().wake_with(move || {
         // The last wake finds nobody.
-        let _ = told.send(());
+        let _ = sender.send(());
     });
     let wakes = Mutex::new(wakes);
     wait_for_figures(&mut app, &wakes)?;

@@ -15,7 +15,7 @@ const START_TICKS: usize = 19;
 pub struct Started(Instant);
 
 impl Started {
-    /// As the system has it, to 10 ms; where it does not tell, now.
+    /// As the system has it, to 10 ms; now where it does not report it.
     pub fn of_process() -> Self {
         let now = Instant::now();
         Self(age().and_then(|age| now.checked_sub(age)).unwrap_or(now))
@@ -26,7 +26,7 @@ impl Started {
     }
 }
 
-/// Processor time of all threads; `None` where the system does not tell.
+/// Processor time of all threads; `None` where the system does not report it.
 pub fn processor_time() -> Option<Duration> {
     let stat = stat()?;
     ticks(&stat, USER_TICKS)?.checked_add(ticks(&stat, SYSTEM_TICKS)?)

@@ -48,8 +48,8 @@ pub struct WindowFigures {
     pub adapter: String,
     pub is_software: bool,
     pub first_frame: Duration,
-    pub rest: Stretch,
-    pub orbit: Stretch,
+    pub rest: Period,
+    pub orbit: Period,
     /// Of the slice's picture.
     pub slice_texels: [usize; 2],
     pub triangles: usize,
@@ -57,16 +57,16 @@ pub struct WindowFigures {
     pub passes_ms: Vec<(String, f64)>,
 }
 
-/// What happened in a stretch of time.
+/// What happened in a period of time.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Stretch {
+pub struct Period {
     pub lasted: Duration,
     pub frames: u64,
-    /// Of all threads; `None` where the system does not tell.
+    /// Of all threads; `None` where the system does not report it.
     pub processor: Option<Duration>,
 }
 
-/// Where a stretch began.
+/// Where a period began.
 #[derive(Clone, Copy, Debug)]
 struct Since {
     at: Instant,
@@ -79,8 +79,8 @@ impl Since {
         Self { at: Instant::now(), frames: presented.frames().count, processor: processor_time() }
     }
 
-    fn until_now(self, presented: &Presented) -> Stretch {
-        Stretch {
+    fn until_now(self, presented: &Presented) -> Period {
+        Period {
             lasted: self.at.elapsed(),
             frames: presented.frames().count - self.frames,
             processor: processor_time()
@@ -95,7 +95,7 @@ impl Since {
 enum Phase {
     /// Until tool and figures are on the screen.
     Start,
-    Rest(Arc<Mutex<Option<Stretch>>>),
+    Rest(Arc<Mutex<Option<Period>>>),
     /// Everything at once is being computed.
     Prepare,
     Orbit(Since),
@@ -172,14 +172,14 @@ impl Measurement {
                     self.adapter(world);
                     self.phase = Phase::Rest(watch_rest(world, presented));
                 } else if world.resource::<Results>().study.is_some() {
-                    // The frame that is asked about may be the last one for now.
+                    // The frame in question may be the last one for now.
                     world.write_message(RequestRedraw);
                 }
             }
-            Phase::Rest(stretch) => {
-                let stretch = stretch.lock().ok().and_then(|stretch| *stretch);
-                if let Some(stretch) = stretch {
-                    self.figures.rest = stretch;
+            Phase::Rest(period) => {
+                let period = period.lock().ok().and_then(|period| *period);
+                if let Some(period) = period {
+                    self.figures.rest = period;
                     self.open(everything()?, world);
                     self.phase = Phase::Prepare;
                     world.write_message(RequestRedraw);
@@ -235,17 +235,17 @@ fn is_ready(world: &World) -> bool {
 /// Watches the window while nothing happens, from outside: the frame that would look is none that
 /// a person causes. Wakes it when that is done.
 #[expect(clippy::disallowed_methods, reason = "time is what is waited for")]
-fn watch_rest(world: &mut World, presented: Presented) -> Arc<Mutex<Option<Stretch>>> {
+fn watch_rest(world: &mut World, presented: Presented) -> Arc<Mutex<Option<Period>>> {
     let waker = world.get_resource_or_init::<Waker>().clone();
     let found = Arc::new(Mutex::new(None));
-    let told = Arc::clone(&found);
+    let result = Arc::clone(&found);
     std::thread::spawn(move || {
         std::thread::sleep(CALM);
         let since = Since::now(&presented);
         std::thread::sleep(REST);
-        let stretch = since.until_now(&presented);
-        if let Ok(mut told) = told.lock() {
-            *told = Some(stretch);
+        let period = since.until_now(&presented);
+        if let Ok(mut result) = result.lock() {
+            *result = Some(period);
         }
         waker.wake();
     });

@@ -115,7 +115,7 @@ impl GlowMaterial {
         self
     }
 
-    /// How narrow the rim is; 2 unless told.
+    /// How narrow the rim is; 2 by default.
     pub fn rim(mut self, power: f32) -> Self {
         self.glow.shape.z = power;
         self

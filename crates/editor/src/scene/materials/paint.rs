@@ -1,5 +1,5 @@
 //! The material of surfaces whose corners have colours of their own: arrows of the field, and bodies
-//! painted by what a sensor would be worth there.
+//! painted by the error with a sensor there.
 
 use bevy::asset::{load_internal_asset, uuid_handle};
 use bevy::prelude::*;

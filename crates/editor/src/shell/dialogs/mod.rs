@@ -37,7 +37,7 @@ pub trait Dialog: Debug + Send + Sync + Sized + 'static {
         None
     }
 
-    /// The name, and what an error says.
+    /// The name, and an error's text.
     fn description(&self) -> String {
         self.name().to_owned()
     }
@@ -132,7 +132,7 @@ impl ErrorDialog {
         let mut source = error.source();
         while let Some(cause) = source {
             let cause_text = cause.to_string();
-            // A transparent cause has been said already.
+            // A transparent cause is in the text already.
             if !text.contains(&cause_text) {
                 text = format!("{text}: {cause_text}");
             }
@@ -233,7 +233,7 @@ pub fn buttons_ui<A: Clone>(ui: &mut Ui, buttons: &[(&str, A)]) -> Option<A> {
     answer
 }
 
-/// Asks whether a file is written over.
+/// Confirms that a file is written over.
 pub fn overwrite_ui<D: Dialog<Request: Clone> + Clone>(
     ui: &mut Ui,
     file: &Path,

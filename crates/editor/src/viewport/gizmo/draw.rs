@@ -28,7 +28,7 @@ const ALPHA: f32 = 0.95;
 /// Later than sensors, which are drawn over their bodies in the same way.
 const ORDER_MM: f32 = 24_000.0;
 
-/// What is below it is as many pixels large as its transforms say millimetres.
+/// What is below it is as many pixels large as its transforms are in millimetres.
 const PIXEL: SizeBounds = SizeBounds { true_mm: 0.0, least_px: 1.0, most_px: 1.0, extra_px: 0.0 };
 
 /// When the entities follow [`CurrentGizmo`].

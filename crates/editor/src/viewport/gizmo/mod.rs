@@ -1,6 +1,6 @@
 //! Handles in the scene that move and turn what is selected.
 //!
-//! An own gizmo: the design is the truth, and a handle asks for edits of it; where handles are and
+//! An own gizmo: the design is the truth, and a handle requests edits of it; where handles are and
 //! what a drag of one means is computed in the core. Without a selection there is no entity.
 
 pub mod drag;

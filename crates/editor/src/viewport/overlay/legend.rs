@@ -223,7 +223,7 @@ fn gradient(painter: &Painter, bar: Rect, map: ColorMap) {
     painter.add(Shape::mesh(mesh));
 }
 
-/// Says that there are values beyond the end of the bar.
+/// Shows that there are values beyond the end of the bar.
 fn arrow_right(painter: &Painter, bar: Rect, color: Color32) {
     let x = bar.right() + 2.0;
     painter.add(Shape::convex_polygon(

@@ -109,7 +109,7 @@ fn roles(view: &OverlayView) -> impl Iterator<Item = BodyRole> {
     BodyRole::ALL.into_iter().filter(|role| view.design.body(*role).is_some())
 }
 
-/// What is wrong, said where it is wrong.
+/// What is wrong, labelled where it is wrong.
 fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
     for role in roles(view) {
         let Some(detail) = detail(view.pose, role) else {
@@ -207,7 +207,7 @@ fn targets(view: &OverlayView, labels: &mut Vec<Label>) {
     }
 }
 
-/// A body that does not stand where it is now is told apart at once from one that does.
+/// A body that does not stand where it is now is distinguishable at once from one that does.
 fn body_troubles(view: &OverlayView, labels: &mut Vec<Label>) {
     for (role, trouble) in view.body_troubles {
         let Some(at) = far_end(view, *role).and_then(|far| view.project(&far)) else {
@@ -241,8 +241,8 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
             BodyRole::Crf => ("CRF", palette::CRF),
         };
         let name = &body.rigid.name;
-        let is_told = name.to_lowercase().contains(&kind.to_lowercase());
-        let text = if is_told || view.is_plain { name.clone() } else { format!("{name} ({kind})") };
+        let is_named = name.to_lowercase().contains(&kind.to_lowercase());
+        let text = if is_named || view.is_plain { name.clone() } else { format!("{name} ({kind})") };
         labels.push(Label {
             at,
             text,
@@ -303,7 +303,7 @@ fn gizmo_letters(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
 fn volume_lengths(view: &OverlayView, volume: &Volume, labels: &mut Vec<Label>) {
     for dimension in volume.dimensions() {
         let places = dimension.places_mm.iter().filter_map(|p| view.project(p));
-        // Vertical edges are told apart by how far out they are instead.
+        // Vertical edges are chosen by how far out they are instead.
         let outwards = |p: &Pos2| p.y + 0.3 * (p.x - view.rect.center().x).abs();
         let Some(at) = places.max_by(|a, b| outwards(a).total_cmp(&outwards(b))) else {
             continue;

@@ -56,7 +56,7 @@ pub struct OverlayView<'a> {
     pub design: &'a Design,
     pub environment: &'a Environment,
     pub layers: Layers,
-    /// What has no names in the scene; what is wrong with it is said all the same.
+    /// What has no names in the scene; what is wrong with it is labelled all the same.
     pub hidden: &'a Things,
     pub pose: Option<&'a PoseDetail>,
     pub figures: Option<&'a Figures>,
@@ -77,7 +77,7 @@ pub struct OverlayView<'a> {
     pub readout: Option<(egui::Pos2, &'a str)>,
     /// What keeps a body from standing where it is now.
     pub body_troubles: &'a [(BodyRole, String)],
-    /// Without panels the picture has to say the result itself.
+    /// Without panels the picture has to state the result itself.
     pub has_summary: bool,
     /// For people who do not design the tool: nothing that has to be explained.
     pub is_plain: bool,

@@ -108,7 +108,7 @@ fn new_sensor(design: &Design, point: &AimedPoint) -> Option<Sensor> {
     Some(sensor_on_surface(body, &point.at, &point.directions))
 }
 
-/// Whoever takes a tool has read what was said before: the line now says what the tool does, and
+/// Whoever takes a tool has read the previous line: it now states what the tool does, and
 /// what would be selected or dragged no longer stands out.
 fn begin(mut notice: ResMut<Notice>, mut hovered: ResMut<Hovered>) {
     notice.set_if_neq(Notice::Nothing);

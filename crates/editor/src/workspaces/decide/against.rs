@@ -65,7 +65,7 @@ impl Plugin for AgainstPlugin {
             Update,
             (
                 request.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
-                receive.run_if(is_asked),
+                receive.run_if(is_requested),
             )
                 .chain()
                 .in_set(EditorSystems::Solve),
@@ -73,19 +73,19 @@ impl Plugin for AgainstPlugin {
     }
 }
 
-fn is_asked(against: Res<Against>) -> bool {
-    against.0.asked().is_some()
+fn is_requested(against: Res<Against>) -> bool {
+    against.0.requested().is_some()
 }
 
 fn request(
     mut against: ResMut<Against>,
-    mut desk: ResMut<DecideState>,
+    mut state: ResMut<DecideState>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
 ) {
-    let Some(pinned) = &desk.pinned else {
-        if against.0.asked().is_some() {
+    let Some(pinned) = &state.pinned else {
+        if against.0.requested().is_some() {
             against.0.give_up();
         }
         return;
@@ -95,12 +95,12 @@ fn request(
         revision: world.0.document.revision(),
         serial: pinned.serial,
     };
-    if drag.0 || against.0.asked() == Some(&key) {
+    if drag.0 || against.0.requested() == Some(&key) {
         return;
     }
     let designs = [Arc::clone(&pinned.design), Arc::new(world.0.document.design().clone())];
     let environment = Arc::clone(&world.0.environment);
-    desk.counts.baselines += 1;
+    state.counts.baselines += 1;
     against.0.request(key, move |task, _| {
         let pose = simulate_pose(&trackwright_project::resolve(&designs[0], &environment));
         let plan = trackwright_project::comparison_plan(

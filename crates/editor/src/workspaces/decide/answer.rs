@@ -1,4 +1,4 @@
-//! Does what the panels ask for, or starts the thread that does.
+//! Carries out the panels' requests, or starts the thread that does.
 
 use crate::document::file_names::file_folder;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
@@ -35,7 +35,7 @@ pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut params: Dec
 /// What the requests work on.
 #[derive(SystemParam)]
 pub(crate) struct DecideParams<'w> {
-    desk: ResMut<'w, DecideState>,
+    state: ResMut<'w, DecideState>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
     waker: Res<'w, Waker>,
@@ -60,15 +60,15 @@ impl DecideParams<'_> {
             }
             DecideRequest::Pin(file) => self.pin(file),
             DecideRequest::Unpin => {
-                self.desk.pinned = None;
-                self.desk.pinning = None;
+                self.state.pinned = None;
+                self.state.pinning = None;
             }
             DecideRequest::ShowAddDesign => {
                 let folder = self.folder();
                 self.dialogs.show(DecideDialog::add_design(folder));
             }
             DecideRequest::AddDesign(file) => self.add_design(file),
-            DecideRequest::RemoveDesign(file) => self.desk.designs.retain(|other| *other != file),
+            DecideRequest::RemoveDesign(file) => self.state.designs.retain(|other| *other != file),
             DecideRequest::AddRoom(place) => self.add_room(place),
             DecideRequest::RemoveRoom(file) => self.edit(ProcedureEdit::RemoveRoom(file)),
             DecideRequest::ShowRecorded(body) => {
@@ -76,40 +76,40 @@ impl DecideParams<'_> {
                 self.dialogs.show(DecideDialog::open_recorded(folder, body));
             }
             DecideRequest::Recorded(body, file) => self.recorded(body, &file),
-            DecideRequest::SetRecorded(recorded) => self.desk.recorded = Some(recorded),
-            DecideRequest::CloseRecorded => self.desk.recorded = None,
-            DecideRequest::SetNote(step, note) => self.desk.notes[step.number() - 1] = note,
+            DecideRequest::SetRecorded(recorded) => self.state.recorded = Some(recorded),
+            DecideRequest::CloseRecorded => self.state.recorded = None,
+            DecideRequest::SetNote(step, note) => self.state.notes[step.number() - 1] = note,
             DecideRequest::Decide(step) => self.decide(step),
             DecideRequest::Withdraw(step) => self.edit(ProcedureEdit::Withdraw { step }),
             DecideRequest::Compare => self.compare(),
             DecideRequest::CancelCompare => {
-                if let Some(job) = &self.desk.comparing {
+                if let Some(job) = &self.state.comparing {
                     job.cancel();
                 }
             }
             DecideRequest::OpenRow(row) => self.open_row(row),
-            DecideRequest::ShowAllFigures(all) => self.desk.shows_all_figures = all,
+            DecideRequest::ShowAllFigures(all) => self.state.shows_all_figures = all,
         }
     }
 
     fn pin_here(&mut self) {
         let Some(world) = &self.world else { return };
-        self.desk.serial += 1;
-        self.desk.pinning = None;
-        self.desk.pinned = Some(Pinned {
+        self.state.serial += 1;
+        self.state.pinning = None;
+        self.state.pinned = Some(Pinned {
             design: Arc::new(world.0.document.design().clone()),
             file: None,
             tool_mesh: shown_mesh(&world.0, BodyRole::Tool),
-            serial: self.desk.serial,
+            serial: self.state.serial,
             is_gone: false,
         });
     }
 
     /// The baseline that is there stays until the new one is.
     fn pin(&mut self, file: PathBuf) {
-        self.desk.serial += 1;
-        let serial = self.desk.serial;
-        self.desk.pinning = Some(Job::start("pin", &self.waker, move |_| {
+        self.state.serial += 1;
+        let serial = self.state.serial;
+        self.state.pinning = Some(Job::start("pin", &self.waker, move |_| {
             let world = trackwright_project::open_design(&file)?;
             Ok(Pinned {
                 design: Arc::new(world.document.design().clone()),
@@ -123,14 +123,14 @@ impl DecideParams<'_> {
 
     fn add_design(&mut self, file: PathBuf) {
         let is_known =
-            (self.desk.designs.iter()).any(|other| trackwright_project::is_same_file(other, &file));
+            (self.state.designs.iter()).any(|other| trackwright_project::is_same_file(other, &file));
         let is_open = (self.world.as_ref()).is_some_and(|world| {
             matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file))
         });
         if is_known || is_open {
             *self.notice = Notice::Refused(format!("{} is in the table already", file.display()));
         } else {
-            self.desk.designs.push(file);
+            self.state.designs.push(file);
         }
     }
 
@@ -165,7 +165,7 @@ impl DecideParams<'_> {
                 return;
             }
         };
-        match (body, &mut self.desk.recorded) {
+        match (body, &mut self.state.recorded) {
             (BodyRole::Tool, recorded) => *recorded = Some(BuiltRecording::of(reference)),
             (BodyRole::Crf, Some(recorded)) => {
                 recorded.crf_table = Some(reference);
@@ -182,7 +182,7 @@ impl DecideParams<'_> {
             *self.notice = Notice::Refused("its figures are still being computed".to_owned());
             return;
         };
-        let note = self.desk.note(step).trim().to_owned();
+        let note = self.state.note(step).trim().to_owned();
         if let (Some(objection), "") = (status.objection(step), note.as_str()) {
             *self.notice =
                 Notice::Refused(format!("{step}: {objection}, so the decision needs a reason"));
@@ -199,33 +199,33 @@ impl DecideParams<'_> {
                 return;
             }
         };
-        self.desk.notes[step.number() - 1].clear();
+        self.state.notes[step.number() - 1].clear();
         self.edit(ProcedureEdit::Decide { step, decision: Box::new(decision) });
     }
 
     fn compare(&mut self) {
         let Some(world) = &self.world else { return };
-        if let Some(pinned) = &mut self.desk.pinned {
+        if let Some(pinned) = &mut self.state.pinned {
             pinned.is_gone = pinned.file.as_deref().is_some_and(|file| !file.exists());
         }
         let wanted = Wanted {
             open: Arc::new(world.0.document.design().clone()),
-            pinned: (self.desk.pinned.as_ref()).map(|pinned| Arc::clone(&pinned.design)),
-            files: self.desk.designs.clone(),
+            pinned: (self.state.pinned.as_ref()).map(|pinned| Arc::clone(&pinned.design)),
+            files: self.state.designs.clone(),
             environment: Arc::clone(&world.0.environment),
             rooms: trackwright_project::further_rooms(&world.0).unwrap_or_default(),
             generation: self.generation.0,
             revision: world.0.document.revision(),
         };
-        self.desk.counts.tables += 1;
+        self.state.counts.tables += 1;
         let job = Job::start("compare", &self.waker, move |task| compared(wanted, task));
-        self.desk.comparing = Some(job);
+        self.state.comparing = Some(job);
     }
 
     /// A row of the open design in its own room leads to its worst trial; in another room, puts it
     /// there; any other opens its design.
     fn open_row(&mut self, row: usize) {
-        let Some(compared) = &self.desk.compared else {
+        let Some(compared) = &self.state.compared else {
             return;
         };
         let Some(row) = compared.comparison.rows.get(row) else {
@@ -234,7 +234,7 @@ impl DecideParams<'_> {
         let room = compared.rooms.get(row.room).cloned().flatten();
         let file = match compared.designs.get(row.design) {
             Some(Compare::File(file)) => file.clone(),
-            Some(Compare::Pinned) => match self.desk.pinned.as_ref().and_then(|p| p.file.clone()) {
+            Some(Compare::Pinned) => match self.state.pinned.as_ref().and_then(|p| p.file.clone()) {
                 Some(file) => file,
                 None => {
                     *self.notice = Notice::Refused(
@@ -258,7 +258,7 @@ impl DecideParams<'_> {
             }
             None => return,
         };
-        self.desk.then_assign = room.map(|room| (file.clone(), room));
+        self.state.then_assign = room.map(|room| (file.clone(), room));
         self.files.write(FileRequest::Open(file));
     }
 
@@ -278,13 +278,13 @@ impl DecideParams<'_> {
 /// Another design is open: a recording and reasons of the last one are not its, and where a row was
 /// opened it goes into that row's room.
 pub(crate) fn turn_to_opened(
-    mut desk: ResMut<DecideState>,
+    mut state: ResMut<DecideState>,
     world: Res<OpenWorld>,
     mut fields: MessageWriter<FieldRequest>,
 ) {
-    desk.recorded = None;
-    desk.notes = Default::default();
-    let Some((file, room)) = desk.then_assign.take() else {
+    state.recorded = None;
+    state.notes = Default::default();
+    let Some((file, room)) = state.then_assign.take() else {
         return;
     };
     let is_it = matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file));
@@ -295,7 +295,7 @@ pub(crate) fn turn_to_opened(
 
 /// The design was saved elsewhere: the recording stays the one that it was.
 pub(crate) fn follow_to_folder(
-    mut desk: ResMut<DecideState>,
+    mut state: ResMut<DecideState>,
     world: Res<OpenWorld>,
     mut last: Local<PathBuf>,
 ) {
@@ -304,7 +304,7 @@ pub(crate) fn follow_to_folder(
         return;
     }
     let old = std::mem::replace(&mut *last, folder);
-    let Some(recorded) = &desk.recorded else {
+    let Some(recorded) = &state.recorded else {
         return;
     };
     let mut moved = recorded.clone();
@@ -314,32 +314,32 @@ pub(crate) fn follow_to_folder(
             *reference = now;
         }
     }
-    desk.recorded = Some(moved);
+    state.recorded = Some(moved);
 }
 
 /// Takes what the threads found.
 pub(crate) fn receive_results(
-    mut desk: ResMut<DecideState>,
+    mut state: ResMut<DecideState>,
     mut dialogs: ResMut<Dialogs>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
     const NO_COMPARISON: &str = "There is no comparison";
     const NOT_PINNED: &str = "The design cannot be pinned";
-    let desk = desk.bypass_change_detection();
-    if let Some(answer) = desk.comparing.as_ref().and_then(Job::answer) {
-        desk.comparing = None;
+    let state = state.bypass_change_detection();
+    if let Some(answer) = state.comparing.as_ref().and_then(Job::answer) {
+        state.comparing = None;
         redraw.write(RequestRedraw);
         match answer {
-            Ok(Ok(found)) => desk.compared = Some(found),
+            Ok(Ok(found)) => state.compared = Some(found),
             Ok(Err(Failure::Cancelled(_))) => {}
             Err(lost) => dialogs.show(ErrorDialog::new(NO_COMPARISON, &lost)),
         }
     }
-    if let Some(answer) = desk.pinning.as_ref().and_then(Job::answer) {
-        desk.pinning = None;
+    if let Some(answer) = state.pinning.as_ref().and_then(Job::answer) {
+        state.pinning = None;
         redraw.write(RequestRedraw);
         match answer {
-            Ok(Ok(pinned)) => desk.pinned = Some(pinned),
+            Ok(Ok(pinned)) => state.pinned = Some(pinned),
             Ok(Err(error)) => dialogs.show(ErrorDialog::new(NOT_PINNED, &error)),
             Err(lost) => dialogs.show(ErrorDialog::new(NOT_PINNED, &lost)),
         }

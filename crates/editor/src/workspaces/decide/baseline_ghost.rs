@@ -1,5 +1,5 @@
-//! The baseline in the scene: its tool as the tracker believes it to be, in a colour of its own beside
-//! the design's ghost, and where its sensors are.
+//! The baseline in the scene: its tool as the tracker reports it, in a colour of its own beside the
+//! design's ghost, and where its sensors are.
 
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
@@ -67,7 +67,7 @@ impl Plugin for BaselineGhostPlugin {
 
 fn show(
     mut commands: Commands,
-    (errors, desk, against, workspace): (
+    (errors, state, against, workspace): (
         ShownErrors,
         Res<DecideState>,
         Res<Against>,
@@ -79,7 +79,7 @@ fn show(
     (shapes, adapter): (Res<GlyphShapes>, Option<Res<RenderAdapterInfo>>),
     mut legends: ResMut<Legends>,
 ) {
-    let pinned = workspace.shows_baseline.then_some(desk.pinned.as_ref()).flatten();
+    let pinned = workspace.shows_baseline.then_some(state.pinned.as_ref()).flatten();
     legends.set(LEGEND_ORDER, Legend { stroke: pinned.map(|_| STROKE), ..Legend::default() });
     let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?.1)));
     let tool = found

@@ -39,7 +39,7 @@ impl Judged {
     /// What was found last, and whether it is of the design as it is.
     pub fn found(&self) -> Option<(&StepStatus, bool)> {
         let (key, found) = self.0.found()?;
-        Some((&found.status, self.0.asked() == Some(key)))
+        Some((&found.status, self.0.requested() == Some(key)))
     }
 
     /// What there is to know of the built tool's tables.
@@ -66,7 +66,7 @@ impl Plugin for JudgedPlugin {
             Update,
             (
                 request.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
-                receive.run_if(is_asked),
+                receive.run_if(is_requested),
             )
                 .chain()
                 .in_set(EditorSystems::Solve),
@@ -74,38 +74,38 @@ impl Plugin for JudgedPlugin {
     }
 }
 
-fn is_asked(judged: Res<Judged>) -> bool {
-    judged.0.asked().is_some()
+fn is_requested(judged: Res<Judged>) -> bool {
+    judged.0.requested().is_some()
 }
 
 fn request(
     mut judged: ResMut<Judged>,
-    mut desk: ResMut<DecideState>,
+    mut state: ResMut<DecideState>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
 ) {
     // Looked at in every frame, so nothing is copied before something changed.
-    let is_asked = judged.0.asked().is_some_and(|key| {
+    let is_requested = judged.0.requested().is_some_and(|key| {
         key.generation == generation.0
             && key.revision == world.0.document.revision()
-            && key.recorded == desk.recorded
+            && key.recorded == state.recorded
     });
-    if drag.0 || is_asked {
+    if drag.0 || is_requested {
         return;
     }
     let key = JudgedKey {
         generation: generation.0,
         revision: world.0.document.revision(),
-        recorded: desk.recorded.clone(),
+        recorded: state.recorded.clone(),
     };
-    let is_other = (judged.0.asked()).is_some_and(|old| old.generation != key.generation);
+    let is_other = (judged.0.requested()).is_some_and(|old| old.generation != key.generation);
     if is_other {
         judged.0.forget();
     }
     let open = world.0.clone();
     let wish = ProcedureRequest { recording: key.recorded.clone(), ..ProcedureRequest::default() };
-    desk.bypass_change_detection().counts.statuses += 1;
+    state.bypass_change_detection().counts.statuses += 1;
     judged.0.request(key, move |task, _| {
         let notes = RefCell::new(Vec::new());
         let note = |note: BuiltToolNote| notes.borrow_mut().push(note.to_string());

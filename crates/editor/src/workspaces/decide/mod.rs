@@ -3,9 +3,9 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`state`] | the state: the baseline, the table's designs and rooms, what is under way |
-//! | `answer` | does what the panels ask for, or starts the thread that does |
+//! | `answer` | carries out the panels' requests, or starts the thread that does |
 //! | [`against`] | keeps the design's figures beside the baseline's, once edits rest |
-//! | [`baseline_ghost`] | draws the baseline's tool as the tracker believes it to be |
+//! | [`baseline_ghost`] | draws the baseline's tool as the tracker reports it |
 //! | [`judged`] | keeps where the design stands in its procedure, once edits rest |
 //! | [`table`] | what the table's thread does |
 
@@ -34,7 +34,7 @@ use crate::workspaces::field::FieldRequest;
 use crate::workspaces::study::state::StudyRequest;
 use bevy::prelude::*;
 
-/// Compares when [`DecideRequest`] asks, and holds the design against the baseline while the workspace
+/// Compares on [`DecideRequest`], and holds the design against the baseline while the workspace
 /// is shown; nothing is read or computed before.
 pub struct DecidePlugin;
 
@@ -45,8 +45,8 @@ pub fn is_idle(world: &World) -> bool {
     against.is_none_or(|of| of.is_idle()) && judged.is_none_or(|of| of.is_idle())
 }
 
-fn is_busy(desk: Res<DecideState>) -> bool {
-    desk.is_busy()
+fn is_busy(state: Res<DecideState>) -> bool {
+    state.is_busy()
 }
 
 impl Plugin for DecidePlugin {
@@ -65,7 +65,7 @@ impl Plugin for DecidePlugin {
                 Update,
                 (
                     (
-                        // First, since what is asked for is asked of the design that is open.
+                        // First, since requests are for the design that is open.
                         answer::turn_to_opened.run_if(
                             resource_exists::<OpenWorld>
                                 .and_then(resource_changed::<WorldGeneration>),
@@ -84,8 +84,8 @@ impl Plugin for DecidePlugin {
 
 /// The table is higher once there is one.
 fn table_height(world: &World) -> f32 {
-    let desk = world.get_resource::<DecideState>();
-    match desk.is_some_and(|desk| desk.compared.is_some()) {
+    let state = world.get_resource::<DecideState>();
+    match state.is_some_and(|state| state.compared.is_some()) {
         true => theme::TABLE_HEIGHT,
         false => theme::TABLE_HEAD_HEIGHT,
     }

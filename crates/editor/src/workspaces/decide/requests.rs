@@ -1,4 +1,4 @@
-//! What is asked of the Decide workspace.
+//! Requests to the Decide workspace.
 
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
@@ -22,7 +22,7 @@ pub const WORKSPACE: Workspace = Workspace {
     ..Workspace::NONE
 };
 
-/// Asks for something of the workspace.
+/// A request to the workspace.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum DecideRequest {
     /// Holds the design against what it is now.

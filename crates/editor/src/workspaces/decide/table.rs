@@ -92,7 +92,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
         OutsidePolicy::default(),
     );
     let comparison = compare(&plan, &Settings::default(), task)?;
-    let told = designs.iter().map(|(what, design)| {
+    let named_designs = designs.iter().map(|(what, design)| {
         let place = match what {
             Compare::Open => "open".to_owned(),
             Compare::Pinned => "baseline".to_owned(),
@@ -100,7 +100,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
         };
         (place, design.name.as_str())
     });
-    let told_rooms = rooms.iter().map(|(place, room)| {
+    let named_rooms = rooms.iter().map(|(place, room)| {
         let place = match place {
             None => "its own".to_owned(),
             Some(RoomSource::BuiltIn(name)) => format!("{name}, built in"),
@@ -109,7 +109,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
         (place, room.name.as_str())
     });
     Ok(Compared {
-        names: Names::new(told, told_rooms),
+        names: Names::new(named_designs, named_rooms),
         comparison,
         designs: designs.into_iter().map(|(what, _)| what).collect(),
         rooms: rooms.into_iter().map(|(place, _)| place).collect(),

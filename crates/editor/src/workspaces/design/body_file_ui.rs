@@ -1,4 +1,4 @@
-//! The maker's definition that the selected body came from: what it says, and ways to another one.
+//! The maker's definition that the selected body came from: its contents, and ways to another one.
 
 use crate::document::body_files::{BodyFileRequest, BodyLoading};
 use crate::document::meshes::name_of;
@@ -14,7 +14,7 @@ use trackwright_project::World;
 /// What the section shows.
 pub struct BodyFileView<'a> {
     pub body: BodyRole,
-    /// `None` where no maker's file said what the body is.
+    /// `None` where the body is from no maker's file.
     pub definition: Option<&'a DefinitionFile>,
     /// The file that is being read for this body.
     pub reading: Option<&'a Path>,
@@ -107,7 +107,7 @@ fn buttons_ui(ui: &mut Ui, view: &BodyFileView, actions: &mut Vec<DesignAction>)
         actions.push(DesignAction::BodyFile(BodyFileRequest::ShowOpen(body)));
     }
     let save = ui.button("Save definition as…").on_hover_text(format!(
-        "Writes the {body} as a file of one of these kinds; what it cannot hold is said before"
+        "Writes the {body} as a file of one of these kinds; what it cannot hold is listed first"
     ));
     if save.clicked() {
         actions.push(DesignAction::BodyFile(BodyFileRequest::ShowSave(body)));

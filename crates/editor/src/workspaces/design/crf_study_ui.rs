@@ -1,4 +1,4 @@
-//! The CRF's own study: the places that matter on the patient, where it is judged, and what is asked of it
+//! The CRF's own study: the places that matter on the patient, where it is judged, and its requirement
 //! there.
 
 use crate::widgets::basic::{quiet_ui, section_ui};

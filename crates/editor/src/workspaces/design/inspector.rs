@@ -28,7 +28,7 @@ pub struct InspectorView<'a> {
     pub selection: &'a Selection,
     pub is_available: IsAvailable<'a>,
     pub pose: Option<&'a PoseDetail>,
-    /// The weight that counts where the design says none.
+    /// The weight that counts where the design states none.
     pub derived_weight: OrientationWeight,
 }
 
@@ -91,7 +91,7 @@ fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAct
     }
 }
 
-/// Where the weight comes from that counts while the design says none.
+/// Where the weight comes from that counts while the design states none.
 fn weight_source(source: OrientationWeightSource) -> &'static str {
     match source {
         OrientationWeightSource::Jitter => {

@@ -126,8 +126,8 @@ fn unit_ui(
     let is_other = matches!(reference.unit, Some(MeshUnit::Factor(_)));
     ui.horizontal(|ui| {
         ui.label("unit").on_hover_text(
-            "What the numbers in the file mean; glTF says metres, STL and OBJ say nothing and \
-             are taken for millimetres",
+            "The unit of the numbers in the file; glTF is in metres, STL and OBJ state no unit \
+             and are taken for millimetres",
         );
         crate::workspaces::design::rows::right_ui(ui, |ui| {
             let shown = match reference.unit {

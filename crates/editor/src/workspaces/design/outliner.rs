@@ -28,7 +28,7 @@ pub struct OutlinerView<'a> {
     pub selection: &'a Selection,
     pub hovered: Option<Selected>,
     pub is_available: IsAvailable<'a>,
-    /// Says which sensors are outside the box or the volume.
+    /// Shows which sensors are outside the box or the volume.
     pub pose: Option<&'a PoseDetail>,
 }
 

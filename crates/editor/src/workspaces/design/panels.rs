@@ -100,7 +100,7 @@ pub(crate) struct ShownResult<'w> {
     results: Res<'w, Results>,
     baseline: Option<Res<'w, Baseline>>,
     choice: Res<'w, TrialChoice>,
-    desk: Option<Res<'w, StudyState>>,
+    state: Option<Res<'w, StudyState>>,
     workspace: Res<'w, Workspace>,
 }
 
@@ -117,7 +117,7 @@ impl ShownResult<'_> {
             has_expected: self.world.0.environment.process.is_some(),
             is_computing: study.is_some() && are_figures_old(document, results, &self.choice),
             is_short: self.workspace.charts_trials
-                && self.desk.as_ref().is_some_and(|desk| desk.side == Side::Trials),
+                && self.state.as_ref().is_some_and(|state| state.side == Side::Trials),
         }
     }
 }

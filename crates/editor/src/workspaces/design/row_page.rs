@@ -1,4 +1,4 @@
-//! Asks how a row of sensors is made: how many, how far apart, in which direction.
+//! The page that makes a row of sensors: how many, how far apart, in which direction.
 
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
@@ -20,7 +20,7 @@ use trackwright_design::{ArrangeError, Arrangement, Design, Edit, MAX_ARRAY};
 const WIDTH: f32 = 320.0;
 const TITLE_SIZE: f32 = 15.0;
 
-/// The page, and what was last asked for there.
+/// The page, and what was last entered there.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct RowPage {
     pub is_open: bool,
@@ -130,7 +130,7 @@ impl RowPage {
     }
 }
 
-/// Draws the page over everything; the edit once it was asked for.
+/// Draws the page over everything; the edit once it was requested.
 pub fn row_window(
     ctx: &Context,
     page: &mut RowPage,
@@ -201,7 +201,7 @@ pub fn row_page_ui(
         }
     }
     ui.add_space(10.0);
-    let mut asked = None;
+    let mut request = None;
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         if ui.button("Cancel").clicked() {
             page.is_open = false;
@@ -209,10 +209,10 @@ pub fn row_page_ui(
         let is_entered = !was_typing && ui.input(|input| input.key_pressed(Key::Enter));
         let make = ui.add_enabled(can_be_made, egui::Button::new("Make row"));
         if make.clicked() || (is_entered && can_be_made) {
-            asked = edit.map(EditRequest::Apply);
+            request = edit.map(EditRequest::Apply);
         }
     });
-    asked
+    request
 }
 
 /// Why an arrangement cannot be made.

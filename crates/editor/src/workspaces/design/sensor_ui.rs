@@ -68,7 +68,7 @@ fn button_ui(
     let command = command.command();
     let button = ui.add_enabled(is_available(command), Button::new(text));
     let button = button.on_hover_text(command.about);
-    // Short names say the same twice: the whole one is for people who cannot see the row.
+    // Short names are ambiguous: the whole one is for people who cannot see the row.
     ui.ctx().accesskit_node_builder(button.id, |node| {
         node.set_label(command.name.to_owned());
     });

@@ -1,4 +1,4 @@
-//! Does what the panels ask for, or starts the thread that does.
+//! Carries out the panels' requests, or starts the thread that does.
 
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::state::{Notice, WorldGeneration};
@@ -24,14 +24,14 @@ pub(crate) fn answer(mut requests: MessageReader<FieldRequest>, mut params: Fiel
     for request in requests.read() {
         params.answer(request.clone());
     }
-    // What was asked for shows in the panels, or in the scene after an edit.
+    // What was requested shows in the panels, or in the scene after an edit.
     params.redraw.write(RequestRedraw);
 }
 
 /// What the requests work on.
 #[derive(SystemParam)]
 pub(crate) struct FieldParams<'w> {
-    desk: ResMut<'w, FieldState>,
+    state: ResMut<'w, FieldState>,
     world: Option<Res<'w, OpenWorld>>,
     generation: Res<'w, WorldGeneration>,
     waker: Res<'w, Waker>,
@@ -50,7 +50,7 @@ impl FieldParams<'_> {
             }
             FieldRequest::Open(role, file) => self.read(role, file),
             FieldRequest::Drop(file) => {
-                let slot = &self.desk.training;
+                let slot = &self.state.training;
                 if slot.table.is_none() && slot.reading.is_none() {
                     self.read(TableRole::Training, file);
                 } else {
@@ -58,29 +58,29 @@ impl FieldParams<'_> {
                 }
             }
             FieldRequest::Close(role) => {
-                let slot = self.desk.slot_mut(role);
+                let slot = self.state.slot_mut(role);
                 if slot.reading.take().is_none() {
                     slot.table = None;
                 }
             }
             FieldRequest::TakeAsIs(file, is_taken) => {
                 match is_taken {
-                    true => self.desk.as_is.insert(file),
-                    false => self.desk.as_is.remove(&file),
+                    true => self.state.as_is.insert(file),
+                    false => self.state.as_is.remove(&file),
                 };
             }
             FieldRequest::Set(settings) => self.set(settings),
-            FieldRequest::Show(shown) => self.desk.shown = shown,
+            FieldRequest::Show(shown) => self.state.shown = shown,
             FieldRequest::Fit => self.fit(),
             FieldRequest::CancelFit => {
-                if let Some(job) = &self.desk.fitting {
+                if let Some(job) = &self.state.fitting {
                     job.cancel();
                 }
             }
-            FieldRequest::ShowSelection(is_open) => self.desk.is_selection_open = is_open,
+            FieldRequest::ShowSelection(is_open) => self.state.is_selection_open = is_open,
             FieldRequest::Try => self.compare(),
             FieldRequest::CancelTry => {
-                if let Some(job) = &self.desk.comparing {
+                if let Some(job) = &self.state.comparing {
                     job.cancel();
                 }
             }
@@ -92,21 +92,21 @@ impl FieldParams<'_> {
 
     /// The table that is there stays until the new one is.
     fn read(&mut self, role: TableRole, file: PathBuf) {
-        let how = self.desk.settings.reading();
+        let how = self.state.settings.reading();
         let job = Job::start("measurements", &self.waker, {
             let file = file.clone();
             move |task| Files::default().read_table(&file, how, task)
         });
-        self.desk.counts.readings += 1;
-        self.desk.slot_mut(role).reading = Some(Reading { file, how, job });
+        self.state.counts.readings += 1;
+        self.state.slot_mut(role).reading = Some(Reading { file, how, job });
     }
 
     /// Other sensors or another map make other samples of the same rows.
     fn set(&mut self, settings: FieldSettings) {
-        self.desk.settings = settings;
+        self.state.settings = settings;
         let how = settings.reading();
         for role in TableRole::ALL {
-            let slot = self.desk.slot(role);
+            let slot = self.state.slot(role);
             let (file, was) = match (&slot.reading, &slot.table) {
                 (Some(reading), _) => (reading.file.clone(), reading.how),
                 (None, Some(table)) => (table.file.clone(), table.reading),
@@ -119,38 +119,38 @@ impl FieldParams<'_> {
     }
 
     fn fit(&mut self) {
-        if let Some(why) = self.desk.hindrance() {
+        if let Some(why) = self.state.hindrance() {
             *self.notice = Notice::Refused(why.to_owned());
             return;
         }
         let (Some(training), held_out) =
-            (self.desk.training.table.clone(), self.desk.held_out.table.clone())
+            (self.state.training.table.clone(), self.state.held_out.table.clone())
         else {
             return;
         };
-        let settings = self.desk.settings;
-        self.desk.counts.fits += 1;
-        self.desk.fitting = Some(Job::start("fit", &self.waker, move |task| {
+        let settings = self.state.settings;
+        self.state.counts.fits += 1;
+        self.state.fitting = Some(Job::start("fit", &self.waker, move |task| {
             work::fit(&training, held_out.as_ref(), settings, task)
         }));
         self.notice.set_if_neq(Notice::Nothing);
     }
 
     fn compare(&mut self) {
-        let (Some(fitted), Some(world)) = (&self.desk.fitted, &self.world) else {
+        let (Some(fitted), Some(world)) = (&self.state.fitted, &self.world) else {
             *self.notice = Notice::Refused("no fitted room to try".to_owned());
             return;
         };
         let compared = Compared::new(world, *self.generation, fitted);
-        self.desk.counts.comparisons += 1;
+        self.state.counts.comparisons += 1;
         let job = Job::start("try", &self.waker, move |task| work::compare(compared, task));
-        self.desk.comparing = Some(job);
+        self.state.comparing = Some(job);
     }
 
     fn show_save(&mut self, room: RoomToSave) {
         let name = match &room {
             RoomToSave::Copy(place) => place.file_name(),
-            RoomToSave::Fitted => match &self.desk.fitted {
+            RoomToSave::Fitted => match &self.state.fitted {
                 Some(fitted) => format!("{}{ENVIRONMENT_EXTENSION}", fitted.environment.name),
                 None => {
                     *self.notice = Notice::Refused("no fitted room to use".to_owned());
@@ -166,7 +166,7 @@ impl FieldParams<'_> {
         let Some(world) = &self.world else { return };
         let saved = match room {
             RoomToSave::Copy(place) => place.read(),
-            RoomToSave::Fitted => match &self.desk.fitted {
+            RoomToSave::Fitted => match &self.state.fitted {
                 None => return,
                 Some(fitted) => Ok(Environment {
                     name: trackwright_project::room_name(file),
@@ -192,7 +192,7 @@ impl FieldParams<'_> {
 
     fn assign(&mut self, place: RoomSource) {
         let Some(world) = &self.world else { return };
-        let listed = self.desk.rooms.iter().find(|room| room.place == place);
+        let listed = self.state.rooms.iter().find(|room| room.place == place);
         let name = match listed {
             Some(room) => Ok(room.summary.name.clone()),
             None => place.read().map(|room| RoomSummary::of(&room).name),
@@ -217,7 +217,7 @@ impl FieldParams<'_> {
 
     /// One undo step with the room's name. The room that is left stays in the list, wherever it is.
     fn put_into(&mut self, name: &str, reference: String) {
-        if let Some(left) = self.desk.own.clone() {
+        if let Some(left) = self.state.own.clone() {
             self.remember(left);
         }
         self.edits.write(EditRequest::Begin(format!("Use room {name}")));
@@ -226,7 +226,7 @@ impl FieldParams<'_> {
     }
 
     fn remember(&mut self, place: RoomSource) {
-        let recent = &mut self.desk.recent;
+        let recent = &mut self.state.recent;
         recent.retain(|other| *other != place);
         recent.insert(0, place);
         recent.truncate(MOST_RECENT);
@@ -235,7 +235,7 @@ impl FieldParams<'_> {
     /// Where the dialog for tables begins: beside the table that is open, else beside the design.
     fn table_folder(&self) -> PathBuf {
         let of_table = TableRole::ALL.into_iter().find_map(|role| {
-            let table = self.desk.slot(role).table.as_ref()?;
+            let table = self.state.slot(role).table.as_ref()?;
             table.file.parent().map(Path::to_path_buf)
         });
         of_table

@@ -3,7 +3,7 @@
 //! | file | what it does |
 //! | --- | --- |
 //! | [`state`] | the state: tables, settings, the newest fit, rooms |
-//! | `answer` | does what the panels ask for, or starts the thread that does |
+//! | `answer` | carries out the panels' requests, or starts the thread that does |
 //! | `receive` | takes what the threads found |
 //! | `rooms` | keeps the list of rooms while the workspace is shown |
 //! | [`samples`] | draws the measurements while the workspace is shown |
@@ -65,14 +65,14 @@ const FIT_ROOM: Command = Command::new(
     "Fits a room to the measurements that are open in the Field workspace",
 );
 
-/// Makes rooms when [`FieldRequest`] asks; nothing is read or computed before.
+/// Makes rooms on [`FieldRequest`]; nothing is read or computed before.
 ///
 /// Answers in [`EditorSystems::Input`], so that an assigned room is applied in the same frame, and
 /// takes results in [`EditorSystems::Solve`].
 pub struct FieldPlugin;
 
-fn is_busy(desk: Res<FieldState>) -> bool {
-    desk.is_busy()
+fn is_busy(state: Res<FieldState>) -> bool {
+    state.is_busy()
 }
 
 impl Plugin for FieldPlugin {
@@ -119,7 +119,7 @@ impl Plugin for FieldPlugin {
     }
 }
 
-/// Rooms that others ask for, as by dropping their files.
+/// Rooms that others request, as by dropping their files.
 fn assign_rooms(mut files: MessageReader<FileRequest>, mut requests: MessageWriter<FieldRequest>) {
     for request in files.read() {
         if let FileRequest::AssignRoom(room) = request {
@@ -140,7 +140,7 @@ fn request(request: FieldRequest) -> impl FnMut(ResMut<Workspace>, MessageWriter
 fn receive_drops(
     mut dropped: MessageReader<FileDragAndDrop>,
     workspace: Res<Workspace>,
-    mut desk: ResMut<FieldState>,
+    mut state: ResMut<FieldState>,
     mut requests: MessageWriter<FieldRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
@@ -148,8 +148,8 @@ fn receive_drops(
     for drop in dropped.read() {
         let is_near = is_shown
             && matches!(drop, FileDragAndDrop::HoveredFile { path_buf, .. } if is_table(path_buf));
-        if desk.is_drop_near != is_near {
-            desk.is_drop_near = is_near;
+        if state.is_drop_near != is_near {
+            state.is_drop_near = is_near;
             redraw.write(RequestRedraw);
         }
         if let (true, FileDragAndDrop::DroppedFile { path_buf, .. }) = (is_shown, drop)

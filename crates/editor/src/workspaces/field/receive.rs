@@ -11,37 +11,37 @@ use std::sync::Arc;
 use trackwright_project::{MeasurementTable, StoreError};
 
 pub(crate) fn receive_results(
-    mut desk: ResMut<FieldState>,
+    mut state: ResMut<FieldState>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
-    let before = desk.jobs();
-    let mut told = Vec::new();
+    let before = state.jobs();
+    let mut notices = Vec::new();
     for role in TableRole::ALL {
-        receive_table(&mut desk, role, &mut told);
+        receive_table(&mut state, role, &mut notices);
     }
-    receive_fit(&mut desk, &mut told, &mut notice);
-    receive_comparison(&mut desk, &mut told);
-    if let Some(answer) = desk.listing.as_ref().and_then(Job::answer) {
-        desk.listing = None;
+    receive_fit(&mut state, &mut notices, &mut notice);
+    receive_comparison(&mut state, &mut notices);
+    if let Some(answer) = state.listing.as_ref().and_then(Job::answer) {
+        state.listing = None;
         if let Ok(Ok(rooms)) = answer {
-            desk.rooms = rooms;
+            state.rooms = rooms;
         }
     }
-    if desk.jobs() < before {
+    if state.jobs() < before {
         // What was not there before is laid out in this frame and right in the next.
         redraw.write(RequestRedraw);
     }
-    for (title, text) in told {
+    for (title, text) in notices {
         dialogs.show(ErrorDialog { title: title.to_owned(), text });
     }
 }
 
-type Told = Vec<(&'static str, String)>;
+type Notices = Vec<(&'static str, String)>;
 
-fn receive_table(desk: &mut FieldState, role: TableRole, told: &mut Told) {
-    let slot = desk.slot_mut(role);
+fn receive_table(state: &mut FieldState, role: TableRole, notices: &mut Notices) {
+    let slot = state.slot_mut(role);
     let Some(answer) = slot.reading.as_ref().and_then(|reading| reading.job.answer()) else {
         return;
     };
@@ -50,23 +50,23 @@ fn receive_table(desk: &mut FieldState, role: TableRole, told: &mut Told) {
         Ok(Ok(table)) => slot.table = Some(Arc::new(table)),
         Ok(Err(StoreError::Cancelled(_))) => {}
         Ok(Err(error)) => {
-            told.push(("The measurements cannot be used", error.to_string()));
-            // What is there was read in another way than was asked for.
+            notices.push(("The measurements cannot be used", error.to_string()));
+            // What is there was read in another way than was requested.
             let was = slot.table.as_ref().map(|table| table.reading);
             if let Some(was) = was {
-                give_up_reading(desk, was);
+                give_up_reading(state, was);
             }
         }
-        Err(lost) => told.push(("The measurements cannot be used", lost.to_string())),
+        Err(lost) => notices.push(("The measurements cannot be used", lost.to_string())),
     }
 }
 
 /// Sensors and map as they were for what is there, all readings that meant otherwise given up.
-fn give_up_reading(desk: &mut FieldState, was: trackwright_project::SampleReading) {
-    desk.settings.has_rolls = was.has_rolls;
-    desk.settings.model.map = was.map;
+fn give_up_reading(state: &mut FieldState, was: trackwright_project::SampleReading) {
+    state.settings.has_rolls = was.has_rolls;
+    state.settings.model.map = was.map;
     for role in TableRole::ALL {
-        let slot = desk.slot_mut(role);
+        let slot = state.slot_mut(role);
         if slot.reading.as_ref().is_some_and(|r| r.how != was) {
             slot.reading = None;
         }
@@ -77,38 +77,38 @@ fn give_up_reading(desk: &mut FieldState, was: trackwright_project::SampleReadin
     }
 }
 
-fn receive_fit(desk: &mut FieldState, told: &mut Told, notice: &mut Notice) {
-    let Some(answer) = desk.fitting.as_ref().and_then(Job::answer) else {
+fn receive_fit(state: &mut FieldState, notices: &mut Notices, notice: &mut Notice) {
+    let Some(answer) = state.fitting.as_ref().and_then(Job::answer) else {
         return;
     };
-    desk.fitting = None;
+    state.fitting = None;
     match answer {
         Ok(Ok(fitted)) => {
-            desk.fitted = Some(Arc::new(fitted));
-            desk.comparison = None;
-            desk.comparing = None;
+            state.fitted = Some(Arc::new(fitted));
+            state.comparison = None;
+            state.comparing = None;
         }
         Ok(Err(Failure::Cancelled)) => {
             *notice = Notice::Done("The fit was cancelled; everything is as it was".to_owned());
         }
         Ok(Err(Failure::Because(text))) => {
-            told.push(("No room can be fitted", text));
+            notices.push(("No room can be fitted", text));
         }
-        Err(lost) => told.push(("No room can be fitted", lost.to_string())),
+        Err(lost) => notices.push(("No room can be fitted", lost.to_string())),
     }
 }
 
-fn receive_comparison(desk: &mut FieldState, told: &mut Told) {
-    let Some(answer) = desk.comparing.as_ref().and_then(Job::answer) else {
+fn receive_comparison(state: &mut FieldState, notices: &mut Notices) {
+    let Some(answer) = state.comparing.as_ref().and_then(Job::answer) else {
         return;
     };
-    desk.comparing = None;
+    state.comparing = None;
     match answer {
-        Ok(Ok(comparison)) => desk.comparison = Some(comparison),
+        Ok(Ok(comparison)) => state.comparison = Some(comparison),
         Ok(Err(Failure::Cancelled)) => {}
         Ok(Err(Failure::Because(text))) => {
-            told.push(("The design has no figures in this room", text));
+            notices.push(("The design has no figures in this room", text));
         }
-        Err(lost) => told.push(("The design has no figures in this room", lost.to_string())),
+        Err(lost) => notices.push(("The design has no figures in this room", lost.to_string())),
     }
 }

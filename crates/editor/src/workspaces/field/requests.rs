@@ -1,4 +1,4 @@
-//! What is asked of the Field workspace.
+//! Requests to the Field workspace.
 
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
@@ -12,7 +12,7 @@ pub const WORKSPACE: Workspace = Workspace {
     name: "Field",
     order: 1,
     command: "Field workspace",
-    about: "The room: its measurements, their fit, and what that is worth",
+    about: "The room: its measurements, their fit, and its quality",
     keys: &[Keys::control("2")],
     shows_samples: true,
     drop_verb: Some("Read measurements from"),
@@ -20,13 +20,13 @@ pub const WORKSPACE: Workspace = Workspace {
     ..Workspace::VIEWED
 };
 
-/// Asks for something of the workspace.
+/// A request to the workspace.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum FieldRequest {
     /// Shows the dialog that chooses a table.
     ShowOpen(TableRole),
     Open(TableRole, PathBuf),
-    /// A file was dropped: the first table, or whichever the person says.
+    /// A file was dropped: the first table, or whichever the person chooses.
     Drop(PathBuf),
     /// Puts a table away, or gives its reading up.
     Close(TableRole),

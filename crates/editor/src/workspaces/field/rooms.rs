@@ -21,7 +21,7 @@ pub(crate) struct ListKey {
 }
 
 pub(crate) fn keep_list(
-    mut desk: ResMut<FieldState>,
+    mut state: ResMut<FieldState>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     waker: Res<Waker>,
@@ -35,7 +35,7 @@ pub(crate) fn keep_list(
         key.generation == generation.0
             && key.reference == design.environment
             && key.origin == *document.origin()
-            && key.recent == desk.recent
+            && key.recent == state.recent
     });
     if is_listed {
         return;
@@ -44,13 +44,13 @@ pub(crate) fn keep_list(
         generation: generation.0,
         reference: design.environment.clone(),
         origin: document.origin().clone(),
-        recent: desk.recent.clone(),
+        recent: state.recent.clone(),
     });
     let own = own_room(&world.0).ok();
-    let places = places(&world.0, own.as_ref(), &desk.recent);
-    desk.own = own;
-    desk.counts.listings += 1;
-    desk.listing = Some(Job::start("rooms", &waker, move |task| {
+    let places = places(&world.0, own.as_ref(), &state.recent);
+    state.own = own;
+    state.counts.listings += 1;
+    state.listing = Some(Job::start("rooms", &waker, move |task| {
         // Folders are read here too: some are slow.
         let places = places.into_iter().flat_map(Places::all).collect();
         list_rooms(places, task)

@@ -80,7 +80,7 @@ impl Plugin for SamplesPlugin {
 /// That of the slice where it shows the same quantity, so that samples and slice can be compared;
 /// else one of their own.
 fn choose_scale(
-    desk: Res<FieldState>,
+    state: Res<FieldState>,
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
     slice: Option<Res<ColorScale>>,
@@ -95,7 +95,7 @@ fn choose_scale(
         slice.filter(|_| is_comparable).map(|scale| *scale).filter(|scale| scale.max_mm > 0.0);
     let largest_mm = TableRole::ALL
         .into_iter()
-        .filter_map(|role| Some(desk.sample_values(role)?.1.position_p95_mm))
+        .filter_map(|role| Some(state.sample_values(role)?.1.position_p95_mm))
         .reduce(f64::max);
     let own = largest_mm.map(|max_mm| ColorScale { map: view.slice.color_map, max_mm });
     scale.set_if_neq(SampleScale(own.map(|own| of_slice.unwrap_or(own))));
@@ -103,16 +103,16 @@ fn choose_scale(
 
 fn draw(
     mut commands: Commands,
-    mut desk: ResMut<FieldState>,
+    mut state: ResMut<FieldState>,
     scale: Res<SampleScale>,
     drawn: Query<(Entity, &Samples)>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<PaintMaterial>>,
 ) {
     for role in TableRole::ALL {
-        let table = desk.slot(role).table.clone();
-        let wanted = table.zip(scale.0).filter(|_| desk.shown.is_shown(role));
-        let wanted = wanted.zip(desk.sample_values(role));
+        let table = state.slot(role).table.clone();
+        let wanted = table.zip(scale.0).filter(|_| state.shown.is_shown(role));
+        let wanted = wanted.zip(state.sample_values(role));
         let old = drawn.iter().find(|(_, samples)| samples.role == role);
         let Some(((table, scale), (_, left))) = wanted else {
             if let Some((entity, _)) = old {
@@ -128,7 +128,7 @@ fn draw(
             commands.entity(entity).despawn();
         }
         let mesh = markers(&wanted, &left.position_mm);
-        desk.bypass_change_detection().counts.sample_meshes += 1;
+        state.bypass_change_detection().counts.sample_meshes += 1;
         commands.spawn((
             Name::new("samples"),
             wanted,
@@ -151,10 +151,10 @@ fn is_probed(world: &World) -> bool {
 
 /// What is shown of the sample that the ray meets first.
 fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
-    let desk = world.get_resource::<FieldState>()?;
+    let state = world.get_resource::<FieldState>()?;
     let of_tables = TableRole::ALL.into_iter().filter_map(|role| {
-        let (kind, left) = desk.sample_values(role)?;
-        let table = desk.slot(role).table.as_ref()?;
+        let (kind, left) = state.sample_values(role)?;
+        let table = state.slot(role).table.as_ref()?;
         let samples = &table.samples.samples;
         let radius_mm = radius_mm(table);
         let drawn = samples.iter().zip(&left.position_mm);
@@ -163,7 +163,7 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
             radius_mm,
             is: (kind, value_mm),
         });
-        first_pointed_at(&probe.ray, probe.reach_rad, targets).filter(|_| desk.shown.is_shown(role))
+        first_pointed_at(&probe.ray, probe.reach_rad, targets).filter(|_| state.shown.is_shown(role))
     });
     let (distance_mm, (kind, value_mm)) = of_tables.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let name = match kind {

@@ -20,7 +20,7 @@ use trackwright_project::{MeasurementTable, RoomListing, RoomSource, SampleReadi
 use trackwright_simulation::own_study::OwnStudy;
 use trackwright_task::Cancelled;
 
-/// A table that several hold at a time: the desk, a fit, the thread that fits.
+/// A table that several hold at a time: the state, a fit, the thread that fits.
 pub type Table = Arc<MeasurementTable>;
 
 /// Which of the two tables.
@@ -115,7 +115,7 @@ pub struct Fitted {
     /// What it was made from.
     pub training: Table,
     pub held_out: Option<Table>,
-    pub asked: FieldSettings,
+    pub field_settings: FieldSettings,
 }
 
 /// The open design in the present room and in a fitted one.
@@ -128,7 +128,7 @@ pub struct Comparison {
     pub revision: u64,
 }
 
-/// What the samples in the 3D view are, and what their colours say.
+/// What the samples in the 3D view are, and what their colours mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SamplesShown {
     pub training: bool,
@@ -151,7 +151,7 @@ impl Default for SamplesShown {
     }
 }
 
-/// What a sample's colour says.
+/// What a sample's colour means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleValue {
     /// Its position error as it was measured.
@@ -174,7 +174,7 @@ pub struct FieldCounts {
 /// Rooms on their way to the list.
 pub type Listing = Job<Result<Vec<RoomListing>, Cancelled>>;
 
-/// Everything on the workspace's desk.
+/// The workspace's whole state.
 #[derive(Resource, Default)]
 pub struct FieldState {
     pub training: TableSlot,
@@ -247,7 +247,7 @@ impl FieldState {
         None
     }
 
-    /// Whether a table is not to be used until somebody says that it is meant as it is.
+    /// Whether a table is not to be used until the person confirms that it is meant as it is.
     fn is_refused(&self, table: &Table) -> bool {
         table.is_beyond_doubt() && !self.as_is.contains(&table.file)
     }
@@ -259,12 +259,12 @@ impl FieldState {
             (None, None) => true,
             _ => false,
         };
-        fitted.asked != self.settings
+        fitted.field_settings != self.settings
             || !is_table(&self.training.table, Some(&fitted.training))
             || !is_table(&self.held_out.table, fitted.held_out.as_ref())
     }
 
-    /// What the colours of a table's samples say: what the fit leaves where that is asked for and
+    /// What the colours of a table's samples mean: what the fit leaves where that is requested and
     /// known of this very table, else the error as it was measured.
     pub fn sample_values(&self, role: TableRole) -> Option<(SampleValue, &ErrorSummary)> {
         let table = self.slot(role).table.as_ref()?;
@@ -288,6 +288,6 @@ impl Fitted {
         }
         let held_out = self.held_out.as_ref()?;
         Arc::ptr_eq(table, held_out)
-            .then(|| self.held_out_quality.as_ref().map(|worth| &worth.after))?
+            .then(|| self.held_out_quality.as_ref().map(|quality| &quality.after))?
     }
 }

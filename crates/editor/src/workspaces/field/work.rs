@@ -1,4 +1,4 @@
-//! What the workspace's threads do: calls of the core in order, each told to one task.
+//! What the workspace's threads do: calls of the core in order, each reporting to one task.
 
 use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
@@ -25,7 +25,7 @@ pub const CHOOSING_PART: f64 = 0.85;
 const FITTING_PART: f64 = 0.4;
 const SUPPORT_PART: f64 = 0.5;
 
-/// How work ended without what was asked for.
+/// How work ended without the requested result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
     Cancelled,
@@ -65,7 +65,7 @@ pub fn fit(
         held_out_quality: held_out.map(|table| fit_quality(&fit.model, &table.samples)),
         training: Arc::clone(training),
         held_out: held_out.map(Arc::clone),
-        asked: settings,
+        field_settings: settings,
         settings: model,
         harmonic,
         chosen,
@@ -140,7 +140,7 @@ fn fit_model(
     })
 }
 
-/// As the command line says it: the file, then what is wrong.
+/// As the command line words it: the file, then what is wrong.
 fn in_table(table: &Table, error: &dyn std::error::Error) -> Failure {
     Failure::Because(format!("{}: {error}", table.file.display()))
 }

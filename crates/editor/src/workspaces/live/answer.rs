@@ -1,4 +1,4 @@
-//! Does what the panels of the workspace ask for.
+//! Carries out the requests of the workspace's panels.
 
 use crate::document::file_names::file_folder;
 use crate::document::requests::OpenWorld;
@@ -18,7 +18,7 @@ pub(crate) fn answer(
     mut requests: MessageReader<LiveRequest>,
     world: Option<Res<OpenWorld>>,
     waker: Res<Waker>,
-    mut desk: ResMut<LiveState>,
+    mut state: ResMut<LiveState>,
     mut poses: ResMut<LivePoses>,
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
@@ -29,25 +29,25 @@ pub(crate) fn answer(
     };
     for request in requests.read() {
         match request {
-            LiveRequest::SetServer(server) => server.trim().clone_into(&mut desk.server),
-            LiveRequest::SetPort(port) => desk.port = *port,
-            LiveRequest::Connect => connect(&world.0, &waker, &mut desk),
+            LiveRequest::SetServer(server) => server.trim().clone_into(&mut state.server),
+            LiveRequest::SetPort(port) => state.port = *port,
+            LiveRequest::Connect => connect(&world.0, &waker, &mut state),
             LiveRequest::Disconnect => {
-                desk.disconnect();
+                state.disconnect();
                 take_poses(&mut poses, None);
             }
             LiveRequest::Assign(tool, Some(role)) => {
-                desk.assigned.insert(tool.clone(), *role);
+                state.assigned.insert(tool.clone(), *role);
             }
             LiveRequest::Assign(tool, None) => {
-                desk.assigned.remove(tool);
+                state.assigned.remove(tool);
             }
             LiveRequest::ShowRecord => {
                 let folder = file_folder(&world.0);
                 let name = free_name(&folder);
                 dialogs.show(RecordDialog::new(folder, &name));
             }
-            LiveRequest::Record(file) => match record(&world.0, &mut desk, file) {
+            LiveRequest::Record(file) => match record(&world.0, &mut state, file) {
                 Ok(()) => {
                     *notice = Notice::Done(format!("Recording in {}", file.display()));
                 }
@@ -59,41 +59,41 @@ pub(crate) fn answer(
                 }
             },
             LiveRequest::StopRecording => {
-                if let Some(session) = &desk.session {
+                if let Some(session) = &state.session {
                     // Without a file there is none that cannot be begun.
                     let _ = session.record(None);
                 }
-                desk.collector.pause();
+                state.collector.pause();
             }
-            LiveRequest::StartOver => desk.collector.start_over(),
+            LiveRequest::StartOver => state.collector.start_over(),
         }
     }
 }
 
-fn connect(world: &trackwright_project::World, waker: &Waker, desk: &mut LiveState) {
-    if desk.is_connected() {
+fn connect(world: &trackwright_project::World, waker: &Waker, state: &mut LiveState) {
+    if state.is_connected() {
         return;
     }
-    if let Err(expected) = server_address(&desk.server) {
-        desk.problem = Some(format!("{} is no server's address: {expected}", desk.server));
+    if let Err(expected) = server_address(&state.server) {
+        state.problem = Some(format!("{} is no server's address: {expected}", state.server));
         return;
     }
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    if let Err(error) = desk.connect(&scenario, waker) {
-        desk.problem = Some(error.to_string());
+    if let Err(error) = state.connect(&scenario, waker) {
+        state.problem = Some(error.to_string());
     }
 }
 
 fn record(
     world: &trackwright_project::World,
-    desk: &mut LiveState,
+    state: &mut LiveState,
     file: &Path,
 ) -> Result<(), String> {
-    let Some(session) = &desk.session else {
-        return Err("No tracker is heard: connect to its server first".to_owned());
+    let Some(session) = &state.session else {
+        return Err("No tracker is connected: connect to its server first".to_owned());
     };
     session.record(Some(file)).map_err(|error| error.to_string())?;
-    desk.collect(CoveragePlan::of(&world.environment));
+    state.collect(CoveragePlan::of(&world.environment));
     Ok(())
 }
 

@@ -48,13 +48,13 @@ impl Plugin for CellsPlugin {
 
 fn draw(
     mut commands: Commands,
-    desk: Res<LiveState>,
+    state: Res<LiveState>,
     blocks: Query<Entity, With<Cells>>,
     mut drawn: Local<Option<(u64, usize)>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<PaintMaterial>>,
 ) {
-    let collected = desk.collected.as_ref();
+    let collected = state.collected.as_ref();
     let key = collected.map(|c| (c.summary.distinct, c.cells.len()));
     if *drawn == key && (key.is_none() || !blocks.is_empty()) {
         return;
@@ -96,7 +96,7 @@ fn blocks_of(collected: &Collected) -> Mesh {
 /// Where colours begin: the darkest are not seen before the dark.
 const DARKEST: f64 = 0.3;
 
-/// A part of all orientations as a part of the colours. The first few tell more than the last: one of
+/// A part of all orientations as a part of the colours. The first few count for more than the last: one of
 /// fourteen is a quarter of the way.
 fn brightness(turned: f64) -> f64 {
     DARKEST + (1.0 - DARKEST) * turned.sqrt()

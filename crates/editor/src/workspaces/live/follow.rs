@@ -11,48 +11,48 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 /// What is shown follows the session; while nothing is shown nothing of it is looked at but whether
-/// its recording failed, which is said wherever the person is.
+/// its recording failed, which is reported in every workspace.
 pub(crate) fn follow_session(
-    mut desk: ResMut<LiveState>,
+    mut state: ResMut<LiveState>,
     mut poses: ResMut<LivePoses>,
     mut notice: ResMut<Notice>,
     workspace: Res<Workspace>,
 ) {
-    if let Some(why) = desk.collector.take_failure() {
+    if let Some(why) = state.collector.take_failure() {
         *notice = Notice::Refused(format!("Nothing more is recorded: {why}"));
     }
     let is_shown = workspace.shows_live;
-    desk.is_shown.store(is_shown, Ordering::Relaxed);
+    state.is_shown.store(is_shown, Ordering::Relaxed);
     if !is_shown {
         return;
     }
-    let Some(session) = &desk.session else { return };
+    let Some(session) = &state.session else { return };
     let seen = session.state();
     if take_poses(poses.bypass_change_detection(), Some(&seen)) {
         poses.set_changed();
     }
     // Written every time: what is shown of it are counts, which change with every sample.
-    desk.seen = Some(seen);
-    if let Some(collected) = desk.collector.newer_than(desk.collected.as_ref()) {
-        desk.collected = collected;
+    state.seen = Some(seen);
+    if let Some(collected) = state.collector.newer_than(state.collected.as_ref()) {
+        state.collected = collected;
     }
 }
 
 /// Of live bodies; those of a design stand where they are meant to.
 pub(crate) fn keep_troubles(
-    desk: Res<LiveState>,
+    state: Res<LiveState>,
     shown: Option<Res<ShownDesign>>,
     troubles: Option<ResMut<BodyTroubles>>,
 ) {
     let Some(mut troubles) = troubles else { return };
     let shown = shown.filter(|shown| shown.live.is_some());
-    let now = shown.map_or_else(Vec::new, |shown| desk.troubles(&shown.design));
+    let now = shown.map_or_else(Vec::new, |shown| state.troubles(&shown.design));
     troubles.set_if_neq(BodyTroubles(now));
 }
 
 /// Another design, room or choice of tools is compensated by once no drag is under way.
 pub(crate) fn keep_room(
-    mut desk: ResMut<LiveState>,
+    mut state: ResMut<LiveState>,
     world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     drag: Res<ActiveDrag>,
@@ -65,17 +65,17 @@ pub(crate) fn keep_room(
         generation: generation.0,
         revision: world.0.document.revision(),
         environment: Arc::clone(&world.0.environment),
-        assigned: desk.assigned.clone(),
+        assigned: state.assigned.clone(),
     };
-    if desk.in_room.as_ref() == Some(&key) {
+    if state.in_room.as_ref() == Some(&key) {
         return;
     }
     let scenario = trackwright_project::resolve(world.0.document.design(), &world.0.environment);
-    let room = desk.room(&scenario);
-    if let Some(session) = &desk.session {
+    let room = state.room(&scenario);
+    if let Some(session) = &state.session {
         session.set_room(Some(room));
     }
-    desk.in_room = Some(key);
+    state.in_room = Some(key);
 }
 
 #[cfg(test)]
@@ -111,8 +111,8 @@ mod tests {
 
         app.update();
         let notice = std::mem::take(&mut *app.world_mut().resource_mut::<Notice>());
-        let said = Notice::Refused("Nothing more is recorded: disk full".to_owned());
-        assert_eq!(notice, said);
+        let expected = Notice::Refused("Nothing more is recorded: disk full".to_owned());
+        assert_eq!(notice, expected);
         app.update();
         assert_eq!(*app.world().resource::<Notice>(), Notice::Nothing);
 

@@ -1,10 +1,10 @@
-//! The Live workspace: a tracker heard over the network, its tools shown where they are, recorded,
-//! and sent on.
+//! The Live workspace: a tracker's poses received over the network, its tools shown where they are,
+//! recorded, and sent on.
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | [`state`] | the state: what was asked for, the session, what was last seen of it |
-//! | `answer` | does what the panels ask for |
+//! | [`state`] | the state: what was requested, the session, what was last seen of it |
+//! | `answer` | carries out the panels' requests |
 //! | `follow` | looks at the session once a frame, and keeps it in the design's room |
 //! | [`collected`] | where samples were taken, counted in the session's thread |
 //! | [`cells`] | draws that |
@@ -28,14 +28,14 @@ use crate::workspaces::live::panels::{collecting_panel, note_tools, pose_panel, 
 use crate::workspaces::live::state::LiveState;
 use bevy::prelude::*;
 
-/// Hears a tracker when [`LiveRequest`] asks for it; no thread, socket or file is there before.
+/// Receives a tracker's poses on [`LiveRequest`]; no thread, socket or file is there before.
 ///
 /// Answers in [`EditorSystems::Input`], follows the session there too, so that bodies are drawn in
-/// the frame in which they were heard.
+/// the frame in which their poses were received.
 pub struct LivePlugin;
 
-fn is_connected(desk: Res<LiveState>) -> bool {
-    desk.is_connected()
+fn is_connected(state: Res<LiveState>) -> bool {
+    state.is_connected()
 }
 
 impl Plugin for LivePlugin {

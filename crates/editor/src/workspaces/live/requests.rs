@@ -1,4 +1,4 @@
-//! What is asked of the Live workspace.
+//! Requests to the Live workspace.
 
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
@@ -16,7 +16,7 @@ pub const WORKSPACE: Workspace = Workspace {
     ..Workspace::VIEWED
 };
 
-/// Asks for something of the workspace.
+/// A request to the workspace.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum LiveRequest {
     /// `HOST:PORT` of the tracker's server.
@@ -25,7 +25,7 @@ pub enum LiveRequest {
     SetPort(Option<u16>),
     Connect,
     Disconnect,
-    /// Which body a tool is, none of them, or (`None`) whatever its name says.
+    /// Which body a tool is, none of them, or (`None`) the one with its name.
     Assign(String, Option<Option<BodyRole>>),
     /// Shows the dialog that chooses where the recording goes.
     ShowRecord,

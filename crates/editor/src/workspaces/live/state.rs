@@ -1,4 +1,4 @@
-//! The state of the Live workspace: what was asked for, the session, and what was last seen of it.
+//! The state of the Live workspace: what was requested, the session, and what was last seen of it.
 
 use crate::document::shown::LivePoses;
 use crate::runner::wake::Waker;
@@ -30,7 +30,7 @@ pub struct LiveState {
     pub server: String,
     /// The port that poses are sent on at.
     pub port: Option<u16>,
-    /// What the person said of tools.
+    /// The bodies that the person chose for tools.
     pub assigned: Assigned,
     /// How the session was when it was last looked at; the last look of one that is over.
     pub seen: Option<SessionState>,
@@ -93,11 +93,11 @@ impl LiveState {
         };
         let trouble = |role: BodyRole| {
             let name = &design.body(role)?.rigid.name;
-            let heard = seen.tools.values().find(|view| view.role == Some(role));
-            let text = match heard.map(|view| view.state) {
+            let received = seen.tools.values().find(|view| view.role == Some(role));
+            let text = match received.map(|view| view.state) {
                 Some(ToolState::Good) => return None,
                 Some(ToolState::NotGood(reason)) => format!("{name}, last good pose: {reason}"),
-                None => format!("{name}, as designed: it is not heard"),
+                None => format!("{name}, as designed: no pose received"),
             };
             Some((role, text))
         };

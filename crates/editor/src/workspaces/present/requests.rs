@@ -1,4 +1,4 @@
-//! What is asked of the Present workspace, and which slide it shows.
+//! Requests to the Present workspace, and which slide it shows.
 
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
@@ -16,7 +16,7 @@ pub const WORKSPACE: Workspace = Workspace {
     ..Workspace::VIEWED
 };
 
-/// Asks for something while slides are shown.
+/// A request while slides are shown.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum PresentRequest {
     /// So many slides on, or back.

@@ -82,7 +82,7 @@ impl House<'_> {
     }
 }
 
-/// Whether anything changed that says what is to be on the screen.
+/// Whether anything changed that determines what is to be on the screen.
 pub(crate) fn may_differ(
     workspace: Res<Workspace>,
     generation: Res<WorldGeneration>,

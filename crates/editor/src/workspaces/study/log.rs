@@ -97,7 +97,7 @@ fn start(
         let mut done = 0;
         let mut visit = |_: &Trial| {
             done += 1;
-            // Writing stops by the token itself, and says so.
+            // Writing stops by the token itself, and reports it.
             let _ = task.step(done, trials);
         };
         let output = files.output(&output)?;

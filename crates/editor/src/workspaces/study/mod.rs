@@ -56,7 +56,7 @@ impl Plugin for StudyPlugin {
 }
 
 fn is_trials(world: &World) -> bool {
-    world.get_resource::<StudyState>().is_some_and(|desk| desk.side == state::Side::Trials)
+    world.get_resource::<StudyState>().is_some_and(|state| state.side == state::Side::Trials)
 }
 
 fn is_inspector(world: &World) -> bool {

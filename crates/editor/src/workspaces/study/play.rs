@@ -1,4 +1,4 @@
-//! Answers what is asked of the Study workspace, and plays trials one after the other.
+//! Answers requests to the Study workspace, and plays trials one after the other.
 
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::trials::{ModeKind, TrialChoice};
@@ -33,7 +33,7 @@ fn is_playing(choice: Res<TrialChoice>) -> bool {
 fn answer(
     mut requests: MessageReader<StudyRequest>,
     mut choice: ResMut<TrialChoice>,
-    mut desk: ResMut<StudyState>,
+    mut state: ResMut<StudyState>,
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
     mut files: MessageWriter<FileRequest>,
@@ -77,10 +77,10 @@ fn answer(
                     _ => None,
                 };
             }
-            StudyRequest::SetRate(rate_per_s) => desk.rate_per_s = rate_per_s,
-            StudyRequest::ShowSide(side) => desk.side = side,
-            StudyRequest::ShowRotation(form) => desk.rotation = form,
-            StudyRequest::ShowAxis(axis) => desk.axis = axis,
+            StudyRequest::SetRate(rate_per_s) => state.rate_per_s = rate_per_s,
+            StudyRequest::ShowSide(side) => state.side = side,
+            StudyRequest::ShowRotation(form) => state.rotation = form,
+            StudyRequest::ShowAxis(axis) => state.axis = axis,
             StudyRequest::CancelLog => continue,
         }
         if let Some(position) = choice.playing {
@@ -94,7 +94,7 @@ fn answer(
 fn advance(
     time: Res<Time<Real>>,
     mut choice: ResMut<TrialChoice>,
-    desk: Res<StudyState>,
+    state: Res<StudyState>,
     world: Option<Res<OpenWorld>>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
@@ -103,7 +103,7 @@ fn advance(
         choice.playing = None;
         return;
     };
-    let step = time.delta_secs_f64().min(LONGEST_STEP_S) * desk.rate_per_s;
+    let step = time.delta_secs_f64().min(LONGEST_STEP_S) * state.rate_per_s;
     let next = position + step;
     choice.trial = Some((next as usize).min(last));
     choice.playing = (next < last as f64).then_some(next);

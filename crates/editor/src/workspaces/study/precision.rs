@@ -1,4 +1,4 @@
-//! Error against run time of the open design, measured in the background when asked for.
+//! Error against run time of the open design, measured in the background on request.
 
 use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
@@ -14,10 +14,10 @@ use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 use trackwright_accuracy::precision::{Family, Machine, Report, Settings, What, run_each};
 use trackwright_task::{Cancelled, Task};
 
-/// Measures when [`PrecisionRequest::Measure`] asks; nothing runs and nothing is kept before.
+/// Measures on [`PrecisionRequest::Measure`]; nothing runs and nothing is kept before.
 pub struct PrecisionPlugin;
 
-/// Asks for something of the page.
+/// A request to the page.
 #[derive(Message, Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PrecisionRequest {
     Open,

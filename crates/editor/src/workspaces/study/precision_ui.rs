@@ -16,7 +16,7 @@ const TABLE_HEIGHT: f32 = 180.0;
 /// As [`page::cells`] has them.
 const COLUMNS: [&str; 8] = ["", "method", "order", "orientations", "size", "time", "each", "error"];
 
-/// Draws the page as a window of its own; what the person asked for.
+/// Draws the page as a window of its own; the person's requests.
 pub fn precision_window(
     ctx: &Context,
     page: &PrecisionPage,
@@ -41,7 +41,7 @@ pub fn precision_window(
     requests
 }
 
-/// The page's inside. `is_current` says whether the open design is still the measured one.
+/// The page's inside. `is_current`: the open design is still the measured one.
 pub fn precision_ui(ui: &mut Ui, page: &PrecisionPage, is_current: bool) -> Vec<PrecisionRequest> {
     let mut requests = Vec::new();
     head_ui(ui, page, is_current, &mut requests);

@@ -1,4 +1,4 @@
-//! How the Study workspace shows trials, and what it can be asked for.
+//! How the Study workspace shows trials, and the requests to it.
 
 use crate::document::trials::ModeKind;
 use crate::shell::keys::Keys;
@@ -39,7 +39,7 @@ pub enum Side {
     Inspector,
 }
 
-/// Asks for something of the Study workspace.
+/// A request to the Study workspace.
 #[derive(Message, Clone, Debug, PartialEq)]
 pub enum StudyRequest {
     Choose(ModeKind),

@@ -27,7 +27,7 @@ pub(crate) struct Shown<'w> {
     world: Res<'w, OpenWorld>,
     results: Res<'w, Results>,
     choice: Res<'w, TrialChoice>,
-    desk: Res<'w, StudyState>,
+    state: Res<'w, StudyState>,
     trial: Option<Res<'w, ShownDesign>>,
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn timeline_panel(
         profile: profile.map(|profile| &profile.value),
         is_computing: results.problem.is_none() && are_old,
         is_playing: choice.is_playing(),
-        rate_per_s: shown.desk.rate_per_s,
+        rate_per_s: shown.state.rate_per_s,
         log_part: log.part(),
     };
     for action in timeline_ui(&mut ui, &view) {
@@ -77,7 +77,7 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
             None => "The design's own pose".to_owned(),
         },
         columns: ["true", "simulated"],
-        rotation: shown.desk.rotation,
+        rotation: shown.state.rotation,
         has_crf: design.crf.is_some(),
         limit_mm: design.requirement.and_then(|r| Some(r.single_position_mm()?.1)),
     };
@@ -86,7 +86,7 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
     let trial = shown.trial.as_ref().and_then(|shown| shown.trial.as_ref());
     let view = StudyChartsView {
         charted: &profile.value,
-        axis: shown.desk.axis,
+        axis: shown.state.axis,
         shown: trial.map(|trial| trial.number),
     };
     requests.write_all(study_charts_ui(&mut ui, &view));
@@ -95,7 +95,7 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
 /// Which of two things stands above the result.
 pub(crate) fn sides_panel(
     mut ui: InMut<Ui>,
-    desk: Res<StudyState>,
+    state: Res<StudyState>,
     mut requests: Requests<StudyRequest>,
 ) {
     let sides = Panel::top("sides")
@@ -108,8 +108,8 @@ pub(crate) fn sides_panel(
                 (Side::Trials, "Trials", "The shown trial in numbers, and charts of all trials"),
                 (Side::Inspector, "Inspector", "What is selected, to be edited"),
             ] {
-                let tab = Button::selectable(side == desk.side, name);
-                if ui.add(tab).on_hover_text(about).clicked() && side != desk.side {
+                let tab = Button::selectable(side == state.side, name);
+                if ui.add(tab).on_hover_text(about).clicked() && side != state.side {
                     requests.write(StudyRequest::ShowSide(side));
                 }
             }

@@ -123,7 +123,7 @@ fn position(pose: &InputTrial) -> Vec<String> {
     axes.map(|(axis, value)| format!("{axis} {}", length(value))).collect()
 }
 
-/// Up to two decimals, none that say nothing.
+/// Up to two decimals, without zeros at the end.
 fn short(value: f64) -> String {
     let text = decimal(value, 2);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

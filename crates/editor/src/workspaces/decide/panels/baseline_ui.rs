@@ -22,9 +22,9 @@ use trackwright_simulation::figures::with_minus_signs;
 
 /// Draws the baseline and the differences from it.
 pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     section_ui(ui, "Baseline");
-    match (&view.desk.pinned, &view.desk.pinning) {
+    match (&view.state.pinned, &view.state.pinning) {
         (_, Some(_)) => {
             quiet_ui(ui, "reading…");
         }
@@ -54,35 +54,35 @@ pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
             .add(main_button("Pin this state"))
             .on_hover_text("Holds the design against what it is now");
         if here.clicked() {
-            asked.push(DecideRequest::PinHere);
+            requests.push(DecideRequest::PinHere);
         }
         let file = ui.button("Pin a file…").on_hover_text("Holds the design against another one");
         if file.clicked() {
-            asked.push(DecideRequest::ShowPin);
+            requests.push(DecideRequest::ShowPin);
         }
-        if view.desk.pinned.is_some() && ui.button("Unpin").clicked() {
-            asked.push(DecideRequest::Unpin);
+        if view.state.pinned.is_some() && ui.button("Unpin").clicked() {
+            requests.push(DecideRequest::Unpin);
         }
     });
-    if let Some(pinned) = &view.desk.pinned {
+    if let Some(pinned) = &view.state.pinned {
         ui.add_space(6.0);
         match view.found(pinned) {
             None => {
                 quiet_ui(ui, "computing…");
             }
             Some((found, is_current)) => {
-                found_ui(ui, view, (found, is_current), &mut asked);
+                found_ui(ui, view, (found, is_current), &mut requests);
             }
         }
     }
-    asked
+    requests
 }
 
 fn found_ui(
     ui: &mut Ui,
     view: &DecideView,
     (found, is_current): (&Found, bool),
-    asked: &mut Vec<DecideRequest>,
+    requests: &mut Vec<DecideRequest>,
 ) {
     let rows = &found.comparison.rows;
     let measured = |row: usize| rows.get(row).map(|row| row.measured.as_ref());
@@ -114,11 +114,11 @@ fn found_ui(
         },
     };
     let differences = against.map(|against| against.differences.as_slice());
-    table_ui(ui, view.desk.shows_all_figures, [&before.figures, now], differences);
+    table_ui(ui, view.state.shows_all_figures, [&before.figures, now], differences);
     ui.add_space(4.0);
-    let mut all = view.desk.shows_all_figures;
+    let mut all = view.state.shows_all_figures;
     if ui.checkbox(&mut all, "All figures").changed() {
-        asked.push(DecideRequest::ShowAllFigures(all));
+        requests.push(DecideRequest::ShowAllFigures(all));
     }
     ui.add_space(4.0);
     for (name, figures, expected) in
@@ -148,7 +148,7 @@ fn found_ui(
         }
     }
     if let Some(Some(why)) = found.comparison.rooms_unknown.first() {
-        warning_ui(ui, &format!("the room does not say how far its field may be off: {why}"));
+        warning_ui(ui, &format!("the uncertainty of the room's field is unknown: {why}"));
     }
 }
 

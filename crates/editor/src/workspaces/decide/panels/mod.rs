@@ -1,4 +1,4 @@
-//! The panels of the Decide workspace: pure functions from its desk to what the person asked for.
+//! The panels of the Decide workspace: pure functions from its state to the person's requests.
 
 pub mod baseline_ui;
 pub mod recorded_ui;
@@ -21,7 +21,7 @@ pub struct DecideView<'a> {
     pub document: &'a Document,
     pub generation: u64,
     pub results: &'a Results,
-    pub desk: &'a DecideState,
+    pub state: &'a DecideState,
     pub against: Option<&'a Against>,
     pub judged: Option<&'a Judged>,
     /// The name of the design's own room.

@@ -1,4 +1,4 @@
-//! Which recording of the built tool is looked at, and what its tables do not say of themselves.
+//! Which recording of the built tool is looked at, and what its tables do not state themselves.
 
 use crate::widgets::basic::{NumberChange, NumberField, number_ui, quiet_ui};
 use crate::workspaces::decide::panels::DecideView;
@@ -11,24 +11,24 @@ use trackwright_design::BodyRole;
 const MOST_READINGS: f64 = 1e6;
 
 /// Draws what chooses a recording, and what is to be known of the chosen one.
-pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
-    let recorded = view.desk.recorded.as_ref();
+pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
+    let recorded = view.state.recorded.as_ref();
     ui.horizontal(|ui| {
         let open = ui.button("Recorded poses…").on_hover_text(
             "A table of the built tool's true and measured poses, as `characterize` writes it",
         );
         if open.clicked() {
-            asked.push(DecideRequest::ShowRecorded(BodyRole::Tool));
+            requests.push(DecideRequest::ShowRecorded(BodyRole::Tool));
         }
         if recorded.is_some() && ui.button("Close").clicked() {
-            asked.push(DecideRequest::CloseRecorded);
+            requests.push(DecideRequest::CloseRecorded);
         }
     });
     let Some(recorded) = recorded else { return };
     quiet_ui(ui, short_path(&recorded.table)).on_hover_text(&recorded.table);
     let mut changed = recorded.clone();
     if view.document.design().crf.is_some() {
-        frame_ui(ui, &mut changed, asked);
+        frame_ui(ui, &mut changed, requests);
     }
     ui.checkbox(&mut changed.is_registered, "registered to these poses")
         .on_hover_text(
@@ -54,13 +54,13 @@ pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<Decide
         changed.truth_std_mm = std_mm;
     }
     if changed != *recorded {
-        asked.push(DecideRequest::SetRecorded(changed));
+        requests.push(DecideRequest::SetRecorded(changed));
     }
 }
 
 /// In which frame the poses are: the CRF's, or the tracker's with the CRF's own poses beside them or
 /// without.
-fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, asked: &mut Vec<DecideRequest>) {
+fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, requests: &mut Vec<DecideRequest>) {
     if let Some(table) = changed.crf_table.clone() {
         ui.horizontal(|ui| {
             quiet_ui(ui, format!("CRF: {}", short_path(&table))).on_hover_text(&table);
@@ -81,7 +81,7 @@ fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, asked: &mut Vec<DecideReq
         let about = "The same table of the CRF, with a row for every row of the tool's: errors are then those \
                      of the tool in the CRF";
         if ui.button("CRF's poses…").on_hover_text(about).clicked() {
-            asked.push(DecideRequest::ShowRecorded(BodyRole::Crf));
+            requests.push(DecideRequest::ShowRecorded(BodyRole::Crf));
         }
     }
 }
@@ -100,7 +100,7 @@ fn labelled_ui(ui: &mut Ui, field: &NumberField, about: &str, value: f64) -> Opt
     })
 }
 
-/// The end of a path, which says more than its beginning.
+/// The end of a path, which identifies it better than its beginning.
 fn short_path(path: &str) -> String {
     const MOST: usize = 30;
     let count = path.chars().count();

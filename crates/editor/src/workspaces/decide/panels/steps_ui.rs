@@ -25,14 +25,14 @@ use trackwright_simulation::figures::with_minus_signs;
 /// Longest name that a row shows whole.
 const MOST_CHARS: usize = 20;
 
-/// Changes since a decision that are told one by one.
+/// Changes since a decision that are listed one by one.
 const MOST_CHANGES: usize = 4;
 
 /// Draws the rooms and the steps.
 pub fn steps_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     section_ui(ui, "Rooms");
-    rooms_ui(ui, view, &mut asked);
+    rooms_ui(ui, view, &mut requests);
     let status = view.status();
     for step in Step::ALL {
         ui.add_space(8.0);
@@ -47,13 +47,13 @@ pub fn steps_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
             }
             (Some(status), Step::Crf) => studies_ui(ui, "crf", &status.crf),
             (Some(status), Step::Tool) => studies_ui(ui, "tool", &status.tool),
-            (Some(status), Step::Built) => built_ui(ui, view, &status.built, &mut asked),
+            (Some(status), Step::Built) => built_ui(ui, view, &status.built, &mut requests),
         }
         if let Some(status) = status {
-            decision_ui(ui, view, (step, status), &mut asked);
+            decision_ui(ui, view, (step, status), &mut requests);
         }
     }
-    asked
+    requests
 }
 
 /// What a step is called where there is room.
@@ -93,7 +93,7 @@ fn badge(state: State) -> (Option<char>, Color32) {
 }
 
 /// The design's own room, and the further ones that it is judged in.
-fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
+fn rooms_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
     ui.add(Label::new(printable(view.environment)).wrap()).on_hover_text("The design's own room");
     for file in &view.document.design().procedure.further_rooms {
         ui.horizontal(|ui| {
@@ -107,7 +107,7 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let remove = ui.small_button("×").on_hover_text("No longer judged in it");
                 if remove.clicked() {
-                    asked.push(DecideRequest::RemoveRoom(file.clone()));
+                    requests.push(DecideRequest::RemoveRoom(file.clone()));
                 }
             });
         });
@@ -129,7 +129,7 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
             };
             let name = printable(&room.summary.name);
             if ui.button(name).on_hover_text(about).clicked() {
-                asked.push(DecideRequest::AddRoom(room.place.clone()));
+                requests.push(DecideRequest::AddRoom(room.place.clone()));
                 ui.close();
             }
         }
@@ -209,7 +209,7 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
     });
 }
 
-fn built_ui(ui: &mut Ui, view: &DecideView, status: &BuiltStatus, asked: &mut Vec<DecideRequest>) {
+fn built_ui(ui: &mut Ui, view: &DecideView, status: &BuiltStatus, requests: &mut Vec<DecideRequest>) {
     match &status.recording {
         None => {
             quiet_ui(ui, "Its measured poses beside the predicted ones");
@@ -236,7 +236,7 @@ fn built_ui(ui: &mut Ui, view: &DecideView, status: &BuiltStatus, asked: &mut Ve
     for note in view.notes() {
         warning_ui(ui, note);
     }
-    recorded_ui(ui, view, asked);
+    recorded_ui(ui, view, requests);
 }
 
 /// What was decided, or what can be.
@@ -244,7 +244,7 @@ fn decision_ui(
     ui: &mut Ui,
     view: &DecideView,
     (step, status): (Step, &StepStatus),
-    asked: &mut Vec<DecideRequest>,
+    requests: &mut Vec<DecideRequest>,
 ) {
     if let Some(decision) = view.document.design().procedure.decision(step) {
         decided_ui(ui, decision);
@@ -260,12 +260,12 @@ fn decision_ui(
     if matches!(&hindrance, Some(Hindrance::Nothing)) {
         return;
     }
-    let mut note = view.desk.note(step).to_owned();
+    let mut note = view.state.note(step).to_owned();
     let field = TextEdit::singleline(&mut note)
         .hint_text("Why, in your words")
         .desired_width(f32::INFINITY);
     if ui.add(field).changed() {
-        asked.push(DecideRequest::SetNote(step, note));
+        requests.push(DecideRequest::SetNote(step, note));
     }
     ui.horizontal(|ui| {
         let is_decided = view.document.design().procedure.decision(step).is_some();
@@ -279,10 +279,10 @@ fn decision_ui(
                 .on_hover_text("Keeps these figures, their rooms and today's date in the design"),
         };
         if button.clicked() {
-            asked.push(DecideRequest::Decide(step));
+            requests.push(DecideRequest::Decide(step));
         }
         if is_decided && ui.button("Withdraw").clicked() {
-            asked.push(DecideRequest::Withdraw(step));
+            requests.push(DecideRequest::Withdraw(step));
         }
     });
 }
@@ -308,7 +308,7 @@ enum Hindrance {
 fn hindrance(view: &DecideView, step: Step, status: &StepStatus) -> Option<Hindrance> {
     match status.basis(step) {
         Err(_) => Some(Hindrance::Nothing),
-        Ok(_) => match view.desk.note(step).trim() {
+        Ok(_) => match view.state.note(step).trim() {
             "" => status.objection(step).map(Hindrance::Note),
             _ => None,
         },

@@ -26,19 +26,19 @@ const MOST_CHARS: usize = 34;
 
 /// Draws what is compared, and the table.
 pub fn table_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     ui.add_space(4.0);
-    head_ui(ui, view, &mut asked);
+    head_ui(ui, view, &mut requests);
     ui.add_space(4.0);
-    let Some(compared) = &view.desk.compared else {
-        if view.desk.comparing.is_none() {
+    let Some(compared) = &view.state.compared else {
+        if view.state.comparing.is_none() {
             quiet_ui(
                 ui,
                 "Every design in every room of this one: figures, requirement, worst pose. This design and the \
                  baseline are in it; add others, then compare.",
             );
         }
-        return asked;
+        return requests;
     };
     let is_current =
         compared.generation == view.generation && compared.revision == view.document.revision();
@@ -49,38 +49,38 @@ pub fn table_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
         for missing in &compared.missing {
             warning_ui(ui, missing);
         }
-        rows_ui(ui, compared, &mut asked);
+        rows_ui(ui, compared, &mut requests);
     });
-    asked
+    requests
 }
 
-fn head_ui(ui: &mut Ui, view: &DecideView, asked: &mut Vec<DecideRequest>) {
+fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("Compare").strong().color(palette::TEXT_STRONG.color32()));
         ui.add_space(6.0);
         if ui.button("Add design…").clicked() {
-            asked.push(DecideRequest::ShowAddDesign);
+            requests.push(DecideRequest::ShowAddDesign);
         }
-        for file in &view.desk.designs {
+        for file in &view.state.designs {
             let name = short_name(&file_stem(file), MOST_CHARS);
             let chip = ui
                 .button(format!("{name}  ×"))
                 .on_hover_text(format!("{}\nTakes it out of the table", file.display()));
             if chip.clicked() {
-                asked.push(DecideRequest::RemoveDesign(file.clone()));
+                requests.push(DecideRequest::RemoveDesign(file.clone()));
             }
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.add_space(4.0);
-            match &view.desk.comparing {
+            match &view.state.comparing {
                 None => {
                     if ui.add(main_button("Compare")).clicked() {
-                        asked.push(DecideRequest::Compare);
+                        requests.push(DecideRequest::Compare);
                     }
                 }
                 Some(job) => {
                     if ui.button("Cancel").clicked() {
-                        asked.push(DecideRequest::CancelCompare);
+                        requests.push(DecideRequest::CancelCompare);
                     }
                     let bar = ProgressBar::new(job.progress() as f32);
                     ui.add_sized(vec2(140.0, 14.0), bar.show_percentage());
@@ -104,7 +104,7 @@ fn heads() -> Vec<(String, bool)> {
     heads
 }
 
-fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
+fn rows_ui(ui: &mut Ui, compared: &Compared, requests: &mut Vec<DecideRequest>) {
     let heads = heads();
     Grid::new("compared").num_columns(heads.len()).spacing([14.0, 3.0]).striped(true).show(
         ui,
@@ -117,7 +117,7 @@ fn rows_ui(ui: &mut Ui, compared: &Compared, asked: &mut Vec<DecideRequest>) {
             }
             ui.end_row();
             for (number, row) in compared.comparison.rows.iter().enumerate() {
-                row_ui(ui, compared, (number, row), asked);
+                row_ui(ui, compared, (number, row), requests);
                 ui.end_row();
             }
         },
@@ -128,7 +128,7 @@ fn row_ui(
     ui: &mut Ui,
     compared: &Compared,
     (number, row): (usize, &Row),
-    asked: &mut Vec<DecideRequest>,
+    requests: &mut Vec<DecideRequest>,
 ) {
     let names = &compared.names;
     let what = compared.designs.get(row.design);
@@ -146,7 +146,7 @@ fn row_ui(
     let opened =
         ui.add(button).on_hover_text(format!("{}\n{about}", Names::of(&names.designs, row.design)));
     if opened.clicked() {
-        asked.push(DecideRequest::OpenRow(number));
+        requests.push(DecideRequest::OpenRow(number));
     }
     ui.label(short_name(room, MOST_CHARS)).on_hover_text(room);
     let measured = match &row.measured {

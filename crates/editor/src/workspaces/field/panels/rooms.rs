@@ -9,15 +9,15 @@ use bevy_egui::egui::Ui;
 use trackwright_project::{RoomListing, RoomSource};
 
 /// Draws the list; a click puts the design into the room.
-pub fn rooms_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
-    let mut asked = Vec::new();
+pub fn rooms_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
+    let mut requests = Vec::new();
     section_ui(ui, "Rooms, held-out error");
-    if desk.rooms.is_empty() {
-        quiet_ui(ui, if desk.listing.is_some() { "reading…" } else { "none" });
+    if state.rooms.is_empty() {
+        quiet_ui(ui, if state.listing.is_some() { "reading…" } else { "none" });
     }
-    for room in &desk.rooms {
-        let is_own = desk.own.as_ref() == Some(&room.place);
-        let worth = match (room.summary.samples, room.summary.held_out_rms_mm) {
+    for room in &state.rooms {
+        let is_own = state.own.as_ref() == Some(&room.place);
+        let note = match (room.summary.samples, room.summary.held_out_rms_mm) {
             (None, _) => "ideal".to_owned(),
             (Some(_), None) => "none".to_owned(),
             (Some(_), Some(rms_mm)) => length(rms_mm),
@@ -29,17 +29,17 @@ pub fn rooms_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
         };
         let row = Row {
             label: &name,
-            note: &worth,
+            note: &note,
             is_selected: is_own,
             mark: Some(mark.unwrap_or((Mark::Dot, palette::LINE.color32()))),
             ..Row::default()
         };
         let response = row_ui(ui, &row).on_hover_text(about(room, is_own));
         if response.clicked() && !is_own {
-            asked.push(FieldRequest::Assign(room.place.clone()));
+            requests.push(FieldRequest::Assign(room.place.clone()));
         }
     }
-    asked
+    requests
 }
 
 /// What the row has no room for.

@@ -18,9 +18,9 @@ const TITLE_SIZE: f32 = 15.0;
 
 /// Draws Fig. 3 as large as a panel allows.
 pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     let Some(chosen) = &fitted.chosen else {
-        return asked;
+        return requests;
     };
     section_ui(ui, "Held-out error against order (Fig. 3)");
     let mut figure = chart(&fitted.training.name(), &chosen.selection);
@@ -29,15 +29,15 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     figure.y.label = "position RMS, mm".to_owned();
     chart_ui(ui, &figure, PANEL_HEIGHT);
     if ui.button("Figure and table…").clicked() {
-        asked.push(FieldRequest::ShowSelection(true));
+        requests.push(FieldRequest::ShowSelection(true));
     }
-    asked
+    requests
 }
 
-/// Shows Fig. 3 with its table in a window over the scene; what the person asked for, and where the
+/// Shows Fig. 3 with its table in a window over the scene; the person's requests, and where the
 /// window stands. It takes some frames until it stands where its contents want it.
 pub fn selection_window(ctx: &Context, fitted: &Fitted) -> (Vec<FieldRequest>, Option<egui::Rect>) {
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     let mut is_open = true;
     let window =
         egui::Window::new(RichText::new("Held-out error against order (Fig. 3)").size(TITLE_SIZE))
@@ -49,9 +49,9 @@ pub fn selection_window(ctx: &Context, fitted: &Fitted) -> (Vec<FieldRequest>, O
             .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
             .show(ctx, |ui| page_ui(ui, fitted));
     if !is_open {
-        asked.push(FieldRequest::ShowSelection(false));
+        requests.push(FieldRequest::ShowSelection(false));
     }
-    (asked, window.map(|window| window.response.rect))
+    (requests, window.map(|window| window.response.rect))
 }
 
 fn page_ui(ui: &mut Ui, fitted: &Fitted) {

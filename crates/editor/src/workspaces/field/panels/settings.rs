@@ -27,9 +27,9 @@ const FIRST_JITTER_DEG: f64 = 0.1;
 const FIRST_GROWTH_MM: f64 = 300.0;
 
 /// Draws the settings.
-pub fn settings_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
-    let mut asked = Vec::new();
-    let before = desk.settings;
+pub fn settings_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
+    let mut requests = Vec::new();
+    let before = state.settings;
     let mut settings = before;
     section_ui(ui, "Fit");
     kind_ui(ui, &mut settings);
@@ -54,11 +54,11 @@ pub fn settings_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
     );
     jitter_ui(ui, &mut settings.jitter);
     if settings != before {
-        asked.push(FieldRequest::Set(settings));
+        requests.push(FieldRequest::Set(settings));
     }
     ui.add_space(6.0);
-    fit_ui(ui, desk, &mut asked);
-    asked
+    fit_ui(ui, state, &mut requests);
+    requests
 }
 
 /// The kind of model, and the degree of a harmonic one.
@@ -123,7 +123,7 @@ fn polynomials_ui(ui: &mut Ui, settings: &mut FieldSettings) {
         &sets,
     );
     let is_open = model.order.is_none() || model.directions.is_none();
-    // Where nothing is open, no ridge is what is taken unless told.
+    // Where nothing is open, no ridge is the default.
     if !is_open && model.ridge == Some(0.0) {
         model.ridge = None;
     }
@@ -265,10 +265,10 @@ fn set_from(changes: Vec<NumberChange>, mut set: impl FnMut(f64)) {
     }
 }
 
-fn fit_ui(ui: &mut Ui, desk: &FieldState, asked: &mut Vec<FieldRequest>) {
-    if let Some(job) = &desk.fitting {
+fn fit_ui(ui: &mut Ui, state: &FieldState, requests: &mut Vec<FieldRequest>) {
+    if let Some(job) = &state.fitting {
         let part = job.progress();
-        let doing = match desk.settings.is_open() && part < CHOOSING_PART {
+        let doing = match state.settings.is_open() && part < CHOOSING_PART {
             true => "cross-validating",
             false => "fitting",
         };
@@ -277,17 +277,17 @@ fn fit_ui(ui: &mut Ui, desk: &FieldState, asked: &mut Vec<FieldRequest>) {
             let bar = ProgressBar::new(part as f32).desired_width(width);
             ui.add(bar.text(format!("{doing} {:.0}\u{2009}%", part * 100.0)));
             if ui.button("Cancel").clicked() {
-                asked.push(FieldRequest::CancelFit);
+                requests.push(FieldRequest::CancelFit);
             }
         });
         return;
     }
-    let hindrance = desk.hindrance();
-    let text = if desk.settings.is_open() { "Select and fit" } else { "Fit" };
+    let hindrance = state.hindrance();
+    let text = if state.settings.is_open() { "Select and fit" } else { "Fit" };
     ui.horizontal(|ui| {
         let button = ui.add_enabled(hindrance.is_none(), main_button(text));
         if button.clicked() {
-            asked.push(FieldRequest::Fit);
+            requests.push(FieldRequest::Fit);
         }
         if let Some(why) = hindrance {
             quiet_ui(ui, why);

@@ -7,7 +7,7 @@ use crate::workspaces::field::panels::rooms::rooms_ui;
 use crate::workspaces::field::panels::selection::{selection_ui, selection_window};
 use crate::workspaces::field::panels::settings::settings_ui;
 use crate::workspaces::field::panels::table::tables_ui;
-use crate::workspaces::field::panels::worth::{comparison_ui, worth_ui};
+use crate::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
 use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::samples::SampleScale;
 use crate::workspaces::field::state::FieldState;
@@ -19,63 +19,63 @@ use bevy_egui::egui::{Rect, Ui};
 /// The measurements that are open.
 pub(crate) fn tables_panel(
     mut ui: InMut<Ui>,
-    desk: Res<FieldState>,
+    state: Res<FieldState>,
     scale: Option<Res<SampleScale>>,
     mut requests: Requests<FieldRequest>,
 ) {
     let scale = scale.map_or_else(SampleScale::default, |scale| *scale);
-    requests.write_all(tables_ui(&mut ui, &desk, scale));
+    requests.write_all(tables_ui(&mut ui, &state, scale));
 }
 
 /// The rooms that the design could be put in.
 pub(crate) fn rooms_panel(
     mut ui: InMut<Ui>,
-    desk: Res<FieldState>,
+    state: Res<FieldState>,
     mut requests: Requests<FieldRequest>,
 ) {
-    requests.write_all(rooms_ui(&mut ui, &desk));
+    requests.write_all(rooms_ui(&mut ui, &state));
 }
 
 /// What a room is fitted with, and how well the fit describes the measurements.
 pub(crate) fn fit_panel(
     mut ui: InMut<Ui>,
-    desk: Res<FieldState>,
+    state: Res<FieldState>,
     world: Res<OpenWorld>,
     generation: Res<WorldGeneration>,
     mut requests: Requests<FieldRequest>,
 ) {
-    requests.write_all(settings_ui(&mut ui, &desk));
-    requests.write_all(worth_ui(&mut ui, &desk));
-    if let Some(comparison) = &desk.comparison {
+    requests.write_all(settings_ui(&mut ui, &state));
+    requests.write_all(fit_quality_ui(&mut ui, &state));
+    if let Some(comparison) = &state.comparison {
         let is_current = comparison.generation == generation.0
             && comparison.revision == world.0.document.revision();
         comparison_ui(&mut ui, comparison, is_current);
     }
-    if let Some(fitted) = &desk.fitted {
+    if let Some(fitted) = &state.fitted {
         requests.write_all(selection_ui(&mut ui, fitted));
     }
 }
 
-pub(crate) fn is_selection_open(desk: Res<FieldState>) -> bool {
-    desk.is_selection_open
+pub(crate) fn is_selection_open(state: Res<FieldState>) -> bool {
+    state.is_selection_open
 }
 
 /// The window with Fig. 3 and its table.
 pub(crate) fn selection_page(
     mut contexts: EguiContexts,
-    desk: Res<FieldState>,
+    state: Res<FieldState>,
     mut requests: Requests<FieldRequest>,
     mut commands: Commands,
     mut stood: Local<Option<Rect>>,
 ) -> Result {
-    let Some(fitted) = desk.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
+    let Some(fitted) = state.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
         return Ok(());
     };
-    let (asked, stands) = selection_window(contexts.ctx_mut()?, fitted);
+    let (selection_requests, stands) = selection_window(contexts.ctx_mut()?, fitted);
     if *stood != stands {
         commands.write_message(RequestRedraw);
     }
     *stood = stands;
-    requests.write_all(asked);
+    requests.write_all(selection_requests);
     Ok(())
 }

@@ -20,15 +20,15 @@ use trackwright_formats::printable::printable;
 const BAR_HEIGHT: f32 = 8.0;
 
 /// Draws both tables and how their samples are shown.
-pub fn tables_ui(ui: &mut Ui, desk: &FieldState, scale: SampleScale) -> Vec<FieldRequest> {
-    let mut asked = Vec::new();
-    if desk.is_drop_near {
+pub fn tables_ui(ui: &mut Ui, state: &FieldState, scale: SampleScale) -> Vec<FieldRequest> {
+    let mut requests = Vec::new();
+    if state.is_drop_near {
         drop_ui(ui);
     }
-    table_ui(ui, desk, TableRole::Training, &mut asked);
-    table_ui(ui, desk, TableRole::HeldOut, &mut asked);
-    samples_ui(ui, desk, scale, &mut asked);
-    asked
+    table_ui(ui, state, TableRole::Training, &mut requests);
+    table_ui(ui, state, TableRole::HeldOut, &mut requests);
+    samples_ui(ui, state, scale, &mut requests);
+    requests
 }
 
 fn drop_ui(ui: &mut Ui) {
@@ -42,7 +42,7 @@ fn drop_ui(ui: &mut Ui) {
         });
 }
 
-fn table_ui(ui: &mut Ui, desk: &FieldState, role: TableRole, asked: &mut Vec<FieldRequest>) {
+fn table_ui(ui: &mut Ui, state: &FieldState, role: TableRole, requests: &mut Vec<FieldRequest>) {
     let (title, button, what) = match role {
         TableRole::Training => (
             "Measurements",
@@ -56,11 +56,11 @@ fn table_ui(ui: &mut Ui, desk: &FieldState, role: TableRole, asked: &mut Vec<Fie
         ),
     };
     section_ui(ui, title);
-    let slot = desk.slot(role);
+    let slot = state.slot(role);
     match (&slot.table, &slot.reading) {
         (Some(table), _) => {
-            facts_ui(ui, table, role, asked);
-            as_is_ui(ui, table, desk.as_is.contains(&table.file), asked);
+            facts_ui(ui, table, role, requests);
+            as_is_ui(ui, table, state.as_is.contains(&table.file), requests);
         }
         (None, Some(_)) => {}
         (None, None) => {
@@ -74,11 +74,11 @@ fn table_ui(ui: &mut Ui, desk: &FieldState, role: TableRole, asked: &mut Vec<Fie
             let part = reading.job.progress() as f32;
             ui.add(ProgressBar::new(part).desired_width(ui.available_width() - 62.0));
             if ui.button("Cancel").clicked() {
-                asked.push(FieldRequest::Close(role));
+                requests.push(FieldRequest::Close(role));
             }
         });
     } else if slot.table.is_none() && ui.button(button).clicked() {
-        asked.push(FieldRequest::ShowOpen(role));
+        requests.push(FieldRequest::ShowOpen(role));
     }
 }
 
@@ -86,16 +86,16 @@ fn quiet(text: &str) -> RichText {
     RichText::new(text).font(theme::label_font()).color(palette::TEXT_QUIET.color32())
 }
 
-fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRequest>) {
+fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, requests: &mut Vec<FieldRequest>) {
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let close = ui.small_button("✖").on_hover_text("Puts the table away");
             if close.clicked() {
-                asked.push(FieldRequest::Close(role));
+                requests.push(FieldRequest::Close(role));
             }
             let other = ui.small_button("…").on_hover_text("Opens another table");
             if other.clicked() {
-                asked.push(FieldRequest::ShowOpen(role));
+                requests.push(FieldRequest::ShowOpen(role));
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 let name =
@@ -145,7 +145,7 @@ fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, asked: &mut Vec<FieldRe
 }
 
 /// A switch for a table that is not fitted otherwise.
-fn as_is_ui(ui: &mut Ui, table: &Table, mut is_taken: bool, asked: &mut Vec<FieldRequest>) {
+fn as_is_ui(ui: &mut Ui, table: &Table, mut is_taken: bool, requests: &mut Vec<FieldRequest>) {
     if !table.is_beyond_doubt() {
         return;
     }
@@ -153,7 +153,7 @@ fn as_is_ui(ui: &mut Ui, table: &Table, mut is_taken: bool, asked: &mut Vec<Fiel
         .checkbox(&mut is_taken, "take it as it stands")
         .on_hover_text("Fits it although no tracker's table is like it");
     if switch.changed() {
-        asked.push(FieldRequest::TakeAsIs(table.file.clone(), is_taken));
+        requests.push(FieldRequest::TakeAsIs(table.file.clone(), is_taken));
     }
 }
 
@@ -164,16 +164,16 @@ fn range(min_mm: f64, max_mm: f64) -> String {
 
 fn samples_ui(
     ui: &mut Ui,
-    desk: &FieldState,
+    state: &FieldState,
     SampleScale(scale): SampleScale,
-    asked: &mut Vec<FieldRequest>,
+    requests: &mut Vec<FieldRequest>,
 ) {
-    let has = |role| desk.slot(role).table.is_some();
+    let has = |role| state.slot(role).table.is_some();
     let Some(scale) = scale.filter(|_| TableRole::ALL.into_iter().any(has)) else {
         return;
     };
     section_ui(ui, "Samples in the view");
-    let before = desk.shown;
+    let before = state.shown;
     let mut shown = before;
     ui.horizontal(|ui| {
         ui.add_enabled_ui(has(TableRole::Training), |ui| {
@@ -183,21 +183,21 @@ fn samples_ui(
             ui.checkbox(&mut shown.held_out, "held out");
         });
     });
-    let can_be_left = desk.fitted.as_ref().is_some_and(|fitted| {
-        let tables = TableRole::ALL.map(|role| desk.slot(role).table.as_ref());
+    let can_be_left = state.fitted.as_ref().is_some_and(|fitted| {
+        let tables = TableRole::ALL.map(|role| state.slot(role).table.as_ref());
         tables.into_iter().flatten().any(|table| fitted.left_on(table).is_some())
     });
     value_ui(ui, can_be_left, &mut shown);
     bar_ui(ui, scale);
     for role in TableRole::ALL {
-        let samples = desk.slot(role).table.as_ref();
+        let samples = state.slot(role).table.as_ref();
         let step = samples.map_or(1, |table| stride(table.samples.samples.len()));
-        if step > 1 && desk.shown.is_shown(role) {
+        if step > 1 && state.shown.is_shown(role) {
             quiet_ui(ui, format!("every {}th sample is drawn", count(step)));
         }
     }
     if shown != before {
-        asked.push(FieldRequest::Show(shown));
+        requests.push(FieldRequest::Show(shown));
     }
 }
 

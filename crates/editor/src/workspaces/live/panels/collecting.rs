@@ -16,16 +16,16 @@ const NAMED_DIRECTIONS: usize = 6;
 const COUNT_WIDTH: f32 = 36.0;
 
 /// Draws the section.
-pub fn collecting_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
-    let mut asked = Vec::new();
+pub fn collecting_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
+    let mut requests = Vec::new();
     section_ui(ui, "Collecting");
-    let Some(collected) = &desk.collected else {
+    let Some(collected) = &state.collected else {
         quiet_ui(
             ui,
             "While something is recorded, the volume fills here and in the scene where samples \
              have been taken.",
         );
-        return asked;
+        return requests;
     };
     let summary = &collected.summary;
     let part = summary.cells_sampled as f32 / summary.cells.max(1) as f32;
@@ -44,9 +44,9 @@ pub fn collecting_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
     missing_ui(ui, collected);
     ui.add_space(4.0);
     if ui.button("Start over").clicked() {
-        asked.push(LiveRequest::StartOver);
+        requests.push(LiveRequest::StartOver);
     }
-    asked
+    requests
 }
 
 fn missing_ui(ui: &mut Ui, collected: &Collected) {

@@ -69,7 +69,7 @@ pub(crate) fn collecting_panel(
     requests.write_all(collecting_ui(&mut ui, &live));
 }
 
-/// The status line says how the tools are that are the design's bodies.
+/// The status line shows the state of the tools that are the design's bodies.
 pub(crate) fn note_tools(
     live: Res<LiveState>,
     workspace: Res<Workspace>,

@@ -1,4 +1,4 @@
-//! The tools that are heard: which bodies they are, and how good.
+//! The tools that are received: which bodies they are, and how good.
 
 use crate::palette;
 use crate::palette::ThemedColor;
@@ -13,34 +13,34 @@ use trackwright_openigtlink::roles::base_name;
 use trackwright_openigtlink::session::ToolView;
 
 /// Draws the list.
-pub fn tools_ui(ui: &mut Ui, desk: &LiveState, design: &Design) -> Vec<LiveRequest> {
-    let mut asked = Vec::new();
-    let Some(seen) = desk.seen.as_ref().filter(|_| desk.is_connected()) else {
-        return asked;
+pub fn tools_ui(ui: &mut Ui, state: &LiveState, design: &Design) -> Vec<LiveRequest> {
+    let mut requests = Vec::new();
+    let Some(seen) = state.seen.as_ref().filter(|_| state.is_connected()) else {
+        return requests;
     };
-    section_ui(ui, "Tools heard");
+    section_ui(ui, "Tools received");
     if seen.tools.is_empty() {
         quiet_ui(ui, "none yet");
     }
     for (name, view) in &seen.tools {
-        let said = desk.assigned.get(name);
+        let assigned = state.assigned.get(name);
         ui.horizontal(|ui| {
             let shown = printable(base_name(name)).into_owned();
             let label = RichText::new(shown).color(palette::TEXT_STRONG.color32());
             ui.add(egui::Label::new(label).truncate()).on_hover_text(printable(name).into_owned());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                asked.extend(role_ui(ui, name, view.role, said, design));
+                requests.extend(role_ui(ui, name, view.role, assigned, design));
             });
         });
         tool_state_ui(ui, view);
         ui.add_space(4.0);
     }
-    let is_tool_heard = seen.tools.values().any(|view| view.role == Some(BodyRole::Tool));
-    if !seen.tools.is_empty() && !is_tool_heard {
+    let is_tool_received = seen.tools.values().any(|view| view.role == Some(BodyRole::Tool));
+    if !seen.tools.is_empty() && !is_tool_received {
         let name = &design.tool.body.rigid.name;
-        quiet_ui(ui, format!("None is called like the design's tool, {name}: say which it is."));
+        quiet_ui(ui, format!("None is called like the design's tool, {name}: choose which it is."));
     }
-    asked
+    requests
 }
 
 fn tool_state_ui(ui: &mut Ui, view: &ToolView) {
@@ -58,12 +58,12 @@ fn tool_state_ui(ui: &mut Ui, view: &ToolView) {
     }
 }
 
-/// Which body it is; what its name says unless the person says otherwise.
+/// Which body it is; the one with its name unless the person chose otherwise.
 fn role_ui(
     ui: &mut Ui,
     tool: &str,
     role: Option<BodyRole>,
-    said: Option<&Option<BodyRole>>,
+    assigned: Option<&Option<BodyRole>>,
     design: &Design,
 ) -> Option<LiveRequest> {
     let words = |role: Option<BodyRole>| match role {
@@ -71,11 +71,11 @@ fn role_ui(
         Some(BodyRole::Crf) => "the CRF",
         None => "no body",
     };
-    let shown = match said {
-        Some(said) => words(*said),
+    let shown = match assigned {
+        Some(assigned) => words(*assigned),
         None => words(role),
     };
-    let mut asked = None;
+    let mut request = None;
     let combo = ComboBox::from_id_salt(("role", tool)).width(84.0).selected_text(shown);
     combo.show_ui(ui, |ui| {
         let choices = [Some(BodyRole::Tool), Some(BodyRole::Crf), None];
@@ -83,14 +83,14 @@ fn role_ui(
             if choice == Some(BodyRole::Crf) && design.crf.is_none() {
                 continue;
             }
-            let is_chosen = said == Some(&choice);
+            let is_chosen = assigned == Some(&choice);
             if ui.selectable_label(is_chosen, words(choice)).clicked() {
-                asked = Some(LiveRequest::Assign(tool.to_owned(), Some(choice)));
+                request = Some(LiveRequest::Assign(tool.to_owned(), Some(choice)));
             }
         }
-        if ui.selectable_label(said.is_none(), "by its name").clicked() {
-            asked = Some(LiveRequest::Assign(tool.to_owned(), None));
+        if ui.selectable_label(assigned.is_none(), "by its name").clicked() {
+            request = Some(LiveRequest::Assign(tool.to_owned(), None));
         }
     });
-    asked
+    request
 }

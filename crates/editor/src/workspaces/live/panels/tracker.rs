@@ -15,52 +15,52 @@ use trackwright_openigtlink::session::{Link, SessionState};
 /// Where poses are sent on at first: the port after the tracker's, which is taken on one machine.
 const FIRST_PORT: u16 = DEFAULT_PORT + 1;
 
-/// Draws the connection; says how it is.
-pub fn tracker_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
-    let mut asked = Vec::new();
+/// Draws the connection and its state.
+pub fn tracker_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
+    let mut requests = Vec::new();
     section_ui(ui, "Tracker");
-    let is_connected = desk.is_connected();
+    let is_connected = state.is_connected();
     ui.add_enabled_ui(!is_connected, |ui| {
-        if let Some(server) = text_row_ui(ui, "server", &desk.server) {
-            asked.push(LiveRequest::SetServer(server));
+        if let Some(server) = text_row_ui(ui, "server", &state.server) {
+            requests.push(LiveRequest::SetServer(server));
         }
-        asked.extend(port_ui(ui, desk.port));
+        requests.extend(port_ui(ui, state.port));
     });
     ui.add_space(4.0);
     if is_connected {
         if ui.button("Disconnect").clicked() {
-            asked.push(LiveRequest::Disconnect);
+            requests.push(LiveRequest::Disconnect);
         }
     } else if ui.add(main_button("Connect")).clicked() {
-        asked.push(LiveRequest::Connect);
+        requests.push(LiveRequest::Connect);
     }
-    if let Some(problem) = &desk.problem {
+    if let Some(problem) = &state.problem {
         warning_ui(ui, problem);
     }
-    match &desk.seen {
+    match &state.seen {
         Some(seen) if is_connected => link_ui(ui, seen),
         _ => {
-            quiet_ui(ui, "Hears poses over OpenIGTLink, as PLUS and 3D Slicer send them.");
+            quiet_ui(ui, "Receives poses over OpenIGTLink, as PLUS and 3D Slicer send them.");
         }
     }
-    asked
+    requests
 }
 
 fn port_ui(ui: &mut Ui, port: Option<u16>) -> Option<LiveRequest> {
     let mut is_sent = port.is_some();
-    let mut asked = None;
+    let mut request = None;
     ui.horizontal(|ui| {
         let about = "Compensated poses for 3D Slicer or any other client on this machine";
         if ui.checkbox(&mut is_sent, "send on at port").on_hover_text(about).changed() {
-            asked = Some(LiveRequest::SetPort(is_sent.then_some(FIRST_PORT)));
+            request = Some(LiveRequest::SetPort(is_sent.then_some(FIRST_PORT)));
         }
         let mut number = port.unwrap_or(FIRST_PORT);
         let field = DragValue::new(&mut number).range(1024..=u16::MAX).speed(0.2);
         if ui.add_enabled(is_sent, field).changed() {
-            asked = Some(LiveRequest::SetPort(Some(number)));
+            request = Some(LiveRequest::SetPort(Some(number)));
         }
     });
-    asked
+    request
 }
 
 fn link_ui(ui: &mut Ui, seen: &SessionState) {
@@ -100,27 +100,27 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
 }
 
 /// Draws the recording.
-pub fn recording_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
-    let mut asked = Vec::new();
+pub fn recording_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
+    let mut requests = Vec::new();
     section_ui(ui, "Recording");
-    let recording = (desk.seen.as_ref())
+    let recording = (state.seen.as_ref())
         .and_then(|seen| seen.recording.as_ref())
-        .filter(|_| desk.is_connected());
+        .filter(|_| state.is_connected());
     let is_growing = recording.is_some_and(|recording| recording.failed.is_none());
     if is_growing {
         if ui.button("Stop recording").clicked() {
-            asked.push(LiveRequest::StopRecording);
+            requests.push(LiveRequest::StopRecording);
         }
     } else {
-        ui.add_enabled_ui(desk.is_connected(), |ui| {
+        ui.add_enabled_ui(state.is_connected(), |ui| {
             let about = "Poses as they are measured, a line each, whole whatever happens";
             if ui.button("Record…").on_hover_text(about).clicked() {
-                asked.push(LiveRequest::ShowRecord);
+                requests.push(LiveRequest::ShowRecord);
             }
         });
     }
     let Some(recording) = recording else {
-        return asked;
+        return requests;
     };
     let name = recording.file.file_name().unwrap_or_default().to_string_lossy();
     ui.horizontal(|ui| {
@@ -136,5 +136,5 @@ pub fn recording_ui(ui: &mut Ui, desk: &LiveState) -> Vec<LiveRequest> {
     if let Some(why) = &recording.failed {
         warning_ui(ui, &format!("Nothing more is recorded: {why}"));
     }
-    asked
+    requests
 }

@@ -10,13 +10,13 @@ use trackwright_design::{Slide, SlideFigure};
 pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     let (slide, index, count) = view.slide();
     let slides = &view.document.design().slides;
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     section_ui(ui, "Slides");
     ui.scope(|ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for (number, slide) in slides.iter().enumerate() {
             if row_ui(ui, &row_of(slide, number == index)).clicked() {
-                asked.push(PresentRequest::Show(number));
+                requests.push(PresentRequest::Show(number));
             }
         }
     });
@@ -29,17 +29,17 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     ui.horizontal(|ui| {
         let about = "Another slide after this one, looked at as now";
         if ui.button("Add").on_hover_text(about).clicked() {
-            asked.push(PresentRequest::Add);
+            requests.push(PresentRequest::Add);
         }
         ui.add_enabled_ui(!slides.is_empty(), |ui| {
             if ui.button("Remove").clicked() {
-                asked.push(PresentRequest::Remove);
+                requests.push(PresentRequest::Remove);
             }
         });
         for (sign, by, is_possible) in [("⏶", -1, index > 0), ("⏷", 1, index + 1 < count)] {
             ui.add_enabled_ui(is_possible && !slides.is_empty(), |ui| {
                 if ui.button(sign).on_hover_text("Moves it among the slides").clicked() {
-                    asked.push(PresentRequest::Move(by));
+                    requests.push(PresentRequest::Move(by));
                 }
             });
         }
@@ -50,10 +50,10 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
         ui.add_enabled_ui(!is_kept, |ui| {
             let about = "The slide is looked at as now: camera, layers, slice, magnification";
             if ui.add(main_button("Keep this view")).on_hover_text(about).clicked() {
-                asked.push(PresentRequest::KeepView);
+                requests.push(PresentRequest::KeepView);
             }
             if ui.button("Back").on_hover_text("As the slide is looked at").clicked() {
-                asked.push(PresentRequest::BackToView);
+                requests.push(PresentRequest::BackToView);
             }
         });
     });
@@ -69,14 +69,14 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
             if is_on {
                 changed.figures.push(figure);
             }
-            asked.push(PresentRequest::Set(Box::new(changed)));
+            requests.push(PresentRequest::Set(Box::new(changed)));
         }
     }
     ui.add_space(6.0);
     if ui.button("Done").on_hover_text("As others see it").clicked() {
-        asked.push(PresentRequest::ToggleEditing);
+        requests.push(PresentRequest::ToggleEditing);
     }
-    asked
+    requests
 }
 
 fn is_looked_at_so(view: &StageView, slide: &Slide) -> bool {

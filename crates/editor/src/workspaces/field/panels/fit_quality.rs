@@ -1,4 +1,5 @@
-//! What the newest fit is worth, beside what it was made from, and the design's figures in it.
+//! The quality of the newest fit, beside the settings and tables it was made from, and the design's
+//! figures in it.
 
 use crate::palette;
 use crate::palette::ThemedColor;
@@ -20,16 +21,16 @@ use trackwright_report::selection::{candidate_text, reason};
 use trackwright_simulation::Metric;
 use trackwright_simulation::own_study::OwnStudy;
 
-/// Draws what the newest fit is worth, and what can be done with it.
-pub fn worth_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
-    let mut asked = Vec::new();
+/// Draws the quality of the newest fit, and what can be done with it.
+pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
+    let mut requests = Vec::new();
     section_ui(ui, "Fit quality");
-    let Some(fitted) = &desk.fitted else {
+    let Some(fitted) = &state.fitted else {
         quiet_ui(ui, "Nothing is fitted yet");
-        return asked;
+        return requests;
     };
     title_ui(ui, fitted);
-    if desk.is_outdated(fitted) {
+    if state.is_outdated(fitted) {
         warning_ui(ui, "Tables or settings have changed since this fit");
     }
     ui.add_space(2.0);
@@ -38,7 +39,7 @@ pub fn worth_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
         quiet_ui(ui, "Open held-out measurements to judge it on what it has not seen");
     }
     ui.add_space(4.0);
-    if fitted.asked.kind.is_polynomial() {
+    if fitted.field_settings.kind.is_polynomial() {
         systems_ui(ui, fitted);
     }
     let warnings = fit_warnings(&fitted.fit);
@@ -54,12 +55,12 @@ pub fn worth_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
             .add(main_button("Use in this design…"))
             .on_hover_text("Saves the room to a file and puts the design into it");
         if use_it.clicked() {
-            asked.push(FieldRequest::ShowSave(RoomToSave::Fitted));
+            requests.push(FieldRequest::ShowSave(RoomToSave::Fitted));
         }
-        match &desk.comparing {
+        match &state.comparing {
             Some(_) => {
                 if ui.button("Cancel").clicked() {
-                    asked.push(FieldRequest::CancelTry);
+                    requests.push(FieldRequest::CancelTry);
                 }
                 quiet_ui(ui, "computing…");
             }
@@ -68,12 +69,12 @@ pub fn worth_ui(ui: &mut Ui, desk: &FieldState) -> Vec<FieldRequest> {
                     .button("Try")
                     .on_hover_text("Shows the design's figures in this room; the design stays");
                 if try_it.clicked() {
-                    asked.push(FieldRequest::Try);
+                    requests.push(FieldRequest::Try);
                 }
             }
         }
     });
-    asked
+    requests
 }
 
 fn title_ui(ui: &mut Ui, fitted: &Fitted) {
@@ -82,7 +83,7 @@ fn title_ui(ui: &mut Ui, fitted: &Fitted) {
         Candidate { order: settings.order, directions: settings.directions, ridge: settings.ridge };
     let of_polynomials =
         format!("{}, {}", candidate_text(&candidate), method_name(settings.method));
-    let title = match (&fitted.harmonic, fitted.asked.kind) {
+    let title = match (&fitted.harmonic, fitted.field_settings.kind) {
         (Some(harmonic), _) => harmonic_text(harmonic),
         (None, FieldKind::SymmetricPolynomials) => format!("{of_polynomials}, symmetric"),
         (None, FieldKind::Polynomials) => of_polynomials,
@@ -101,43 +102,43 @@ fn title_ui(ui: &mut Ui, fitted: &Fitted) {
 type FigureOf = (&'static str, &'static str, fn(&FitQuality) -> Option<[f64; 2]>);
 
 const FIGURES: [FigureOf; 4] = [
-    ("position RMS", "mm", |worth| {
-        Some([worth.before.rms.position_rms_mm, worth.after.rms.position_rms_mm])
+    ("position RMS", "mm", |quality| {
+        Some([quality.before.rms.position_rms_mm, quality.after.rms.position_rms_mm])
     }),
-    ("position max", "mm", |worth| {
-        Some([worth.before.position_max_mm, worth.after.position_max_mm])
+    ("position max", "mm", |quality| {
+        Some([quality.before.position_max_mm, quality.after.position_max_mm])
     }),
-    ("angle RMS", "°", |worth| {
+    ("angle RMS", "°", |quality| {
         Some([
-            worth.before.rms.angle_rms_rad?.to_degrees(),
-            worth.after.rms.angle_rms_rad?.to_degrees(),
+            quality.before.rms.angle_rms_rad?.to_degrees(),
+            quality.after.rms.angle_rms_rad?.to_degrees(),
         ])
     }),
-    ("angle max", "°", |worth| {
-        Some([worth.before.angle_max_rad?.to_degrees(), worth.after.angle_max_rad?.to_degrees()])
+    ("angle max", "°", |quality| {
+        Some([quality.before.angle_max_rad?.to_degrees(), quality.after.angle_max_rad?.to_degrees()])
     }),
 ];
 
 /// Training and held-out error, before and after.
 fn figures_ui(ui: &mut Ui, fitted: &Fitted) {
-    let worths = [Some(&fitted.training_quality), fitted.held_out_quality.as_ref()];
-    Grid::new("worth").num_columns(5).spacing([8.0, 3.0]).show(ui, |ui| {
+    let qualities = [Some(&fitted.training_quality), fitted.held_out_quality.as_ref()];
+    Grid::new("fit quality").num_columns(5).spacing([8.0, 3.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         quiet_ui(ui, "fitted");
         head_ui(ui, "");
-        if worths[1].is_some() {
+        if qualities[1].is_some() {
             quiet_ui(ui, "held out");
             head_ui(ui, "");
         }
         ui.end_row();
         quiet_ui(ui, "");
-        for _ in worths.into_iter().flatten() {
+        for _ in qualities.into_iter().flatten() {
             head_ui(ui, "before");
             head_ui(ui, "after");
         }
         ui.end_row();
         for (name, unit, value) in FIGURES {
-            let values = worths.map(|worth| worth.and_then(value));
+            let values = qualities.map(|quality| quality.and_then(value));
             if values.iter().all(Option::is_none) {
                 continue;
             }
@@ -216,7 +217,7 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
     });
 }
 
-/// A figure that is to be expected with its interval, where the room can say it, else that of the room's
+/// The expected figure with its interval, where the room has uncertainty; otherwise that of the room's
 /// own field.
 fn known(study: &OwnStudy, metric: Metric) -> (f64, Option<[f64; 2]>) {
     let expected = study.expected.as_ref().map(|e| e.of(metric));
