@@ -75,7 +75,7 @@ fn body() -> Vec<Corner> {
     ]
 }
 
-/// Lies in the body's groove; its colour tells the direction of view.
+/// Lies in the body's groove; its colour shows the direction of view.
 fn angle_ring() -> Vec<Corner> {
     vec![
         at(218.3, 6.0, 0.0),
@@ -163,7 +163,7 @@ fn camera_head() -> Shape {
     lofted(&corners, |outset_mm| outline.outline(outset_mm))
 }
 
-/// Two keys on the upper side, the forward one longer so that a thumb can tell them apart.
+/// Two keys on the upper side, the forward one longer so that a thumb can feel which is which.
 fn camera_buttons() -> Shape {
     let key = |z_mm: f64, length_mm: f64| Pod {
         placement: Placement::new(
@@ -210,7 +210,7 @@ mod tests {
     use crate::checks::assert_sound;
 
     #[test]
-    fn the_endoscope_is_as_long_and_as_thick_as_said() {
+    fn the_endoscope_has_the_stated_dimensions() {
         assert_sound(&endoscope(), vec3(-17.0, -16.7, 0.0), vec3(26.0, 16.7, 330.7), 0.1);
     }
 }

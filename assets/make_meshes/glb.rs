@@ -140,7 +140,7 @@ mod tests {
     use crate::profile::{at, turned};
 
     #[test]
-    fn the_container_says_its_own_lengths() {
+    fn the_container_states_its_own_lengths() {
         let shape = turned(&[at(0.0, 3.0, 0.0), at(5.0, 3.0, 0.0)], 12);
         let model = Model { name: "pin", parts: vec![Part::new("pin", materials::STEEL, shape)] };
         let bytes = to_bytes(&model);

@@ -89,11 +89,11 @@ pub fn capsule(point: Vec3, [a, b]: [Vec3; 2], [radius_a, radius_b]: [f64; 2]) -
     (point - a.between(b, t)).norm() - (radius_a + (radius_b - radius_a) * t)
 }
 
-/// Grid lines along one axis: `(from, step)` stretches up to `end`, steps rounded to fit.
-pub fn grid_lines(stretches: &[(f64, f64)], end: f64) -> Vec<f64> {
+/// Grid lines along one axis: sections `(from, step)` up to `end`, steps rounded to fit.
+pub fn grid_lines(sections: &[(f64, f64)], end: f64) -> Vec<f64> {
     let mut lines = Vec::new();
-    for (i, &(from, step)) in stretches.iter().enumerate() {
-        let to = stretches.get(i + 1).map_or(end, |next| next.0);
+    for (i, &(from, step)) in sections.iter().enumerate() {
+        let to = sections.get(i + 1).map_or(end, |next| next.0);
         let pieces = ((to - from) / step).round().max(1.0) as usize;
         lines.extend((0..pieces).map(|j| from + (to - from) * j as f64 / pieces as f64));
     }

@@ -1,7 +1,7 @@
 //! Makes the built-in 3D meshes: `cargo run --example make-meshes -- [folder]`.
 //!
 //! Lengths are millimetres until `glb` writes metres. A tool's tip is at the origin and its +z runs
-//! back along the shaft; the reference frame and the field generator say their axes in their files.
+//! back along the shaft; the reference frame and the field generator have theirs in their files.
 
 #[cfg(test)]
 mod checks;

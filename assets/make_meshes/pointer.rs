@@ -11,7 +11,7 @@ use crate::vector::{Placement, Vec3, vec3};
 const TIP_BALL_RADIUS_MM: f64 = 0.4;
 const CONE_END_Z_MM: f64 = 13.0;
 const PROBE_RADIUS_MM: f64 = 1.1;
-/// From the cone to the handle: the stretch that carries a sensor on its axis.
+/// From the cone to the handle: the section with a sensor on its axis.
 pub const SHAFT_RADIUS_MM: f64 = 2.5;
 const SHAFT_START_Z_MM: f64 = 42.0;
 const HANDLE_START_Z_MM: f64 = 95.0;

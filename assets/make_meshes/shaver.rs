@@ -212,7 +212,7 @@ fn bellied(corners: &[Corner]) -> Shape {
     skinned(&profile.iter().map(ring).collect::<Vec<_>>(), 1)
 }
 
-/// 0 outside the palm's stretch, 1 in its middle, smooth between.
+/// 0 outside the palm's section, 1 in its middle, smooth between.
 fn belly(z_mm: f64) -> f64 {
     let t = ((z_mm - 206.0) / 40.0).clamp(-1.0, 1.0);
     (1.0 - t * t).powi(2)
@@ -224,7 +224,7 @@ mod tests {
     use crate::checks::assert_sound;
 
     #[test]
-    fn the_shaver_is_as_long_and_as_thick_as_said() {
+    fn the_shaver_has_the_stated_dimensions() {
         assert_sound(&shaver(), vec3(-11.4, -14.9, 0.0), vec3(11.4, 14.9, 295.1), 0.1);
     }
 }

@@ -9,7 +9,7 @@
   const canvas = figure.querySelector('canvas');
   const seen = figure.querySelector('img.seen');
 
-  // Asked before the library does, which would complain to the console.
+  // Requested before the library does, which would complain to the console.
   const context = canvas.getContext('webgl2', { antialias: true, alpha: true });
   if (!context) return;
 
@@ -31,15 +31,15 @@
   scene.add(camera, new THREE.AmbientLight(0xffffff, 1.9));
   const controls = new THREE.OrbitControls(camera, canvas);
 
-  let isAsked = false;
+  let isRequested = false;
   const draw = () => {
-    isAsked = false;
+    isRequested = false;
     renderer.render(scene, camera);
   };
   // Nothing is drawn while nothing changes.
-  const ask = () => {
-    if (!isAsked) requestAnimationFrame(draw);
-    isAsked = true;
+  const requestDraw = () => {
+    if (!isRequested) requestAnimationFrame(draw);
+    isRequested = true;
   };
   // For paper: a canvas is not printed by every browser.
   const remember = () => {
@@ -54,7 +54,7 @@
     renderer.setSize(width, height, false);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    ask();
+    requestDraw();
   };
 
   const show = (model) => {
@@ -99,7 +99,7 @@
     remember();
   };
 
-  controls.addEventListener('change', ask);
+  controls.addEventListener('change', requestDraw);
   controls.addEventListener('end', remember);
   new ResizeObserver(fit).observe(canvas);
   canvas.addEventListener('dblclick', () => {
@@ -114,10 +114,10 @@
       ArrowUp: [0, -step],
       ArrowDown: [0, step],
     };
-    const asked = turns[event.key];
-    if (!asked) return;
+    const angles = turns[event.key];
+    if (!angles) return;
     event.preventDefault();
-    turn(...asked);
+    turn(...angles);
   });
   // A page that is scrolled past does not get caught here.
   controls.enableZoom = false;

@@ -25,7 +25,7 @@ impl AsIsArgs {
         taken.map_err(refused)
     }
 
-    /// The contents of files of one kind; what is suspected of several is said of the first.
+    /// The contents of files of one kind; what is suspected of several is reported of the first.
     ///
     /// # Errors
     /// As [`Self::take`].
@@ -43,10 +43,10 @@ impl AsIsArgs {
             });
             taken.push(content.map_err(refused)?);
         }
-        for (_, said, count) in first {
+        for (_, text, count) in first {
             output::note(&match count {
-                1 => format!("warning: {said}"),
-                _ => format!("warning: {said} (so in {count} of {files} files)"),
+                1 => format!("warning: {text}"),
+                _ => format!("warning: {text} (so in {count} of {files} files)"),
             });
         }
         Ok(taken)

@@ -1,5 +1,4 @@
-//! `characterize`: from recordings of two trackers to a measurement table, with all that tells
-//! whether to trust it.
+//! `characterize`: from recordings of two trackers to a measurement table, with its quality.
 
 mod report;
 
@@ -104,7 +103,7 @@ pub struct CharacterizeArgs {
     as_is: AsIsArgs,
 
     /// Body file to write (*.body.ron): the sensors where they were found on the body, in the frame that the
-    /// reference tracker tells of it; the tip, which nothing tells, is left out
+    /// reference tracker reports; the tip, which nothing measures, is left out
     #[arg(long, value_name = "OUT.body.ron")]
     body: Option<PathBuf>,
 

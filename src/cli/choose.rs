@@ -48,10 +48,10 @@ pub(super) fn settings(
     files: &Files,
     file: &Path,
     samples: &SampleSet,
-    asked: &ModelRequest,
+    request: &ModelRequest,
     hold_out: Option<&HoldOutArg>,
 ) -> anyhow::Result<(FitSettings, Option<Chosen>)> {
-    let tried = match (asked.wanted(samples), hold_out) {
+    let tried = match (request.wanted(samples), hold_out) {
         (ModelChoice::Fixed(settings), None) => return Ok((settings, None)),
         (ModelChoice::Fixed(settings), Some(_)) => SelectSettings {
             orders: vec![settings.order],
@@ -88,7 +88,7 @@ pub(super) fn row_labels(
         (None, Some(HoldOutArg::Column(column))) => Some(column.as_str()),
         (group, _) => group,
     };
-    let deciding = hold_out.map(|asked| match asked {
+    let deciding = hold_out.map(|by| match by {
         HoldOutArg::Rows => HoldOutBy::Rows,
         HoldOutArg::Groups | HoldOutArg::Column(_) => HoldOutBy::Groups,
         HoldOutArg::Sensors => HoldOutBy::Sensors,
@@ -113,7 +113,7 @@ pub(super) fn row_labels(
     };
     if deciding == Some(HoldOutBy::Sensors) && sensors.is_none() {
         bail!(
-            "{}: found no column {SENSOR_COLUMN:?}, expected one that says which sensor each row is of",
+            "{}: found no column {SENSOR_COLUMN:?}, expected one that names the sensor of each row",
             file.display()
         );
     }

@@ -21,8 +21,8 @@ use trackwright_simulation::{ErrorOf, Metric, Summary};
 /// Longest name that a table shows whole.
 const MAX_NAME: usize = 36;
 
-/// Hold designs against each other in one room or several, and say which differences are more than
-/// the room's uncertainty and the sampling of the motion
+/// Hold designs against each other in one room or several, and report which differences are more
+/// than the room's uncertainty and the sampling of the motion
 #[derive(Debug, Args)]
 pub struct CompareArgs {
     /// Designs (*.design.ron); each is simulated over its range of motion, or where it has none at its

@@ -1,4 +1,5 @@
-//! `convert`: tool definitions of trackers' makers, bodies, and back; whether several are told apart.
+//! `convert`: tool definitions of trackers' makers, bodies, and back; whether several are
+//! distinguishable.
 
 use super::numbers::above_zero;
 use super::prelude::*;
@@ -29,8 +30,9 @@ pub struct ConvertArgs {
     #[arg(value_name = "OUT", required_unless_present = "check")]
     output: Option<PathBuf>,
 
-    /// Say whether an optical tracker can tell these tools apart, by the distances and angles of their
-    /// markers, and whether one of them looks the same from two sides; exit status 1 where it cannot
+    /// Report whether an optical tracker can distinguish these tools, by the distances and angles
+    /// of their markers, and whether one of them looks the same from two sides; exit status 1 where
+    /// it cannot
     #[arg(long, value_name = "TOOL", num_args = 1.., conflicts_with_all = ["input", "output"])]
     check: Vec<PathBuf>,
 
@@ -47,7 +49,7 @@ pub struct ConvertArgs {
     format: Format,
 }
 
-/// Reads, writes, and says what was lost.
+/// Reads, writes, and reports what was lost.
 ///
 /// # Errors
 /// Files that can't be used, and bodies that cannot be such a definition.
@@ -108,7 +110,7 @@ fn written_kind(written: Option<&Conversion>) -> &'static str {
     written.map_or("a body", |written| written.definition.kind().name())
 }
 
-/// What there is to say beside the result, a line each.
+/// Notes beside the result, a line each.
 fn notes(tool: &ReadTool, written: Option<&Conversion>) -> Vec<String> {
     let read = ToolDefinition::carried(tool.body.definition.as_deref());
     let doubt = read.as_ref().and_then(ToolDefinition::doubt);
@@ -217,10 +219,10 @@ fn check_text(tools: &[CheckedTool], pairs: &[Pair]) -> String {
         };
         let verdict = match (distinction, is_one) {
             (Distinction::Apart, true) => "looks different from every side",
-            (Distinction::Apart, false) => "told apart",
+            (Distinction::Apart, false) => "distinguishable",
             (Distinction::ThreeMarkersAlike, _) => "may be confused where only three markers are seen",
             (Distinction::Alike, true) => "looks the same from two sides",
-            (Distinction::Alike, false) => "cannot be told apart",
+            (Distinction::Alike, false) => "indistinguishable",
         };
         format!(
             "{who}: {verdict}; markers {} and {} differ by {distance_mm:.2} mm and {angle_deg:.1}° at most",

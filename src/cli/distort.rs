@@ -45,7 +45,7 @@ pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
     if args.support && !environment.has_validity() {
         anyhow::bail!(
             "{}: found no `support` and no `process`, expected one of them with --support; `fit` \
-             writes both unless told --no-support",
+             writes both without --no-support",
             args.environment.display()
         );
     }

@@ -16,7 +16,7 @@ pub enum Opened {
     Missing(Missing),
 }
 
-/// Opens the editor and stays until its window closes. With `explain` it tells what is drawn and
+/// Opens the editor and stays until its window closes. With `explain` it reports what is drawn and
 /// computed on standard error.
 ///
 /// # Errors
@@ -35,7 +35,7 @@ pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
     Ok(Opened::Closed)
 }
 
-/// Measures what a hand waits for in the editor, in a window that closes by itself; tells the
+/// Measures what a hand waits for in the editor, in a window that closes by itself; prints the
 /// figures on standard output.
 ///
 /// # Errors

@@ -50,7 +50,7 @@ pub(super) fn explained(expected: Option<&Expected>) -> Explained {
     }
 }
 
-/// `expected` and `intervals`, and what they say of the requirement.
+/// `expected` and `intervals`, and their verdict on the requirement.
 pub(super) fn add_json(value: &mut Value, expected: &Expected, bounds: &[JudgedBound]) {
     let both = |each: &dyn Fn(usize) -> Value| -> Value {
         let of = |of: ErrorOf| {

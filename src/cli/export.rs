@@ -17,7 +17,7 @@ pub enum ExportCommand {
     /// Poses or tips of a recording or table: points (*.mrk.json) or one transform (*.tfm) for
     /// 3D Slicer, or a poses table (*.csv)
     Poses(poses::PosesArgs),
-    /// The tips of a design's study, where they are and where the tracker would tell that they are:
+    /// The tips of a design's study, where they are and where the tracker would report them:
     /// points for 3D Slicer (*.mrk.json) or a table (*.csv)
     Tips(tips::TipsArgs),
     /// The 3D view of a design as one file for other programs (*.glb): bodies, sensors, magnified

@@ -1,4 +1,4 @@
-//! What a file's name says: its kind by its ending, and its own name before that.
+//! What a file's name gives: its kind by its ending, and its own name before that.
 
 use super::choice::Choice;
 use anyhow::bail;

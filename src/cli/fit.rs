@@ -161,7 +161,7 @@ impl From<VolumeArg> for Option<Volume> {
     }
 }
 
-/// Singular values that count as zero where nothing else is said, as the option has it in text.
+/// Singular values that count as zero by default, as the option has it in text.
 const DEFAULT_RCOND: f64 = 1e-10;
 
 /// Fits, writes the environment, and prints the residuals.
@@ -171,8 +171,8 @@ const DEFAULT_RCOND: f64 = 1e-10;
 pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
     output.expect_kind(ENVIRONMENT)?;
-    let asked = model_request(args)?;
-    let map = asked.map;
+    let request = model_request(args)?;
+    let map = request.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
     let set = read(files, &args.data, args.fitting.has_rolls, map, args.as_is)?;
@@ -183,7 +183,7 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
         .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
-            choose::settings(files, &args.data, &set, &asked, args.hold_out.as_ref())?
+            choose::settings(files, &args.data, &set, &request, args.hold_out.as_ref())?
         }
         ModelKind::Kriging | ModelKind::Harmonic => (FitSettings::without_polynomials(map), None),
     };
@@ -317,7 +317,7 @@ fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()
     }
 }
 
-/// What the command line says about the model, and what it leaves open.
+/// What the command line states about the model, and what it leaves open.
 fn model_request(args: &FitArgs) -> anyhow::Result<ModelRequest> {
     Ok(ModelRequest {
         order: args.order,

@@ -22,8 +22,8 @@ use trackwright_openigtlink::session::{
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("room").multiple(true)))]
 pub struct LiveArgs {
-    /// Server that sends the tracker's poses over OpenIGTLink (PLUS, say); it is waited for, and
-    /// come back to when it is lost
+    /// Server that sends the tracker's poses over OpenIGTLink (for example PLUS); it is waited for,
+    /// and come back to when it is lost
     #[arg(long, value_name = "HOST:PORT", value_parser = server_address)]
     connect: String,
 
@@ -58,7 +58,7 @@ pub struct LiveArgs {
     #[arg(long, value_name = "FILE.csv")]
     record: Option<PathBuf>,
 
-    /// Ask the server for tracking data (STT_TDATA) at this interval; many send without
+    /// Request tracking data from the server (STT_TDATA) at this interval; many send without
     #[arg(long, value_name = "MS")]
     tracking_ms: Option<u32>,
 
@@ -91,7 +91,7 @@ pub struct LiveArgs {
     format: Format,
 }
 
-/// Runs until it is stopped, then says how it was.
+/// Runs until it is stopped, then prints a summary.
 ///
 /// # Errors
 /// Files that can't be used, a port that is in use.
@@ -186,7 +186,7 @@ fn warning(address: IpAddr) -> &'static str {
     }
 }
 
-/// What a person is told of an event; nothing of single poses.
+/// The message of an event; none of single poses.
 fn in_words(event: &SessionEvent) -> Option<String> {
     Some(match event {
         SessionEvent::Connecting | SessionEvent::Measured { .. } | SessionEvent::Pose(_) => {
@@ -201,7 +201,7 @@ fn in_words(event: &SessionEvent) -> Option<String> {
             format!("{kind} messages are passed over: no poses of a known kind")
         }
         SessionEvent::TrackerStatus { device, status } => format!(
-            "the tracker says of \"{}\": {} {} (code {})",
+            "the tracker reports of \"{}\": {} {} (code {})",
             printable(device),
             printable(&status.name),
             printable(&status.text),
@@ -227,7 +227,7 @@ fn clock_in_words(change: ClockChange) -> String {
     match change {
         ClockChange::Step { by_s } if by_s > 0.0 => format!(
             "its clock was set back by {by_s:.3} s, or its poses are as much older from now on: \
-             which of the two cannot be told"
+             which of the two is undetermined"
         ),
         ClockChange::Step { by_s } => format!(
             "its clock was set ahead by {:.3} s, or its poses were as much older until now",
@@ -235,7 +235,7 @@ fn clock_in_words(change: ClockChange) -> String {
         ),
         ClockChange::Drift { shift_s } => format!(
             "its clock has drifted by {:.0} ms against this machine's, or its poses have become as \
-             much older as slowly: which of the two cannot be told",
+             much older as slowly: which of the two is undetermined",
             1e3 * shift_s
         ),
         ClockChange::Late { by_s } => format!(

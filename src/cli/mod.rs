@@ -131,7 +131,7 @@ fn parsed<A: FromArgMatches + 'static, E: Into<Ending> + 'static>(
     Box::new(move |matches, files| Ok(run(&A::from_arg_matches(matches)?, files)?.into()))
 }
 
-/// Starts the threads that all computing shares, one a core or as many as `RAYON_NUM_THREADS` says.
+/// Starts the threads that all computing shares, one a core or as many as `RAYON_NUM_THREADS` sets.
 /// Left to itself the pool would be made at its first use, and panic where the system has no more.
 ///
 /// # Errors
@@ -139,10 +139,10 @@ fn parsed<A: FromArgMatches + 'static, E: Into<Ending> + 'static>(
 fn start_threads() -> anyhow::Result<()> {
     rayon::ThreadPoolBuilder::new()
         .build_global()
-        .context("the threads to compute with cannot be started; RAYON_NUM_THREADS=1 asks for one")
+        .context("the threads to compute with cannot be started; RAYON_NUM_THREADS=1 requests one")
 }
 
-/// Runs what the command line asks for; one that asks for nothing ends the program with its usage.
+/// Runs the command line's command; one without any ends the program with its usage.
 ///
 /// # Errors
 /// Whatever the command cannot do, as one readable message.
@@ -160,11 +160,11 @@ pub fn run() -> anyhow::Result<Ending> {
         }
         return Ok(open_editor(&cli, files)?.into());
     };
-    let asked = registered.iter().find(|own| own.command.get_name() == name);
-    (asked.with_context(|| format!("no command {name}"))?.run)(matches, files)
+    let requested = registered.iter().find(|own| own.command.get_name() == name);
+    (requested.with_context(|| format!("no command {name}"))?.run)(matches, files)
 }
 
-/// Opens the editor; where there can be none, says why in one line and does the main job.
+/// Opens the editor; where there can be none, reports why in one line and does the main job.
 fn open_editor(cli: &Cli, files: &Files) -> anyhow::Result<()> {
     #[cfg(feature = "editor")]
     let missing = match edit::run(cli.design.as_deref(), cli.explain)? {

@@ -1,4 +1,4 @@
-//! What kind of model a room gets, as the command line says it.
+//! What kind of model a room gets, as the command line names it.
 
 use super::prelude::*;
 use clap::ArgAction;

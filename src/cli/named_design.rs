@@ -39,8 +39,8 @@ pub fn named_or_builtin(files: &Files, design: Option<&Path>) -> Result<World, S
     }
 }
 
-/// Says which meshes could not be read and what is wrong with the others; nothing that is computed
-/// depends on them.
+/// Reports which meshes could not be read and what is wrong with the others; nothing that is
+/// computed depends on them.
 pub fn note_meshes(world: &World) {
     for problem in world.mesh_problems() {
         output::note(&format!("note: {problem}; it is drawn without it"));
@@ -50,7 +50,7 @@ pub fn note_meshes(world: &World) {
     }
 }
 
-/// Says which bodies have a size that no instrument has.
+/// Reports which bodies have a size that no instrument has.
 pub fn note_sizes(design: &Design) {
     for (role, body) in design.bodies() {
         if let Some(doubt) = body.rigid.size_doubt() {

@@ -17,7 +17,7 @@ use trackwright_task::Task;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     Done,
-    /// It did what was asked, and the answer is that something does not hold.
+    /// It did what was requested, and the result is that something does not hold.
     DoesNotHold,
 }
 
@@ -81,15 +81,15 @@ pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print_as_it_is(&printable_json(&serde_json::to_string_pretty(value)?))
 }
 
-/// Says something beside the result, on standard error, as [`print()`] does.
+/// Prints a note beside the result, on standard error, as [`print()`] does.
 pub fn note(text: &str) {
-    // Nowhere to say it is no reason to fail.
+    // Nowhere to print it is no reason to fail.
     let _ = writeln!(std::io::stderr(), "{}", printable_lines(text));
 }
 
-/// Says how many of the positions that a room was evaluated at are outside its box, which the printed
-/// figures do not show, and what stood for the field there; nothing where none is. `what` goes on to the
-/// verb: "poses are".
+/// Reports how many of the positions that a room was evaluated at are outside its box, which the
+/// printed figures do not show, and what stood for the field there; nothing where none is. `what`
+/// goes on to the verb: "poses are".
 pub fn note_outside(what: &str, outside: usize, of: usize, policy: OutsidePolicy) {
     if outside == 0 {
         return;
@@ -170,7 +170,7 @@ pub fn progress(len: u64, what: &'static str) -> ProgressBar {
     ProgressBar::new(len).with_style(style).with_message(what)
 }
 
-/// Steps of a bar that is told parts of the whole.
+/// Steps of a bar that receives parts of the whole.
 const STEPS: u64 = 1000;
 
 /// Work with a progress bar that is there as long as this is.

@@ -13,7 +13,7 @@ use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
 use trackwright_formats::points;
 
 /// Find where a tool's tip is from recordings around one point, and which way its shaft points
-/// from recordings of turns about it, or say why they don't tell
+/// from recordings of turns about it, or report why they don't determine it
 #[derive(Debug, Args)]
 pub struct PivotArgs {
     /// Recordings of one tool around one point: tables of NDI Track or ToolBox (CSV, TSV) or of NDI's
@@ -196,7 +196,7 @@ fn as_json(found: &Pivot) -> Value {
     })
 }
 
-/// Of 95 %, component by component; null where the recording is too short to tell.
+/// Of 95 %, component by component; null where the recording is too short.
 fn intervals(found: &Pivot) -> Value {
     let around = |at: &Point3<f64>, half: Vector3<f64>| {
         json!([0, 1, 2].map(|k| [at[k] - half[k], at[k] + half[k]]))
@@ -214,11 +214,11 @@ fn intervals(found: &Pivot) -> Value {
 fn note_limits(found: &Pivot) {
     match (found.effective_size.freedom, &found.quarters) {
         (None, _) => output::note(
-            "the recording is too short to tell how far readings depend on their neighbours: standard errors are lower \
+            "the recording is too short to determine how far readings depend on their neighbours: standard errors are lower \
              bounds, and there are no intervals",
         ),
         (Some(_), None) => output::note(
-            "a quarter of the recording by itself does not determine the tip: slow drift cannot be told from the tool's \
+            "a quarter of the recording by itself does not determine the tip: slow drift cannot be distinguished from the tool's \
              motion, and is not in the standard errors",
         ),
         (Some(_), Some(quarters)) if quarters.has_drift => output::note(&format!(
@@ -240,7 +240,7 @@ fn text_rows(found: &Pivot) -> Vec<Row> {
     };
     let mut rows = vec![
         count("poses", found.poses),
-        number("  worth independent poses", found.effective_size.effective, 1, ""),
+        number("  effective number of poses", found.effective_size.effective, 1, ""),
         number("largest angle between two", found.orientation_range_rad.to_degrees(), 1, "deg"),
         row("tip in the tool's frame", point(&found.tip_in_tool), "mm"),
         row("  95 % interval, ±", around(0), "mm"),

@@ -24,7 +24,7 @@ use trackwright_simulation::{ErrorOf, Metric};
 /// many are always enough but for a program that does nothing but save.
 const ATTEMPTS: usize = 100;
 
-/// Say where a design stands in the design procedure: the CRF alone, the tool, the built tool,
+/// Report where a design stands in the design procedure: the CRF alone, the tool, the built tool,
 /// each in its rooms and against its requirement; and keep what is decided in the design
 #[derive(Debug, Args)]
 pub struct ProcedureArgs {
@@ -77,7 +77,7 @@ pub struct ProcedureArgs {
     #[arg(long, value_parser = STEP, value_name = "STEP")]
     decide: Option<Step>,
 
-    /// Why; has to be said where the requirement is missed
+    /// Why; needed where the requirement is missed
     #[arg(long, value_name = "TEXT", requires = "decide")]
     note: Option<String>,
 
@@ -96,8 +96,8 @@ const STEP: Choice<Step> = Choice(&[
     ("built", "The built tool against its prediction", Step::Built),
 ]);
 
-/// Changes what is asked for, computes every step, decides, saves, and prints. Nothing is saved where
-/// anything of it fails.
+/// Makes the requested changes, computes every step, decides, saves, and prints. Nothing is saved
+/// where anything of it fails.
 ///
 /// # Errors
 /// Files that can't be used, a built-in design that is to be changed, a step that cannot be decided.

@@ -13,11 +13,11 @@ use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::Doubted;
 
-/// Above this a registration says so little of a turn that it is refused unless told otherwise: a
+/// Above this a registration determines a turn so poorly that it is refused by default: a
 /// target 50 mm away is off by 9 mm.
 const MAX_TURN_ERROR_DEG: f64 = 10.0;
 
-/// Register points in two frames, and say how far off other points are to be expected
+/// Register points in two frames, and report how far off other points are to be expected
 #[derive(Debug, Args)]
 pub struct RegisterArgs {
     /// Points in the frame that is moved: a table (CSV: x, y, z), rows of three numbers, points of
@@ -128,7 +128,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
     args.format.print(|| found.as_json(), || found.as_text())
 }
 
-/// A registration, and what it says of other points.
+/// A registration, and what it predicts of other points.
 struct Registered {
     registration: Registration,
     /// FRE with the points that were left out.

@@ -65,7 +65,7 @@ pub struct RenderArgs {
     /// In light colours, for paper
     #[arg(long)]
     pub light: bool,
-    /// From where to look; the design's own view unless told
+    /// From where to look; the design's own view by default
     #[arg(long, value_enum, value_name = "NAME")]
     pub view: Option<ViewName>,
     /// Turns the slice to face the view, through what the camera looks at
@@ -240,7 +240,7 @@ fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Layers that the picture asks for and cannot show.
+/// Layers that the picture should show and cannot.
 fn missing_layers(
     world: &World,
     workspace: Option<Workspace>,
@@ -280,7 +280,7 @@ fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {
         }));
     }
     let is_named = |thing: &&(String, Selected)| thing.0 == name;
-    // A sensor's own name is enough where it tells which one.
+    // A sensor's own name is enough where it is unique.
     let is_sensor = |thing: &&(String, Selected)| {
         let own = thing.0.split_once('/').map(|(_, own)| own);
         own == Some(name) && matches!(thing.1, Selected::Sensor(..))

@@ -20,7 +20,7 @@ const TURN_S: f64 = 12.0;
 /// Trials a second as the Study workspace plays them.
 const TRIALS_PER_S: f64 = 25.0;
 
-/// Longest motion that nobody asked for.
+/// Longest motion without a stated length.
 const LONGEST_MOTION_S: f64 = 30.0;
 
 /// An hour of 60 frames a second is more than anybody watches.
@@ -30,7 +30,7 @@ const MOST_FRAMES: f64 = 216_000.0;
 pub struct VideoArgs {
     #[command(flatten)]
     moves: MoveArgs,
-    /// How long it lasts; a turn of 12 s, and a motion of 25 poses a second up to 30 s unless told
+    /// How long it lasts; a turn of 12 s, and a motion of 25 poses a second up to 30 s by default
     #[arg(long, value_name = "S", requires = "moves", value_parser = above_zero)]
     seconds: Option<f64>,
     /// Frames a second
@@ -182,7 +182,7 @@ fn is_folder(to: &Path) -> bool {
     to.is_dir() || to.as_os_str().to_string_lossy().ends_with('/')
 }
 
-/// Refuses a name that says neither video nor folder.
+/// Refuses a name that is neither a video's nor a folder's.
 fn check_name(to: &Path) -> anyhow::Result<()> {
     let is_mp4 = to.extension().is_some_and(|e| e.eq_ignore_ascii_case("mp4"));
     if !is_mp4 && !is_folder(to) {

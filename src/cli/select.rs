@@ -72,12 +72,12 @@ pub struct SelectArgs {
     #[arg(long, value_name = "K", default_value_t = DEFAULT_FOLDS)]
     folds: usize,
 
-    /// Column that says which rows belong together; cluster, frame or pose where the table has one,
-    /// else the clusters or places that the data show, if any
+    /// Column that states which rows belong together; cluster, frame or pose where the table has
+    /// one, else the clusters or places that the data show, if any
     #[arg(long, value_name = "COLUMN")]
     group: Option<String>,
 
-    /// What is held out to choose by: rows, groups (as --group says), sensors (by the column
+    /// What is held out to choose by: rows, groups (as --group states), sensors (by the column
     /// sensor), or a column whose rows with equal text belong together; groups where there are any,
     /// else rows, where left out. The others are reported
     #[arg(long, value_name = "rows|groups|sensors|COLUMN")]
@@ -123,7 +123,7 @@ pub struct SelectArgs {
     format: Format,
 }
 
-/// Cross-validates, prints the table, and writes what was asked for.
+/// Cross-validates, prints the table, and writes what was requested.
 ///
 /// # Errors
 /// Files that can't be used, lists that name nothing to try, rows that can't be folded.
@@ -223,7 +223,7 @@ fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The kinds on some of the rows, where a learning curve is asked for.
+/// The kinds on some of the rows, where a learning curve is requested.
 fn learning_points(
     args: &SelectArgs,
     samples: &SampleSet,

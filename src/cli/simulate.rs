@@ -82,13 +82,13 @@ const BODY: Choice<BodyRole> = Choice(&[
 /// # Errors
 /// Files that can't be used, a range of motion that can't be visited.
 pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
-    let asked = required_mode(args)?;
+    let required = required_mode(args)?;
     if args.body == BodyRole::Crf {
-        return run_crf(args, asked, files);
+        return run_crf(args, required, files);
     }
     let log = files.optional_output(args.log.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;
-    let mode = mode_of(files, asked, args.input.as_deref(), &world, args.as_is)?;
+    let mode = mode_of(files, required, args.input.as_deref(), &world, args.as_is)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
     let mut scenario = trackwright_project::resolve(design, &environment);
@@ -100,7 +100,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         .uncertainty
         .report(&scenario, design.orientation_weight_mm, &mode)
         .with_context(named)?;
-    // Before the log is written: an environment that cannot tell is an error.
+    // Before the log is written: an environment without that data is an error.
     let survey = match args.support {
         false => None,
         true => Some(survey(&scenario, &mode).with_context(named)?),
@@ -118,7 +118,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let figures = &outcome.figures;
     let needed =
         expected::needed(&scenario, &mode, expected.as_ref(), figures).with_context(named)?;
-    let single = last.filter(|_| asked == ModeArg::Single);
+    let single = last.filter(|_| required == ModeArg::Single);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
@@ -156,14 +156,14 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
 }
 
 /// `--body crf`: the CRF alone at each of its targets, step 2 of the paper's design procedure.
-fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result<()> {
+fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Result<()> {
     let (file, named) = (args.design.display(), || args.design.display().to_string());
     let world = files.open_design_without_meshes(&args.design)?;
     let design = world.document.design();
     let Some(crf) = &design.crf else {
         anyhow::bail!("{file}: the design has no CRF to simulate");
     };
-    let mode = match asked {
+    let mode = match required {
         ModeArg::Single => Mode::Single,
         ModeArg::Motion if crf.motion.is_none() => {
             anyhow::bail!("{file}: crf.motion is absent, expected the CRF's own range of motion");
@@ -188,7 +188,7 @@ fn run_crf(args: &SimulateArgs, asked: ModeArg, files: &Files) -> anyhow::Result
         let mut scenario = study.scenario;
         scenario.outside = args.outside;
         let (outcome, last) = simulate(&scenario, &mode, None).with_context(named)?;
-        let single = last.filter(|_| asked == ModeArg::Single);
+        let single = last.filter(|_| required == ModeArg::Single);
         let at = match &study.target {
             Some(target) => format!(" at {target}"),
             None => String::new(),
@@ -213,7 +213,7 @@ fn required_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
     mode_arg(args.mode, args.input.as_deref())?.context("expected --mode single, motion or input")
 }
 
-/// The mode that is asked for; a table of poses asks for itself.
+/// The requested mode; a table of poses implies its own.
 ///
 /// # Errors
 /// A table beside another mode, which would not look at it.
@@ -290,7 +290,7 @@ fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
     Ok(trackwright_simulation::survey(scenario, mode, &shown.task)?)
 }
 
-/// Runs with progress and, where asked, a log; gives the last trial beside the outcome.
+/// Runs with progress and, where requested, a log; gives the last trial beside the outcome.
 fn simulate(
     scenario: &Scenario,
     mode: &Mode,

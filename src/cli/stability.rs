@@ -21,7 +21,7 @@ pub struct StabilityArgs {
     format: Format,
 }
 
-/// Runs the battery, prints every row, and says whether all hold.
+/// Runs the battery, prints every row, and reports whether all hold.
 ///
 /// # Errors
 /// A folder that cannot be written.

@@ -14,7 +14,7 @@ pub struct TolerancesArgs {
     design: PathBuf,
 
     /// Also draw so many tools with every sensor off at random within its tolerances, simulate each,
-    /// and say how many meet the requirement; exit status 1 where one does not
+    /// and report how many meet the requirement; exit status 1 where one does not
     #[arg(long, value_name = "N", value_parser = draws)]
     check: Option<usize>,
 
@@ -43,11 +43,11 @@ fn draws(text: &str) -> Result<usize, String> {
         .ok_or_else(|| format!("expected 1 to {MAX_DRAWS}"))
 }
 
-/// Finds the tolerances, checks them where asked, writes the table, and prints the sheet.
+/// Finds the tolerances, checks them where requested, writes the table, and prints the sheet.
 ///
 /// # Errors
 /// Files that can't be used. A requirement that is missed, or anything else that leaves no tolerances,
-/// is said in the sheet.
+/// is stated in the sheet.
 pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
     let csv = files.optional_output(args.csv.as_deref())?;
     let world = files.open_design_without_meshes(&args.design)?;

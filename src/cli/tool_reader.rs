@@ -98,7 +98,7 @@ impl<'a> ToolReader<'a> {
             PivotRecording::MarkersAndBase(frames) => {
                 let base = self.base.as_ref().with_context(|| {
                     format!(
-                        "{}: found markers beside those of the EM tracker's base, expected --calbody, which says where \
+                        "{}: found markers beside those of the EM tracker's base, expected --calbody, which states where \
                          these are",
                         named()
                     )
@@ -129,7 +129,7 @@ impl<'a> ToolReader<'a> {
         Ok(corrected)
     }
 
-    /// Readings corrected for the room, counted and told; `None` where there is no room.
+    /// Readings corrected for the room, counted and reported; `None` where there is no room.
     fn compensated(
         &mut self,
         file: &Path,
@@ -197,7 +197,7 @@ impl<'a> ToolReader<'a> {
     }
 }
 
-/// Says how many readings have no answer.
+/// Reports how many readings have no answer.
 fn note_unused(file: &Path, unused: usize, of: usize, what: &str) {
     if unused > 0 {
         output::note(&format!(

@@ -8,8 +8,8 @@ use trackwright_project::ReadTool;
 use trackwright_simulation::body::Sensor;
 use trackwright_simulation::pairs::{SensorPair, sensor_pairs};
 
-/// Sensors whose distances are told: as many as any definition has. Every pair of a thousand would
-/// be half a million.
+/// Sensors whose distances are reported: as many as any definition has. Every pair of a thousand
+/// would be half a million.
 const MAX_PAIRED: usize = 20;
 
 /// What the file was, with its article.

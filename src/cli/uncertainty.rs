@@ -16,7 +16,7 @@ use trackwright_simulation::uncertainty::{
 use trackwright_simulation::{Figures, Mode, Scenario};
 use trackwright_task::Task;
 
-/// Samples where none are asked for: 0.2 % of standard error, in a fraction of a second.
+/// Samples by default: 0.2 % of standard error, in a fraction of a second.
 const DEFAULT_SAMPLES: usize = 100_000;
 
 /// Degrees a radian.
@@ -24,7 +24,7 @@ const DEG: f64 = 180.0 / std::f64::consts::PI;
 
 #[derive(Debug, Args)]
 pub struct UncertaintyArgs {
-    /// Also say how far the tracker's jitter scatters the tip; both methods with
+    /// Also report how far the tracker's jitter scatters the tip; both methods with
     /// `first-order,monte-carlo`. Over a range of motion, only first-order
     #[arg(long, value_enum, value_delimiter = ',', value_name = "METHOD")]
     uncertainty: Vec<MethodArg>,
@@ -50,7 +50,7 @@ enum MethodArg {
 }
 
 impl UncertaintyArgs {
-    /// Whether anything of it is asked for.
+    /// Whether anything of it is requested.
     pub fn is_requested(&self) -> bool {
         !self.uncertainty.is_empty() || self.jitter.jitter().is_some()
     }
@@ -108,7 +108,7 @@ impl UncertaintyArgs {
         Ok(())
     }
 
-    /// The uncertainty, where it is asked for.
+    /// The uncertainty, where it is requested.
     ///
     /// # Errors
     /// See [`UncertaintyError`].
@@ -305,7 +305,7 @@ fn verdicts(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Vec<String
         "95 % of the scatter lies in an ellipsoid with semi-axes {a:.4}, {b:.4} and {c:.4} mm"
     )];
     lines.push(match check {
-        None => "first order: not checked, there are too many sensors; ask for monte-carlo too"
+        None => "first order: not checked, there are too many sensors; request monte-carlo too"
             .to_owned(),
         Some(check) if check.holds => format!(
             "first order holds for the scatter: the next order differs by {:.3} %",

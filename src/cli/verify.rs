@@ -31,9 +31,9 @@ pub struct VerifyArgs {
 
     /// What was recorded of the built tool. A table with its true and its measured poses (CSV: ideal_x
     /// … ideal_qz, measured_x … measured_qz, as `characterize` writes them): of the tool as a whole,
-    /// as the tracker tells it, or a row for each of its sensors at each pose, with columns `sensor`
-    /// (named as in the design) and `pose`. With --pivot, recordings of the tool's poses while its tip
-    /// rested in one point, in any format that `pivot` reads
+    /// as the tracker reports it, or a row for each of its sensors at each pose, with columns
+    /// `sensor` (named as in the design) and `pose`. With --pivot, recordings of the tool's poses
+    /// while its tip rested in one point, in any format that `pivot` reads
     #[arg(required = true, value_name = "RECORDED")]
     recorded: Vec<PathBuf>,
 
@@ -46,9 +46,9 @@ pub struct VerifyArgs {
     #[arg(long, value_parser = FRAME, default_value = "tracker", conflicts_with_all = ["pivot", "crf"])]
     frame: RecordedFrame,
 
-    /// The recordings are of the tool with its tip at rest in one point, and nothing told the truth:
-    /// where that point is and where the tip is on the tool are found from them, and what this takes
-    /// up of the error is taken out of the prediction too
+    /// The recordings are of the tool with its tip at rest in one point, and nothing measured the
+    /// truth: where that point is and where the tip is on the tool are found from them, and what
+    /// this takes up of the error is taken out of the prediction too
     #[arg(long)]
     pivot: bool,
 
@@ -111,7 +111,7 @@ pub(super) const FRAME: Choice<RecordedFrame> = Choice(&[
     ("crf", "The CRF's, which is at rest where the design has it", RecordedFrame::Crf),
 ]);
 
-/// Reads, predicts, compares, and writes what was asked for.
+/// Reads, predicts, compares, and writes what was requested.
 ///
 /// # Errors
 /// Files that can't be used, recordings that cannot answer, with the reason.
@@ -314,7 +314,7 @@ fn as_text(recorded: &Recorded, found: &Agreement) -> String {
     ];
     let left_out = left_out.into_iter().filter(|(_, found)| *found > 0);
     rows.extend(left_out.map(|(label, found)| count(label, found)));
-    rows.push(number("  worth independent poses", summary.effective, 1, ""));
+    rows.push(number("  effective number of poses", summary.effective, 1, ""));
     if let Some(BodySource::Sensors { misfit_rms_mm, .. }) = recorded.source {
         rows.push(mm("sensors from their places in the design, RMS", misfit_rms_mm));
     }
@@ -423,23 +423,23 @@ fn interval(found: &Interval, times: f64, digits: usize) -> String {
     }
 }
 
-/// What the figures depend on that the recording does not say.
+/// What the figures depend on that the recording does not state.
 fn assumptions(recorded: &Recorded) -> Vec<String> {
     let weight_mm = recorded.orientation_weight.value_mm;
     let is_whole = !matches!(recorded.source, Some(BodySource::Sensors { .. }));
-    let mut said = Vec::new();
+    let mut assumed = Vec::new();
     if is_whole {
-        said.push(format!(
+        assumed.push(format!(
             "Assumed: the tracker computes the tool's pose from its sensors by a least-squares fit, an axis weighing \
              {weight_mm:.0} mm, with the sensors where the design has them."
         ));
     }
     if recorded.pivot.is_some() {
-        said.push(
+        assumed.push(
             "What a pivot calibration takes up, a shift and the tip's place on the tool, is out of both; true poses are \
              those that would read as recorded."
                 .to_owned(),
         );
     }
-    said
+    assumed
 }

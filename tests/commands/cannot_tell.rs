@@ -97,13 +97,13 @@ fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f6
     let sheet = scratch.json(format!("tolerances {design}"));
     assert_eq!(sheet["expected_as_drawn"][0]["verdict"], cannot_tell);
     let text = scratch.succeed(format!("tolerances {design}"));
-    assert!(text.contains("the measurements of this room cannot tell"), "{text}");
+    assert!(text.contains("the measurements of this room cannot decide"), "{text}");
 
     let page = scratch.arg("pointer.html");
     scratch.succeed(format!("report {design} -o {page}"));
     let page = fs::read_to_string(page).unwrap();
     assert!(
-        page.contains("The measurements of this room cannot tell whether the requirement is met")
+        page.contains("The measurements of this room cannot decide whether the requirement is met")
     );
 }
 

@@ -259,7 +259,7 @@ fn indistinguishable_tools_are_named() {
     let printed = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1), "{printed}");
     // One tool with another tip is the same to a tracker.
-    assert!(printed.contains("b.body.ron: cannot be told apart"), "{printed}");
+    assert!(printed.contains("b.body.ron: indistinguishable"), "{printed}");
     let noted = String::from_utf8(output.stderr).unwrap();
     assert!(noted.contains("known by its port and serial number"), "{noted}");
     let Some(files) = roms() else { return };

@@ -10,7 +10,7 @@ const MOST_COLUMNS: usize = 200;
 /// Points of the cumulative curve.
 const CURVE_POINTS: usize = 200;
 
-/// The charts of a study, with what they need to be said of them; none of a single pose.
+/// The charts of a study, with the requirement as a line; none of a single pose.
 pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart> {
     if profile.len() < 2 {
         return Vec::new();
@@ -65,7 +65,7 @@ fn over_axes(
         .collect();
     // Without a name, for the axis alone: errors are read against zero.
     series.push(bound(0.0, ""));
-    series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "asked for")));
+    series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "required")));
     Chart { title, x: Axis::linear(label), y: Axis::linear("tip error, mm"), series }
 }
 
@@ -139,7 +139,7 @@ mod tests {
             ]
         );
         // The requirement is about RMS alone: no line claims to bound the largest.
-        let has_bound = |chart: &Chart| chart.series.iter().any(|s| s.name == "asked for");
+        let has_bound = |chart: &Chart| chart.series.iter().any(|s| s.name == "required");
         assert_eq!(
             charts.iter().map(has_bound).collect::<Vec<_>>(),
             [true, false, true, false, false]

@@ -12,7 +12,7 @@ use trackwright_simulation::tolerance::{
     Tolerances, stated_decimals,
 };
 
-/// Further from an axis than this a direction is not said to be along it.
+/// Further from an axis than this a direction is not described as along it.
 const ALONG_DEG: f64 = 30.0;
 
 /// Below this a point is at the origin, mm: a tenth of what coordinates are printed with.
@@ -143,8 +143,8 @@ pub fn built_check_words(check: &BuiltCheck) -> Vec<String> {
     ]
 }
 
-/// The requirement as drawn as far as the room can tell it, a sentence each; tolerances are found in the
-/// room's own field, which leaves that out.
+/// The requirement as drawn as far as the room determines it, a sentence each; tolerances are found
+/// in the room's own field, which leaves that out.
 pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
     let bounds = &sheet.expected_as_drawn;
     let Some(verdict) = verdict_of(bounds) else {
@@ -165,7 +165,7 @@ pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
     let what = match verdict {
         BoundVerdict::Met => return words,
         BoundVerdict::CannotTell => {
-            "the measurements of this room cannot tell whether the requirement is met as drawn"
+            "the measurements of this room cannot decide whether the requirement is met as drawn"
         }
         BoundVerdict::Missed => "the requirement is expected to be missed as drawn",
     };

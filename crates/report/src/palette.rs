@@ -20,13 +20,13 @@ pub const INK_QUIET: Rgb = Rgb(0x5B, 0x65, 0x72);
 pub const LINE: Rgb = Rgb(0x8A, 0x93, 0xA0);
 pub const GRID: Rgb = Rgb(0xDD, 0xE1, 0xE7);
 pub const GRID_MINOR: Rgb = Rgb(0xF0, 0xF2, 0xF5);
-/// A level that is asked for.
+/// A required level.
 pub const BOUND: Rgb = INK;
 /// The best that anything in a chart does, behind its points.
 pub const FRONT: Rgb = Rgb(0xC3, 0xCB, 0xD6);
 
-/// Series in turn: those of Okabe and Ito (2008) that stand out from white, told apart with any
-/// kind of colour vision.
+/// Series in turn: those of Okabe and Ito (2008) that stand out from white, distinguishable with
+/// any kind of colour vision.
 pub const SERIES: [Rgb; 7] = [
     Rgb(0x00, 0x72, 0xB2),
     Rgb(0xD5, 0x5E, 0x00),

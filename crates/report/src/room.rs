@@ -1,4 +1,4 @@
-//! A room's fit in words: the command line and the editor say the same.
+//! A room's fit in words: the same for the command line and the editor.
 
 use trackwright_calibration::room_model::HarmonicReport;
 use trackwright_field::Environment;
@@ -47,13 +47,13 @@ pub fn support_note(why: &FitValidityError) -> String {
     format!("{why}; the environment is written without it")
 }
 
-/// `harmonic, generator planar-nine, degree 6, 12 samples weighed down`.
+/// `harmonic, generator planar-nine, degree 6, 12 samples down-weighted`.
 pub fn harmonic_text(harmonic: &HarmonicReport) -> String {
     let mut text =
         format!("harmonic, generator {}, degree {}", harmonic.generator.name, harmonic.degree);
     if harmonic.down_weighted > 0 {
         let count = with_separators(harmonic.down_weighted);
-        text.push_str(&format!(", {count} samples weighed down"));
+        text.push_str(&format!(", {count} samples down-weighted"));
     }
     text
 }

@@ -1,4 +1,4 @@
-//! A selection in words and as a table: the command line and the editor say the same.
+//! A selection in words and as a table: the same for the command line and the editor.
 
 use trackwright_field::selection::places::Places;
 use trackwright_field::selection::sensors::SensorSpread;
@@ -38,7 +38,7 @@ pub fn ridge_text(ridge: f64) -> String {
 /// Probability that an interval of sensors' spread holds.
 pub const SENSOR_INTERVAL: f64 = 0.95;
 
-/// Why the choice is what it is, in one sentence; `by` says what groups rows, if anything does.
+/// Why the choice is what it is, in one sentence; `by` is what groups rows, if anything does.
 pub fn reason(selection: &Selection, by: Option<&str>, folds: usize) -> String {
     let (best, least) = (selection.best(), selection.least());
     let rms = best.deciding().position_rms_mm;

@@ -65,7 +65,7 @@ impl Drawing<'_> {
         self.group(&format!("{role} {}", body.rigid.name), transform_of(&pose), children)
     }
 
-    /// Parts keep what their file says of metal, roughness and lightness; the hue is the role's.
+    /// Parts keep their file's metal, roughness and lightness; the hue is the role's.
     fn material(&mut self, role: BodyRole, part: &MeshPart) -> MaterialId {
         if part.is_anatomy() {
             return self.anatomy_look("anatomy", BONE);
@@ -112,7 +112,7 @@ impl Drawing<'_> {
         Some(colors.collect())
     }
 
-    /// The tool where the tracker says that it is, magnified.
+    /// The tool where the tracker reports it, magnified.
     fn ghost(&mut self, shapes: &[Option<ShapeId>]) -> Option<NodeId> {
         let stage = self.stage;
         if !stage.view.layers.ghost {
@@ -125,8 +125,10 @@ impl Drawing<'_> {
             .filter(|(part, _)| !part.is_anatomy())
             .filter_map(|(_, shape)| Some((shape.clone()?, look)))
             .collect();
-        let name =
-            format!("ghost: the tool where the tracker says, errors {}", self.times_in_words());
+        let name = format!(
+            "ghost: the tool where the tracker reports it, errors {}",
+            self.times_in_words()
+        );
         let mesh = self.writer.mesh("ghost", parts)?;
         let ghost = self.tool.ghost(self.times);
         let extras = json!({

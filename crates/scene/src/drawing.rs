@@ -126,7 +126,7 @@ impl Drawing<'_> {
         self.writer.material(&material)
     }
 
-    /// A translucent surface whose form is told by light. The editor tells it by a rim, which glTF
+    /// A translucent surface whose form is shown by light. The editor shows it by a rim, which glTF
     /// does not have.
     pub fn veil(&mut self, name: &str, color: Rgb, alpha: f64) -> MaterialId {
         let material = Material {

@@ -15,7 +15,7 @@ use trackwright_simulation::body::Sensor;
 use trackwright_simulation::uncertainty::Ellipsoid;
 
 /// A sphere with a larger radius than this share of the view's height would be a frame around
-/// everything: the vector ends so deep inside it that it says nothing.
+/// everything: the vector ends so deep inside it that it shows nothing.
 const LARGEST_SHARE: f64 = 0.6;
 
 /// Chords of a great circle.
@@ -41,7 +41,7 @@ impl Drawing<'_> {
         nodes
     }
 
-    /// From where each sensor is to where the tracker says that it is.
+    /// From where each sensor is to where the tracker reports it.
     fn sensor_errors(&mut self, role: BodyRole) -> Vec<NodeId> {
         let (stage, sampled) = (self.stage, self.sampled);
         let detail = match role {

@@ -54,7 +54,7 @@ use trackwright_task::{Cancelled, Task};
 /// The picture that glyphs of a size on the screen are measured by: `render`'s own.
 const VIEW_PX: [f64; 2] = [1440.0, 900.0];
 
-/// Most triangles of a body unless told otherwise: 12 bytes each and 24 a corner are some 6 MB, ten
+/// Most triangles of a body by default: 12 bytes each and 24 a corner are some 6 MB, ten
 /// times what a built-in instrument takes.
 pub const MOST_TRIANGLES: usize = 250_000;
 
@@ -66,7 +66,7 @@ pub struct SceneWish {
     /// What the colours are to be seen on.
     pub ground: Ground,
     /// Whose body is painted by placements, and which of its sensors is imagined elsewhere; the
-    /// tool's first where it is not said.
+    /// tool's first by default.
     pub painted: Option<(BodyRole, usize)>,
     /// A body with more triangles is drawn coarser.
     pub most_triangles: usize,
@@ -83,7 +83,7 @@ impl Default for SceneWish {
     }
 }
 
-/// A scene as a file, and what a person is told of it.
+/// A scene as a file, and what is reported of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Binary glTF 2.0.

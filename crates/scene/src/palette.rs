@@ -72,7 +72,7 @@ pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x6B7683);
 pub const SUPPORT: Rgb = Rgb::pair(0xA98BF0, 0x6B45C6);
 pub const GRID: Rgb = Rgb::pair(0x4A5360, 0xA9B2BD);
 
-/// Between these, parts are told from the background and from glare.
+/// Between these, parts are distinguishable from the background and from glare.
 const DARKEST: f64 = 0.03;
 const BRIGHTEST: f64 = 0.62;
 

@@ -31,7 +31,7 @@ pub struct Sampled {
     pub missing: Vec<String>,
 }
 
-/// A body painted by what a sensor would be worth at each vertex of its mesh.
+/// A body painted by the error with a sensor at each vertex of its mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaintedBody {
     pub body: BodyRole,
@@ -40,7 +40,7 @@ pub struct PaintedBody {
 }
 
 impl Stage<'_> {
-    /// Computes what the layers show. A layer that cannot be computed is told, not an error.
+    /// Computes what the layers show. A layer that cannot be computed is reported, not an error.
     ///
     /// # Errors
     /// [`SceneError::Cancelled`].
@@ -49,7 +49,7 @@ impl Stage<'_> {
         let layers = view.layers;
         let scenario = trackwright_project::resolve(self.design(), environment);
         let mut missing = Vec::new();
-        // What says nothing of the layer itself is that somebody stopped the work.
+        // The one error that is not about the layer: somebody stopped the work.
         let mut why = |layer: &str, error: &dyn std::fmt::Display| {
             missing.push(format!("{layer}: {error}"));
         };

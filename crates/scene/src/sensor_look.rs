@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use trackwright_geometry::solid::Solid;
 use trackwright_simulation::body::{Coil, Sensor};
 
-/// The coil that is drawn where a body file says none: a common 5-DOF sensor.
+/// The coil that is drawn where a body file states none: a common 5-DOF sensor.
 const USUAL_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// Diameter of the ball that a marker is drawn as: the common passive sphere.

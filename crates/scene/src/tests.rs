@@ -190,7 +190,7 @@ fn slice_colors_are_those_of_the_field() {
     assert!(points.len() > 5000, "{}", points.len());
     let mut seen = std::collections::HashSet::new();
     for (point, color) in points.iter().zip(&colors).step_by(37) {
-        // What was sampled at this point of the lattice is what the model says of it.
+        // What was sampled at this point of the lattice is the model's value there.
         let [u, v] = slice.plan.place_of(point).map(|at| at.round() as usize);
         let value = slice.values[v * slice.plan.counts[0] + u];
         let at = model.evaluate(point, &axis, OutsidePolicy::Clamp);
@@ -217,10 +217,10 @@ fn errors_are_drawn_times_the_magnification() {
     let crf = world.document.design().tracker_from_body(BodyRole::Crf).unwrap();
     let tip = world.document.design().tool.body.rigid.judged_tip_in_body();
     let is = crf * detail.trial.crf_from_tool * tip;
-    let told = crf * detail.trial.crf_from_tool_simulated * tip;
+    let reported = crf * detail.trial.crf_from_tool_simulated * tip;
     let arrow = file.points_mm(file.node("error of the tip, × 10"));
     let farthest = arrow.iter().map(|p| (p - is).norm()).fold(0.0, f64::max);
-    assert!((farthest - 10.0 * (told - is).norm()).abs() < CLOSE_MM, "{farthest}");
+    assert!((farthest - 10.0 * (reported - is).norm()).abs() < CLOSE_MM, "{farthest}");
     for sensor in detail.crf.iter().flat_map(|body| &body.sensors) {
         let error = sensor.tracker_from_measured.translation.vector
             - sensor.tracker_from_sensor.translation.vector;
@@ -236,7 +236,7 @@ fn errors_are_drawn_times_the_magnification() {
     // The ghost's tip is where the tip's vector ends.
     let ghost = file.root_from(file.node("ghost: "));
     let end = tracker_mm(ghost.transform_point(&tip));
-    assert!((end - (is + (told - is) * 10.0)).norm() < CLOSE_MM);
+    assert!((end - (is + (reported - is) * 10.0)).norm() < CLOSE_MM);
 }
 
 #[test]

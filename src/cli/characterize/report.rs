@@ -1,4 +1,4 @@
-//! What a characterisation says of itself, for a person and for a program.
+//! The report of a characterisation, for a person and for a program.
 
 use nalgebra::{Dim, Matrix, RawStorage};
 use serde_json::{Value, json};
@@ -188,7 +188,7 @@ fn clock_name(clock: &Clock) -> String {
     }
 }
 
-/// What stands before the colon of all names, where that tells them apart: ports are long.
+/// What stands before the colon of all names, where that distinguishes them: ports are long.
 fn short_names(names: &[String]) -> Vec<String> {
     let short: Vec<String> =
         names.iter().map(|name| name.split(':').next().unwrap_or(name).trim().to_owned()).collect();
@@ -278,14 +278,14 @@ fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         ));
     }
     let mut lines = columns(&rows, 1);
-    let worth = &hand_eye.effective_size;
+    let size = &hand_eye.effective_size;
     lines.push(format!(
         "±: standard error along the worst direction, of the reference in the middle of the readings; {} poses are \
-         worth {:.1} independent ones",
+         equivalent to {:.1} independent ones",
         with_separators(hand_eye.poses),
-        worth.effective
+        size.effective
     ));
-    lines.push(match (worth.student_975(), &found.recordings) {
+    lines.push(match (size.student_975(), &found.recordings) {
         (_, Some(errors)) => format!(
             "and, where that is larger, by what {} recordings differ by, each left out in turn",
             errors.groups
@@ -293,7 +293,7 @@ fn place_table(found: &Characterisation, names: &[String]) -> Vec<String> {
         (Some(student), None) => format!(
             "95 % intervals are ± {student:.2} standard errors; distortion that all poses have in common is in no figure"
         ),
-        (None, None) => "too few are independent to tell more: ± is a lower bound".to_owned(),
+        (None, None) => "too few are independent for an interval: ± is a lower bound".to_owned(),
     });
     lines
 }
@@ -335,7 +335,7 @@ fn path_table(found: &Characterisation) -> Vec<String> {
             format!("{:.4}", path.offset_s),
             match path.offset_effective_size.freedom {
                 Some(_) => format!("{:.4}", path.offset_std_error_s),
-                // Too short to tell how far its seconds depend on each other.
+                // Too short to determine how far its seconds depend on each other.
                 None => format!("≥ {:.4}", path.offset_std_error_s),
             },
             drift.map_or_else(|| "–".to_owned(), |s| format!("{s:.3}")),
@@ -346,9 +346,9 @@ fn path_table(found: &Characterisation) -> Vec<String> {
             format!("{:.2}", path.after.angle_rad.to_degrees()),
         ]);
         let [em, reference] = path.clocks.map(|clock| clock_name(&clock));
-        let said = format!("clocks: EM tracker by {em}, reference by {reference}");
-        if !clocks.contains(&said) {
-            clocks.push(said);
+        let line = format!("clocks: EM tracker by {em}, reference by {reference}");
+        if !clocks.contains(&line) {
+            clocks.push(line);
         }
     }
     let mut lines = columns(&rows, 1);

@@ -17,8 +17,8 @@ pub struct FieldArgs {
     /// Environment (*.env.ron)
     environment: PathBuf,
 
-    /// File to write, its kind told by its name: *.nrrd or *.mha (displacement field in LPS), *.vti
-    /// or *.csv (both in the tracker frame)
+    /// File to write, its kind given by its name: *.nrrd or *.mha (displacement field in LPS),
+    /// *.vti or *.csv (both in the tracker frame)
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 

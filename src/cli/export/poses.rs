@@ -16,7 +16,7 @@ pub struct PosesArgs {
     #[arg(required = true)]
     poses: Vec<PathBuf>,
 
-    /// File to write, its kind told by its name: *.mrk.json (points, LPS), *.tfm (one transform,
+    /// File to write, its kind given by its name: *.mrk.json (points, LPS), *.tfm (one transform,
     /// LPS) or *.csv (poses as they are)
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,

@@ -18,7 +18,7 @@ pub struct TipsArgs {
     /// Design (*.design.ron)
     design: PathBuf,
 
-    /// File to write, its kind told by its name: *.mrk.json (two lists of points, LPS) or *.csv;
+    /// File to write, its kind given by its name: *.mrk.json (two lists of points, LPS) or *.csv;
     /// in the frame of the CRF, or of the tracker where the design has none
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -57,8 +57,8 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     let world = files.open_design_without_meshes(&args.design)?;
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.outside = args.outside;
-    let asked = mode_arg(args.mode, args.input.as_deref())?;
-    let mode = asked.unwrap_or(match scenario.motion {
+    let requested = mode_arg(args.mode, args.input.as_deref())?;
+    let mode = requested.unwrap_or(match scenario.motion {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,
     });
@@ -114,7 +114,7 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
     ))
 }
 
-/// Where the tips are, and where the tracker would tell that they are; a trial has one label in both.
+/// Where the tips are, and where the tracker would report them; a trial has one label in both.
 fn lists(design: &str, tips: &[StudiedTip]) -> [MarkupList; 2] {
     [
         list(format!("{design}, true tips"), SERIES[0], tips, |tip| tip.crf_from_tip),

@@ -21,7 +21,7 @@ pub(super) struct SpinArgs {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     spin: Vec<PathBuf>,
 
-    /// Where the tip is, mm, tool's frame, where no recording around one point says it
+    /// Where the tip is, mm, tool's frame, where no recording around one point determines it
     #[arg(long, value_name = "X,Y,Z", requires = "spin", conflicts_with = "recordings", allow_hyphen_values = true, value_parser = three)]
     tip: Option<[f64; 3]>,
 
@@ -29,7 +29,7 @@ pub(super) struct SpinArgs {
     #[arg(long, value_name = "DEG", default_value_t = SpinLimits::MAX_RMS_DEG, value_parser = above_zero, requires = "spin")]
     max_shaft_deg: f64,
 
-    /// File to write the frame of the tip to, its kind told by its name: *.tfm (tip to tool, as
+    /// File to write the frame of the tip to, its kind given by its name: *.tfm (tip to tool, as
     /// SlicerIGT has it: z along the shaft and out of the tip) or *.body.ron (a body of a design with
     /// its tip in the origin, z up the shaft, and a 6-DOF sensor where the tool's frame is)
     #[arg(long, value_name = "OUT", requires = "spin")]
@@ -81,7 +81,7 @@ impl SpinArgs {
             .map_err(|error| anyhow!("no shaft: {error}{}", option_of(&error)))?;
         if found.effective_size.freedom.is_none() {
             output::note(
-                "the recording of turns is too short to tell how far readings depend on their neighbours: the shaft's \
+                "the recording of turns is too short to determine how far readings depend on their neighbours: the shaft's \
                  standard error is a lower bound",
             );
         }
@@ -112,10 +112,10 @@ impl SpinArgs {
         self.tip_frame.as_deref()
     }
 
-    /// Writes the frame of the tip, where that was asked for.
+    /// Writes the frame of the tip, where that was requested.
     ///
     /// # Errors
-    /// What the disk says.
+    /// Errors of the disk.
     pub(super) fn write_tip_frame(
         output: Option<&Output>,
         shaft: Option<&Shaft>,
@@ -197,7 +197,7 @@ impl Shaft {
         let spin = &self.spin;
         vec![
             count("turned poses", spin.poses),
-            number("  worth independent poses", spin.effective_size.effective, 1, ""),
+            number("  effective number of poses", spin.effective_size.effective, 1, ""),
             number("largest angle between two", spin.orientation_range_rad.to_degrees(), 1, "deg"),
             row(
                 match self.is_towards_tip {

@@ -105,7 +105,8 @@ struct Captured(Option<Image>);
 
 /// Paints the world at a size, with the panels of a workspace if requested.
 ///
-/// Call [`preflight::adapter`](crate::app::preflight::adapter) first: Bevy panics without an adapter.
+/// Call [`preflight::adapter`](crate::app::preflight::adapter) first: Bevy panics without an
+/// adapter.
 ///
 /// # Errors
 /// See [`PictureError`].

@@ -130,8 +130,8 @@ fn decide(
             let is_one_of_many = design.trial.is_some() || design.live.is_some();
             match &results.study {
                 // One for all trials, so that their arrows can be compared, and for all that a
-                // tracker reports, so that they grow with the error alone: that of the worst one, as
-                // if it were where the camera looks.
+                // tracker reports, so that they grow with the error alone: that of the worst one,
+                // as if it were where the camera looks.
                 Some(study) if is_one_of_many => {
                     let worst_mm = study.value.figures.worst.position_mm.max(own_mm);
                     let height_mm = rig.mm_per_px(&rig.camera.focus_mm) * height_px;

@@ -36,7 +36,7 @@ impl Plugin for RegistryPlugin {
 /// | plugin | what it draws |
 /// | --- | --- |
 /// | [`field_arrows::ArrowsPlugin`] | the field's error as arrows on a lattice |
-/// | [`placement::PlacementPlugin`] | the design's error with the selected sensor anywhere on its body |
+/// | [`placement::PlacementPlugin`] | the error with the selected sensor anywhere on its body |
 /// | [`region::RegionPlugin`] | where in the volume the design meets its requirement |
 /// | [`validity::SupportPlugin`] | where in its box the room's model is valid |
 pub struct LayersPlugin;

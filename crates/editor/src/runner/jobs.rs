@@ -3,7 +3,7 @@
 //! Everything that takes longer than a frame goes through a [`Runner`]: studies, layers, fits,
 //! readings, recovery files. There is one slot a kind of work. A new job replaces the one that
 //! waits in its slot and cancels the one of its kind that runs, so that the thread is never more
-//! than one job behind. An answer carries the key of its request (a revision, say) and
+//! than one job behind. An answer carries the key of its request (a revision, for instance) and
 //! whether it is of the newest job of its kind; each answer wakes the event loop, and no frame is
 //! drawn while waiting. Work checks its cancel token at least every 5 ms.
 

@@ -160,7 +160,8 @@ impl<'a> NumberField<'a> {
 /// digits than the value has.
 ///
 /// What is typed may be an expression with units, see [`typed_number::parse`]. A text that is no
-/// number leaves the value as it is; the reason is shown below the field until the next key or click.
+/// number leaves the value as it is; the reason is shown below the field until the next key or
+/// click.
 pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChange> {
     let mut changes = Vec::new();
     let mut edited = value;

@@ -58,7 +58,7 @@ fn pointer_sensors_have_distances_from_the_tip() {
     }
     let length_mm = mesh.body_bounds().unwrap().size_mm().z;
     assert!(measures.contains(&dimension_text(length_mm)), "{measures:?}");
-    // Views are drawn to one scale that the bar tells.
+    // Views are drawn to one scale that the bar shows.
     assert!(measures.iter().any(|m| m.ends_with("mm")));
 }
 
@@ -91,7 +91,7 @@ fn the_datums_word_covers_no_dimension() {
 }
 
 #[test]
-fn a_dimension_is_as_long_as_its_number_says() {
+fn a_dimension_is_as_long_as_its_number() {
     let body = RigidBody {
         name: "b".to_owned(),
         tip_in_body: Some(Point3::origin()),
@@ -117,10 +117,10 @@ fn a_dimension_is_as_long_as_its_number_says() {
     assert!((lengths[1] / lengths[0] - 4.0).abs() < 0.01, "{lengths:?}");
     let bar = page.select(&Selector::parse("line.scale-bar").unwrap()).nth(2).unwrap();
     let of = |name| bar.attr(name).unwrap().parse::<f64>().unwrap();
-    let said = texts(&drawing, "text.measure")
+    let shown_mm = texts(&drawing, "text.measure")
         .into_iter()
         .find_map(|m| m.strip_suffix("\u{2009}mm").map(|m| m.parse::<f64>().unwrap()));
-    let px_per_mm = (of("x2") - of("x1")) / said.unwrap();
+    let px_per_mm = (of("x2") - of("x1")) / shown_mm.unwrap();
     assert!((lengths[1] / px_per_mm - 100.0).abs() < 0.3, "{px_per_mm}");
 }
 

@@ -25,7 +25,7 @@ pub fn section(report: &Report) -> Markup {
         section id="assumptions" {
             h2 { "What this rests on" }
             p {
-                "Every figure is computed, not measured: sensors of a virtual tool and reference are displaced as the model of a measured room says, both are fitted again, and the tip is compared (Fischer and Taylor, MICCAI 2005). "
+                "Every figure is computed, not measured: sensors of a virtual tool and reference are displaced as the model of a measured room gives it, both are fitted again, and the tip is compared (Fischer and Taylor, MICCAI 2005). "
                 "The tracker's own scatter from one reading to the next is not in them."
             }
             h3 { "Room" }
@@ -64,7 +64,7 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
     match &room.provenance {
         None => facts.push(fact(
             "measurements",
-            "none stated: an ideal room, or one whose file does not say where it comes from",
+            "none stated: an ideal room, or one whose file does not state where it comes from",
         )),
         Some(from) => facts.extend(of_measurements(from, model.kind())),
     }

@@ -95,7 +95,7 @@ impl ReportedStudy {
 }
 
 impl Report<'_> {
-    /// What errors and motions are told against.
+    /// The reference frame of errors and motions.
     fn reference(&self) -> &'static str {
         match self.study.scenario.crf {
             Some(_) => "CRF",
@@ -153,7 +153,7 @@ impl Report<'_> {
         }
     }
 
-    /// Where the conclusions come from, as every picture says it.
+    /// Where the conclusions come from, as every picture states it.
     fn provenance(&self) -> String {
         super::room::caption(&self.world.environment)
     }

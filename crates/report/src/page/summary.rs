@@ -113,7 +113,7 @@ fn requirement(bounds: &[JudgedBound]) -> Markup {
                         th { "figure" }
                         th { (if has_intervals { "expected" } else { "found" }) }
                         @if has_intervals { th { "95\u{2009}%" } }
-                        th { "asked for" } th { "margin" } th {}
+                        th { "required" } th { "margin" } th {}
                     }
                 }
                 tbody {

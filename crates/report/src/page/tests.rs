@@ -215,7 +215,7 @@ fn a_bare_design_has_its_page() {
     let html = page(&world, Mode::Single, Extras::default());
     let parsed = Html::parse_document(&html);
     let text = words(&all(&parsed, "main")[0]);
-    for said in [
+    for sentence in [
         "The tip is shown",
         "No requirement is set.",
         "tracked without a reference on the patient",
@@ -224,7 +224,7 @@ fn a_bare_design_has_its_page() {
         "an ideal room",
         "the volume is not stated",
     ] {
-        assert!(text.contains(said), "{said}: {text}");
+        assert!(text.contains(sentence), "{sentence}: {text}");
     }
     assert!(all(&parsed, "#error svg").is_empty());
     assert!(!html.contains("NaN"));
@@ -242,10 +242,10 @@ fn motions_are_relative_to_the_reference() {
         assert_eq!(axes.len(), 6, "{axes:?}");
         let ends_so = |axis: &&String| axis.ends_with(&format!("of the {is}"));
         assert_eq!(axes.iter().filter(ends_so).count(), 6, "{axes:?}");
-        let told: Vec<String> = all(&page, "#figures p").iter().map(words).collect();
+        let paragraphs: Vec<String> = all(&page, "#figures p").iter().map(words).collect();
         let is_worst = |p: &&String| p.ends_with(&format!("in the {is}'s frame."));
-        let worst = told.iter().find(is_worst);
-        let worst = worst.unwrap_or_else(|| panic!("{told:?}"));
+        let worst = paragraphs.iter().find(is_worst);
+        let worst = worst.unwrap_or_else(|| panic!("{paragraphs:?}"));
         assert!(!worst.contains(is_not) && !worst.contains("+0"), "{worst}");
     }
 }

@@ -68,7 +68,7 @@ fn a_missing_point_is_a_gap_in_its_line() {
 }
 
 #[test]
-fn nothing_to_show_is_said() {
+fn an_empty_plot_shows_a_note() {
     for scale in [Scale::Linear, Scale::Logarithmic] {
         for given in [vec![], vec![series("empty", SeriesStyle::Line, &[])]] {
             let svg = chart(scale, given).to_svg(SIZE);

@@ -23,10 +23,10 @@ use trackwright_simulation::{
 /// Between a number and its unit.
 const THIN_SPACE: char = '\u{2009}';
 
-/// Most decimals that a length gets to tell it from a limit.
+/// Most decimals that a length gets to distinguish it from a limit.
 const MOST_DECIMALS: usize = 4;
 
-/// What there is to say of a study.
+/// A study in words.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlainWords {
     /// "97 % of the positions within 1 mm; worst 1.8 mm with the tool held flat to the field
@@ -41,7 +41,7 @@ pub struct PlainWords {
 }
 
 /// A study in words. What is to be expected stands for the figures where it is known. `profile` is that
-/// of the same study; without it no part of the positions is told.
+/// of the same study; without it no part of the positions is reported.
 pub fn plain_words(
     scenario: &Scenario,
     mode: &Mode,
@@ -86,7 +86,7 @@ fn headline(
         return match limit_mm {
             None => format!("The tip is shown {off} from where it is"),
             Some(limit_mm) => format!(
-                "The tip is shown {off} from where it is; {} is asked for",
+                "The tip is shown {off} from where it is; {} is required",
                 as_set(limit_mm, "mm")
             ),
         };
@@ -112,7 +112,7 @@ fn headline(
     }
 }
 
-/// A part of the positions, told as a slide tells it.
+/// A part of the positions, in a slide's words.
 fn part_of_positions(part: f64, trials: usize) -> String {
     match Part::of(part) {
         Part::All => format!("All {} positions", with_separators(trials)),
@@ -160,7 +160,8 @@ fn as_set(limit: f64, unit: &str) -> String {
     format!("{limit}{THIN_SPACE}{unit}")
 }
 
-/// What is to be expected, with 95 % intervals: the room's own field says less than is known.
+/// What is to be expected, with 95 % intervals: the room's own field alone leaves out its
+/// uncertainty.
 fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f64>) -> String {
     let of = |metric: Metric| {
         let (value_mm, interval) = expected.of(metric);
@@ -169,11 +170,11 @@ fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f6
         format!("{value} (95{THIN_SPACE}%: {low} to {high})")
     };
     if figures.trials == 1 {
-        let asked = limit_mm.map_or_else(String::new, |limit_mm| {
-            format!("; {} is asked for", as_set(limit_mm, "mm"))
+        let required = limit_mm.map_or_else(String::new, |limit_mm| {
+            format!("; {} is required", as_set(limit_mm, "mm"))
         });
         return format!(
-            "Expected: the tip is {} from where it is shown{asked}",
+            "Expected: the tip is {} from where it is shown{required}",
             of(Metric::TIP_MAX)
         );
     }
@@ -192,11 +193,11 @@ fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f6
 }
 
 fn verdict(bounds: &[JudgedBound]) -> String {
-    let told = |wanted: BoundVerdict| -> Vec<String> {
+    let listed = |wanted: BoundVerdict| -> Vec<String> {
         let of = bounds.iter().filter(|bound| bound.verdict == wanted);
         of.map(bound_words).collect()
     };
-    let (missed, open) = (told(BoundVerdict::Missed), told(BoundVerdict::CannotTell));
+    let (missed, open) = (listed(BoundVerdict::Missed), listed(BoundVerdict::CannotTell));
     match verdict_of(bounds) {
         None => "No requirement is set.".to_owned(),
         Some(BoundVerdict::Met) => "The requirement is met.".to_owned(),
@@ -206,8 +207,8 @@ fn verdict(bounds: &[JudgedBound]) -> String {
         Some(BoundVerdict::CannotTell) => {
             let why = bounds.iter().find_map(|bound| bound.unsettled);
             let subject = why.map_or_else(
-                || "The measurements of this room cannot tell".to_owned(),
-                |why| format!("It cannot be told, because {why},"),
+                || "The measurements of this room cannot decide".to_owned(),
+                |why| format!("It is undetermined, because {why},"),
             );
             format!("{subject} whether the requirement is met: {}.", open.join("; "))
         }
@@ -220,12 +221,12 @@ fn bound_words(bound: &JudgedBound) -> String {
         ErrorOf::Position => length(value, limit),
         ErrorOf::Angle => angle(value, limit),
     };
-    let asked = as_set(bound.limit, bound.metric.unit());
+    let required = as_set(bound.limit, bound.metric.unit());
     let (name, value) = (bound.metric.label(), digits(bound.value));
     match bound.interval {
-        None => format!("{name} is {value}, and {asked} is asked for"),
+        None => format!("{name} is {value}, and {required} is required"),
         Some([low, high]) => format!(
-            "{name} is expected to be {value}, between {} and {}, and {asked} is asked for",
+            "{name} is expected to be {value}, between {} and {}, and {required} is required",
             digits(low),
             digits(high)
         ),
@@ -266,7 +267,7 @@ fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
     }
     match &scenario.environment.provenance {
         None => cautions.push(
-            "The room is an ideal one, or its file does not say which measurements it comes from."
+            "The room is an ideal one, or its file does not state which measurements it comes from."
                 .to_owned(),
         ),
         Some(from) if from.holdout.is_none() => cautions.push(

@@ -10,12 +10,12 @@ use trackwright_simulation::{BoundVerdict, ErrorOf, Expected, Figures, Metric};
 pub struct PlainFigure {
     pub value: String,
     pub words: String,
-    /// Against the requirement, where it says something of this figure.
+    /// Against the requirement, where it limits this figure.
     pub verdict: Option<BoundVerdict>,
 }
 
-/// A figure of a slide, to be expected where the room can say it; `None` where the study does not have
-/// it.
+/// A figure of a slide, the expected one where the room has it; `None` where the study does not
+/// have it.
 pub fn plain_figure(
     figure: SlideFigure,
     figures: &Figures,
@@ -88,7 +88,7 @@ pub(super) fn percent(part: f64) -> String {
     }
 }
 
-/// A part as a slide and a sentence tell it: never more than is so.
+/// A part as a slide and a sentence state it: never more than is so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     All,

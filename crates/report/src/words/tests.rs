@@ -1,4 +1,4 @@
-//! What is said holds for the numbers that it is said of.
+//! Statements hold for the numbers that they are about.
 
 use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -48,17 +48,17 @@ fn the_headline_has_part_within_limit_and_worst() {
     // A limit that lies within the errors.
     let limit_mm = outcome.figures.position_mm.median();
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_MAX, limit_mm)]));
-    let said = words(&scenario, &mode);
+    let found = words(&scenario, &mode);
     let part = (100.0 * profile.unwrap().part_within(limit_mm)).floor();
     assert!((49.0..=51.0).contains(&part));
     let expected =
         format!("{part:.0}\u{2009}% of the positions within {limit_mm}\u{2009}mm; worst ");
-    assert!(said.headline.starts_with(&expected), "{said:?}");
+    assert!(found.headline.starts_with(&expected), "{found:?}");
     let worst_mm = outcome.figures.position_mm.max();
-    let (_, worst) = said.headline.split_once("; worst ").unwrap();
+    let (_, worst) = found.headline.split_once("; worst ").unwrap();
     let shown: f64 = worst.split('\u{2009}').next().unwrap().parse().unwrap();
     assert!((shown - worst_mm).abs() <= 0.05, "{worst} {worst_mm}");
-    assert!(said.verdict.contains("tip error max is"), "{said:?}");
+    assert!(found.verdict.contains("tip error max is"), "{found:?}");
 }
 
 #[test]
@@ -104,9 +104,9 @@ fn tilt_and_twist_compose_the_turn() {
             * UnitQuaternion::from_axis_angle(&along, 0.5),
         [0.0; 3],
     );
-    let said = both.in_full();
-    assert!(said.contains("tilted by 23°"), "{said}");
-    assert!(said.contains("turned by 29° about its shaft"), "{said}");
+    let text = both.in_full();
+    assert!(text.contains("tilted by 23°"), "{text}");
+    assert!(text.contains("turned by 29° about its shaft"), "{text}");
     let none = held(UnitQuaternion::identity(), [0.0; 3]);
     assert_eq!(none.in_short().as_deref(), Some("held as in the design"));
 }
@@ -115,9 +115,9 @@ fn tilt_and_twist_compose_the_turn() {
 fn farther_and_aside_are_from_the_generator() {
     let found = held(UnitQuaternion::identity(), [3.0, 4.0, -20.0]);
     assert!((found.farther_mm - 20.0).abs() < 1e-9 && (found.aside_mm - 5.0).abs() < 1e-9);
-    let said = found.in_full();
+    let text = found.in_full();
     assert_eq!(
-        said,
+        text,
         "with the tool 20\u{2009}mm farther from the field generator and 5\u{2009}mm aside"
     );
     let nearer = held(UnitQuaternion::identity(), [0.0, 0.0, 7.0]).in_full();
@@ -131,16 +131,16 @@ fn a_study_without_turns_names_no_posture() {
         z: Some(AxisRange { min: -40.0, max: 40.0, step: 40.0 }),
         ..Motion::default()
     });
-    let said = words(&scenario, &Mode::Motion);
-    assert!(!said.headline.contains("held"), "{said:?}");
-    assert!(said.headline.contains("the field generator"), "{said:?}");
+    let found = words(&scenario, &Mode::Motion);
+    assert!(!found.headline.contains("held"), "{found:?}");
+    assert!(found.headline.contains("the field generator"), "{found:?}");
 }
 
 #[test]
 fn one_position_is_one_distance_and_has_no_worst() {
-    let said = words(&scenario(), &Mode::Single);
-    assert!(said.headline.starts_with("The tip is shown 0."), "{said:?}");
-    assert_eq!(said.worst, None);
+    let found = words(&scenario(), &Mode::Single);
+    assert!(found.headline.starts_with("The tip is shown 0."), "{found:?}");
+    assert_eq!(found.worst, None);
 }
 
 #[test]
@@ -166,14 +166,14 @@ fn a_plate_of_sensors_has_no_shaft() {
 }
 
 #[test]
-fn what_is_not_as_one_would_wish_it_is_said() {
+fn limitations_of_a_study_are_stated() {
     let mut scenario = scenario();
     scenario.motion = None;
     scenario.crf_from_tool.translation.vector.z -= 5000.0;
     scenario.requirement = None;
-    let said = words(&scenario, &Mode::Single);
-    assert_eq!(said.verdict, "No requirement is set.");
-    let all = said.cautions.join(" ");
+    let found = words(&scenario, &Mode::Single);
+    assert_eq!(found.verdict, "No requirement is set.");
+    let all = found.cautions.join(" ");
     assert!(all.contains("outside the part of the room"), "{all}");
     assert!(all.contains("outside the volume"), "{all}");
 }

@@ -10,14 +10,14 @@ use trackwright_simulation::{Mode, Scenario};
 /// Turns and tilts below this are no more than a hand's own unrest.
 const LEAST_TURN_DEG: f64 = 5.0;
 
-/// Shifts below this are not worth a word.
+/// Shifts below this are not mentioned.
 const LEAST_SHIFT_MM: f64 = 1.0;
 
 /// A shaft this close to parallel with the generator's front is called flat to it, and one this
-/// close to upright on it is said to point at it.
+/// close to upright on it points at it.
 const FLAT_DEG: f64 = 15.0;
 
-/// Sensors whose mean is nearer to the tip say no direction of a shaft.
+/// Sensors whose mean is nearer to the tip determine no direction of a shaft.
 const LEAST_SHAFT_MM: f64 = 10.0;
 
 /// Tools are drawn along an axis of their frame; sensors stand beside it on either side. A line
@@ -99,7 +99,7 @@ fn axes_that_move(scenario: &Scenario) -> (bool, bool) {
     })
 }
 
-/// From the tip along the shaft; `None` where the sensors do not say where that is.
+/// From the tip along the shaft; `None` where the sensors do not determine it.
 fn shaft_in_tool(tool: &RigidBody) -> Option<Unit<Vector3<f64>>> {
     let tip = tool.judged_tip_in_body();
     let sum: Vector3<f64> = tool.sensors.iter().map(|s| s.position_in_body - tip).sum();
@@ -120,7 +120,7 @@ fn wrapped(angle_rad: f64) -> f64 {
 
 impl WorstPose {
     /// How the tool is held, to follow "the tool"; `None` where the study neither turns nor moves
-    /// it far enough to tell.
+    /// it far enough.
     pub fn in_short(&self) -> Option<String> {
         self.posture().or_else(|| self.shift_words().into_iter().next())
     }

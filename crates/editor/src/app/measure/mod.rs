@@ -32,7 +32,12 @@ pub struct Row {
 }
 
 impl Row {
-    fn required(what: impl Into<String>, measured: String, required: &'static str, is_met: bool) -> Self {
+    fn required(
+        what: impl Into<String>,
+        measured: String,
+        required: &'static str,
+        is_met: bool,
+    ) -> Self {
         Self { what: what.into(), measured, required: Some(required), is_met: Some(is_met) }
     }
 

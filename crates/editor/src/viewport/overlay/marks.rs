@@ -242,7 +242,8 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
         };
         let name = &body.rigid.name;
         let is_named = name.to_lowercase().contains(&kind.to_lowercase());
-        let text = if is_named || view.is_plain { name.clone() } else { format!("{name} ({kind})") };
+        let text =
+            if is_named || view.is_plain { name.clone() } else { format!("{name} ({kind})") };
         labels.push(Label {
             at,
             text,

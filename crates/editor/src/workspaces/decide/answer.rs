@@ -122,8 +122,8 @@ impl DecideParams<'_> {
     }
 
     fn add_design(&mut self, file: PathBuf) {
-        let is_known =
-            (self.state.designs.iter()).any(|other| trackwright_project::is_same_file(other, &file));
+        let is_known = (self.state.designs.iter())
+            .any(|other| trackwright_project::is_same_file(other, &file));
         let is_open = (self.world.as_ref()).is_some_and(|world| {
             matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file))
         });
@@ -234,16 +234,18 @@ impl DecideParams<'_> {
         let room = compared.rooms.get(row.room).cloned().flatten();
         let file = match compared.designs.get(row.design) {
             Some(Compare::File(file)) => file.clone(),
-            Some(Compare::Pinned) => match self.state.pinned.as_ref().and_then(|p| p.file.clone()) {
-                Some(file) => file,
-                None => {
-                    *self.notice = Notice::Refused(
-                        "the baseline is an earlier state of the open design: undo leads to it"
-                            .to_owned(),
-                    );
-                    return;
+            Some(Compare::Pinned) => {
+                match self.state.pinned.as_ref().and_then(|p| p.file.clone()) {
+                    Some(file) => file,
+                    None => {
+                        *self.notice = Notice::Refused(
+                            "the baseline is an earlier state of the open design: undo leads to it"
+                                .to_owned(),
+                        );
+                        return;
+                    }
                 }
-            },
+            }
             Some(Compare::Open) => {
                 match room {
                     Some(place) => {

@@ -1,5 +1,5 @@
-//! The CRF's own study: the places that matter on the patient, where it is judged, and its requirement
-//! there.
+//! The CRF's own study: the places that matter on the patient, where it is judged, and its
+//! requirement there.
 
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::workspaces::design::actions::DesignAction;

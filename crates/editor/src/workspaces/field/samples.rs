@@ -163,7 +163,8 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
             radius_mm,
             is: (kind, value_mm),
         });
-        first_pointed_at(&probe.ray, probe.reach_rad, targets).filter(|_| state.shown.is_shown(role))
+        first_pointed_at(&probe.ray, probe.reach_rad, targets)
+            .filter(|_| state.shown.is_shown(role))
     });
     let (distance_mm, (kind, value_mm)) = of_tables.min_by(|a, b| a.0.total_cmp(&b.0))?;
     let name = match kind {

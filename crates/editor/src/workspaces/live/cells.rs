@@ -96,8 +96,8 @@ fn blocks_of(collected: &Collected) -> Mesh {
 /// Where colours begin: the darkest are not seen before the dark.
 const DARKEST: f64 = 0.3;
 
-/// A part of all orientations as a part of the colours. The first few count for more than the last: one of
-/// fourteen is a quarter of the way.
+/// A part of all orientations as a part of the colours. The first few count for more than the last:
+/// one of fourteen is a quarter of the way.
 fn brightness(turned: f64) -> f64 {
     DARKEST + (1.0 - DARKEST) * turned.sqrt()
 }

@@ -209,7 +209,12 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
     });
 }
 
-fn built_ui(ui: &mut Ui, view: &DecideView, status: &BuiltStatus, requests: &mut Vec<DecideRequest>) {
+fn built_ui(
+    ui: &mut Ui,
+    view: &DecideView,
+    status: &BuiltStatus,
+    requests: &mut Vec<DecideRequest>,
+) {
     match &status.recording {
         None => {
             quiet_ui(ui, "Its measured poses beside the predicted ones");

@@ -115,7 +115,10 @@ const FIGURES: [FigureOf; 4] = [
         ])
     }),
     ("angle max", "°", |quality| {
-        Some([quality.before.angle_max_rad?.to_degrees(), quality.after.angle_max_rad?.to_degrees()])
+        Some([
+            quality.before.angle_max_rad?.to_degrees(),
+            quality.after.angle_max_rad?.to_degrees(),
+        ])
     }),
 ];
 
@@ -217,8 +220,8 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
     });
 }
 
-/// The expected figure with its interval, where the room has uncertainty; otherwise that of the room's
-/// own field.
+/// The expected figure with its interval, where the room has uncertainty; otherwise that of the
+/// room's own field.
 fn known(study: &OwnStudy, metric: Metric) -> (f64, Option<[f64; 2]>) {
     let expected = study.expected.as_ref().map(|e| e.of(metric));
     match expected {

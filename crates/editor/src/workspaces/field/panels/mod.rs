@@ -1,11 +1,11 @@
 //! The panels of the Field workspace: pure functions from its state to the person's requests.
 
+pub mod fit_quality;
 pub mod rooms;
 pub mod selection;
 pub mod settings;
 pub mod systems;
 pub mod table;
-pub mod fit_quality;
 
 use crate::palette;
 use crate::palette::ThemedColor;

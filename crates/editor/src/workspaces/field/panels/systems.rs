@@ -3,11 +3,11 @@
 use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
 use crate::shell::requests::Requests;
+use crate::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
 use crate::workspaces::field::panels::rooms::rooms_ui;
 use crate::workspaces::field::panels::selection::{selection_ui, selection_window};
 use crate::workspaces::field::panels::settings::settings_ui;
 use crate::workspaces::field::panels::table::tables_ui;
-use crate::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
 use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::samples::SampleScale;
 use crate::workspaces::field::state::FieldState;
