@@ -77,7 +77,7 @@ pub struct SelectArgs {
     #[arg(long, value_name = "COLUMN")]
     group: Option<String>,
 
-    /// What is held out to choose by: rows, groups (as --group states), sensors (by the column
+    /// What is held out to choose by: rows, groups (as given by --group), sensors (by the column
     /// sensor), or a column whose rows with equal text belong together; groups where there are any,
     /// else rows, where left out. The others are reported
     #[arg(long, value_name = "rows|groups|sensors|COLUMN")]

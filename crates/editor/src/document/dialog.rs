@@ -39,8 +39,8 @@ pub enum DesignDialog {
         text: String,
         is_usable: bool,
     },
-    /// Somebody else changed files of the design; `is_saving`: it is about to be saved
-    /// over them.
+    /// Somebody else changed files of the design; `is_saving`: the design is about to
+    /// be saved over them.
     ChangedOnDisk {
         lines: Vec<String>,
         is_saving: bool,

@@ -32,7 +32,7 @@ pub struct ReportProgram(pub PathBuf);
 
 impl Default for ReportProgram {
     fn default() -> Self {
-        // Without a path, starting it fails with that error.
+        // Without a path, starting it reports the error.
         Self(std::env::current_exe().unwrap_or_default())
     }
 }

@@ -26,7 +26,7 @@ pub struct Results {
     pub pose: Option<Stamped<PoseDetail>>,
     /// The trial that `pose` is of, from 0; `None` for the design's own pose.
     pub pose_trial: Option<usize>,
-    /// Serial of the trials that `pose_trial` counts; that of the trial choice while they are shown.
+    /// Serial of the trials that `pose_trial` counts; the trial choice's while they are shown.
     pub pose_serial: u64,
     /// Of the same pose; `None` while its layer is off.
     pub scatter: Option<Scatter>,

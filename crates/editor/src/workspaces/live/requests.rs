@@ -25,7 +25,7 @@ pub enum LiveRequest {
     SetPort(Option<u16>),
     Connect,
     Disconnect,
-    /// Which body a tool is, none of them, or (`None`) the one with its name.
+    /// Which body a tool is, none of them, or (`None`) the body with its name.
     Assign(String, Option<Option<BodyRole>>),
     /// Shows the dialog that chooses where the recording goes.
     ShowRecord,

@@ -58,7 +58,7 @@ fn tool_state_ui(ui: &mut Ui, view: &ToolView) {
     }
 }
 
-/// Which body it is; the one with its name unless the person chose otherwise.
+/// Which body it is; the body with its name unless the person chose another.
 fn role_ui(
     ui: &mut Ui,
     tool: &str,
