@@ -101,20 +101,23 @@ fn resident_kb(process: u32) -> u64 {
 fn print(load: &Load, outcome: &Outcome, closing: &str) {
     let all = u64::from(load.tools * outcome.frames);
     let missing = |gaps: &[Gap]| -> u32 { gaps.iter().map(|gap| gap.last - gap.first + 1).sum() };
-    println!("{load:?}; nobody heard frames {:?}", outcome.away);
-    for (client, heard) in outcome.heard.iter().enumerate() {
+    println!("{load:?}; nobody received frames {:?}", outcome.away);
+    for (client, received) in outcome.received.iter().enumerate() {
         let away = outcome.away;
-        let outside =
-            heard.gaps.iter().filter(|gap| gap.first < away.first || gap.last > away.last).count();
+        let outside = received
+            .gaps
+            .iter()
+            .filter(|gap| gap.first < away.first || gap.last > away.last)
+            .count();
         println!(
-            "client {client}: {} of {all}, {} missing ({outside} gaps while the server was there), {} old, {} unsaid; from the tracker {:.3} ms median, {:.3} ms p99, {:.3} ms max",
-            heard.transforms,
-            missing(&heard.gaps),
-            heard.old,
-            heard.unsaid,
-            1e3 * heard.latency.median_s,
-            1e3 * heard.latency.p99_s,
-            1e3 * heard.latency.max_s,
+            "client {client}: {} of {all}, {} missing ({outside} gaps while the server was there), {} old, {} not good; from the tracker {:.3} ms median, {:.3} ms p99, {:.3} ms max",
+            received.transforms,
+            missing(&received.gaps),
+            received.old,
+            received.not_good,
+            1e3 * received.latency.median_s,
+            1e3 * received.latency.p99_s,
+            1e3 * received.latency.max_s,
         );
     }
     for (second, kb) in &outcome.memory {

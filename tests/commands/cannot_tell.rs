@@ -59,7 +59,7 @@ fn write_design(scratch: &Scratch, name: &str, at: &Vector3<f64>, limit_mm: f64)
 }
 
 /// Asks every command about a design whose bound lies in its interval.
-fn assert_no_command_can_tell(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f64) {
+fn assert_every_verdict_is_open(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f64) {
     let design = write_design(scratch, "pointer", at, limit_mm);
     let other = write_design(scratch, "other", &(at + Vector3::x()), limit_mm);
     let cannot_tell = Value::from("cannot_tell");
@@ -120,7 +120,7 @@ fn twenty_rows_of_a_room_do_not_make_it_perfect() {
     let table = write_table(&scratch, &room, 20, |_| true);
     scratch.succeed(format!("fit {table} -o room.env.ron --order 0"));
     let at = middle(&room);
-    assert_no_command_can_tell(&scratch, &at, 1.0);
+    assert_every_verdict_is_open(&scratch, &at, 1.0);
     let simulated = scratch.json("simulate pointer.design.ron --mode motion");
     // The room's own field has no errors but round-off, and its requirement is met.
     assert!(number(&simulated["position_mm"]["rms"]) < 1e-9);
@@ -134,7 +134,7 @@ fn six_rows_do_not_determine_a_field_of_order_four() {
     let table = write_table(&scratch, &room, 6, |_| true);
     let order = "--order 4 --directions 1";
     scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
-    assert_no_command_can_tell(&scratch, &middle(&room), 1.0);
+    assert_every_verdict_is_open(&scratch, &middle(&room), 1.0);
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn a_hole_in_the_measurements_is_reported() {
     let unbounded = write_design(&scratch, "unbounded", &at, 1e3);
     let simulated = scratch.json(format!("simulate {unbounded} --mode motion"));
     let expected = number(&simulated["expected"]["position_mm"]["rms"]);
-    assert_no_command_can_tell(&scratch, &at, expected);
+    assert_every_verdict_is_open(&scratch, &at, expected);
     // The same room with the hole measured says more.
     let table = write_table(&scratch, &room, 700, |_| true);
     scratch.succeed(format!("fit {table} -o room.env.ron {order}"));

@@ -152,10 +152,10 @@ fn undetermined_real_motions_are_refused() {
         ("Circle30", "", "the body turned about one axis only"),
         ("Arc10", "", "the body turned about one axis only"),
     ] {
-        let said = scratch.fail(of(name, more));
-        assert!(said.contains(words), "{said}");
+        let error = scratch.fail(of(name, more));
+        assert!(error.contains(words), "{error}");
     }
-    let said = scratch.succeed(of("Random10", "--sensors 'Port 12'"));
+    let printed = scratch.succeed(of("Random10", "--sensors 'Port 12'"));
     for word in [
         "paths: 1",
         "body from Port 12",
@@ -163,9 +163,9 @@ fn undetermined_real_motions_are_refused() {
         "clocks: EM tracker by frames at 320 Hz",
         "written to",
     ] {
-        assert!(said.contains(word), "{said}");
+        assert!(printed.contains(word), "{printed}");
     }
-    assert!(!said.contains("Port 10"), "{said}");
+    assert!(!printed.contains("Port 10"), "{printed}");
 }
 
 const COLUMNS: &str = "Frame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";
@@ -269,8 +269,8 @@ fn every_pair_is_held_out_once() {
     seen.sort_unstable();
     assert_eq!(seen, (0..12).collect::<Vec<_>>());
     let refused = |part: &str, words: &str| {
-        let said = scratch.fail(format!("{base} --hold-out {part}"));
-        assert!(said.contains(words), "{said}");
+        let error = scratch.fail(format!("{base} --hold-out {part}"));
+        assert!(error.contains(words), "{error}");
     };
     for wrong in ["0/5", "6/5", "1/1", "1", "a/b"] {
         refused(&format!("{wrong} --held-out held.csv"), "expected K/N");

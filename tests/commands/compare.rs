@@ -118,19 +118,19 @@ fn the_text_has_a_sentence_per_difference() {
     let requirement = ", requirement: (position_rms: 0.001),\n)";
     let strict = scratch.changed("pointer-no-crf", "strict", ",\n)", requirement);
     let design = scratch.design("pointer-no-crf");
-    let said =
+    let printed =
         scratch.succeed(format!("compare {design} {strict} --environment rooms/two.env.ron"));
-    let lines: Vec<&str> = said.lines().collect();
-    assert!(lines[0].starts_with("two: "), "{said}");
-    assert!(lines[1].contains("RMS mm") && lines[1].contains("max °"), "{said}");
-    assert!(lines[2].contains("baseline") && lines[2].contains('–'), "{said}");
-    assert!(lines[3].contains("missed") && lines[3].contains("+0.0000"), "{said}");
+    let lines: Vec<&str> = printed.lines().collect();
+    assert!(lines[0].starts_with("two: "), "{printed}");
+    assert!(lines[1].contains("RMS mm") && lines[1].contains("max °"), "{printed}");
+    assert!(lines[2].contains("baseline") && lines[2].contains('–'), "{printed}");
+    assert!(lines[3].contains("missed") && lines[3].contains("+0.0000"), "{printed}");
     // Aligned: every cell of the RMS ends where its head does.
     let end = lines[1].find("RMS mm").unwrap() + "RMS mm".len();
     for line in &lines[2..4] {
         assert!(
             line.is_char_boundary(end) && line[..end].ends_with(|c: char| c.is_ascii_digit()),
-            "{said}"
+            "{printed}"
         );
     }
     for part in [
@@ -139,7 +139,7 @@ fn the_text_has_a_sentence_per_difference() {
         "note: its requirement is not the baseline's",
         "(trial ",
     ] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(printed.contains(part), "{part}: {printed}");
     }
 }
 
@@ -172,9 +172,9 @@ fn a_room_without_overlap_has_no_figures() {
     assert!(rows[3]["against_baseline"].is_null());
     let unknown = found["environments"][0]["uncertainty_unknown"].as_str();
     assert!(unknown.unwrap().contains("no standard error"));
-    let said = scratch.succeed(&compare);
-    assert!(said.contains("no figures: the room does not reach"), "{said}");
-    assert!(said.contains("the uncertainty of the room's field is unknown"), "{said}");
+    let printed = scratch.succeed(&compare);
+    assert!(printed.contains("no figures: the room does not reach"), "{printed}");
+    assert!(printed.contains("does not say how far its field may be off"), "{printed}");
     // Where such trials are rejected it is the same, and no error.
     let rejecting = scratch.json(format!("{compare} --outside reject"));
     assert_eq!(rejecting["rows"][1]["no_figures"], why);
@@ -236,7 +236,7 @@ fn what_cannot_be_compared_is_named() {
             "gone.design.ron: found no such file or folder, expected a design",
         ),
     ] {
-        let said = scratch.fail(format!("compare {args}"));
-        assert!(said.contains(expected), "{args}: {said}");
+        let error = scratch.fail(format!("compare {args}"));
+        assert!(error.contains(expected), "{args}: {error}");
     }
 }

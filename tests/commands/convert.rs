@@ -175,10 +175,10 @@ fn impossible_conversions_are_refused() {
     let mut image = std::fs::read(scratch.path("a.rom")).unwrap();
     image[60] ^= 1;
     scratch.write("a.rom", &image);
-    let said = scratch.fail("convert a.rom out.body.ron");
+    let error = scratch.fail("convert a.rom out.body.ron");
     assert!(
-        said.contains("checksum is ") && said.contains("(--force reads it all the same)"),
-        "{said}"
+        error.contains("checksum is ") && error.contains("(--force reads it all the same)"),
+        "{error}"
     );
     let one_six = COILS.replace(
         "FiveDof, position: (-2, 0, 40), axis: (0, 0, 1)",
@@ -190,8 +190,8 @@ fn impossible_conversions_are_refused() {
         ("out.txt", "expected one in .body.ron, .rom, .tool, .ini or .json"),
         ("a.body.ron", "a file that is read here"),
     ] {
-        let said = scratch.fail(format!("convert a.body.ron {to}"));
-        assert!(said.contains(words), "{said}");
+        let error = scratch.fail(format!("convert a.body.ron {to}"));
+        assert!(error.contains(words), "{error}");
     }
     assert_eq!(scratch.read("a.body.ron"), one_six);
     for name in ["out.body.ron", "out.rom", "out.txt"] {
@@ -243,8 +243,8 @@ fn a_makers_file_is_simulated_like_its_body() {
     image[70] ^= 1;
     scratch.write("a.rom", image);
     design_with(&scratch, "a.rom");
-    let said = scratch.fail("simulate a.design.ron --mode motion");
-    assert!(said.contains("a.rom: checksum is "), "{said}");
+    let error = scratch.fail("simulate a.design.ron --mode motion");
+    assert!(error.contains("a.rom: checksum is "), "{error}");
 }
 
 #[test]
@@ -268,6 +268,6 @@ fn indistinguishable_tools_are_named() {
     let output = scratch.command(&line).output().unwrap();
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["pairs"].as_array().unwrap().len(), 3, "{found}");
-    let said = scratch.fail("convert --check a.body.ron --least-mm 0");
-    assert!(said.contains("above zero"), "{said}");
+    let error = scratch.fail("convert --check a.body.ron --least-mm 0");
+    assert!(error.contains("above zero"), "{error}");
 }

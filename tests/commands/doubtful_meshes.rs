@@ -4,14 +4,14 @@ use crate::support::program::Scratch;
 use std::fmt::Write;
 
 /// A design whose tool has the mesh and, where it is not 1, sensors so many times as far out.
-fn design(scratch: &Scratch, stl: &str, stretch: f64) -> String {
+fn design(scratch: &Scratch, stl: &str, scale: f64) -> String {
     scratch.copy_design_with_room("golden/pointer-on-head", "--order 1 --directions 6");
     scratch.write("d/tool.stl", stl);
     let text = scratch.read("d/tool.body.ron");
     let text = text.replace("name: \"Tool\",", "name: \"Tool\",\n    mesh: \"tool.stl\",");
-    let far = format!("position: (-6.0, 5.0, {:?})", 120.0 * stretch);
+    let far = format!("position: (-6.0, 5.0, {:?})", 120.0 * scale);
     let moved = text.replace("position: (-6.0, 5.0, 120.0)", &far);
-    assert!(stretch == 1.0 || moved != text);
+    assert!(scale == 1.0 || moved != text);
     scratch.write("d/tool.body.ron", moved);
     scratch.arg("d/pointer-on-head.design.ron")
 }
@@ -38,7 +38,7 @@ fn tetrahedron(size_mm: f64, is_inverted: bool, sides: usize) -> String {
 fn mesh_problems_are_reported_where_drawn() {
     let flat = "solid tool\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 50 0 0\nvertex 100 0 0\n\
                 endloop\nendfacet\nendsolid tool\n";
-    for (stl, told) in [
+    for (stl, problem) in [
         (tetrahedron(20_000.0, false, 4), "20000 mm long: is the file in"),
         (tetrahedron(100.0, false, 3), "Open: 3 edges have a triangle on one side only"),
         (tetrahedron(100.0, true, 4), "Inside out: its triangles face inward"),
@@ -46,28 +46,28 @@ fn mesh_problems_are_reported_where_drawn() {
     ] {
         let scratch = Scratch::new();
         let design = design(&scratch, &stl, 1.0);
-        let said = scratch.notes(format!("export scene {design} -o scene.glb --layers none"));
-        let warning = format!("warning: the tool's mesh: {told}");
-        assert!(said.contains(&warning), "{warning}: {said}");
+        let notes = scratch.notes(format!("export scene {design} -o scene.glb --layers none"));
+        let warning = format!("warning: the tool's mesh: {problem}");
+        assert!(notes.contains(&warning), "{warning}: {notes}");
     }
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, true, 4), 1.0);
-    let said = scratch.notes(format!("report {design} -o r.html --mode single"));
-    assert!(said.contains("warning: the tool's mesh: Inside out"), "{said}");
+    let notes = scratch.notes(format!("report {design} -o r.html --mode single"));
+    assert!(notes.contains("warning: the tool's mesh: Inside out"), "{notes}");
 }
 
 #[test]
 fn a_tool_of_twenty_metres_is_reported() {
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, false, 4), 200.0);
-    let told = "24000 mm long, expected at most 1500 mm: are its coordinates in µm?";
+    let expected = "24000 mm long, expected at most 1500 mm: are its coordinates in µm?";
     for args in [
         format!("simulate {design} --mode single"),
         format!("export tips {design} -o tips.csv --mode single"),
         format!("tolerances {design}"),
         "convert d/tool.body.ron tool.ini".to_owned(),
     ] {
-        let said = scratch.notes(&args);
-        assert!(said.contains("warning: ") && said.contains(told), "{args:?}: {said}");
+        let notes = scratch.notes(&args);
+        assert!(notes.contains("warning: ") && notes.contains(expected), "{args:?}: {notes}");
     }
 }

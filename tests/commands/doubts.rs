@@ -39,19 +39,19 @@ fn fit(table: &str) -> String {
 fn metres_are_refused_unless_they_are_meant() {
     let scratch = Scratch::new();
     let table = in_metres(&scratch);
-    let said = scratch.fail(fit(&table));
+    let error = scratch.fail(fit(&table));
     assert!(
-        said.contains("metres.csv: positions span 0.") && said.contains("are they metres?"),
-        "{said}"
+        error.contains("metres.csv: positions span 0.") && error.contains("are they metres?"),
+        "{error}"
     );
-    assert!(said.contains("--as-is"), "{said}");
+    assert!(error.contains("--as-is"), "{error}");
     assert!(!scratch.has("room.env.ron"));
     let meant = scratch.notes(format!("{} --as-is", fit(&table)));
     assert!(meant.starts_with("warning: ") && meant.contains("are they metres?"), "{meant}");
     assert!(scratch.has("room.env.ron"));
     for command in ["select", "generator learn -o g.generator.ron"] {
-        let said = scratch.fail(format!("{command} {table}"));
-        assert!(said.contains("are they metres?"), "{command}");
+        let error = scratch.fail(format!("{command} {table}"));
+        assert!(error.contains("are they metres?"), "{command}");
     }
 }
 
@@ -59,18 +59,18 @@ fn metres_are_refused_unless_they_are_meant() {
 fn inches_are_a_warning_and_good_tables_are_none() {
     let scratch = Scratch::new();
     let inches = changed(&scratch, "inches.csv", |k, v| if is_position(k) { v / 25.4 } else { v });
-    let said = scratch.notes(fit(&inches));
-    assert!(said.contains("are they inches or centimetres?"), "{said}");
-    let said = scratch.notes(fit(GOOD));
-    assert!(!said.contains("warning: ") || !said.contains(".csv"), "{said}");
+    let notes = scratch.notes(fit(&inches));
+    assert!(notes.contains("are they inches or centimetres?"), "{notes}");
+    let notes = scratch.notes(fit(GOOD));
+    assert!(!notes.contains("warning: ") || !notes.contains(".csv"), "{notes}");
 }
 
 #[test]
 fn mirrored_and_reordered_sides_are_refused() {
     let scratch = Scratch::new();
     let mirrored = changed(&scratch, "z.csv", |k, v| if k == 9 { -v } else { v });
-    let said = scratch.fail(fit(&mirrored));
-    assert!(said.contains("measured z is ideal −z"), "{said}");
+    let error = scratch.fail(fit(&mirrored));
+    assert!(error.contains("measured z is ideal −z"), "{error}");
     let table = fs::read_to_string(own(ROOM)).unwrap();
     // The names of the measured quaternion's columns go one on.
     let last = table.replacen(
@@ -79,8 +79,8 @@ fn mirrored_and_reordered_sides_are_refused() {
         1,
     );
     scratch.write("order.csv", last);
-    let said = scratch.fail(fit("order.csv"));
-    assert!(said.contains("the measured quaternions"), "{said}");
+    let error = scratch.fail(fit("order.csv"));
+    assert!(error.contains("the measured quaternions"), "{error}");
 }
 
 #[test]
@@ -90,12 +90,12 @@ fn poses_in_metres_are_refused_as_measurements_are() {
     let rows: String = (0..20).map(|k| format!("0.0{k:02},0.1,-0.3,1,0,0,0\n")).collect();
     scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
     for command in ["distort", "compensate"] {
-        let said = scratch.fail(format!("{command} room.env.ron p.csv -o out.csv"));
-        assert!(said.contains("are they metres?"), "{said}");
+        let error = scratch.fail(format!("{command} room.env.ron p.csv -o out.csv"));
+        assert!(error.contains("are they metres?"), "{error}");
         assert!(!scratch.has("out.csv"));
     }
-    let said = scratch.fail("pivot p.csv");
-    assert!(said.contains("are they metres?"), "{said}");
+    let error = scratch.fail("pivot p.csv");
+    assert!(error.contains("are they metres?"), "{error}");
     scratch.succeed("distort room.env.ron p.csv -o out.csv --as-is");
 }
 
@@ -103,13 +103,13 @@ fn poses_in_metres_are_refused_as_measurements_are() {
 fn poses_on_other_axes_than_the_room_are_told() {
     let scratch = Scratch::new();
     scratch.succeed(fit(GOOD));
-    for (sign, is_told) in [(1, true), (-1, false)] {
+    for (sign, is_reported) in [(1, true), (-1, false)] {
         let rows: String = (0..20).map(|k| format!("{k},100,{},1,0,0,0\n", sign * 250)).collect();
         scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
         for command in ["distort", "compensate"] {
-            let said = scratch.notes(format!("{command} room.env.ron p.csv -o {command}.csv"));
-            let has = said.contains("0 of 20 positions are in the room's box, 20 where z is −z");
-            assert_eq!(has, is_told, "{said}");
+            let notes = scratch.notes(format!("{command} room.env.ron p.csv -o {command}.csv"));
+            let has = notes.contains("0 of 20 positions are in the room's box, 20 where z is −z");
+            assert_eq!(has, is_reported, "{notes}");
         }
     }
 }
@@ -165,15 +165,15 @@ fn a_spreadsheet_in_a_european_language_is_read() {
 fn other_units_and_missing_headers_are_named() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own(ROOM)).unwrap();
-    let said = |name: &str, table: &str| {
+    let refused = |name: &str, table: &str| {
         scratch.write(name, table);
         scratch.fail(fit(name))
     };
-    let metres = said("m.csv", &table.replacen("ideal_x", "ideal_x (m)", 1));
+    let metres = refused("m.csv", &table.replacen("ideal_x", "ideal_x (m)", 1));
     assert!(metres.contains("column \"ideal_x (m)\" is in m, expected mm"), "{metres}");
-    let headless = said("no.csv", table.split_once('\n').unwrap().1);
+    let headless = refused("no.csv", table.split_once('\n').unwrap().1);
     assert!(headless.contains("found numbers, expected names of columns"), "{headless}");
-    let both = said("both.csv", &table.replace(',', ";").replacen("0.5", "0,5", 1));
+    let both = refused("both.csv", &table.replace(',', ";").replacen("0.5", "0,5", 1));
     assert!(both.contains("the decimal mark of the rows before"), "{both}");
 }
 
@@ -189,13 +189,13 @@ fn files_of_other_kinds_are_named() {
     ] {
         scratch.write(name, bytes);
         for line in [fit(name), format!("pivot {name}"), format!("register {name} {name}")] {
-            let said = scratch.fail(line);
-            assert!(said.contains(words) && said.contains("expected"), "{said}");
+            let error = scratch.fail(line);
+            assert!(error.contains(words) && error.contains("expected"), "{error}");
         }
     }
     scratch.write("t.csv", "x,y,z\n1,2,3\n");
-    let said = scratch.fail("distort t.csv t.csv -o room.env.ron");
-    assert!(said.contains("found a table, expected an environment"), "{said}");
+    let error = scratch.fail("distort t.csv t.csv -o room.env.ron");
+    assert!(error.contains("found a table, expected an environment"), "{error}");
 }
 
 #[test]
@@ -219,20 +219,20 @@ fn mirrored_and_outlying_fiducials_are_named() {
     };
     let source = write("source.txt", &|_, p| p);
     let mirrored = write("mirrored.txt", &|_, [x, y, z]| [x, -y, z]);
-    let said = scratch.fail(format!("register {source} {mirrored}"));
-    assert!(said.contains("mirrored or left-handed"), "{said}");
+    let error = scratch.fail(format!("register {source} {mirrored}"));
+    assert!(error.contains("mirrored or left-handed"), "{error}");
     let metres = write("metres.txt", &|_, p| p.map(|v| 1e-3 * v));
-    let said = scratch.fail(format!("register {source} {metres}"));
-    assert!(said.contains("are they in metres and millimetres?"), "{said}");
+    let error = scratch.fail(format!("register {source} {metres}"));
+    assert!(error.contains("are they in metres and millimetres?"), "{error}");
     // Half a millimetre of noise, and one point that slipped.
     let noise = |k: usize| 0.5 * (k as f64 * 2.4).sin();
     let slipped = write("slipped.txt", &|k, [x, y, z]| {
         let slip = if k == 3 { 15.0 } else { 0.0 };
         [x + noise(k), y + noise(k + 7) + slip, z + noise(k + 13)]
     });
-    let said = scratch.notes(format!("register {source} {slipped}"));
-    assert!(said.contains("warning: point 4 is 1"), "{said}");
-    assert!(said.contains("--leave-out-outliers"), "{said}");
+    let notes = scratch.notes(format!("register {source} {slipped}"));
+    assert!(notes.contains("warning: point 4 is 1"), "{notes}");
+    assert!(notes.contains("--leave-out-outliers"), "{notes}");
     let found = scratch.json(format!("register {source} {slipped} --leave-out-outliers"));
     assert_eq!(found["points"], 5);
     assert_eq!(found["left_out"][0]["point"], 4);
@@ -268,8 +268,8 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
         assert!((tip(2) - 100.0).abs() < 1e-6 && tip(0).abs() < 1e-6, "{found}");
         assert!((found["pivot"][2].as_f64().unwrap() - 50.0).abs() < 1e-6, "{found}");
     }
-    let said = scratch.fail("pivot live.csv --tool Stylus");
-    assert!(said.contains("--max-rms-mm"), "{said}");
+    let error = scratch.fail("pivot live.csv --tool Stylus");
+    assert!(error.contains("--max-rms-mm"), "{error}");
 }
 
 #[test]
@@ -277,6 +277,6 @@ fn too_few_poses_name_the_option_that_accepts_them() {
     let scratch = Scratch::new();
     let rows: String = (0..8).map(|k| format!("{k},0,-300,1,0,0,0\n")).collect();
     scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
-    let said = scratch.fail("pivot p.csv");
-    assert!(said.contains("too few poses: 8") && said.contains("--min-poses"), "{said}");
+    let error = scratch.fail("pivot p.csv");
+    assert!(error.contains("too few poses: 8") && error.contains("--min-poses"), "{error}");
 }

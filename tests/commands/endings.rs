@@ -14,10 +14,10 @@ const LIMIT: Duration = Duration::from_secs(60);
 #[track_caller]
 fn refused(command: Command) -> String {
     let Output { status, stdout, stderr } = run_within(command, LIMIT);
-    let said = String::from_utf8(stderr).unwrap();
-    assert_eq!(status.code(), Some(2), "{said}");
+    let stderr = String::from_utf8(stderr).unwrap();
+    assert_eq!(status.code(), Some(2), "{stderr}");
     assert!(stdout.is_empty());
-    said
+    stderr
 }
 
 #[test]
@@ -32,13 +32,13 @@ fn a_scene_ends_for_every_bound_of_triangles() {
     for triangles in ["1", "3", "20", "100"] {
         let output = run_within(scene(triangles), LIMIT);
         assert!(output.status.success(), "{output:?}");
-        let said = String::from_utf8(output.stderr).unwrap();
-        assert!(said.contains("the tool's mesh is drawn with "), "{said}");
-        let is_above = said.contains(&format!("not with at most {triangles}: fewer leave no"));
-        assert!(is_above || triangles != "1", "{said}");
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert!(stderr.contains("the tool's mesh is drawn with "), "{stderr}");
+        let is_above = stderr.contains(&format!("not with at most {triangles}: fewer leave no"));
+        assert!(is_above || triangles != "1", "{stderr}");
     }
-    let said = refused(scene("0"));
-    assert!(said.contains("0 is not in 1.."), "{said}");
+    let error = refused(scene("0"));
+    assert!(error.contains("0 is not in 1.."), "{error}");
 }
 
 #[cfg(unix)]
@@ -59,11 +59,11 @@ fn pipes_that_nobody_writes_to_are_refused() {
         &["convert", &pipe, "out.body.ron"],
         &["register", &pipe, &pipe],
     ] {
-        let said = refused(trackwright(args));
-        assert!(said.contains(&expected), "{args:?}: {said}");
+        let error = refused(trackwright(args));
+        assert!(error.contains(&expected), "{args:?}: {error}");
     }
-    let said = refused(trackwright(&["select", "/dev/zero"]));
-    assert!(said.contains("/dev/zero: found a device"), "{said}");
+    let error = refused(trackwright(&["select", "/dev/zero"]));
+    assert!(error.contains("/dev/zero: found a device"), "{error}");
 }
 
 #[cfg(unix)]
@@ -95,9 +95,9 @@ fn threads_that_cannot_start_are_one_error() {
         "ulimit -v 2000000; RAYON_NUM_THREADS=5000 exec \"$0\" simulate \"$1\" --mode single";
     let mut shell = Command::new("sh");
     shell.args(["-c", script, env!("CARGO_BIN_EXE_trackwright"), &design]);
-    let said = refused(shell);
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.starts_with("error: the threads to compute with"), "{said}");
+    let error = refused(shell);
+    assert_eq!(error.lines().count(), 1, "{error}");
+    assert!(error.starts_with("error: the threads to compute with"), "{error}");
 }
 
 #[cfg(target_os = "linux")]

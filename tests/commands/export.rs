@@ -64,8 +64,8 @@ fn read(scratch: &Scratch, reader: &str, file: &str, points: &[Point3<f64>]) -> 
 
 fn run(command: &mut std::process::Command) -> Vec<Vec<f64>> {
     let output = command.output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
@@ -302,10 +302,10 @@ fn columns_select_the_poses_of_a_table() {
     let scratch = Scratch::new();
     let out = scratch.arg("measured.csv");
     let args = format!("export poses own:room-a/room-a-fit.csv -o {out} --columns");
-    let said = scratch.succeed(format!("{args} measured"));
+    let printed = scratch.succeed(format!("{args} measured"));
     let rows = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap().lines().count() - 1;
     let poses = trackwright_project::Files::default().read_poses(out.as_ref()).unwrap();
-    assert_eq!(poses.as_it_stands().len(), rows, "{said}");
+    assert_eq!(poses.as_it_stands().len(), rows, "{printed}");
     let missing = scratch.fail(format!("{args} sim"));
     assert!(missing.contains("room-a-fit.csv: line 1: found no column sim_x"), "{missing}");
 }
@@ -315,9 +315,9 @@ fn impossible_exports_write_nothing() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let refused = |args: &str, words: &[&str]| {
-        let said = scratch.fail(format!("export field {env} -o {args}"));
+        let error = scratch.fail(format!("export field {env} -o {args}"));
         for word in words {
-            assert!(said.contains(word), "{word:?} is not in: {said}");
+            assert!(error.contains(word), "{word:?} is not in: {error}");
         }
         assert!(!scratch.has("field.vti"), "{args}");
     };
@@ -342,8 +342,8 @@ fn impossible_exports_write_nothing() {
     refused("nowhere/field.vti", &["nowhere/field.vti", "cannot be written"]);
     let size = "--order 1 --directions 6 --map correction";
     scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o correction.env.ron {size}"));
-    let said = scratch.fail("export field correction.env.ron -o field.vti --displacement error");
-    assert!(said.contains("correction.env.ron: found a correction map"), "{said}");
+    let error = scratch.fail("export field correction.env.ron -o field.vti --displacement error");
+    assert!(error.contains("correction.env.ron: found a correction map"), "{error}");
 }
 
 #[test]
@@ -351,6 +351,6 @@ fn a_displacement_field_with_holes_is_warned_of() {
     let scratch = Scratch::new();
     let env = room(&scratch);
     let part = "--box -100,-100,-300,900,0,-200 --outside reject --spacing 100";
-    let said = scratch.notes(format!("export field {env} -o field.mha {part}"));
-    assert!(said.contains("points are NaN"), "{said}");
+    let notes = scratch.notes(format!("export field {env} -o field.mha {part}"));
+    assert!(notes.contains("points are NaN"), "{notes}");
 }

@@ -13,15 +13,15 @@ use trackwright_scene::palette::{Ground, SENSOR, of_part};
 /// Writes the scene of a built-in design.
 fn export(scratch: &Scratch, design: &str, more: &str) -> String {
     let file = scratch.arg(&format!("{design}{}.glb", more.replace(' ', "")));
-    let said = scratch.succeed(format!("export scene {design} -o {file} {more}"));
-    assert!(said.contains("errors × "), "{said}");
+    let printed = scratch.succeed(format!("export scene {design} -o {file} {more}"));
+    assert!(printed.contains("errors × "), "{printed}");
     file
 }
 
 fn json_of(command: &mut Command) -> Value {
     let output = command.output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
     serde_json::from_slice(&output.stdout).unwrap()
 }
 

@@ -39,8 +39,8 @@ fn tips_are_those_of_the_simulation_log() {
     let design = design(&scratch);
     let [log, table, markups] = ["log.csv", "tips.csv", "tips.mrk.json"].map(|n| scratch.arg(n));
     scratch.succeed(format!("simulate {design} --mode motion --log {log}"));
-    let said = scratch.succeed(format!("export tips {design} -o {table}"));
-    assert!(said.contains("in the frame of the CRF"), "{said}");
+    let printed = scratch.succeed(format!("export tips {design} -o {table}"));
+    assert!(printed.contains("in the frame of the CRF"), "{printed}");
     scratch.succeed(format!("export tips {design} -o {markups}"));
     let rows = rows(&table);
     let errors = fs::read_to_string(&log).unwrap();
@@ -107,10 +107,10 @@ fn other_modes_are_those_of_simulate() {
     let kind = scratch.fail(format!("export tips {design} -o tips.tfm"));
     assert!(kind.contains("tips.tfm: found no kind of file"), "{kind}");
     assert!(!scratch.has("tips.tfm"));
-    let said = scratch.succeed(format!("export tips {design} -o {table} --outside reject"));
+    let printed = scratch.succeed(format!("export tips {design} -o {table} --outside reject"));
     let all = 3 * 3 * 3 * 3 * 5;
     let kept = rows(&table);
-    assert!(said.contains(&format!("{} trials left out", all - kept.len())), "{said}");
+    assert!(printed.contains(&format!("{} trials left out", all - kept.len())), "{printed}");
     // Trials keep their numbers.
     let last = kept.last().unwrap()[0];
     assert!(kept.windows(2).all(|pair| pair[0][0] < pair[1][0]) && last < f64::from(all as u32));

@@ -178,8 +178,8 @@ fn an_optical_probe_finds_its_post() {
         }
     }
     let optpivot = text(&folder.join("pa1-debug-a-optpivot.txt"));
-    let said = fail(&["pivot", &optpivot]);
-    assert!(said.contains("pa1-debug-a-optpivot.txt") && said.contains("--calbody"), "{said}");
+    let error = fail(&["pivot", &optpivot]);
+    assert!(error.contains("pa1-debug-a-optpivot.txt") && error.contains("--calbody"), "{error}");
 }
 
 #[test]
@@ -190,6 +190,6 @@ fn marker_correction_needs_no_axes() {
     let scratch = Scratch::new();
     scratch.succeed("fit own:room-a/room-a-fit.csv -o room.env.ron --order 1 --directions 6");
     let empivot = text(&folder.join("pa1-debug-a-empivot.txt"));
-    let said = scratch.fail(format!("pivot {empivot} --environment room.env.ron"));
-    assert!(said.contains("pa1-debug-a-empivot.txt") && said.contains("not 6"), "{said}");
+    let error = scratch.fail(format!("pivot {empivot} --environment room.env.ron"));
+    assert!(error.contains("pa1-debug-a-empivot.txt") && error.contains("not 6"), "{error}");
 }

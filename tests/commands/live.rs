@@ -26,10 +26,10 @@ fn session_of(start: impl FnOnce(&[&str]) -> Live, more: &[&str]) -> (Server, Li
     let server = tracker(free_address());
     let connect = server.address().to_string();
     let live = start(&[&["--connect", &connect, "--serve", "0"], more].concat());
-    let note = live.says("serving at");
+    let note = live.wait_for_note("serving at");
     assert!(note.contains("for this machine alone"), "{note}");
     let viewer = Reader::connect(address_in(&note));
-    live.says("joined, 1 now");
+    live.wait_for_note("joined, 1 now");
     until("a client", || server.clients() > 0);
     (server, live, viewer)
 }
@@ -46,11 +46,11 @@ fn poses_are_recorded_served_and_counted() {
     for number in 1..=20 {
         for tool in ["ProbeToTracker", "StylusToTracker"] {
             send(&server, tool, number);
-            let heard = viewer.next_transform();
-            assert_eq!((heard.device.as_str(), number_of(&heard)), (tool, Some(number)));
+            let received = viewer.next_transform();
+            assert_eq!((received.device.as_str(), number_of(&received)), (tool, Some(number)));
         }
     }
-    live.says("StylusToTracker: good");
+    live.wait_for_note("StylusToTracker: good");
     // While it is being written.
     let read = || live_table::parse(&std::fs::read(scratch.path("live.csv")).unwrap()).unwrap();
     let count = || read().tools.iter().map(|tool| tool.samples.len()).sum::<usize>();
@@ -66,7 +66,7 @@ fn poses_are_recorded_served_and_counted() {
     assert_eq!(probe.good().count(), 20);
 
     server.stop();
-    live.says("lost: the server closed the connection");
+    live.wait_for_note("lost: the server closed the connection");
     let end = live.interrupt();
     for (key, expected) in [("poses", 40), ("sent", 40), ("recorded", 40), ("connections", 1)] {
         assert_eq!(end[key], expected, "{end}");
@@ -99,7 +99,7 @@ fn a_failed_recording_stops_nothing_else() {
     };
     // Some 100 bytes each, on 4 KB at most.
     pass(1..100, &mut viewer);
-    let note = live.says("nothing more is recorded");
+    let note = live.wait_for_note("nothing more is recorded");
     assert!(note.contains("live.csv"), "{note}");
     pass(100..150, &mut viewer);
     let end = live.interrupt();
@@ -137,19 +137,19 @@ fn served_poses_are_those_of_compensate() {
     let (server, live, mut viewer) = session(&["--environment", &env, "--record", &recording]);
     // Far outside the box: said, and not sent.
     send(&server, "Probe", 100_000);
-    live.says("Probe: not good, it is outside the box");
+    live.wait_for_note("Probe: not good, it is outside the box");
     // After the other one.
     message.timestamp = Timestamp::now();
     server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
-    let heard = viewer.next_transform();
-    let Content::Transform(matrix) = &heard.content else { panic!("a transform") };
+    let received = viewer.next_transform();
+    let Content::Transform(matrix) = &received.content else { panic!("a transform") };
     let found = matrix.pose().unwrap();
     let moved_mm = (found.translation.vector - numbered_pose(60).translation.vector).norm();
     assert!(moved_mm > 0.1, "{moved_mm}");
     // Half a unit in the last place of 250 mm.
     assert!((found.translation.vector - expected.translation.vector).amax() < 2e-5);
     assert!(found.rotation.angle_to(&expected.rotation) < 1e-6);
-    assert_eq!(heard.timestamp, message.timestamp);
+    assert_eq!(received.timestamp, message.timestamp);
     let end = live.interrupt();
     assert_eq!((&end["poses"], &end["sent"]), (&Value::from(2), &Value::from(1)));
     assert_eq!(end["dropped"]["outside_model"], 1);
@@ -170,8 +170,8 @@ fn a_served_tool_is_where_its_sensors_are() {
         let matrix = Matrix::from_pose(&body.tracker_from_body_fitted);
         let message = Message::new(name, Timestamp::now(), Content::Transform(matrix));
         server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
-        let heard = viewer.next_transform();
-        let Content::Transform(matrix) = &heard.content else { panic!("a transform") };
+        let received = viewer.next_transform();
+        let Content::Transform(matrix) = &received.content else { panic!("a transform") };
         let found = matrix.pose().unwrap();
         let off_mm = |pose: &Pose| {
             let expected = body.tracker_from_body.translation.vector;
@@ -197,15 +197,15 @@ fn at_its_end_clients_hear_that_the_session_ends() {
     send(&server, "Probe", 1);
     assert_eq!(number_of(&viewer.next_transform()), Some(1));
     live.interrupt();
-    let mut said = Vec::new();
+    let mut statuses = Vec::new();
     while let Some(message) = viewer.next() {
         if let Content::Status(status) = message.content {
             assert!(status.text.contains("the session ends"), "{status:?}");
-            said.push((message.device, status.name));
+            statuses.push((message.device, status.name));
         }
     }
     let expected = ["Probe", "trackwright"].map(|of| (of.to_owned(), "SESSION_ENDS".to_owned()));
-    assert_eq!(said, expected);
+    assert_eq!(statuses, expected);
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn names_are_shown_escaped_and_kept_as_they_are() {
     let name = "Pro\u{202e}be";
     send(&server, name, 1);
     assert_eq!(viewer.next_transform().device, name);
-    live.says(r"Pro\u{202e}be: good");
+    live.wait_for_note(r"Pro\u{202e}be: good");
     let id = live.child.id();
     let mut live = live;
     let mut stdout = live.child.stdout.take().unwrap();
@@ -231,13 +231,13 @@ fn clients_beyond_the_file_limit_are_refused() {
     let server = tracker(free_address());
     let connect = server.address().to_string();
     let live = Live::start_after("ulimit -n 40", &["--connect", &connect, "--serve", "0"]);
-    let address = address_in(&live.says("serving at"));
+    let address = address_in(&live.wait_for_note("serving at"));
     until("a client", || server.clients() > 0);
     let count = 60;
     let mut clients: Vec<Reader> = (0..count).map(|_| Reader::connect(address)).collect();
-    live.says("a client cannot be accepted");
+    live.wait_for_note("a client cannot be accepted");
     for _ in 0..2 {
-        live.says("refused");
+        live.wait_for_note("refused");
     }
     // Every client hears one or the other.
     let (mut served, mut refused) = (0, 0);
@@ -276,8 +276,8 @@ fn wrong_arguments_fail_before_anything_runs() {
     assert!(missing.contains("no.env.ron: found no such file"), "{missing}");
     for empty in ["", " "] {
         let room = ["--environment", "no.env.ron", "--frame", empty];
-        let said = fail(&[&["live", "--connect", "localhost:1"][..], &room].concat());
-        assert!(said.contains("found an empty name"), "{said}");
+        let error = fail(&[&["live", "--connect", "localhost:1"][..], &room].concat());
+        assert!(error.contains("found an empty name"), "{error}");
     }
     let server = fail(&["live", "--connect", "localhost"]);
     assert!(server.contains("expected HOST:PORT"), "{server}");

@@ -28,9 +28,9 @@ fn room(scratch: &Scratch) -> (String, Bounds) {
 fn json_and_notes(args: &[&str]) -> (Value, String) {
     let args = [args, &["--format", "json"]].concat();
     let output = run_within(trackwright(&args), Duration::from_secs(60));
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{said}");
-    (serde_json::from_slice(&output.stdout).unwrap(), said)
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    (serde_json::from_slice(&output.stdout).unwrap(), stderr)
 }
 
 /// Poses of a tool that turns about a point on the box's side, 80 mm from its sensor.
@@ -65,20 +65,20 @@ fn pivot_can_leave_outside_readings_out() {
     let file = scratch.arg("poses.csv");
     fs::write(&file, poses_table(&poses)).unwrap();
     let pivot = ["pivot", &file, "--environment", &room, "--min-poses", "3"];
-    let (found, said) = json_and_notes(&pivot);
+    let (found, notes) = json_and_notes(&pivot);
     assert_eq!(found["compensated"]["outside"], outside);
     assert_eq!((&found["poses"], &found["compensated"]["rejected"]), (&24.into(), &0.into()));
-    let told = format!(
+    let expected = format!(
         "warning: {outside} of 24 poses of {file} are outside the room's box: the nearest point"
     );
-    assert!(said.contains(&told), "{said}");
-    let (found, said) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
+    assert!(notes.contains(&expected), "{notes}");
+    let (found, notes) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
     assert_eq!(found["poses"], 24 - outside);
     assert_eq!(found["compensated"]["rejected"], outside);
-    assert!(said.contains("outside the room's box: they are left out"), "{said}");
+    assert!(notes.contains("outside the room's box: they are left out"), "{notes}");
     assert!(number(&found["rms_mm"]) < 1e-6);
-    let (found, said) = json_and_notes(&["pivot", &file]);
-    assert!(found.get("compensated").is_none() && !said.contains("outside"), "{said}");
+    let (found, notes) = json_and_notes(&["pivot", &file]);
+    assert!(found.get("compensated").is_none() && !notes.contains("outside"), "{notes}");
 }
 
 #[test]
@@ -100,14 +100,14 @@ fn frames_with_outside_markers_are_left_out() {
     let file = scratch.arg("a-empivot.txt");
     fs::write(&file, text).unwrap();
     let pivot = ["pivot", &file, "--environment", &room, "--min-poses", "3"];
-    let (found, said) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
+    let (found, notes) = json_and_notes(&[&pivot[..], &["--outside", "reject"]].concat());
     assert_eq!(found["poses"], kept);
     assert_eq!(found["compensated"]["rows"], 72);
-    let told = format!("{file}: {} of 24 frames not used", 24 - kept);
-    assert!(said.contains(&told), "{said}");
+    let expected = format!("{file}: {} of 24 frames not used", 24 - kept);
+    assert!(notes.contains(&expected), "{notes}");
     scratch.write("b-empivot.txt", "3, 1, b-empivot.txt\n0, 0, 5000\n9, 0, 5000\n0, 9, 5000\n");
-    let said = scratch.fail(format!("pivot b-empivot.txt --environment {room} --outside reject"));
-    assert!(said.contains("found no frame of 1 whose markers the room corrects"), "{said}");
+    let error = scratch.fail(format!("pivot b-empivot.txt --environment {room} --outside reject"));
+    assert!(error.contains("found no frame of 1 whose markers the room corrects"), "{error}");
 }
 
 #[test]
@@ -118,20 +118,20 @@ fn distort_and_fit_tell_how_many_are_outside() {
     let outside = poses.iter().filter(|(at, _)| !bounds.contains(at)).count();
     let (file, out) = (scratch.arg("poses.csv"), scratch.arg("out.csv"));
     fs::write(&file, poses_table(&poses)).unwrap();
-    let said = |args: &[&str]| {
+    let notes_of = |args: &[&str]| {
         let output = trackwright(args).output().unwrap();
         assert!(output.status.success());
         String::from_utf8(output.stderr).unwrap()
     };
-    let told = said(&["distort", &room, &file, "-o", &out]);
+    let notes = notes_of(&["distort", &room, &file, "-o", &out]);
     assert!(
-        told.starts_with(&format!("warning: {outside} of 24 poses are outside the room's box")),
-        "{told}"
+        notes.starts_with(&format!("warning: {outside} of 24 poses are outside the room's box")),
+        "{notes}"
     );
     let [fit, holdout] =
         ["fit", "holdout"].map(|kind| text(&own(&format!("room-a/room-a-{kind}.csv"))));
     let fitted = scratch.arg("fitted.env.ron");
-    let told = said(&["fit", &fit, "-o", &fitted, "--order", "0", "--holdout", &holdout]);
+    let notes = notes_of(&["fit", &fit, "-o", &fitted, "--order", "0", "--holdout", &holdout]);
     let samples = trackwright_project::Files::default()
         .read_measurements(holdout.as_ref())
         .unwrap()
@@ -140,5 +140,5 @@ fn distort_and_fit_tell_how_many_are_outside() {
     let outside = places.filter(|at| !bounds.contains(at)).count();
     let all = with_separators(samples.len());
     let expected = format!("warning: {outside} of {all} held-out samples are outside");
-    assert!(outside > 0 && told.contains(&expected), "{outside}: {told}");
+    assert!(outside > 0 && notes.contains(&expected), "{outside}: {notes}");
 }

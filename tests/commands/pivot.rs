@@ -101,8 +101,8 @@ fn each_refusal_has_its_reason_and_its_limit() {
         ),
         (fail(&["pivot", &recording(&scratch, 60.0, true, 8.0)]), "too large an error: the tip is"),
     ];
-    for (said, expected) in refused {
-        assert!(said.contains(expected), "{said}");
+    for (error, expected) in refused {
+        assert!(error.contains(expected), "{error}");
     }
     // All recordings of one tool together.
     let both = scratch.json(format!("pivot {good} {good} --min-poses 24"));
@@ -135,8 +135,8 @@ fn only_good_samples_of_the_named_tool_count() {
     assert_eq!(found["poses"], 12);
     assert!(found["rms_mm"].as_f64().unwrap() < 1e-9);
     let output = trackwright(&["pivot", &file, "--tool", "probe"]).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("12 of 24 samples not used: Partially Out of Volume"), "{said}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains("12 of 24 samples not used: Partially Out of Volume"), "{stderr}");
     let still = scratch.fail(format!("pivot {file} --tool still"));
     assert!(still.contains("too little variation"), "{still}");
 }

@@ -250,8 +250,8 @@ fn impossible_decisions_write_nothing() {
         ("--decide built --built none.csv", "none.csv: found no such file"),
         ("--decide tool --environment x", "cannot be used with"),
     ] {
-        let said = scratch.fail(format!("procedure {design} {args}"));
-        assert!(said.contains(part), "{args:?}: {said}");
+        let error = scratch.fail(format!("procedure {design} {args}"));
+        assert!(error.contains(part), "{args:?}: {error}");
     }
     assert_eq!(scratch.read(design), before);
     // Without a requirement there is nothing to miss.
@@ -295,17 +295,17 @@ fn another_frame_is_recognised_as_such() {
     let table = scratch.read("built.csv");
     let verified = scratch.json(format!("verify {design} {recorded}"));
     scratch.write("turned.csv", in_another_frame(&table));
-    let said = scratch.fail(format!("verify {design} turned.csv"));
+    let error = scratch.fail(format!("verify {design} turned.csv"));
     for part in [
         "turned.csv: the measured tip is",
         "after turning by 120.0°",
         "different frames",
         "--same-frame",
     ] {
-        assert!(said.contains(part), "{part}: {said}");
+        assert!(error.contains(part), "{part}: {error}");
     }
     // What a common frame leaves is what was measured, less what a registration takes up.
-    let (_, left) = said.split_once("they agree to ").unwrap();
+    let (_, left) = error.split_once("they agree to ").unwrap();
     let left: f64 = left.split(' ').next().unwrap().parse().unwrap();
     assert!(left <= number(&verified["position_mm"]["measured"]["rms"]) + 0.05, "{left}");
     let found = scratch.json(format!("verify {design} turned.csv --same-frame --outside clamp"));
@@ -336,6 +336,6 @@ fn real_recordings_agree_until_turned() {
     let found = scratch.json(format!("verify b.design.ron all.csv {port}"));
     assert!(number(&found["position_mm"]["measured"]["max"]) > 5.0);
     scratch.write("turned.csv", in_another_frame(&scratch.read("all.csv")));
-    let said = scratch.fail(format!("verify b.design.ron turned.csv {port}"));
-    assert!(said.contains("after turning by 1") && said.contains("different frames"), "{said}");
+    let error = scratch.fail(format!("verify b.design.ron turned.csv {port}"));
+    assert!(error.contains("after turning by 1") && error.contains("different frames"), "{error}");
 }

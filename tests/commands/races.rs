@@ -82,10 +82,10 @@ fn comments_of_a_design_are_not_lost_by_a_decision() {
     fs::write(&design, &written).unwrap();
     let args = ["procedure", &design, "--decide", "tool", "--note", "good"];
     let output = trackwright(&args).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{said}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
     let former = format!("{design}.old");
-    assert!(said.contains(&former), "{said}");
+    assert!(stderr.contains(&former), "{stderr}");
     assert_eq!(fs::read_to_string(&former).unwrap(), written);
     assert!(!fs::read_to_string(&design).unwrap().contains("by hand"));
     // What has no comments is kept by being what the program writes.

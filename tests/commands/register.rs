@@ -90,8 +90,8 @@ fn undetermined_points_are_refused() {
         (&straight, &straight, "the points lie on one line"),
         (&bent, &noisy, "the rotation about it is known to"),
     ] {
-        let said = scratch.fail(format!("register {source} {target}"));
-        assert!(said.contains(words), "{said}");
+        let error = scratch.fail(format!("register {source} {target}"));
+        assert!(error.contains(words), "{error}");
     }
     let accepted = ["register", &bent, &noisy, "--max-turn-error-deg", "180"];
     assert!(number(&json(&accepted)["turn_std_error_deg"]) > 10.0);

@@ -32,9 +32,9 @@ fn text_of(cell: &str) -> String {
 #[test]
 fn a_folder_or_a_file_name_is_accepted() {
     let scratch = Scratch::new();
-    let said = scratch.succeed("report designs/pointer-on-head.design.ron -o deep/reports");
+    let printed = scratch.succeed("report designs/pointer-on-head.design.ron -o deep/reports");
     let file = "deep/reports/pointer-on-head.html";
-    assert!(said.starts_with(file), "{said}");
+    assert!(printed.starts_with(file), "{printed}");
     let html = scratch.read(file);
     let simulated = scratch.succeed("simulate designs/pointer-on-head.design.ron --mode motion");
     let rows = figures(&html);
@@ -67,8 +67,8 @@ fn one_date_and_one_input_give_one_page() {
     assert_eq!(read("a.html"), read("b.html"));
     // The last day of February of a leap year that a hundred divides.
     assert!(read("a.html").contains("2000-02-29"));
-    let (is_fine, said) = write("c.html", "yesterday");
-    assert!(!is_fine && said.contains("expected seconds since 1970"), "{said}");
+    let (is_fine, stderr) = write("c.html", "yesterday");
+    assert!(!is_fine && stderr.contains("expected seconds since 1970"), "{stderr}");
 }
 
 #[test]
@@ -88,8 +88,8 @@ fn given_poses_and_a_single_one_have_their_pages() {
     assert!(html.contains("Tip error pose by pose") && html.contains("poses.csv"));
     scratch.succeed("report pointer-on-head -o page.html --mode single");
     assert!(scratch.read("page.html").contains("One position was looked at"));
-    let said = scratch.fail("report pointer-on-head -o page.html --mode single --input poses.csv");
-    assert!(said.contains("expected --mode input or none"), "{said}");
+    let error = scratch.fail("report pointer-on-head -o page.html --mode single --input poses.csv");
+    assert!(error.contains("expected --mode input or none"), "{error}");
 }
 
 #[test]
@@ -103,8 +103,8 @@ fn impossible_outputs_leave_nothing() {
         // A design that cannot be used makes no folder.
         ("report no.design.ron -o reports", &["no.design.ron"]),
     ] {
-        let said = scratch.fail(line);
-        assert!(words.iter().all(|word| said.contains(word)), "{said}");
+        let error = scratch.fail(line);
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
     }
     assert_eq!(scratch.read("notes.txt"), "mine");
     assert!(!scratch.has("reports"));
@@ -124,8 +124,8 @@ fn a_missing_mesh_shows_no_local_folder() {
     copy("assets/bodies/endoscope.body.ron", "endoscope.body.ron", &|text| text);
     let room = "assets/environments/operating-table.env.ron";
     copy(room, "operating-table.env.ron", &|text| text);
-    let said = scratch.notes("report a.design.ron -o a.html");
-    assert!(said.contains("mesh is missing"), "{said}");
+    let notes = scratch.notes("report a.design.ron -o a.html");
+    assert!(notes.contains("mesh is missing"), "{notes}");
     let html = scratch.read("a.html");
     assert!(html.contains("endoscope.glb could not be read"));
     assert!(!html.contains(&scratch.arg("")), "the page has a folder of this machine");
@@ -142,10 +142,10 @@ fn a_slide_with_a_lost_layer_is_reported() {
     let tool = "    tool: (";
     assert!(design.contains(tool) && !design.contains("slides"));
     scratch.write("a.design.ron", design.replace(tool, &format!("    {slides}\n{tool}")));
-    let said = scratch.notes("report a.design.ron -o a.html");
+    let notes = scratch.notes("report a.design.ron -o a.html");
     let expected = "slide 2 is shown without the layer \"halo\", which this version";
-    assert!(said.contains(expected), "{said}");
-    assert!(!said.contains("slide 1"), "{said}");
+    assert!(notes.contains(expected), "{notes}");
+    assert!(!notes.contains("slide 1"), "{notes}");
     assert!(scratch.has("a.html"));
 }
 
@@ -166,9 +166,9 @@ fn page_with_scene(name: &str, file: &Path) -> Vec<[String; 3]> {
 
 fn browse(page: &Path, out: &Path, flags: &[&str]) -> Value {
     let output = python("browser.py").args([page, out]).args(flags).output().unwrap();
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{said}");
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {said}"))
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{stderr}");
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {stderr}"))
 }
 
 #[test]

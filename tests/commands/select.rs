@@ -107,10 +107,10 @@ fn a_fit_without_options_uses_the_selection() {
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((count(&fit["order"]), count(&fit["directions"])), (2, 1));
     assert!(number(&fit["train"]["after"]["position_rms_mm"]) < 1e-12);
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.contains("chosen: order 2, 1 orientation"), "{said}");
-    assert_eq!(fit["selection"]["reason"], said.trim_end());
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    assert!(stderr.contains("chosen: order 2, 1 orientation"), "{stderr}");
+    assert_eq!(fit["selection"]["reason"], stderr.trim_end());
     assert_eq!(model(&fit["selection"]), (2, 1, 0.0));
     let chosen = scratch.json(format!("select {data}"));
     assert_eq!(model(&chosen["best"]), (2, 1, 0.0));
@@ -236,10 +236,10 @@ fn a_fit_says_which_hold_out_its_choice_is_of() {
     assert_eq!(chosen["selection"]["hold_out"], "sensors");
     assert_eq!(list(&chosen["selection"], "hold_outs").len(), 3);
     // A model that is said is judged as well.
-    let said = fit("--order 1 --directions 1 --hold-out sensors");
-    assert_eq!(model(&said["selection"]), (1, 1, 0.0));
-    assert_eq!(said["selection"]["hold_out"], "sensors");
-    assert_eq!(count(&said["order"]), 1);
+    let stated = fit("--order 1 --directions 1 --hold-out sensors");
+    assert_eq!(model(&stated["selection"]), (1, 1, 0.0));
+    assert_eq!(stated["selection"]["hold_out"], "sensors");
+    assert_eq!(count(&stated["order"]), 1);
 }
 
 #[test]

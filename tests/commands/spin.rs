@@ -69,8 +69,8 @@ fn a_stated_tip_settles_the_direction() {
     let scratch = Scratch::new();
     let about = spun(&scratch);
     let output = trackwright(&["pivot", "--spin", &about, "--format", "json"]).output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("which of the two directions"), "{said}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains("which of the two directions"), "{stderr}");
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["spin"]["towards_tip"], false);
     assert_eq!(found.as_object().unwrap().len(), 1);
@@ -116,8 +116,8 @@ fn a_spin_has_refusals_and_limits_of_its_own() {
         (two_axes.clone(), "too large an error: the shaft's direction is"),
         (around.clone(), "too large an error: the shaft's direction is"),
     ] {
-        let said = scratch.fail(format!("pivot --spin {args}"));
-        assert!(said.contains(expected), "{said}");
+        let error = scratch.fail(format!("pivot --spin {args}"));
+        assert!(error.contains(expected), "{error}");
     }
     let lenient = scratch.json(format!("pivot --spin {two_axes} --max-shaft-deg 60"));
     assert!(number(&lenient["spin"]["rms_deg"]) > 3.0);

@@ -41,7 +41,7 @@ fn the_sheet_is_the_same_in_every_format() {
     assert_eq!(together, number(&bodies[1]["together"]["angle_deg"]["value"]));
 
     let text = scratch.succeed(format!("tolerances {pointer} --check 20"));
-    for said in [
+    for part in [
         "Origin: the tip.",
         "in the direction +z",
         "shaft – grip",
@@ -49,7 +49,7 @@ fn the_sheet_is_the_same_in_every_format() {
         "nearest to missing the requirement: position RMS",
         "all 20 drawn tools meet the requirement",
     ] {
-        assert!(text.contains(said), "{said}: {text}");
+        assert!(text.contains(part), "{part}: {text}");
     }
 }
 
@@ -82,11 +82,11 @@ fn the_sheet_states_missed_requirements() {
 fn what_cannot_be_asked_for_is_refused() {
     let pointer = design("pointer-on-head");
     for draws in ["0", "1000001", "many"] {
-        let said = fail(&["tolerances", &pointer, "--check", draws]);
-        assert!(said.contains("expected 1 to 1000000"), "{said}");
+        let error = fail(&["tolerances", &pointer, "--check", draws]);
+        assert!(error.contains("expected 1 to 1000000"), "{error}");
     }
-    let said = fail(&["tolerances", "nowhere.design.ron"]);
-    assert!(said.contains("nowhere.design.ron"), "{said}");
+    let error = fail(&["tolerances", "nowhere.design.ron"]);
+    assert!(error.contains("nowhere.design.ron"), "{error}");
     let output =
         trackwright(&["tolerances", &pointer, "--csv", "/nowhere/sheet.csv"]).output().unwrap();
     assert_eq!(output.status.code(), Some(2));

@@ -73,8 +73,8 @@ fn one_statement_says_what_is_assumed() {
     let scratch = designs("--no-support");
     let one = ONE_SENSOR;
     let words = scratch.succeed(format!("simulate {one} --mode motion"));
-    let said = words.lines().find(|line| line.contains("sensors do not determine"));
-    let said = said.unwrap().replace("the CRF", "").to_owned();
+    let statement = words.lines().find(|line| line.contains("sensors do not determine"));
+    let statement = statement.unwrap().replace("the CRF", "").to_owned();
     scratch.succeed(format!("report {one} -o page.html"));
     let page = scratch.read("page.html").replace("&#x27;", "'").replace("&#39;", "'");
     for (command, words) in [
@@ -83,7 +83,7 @@ fn one_statement_says_what_is_assumed() {
         ("compare", scratch.succeed(format!("compare {one} {DESIGN}"))),
         ("report", page),
     ] {
-        assert!(words.contains(&said), "{command} does not say {said:?}: {words}");
+        assert!(words.contains(&statement), "{command} does not say {statement:?}: {words}");
     }
 }
 

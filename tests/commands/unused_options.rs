@@ -7,16 +7,19 @@ fn a_table_of_poses_is_the_mode() {
     let scratch = Scratch::new();
     scratch.copy_design_with_room("golden/pointer-on-head", "--order 1 --directions 6");
     let (design, input) = ("d/pointer-on-head.design.ron", "d/input.csv");
-    let told = scratch.json(format!("simulate {design} --mode input --input {input}"));
-    assert_eq!(scratch.json(format!("simulate {design} --input {input}")), told);
+    let stated = scratch.json(format!("simulate {design} --mode input --input {input}"));
+    assert_eq!(scratch.json(format!("simulate {design} --input {input}")), stated);
     for args in [
         format!("simulate {design} --mode motion"),
         format!("simulate {design} --mode single"),
         format!("export tips {design} -o tips.csv --mode motion"),
         format!("report {design} -o tips.csv --mode single"),
     ] {
-        let said = scratch.fail(format!("{args} --input {input}"));
-        assert!(said.contains("input.csv: found another --mode, expected --mode input"), "{said}");
+        let error = scratch.fail(format!("{args} --input {input}"));
+        assert!(
+            error.contains("input.csv: found another --mode, expected --mode input"),
+            "{error}"
+        );
     }
     assert!(scratch.fail(format!("simulate {design}")).contains("--mode"));
 }
@@ -51,8 +54,8 @@ fn options_that_nothing_would_use_are_refused() {
             "is in the tracker's own axes",
         ),
     ] {
-        let said = scratch.fail(&args);
-        assert!(said.contains(word), "{args}: {said}");
+        let error = scratch.fail(&args);
+        assert!(error.contains(word), "{args}: {error}");
     }
     assert!(!scratch.has("out.csv"));
 }

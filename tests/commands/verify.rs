@@ -104,8 +104,8 @@ fn moments_of_one_body_alone_are_counted_and_told() {
         let found = scratch.json(&verify);
         assert_eq!(found["without_crf"], without_crf);
         assert_eq!(found["without_tool"], without_tool);
-        let said = scratch.notes(&verify);
-        assert!(said.contains(alone) && said.contains("poses not used"), "{said}");
+        let notes = scratch.notes(&verify);
+        assert!(notes.contains(alone) && notes.contains("poses not used"), "{notes}");
     }
 }
 

@@ -78,8 +78,8 @@ fn a_dropped_mesh_may_become_anatomy() {
         let sink = Rc::clone(&answer);
         let mut dialog = MeshDialog::Whose { file: "/x/head.stl".into(), has_crf };
         let mut harness = Harness::builder().build_ui(move |ui| {
-            if let Some(said) = dialog.ui(ui) {
-                *sink.borrow_mut() = Some(said);
+            if let Some(action) = dialog.ui(ui) {
+                *sink.borrow_mut() = Some(action);
             }
         });
         harness.run_steps(2);
@@ -94,13 +94,13 @@ fn a_dropped_mesh_may_become_anatomy() {
 type Requests = Rc<RefCell<Vec<DesignAction>>>;
 
 fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
-    let asked = Requests::default();
-    let sink = Rc::clone(&asked);
+    let requests = Requests::default();
+    let sink = Rc::clone(&requests);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
-    (harness, asked)
+    (harness, requests)
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn the_outliner_lists_anatomy() {
     design.anatomy = vec![anatomy("head", "head.stl"), table];
     let (environment, view) = (environment(), View::default());
     let selection = Selection::default();
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         let view = OutlinerView::new(&design, &environment, &view, &selection);
         outliner_ui(ui, &view)
     });
@@ -121,7 +121,7 @@ fn the_outliner_lists_anatomy() {
     harness.run_steps(2);
     let select = DesignAction::Select(Some(Selected::Anatomy(1)));
     for wanted in [select, DesignAction::Run(ADD_ANATOMY.name)] {
-        assert!(asked.borrow().contains(&wanted), "{:?}", asked.borrow());
+        assert!(requests.borrow().contains(&wanted), "{:?}", requests.borrow());
     }
 }
 
@@ -129,7 +129,7 @@ fn the_outliner_lists_anatomy() {
 fn anatomy_inputs_are_edits() {
     let mut design = super::app::design();
     design.anatomy = vec![anatomy("head", "head.stl")];
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         let mut actions = Vec::new();
         anatomy_ui(ui, &design, 0, &mut actions);
         actions
@@ -138,9 +138,9 @@ fn anatomy_inputs_are_edits() {
     harness.run_steps(2);
     harness.get_by_label("Remove anatomy").click();
     harness.run_steps(2);
-    let asked = asked.borrow();
-    let [colored, removed] = &asked[..] else {
-        panic!("{asked:?}");
+    let requests = requests.borrow();
+    let [colored, removed] = &requests[..] else {
+        panic!("{requests:?}");
     };
     let DesignAction::Edit(EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Set { index, anatomy }))) =
         colored

@@ -174,10 +174,10 @@ pub fn layers() -> Vec<LayerInfo> {
 
 /// Lets tests wait for the solver.
 fn listen(app: &mut App) {
-    let (told, wakes) = channel();
+    let (sender, wakes) = channel();
     app.world().resource::<Waker>().wake_with(move || {
         // A test that has ended no longer listens.
-        let _ = told.send(());
+        let _ = sender.send(());
     });
     app.insert_resource(Wakes(Mutex::new(wakes)));
 }

@@ -153,17 +153,17 @@ fn a_lost_recovery_folder_is_reported() {
     let (folder, file) = saved();
     let recovery = folder.path().join("recovery");
     let mut app = open(&file);
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     app.insert_resource(Waker::new(move || {
         // A test that has ended no longer listens.
-        let _ = tell.send(());
+        let _ = sender.send(());
     }))
     .insert_resource(RecoveryFolder(recovery.clone()))
     .add_plugins(AutosavePlugin);
     std::fs::remove_dir_all(&recovery).unwrap();
     std::fs::write(&recovery, "").unwrap();
     move_tool(&mut app, 9.0);
-    told.recv_timeout(Duration::from_secs(30)).expect("a word of the thread");
+    receiver.recv_timeout(Duration::from_secs(30)).expect("a word of the thread");
     app.update();
     let notice = app.world().resource::<Notice>();
     assert!(matches!(notice, Notice::Refused(text) if text.contains("save often")), "{notice:?}");

@@ -88,7 +88,7 @@ fn select(app: &mut App, what: Selected) {
 }
 
 /// What the open dialog says, and what a button of it answers, which is then asked for.
-fn press(app: &mut App, said: &[&str], button: &str) {
+fn press(app: &mut App, texts: &[&str], button: &str) {
     let mut question: BodyDialog = dialog(app).cloned().expect("a dialog");
     let answer = Rc::new(RefCell::new(None));
     let sink = Rc::clone(&answer);
@@ -98,9 +98,9 @@ fn press(app: &mut App, said: &[&str], button: &str) {
             sink.replace(Some(answered));
         }
     });
-    for said in said {
-        let found = harness.query_by_label_contains(said);
-        assert!(found.is_some(), "{said:?} is not said");
+    for text in texts {
+        let found = harness.query_by_label_contains(text);
+        assert!(found.is_some(), "{text:?} is not said");
     }
     harness.get_by_label(button).click();
     harness.run_steps(2);
@@ -114,15 +114,15 @@ fn press(app: &mut App, said: &[&str], button: &str) {
 
 /// The section of the tool's definition, and what it asks for.
 fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
-    let asked = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&asked);
+    let requests = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&requests);
     let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
     let harness = Harness::builder().with_size(egui::vec2(276.0, 600.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
         sink.borrow_mut().extend(body_file_ui(ui, &view));
     });
-    (harness, asked)
+    (harness, requests)
 }
 
 #[test]
@@ -165,8 +165,8 @@ fn without_a_selection_the_body_is_asked_for() {
     assert!(design.tool.body.definition.is_none());
     // Once more it changes nothing, and that is said.
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
-    let said = "The CRF already matches 8700339.rom".to_owned();
-    assert_eq!(*app.world().resource::<Notice>(), Notice::Done(said));
+    let text = "The CRF is what 8700339.rom says already".to_owned();
+    assert_eq!(*app.world().resource::<Notice>(), Notice::Done(text));
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn losses_are_listed_before_writing() {
     let file = folder.path().join("out.rom");
     let body = BodyRole::Tool;
     let save = |file: &Path| BodyFileRequest::Save { body, file: file.to_owned() };
-    let said = [
+    let texts = [
         "Save out.rom?",
         "The tool is written as an NDI Aurora ROM:",
         "without the tip (0 0 -12.5 mm)",
@@ -258,10 +258,10 @@ fn losses_are_listed_before_writing() {
         "a new image",
     ];
     request_and_wait(&mut app, save(&file));
-    press(&mut app, &said, "Cancel");
+    press(&mut app, &texts, "Cancel");
     assert!(!file.exists());
     request_and_wait(&mut app, save(&file));
-    press(&mut app, &said, "Save");
+    press(&mut app, &texts, "Save");
     let read =
         trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).unwrap().body;
     let own = &world(&app).document.design().tool.body.rigid.sensors;
@@ -284,7 +284,7 @@ fn losses_are_listed_before_writing() {
     press(&mut app, &[], "Replace");
     assert!(trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).is_ok());
     // Files of the design are Save's alone, and a name has to say a format.
-    for (name, said) in [
+    for (name, reason) in [
         ("pointer.body.ron", "the design itself uses this file"),
         ("out", "expected one in .body.ron, .rom"),
     ] {
@@ -292,7 +292,7 @@ fn losses_are_listed_before_writing() {
         let Some(ErrorDialog { text, .. }) = dialog(&app) else {
             panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
         };
-        assert!(text.contains(said), "{text}");
+        assert!(text.contains(reason), "{text}");
     }
 }
 
@@ -318,19 +318,19 @@ fn an_unchanged_file_is_written_to_the_byte() {
 fn the_inspector_shows_a_definitions_facts() {
     let (folder, mut app) = app();
     {
-        let (mut harness, asked) = section(&app);
+        let (mut harness, requests) = section(&app);
         harness.run_steps(2);
         assert!(harness.query_by_label_contains("none: the body").is_some());
         harness.get_by_label("Open definition…").click();
         harness.run_steps(2);
         harness.get_by_label("Save definition as…").click();
         harness.run_steps(2);
-        let asked_for = |request| DesignAction::BodyFile(request);
+        let request_of = |request| DesignAction::BodyFile(request);
         assert_eq!(
-            *asked.borrow(),
+            *requests.borrow(),
             [
-                asked_for(BodyFileRequest::ShowOpen(BodyRole::Tool)),
-                asked_for(BodyFileRequest::ShowSave(BodyRole::Tool)),
+                request_of(BodyFileRequest::ShowOpen(BodyRole::Tool)),
+                request_of(BodyFileRequest::ShowSave(BodyRole::Tool)),
             ]
         );
     }
@@ -341,7 +341,7 @@ fn the_inspector_shows_a_definitions_facts() {
     assert!(harness.query_by_label("part number").is_none());
     harness.get_by_label("From an NDI optical ROM").click();
     harness.run_steps(2);
-    for said in [
+    for label in [
         "part number",
         "8700339",
         "manufacturer",
@@ -353,7 +353,7 @@ fn the_inspector_shows_a_definitions_facts() {
         "trailing bytes",
         "1: EE",
     ] {
-        assert!(harness.query_all_by_label(said).next().is_some(), "{said:?}");
+        assert!(harness.query_all_by_label(label).next().is_some(), "{label:?}");
     }
     assert!(harness.query_by_label_contains(", matches").is_some());
 }

@@ -59,17 +59,17 @@ pub(crate) fn rest(app: &mut App) {
     }
 }
 
-pub(crate) fn request_and_wait(app: &mut App, asked: DecideRequest) {
-    app.world_mut().write_message(asked);
+pub(crate) fn request_and_wait(app: &mut App, request: DecideRequest) {
+    app.world_mut().write_message(request);
     rest(app);
 }
 
-pub(crate) fn desk(app: &App) -> &DecideState {
+pub(crate) fn decide_state(app: &App) -> &DecideState {
     app.world().resource::<DecideState>()
 }
 
 pub(crate) fn found(app: &App) -> &Found {
-    let serial = desk(app).pinned.as_ref().unwrap().serial;
+    let serial = decide_state(app).pinned.as_ref().unwrap().serial;
     app.world().resource::<Against>().found(serial).unwrap().1
 }
 
@@ -121,18 +121,18 @@ fn a_pinned_state_differs_by_what_changed() {
 fn comparison_needs_workspace_and_baseline() {
     let mut app = decide_app();
     move_sensor(&mut app, 1.0);
-    assert_eq!(desk(&app).counts.baselines, 0, "nothing is pinned");
+    assert_eq!(decide_state(&app).counts.baselines, 0, "nothing is pinned");
     request_and_wait(&mut app, DecideRequest::PinHere);
-    assert_eq!(desk(&app).counts.baselines, 1);
+    assert_eq!(decide_state(&app).counts.baselines, 1);
     app.insert_resource(workspaces::design::WORKSPACE);
     move_sensor(&mut app, 1.0);
-    assert_eq!(desk(&app).counts.baselines, 1, "nobody looks");
+    assert_eq!(decide_state(&app).counts.baselines, 1, "nobody looks");
     app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
-    assert_eq!(desk(&app).counts.baselines, 2);
+    assert_eq!(decide_state(&app).counts.baselines, 2);
     request_and_wait(&mut app, DecideRequest::Unpin);
     move_sensor(&mut app, 1.0);
-    assert_eq!(desk(&app).counts.baselines, 2);
+    assert_eq!(decide_state(&app).counts.baselines, 2);
 }
 
 /// A built-in design in a folder of its own.
@@ -153,7 +153,7 @@ fn the_table_has_every_design_in_every_room() {
     let gone = folder.path().join("gone.design.ron");
     let mut app = decide_app();
     let room = RoomSource::File(saved_room(folder.path()));
-    for asked in [
+    for request in [
         DecideRequest::AddDesign(other.clone()),
         DecideRequest::AddDesign(gone.clone()),
         // Once more is once.
@@ -161,9 +161,9 @@ fn the_table_has_every_design_in_every_room() {
         DecideRequest::AddRoom(room.clone()),
         DecideRequest::Compare,
     ] {
-        request_and_wait(&mut app, asked);
+        request_and_wait(&mut app, request);
     }
-    let compared = desk(&app).compared.as_ref().unwrap();
+    let compared = decide_state(&app).compared.as_ref().unwrap();
     assert_eq!(compared.comparison.rows.len(), 4);
     assert!(
         matches!(compared.missing.as_slice(), [why] if why.contains("gone.design.ron")),
@@ -195,13 +195,13 @@ fn a_row_opens_its_design_in_its_room() {
     let (opened, assigned) =
         (collect_messages::<FileRequest>(&mut app), collect_messages::<FieldRequest>(&mut app));
     let room = RoomSource::File(saved_room(folder.path()));
-    for asked in [
+    for request in [
         DecideRequest::AddDesign(other.clone()),
         DecideRequest::AddRoom(room.clone()),
         DecideRequest::Compare,
         DecideRequest::OpenRow(3),
     ] {
-        request_and_wait(&mut app, asked);
+        request_and_wait(&mut app, request);
     }
     // A room was added, so it is asked first what becomes of that.
     let open = Box::new(FileRequest::Open(other.clone()));
@@ -221,13 +221,13 @@ fn saved_room(folder: &Path) -> PathBuf {
 
 /// What is asked of others from now on.
 fn collect_messages<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
-    let heard = Arc::new(Mutex::new(Vec::new()));
-    let sink = Arc::clone(&heard);
+    let received = Arc::new(Mutex::new(Vec::new()));
+    let sink = Arc::clone(&received);
     app.add_message::<M>();
     app.add_systems(Last, move |mut messages: MessageReader<M>| {
         sink.lock().unwrap().extend(messages.read().cloned());
     });
-    heard
+    received
 }
 
 /// Draws a panel of the desk and uses it.
@@ -241,15 +241,15 @@ pub(crate) fn use_panel(
         document: &world.document,
         generation: app.world().resource::<WorldGeneration>().0,
         results: app.world().resource::<Results>(),
-        state: desk(app),
+        decide_state: decide_state(app),
         against: Some(app.world().resource::<Against>()),
         judged: Some(app.world().resource::<Judged>()),
         environment: &world.environment.name,
         rooms: &[],
         is_listing: false,
     };
-    let asked = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&asked);
+    let requests = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&requests);
     let mut harness = Harness::builder().with_size(egui::vec2(1200.0, 700.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui, &view));
@@ -257,7 +257,7 @@ pub(crate) fn use_panel(
     use_it(&mut harness);
     harness.run_steps(2);
     drop(harness);
-    asked.borrow().clone()
+    requests.borrow().clone()
 }
 
 #[test]
@@ -272,17 +272,17 @@ fn a_deleted_baseline_stays_with_a_warning() {
         harness.get_by_label_contains("has been deleted or moved");
         harness.get_by_label_contains("no difference that matters");
     });
-    let asked = use_panel(&app, table_ui, |harness| {
+    let requests = use_panel(&app, table_ui, |harness| {
         // Both designs are the same, and the room holds the same of them.
         let verdicts = ["✔ met", "✖ missed", "? cannot tell"]
             .map(|verdict| harness.query_all_by_label(verdict).count());
         assert_eq!(verdicts.iter().max(), Some(&2), "{verdicts:?}");
         harness.get_by_label("this design").click();
     });
-    assert_eq!(asked, [DecideRequest::OpenRow(1)]);
+    assert_eq!(requests, [DecideRequest::OpenRow(1)]);
     // Without a file there is nothing to open.
     request_and_wait(&mut app, DecideRequest::Pin(file));
-    assert!(desk(&app).pinned.is_some(), "the one that was there stays");
+    assert!(decide_state(&app).pinned.is_some(), "the one that was there stays");
 }
 
 #[test]
@@ -317,7 +317,7 @@ fn a_missed_step_needs_a_reason() {
         request(&mut app, EditRequest::Apply(edit));
     }
     rest(&mut app);
-    let asked = use_panel(&app, steps_ui, |harness| {
+    let requests = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("missed in 3 of 3");
         // The CRF's is first, the tool's second: it meets its requirement.
         let decide: Vec<bool> = (harness.query_all_by_label("Decide"))
@@ -326,7 +326,7 @@ fn a_missed_step_needs_a_reason() {
         assert_eq!(decide, [true, false]);
         harness.query_all_by_label("Decide").nth(1).unwrap().click();
     });
-    assert_eq!(asked, [DecideRequest::Decide(Step::Tool)]);
+    assert_eq!(requests, [DecideRequest::Decide(Step::Tool)]);
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     let document = |app: &App| app.world().resource::<OpenWorld>().0.document.design().clone();
     assert!(document(&app).procedure.crf.is_none(), "without a reason");
@@ -342,11 +342,11 @@ fn a_missed_step_needs_a_reason() {
     let less = Requirement::at_most([(Metric::TIP_MAX, 5.0)]);
     request(&mut app, EditRequest::Apply(Edit::SetCrfRequirement(Some(less))));
     rest(&mut app);
-    let asked = use_panel(&app, steps_ui, |harness| {
+    let requests = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("required position_max was 0.01, is 5");
         harness.get_by_label("Withdraw").click();
     });
-    assert_eq!(asked, [DecideRequest::Withdraw(Step::Crf)]);
+    assert_eq!(requests, [DecideRequest::Withdraw(Step::Crf)]);
     request_and_wait(&mut app, DecideRequest::Withdraw(Step::Crf));
     assert!(document(&app).procedure.is_empty());
 }
@@ -356,19 +356,19 @@ fn the_next_design_starts_without_notes() {
     let mut app = decide_app();
     request_and_wait(&mut app, DecideRequest::SetNote(Step::Tool, "for this one".to_owned()));
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
-    assert!(desk(&app).recorded.is_some());
+    assert!(decide_state(&app).recorded.is_some());
     let other =
         trackwright_project::builtin_names().find(|n| *n != trackwright_project::DEFAULT_BUILTIN);
     let open = FileRequest::OpenBuiltIn(other.unwrap().to_owned());
     app.world_mut().write_message(open);
     rest(&mut app);
-    assert!(desk(&app).recorded.is_none());
-    assert_eq!(desk(&app).note(Step::Tool), "");
+    assert!(decide_state(&app).recorded.is_none());
+    assert_eq!(decide_state(&app).note(Step::Tool), "");
     // What is judged is the design that is open.
     let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
     assert!(is_current && standing.built.recording.is_none());
     // What is asked for in the very frame in which a design opens is asked of that design.
     app.world_mut().resource_mut::<WorldGeneration>().set_changed();
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
-    assert!(desk(&app).recorded.is_some());
+    assert!(decide_state(&app).recorded.is_some());
 }

@@ -85,7 +85,7 @@ fn a_dropped_mesh_belongs_to_the_selected_body() {
 #[test]
 fn a_useless_file_lists_what_can_be_dropped() {
     let (folder, mut app) = app();
-    for (name, said) in [
+    for (name, reason) in [
         ("notes.pdf", "meshes (.glb, .gltf, .stl, .obj)"),
         ("probe.rom.zip", "tool definitions (.rom, .tool, .ini, .json)"),
         ("table.csv", "Field workspace"),
@@ -95,7 +95,7 @@ fn a_useless_file_lists_what_can_be_dropped() {
         let Notice::Refused(text) = notice else {
             panic!("{name}: {notice:?}");
         };
-        assert!(text.starts_with(name) && text.contains(said), "{text}");
+        assert!(text.starts_with(name) && text.contains(reason), "{text}");
     }
 }
 
@@ -117,9 +117,9 @@ fn hovering_files_show_what_will_happen() {
     app.update();
     assert_eq!(*app.world().resource::<HoveringFiles>(), HoveringFiles::default());
     let tip = Selection::of(Some(Selected::Tip(BodyRole::Crf)));
-    let said = words(Path::new("a/b.glb"), workspaces::design::WORKSPACE, &tip, true);
-    assert_eq!(said, "Use b.glb as the CRF's mesh");
-    for (name, selection, has_crf, said) in [
+    let text = words(Path::new("a/b.glb"), workspaces::design::WORKSPACE, &tip, true);
+    assert_eq!(text, "Use b.glb as the CRF's mesh");
+    for (name, selection, has_crf, expected) in [
         ("a/8700339.ROM", &tip, true, "Use 8700339.ROM as the CRF"),
         ("p.tool", &Selection::default(), true, "Use p.tool as the tool or the CRF"),
         ("p.ini", &Selection::default(), false, "Use p.ini as the tool"),
@@ -127,6 +127,6 @@ fn hovering_files_show_what_will_happen() {
         ("p.body.ron", &tip, true, "Use p.body.ron as the CRF"),
     ] {
         let words = words(Path::new(name), workspaces::field::WORKSPACE, selection, has_crf);
-        assert_eq!(words, said);
+        assert_eq!(words, expected);
     }
 }

@@ -27,16 +27,16 @@ fn use_panel(
     panel: impl Fn(&mut egui::Ui) -> Vec<FieldRequest>,
     act: impl Fn(&mut Harness),
 ) -> Vec<FieldRequest> {
-    let asked = RefCell::new(Vec::new());
+    let requests = RefCell::new(Vec::new());
     let mut harness = Harness::builder().with_size(egui::vec2(360.0, 1100.0)).build_ui(|ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
-        asked.borrow_mut().extend(panel(ui));
+        requests.borrow_mut().extend(panel(ui));
     });
     harness.run_steps(2);
     act(&mut harness);
     harness.run_steps(3);
     drop(harness);
-    asked.into_inner()
+    requests.into_inner()
 }
 
 fn app() -> App {
@@ -70,30 +70,30 @@ fn fit(app: &mut App, order: Option<usize>, directions: Option<DirectionSet>) {
 
 #[test]
 fn an_empty_desk_says_what_to_do_and_opens_a_table() {
-    let desk = FieldState::default();
-    let asked = use_panel(
-        |ui| tables_ui(ui, &desk, SampleScale(None)),
+    let state = FieldState::default();
+    let requests = use_panel(
+        |ui| tables_ui(ui, &state, SampleScale(None)),
         |harness| {
             harness.get_by_label_contains("Drop a measurement table");
             harness.get_by_label("Open measurements…").click();
         },
     );
-    assert_eq!(asked, [FieldRequest::ShowOpen(TableRole::Training)]);
-    let asked = use_panel(
-        |ui| settings_ui(ui, &desk),
+    assert_eq!(requests, [FieldRequest::ShowOpen(TableRole::Training)]);
+    let requests = use_panel(
+        |ui| settings_ui(ui, &state),
         |harness| {
             harness.get_by_label_contains("no measurements to fit");
             harness.get_by_label("Select and fit").click();
         },
     );
-    assert!(asked.is_empty(), "{asked:?}");
+    assert!(requests.is_empty(), "{requests:?}");
 }
 
 #[test]
 fn the_volume_is_a_named_one_or_unknown() {
-    let desk = FieldState::default();
-    let asked = use_panel(
-        |ui| settings_ui(ui, &desk),
+    let state = FieldState::default();
+    let requests = use_panel(
+        |ui| settings_ui(ui, &state),
         |harness| {
             let role = egui::accesskit::Role::ComboBox;
             harness.get_by_role_and_label(role, "volume").click();
@@ -105,17 +105,17 @@ fn the_volume_is_a_named_one_or_unknown() {
         },
     );
     let settings = FieldSettings { volume: Some(Volume::AuroraDome), ..FieldSettings::default() };
-    assert_eq!(asked.first(), Some(&FieldRequest::Set(settings)));
+    assert_eq!(requests.first(), Some(&FieldRequest::Set(settings)));
 }
 
 #[test]
 fn a_table_shows_its_samples_and_bounds_with_units() {
     let mut app = app();
     read(&mut app);
-    let desk = app.world().resource::<FieldState>();
+    let state = app.world().resource::<FieldState>();
     let scale = *app.world().resource::<SampleScale>();
-    let asked = use_panel(
-        |ui| tables_ui(ui, desk, scale),
+    let requests = use_panel(
+        |ui| tables_ui(ui, state, scale),
         |harness| {
             harness.get_by_label("room-a-fit.csv");
             assert_eq!(harness.query_all_by_label("1,025 samples").count(), 2);
@@ -125,14 +125,14 @@ fn a_table_shows_its_samples_and_bounds_with_units() {
         },
     );
     assert!(
-        matches!(asked.as_slice(), [FieldRequest::Show(shown)] if !shown.held_out),
-        "{asked:?}"
+        matches!(requests.as_slice(), [FieldRequest::Show(shown)] if !shown.held_out),
+        "{requests:?}"
     );
-    let asked = use_panel(
-        |ui| settings_ui(ui, desk),
+    let requests = use_panel(
+        |ui| settings_ui(ui, state),
         |harness| harness.get_by_label("Select and fit").click(),
     );
-    assert_eq!(asked, [FieldRequest::Fit]);
+    assert_eq!(requests, [FieldRequest::Fit]);
 }
 
 #[test]
@@ -156,17 +156,17 @@ fn a_table_in_metres_needs_confirmation() {
     let mut app = app();
     request_and_wait(&mut app, FieldRequest::Open(TableRole::Training, file.clone()));
     request_and_wait(&mut app, FieldRequest::Fit);
-    let desk = app.world().resource::<FieldState>();
-    assert!(desk.fitted.is_none());
-    let asked = use_panel(
-        |ui| tables_ui(ui, desk, SampleScale::default()),
+    let state = app.world().resource::<FieldState>();
+    assert!(state.fitted.is_none());
+    let requests = use_panel(
+        |ui| tables_ui(ui, state, SampleScale::default()),
         |harness| {
             assert_eq!(harness.query_all_by_label_contains("are they metres?").count(), 1);
             harness.get_by_label("take it as it stands").click();
         },
     );
     let taken = FieldRequest::TakeAsIs(file, true);
-    assert_eq!(asked, std::slice::from_ref(&taken));
+    assert_eq!(requests, std::slice::from_ref(&taken));
     request_and_wait(&mut app, taken);
     fit(&mut app, Some(1), Some(DirectionSet::One));
     finish(&mut app);
@@ -178,11 +178,11 @@ fn a_fit_shows_both_errors_and_warnings() {
     let mut app = app();
     read(&mut app);
     fit(&mut app, Some(4), Some(DirectionSet::FortyTwo));
-    let desk = app.world().resource::<FieldState>();
-    let fitted = desk.fitted.as_ref().unwrap();
+    let state = app.world().resource::<FieldState>();
+    let fitted = state.fitted.as_ref().unwrap();
     let held_out = fitted.held_out_quality.as_ref().unwrap();
-    let asked = use_panel(
-        |ui| fit_quality_ui(ui, desk),
+    let requests = use_panel(
+        |ui| worth_ui(ui, state),
         |harness| {
             for value in [
                 fitted.training_quality.after.rms.position_rms_mm,
@@ -197,11 +197,11 @@ fn a_fit_shows_both_errors_and_warnings() {
             harness.get_by_label("Use in this design…").click();
         },
     );
-    assert_eq!(asked, [FieldRequest::ShowSave(RoomToSave::Fitted)]);
+    assert_eq!(requests, [FieldRequest::ShowSave(RoomToSave::Fitted)]);
 
     request_and_wait(&mut app, FieldRequest::Try);
-    let desk = app.world().resource::<FieldState>();
-    let comparison = desk.comparison.as_ref().unwrap();
+    let state = app.world().resource::<FieldState>();
+    let comparison = state.comparison.as_ref().unwrap();
     use_panel(
         |ui| {
             comparison_ui(ui, comparison, false);
@@ -213,9 +213,9 @@ fn a_fit_shows_both_errors_and_warnings() {
         },
     );
     request_and_wait(&mut app, FieldRequest::Set(FieldSettings::default()));
-    let desk = app.world().resource::<FieldState>();
+    let state = app.world().resource::<FieldState>();
     use_panel(
-        |ui| fit_quality_ui(ui, desk),
+        |ui| worth_ui(ui, state),
         |harness| {
             harness.get_by_label_contains("have changed since");
         },
@@ -227,14 +227,14 @@ fn a_selection_is_drawn_and_links_its_table() {
     let mut app = app();
     read(&mut app);
     fit(&mut app, Some(1), None);
-    let desk = app.world().resource::<FieldState>();
-    let fitted = desk.fitted.as_ref().unwrap();
-    let asked = use_panel(
+    let state = app.world().resource::<FieldState>();
+    let fitted = state.fitted.as_ref().unwrap();
+    let requests = use_panel(
         |ui| selection_ui(ui, fitted),
         |harness| harness.get_by_label("Figure and table…").click(),
     );
-    assert_eq!(asked, [FieldRequest::ShowSelection(true)]);
-    let asked = use_panel(
+    assert_eq!(requests, [FieldRequest::ShowSelection(true)]);
+    let requests = use_panel(
         |ui| {
             trackwright_editor::workspaces::field::panels::selection::selection_window(
                 ui.ctx(),
@@ -247,22 +247,22 @@ fn a_selection_is_drawn_and_links_its_table() {
             harness.get_by_label_contains("chosen: order 1");
         },
     );
-    assert!(asked.is_empty(), "{asked:?}");
+    assert!(requests.is_empty(), "{requests:?}");
 }
 
 #[test]
 fn the_designs_own_room_is_not_assigned_again() {
     let app = app();
-    let desk = app.world().resource::<FieldState>();
-    let asked = use_panel(
-        |ui| rooms_ui(ui, desk),
+    let state = app.world().resource::<FieldState>();
+    let requests = use_panel(
+        |ui| rooms_ui(ui, state),
         |harness| harness.get_by_label("Operating table (built in)").click(),
     );
-    assert!(asked.is_empty(), "{asked:?}");
-    let desk = FieldState { rooms: desk.rooms.clone(), ..FieldState::default() };
-    let asked = use_panel(
-        |ui| rooms_ui(ui, &desk),
+    assert!(requests.is_empty(), "{requests:?}");
+    let state = FieldState { rooms: state.rooms.clone(), ..FieldState::default() };
+    let requests = use_panel(
+        |ui| rooms_ui(ui, &state),
         |harness| harness.get_by_label("Operating table (built in)").click(),
     );
-    assert_eq!(asked, [FieldRequest::Assign(desk.rooms[0].place.clone())]);
+    assert_eq!(requests, [FieldRequest::Assign(state.rooms[0].place.clone())]);
 }

@@ -32,7 +32,7 @@ use trackwright_simulation::{FigureRow, figure_rows};
 
 /// What the threads wake the window with.
 #[derive(Resource)]
-struct Told(Mutex<Receiver<()>>);
+struct Wakes(Mutex<Receiver<()>>);
 
 pub fn with_field(mut app: App) -> App {
     add_field(&mut app);
@@ -40,12 +40,12 @@ pub fn with_field(mut app: App) -> App {
 }
 
 fn add_field(app: &mut App) {
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     app.insert_resource(Waker::new(move || {
         // A test that has ended no longer listens.
-        let _ = tell.send(());
+        let _ = sender.send(());
     }))
-    .insert_resource(Told(Mutex::new(told)))
+    .insert_resource(Wakes(Mutex::new(receiver)))
     .insert_resource(workspaces::field::WORKSPACE)
     .add_plugins((FieldPlugin, SamplesPlugin));
 }
@@ -69,7 +69,7 @@ fn without_samples() -> App {
     app
 }
 
-fn desk(app: &App) -> &FieldState {
+fn field_state(app: &App) -> &FieldState {
     app.world().resource::<FieldState>()
 }
 
@@ -77,10 +77,10 @@ fn desk(app: &App) -> &FieldState {
 pub fn finish(app: &mut App) {
     app.update();
     app.update();
-    while desk(app).is_busy() {
-        let told = app.world().resource::<Told>().0.lock().unwrap();
-        told.recv_timeout(Duration::from_secs(300)).expect("something of what is under way");
-        drop(told);
+    while field_state(app).is_busy() {
+        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
+        receiver.recv_timeout(Duration::from_secs(300)).expect("something of what is under way");
+        drop(receiver);
         app.update();
     }
     settle(app);
@@ -149,7 +149,7 @@ fn a_fitted_room_equals_the_commands_output() {
     let [fit, holdout] = ["cube-fit.csv", "cube-holdout.csv"]
         .map(|name| own("../../assets/environments/data").join(name));
     drop_file(&mut app, &fit);
-    let table = desk(&app).training.table.as_ref().unwrap();
+    let table = field_state(&app).training.table.as_ref().unwrap();
     assert_eq!(table.samples.samples.len(), 4000);
     // The second one asks what it is for.
     drop_file(&mut app, &holdout);
@@ -159,8 +159,8 @@ fn a_fitted_room_equals_the_commands_output() {
     request_and_wait(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout.clone()));
     set(&mut app, 2, DirectionSet::Six);
     request_and_wait(&mut app, FieldRequest::Fit);
-    let fitted = desk(&app).fitted.clone().unwrap();
-    assert!(!desk(&app).is_outdated(&fitted));
+    let fitted = field_state(&app).fitted.clone().unwrap();
+    assert!(!field_state(&app).is_outdated(&fitted));
     let mine = scratch.path("mine.env.ron");
     request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, mine.clone()));
     std::fs::create_dir(scratch.path("theirs")).unwrap();
@@ -197,7 +197,7 @@ fn every_kind_of_model_equals_the_command() {
     drop_file(&mut app, &fit);
     std::fs::create_dir(scratch.path("theirs")).unwrap();
     let planar = FieldKind::Harmonic(GeneratorName::BuiltIn("planar-nine"));
-    for (name, kind, said) in [
+    for (name, kind, options) in [
         (
             "symmetric.env.ron",
             FieldKind::SymmetricPolynomials,
@@ -217,14 +217,14 @@ fn every_kind_of_model_equals_the_command() {
         };
         request_and_wait(&mut app, FieldRequest::Set(settings));
         request_and_wait(&mut app, FieldRequest::Fit);
-        let fitted = desk(&app).fitted.clone().unwrap();
-        assert!(!desk(&app).is_outdated(&fitted) && fitted.field_settings.kind == kind);
+        let fitted = field_state(&app).fitted.clone().unwrap();
+        assert!(!field_state(&app).is_outdated(&fitted) && fitted.asked.kind == kind);
         let mine = scratch.path(name);
         let save = FieldRequest::Save(RoomToSave::Fitted, mine.clone());
         request_and_wait(&mut app, save);
         let theirs = scratch.path("theirs").join(name);
         let (table, file) = (text(&fit), text(&theirs));
-        succeed(&[&["fit", &table, "-o", &file], said].concat());
+        succeed(&[&["fit", &table, "-o", &file], options].concat());
         assert!(
             std::fs::read(&mine).unwrap() == std::fs::read(&theirs).unwrap(),
             "{kind:?}: the two rooms differ"
@@ -241,7 +241,7 @@ fn open_choices_equal_the_command_selection() {
     request_and_wait(&mut app, FieldRequest::Set(settings(Some(1), None)));
     request_and_wait(&mut app, FieldRequest::Fit);
     let printed = json(&["fit", &text(&fit), "-o", &scratch.arg("room.env.ron"), "--order", "1"]);
-    let fitted = desk(&app).fitted.as_ref().unwrap();
+    let fitted = field_state(&app).fitted.as_ref().unwrap();
     let chosen = fitted.chosen.as_ref().unwrap();
     let best = chosen.selection.best();
     let selection = &printed["selection"];
@@ -261,12 +261,12 @@ fn an_abandoned_fit_changes_nothing() {
     drop_file(&mut app, &room_a()[0]);
     set(&mut app, 1, DirectionSet::Six);
     request_and_wait(&mut app, FieldRequest::Fit);
-    let before = desk(&app).fitted.clone().unwrap();
+    let before = field_state(&app).fitted.clone().unwrap();
     let bits = figure_bits(&app);
     set(&mut app, 6, DirectionSet::FortyTwo);
     app.world_mut().write_message(FieldRequest::Fit);
     request_and_wait(&mut app, FieldRequest::CancelFit);
-    let now = desk(&app);
+    let now = field_state(&app);
     assert!(Arc::ptr_eq(now.fitted.as_ref().unwrap(), &before));
     assert!(now.is_outdated(&before), "the settings have changed since");
     assert!(app.world().resource::<Dialogs>().current.is_none());
@@ -295,7 +295,7 @@ fn assigning_a_room_is_one_undo_step() {
         let revision = app.world().resource::<OpenWorld>().0.document.revision();
 
         request_and_wait(&mut app, FieldRequest::Try);
-        let comparison = desk(&app).comparison.clone().unwrap();
+        let comparison = field_state(&app).comparison.clone().unwrap();
         assert_eq!(figure_rows(&comparison.present.figures), before.1);
         assert_eq!(figure_bits(&app), before.0, "trying changes nothing");
         let document = &app.world().resource::<OpenWorld>().0.document;
@@ -313,9 +313,10 @@ fn assigning_a_room_is_one_undo_step() {
         assert_eq!(world.environment.name, name);
         let label = format!("Use room {name}");
         assert_eq!(world.document.undo_label(), Some(&*label));
-        let is_listed =
-            |room: &trackwright_project::RoomListing| Some(&room.place) == desk(&app).own.as_ref();
-        assert!(desk(&app).rooms.iter().any(is_listed));
+        let is_listed = |room: &trackwright_project::RoomListing| {
+            Some(&room.place) == field_state(&app).own.as_ref()
+        };
+        assert!(field_state(&app).rooms.iter().any(is_listed));
 
         request(&mut app, EditRequest::Undo);
         finish(&mut app);
@@ -334,16 +335,17 @@ fn the_own_rooms_file_is_never_replaced() {
     succeed(&["fit", &text(&fit), "-o", &other, "--order", "1", "--directions", "6"]);
     std::fs::write(scratch.path("spoilt.env.ron"), "(version: 1").unwrap();
     let mut app = saved_app(&scratch.path(""));
-    let names: Vec<&str> = desk(&app).rooms.iter().map(|room| room.summary.name.as_str()).collect();
+    let names: Vec<&str> =
+        field_state(&app).rooms.iter().map(|room| room.summary.name.as_str()).collect();
     // The built-in room, and the two readable ones of the folder.
     assert_eq!(names, ["Operating table", "Operating table", "other"]);
     let before = figure_bits(&app);
-    let place = desk(&app).rooms[2].place.clone();
+    let place = field_state(&app).rooms[2].place.clone();
     request_and_wait(&mut app, FieldRequest::Assign(place.clone()));
     assert_ne!(figure_bits(&app), before);
-    assert_eq!(desk(&app).own.as_ref(), Some(&place));
-    assert_eq!(desk(&app).recent.first(), Some(&place));
-    assert_eq!(desk(&app).rooms.len(), 3, "the room that was left can be had again");
+    assert_eq!(field_state(&app).own.as_ref(), Some(&place));
+    assert_eq!(field_state(&app).recent.first(), Some(&place));
+    assert_eq!(field_state(&app).rooms.len(), 3, "the room that was left can be had again");
 
     drop_file(&mut app, &fit);
     set(&mut app, 1, DirectionSet::Six);
@@ -355,12 +357,12 @@ fn the_own_rooms_file_is_never_replaced() {
     assert_eq!(std::fs::read(&other).unwrap(), was);
 
     // The built-in room has to become a file of its own for a design on the disk.
-    let builtin = desk(&app).rooms[0].place.clone();
+    let builtin = field_state(&app).rooms[0].place.clone();
     request_and_wait(&mut app, FieldRequest::Assign(builtin.clone()));
-    let asked = app.world().resource::<Dialogs>().get();
+    let dialog = app.world().resource::<Dialogs>().get();
     assert!(
-        matches!(asked, Some(FieldDialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
-        "{asked:?}"
+        matches!(dialog, Some(FieldDialog::SaveRoom { room, .. }) if *room == RoomToSave::Copy(builtin)),
+        "{dialog:?}"
     );
 }
 
@@ -379,13 +381,13 @@ fn unusable_tables_use_the_commands_words() {
         std::fs::write(&file, content).unwrap();
         let mut app = with_field(without_samples());
         drop_file(&mut app, &file);
-        if desk(&app).training.table.is_some() {
+        if field_state(&app).training.table.is_some() {
             request_and_wait(&mut app, FieldRequest::Set(settings(None, None)));
             request_and_wait(&mut app, FieldRequest::Fit);
         }
-        let told = fail(&["fit", &text(&file), "-o", &scratch.arg("no.env.ron")]);
-        assert_eq!(format!("error: {}", error_text(&app)), told.trim_end());
-        assert!(desk(&app).fitted.is_none());
+        let error = fail(&["fit", &text(&file), "-o", &scratch.arg("no.env.ron")]);
+        assert_eq!(format!("error: {}", error_text(&app)), error.trim_end());
+        assert!(field_state(&app).fitted.is_none());
     }
 }
 
@@ -397,26 +399,26 @@ fn sensors_without_rotations_are_deselected() {
     std::fs::write(&file, format!("{head}0,0,0,1,0,0\n9,8,7,9,8,7\n")).unwrap();
     let mut app = with_field(without_samples());
     drop_file(&mut app, &file);
-    let table = desk(&app).training.table.clone().unwrap();
+    let table = field_state(&app).training.table.clone().unwrap();
     let six = FieldSettings { has_rolls: true, ..FieldSettings::default() };
     request_and_wait(&mut app, FieldRequest::Set(six));
     assert!(error_text(&app).ends_with("found no quaternions, expected them for 6-DOF sensors"));
-    assert!(Arc::ptr_eq(desk(&app).training.table.as_ref().unwrap(), &table));
-    assert!(!desk(&app).settings.has_rolls);
+    assert!(Arc::ptr_eq(field_state(&app).training.table.as_ref().unwrap(), &table));
+    assert!(!field_state(&app).settings.has_rolls);
 }
 
 #[test]
 fn a_workspace_that_is_not_shown_does_nothing() {
     let scratch = Scratch::new();
     let app = saved_app(&scratch.path(""));
-    let listed = desk(&app).counts;
+    let listed = field_state(&app).counts;
     assert_eq!(listed.listings, 1);
     let mut app = with_field(without_samples());
     app.insert_resource(workspaces::design::WORKSPACE);
     drop_file(&mut app, &room_a()[0]);
     request(&mut app, EditRequest::Undo);
     finish(&mut app);
-    assert_eq!(desk(&app).counts, FieldCounts::default());
+    assert_eq!(field_state(&app).counts, FieldCounts::default());
     assert!(app.world().resource::<Dialogs>().current.is_none());
 }
 
@@ -427,11 +429,11 @@ fn samples_are_drawn_once_in_this_workspace() {
     drop_file(&mut app, &fit);
     request_and_wait(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout));
     assert_eq!(named(&mut app, "samples"), 2);
-    let drawn = desk(&app).counts.sample_meshes;
+    let drawn = field_state(&app).counts.sample_meshes;
     for _ in 0..3 {
         app.update();
     }
-    assert_eq!(desk(&app).counts.sample_meshes, drawn);
+    assert_eq!(field_state(&app).counts.sample_meshes, drawn);
 
     app.insert_resource(workspaces::design::WORKSPACE);
     finish(&mut app);
@@ -446,9 +448,9 @@ fn samples_are_drawn_once_in_this_workspace() {
         SamplesShown { held_out: false, value: SampleValue::Left, ..SamplesShown::default() };
     request_and_wait(&mut app, FieldRequest::Show(shown));
     assert_eq!(named(&mut app, "samples"), 1);
-    let (value, left) = desk(&app).sample_values(TableRole::Training).unwrap();
+    let (value, left) = field_state(&app).sample_values(TableRole::Training).unwrap();
     assert_eq!(value, SampleValue::Left);
     let mean_square = left.position_mm.iter().map(|v| v * v).sum::<f64>() / 1025.0;
-    let rms_mm = desk(&app).fitted.as_ref().unwrap().fit.after.position_rms_mm;
+    let rms_mm = field_state(&app).fitted.as_ref().unwrap().fit.after.position_rms_mm;
     assert!((mean_square.sqrt() - rms_mm).abs() < 1e-12, "the colours are of what is left");
 }

@@ -111,9 +111,9 @@ fn a_failed_save_can_be_saved_elsewhere() {
         cause: std::io::ErrorKind::StorageFull.into(),
     };
     let (mut harness, _, answers) = shown(DesignDialog::not_saved(&error));
-    for said in ["/full/a.design.ron", "no space left", "Nothing is lost"] {
-        let found = harness.query_by_label_contains(said);
-        assert!(found.is_some(), "{said:?} is not said");
+    for text in ["/full/a.design.ron", "no space left", "Nothing is lost"] {
+        let found = harness.query_by_label_contains(text);
+        assert!(found.is_some(), "{text:?} is not said");
     }
     harness.get_by_label("Save as…").click();
     harness.run_steps(2);

@@ -43,10 +43,10 @@ fn legends() -> Legends {
 }
 
 /// The views that the outliner asked for while it was used, as narrow as in the window.
-fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
+fn requested(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
     let (design, selection) = (design(), Selection::default());
     let (layers, legends) = (layers(), legends());
-    let asked = RefCell::new(Vec::new());
+    let views = RefCell::new(Vec::new());
     let mut harness =
         Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0)).build_ui(|ui| {
             theme::apply(ui.ctx());
@@ -60,7 +60,7 @@ fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<Vie
             };
             let panel = LayersView { view, environment: room, figures, listed: Listed::All };
             let actions = layers_ui(ui, &panel);
-            asked.borrow_mut().extend(actions);
+            views.borrow_mut().extend(actions);
             assert!(
                 ui.min_rect().width() <= theme::LEFT_WIDTH - 16.0,
                 "wider than the panel: {}",
@@ -71,7 +71,7 @@ fn asked(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<Vie
     act(&mut harness);
     harness.run_steps(3);
     drop(harness);
-    asked.into_inner()
+    views.into_inner()
 }
 
 fn with(change: impl FnOnce(&mut View)) -> View {
@@ -83,7 +83,7 @@ fn with(change: impl FnOnce(&mut View)) -> View {
 
 #[test]
 fn a_layer_that_is_off_shows_no_settings() {
-    let views = asked(&with(|_| ()), &environment(), |harness| {
+    let views = requested(&with(|_| ()), &environment(), |harness| {
         for label in ["per side", "turned", "colours", "shows"] {
             assert!(harness.query_by_label(label).is_none(), "{label}");
         }
@@ -95,14 +95,14 @@ fn a_layer_that_is_off_shows_no_settings() {
 fn arrows_are_of_a_sensor_or_of_the_tool() {
     let view = with(|view| view.layers.arrows = true);
     let room = environment();
-    let views = asked(&view, &room, |harness| {
+    let views = requested(&view, &room, |harness| {
         harness.get_by_label("the tool's").click();
     });
     assert!(views.len() == 1 && views[0].arrows.of_tool, "{views:?}");
-    let views = asked(&view, &room, |harness| harness.get_by_label("x").click());
+    let views = requested(&view, &room, |harness| harness.get_by_label("x").click());
     assert_eq!(views[0].slice.sensor_axis, [1.0, 0.0, 0.0]);
     // Of the tool no axis is chosen.
-    asked(&views_of_tool(&view), &room, |harness| {
+    requested(&views_of_tool(&view), &room, |harness| {
         assert!(harness.query_by_label("sensor along").is_none());
     });
 }
@@ -116,7 +116,7 @@ fn views_of_tool(view: &View) -> View {
 #[test]
 fn placement_requests_a_sensor() {
     let view = with(|view| view.layers.placement = true);
-    let views = asked(&view, &environment(), |harness| {
+    let views = requested(&view, &environment(), |harness| {
         harness.get_by_label("select a sensor");
         let chosen = view.placement_rule.name();
         harness.get_by_value(chosen).click();
@@ -130,14 +130,14 @@ fn placement_requests_a_sensor() {
 fn the_slice_faces_the_view_on_request() {
     let view = with(|view| view.layers.slice = true);
     let room = environment();
-    let views = asked(&view, &room, |harness| {
+    let views = requested(&view, &room, |harness| {
         harness.get_by_label("the view").click();
     });
     let mut wanted = view.slice;
     wanted.face(&camera(), room.model.bounds());
     assert_eq!(views[0].slice, wanted);
     assert_eq!(views[0].check(), Ok(()));
-    let views = asked(&views[0], &room, |harness| {
+    let views = requested(&views[0], &room, |harness| {
         let axes: Vec<_> = harness.get_all_by_label("z").collect();
         axes[0].click();
     });
@@ -150,13 +150,13 @@ fn a_fixed_range_starts_at_the_largest_value() {
         view.layers.slice = true;
         view.slice.quantity = Quantity::GradientMmPerMm;
     });
-    let views = asked(&view, &environment(), |harness| {
+    let views = requested(&view, &environment(), |harness| {
         harness.get_by_label("automatic").click();
     });
     // Four decimals, so that the number is what is shown.
     let range = views[0].slice.range_mm.unwrap();
     assert!((range - 2.347).abs() < 1e-12, "{range}");
-    asked(&views[0], &environment(), |harness| {
+    requested(&views[0], &environment(), |harness| {
         harness.get_by_value("2.3470\u{2009}mm/mm");
     });
 }
@@ -165,16 +165,16 @@ fn a_fixed_range_starts_at_the_largest_value() {
 fn model_validity_needs_a_room_with_it() {
     let view = with(|_| ());
     let click = |harness: &mut Harness| harness.get_by_label("Model support").click();
-    assert_eq!(asked(&view, &environment(), click), []);
+    assert_eq!(requested(&view, &environment(), click), []);
     let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    let views = asked(&view, &world.environment, click);
+    let views = requested(&view, &world.environment, click);
     assert!(views.len() == 1 && views[0].layers.support);
 }
 
 #[test]
 fn the_field_workspace_lists_room_layers() {
     let view = View::default();
-    let asked = RefCell::new(Vec::new());
+    let requests = RefCell::new(Vec::new());
     let room = environment();
     let layers = layers();
     let panel = LayersView {
@@ -186,7 +186,7 @@ fn the_field_workspace_lists_room_layers() {
     let mut harness =
         Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 600.0)).build_ui(|ui| {
             theme::apply(ui.ctx());
-            asked.borrow_mut().extend(layers_ui(ui, &panel));
+            requests.borrow_mut().extend(layers_ui(ui, &panel));
         });
     harness.run_steps(2);
     assert!(harness.query_by_label("Ghost").is_none());
@@ -197,6 +197,6 @@ fn the_field_workspace_lists_room_layers() {
     harness.run_steps(2);
     let mut wanted = view.clone();
     wanted.layers.arrows = true;
-    let asked = asked.borrow();
-    assert_eq!(*asked, [wanted]);
+    let requests = requests.borrow();
+    assert_eq!(*requests, [wanted]);
 }

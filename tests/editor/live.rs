@@ -37,16 +37,16 @@ use trackwright_simulation::{BodyDetail, PoseDetail, Scenario, simulate_pose};
 /// A tracker's server, and who came to it.
 struct Tracker {
     server: Server,
-    told: Events<ServerEvent>,
+    events: Events<ServerEvent>,
 }
 
 impl Tracker {
     fn start(address: SocketAddr) -> Self {
-        let (tell, told) = events();
+        let (sender, events) = events();
         let server = Server::start(&ServerOptions::at(address), move |event| {
-            drop(tell.send(event));
+            drop(sender.send(event));
         });
-        Self { server: server.unwrap(), told }
+        Self { server: server.unwrap(), events }
     }
 
     fn anywhere() -> Self {
@@ -54,7 +54,7 @@ impl Tracker {
     }
 
     fn wait_for_client(&self) {
-        self.told.wait_for("a client", |event| {
+        self.events.wait_for("a client", |event| {
             matches!(event, ServerEvent::Joined { .. }).then_some(())
         });
     }
@@ -98,12 +98,12 @@ fn until(app: &mut App, what: &str, mut before: impl FnMut(), holds: impl Fn(&Ap
     }
 }
 
-fn desk(app: &App) -> &LiveState {
+fn live_state(app: &App) -> &LiveState {
     app.world().resource::<LiveState>()
 }
 
 fn state_of(app: &App, tool: &str) -> Option<ToolState> {
-    let seen = desk(app).seen.as_ref()?;
+    let seen = live_state(app).seen.as_ref()?;
     Some(seen.tools.get(tool)?.state)
 }
 
@@ -205,7 +205,7 @@ fn a_silent_tool_is_stale_and_reconnects() {
     let stale = Some(ToolState::NotGood(Reason::Stale));
     until(&mut app, "a stale tool", || (), |app| state_of(app, TOOL) == stale);
     let design = app.world().resource::<OpenWorld>().0.document.design();
-    let troubles = desk(&app).troubles(design);
+    let troubles = live_state(&app).troubles(design);
     let expected = [
         "Pointer, last good pose: no sample came in time",
         "Head frame, as designed: no pose received",
@@ -215,7 +215,7 @@ fn a_silent_tool_is_stale_and_reconnects() {
 
     tracker.server.stop();
     let lost = |app: &App| {
-        let link = &desk(app).seen.as_ref().unwrap().link;
+        let link = &live_state(app).seen.as_ref().unwrap().link;
         matches!(link, Link::Lost { .. } | Link::Connecting)
     };
     until(&mut app, "the loss", || (), lost);
@@ -225,7 +225,7 @@ fn a_silent_tool_is_stale_and_reconnects() {
     until(&mut app, "the tool again", || tracker.send(TOOL, &measured), good);
 
     request_and_wait(&mut app, LiveRequest::Disconnect);
-    assert!(!desk(&app).is_connected() && !app.world().resource::<LivePoses>().is_any());
+    assert!(!live_state(&app).is_connected() && !app.world().resource::<LivePoses>().is_any());
     settle(&mut app);
     assert!(shown_live(&app).is_none(), "the design stands as it is designed");
 }
@@ -238,7 +238,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
     let distinct = |app: &App| {
-        let collected = desk(app).collected.as_ref();
+        let collected = live_state(app).collected.as_ref();
         collected.map_or(0, |collected| collected.summary.distinct)
     };
     let mut sent = 0;
@@ -248,20 +248,20 @@ fn while_it_records_the_volume_fills_and_no_longer() {
         let at = [f64::from(sent) * 20.0 - 200.0, 0.0, -300.0];
         tracker.send("Wand", &pose_from_parts(at.into(), Default::default()));
     };
-    let heard = |app: &App| state_of(app, "Wand").is_some();
-    until(&mut app, "the wand", &mut send, heard);
-    assert!(desk(&app).collected.is_none(), "nothing is recorded yet");
+    let is_received = |app: &App| state_of(app, "Wand").is_some();
+    until(&mut app, "the wand", &mut send, is_received);
+    assert!(live_state(&app).collected.is_none(), "nothing is recorded yet");
 
     request_and_wait(&mut app, LiveRequest::Record(file.clone()));
     until(&mut app, "five places", &mut send, |app| distinct(app) >= 5);
     let world = &app.world().resource::<OpenWorld>().0;
-    let collected = desk(&app).collected.clone().unwrap();
+    let collected = live_state(&app).collected.clone().unwrap();
     assert_eq!(collected.plan, CoveragePlan::of(&world.environment));
     assert_eq!(collected.summary.cells, 1000);
     assert!(collected.next_mm.is_some() && collected.summary.cells_sampled >= 2);
 
     request_and_wait(&mut app, LiveRequest::StopRecording);
-    until(&mut app, "the end of the recording", || (), |app| !desk(app).is_recording());
+    until(&mut app, "the end of the recording", || (), |app| !live_state(app).is_recording());
     let left = distinct(&app);
     for _ in 0..10 {
         send();
@@ -282,7 +282,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
     assert!(text.contains("session.csv"), "{text}");
     assert_eq!(distinct(&app), left);
     request_and_wait(&mut app, LiveRequest::StartOver);
-    until(&mut app, "a new start", || (), |app| desk(app).collected.is_none());
+    until(&mut app, "a new start", || (), |app| live_state(app).collected.is_none());
 }
 
 #[test]
@@ -303,7 +303,7 @@ fn poses_wake_only_the_live_workspace() {
     app.insert_resource(workspaces::design::WORKSPACE);
     app.update();
     let poses = app.world().resource::<LivePoses>().number;
-    let samples = |app: &App| desk(app).seen.as_ref().unwrap().counts.sent;
+    let samples = |app: &App| live_state(app).seen.as_ref().unwrap().counts.sent;
     let seen = samples(&app);
     // Long enough for the last of before to have been heard, not for the tool to be stale.
     rest(Duration::from_millis(40));
@@ -325,12 +325,12 @@ fn an_invalid_address_connects_nothing() {
     let mut app = live_app();
     request_and_wait(&mut app, LiveRequest::SetServer("tracker-of-room-3".into()));
     request_and_wait(&mut app, LiveRequest::Connect);
-    let problem = desk(&app).problem.clone().unwrap();
+    let problem = live_state(&app).problem.clone().unwrap();
     assert!(
         problem.contains("tracker-of-room-3") && problem.contains("expected HOST:PORT"),
         "{problem}"
     );
-    assert!(!desk(&app).is_connected());
+    assert!(!live_state(&app).is_connected());
 }
 
 #[test]
@@ -340,9 +340,9 @@ fn a_port_in_use_is_said_and_nothing_is_connected() {
     let mut app = live_app();
     request_and_wait(&mut app, LiveRequest::SetPort(Some(port)));
     request_and_wait(&mut app, LiveRequest::Connect);
-    let problem = desk(&app).problem.clone().unwrap();
+    let problem = live_state(&app).problem.clone().unwrap();
     assert!(problem.contains(&port.to_string()), "{problem}");
-    assert!(!desk(&app).is_connected());
+    assert!(!live_state(&app).is_connected());
 }
 
 #[test]
@@ -358,7 +358,7 @@ fn scene_blocks_belong_to_the_workspace() {
     request_and_wait(&mut app, LiveRequest::Record(folder.path().join("session.csv")));
     let at = pose_from_parts([10.0, 0.0, -300.0].into(), Default::default());
     let send = || tracker.send("Wand", &at);
-    until(&mut app, "a sample", send, |app| desk(app).collected.is_some());
+    until(&mut app, "a sample", send, |app| live_state(app).collected.is_some());
     app.update();
     assert_eq!(named(&mut app, "collected"), 1);
     app.insert_resource(workspaces::design::WORKSPACE);
@@ -385,16 +385,16 @@ fn the_live_panels_show_and_request() {
     let both = |app: &App| state_of(app, TOOL).is_some() && state_of(app, "Wand").is_some();
     until(&mut app, "both tools", send, both);
     let design = app.world().resource::<OpenWorld>().0.document.design().clone();
-    let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
-    let sink = std::rc::Rc::clone(&asked);
-    let desk = desk(&app);
+    let requests = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+    let sink = std::rc::Rc::clone(&requests);
+    let state = live_state(&app);
     let mut harness = Harness::builder().with_size(egui::vec2(224.0, 700.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
-        let mut asked = tracker_ui(ui, desk);
-        asked.extend(tools_ui(ui, desk, &design));
-        asked.extend(recording_ui(ui, desk));
-        asked.extend(collecting_ui(ui, desk));
-        sink.borrow_mut().extend(asked);
+        let mut requests = tracker_ui(ui, state);
+        requests.extend(tools_ui(ui, state, &design));
+        requests.extend(recording_ui(ui, state));
+        requests.extend(collecting_ui(ui, state));
+        sink.borrow_mut().extend(requests);
     });
     harness.run_steps(2);
     harness.get_by_label(&format!("connected to {}", tracker.server.address()));
@@ -404,7 +404,7 @@ fn the_live_panels_show_and_request() {
     harness.run_steps(2);
     harness.get_by_label("Disconnect").click();
     harness.run_steps(2);
-    assert_eq!(*asked.borrow(), [LiveRequest::ShowRecord, LiveRequest::Disconnect]);
+    assert_eq!(*requests.borrow(), [LiveRequest::ShowRecord, LiveRequest::Disconnect]);
 }
 
 #[test]
@@ -412,19 +412,19 @@ fn a_failed_recording_can_be_followed_by_another() {
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
-    let mut desk = app.world_mut().resource_mut::<LiveState>();
-    desk.seen.as_mut().unwrap().recording = Some(Recording {
+    let mut state = app.world_mut().resource_mut::<LiveState>();
+    state.seen.as_mut().unwrap().recording = Some(Recording {
         file: "/rooms/session.csv".into(),
         samples: 1234,
         failed: Some("/rooms/session.csv: cannot be written: disk full".to_owned()),
     });
-    assert!(!desk.is_recording());
-    let desk = &*desk;
-    let asked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
-    let sink = std::rc::Rc::clone(&asked);
+    assert!(!state.is_recording());
+    let state = &*state;
+    let requests = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
+    let sink = std::rc::Rc::clone(&requests);
     let mut harness = Harness::builder().with_size(egui::vec2(224.0, 300.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(recording_ui(ui, desk));
+        sink.borrow_mut().extend(recording_ui(ui, state));
     });
     harness.run_steps(2);
     harness.get_by_label("session.csv");
@@ -432,5 +432,5 @@ fn a_failed_recording_can_be_followed_by_another() {
     assert!(harness.query_by_label("Stop recording").is_none());
     harness.get_by_label("Record…").click();
     harness.run_steps(2);
-    assert_eq!(*asked.borrow(), [LiveRequest::ShowRecord]);
+    assert_eq!(*requests.borrow(), [LiveRequest::ShowRecord]);
 }

@@ -29,7 +29,7 @@ use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 
 /// What the thread wakes the window with.
 #[derive(Resource)]
-struct Told(Mutex<Receiver<()>>);
+struct Wakes(Mutex<Receiver<()>>);
 
 /// An editor of the built-in pointer, saved to a folder of its own.
 pub fn saved_app() -> (TempDir, App) {
@@ -37,13 +37,13 @@ pub fn saved_app() -> (TempDir, App) {
     let mut world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     trackwright_project::save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
     let mut app = App::new();
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin))
         .insert_resource(Waker::new(move || {
             // A test that has ended no longer listens.
-            let _ = tell.send(());
+            let _ = sender.send(());
         }))
-        .insert_resource(Told(Mutex::new(told)))
+        .insert_resource(Wakes(Mutex::new(receiver)))
         .insert_resource(OpenWorld(world))
         .add_plugins((MeshesPlugin, BodyFilesPlugin));
     (folder, app)
@@ -58,10 +58,10 @@ pub fn finish(app: &mut App) {
             || world.resource::<BodyLoading>().of().is_some()
     };
     while is_reading(app) {
-        let told = app.world().resource::<Told>().0.lock().unwrap();
+        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
         // The thread may have told before anybody waited for it.
-        let _ = told.recv_timeout(Duration::from_millis(50));
-        drop(told);
+        let _ = receiver.recv_timeout(Duration::from_millis(50));
+        drop(receiver);
         app.update();
     }
     app.update();
@@ -106,18 +106,18 @@ fn dialog<D: Dialog>(app: &App) -> Option<&D> {
 
 /// The section of the tool's mesh, and what it asks for.
 fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
-    let asked = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&asked);
+    let requests = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&requests);
     let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
     let harness = Harness::builder().with_size(egui::vec2(276.0, 500.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
         sink.borrow_mut().extend(mesh_ui(ui, &view));
     });
-    (harness, asked)
+    (harness, requests)
 }
 
-fn says(app: &App, what: &str) {
+fn assert_shown(app: &App, what: &str) {
     let (mut harness, _) = section(app);
     harness.run_steps(2);
     assert!(harness.query_by_label_contains(what).is_some(), "{what:?} is not said");
@@ -133,8 +133,8 @@ fn a_loaded_mesh_is_one_undo_step() {
     assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
     let selected = app.world().resource::<Selection>().primary();
     assert_eq!(selected, Some(Selected::Body(BodyRole::Tool)));
-    says(&app, "150.0 × 8.0 × 6.0\u{2009}mm, 12 triangles");
-    says(&app, "Without normals in the file");
+    assert_shown(&app, "150.0 × 8.0 × 6.0\u{2009}mm, 12 triangles");
+    assert_shown(&app, "Without normals in the file");
     request(&mut app, EditRequest::Undo);
     app.update();
     assert_eq!(reference(&app), before);
@@ -145,7 +145,7 @@ fn a_loaded_mesh_is_one_undo_step() {
 fn what_is_wrong_with_a_mesh_is_said_beside_it() {
     let (folder, mut app) = saved_app();
     let sides = [6.0, 8.0, 150.0];
-    for (more, said) in [
+    for (more, expected) in [
         ("v nan 0 0\nf 1 2 9\n", "1 triangle was left out"),
         ("f 1 2 8\n", "more than two triangles"),
         ("v 9 9 9\nf 1 2 9\n", "a triangle on one side only"),
@@ -154,7 +154,7 @@ fn what_is_wrong_with_a_mesh_is_said_beside_it() {
         let file = write(&folder, "shaft.obj", &box_obj(sides, more));
         request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
         assert!(app.world().resource::<Dialogs>().current.is_none(), "{more}");
-        says(&app, said);
+        assert_shown(&app, expected);
     }
 }
 
@@ -162,7 +162,7 @@ fn what_is_wrong_with_a_mesh_is_said_beside_it() {
 fn an_invalid_mesh_leaves_the_design() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
-    for (name, text, said) in [
+    for (name, text, expected) in [
         ("empty.obj", "", "found no triangles"),
         ("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no numbers"),
         ("far.obj", "v 0 0 0\nv 1e12 0 0\nv 0 1 0\nf 1 2 3\n", "1.000e12 mm from the origin"),
@@ -174,7 +174,7 @@ fn an_invalid_mesh_leaves_the_design() {
         let Some(ErrorDialog { text, .. }) = dialog(&app) else {
             panic!("{name}: no error, {:?}", app.world().resource::<Dialogs>().current);
         };
-        assert!(text.contains(said), "{name}: {text}");
+        assert!(text.contains(expected), "{name}: {text}");
         app.world_mut().resource_mut::<Dialogs>().current = None;
     }
     let gone = folder.path().join("gone.stl");
@@ -218,13 +218,13 @@ fn a_wrong_unit_is_asked_about_once() {
     request_and_wait(&mut app, load);
     assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));
-    says(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
+    assert_shown(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
     // A size that the person chose is not asked about again, however odd.
     let set = MeshRequest::SetUnit { whose: BodyRole::Tool.into(), unit: Some(MeshUnit::Inch) };
     request_and_wait(&mut app, set);
     assert!(app.world().resource::<Dialogs>().current.is_none());
-    says(&app, "3.8 × 0.2 × 0.2\u{2009}mm");
-    says(&app, "is the file in m rather than inch?");
+    assert_shown(&app, "3.8 × 0.2 × 0.2\u{2009}mm");
+    assert_shown(&app, "is the file in m rather than inch?");
     request(&mut app, EditRequest::Undo);
     request(&mut app, EditRequest::Undo);
     app.update();
@@ -243,13 +243,13 @@ fn a_lost_mesh_keeps_its_reference() {
     app.world_mut().write_message(FileRequest::Reload);
     app.update();
     assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
-    says(&app, "no such file");
-    let (mut harness, asked) = section(&app);
+    assert_shown(&app, "no such file");
+    let (mut harness, requests) = section(&app);
     harness.get_by_label("Find it…").click();
     harness.run_steps(2);
     drop(harness);
     let show = MeshRequest::ShowLoad(BodyRole::Tool.into());
-    assert_eq!(*asked.borrow(), [DesignAction::Mesh(show.clone())]);
+    assert_eq!(*requests.borrow(), [DesignAction::Mesh(show.clone())]);
     request_and_wait(&mut app, show);
     let Some(MeshDialog::Load { files, .. }) = dialog(&app) else {
         panic!("no dialog");
@@ -259,22 +259,22 @@ fn a_lost_mesh_keeps_its_reference() {
     assert!(files.entries.iter().any(|entry| entry.name() == "moved.obj"));
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, other));
     assert!(world(&app).mesh_problems().is_empty());
-    says(&app, "moved.obj");
+    assert_shown(&app, "moved.obj");
 }
 
 #[test]
 fn a_body_may_be_left_without_a_mesh() {
     let (_folder, mut app) = saved_app();
-    let (mut harness, asked) = section(&app);
+    let (mut harness, requests) = section(&app);
     harness.get_by_label("No mesh").click();
     harness.run_steps(2);
     drop(harness);
     let edit = Edit::SetMesh { body: BodyRole::Tool, mesh: None };
-    assert_eq!(*asked.borrow(), [DesignAction::apply(edit.clone())]);
+    assert_eq!(*requests.borrow(), [DesignAction::apply(edit.clone())]);
     request(&mut app, EditRequest::Apply(edit));
     app.update();
     assert!(world(&app).mesh(BodyRole::Tool).is_none());
-    says(&app, "none: a rod");
+    assert_shown(&app, "none: a rod");
 }
 
 #[test]

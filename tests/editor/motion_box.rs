@@ -81,8 +81,8 @@ fn a_dragged_ball_moves_its_end_in_one_step() {
         let (handle, at, by) = upper_end(&mut pointer, axes, 1.1 * step);
         pointer.drag(at, by, PointerButton::Primary);
         assert_eq!(*pointer.resource::<ActiveDrag>(), ActiveDrag(true));
-        let said = pointer.resource::<DragReadout>().0.clone().unwrap().text;
-        assert!(said.contains(" to +") && said.ends_with(" poses"), "{said}");
+        let text = pointer.resource::<DragReadout>().0.clone().unwrap().text;
+        assert!(text.contains(" to +") && text.ends_with(" poses"), "{text}");
         pointer.release(at + by, PointerButton::Primary);
         assert_eq!(pointer.design(), with_upper_end(&before, handle.axis, step));
         assert_eq!(trials(&pointer.design()) * counts.0, trials(&before) * counts.1);

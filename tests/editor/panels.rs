@@ -38,13 +38,13 @@ type Requests = Rc<RefCell<Vec<DesignAction>>>;
 
 /// A harness of a panel, and what it asked for in all frames.
 fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
-    let asked = Requests::default();
-    let sink = Rc::clone(&asked);
+    let requests = Requests::default();
+    let sink = Rc::clone(&requests);
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
-    (harness, asked)
+    (harness, requests)
 }
 
 fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>, Requests) {
@@ -87,7 +87,7 @@ fn hidden_characters_are_escaped() {
 fn an_outliner_row_selects_its_sensor() {
     let layers = layers();
     let (design, environment, view) = (design(), environment(), View::default());
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         let selection = Selection::default();
         let outliner = OutlinerView::new(&design, &environment, &view, &selection);
         let mut actions = outliner_ui(ui, &outliner);
@@ -102,20 +102,20 @@ fn an_outliner_row_selects_its_sensor() {
     harness.get_by_label("grip").click();
     harness.run_steps(2);
     let select = DesignAction::Select(Some(Selected::Sensor(BodyRole::Tool, 1)));
-    assert!(asked.borrow().contains(&select), "{:?}", asked.borrow());
+    assert!(requests.borrow().contains(&select), "{:?}", requests.borrow());
     harness.get_by_label("Ghost").click();
     harness.run_steps(2);
     let mut wanted = View::default();
     wanted.layers.ghost = false;
     let set = DesignAction::View(ViewRequest::Set(wanted));
-    assert!(asked.borrow().contains(&set));
+    assert!(requests.borrow().contains(&set));
 }
 
 #[test]
 fn a_typed_position_is_one_edit_in_millimetres() {
     let design = design();
     let selected = Some(Selected::Sensor(BodyRole::Tool, 0));
-    let (mut harness, asked) = inspector(&design, selected);
+    let (mut harness, requests) = inspector(&design, selected);
     let field = harness.get_by_label("position z in mm");
     assert_eq!(field.value().as_deref(), Some("120.00\u{2009}mm"));
     field.click();
@@ -128,7 +128,7 @@ fn a_typed_position_is_one_edit_in_millimetres() {
     let mut sensor = design.tool.body.rigid.sensors[0].clone();
     sensor.position_in_body.z = -7.25;
     let edit = DesignAction::apply(Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor });
-    assert_eq!(*asked.borrow(), [edit]);
+    assert_eq!(*requests.borrow(), [edit]);
 }
 
 #[test]
@@ -136,27 +136,28 @@ fn a_field_that_is_only_visited_changes_nothing() {
     let mut design = design();
     design.tool.body.rigid.sensors[0].position_in_body.z = 120.123_456_789;
     let selected = Some(Selected::Sensor(BodyRole::Tool, 0));
-    let (mut harness, asked) = inspector(&design, selected);
+    let (mut harness, requests) = inspector(&design, selected);
     harness.get_by_label("position z in mm").click();
     harness.run_steps(2);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
-    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+    assert!(requests.borrow().is_empty(), "{:?}", requests.borrow());
 }
 
 #[test]
 fn angles_are_typed_in_degrees() {
     let design = design();
-    let (mut harness, asked) = inspector(&design, Some(Selected::Body(BodyRole::Tool)));
+    let (mut harness, requests) = inspector(&design, Some(Selected::Body(BodyRole::Tool)));
     harness.get_by_label("rotation rz in degrees").click();
     harness.run_steps(2);
     harness.get_by_label("rotation rz in degrees").type_text("90");
     harness.run_steps(1);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
-    let asked = asked.borrow();
-    let [DesignAction::Edit(EditRequest::Apply(Edit::SetToolPose(pose)))] = asked.as_slice() else {
-        panic!("{asked:?}");
+    let requests = requests.borrow();
+    let [DesignAction::Edit(EditRequest::Apply(Edit::SetToolPose(pose)))] = requests.as_slice()
+    else {
+        panic!("{requests:?}");
     };
     assert!((pose.rotation.angle() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     assert_eq!(pose.translation.z, 30.0);
@@ -355,8 +356,8 @@ fn the_menu_names_what_undo_takes_back() {
     world.document.apply(edit).unwrap();
     world.document.commit();
     let world = OpenWorld(world);
-    let asked: Rc<RefCell<Vec<TopBarAction>>> = Rc::default();
-    let sink = Rc::clone(&asked);
+    let requests: Rc<RefCell<Vec<TopBarAction>>> = Rc::default();
+    let sink = Rc::clone(&requests);
     let mut harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(|ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         let bar = TopBarView {
@@ -380,14 +381,14 @@ fn the_menu_names_what_undo_takes_back() {
     harness.run_steps(3);
     harness.get_by_label_contains("Undo move sensor shaft").click();
     harness.run_steps(3);
-    assert_eq!(*asked.borrow(), [TopBarAction::Run(UNDO.name)]);
+    assert_eq!(*requests.borrow(), [TopBarAction::Run(UNDO.name)]);
 }
 
 #[test]
 fn a_new_axis_centres_the_slice() {
     let view = View::default();
     let (room, layers) = (environment(), [slice::LAYER]);
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         let figures = LayerFigures { layers: &layers, ..LayerFigures::default() };
         let panel =
             LayersView { view: &view, environment: &room, figures, listed: Listed::OfTheRoom };
@@ -395,12 +396,12 @@ fn a_new_axis_centres_the_slice() {
         view.map(|view| DesignAction::View(ViewRequest::Set(view))).into_iter().collect()
     });
     harness.run_steps(2);
-    assert!(asked.borrow().is_empty(), "nothing was touched");
+    assert!(requests.borrow().is_empty(), "nothing was touched");
     harness.get_all_by_label("x").next().unwrap().click();
     harness.run_steps(2);
-    let asked = asked.borrow();
-    let [DesignAction::View(ViewRequest::Set(view))] = asked.as_slice() else {
-        panic!("{asked:?}");
+    let requests = requests.borrow();
+    let [DesignAction::View(ViewRequest::Set(view))] = requests.as_slice() else {
+        panic!("{requests:?}");
     };
     assert_eq!(view.slice.position_mm, 0.0);
 }
@@ -427,7 +428,7 @@ fn enter_opens_a_typed_path() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let asked = answer(DesignDialog::open(folder.path().into()), |harness| {
+    let answered = answer(DesignDialog::open(folder.path().into()), |harness| {
         harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
         harness.run_steps(1);
         let text = file.display().to_string();
@@ -436,7 +437,7 @@ fn enter_opens_a_typed_path() {
         harness.key_press(egui::Key::Enter);
     });
     let open = DialogAnswer::Request(FileRequest::Open(file));
-    assert_eq!(asked, Some(open));
+    assert_eq!(answered, Some(open));
 }
 
 #[test]
@@ -444,11 +445,11 @@ fn a_design_in_the_list_is_opened_by_a_click() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let asked = answer(DesignDialog::open(folder.path().into()), |harness| {
+    let answered = answer(DesignDialog::open(folder.path().into()), |harness| {
         harness.get_by_label("mine.design.ron").click();
     });
     let open = DialogAnswer::Request(FileRequest::Open(file));
-    assert_eq!(asked, Some(open));
+    assert_eq!(answered, Some(open));
 }
 
 #[test]
@@ -457,12 +458,12 @@ fn saving_over_a_file_asks_first() {
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
     let dialog = DesignDialog::save_as(folder.path().into(), "mine.design.ron");
-    let asked = answer(dialog, |harness| harness.get_by_label("Save").click());
-    let ask = DialogAnswer::Become(DesignDialog::Overwrite {
+    let answered = answer(dialog, |harness| harness.get_by_label("Save").click());
+    let overwrite = DialogAnswer::Become(DesignDialog::Overwrite {
         then: FileRequest::SaveAs(file.clone()),
         path: file,
     });
-    assert_eq!(asked, Some(ask));
+    assert_eq!(answered, Some(overwrite));
 }
 
 #[test]
@@ -474,7 +475,7 @@ fn unsaved_changes_can_be_saved_given_up_or_kept() {
         ("Don't save", DialogAnswer::Request(FileRequest::Discard(then()))),
         ("Cancel", DialogAnswer::Close),
     ] {
-        let asked = answer(dialog(), |harness| harness.get_by_label(button).click());
-        assert_eq!(asked, Some(answered));
+        let found = answer(dialog(), |harness| harness.get_by_label(button).click());
+        assert_eq!(found, Some(answered));
     }
 }

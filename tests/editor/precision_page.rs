@@ -20,16 +20,16 @@ use trackwright_editor::workspaces::study::precision_ui::precision_ui;
 
 /// What the measuring thread wakes the window with.
 #[derive(Resource)]
-struct Told(Mutex<Receiver<()>>);
+struct Wakes(Mutex<Receiver<()>>);
 
 fn app() -> App {
     let mut app = create_app();
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     app.insert_resource(Waker::new(move || {
         // A test that has ended no longer listens.
-        let _ = tell.send(());
+        let _ = sender.send(());
     }))
-    .insert_resource(Told(Mutex::new(told)))
+    .insert_resource(Wakes(Mutex::new(receiver)))
     .add_plugins(PrecisionPlugin);
     app.world_mut().resource_mut::<PrecisionPage>().settings = Settings::quick();
     settle(&mut app);
@@ -39,9 +39,9 @@ fn app() -> App {
 /// Updates until nothing is measured any more.
 fn wait(app: &mut App) {
     while app.world().resource::<PrecisionPage>().part().is_some() {
-        let told = app.world().resource::<Told>().0.lock().unwrap();
-        told.recv_timeout(Duration::from_secs(300)).expect("something of what is measured");
-        drop(told);
+        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
+        receiver.recv_timeout(Duration::from_secs(300)).expect("something of what is measured");
+        drop(receiver);
         app.update();
     }
 }
@@ -57,15 +57,15 @@ fn use_page(
     is_current: bool,
     act: impl Fn(&mut Harness),
 ) -> Vec<PrecisionRequest> {
-    let asked = RefCell::new(Vec::new());
+    let requests = RefCell::new(Vec::new());
     let mut harness = Harness::builder().with_size(egui::vec2(760.0, 700.0)).build_ui(|ui| {
-        asked.borrow_mut().extend(precision_ui(ui, page, is_current));
+        requests.borrow_mut().extend(precision_ui(ui, page, is_current));
     });
     harness.run_steps(2);
     act(&mut harness);
     harness.run_steps(2);
     drop(harness);
-    asked.into_inner()
+    requests.into_inner()
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn a_measured_page_shows_every_family() {
     let of = page.of.clone().unwrap();
     assert_eq!(of.0, "Test design");
 
-    let asked = use_page(page, true, |harness| {
+    let requests = use_page(page, true, |harness| {
         harness.get_by_label("Measure again");
         assert!(harness.query_by_label_contains("has changed").is_none());
         for family in &page.families {
@@ -89,7 +89,7 @@ fn a_measured_page_shows_every_family() {
         }
         harness.get_by_label("Inverse").click();
     });
-    assert_eq!(asked, [PrecisionRequest::Show(What::Inverse)]);
+    assert_eq!(requests, [PrecisionRequest::Show(What::Inverse)]);
     request_and_wait(&mut app, PrecisionRequest::Show(What::Inverse));
     let page = app.world().resource::<PrecisionPage>();
     let inverse = page.families.iter().find(|f| f.what == What::Inverse);
@@ -114,8 +114,8 @@ fn measuring_can_be_given_up() {
     let page = app.world().resource::<PrecisionPage>();
     assert_eq!(page.problem.as_deref(), Some("cancelled"));
     assert!(page.machine.is_none());
-    let asked = use_page(page, true, |harness| {
+    let requests = use_page(page, true, |harness| {
         harness.get_by_label_contains("Measure").click();
     });
-    assert_eq!(asked, [PrecisionRequest::Measure]);
+    assert_eq!(requests, [PrecisionRequest::Measure]);
 }

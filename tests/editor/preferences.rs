@@ -88,7 +88,7 @@ fn a_damaged_preferences_file_is_replaced() {
         fs::write(&file, text).unwrap();
         let mut app = session(folder.path());
         let notice = app.world().resource::<Notice>();
-        assert!(matches!(notice, Notice::Refused(said) if said.contains(FILE)), "{notice:?}");
+        assert!(matches!(notice, Notice::Refused(refusal) if refusal.contains(FILE)), "{notice:?}");
         assert_eq!(*app.world().resource::<Theme>(), Theme::Dark);
         app.insert_resource(workspaces::field::WORKSPACE);
         app.update();

@@ -61,8 +61,8 @@ fn go_to(app: &mut App, workspace: Workspace) {
     settle(app);
 }
 
-fn request_and_wait(app: &mut App, asked: PresentRequest) {
-    app.world_mut().write_message(asked);
+fn request_and_wait(app: &mut App, request: PresentRequest) {
+    app.world_mut().write_message(request);
     settle(app);
 }
 
@@ -159,8 +159,8 @@ type Requests = Rc<RefCell<Vec<PresentRequest>>>;
 
 /// The writing over a scene of 16 to 9, and the panel beside it while slides are made.
 fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests) {
-    let asked: Requests = Rc::default();
-    let sink = Rc::clone(&asked);
+    let requests: Requests = Rc::default();
+    let sink = Rc::clone(&requests);
     let figures = app.world().resource::<Results>().study.as_ref();
     let harness = Harness::builder().with_size(egui::vec2(996.0, 560.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
@@ -187,7 +187,7 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests
         }
         sink.borrow_mut().extend(actions);
     });
-    (harness, asked)
+    (harness, requests)
 }
 
 #[test]
@@ -195,9 +195,9 @@ fn slide_text_stays_clear_and_visible() {
     let mut app = present_app(&[slide("one", 0.1), slide("two", 0.7)]);
     go_to(&mut app, workspaces::present::WORKSPACE);
     let presenter = app.world().resource::<Presenter>().clone();
-    let (mut harness, asked) = harness(&app, &presenter);
+    let (mut harness, requests) = harness(&app, &presenter);
     harness.run_steps(3);
-    assert!(asked.borrow().is_empty());
+    assert!(requests.borrow().is_empty());
 }
 
 #[test]
@@ -207,18 +207,18 @@ fn text_on_a_slide_is_one_step() {
     request_and_wait(&mut app, PresentRequest::ToggleEditing);
     let presenter = app.world().resource::<Presenter>().clone();
     assert!(presenter.is_editing);
-    let (mut harness, asked) = harness(&app, &presenter);
+    let (mut harness, requests) = harness(&app, &presenter);
     harness.run_steps(2);
     harness.get_by_role(Role::TextInput).focus();
     harness.run_steps(2);
     harness.get_by_role(Role::TextInput).type_text(" <b>& only");
     harness.run_steps(2);
-    assert!(asked.borrow().is_empty(), "it is still being written");
+    assert!(requests.borrow().is_empty(), "it is still being written");
     harness.get_by_label("Done").click();
     harness.run_steps(3);
     let expected = Slide { title: "one <b>& only".to_owned(), ..slide("one", 0.1) };
-    let asked = asked.borrow();
-    let set = asked.iter().find_map(|action| match action {
+    let requests = requests.borrow();
+    let set = requests.iter().find_map(|action| match action {
         PresentRequest::Set(slide) => Some(Slide::clone(slide)),
         _ => None,
     });
@@ -235,11 +235,11 @@ fn a_slide_with_lost_layers_is_shown() {
     let mut app = present_app(&[gone.clone()]);
     request(&mut app, EditRequest::Apply(Edit::SetRequirement(None)));
     settle(&mut app);
-    let asked_for = |app: &App| {
+    let requested = |app: &App| {
         let environment = &app.world().resource::<OpenWorld>().0.environment;
         document(app).missing_layers(environment)
     };
-    assert_eq!(asked_for(&app).len(), 3);
+    assert_eq!(requested(&app).len(), 3);
     go_to(&mut app, workspaces::present::WORKSPACE);
     request_and_wait(&mut app, PresentRequest::ToggleEditing);
     let presenter = app.world().resource::<Presenter>().clone();
@@ -255,5 +255,5 @@ fn a_slide_with_lost_layers_is_shown() {
     assert_eq!(kept.unknown_layers, [""; 0]);
     assert_eq!(kept.layers, gone.view.layers);
     assert_eq!(*document(&app).view(), kept, "shown as it is kept");
-    assert_eq!(asked_for(&app).len(), 2);
+    assert_eq!(requested(&app).len(), 2);
 }

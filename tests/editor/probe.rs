@@ -86,9 +86,9 @@ fn over_the_slice_the_sampled_value_is_shown() {
     let done = app.world().resource::<Diagnostics>().work;
     for (u, v) in [(nu / 2, nv / 2), (nu / 3, nv / 4), (nu * 3 / 4, nv / 2)] {
         let text = point_at(&mut app, &slice.plan.point_mm(u, v)).unwrap();
-        let said = number(&text, "position error");
+        let shown = number(&text, "position error");
         // Two decimals, at a pixel that is a place in f32.
-        assert!((said - slice.values[v * nu + u]).abs() < 0.006, "{text}");
+        assert!((shown - slice.values[v * nu + u]).abs() < 0.006, "{text}");
     }
     assert_eq!(app.world().resource::<Diagnostics>().work, done);
     // Other quantities have their own name and unit.
@@ -175,8 +175,8 @@ fn a_painted_body_hides_the_slice() {
     );
     let legends = app.world().resource::<Legends>();
     let bar = legends.bar(placement::LAYER.order).unwrap();
-    let said = number(&text, "expected tip error RMS");
-    assert!((bar.min - 0.01..bar.largest + 0.01).contains(&said), "{text}");
+    let shown = number(&text, "expected tip error RMS");
+    assert!((bar.min - 0.01..bar.largest + 0.01).contains(&shown), "{text}");
 }
 
 #[test]

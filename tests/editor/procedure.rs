@@ -1,7 +1,7 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
 //! `docs/start/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
-use super::decide::{decide_app, desk, move_sensor, request_and_wait, rest, use_panel};
+use super::decide::{decide_app, decide_state, move_sensor, request_and_wait, rest, use_panel};
 use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
@@ -27,8 +27,8 @@ fn edit(app: &mut App, edit: Edit) {
     rest(app);
 }
 
-fn file(app: &mut App, asked: FileRequest) {
-    app.world_mut().write_message(asked);
+fn file(app: &mut App, request: FileRequest) {
+    app.world_mut().write_message(request);
     rest(app);
 }
 
@@ -138,8 +138,8 @@ fn picture(app: &App, name: &str, workspace: Workspace, compared: ComparedDesign
         return;
     }
     let world = app.world().resource::<OpenWorld>().0.clone();
-    let desk = PictureSetup { has_panels: true, workspace, compared, ..PictureSetup::default() };
-    let png = picture::png(world, [1440, 900], desk).unwrap();
+    let setup = PictureSetup { has_panels: true, workspace, compared, ..PictureSetup::default() };
+    let png = picture::png(world, [1440, 900], setup).unwrap();
     let file =
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("docs/pictures/tutorial-{name}.png"));
     std::fs::write(file, png).unwrap();
@@ -170,8 +170,8 @@ fn from_an_empty_design_to_a_decided_tool() {
         let target = Target { name: name.to_owned(), position_in_crf: position.into() };
         edit(&mut app, Edit::AddTarget(target));
     }
-    let asked = Requirement::at_most([(Metric::TIP_MAX, 0.3)]);
-    edit(&mut app, Edit::SetCrfRequirement(Some(asked)));
+    let requirement = Requirement::at_most([(Metric::TIP_MAX, 0.3)]);
+    edit(&mut app, Edit::SetCrfRequirement(Some(requirement)));
     assert_eq!(standing(&app).crf.rows.len(), 4, "two targets in two rooms");
     assert_eq!(standing(&app).state(Step::Crf), State::Missed);
     let counts = standing(&app).crf.counts();
@@ -201,8 +201,8 @@ fn from_an_empty_design_to_a_decided_tool() {
             ..Motion::default()
         })),
     );
-    let asked = Requirement::at_most([(Metric::TIP_RMS, 0.4), (Metric::TIP_MAX, 0.7)]);
-    edit(&mut app, Edit::SetRequirement(Some(asked)));
+    let requirement = Requirement::at_most([(Metric::TIP_RMS, 0.4), (Metric::TIP_MAX, 0.7)]);
+    edit(&mut app, Edit::SetRequirement(Some(requirement)));
     file(&mut app, FileRequest::Save);
     let draft = folder.path().join("draft.design.ron");
     std::fs::copy(&saved, &draft).unwrap();
@@ -227,7 +227,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     request_and_wait(&mut app, DecideRequest::Decide(Step::Tool));
     assert_eq!(standing(&app).state(Step::Tool), State::Decided);
     assert_eq!(document(&app).design().procedure.tool.as_ref().unwrap().note, note);
-    assert!(desk(&app).note(Step::Tool).is_empty());
+    assert!(decide_state(&app).note(Step::Tool).is_empty());
 
     // 5. The built tool, measured in its room.
     let tool = recording(&app, folder.path());
@@ -269,10 +269,10 @@ fn a_crf_recording_judges_in_the_crf() {
     });
     let in_crf = trials(&scenario(&app), &Mode::Motion, EVERY);
     let crf = recording_of_crf(&app, folder.path(), in_crf.len());
-    let asked = use_panel(&app, steps_ui, |harness| {
+    let requests = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label("CRF's poses…").click();
     });
-    assert_eq!(asked, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
+    assert_eq!(requests, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
     assert_eq!(notes(&app), [""; 0]);
     let found = standing(&app).built.recording.clone().unwrap().unwrap().found;
@@ -289,7 +289,7 @@ fn a_crf_recording_judges_in_the_crf() {
     let elsewhere = tempfile::tempdir().unwrap();
     let saved = |folder: &Path| FileRequest::SaveAs(folder.join("needle.design.ron"));
     file(&mut app, saved(folder.path()));
-    let table = &desk(&app).recorded.as_ref().unwrap().table;
+    let table = &decide_state(&app).recorded.as_ref().unwrap().table;
     assert_eq!(table, "needle-built.csv", "beside the design");
     file(&mut app, saved(elsewhere.path()));
     let now = &standing(&app).built.recording.as_ref().unwrap();
@@ -297,12 +297,12 @@ fn a_crf_recording_judges_in_the_crf() {
     assert_eq!(now.predicted_rms_mm, found.predicted_rms_mm);
     assert_ne!(now.recording.table, "needle-built.csv");
     // And back: the button that leaves the CRF's table out, and what the panel knows of the rest.
-    let asked = use_panel(&app, steps_ui, |harness| {
+    let requests = use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains("crf-built.csv");
         harness.get_by_label("registered to these poses").click();
     });
-    let [DecideRequest::SetRecorded(changed)] = &asked[..] else {
-        panic!("{asked:?}");
+    let [DecideRequest::SetRecorded(changed)] = &requests[..] else {
+        panic!("{requests:?}");
     };
     assert!(changed.is_registered && changed.crf_table.is_some());
 }

@@ -47,7 +47,7 @@ fn the_report_is_of_the_unsaved_design() {
     let file = folder.path().join("report.html");
     write(&mut app, &file);
     let notice = app.world().resource::<Notice>();
-    assert!(matches!(notice, Notice::Done(told) if told.contains("report.html")), "{notice:?}");
+    assert!(matches!(notice, Notice::Done(text) if text.contains("report.html")), "{notice:?}");
     let page = std::fs::read_to_string(&file).unwrap();
     assert!(page.contains("Pointer &lt;b&gt;as edited&lt;/b&gt;"));
     let study = app.world().resource::<Results>().study.as_ref().unwrap();

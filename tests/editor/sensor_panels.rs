@@ -26,14 +26,14 @@ type Requests<T> = Rc<RefCell<Vec<T>>>;
 fn harness<'a, T: 'a>(
     panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a,
 ) -> (Harness<'a>, Requests<T>) {
-    let asked = Requests::default();
-    let sink = Rc::clone(&asked);
+    let requests = Requests::default();
+    let sink = Rc::clone(&requests);
     let mut panel = panel;
     let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
-    (harness, asked)
+    (harness, requests)
 }
 
 /// Types into the field of a value, in millimetres or degrees, and says what is asked for.
@@ -43,34 +43,34 @@ fn type_number(
     text: &str,
 ) -> (Harness<'static>, Vec<NumberChange>) {
     let name = field.name;
-    let (mut harness, asked) = harness(move |ui| number_ui(ui, &field, value));
+    let (mut harness, requests) = harness(move |ui| number_ui(ui, &field, value));
     harness.get_by_label(name).click();
     harness.run_steps(2);
     harness.get_by_label(name).type_text(text);
     harness.run_steps(1);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
-    let asked = asked.borrow().clone();
-    (harness, asked)
+    let requests = requests.borrow().clone();
+    (harness, requests)
 }
 
 #[test]
 fn a_field_takes_expressions_and_other_units() {
     for (text, expected) in [("12.5+3", 15.5), ("1 in", 25.4), ("2.001", 2.001)] {
-        let (_, asked) = type_number(NumberField::length("length"), 2.0, text);
-        assert_eq!(asked, [NumberChange::Set(expected)], "{text}");
+        let (_, requests) = type_number(NumberField::length("length"), 2.0, text);
+        assert_eq!(requests, [NumberChange::Set(expected)], "{text}");
     }
-    let (_, asked) = type_number(NumberField::angle("angle"), 0.0, "0.2 rad");
-    let [NumberChange::Set(angle_deg)] = asked[..] else {
-        panic!("{asked:?}");
+    let (_, requests) = type_number(NumberField::angle("angle"), 0.0, "0.2 rad");
+    let [NumberChange::Set(angle_deg)] = requests[..] else {
+        panic!("{requests:?}");
     };
     assert!((angle_deg - 0.2_f64.to_degrees()).abs() < 1e-12);
 }
 
 #[test]
 fn a_text_that_is_no_number_shows_why() {
-    let (mut harness, asked) = type_number(NumberField::length("length"), 2.0, "2 furlong");
-    assert!(asked.is_empty(), "{asked:?}");
+    let (mut harness, requests) = type_number(NumberField::length("length"), 2.0, "2 furlong");
+    assert!(requests.is_empty(), "{requests:?}");
     let why = |harness: &Harness| harness.query_all_by_label_contains("furlong").count();
     assert_eq!(why(&harness), 1);
     harness.key_press(egui::Key::Escape);
@@ -84,28 +84,28 @@ fn a_text_that_is_no_number_shows_why() {
 fn control_adds_a_row_and_opens_its_menu() {
     let (design, environment, view) = (design(), environment(), View::default());
     let selection = Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0)));
-    let (mut harness, asked) =
+    let (mut harness, requests) =
         harness(|ui| outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &selection)));
     let grip = Selected::Sensor(BodyRole::Tool, 1);
     let row = harness.get_by_label("grip");
     row.click_modifiers(egui::Modifiers::COMMAND);
     harness.run_steps(2);
     let also = DesignAction::SelectAlso(grip);
-    assert!(asked.borrow().contains(&also), "{:?}", asked.borrow());
+    assert!(requests.borrow().contains(&also), "{:?}", requests.borrow());
     harness.get_by_label("grip").click_secondary();
     harness.run_steps(3);
     let select = DesignAction::Select(Some(grip));
-    assert!(asked.borrow().contains(&select), "{:?}", asked.borrow());
+    assert!(requests.borrow().contains(&select), "{:?}", requests.borrow());
     harness.get_by_label_contains("Duplicate sensors").click();
     harness.run_steps(2);
     let duplicate = DesignAction::Run(SensorCommand::Duplicate.command().name);
-    assert!(asked.borrow().contains(&duplicate), "{:?}", asked.borrow());
+    assert!(requests.borrow().contains(&duplicate), "{:?}", requests.borrow());
 }
 
 #[test]
 fn the_add_row_requests_the_tool() {
     let (design, environment, view) = (design(), environment(), View::default());
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     let rows: Vec<_> = harness.get_all_by_label("Add sensor").collect();
@@ -113,13 +113,13 @@ fn the_add_row_requests_the_tool() {
     rows[0].click();
     harness.run_steps(2);
     let tool = DesignAction::Run(ADD_SENSOR.name);
-    assert!(asked.borrow().contains(&tool), "{:?}", asked.borrow());
+    assert!(requests.borrow().contains(&tool), "{:?}", requests.borrow());
 }
 
 #[test]
 fn eye_and_lock_change_only_the_view() {
     let (design, environment, view) = (design(), environment(), View::default());
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     harness.get_by_label("Hide grip").click();
@@ -129,13 +129,13 @@ fn eye_and_lock_change_only_the_view() {
     let (mut hidden, mut locked) = (view.clone(), view.clone());
     hidden.hidden.toggle(Thing::sensor(BodyRole::Tool, "grip"));
     locked.locked.toggle(Thing::Tool);
-    let asked = asked.borrow();
+    let requests = requests.borrow();
     for wanted in [hidden, locked] {
         let set = DesignAction::View(ViewRequest::Set(wanted));
-        assert!(asked.contains(&set), "{asked:?}");
+        assert!(requests.contains(&set), "{requests:?}");
     }
     let is_select = |action: &DesignAction| matches!(action, DesignAction::Select(_));
-    assert!(!asked.iter().any(is_select), "{asked:?}");
+    assert!(!requests.iter().any(is_select), "{requests:?}");
 }
 
 #[test]
@@ -143,7 +143,7 @@ fn inspector_buttons_run_commands() {
     let design = design();
     let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
     let remove = SensorCommand::Remove.command().name;
-    let (mut harness, asked) = harness(|ui| {
+    let (mut harness, requests) = harness(|ui| {
         inspector_ui(
             ui,
             &InspectorView {
@@ -158,11 +158,11 @@ fn inspector_buttons_run_commands() {
     harness.get_by_label_contains("2 selected");
     harness.get_by_label("Delete sensors").click();
     harness.run_steps(2);
-    assert!(asked.borrow().is_empty(), "{:?}", asked.borrow());
+    assert!(requests.borrow().is_empty(), "{:?}", requests.borrow());
     harness.get_by_label("Mirror copy at y = 0").click();
     harness.run_steps(2);
     let mirror = SensorCommand::MirrorCopy(MirrorPlane::Y).command().name;
-    assert_eq!(*asked.borrow(), [DesignAction::Run(mirror)]);
+    assert_eq!(*requests.borrow(), [DesignAction::Run(mirror)]);
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn the_row_page_makes_the_row_that_it_was_told() {
     let design = design();
     let selection = Selection::of_sensors(BodyRole::Tool, [0]);
     let mut page = RowPage::default();
-    let (mut harness, asked) =
+    let (mut harness, requests) =
         harness(|ui| Vec::from_iter(row_page_ui(ui, &mut page, &design, &selection)));
     harness.get_by_label("2 new sensors");
     harness.get_by_label("spacing in mm").click();
@@ -179,7 +179,7 @@ fn the_row_page_makes_the_row_that_it_was_told() {
     harness.run_steps(1);
     harness.key_press(egui::Key::Enter);
     harness.run_steps(3);
-    assert!(asked.borrow().is_empty(), "Enter belonged to the field");
+    assert!(requests.borrow().is_empty(), "Enter belonged to the field");
     harness.get_by_label("Make row").click();
     harness.run_steps(2);
     let edit = Edit::Arrange {
@@ -191,7 +191,7 @@ fn the_row_page_makes_the_row_that_it_was_told() {
             direction_in_body: nalgebra::Vector3::z(),
         },
     };
-    assert_eq!(*asked.borrow(), [EditRequest::Apply(edit)]);
+    assert_eq!(*requests.borrow(), [EditRequest::Apply(edit)]);
 }
 
 #[test]
@@ -200,12 +200,12 @@ fn a_click_in_the_history_jumps_to_that_state() {
     for name in ["one", "two"] {
         document.apply(Edit::SetName(name.to_owned())).unwrap();
     }
-    let (mut harness, asked) = harness(|ui| history_ui(ui, &document.history()));
+    let (mut harness, requests) = harness(|ui| history_ui(ui, &document.history()));
     assert_eq!(harness.query_all_by_label("Rename design").count(), 2);
     harness.get_by_label("Beginning").click();
     harness.run_steps(2);
     let jump = EditRequest::JumpTo(0);
-    assert_eq!(*asked.borrow(), [jump]);
+    assert_eq!(*requests.borrow(), [jump]);
 }
 
 #[test]

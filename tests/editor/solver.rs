@@ -226,8 +226,8 @@ fn explain_tells_frames_figures_and_counters() {
     let study = app.world().resource::<Results>().study.as_ref().unwrap().value.clone();
     for row in figure_rows(&study.figures) {
         let tail = format!("{}={}{}", row.label, row.value, row.unit);
-        let told = lines.iter().filter(|l| l.starts_with("result") && l.ends_with(&tail));
-        assert_eq!(told.count(), 1, "{tail}");
+        let reported = lines.iter().filter(|l| l.starts_with("result") && l.ends_with(&tail));
+        assert_eq!(reported.count(), 1, "{tail}");
     }
     assert!(lines.iter().any(|l| l.starts_with("counters ")));
 }

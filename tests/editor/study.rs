@@ -40,16 +40,16 @@ use trackwright_simulation::{
 
 /// What the writing thread wakes the window with.
 #[derive(Resource)]
-struct Told(Mutex<Receiver<()>>);
+struct Wakes(Mutex<Receiver<()>>);
 
 fn study_app() -> App {
     let mut app = create_app();
-    let (tell, told) = channel();
+    let (sender, receiver) = channel();
     app.insert_resource(Waker::new(move || {
         // A test that has ended no longer listens.
-        let _ = tell.send(());
+        let _ = sender.send(());
     }))
-    .insert_resource(Told(Mutex::new(told)))
+    .insert_resource(Wakes(Mutex::new(receiver)))
     .add_plugins(StudyPlugin);
     show_workspace(&mut app, workspaces::study::WORKSPACE);
     app
@@ -209,10 +209,10 @@ fn playback_keeps_its_rate_and_stops() {
     let frame = |app: &mut App| {
         app.update();
         let redraws = app.world().resource::<Messages<RequestRedraw>>();
-        let asked = redraws.iter_current_update_messages().count() > 0;
+        let redraw_requested = redraws.iter_current_update_messages().count() > 0;
         let is_playing = app.world().resource::<TrialChoice>().is_playing();
         let trial = app.world().resource::<TrialChoice>().trial();
-        (trial, is_playing, asked)
+        (trial, is_playing, redraw_requested)
     };
     assert_eq!(frame(&mut app), (Some(0), true, true));
     // 25 trials a second, 0.1 s a frame.
@@ -289,8 +289,8 @@ fn study_keys_need_the_study_workspace() {
     show_workspace(&mut app, workspaces::design::WORKSPACE);
     press(&mut app, &Key::ArrowRight);
     press(&mut app, &Key::Space);
-    let desk = app.world().resource::<TrialChoice>();
-    assert!(desk.trial().is_none() && !desk.is_playing());
+    let choice = app.world().resource::<TrialChoice>();
+    assert!(choice.trial().is_none() && !choice.is_playing());
 }
 
 #[test]
@@ -382,9 +382,9 @@ fn another_design_starts_with_its_own_mode() {
 /// Updates until no log is written any more.
 fn wait_for_log(app: &mut App) {
     while app.world().resource::<LogJob>().part().is_some() {
-        let told = app.world().resource::<Told>().0.lock().unwrap();
-        told.recv_timeout(Duration::from_secs(60)).expect("a word of the log");
-        drop(told);
+        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
+        receiver.recv_timeout(Duration::from_secs(60)).expect("a word of the log");
+        drop(receiver);
         app.update();
     }
 }

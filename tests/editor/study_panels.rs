@@ -31,13 +31,13 @@ fn harness<'a, T: 'a>(
     size: [f32; 2],
     panel: impl Fn(&mut egui::Ui) -> Vec<T> + 'a,
 ) -> (Harness<'a>, Requests<T>) {
-    let asked = Requests::default();
-    let sink = Rc::clone(&asked);
+    let requests = Requests::default();
+    let sink = Rc::clone(&requests);
     let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
         trackwright_editor::widgets::theme::apply(ui.ctx());
         sink.borrow_mut().extend(panel(ui));
     });
-    (harness, asked)
+    (harness, requests)
 }
 
 fn scenario() -> Scenario {
@@ -94,7 +94,7 @@ fn click(harness: &mut Harness, at: egui::Pos2) {
 fn timeline_buttons_are_commands() {
     let scenario = scenario();
     let (charted, shown) = (charted(&scenario), trial(&scenario, 3));
-    let (mut harness, asked) =
+    let (mut harness, requests) =
         harness([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, Some(&shown))));
     harness.run_steps(2);
     harness.get_by_label("trial 4 of 15: x \u{2212}50\u{2009}mm, rz 45°");
@@ -108,10 +108,10 @@ fn timeline_buttons_are_commands() {
         ("Input data…", READ_INPUT),
         ("Write the log…", WRITE_LOG),
     ] {
-        asked.borrow_mut().clear();
+        requests.borrow_mut().clear();
         harness.get_by_label(label).click();
         harness.run_steps(2);
-        assert_eq!(*asked.borrow(), [TimelineAction::Run(command.name)], "{label}");
+        assert_eq!(*requests.borrow(), [TimelineAction::Run(command.name)], "{label}");
     }
 }
 
@@ -119,16 +119,16 @@ fn timeline_buttons_are_commands() {
 fn a_timeline_click_shows_its_trial() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (mut harness, asked) =
+    let (mut harness, requests) =
         harness([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, None)));
     harness.run_steps(2);
     let mut shown = Vec::new();
     for x in [100.0, 620.0, 1190.0] {
-        asked.borrow_mut().clear();
+        requests.borrow_mut().clear();
         click(&mut harness, egui::pos2(x, 90.0));
-        let asked = asked.borrow();
-        let Some(TimelineAction::Study(StudyRequest::Show(Some(trial)))) = asked.first() else {
-            panic!("{asked:?}");
+        let requests = requests.borrow();
+        let Some(TimelineAction::Study(StudyRequest::Show(Some(trial)))) = requests.first() else {
+            panic!("{requests:?}");
         };
         shown.push(*trial);
     }
@@ -140,14 +140,14 @@ fn a_timeline_click_shows_its_trial() {
 fn a_log_under_way_can_be_cancelled() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (mut harness, asked) = harness([1200.0, 156.0], |ui| {
+    let (mut harness, requests) = harness([1200.0, 156.0], |ui| {
         let view = TimelineView { log_part: Some(0.4), ..timeline(&charted, None) };
         timeline_ui(ui, &view)
     });
     harness.get_by_label("Cancel").click();
     harness.run_steps(2);
     let cancel = TimelineAction::Study(StudyRequest::CancelLog);
-    assert_eq!(*asked.borrow(), [cancel]);
+    assert_eq!(*requests.borrow(), [cancel]);
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn a_trial_is_told_in_numbers_with_units() {
         (RotationForm::Turns, 45.0),
         (RotationForm::Rodrigues, log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees()),
     ] {
-        let (mut harness, asked) = harness([276.0, 400.0], |ui| {
+        let (mut harness, requests) = harness([276.0, 400.0], |ui| {
             let view = TrialView {
                 trial: Some(&detail.trial),
                 title: "Trial 4".to_owned(),
@@ -191,7 +191,7 @@ fn a_trial_is_told_in_numbers_with_units() {
         harness.get_by_label("vector").click();
         harness.run_steps(2);
         let show = StudyRequest::ShowRotation(RotationForm::Rodrigues);
-        assert_eq!(*asked.borrow(), [show]);
+        assert_eq!(*requests.borrow(), [show]);
     }
 }
 
@@ -199,7 +199,7 @@ fn a_trial_is_told_in_numbers_with_units() {
 fn charts_show_the_share_and_choose_axes() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (mut harness, asked) = harness([276.0, 500.0], |ui| {
+    let (mut harness, requests) = harness([276.0, 500.0], |ui| {
         let view = StudyChartsView { charted: &charted, axis: "x", shown: Some(3) };
         study_charts_ui(ui, &view)
     });
@@ -208,12 +208,12 @@ fn charts_show_the_share_and_choose_axes() {
     harness.get_by_label("rz").click();
     harness.run_steps(2);
     let axis = StudyRequest::ShowAxis("rz");
-    assert_eq!(*asked.borrow(), [axis]);
-    asked.borrow_mut().clear();
+    assert_eq!(*requests.borrow(), [axis]);
+    requests.borrow_mut().clear();
     // The lower chart: three values of x, the last at its right end.
     let chart = harness.get_by_label("rz").rect();
     click(&mut harness, egui::pos2(262.0, chart.bottom() + 60.0));
     let worst = charted.profile.axes[0].worst_trial[2];
     let show = StudyRequest::Show(Some(worst));
-    assert_eq!(*asked.borrow(), [show]);
+    assert_eq!(*requests.borrow(), [show]);
 }

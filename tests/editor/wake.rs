@@ -14,14 +14,14 @@ fn modifiers_that_stay_the_same_are_told_once() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SchedulePlugin, WakePlugin));
     let entity = app.world_mut().spawn(EguiInput::default()).id();
-    let mut tell = |modifiers, expected| {
+    let mut report = |modifiers, expected| {
         let mut input = app.world_mut().get_mut::<EguiInput>(entity).unwrap();
         input.events = vec![egui::Event::ModifiersChanged(modifiers)];
         app.update();
         assert_eq!(event_count(&app, entity), expected, "{modifiers:?}");
     };
-    tell(egui::Modifiers::SHIFT, 1);
-    tell(egui::Modifiers::SHIFT, 0);
-    tell(egui::Modifiers::NONE, 1);
-    tell(egui::Modifiers::NONE, 0);
+    report(egui::Modifiers::SHIFT, 1);
+    report(egui::Modifiers::SHIFT, 0);
+    report(egui::Modifiers::NONE, 1);
+    report(egui::Modifiers::NONE, 0);
 }

@@ -374,8 +374,8 @@ fn every_mistake_is_seen_in_every_table() {
             tried += 1;
             let found = suspicions(&(mistake.make)(&set.measurements), set.content);
             if !found.iter().any(mistake.is_it) {
-                let told: Vec<_> = found.iter().map(ToString::to_string).collect();
-                problems.push(format!("{name}, {}: {told:?}", mistake.name));
+                let doubts: Vec<_> = found.iter().map(ToString::to_string).collect();
+                problems.push(format!("{name}, {}: {doubts:?}", mistake.name));
             }
         }
     }

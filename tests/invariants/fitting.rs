@@ -165,14 +165,14 @@ fn a_fit_under_way_stops_and_tells_how_far_it_is() {
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
         let settings =
             FitSettings { method, ridge: 1e-3, ..FitSettings::new(1, DirectionSet::Six) };
-        let heard = Arc::new(Mutex::new(Vec::new()));
+        let reported = Arc::new(Mutex::new(Vec::new()));
         let task = Task::with_progress({
-            let heard = heard.clone();
-            move |part| heard.lock().unwrap().push(part)
+            let reported = reported.clone();
+            move |part| reported.lock().unwrap().push(part)
         });
         let whole = pool.install(|| fit_with(&set, &settings, None, &task));
         assert_eq!(whole, fit(&set, &settings, None));
-        let parts = heard.lock().unwrap().clone();
+        let parts = reported.lock().unwrap().clone();
         assert!(parts.is_sorted(), "{parts:?}");
         assert_eq!(parts.last(), Some(&1.0));
 

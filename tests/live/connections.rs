@@ -25,8 +25,8 @@ pub(super) fn patient(address: SocketAddr) -> ServerOptions {
 }
 
 pub(super) fn serve(options: &ServerOptions) -> (Server, Events<ServerEvent>) {
-    let (told, events) = events();
-    let server = Server::start(options, move |event| drop(told.send(event))).unwrap();
+    let (sender, events) = events();
+    let server = Server::start(options, move |event| drop(sender.send(event))).unwrap();
     (server, events)
 }
 
@@ -49,8 +49,8 @@ fn left(events: &Events<ServerEvent>) -> (LeaveReason, usize) {
 pub(super) fn listen(address: SocketAddr) -> (Client, Events<ClientEvent>) {
     let mut options = ClientOptions::to(address.to_string());
     options.longest_wait = Duration::from_millis(100);
-    let (told, events): (Sender<ClientEvent>, _) = events();
-    let client = Client::start(options, move |event| drop(told.send(event))).unwrap();
+    let (sender, events): (Sender<ClientEvent>, _) = events();
+    let client = Client::start(options, move |event| drop(sender.send(event))).unwrap();
     (client, events)
 }
 
@@ -77,17 +77,17 @@ pub(super) fn received(events: &Events<ClientEvent>) -> Message {
 #[test]
 fn a_client_waits_and_reconnects() {
     let address = free_address();
-    let (client, heard) = listen(address);
-    assert!(matches!(lost(&heard), DisconnectReason::NotReached(_)));
+    let (client, events) = listen(address);
+    assert!(matches!(lost(&events), DisconnectReason::NotReached(_)));
     for round in 1..3 {
         let (server, served) = serve(&patient(address));
-        connected(&heard);
+        connected(&events);
         joined(&served);
         send(&server, "Probe", round);
-        let message = received(&heard);
+        let message = received(&events);
         assert_eq!((message.device.as_str(), number_of(&message)), ("Probe", Some(round)));
         server.stop();
-        assert_eq!(lost(&heard), DisconnectReason::Closed);
+        assert_eq!(lost(&events), DisconnectReason::Closed);
     }
     client.stop();
 }
@@ -95,33 +95,33 @@ fn a_client_waits_and_reconnects() {
 #[test]
 fn other_protocols_are_reported() {
     let listener = TcpListener::bind(anywhere()).unwrap();
-    let (_client, heard) = listen(listener.local_addr().unwrap());
+    let (_client, events) = listen(listener.local_addr().unwrap());
     let (mut first, _) = listener.accept().unwrap();
     first.write_all(&[b'x'; 5000]).unwrap();
-    let error = heard.wait_for("an error", |event| match event {
+    let error = events.wait_for("an error", |event| match event {
         ClientEvent::Unreadable(error) => Some(error),
         _ => None,
     });
     assert!(matches!(error, DecodeError::Header(_)), "{error}");
-    assert_eq!(lost(&heard), DisconnectReason::Unreadable);
+    assert_eq!(lost(&events), DisconnectReason::Unreadable);
 
     let (mut second, _) = listener.accept().unwrap();
     let message = numbered("Probe", 7).encode().unwrap();
     second.write_all(&message).unwrap();
-    assert_eq!(number_of(&received(&heard)), Some(7));
+    assert_eq!(number_of(&received(&events)), Some(7));
     // A message with a wrong checksum is one message lost.
     let mut wrong = message.clone();
     wrong[70] ^= 1;
     second.write_all(&wrong).unwrap();
     second.write_all(&message).unwrap();
-    heard.wait_for("a checksum", |event| {
+    events.wait_for("a checksum", |event| {
         matches!(event, ClientEvent::Unreadable(DecodeError::Checksum { .. })).then_some(())
     });
-    assert_eq!(number_of(&received(&heard)), Some(7));
+    assert_eq!(number_of(&received(&events)), Some(7));
     // An end within a message is no end as any.
     second.write_all(&message[..80]).unwrap();
     second.shutdown(Shutdown::Both).unwrap();
-    assert_eq!(lost(&heard), DisconnectReason::Cut);
+    assert_eq!(lost(&events), DisconnectReason::Cut);
 }
 
 #[test]
@@ -215,8 +215,8 @@ fn a_port_in_use_is_an_error_that_names_it() {
     let address = taken.local_addr().unwrap();
     let error = Server::start(&patient(address), |_| {}).map(|_| ()).unwrap_err();
     assert!(matches!(error, ServerError::InUse(found) if found == address));
-    let said = error.to_string();
-    assert!(said.contains(&format!("port {} of 127.0.0.1 is in use", address.port())), "{said}");
+    let text = error.to_string();
+    assert!(text.contains(&format!("port {} of 127.0.0.1 is in use", address.port())), "{text}");
 }
 
 /// Files that this process may have open, as far as the system tells.
@@ -246,8 +246,8 @@ fn a_thousand_clients_are_served_and_no_more() {
         assert_eq!(number_of(&client.next_transform()), Some(5));
     }
     let mut refused = Reader::connect(server.address());
-    let told = refused.next().expect("a word before the end");
-    let Content::Status(status) = told.content else { panic!("{told:?}") };
+    let answer = refused.next().expect("a word before the end");
+    let Content::Status(status) = answer.content else { panic!("{answer:?}") };
     assert_eq!(status.code, StatusCode::RESOURCE_ERROR);
     assert!(status.text.contains(&format!("{count} clients")), "{status:?}");
     assert_eq!(refused.next(), None);
@@ -259,7 +259,7 @@ fn tracking_data_has_all_tools_at_once() {
     let (server, served) = serve(&patient(anywhere()));
     let mut client = Reader::connect(server.address());
     joined(&served);
-    let ask = |client: &mut Reader, content| {
+    let request = |client: &mut Reader, content| {
         let message = Message::new("", Timestamp::NONE, content);
         client.stream.write_all(&message.encode().unwrap()).unwrap();
     };
@@ -269,7 +269,7 @@ fn tracking_data_has_all_tools_at_once() {
     for _ in 0..2 {
         client.next_transform();
     }
-    ask(&mut client, Content::StartTracking(start(10)));
+    request(&mut client, Content::StartTracking(start(10)));
     assert_eq!(client.next().unwrap().content, Content::TrackingReply(0));
     let Content::Tracking(tools) = client.next().unwrap().content else { panic!("tracking data") };
     let found: Vec<_> = tools.iter().map(|t| (t.name.as_str(), t.matrix.0[9])).collect();
@@ -278,7 +278,7 @@ fn tracking_data_has_all_tools_at_once() {
     // A tool that is not good any more is in none.
     server.withdraw("a");
     send(&server, "b", 3);
-    ask(&mut client, Content::StartQuaternionTracking(start(10)));
+    request(&mut client, Content::StartQuaternionTracking(start(10)));
     let tools = loop {
         match client.next().unwrap().content {
             Content::QuaternionTracking(tools) => break tools,
@@ -287,7 +287,7 @@ fn tracking_data_has_all_tools_at_once() {
         }
     };
     assert_eq!((tools.len(), tools[0].at_mm[0]), (1, 3.0));
-    ask(&mut client, Content::StopQuaternionTracking);
+    request(&mut client, Content::StopQuaternionTracking);
     while client.next().unwrap().content != Content::QuaternionTrackingReply(0) {}
     send(&server, "b", 4);
     assert_eq!(number_of(&client.next_transform()), Some(4));
@@ -309,16 +309,16 @@ fn a_session_marks_stale_and_lost_tools() {
     client.longest_wait = Duration::from_millis(100);
     // Long for a tool, so that a machine that does other things is not taken for a stale one.
     let relay = RelayOptions { stale_after: Duration::from_secs(2), ..RelayOptions::default() };
-    let (session, heard) = self::session(client, relay, ServerOptions::at(anywhere()));
+    let (session, events) = self::session(client, relay, ServerOptions::at(anywhere()));
     let mut viewer = Reader::connect(session.address().unwrap());
-    heard.wait_for("a viewer", |event| {
+    events.wait_for("a viewer", |event| {
         matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
     });
     while tracker.clients() == 0 {
         crate::support::wire::rest(Duration::from_millis(5));
     }
     let tool_is = |state: ToolState| {
-        heard.wait_for("a tool's state", |event| match event {
+        events.wait_for("a tool's state", |event| match event {
             SessionEvent::Tool { state: found, .. } if found == state => Some(()),
             _ => None,
         });
@@ -328,14 +328,14 @@ fn a_session_marks_stale_and_lost_tools() {
     assert_eq!(number_of(&viewer.next_transform()), Some(1));
     // It says nothing more.
     tool_is(ToolState::NotGood(Reason::Stale));
-    let said = viewer.next().unwrap();
-    assert!(matches!(&said.content, Content::Status(s) if s.name == "STALE"), "{said:?}");
-    assert_eq!(said.device, "Probe");
+    let status = viewer.next().unwrap();
+    assert!(matches!(&status.content, Content::Status(s) if s.name == "STALE"), "{status:?}");
+    assert_eq!(status.device, "Probe");
     send(&tracker, "Probe", 2);
     tool_is(ToolState::Good);
     tracker.stop();
     tool_is(ToolState::NotGood(Reason::LinkLost));
-    heard.wait_for("a loss", |event| matches!(event, SessionEvent::Lost { .. }).then_some(()));
+    events.wait_for("a loss", |event| matches!(event, SessionEvent::Lost { .. }).then_some(()));
     assert!(!matches!(session.state().link, Link::Connected { .. }));
     let end = session.stop();
     assert_eq!((end.counts.poses, end.counts.sent, end.connections), (2, 2, 1));

@@ -18,7 +18,7 @@ use trackwright_openigtlink::session::{Session, SessionEvent};
 /// A session that listens to whoever is behind the listener, and one client of it.
 struct Relayed {
     session: Session,
-    heard: Events<SessionEvent>,
+    events: Events<SessionEvent>,
     tracker: TcpStream,
     viewer: Reader,
 }
@@ -26,14 +26,14 @@ struct Relayed {
 impl Relayed {
     fn start(listener: &TcpListener, relay: RelayOptions) -> Self {
         let client = ClientOptions::to(listener.local_addr().unwrap().to_string());
-        let (session, heard) = session(client, relay, ServerOptions::at(anywhere()));
+        let (session, events) = session(client, relay, ServerOptions::at(anywhere()));
         let viewer = Reader::connect(session.address().unwrap());
-        heard.wait_for("a viewer", |event| {
+        events.wait_for("a viewer", |event| {
             matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
         });
         let (tracker, _) = listener.accept().unwrap();
         tracker.set_nodelay(true).unwrap();
-        Self { session, heard, tracker, viewer }
+        Self { session, events, tracker, viewer }
     }
 
     /// Sends a message that is as old as this.
@@ -109,7 +109,7 @@ fn lasting_lateness_is_followed_only_on_request() {
             assert!(Instant::now() < end, "{changes:?}");
             relayed.send("Probe", number, 50.0);
             rest(Duration::from_millis(25));
-            while let Some(event) = relayed.heard.try_next() {
+            while let Some(event) = relayed.events.try_next() {
                 if let SessionEvent::Clock { change, .. } = event {
                     changes.push(change);
                 }
@@ -147,12 +147,12 @@ fn bad_names_cost_only_their_own_poses() {
     let listener = TcpListener::bind(anywhere()).unwrap();
     let mut relayed = Relayed::start(&listener, patient_relay());
     let mut viewer = relayed.viewer;
-    let heard = std::thread::spawn(move || {
-        let mut heard = 0;
+    let counted = std::thread::spawn(move || {
+        let mut counted = 0;
         while let Some(message) = viewer.next() {
-            heard += u32::from(message.device == "Probe" && number_of(&message).is_some());
+            counted += u32::from(message.device == "Probe" && number_of(&message).is_some());
         }
-        heard
+        counted
     });
     let element = |name: &str| TrackingElement {
         name: name.to_owned(),
@@ -181,19 +181,19 @@ fn bad_names_cost_only_their_own_poses() {
     assert_eq!((end.counts.sent, end.connections, end.unreadable), (240, 1, 120));
     assert_eq!(end.counts.dropped[&Reason::NoName], 120);
     let (mut unreadable, mut refused) = (0, 0);
-    while let Some(event) = relayed.heard.try_next() {
+    while let Some(event) = relayed.events.try_next() {
         unreadable +=
             u32::from(matches!(event, SessionEvent::Unreadable(DecodeError::Name { .. })));
         refused += u32::from(matches!(event, SessionEvent::Refused { .. }));
     }
     assert_eq!((unreadable, refused), (1, 1));
-    assert_eq!(heard.join().unwrap(), 120);
+    assert_eq!(counted.join().unwrap(), 120);
 }
 
 #[test]
 fn lengths_that_lie_end_the_connection_at_once() {
     let listener = TcpListener::bind(anywhere()).unwrap();
-    let (_client, heard) = listen(listener.local_addr().unwrap());
+    let (_client, events) = listen(listener.local_addr().unwrap());
     for (kind, announced) in [
         ("TRANSFORM", 900_000_000_u64),
         ("IMAGE", 900_000_000),
@@ -203,20 +203,20 @@ fn lengths_that_lie_end_the_connection_at_once() {
     ] {
         let (mut tracker, _) = listener.accept().unwrap();
         tracker.write_all(&header_announcing(kind.as_bytes(), announced)).unwrap();
-        assert_eq!(lost(&heard), DisconnectReason::Unreadable, "{announced}");
+        assert_eq!(lost(&events), DisconnectReason::Unreadable, "{announced}");
         tracker.set_read_timeout(Some(PATIENCE)).unwrap();
         assert_eq!(tracker.read(&mut [0]).unwrap(), 0);
     }
     let (mut tracker, _) = listener.accept().unwrap();
     let message = numbered("Probe", 7).encode().unwrap();
     tracker.write_all(&message).unwrap();
-    assert_eq!(number_of(&received(&heard)), Some(7));
+    assert_eq!(number_of(&received(&events)), Some(7));
 }
 
 #[test]
 fn a_message_that_never_ends_is_given_up() {
     let listener = TcpListener::bind(anywhere()).unwrap();
-    let (_client, heard) = listen(listener.local_addr().unwrap());
+    let (_client, events) = listen(listener.local_addr().unwrap());
     // An image that is not too long, and poses where its pixels should be.
     let (mut tracker, _) = listener.accept().unwrap();
     tracker.write_all(&header_announcing(b"IMAGE", 30_000_000)).unwrap();
@@ -227,7 +227,7 @@ fn a_message_that_never_ends_is_given_up() {
         let _ = tracker.write_all(&numbered("Probe", 2).encode().unwrap());
         rest(Duration::from_millis(50));
         if let Some(ClientEvent::Lost { why, .. }) =
-            std::iter::from_fn(|| heard.try_next()).find(|e| matches!(e, ClientEvent::Lost { .. }))
+            std::iter::from_fn(|| events.try_next()).find(|e| matches!(e, ClientEvent::Lost { .. }))
         {
             break why;
         }
@@ -235,7 +235,7 @@ fn a_message_that_never_ends_is_given_up() {
     assert_eq!(why, DisconnectReason::Unfinished);
     let (mut tracker, _) = listener.accept().unwrap();
     tracker.write_all(&numbered("Probe", 7).encode().unwrap()).unwrap();
-    assert_eq!(number_of(&received(&heard)), Some(7));
+    assert_eq!(number_of(&received(&events)), Some(7));
 }
 
 /// A client whose own system keeps little for it: what that has taken cannot be called back.
@@ -295,8 +295,8 @@ fn pause(seconds: u64, connect: fn(SocketAddr) -> Reader) -> Paused {
         reading.join().unwrap()
     });
     for event in ["fell behind", "caught up"] {
-        served.wait_for(event, |told| {
-            let is_it = match told {
+        served.wait_for(event, |found| {
+            let is_it = match found {
                 ServerEvent::FellBehind { .. } => event == "fell behind",
                 ServerEvent::CaughtUp { dropped, .. } => event == "caught up" && dropped > 0,
                 _ => false,
@@ -365,13 +365,15 @@ fn eleven_hundred_clients_at_once_are_served_or_told() {
     }
     assert_eq!((joined, refused), (limit, beyond));
     send(&server, "Probe", 5);
-    let (mut heard, mut told) = (0, 0);
+    let (mut served_clients, mut refused_clients) = (0, 0);
     for client in &mut clients {
         match client.next().map(|message| message.content) {
-            Some(Content::Transform(_)) => heard += 1,
-            Some(Content::Status(status)) if status.name == "TOO_MANY_CLIENTS" => told += 1,
+            Some(Content::Transform(_)) => served_clients += 1,
+            Some(Content::Status(status)) if status.name == "TOO_MANY_CLIENTS" => {
+                refused_clients += 1
+            }
             other => panic!("{other:?}"),
         }
     }
-    assert_eq!((heard, told), (limit, beyond));
+    assert_eq!((served_clients, refused_clients), (limit, beyond));
 }

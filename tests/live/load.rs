@@ -19,7 +19,7 @@ fn long_load_loses_only_what_was_sent_to_nobody() {
     // Counts, not times: on a busy machine nobody is dropped, and nothing is late, for being slow.
     options.queue = 100_000;
     let relay = RelayOptions { stale_after: Duration::from_secs(60), ..RelayOptions::default() };
-    let (told, heard) = events();
+    let (sender, events) = events();
     let session = Session::start(
         SessionSettings {
             client: ClientOptions::to(server.address().to_string()),
@@ -30,14 +30,14 @@ fn long_load_loses_only_what_was_sent_to_nobody() {
         },
         move |event| {
             if !matches!(event, SessionEvent::Pose(_)) {
-                let _ = told.send(event.clone());
+                let _ = sender.send(event.clone());
             }
         },
     )
     .unwrap();
     until("a client", || server.clients() > 0);
     let wait_for_clients = || {
-        heard.wait_for("all clients", |event| match event {
+        events.wait_for("all clients", |event| match event {
             SessionEvent::Server(ServerEvent::Joined { clients, .. }) => {
                 (clients == load.clients).then_some(())
             }
@@ -50,23 +50,23 @@ fn long_load_loses_only_what_was_sent_to_nobody() {
 
     let away = outcome.away;
     assert!(away.first > 0 && away.last >= away.first, "{away:?}");
-    for (client, heard) in outcome.heard.iter().enumerate() {
-        assert_eq!((heard.old, heard.unsaid), (0, 0), "{client}");
-        for gap in &heard.gaps {
+    for (client, received) in outcome.received.iter().enumerate() {
+        assert_eq!((received.old, received.not_good), (0, 0), "{client}");
+        for gap in &received.gaps {
             assert!(gap.first >= away.first && gap.last <= away.last, "{client}: {gap:?} {away:?}");
         }
         if client > 0 {
-            let missing: u32 = heard.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
+            let missing: u32 = received.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
             let all = u64::from(load.tools * outcome.frames);
-            assert_eq!(heard.transforms + u64::from(missing), all, "{client}");
-            assert!(heard.last.values().all(|last| *last == outcome.frames));
+            assert_eq!(received.transforms + u64::from(missing), all, "{client}");
+            assert!(received.last.values().all(|last| *last == outcome.frames));
         }
     }
     // The one that was killed heard the first half.
-    let killed = &outcome.heard[0];
+    let killed = &outcome.received[0];
     assert!(killed.last.values().all(|last| *last < outcome.frames) && killed.transforms > 0);
     assert_eq!(end.counts.sent, end.counts.poses);
-    assert_eq!(end.counts.sent, outcome.heard[1].transforms);
+    assert_eq!(end.counts.sent, outcome.received[1].transforms);
     assert_eq!((end.connections, end.slow_clients, end.unreadable), (2, 0, 0));
 }
 
@@ -97,17 +97,17 @@ fn long_load_keeps_memory_and_sends_nothing_old() {
     let ends = ["live", "--format", "json", "--connect", &connect, "--serve", "0"];
     let room = ["--environment", super::peers::ROOM];
     let live = Live::run(trackwright(&[&ends[..], &room].concat()));
-    let relay_at = address_in(&live.says("serving at"));
-    live.says("connected to");
+    let relay_at = address_in(&live.wait_for_note("serving at"));
+    live.wait_for_note("connected to");
     let process = live.child.id();
-    let wait_for_clients = || drop(live.says(&format!("joined, {} now", load.clients)));
+    let wait_for_clients = || drop(live.wait_for_note(&format!("joined, {} now", load.clients)));
     let outcome = run(load, server, relay_at, wait_for_clients, || resident_kb(process));
     let end = live.interrupt();
     println!("{load:?}, {} frames, away {:?}", outcome.frames, outcome.away);
-    for heard in &outcome.heard {
-        let missing: u32 = heard.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
-        println!("{} transforms, {missing} missing, {:?}", heard.transforms, heard.latency);
-        assert_eq!((heard.old, heard.late), (0, 0));
+    for client in &outcome.received {
+        let missing: u32 = client.gaps.iter().map(|gap| gap.last - gap.first + 1).sum();
+        println!("{} transforms, {missing} missing, {:?}", client.transforms, client.latency);
+        assert_eq!((client.old, client.late), (0, 0));
     }
     println!("memory in kB {:?}\n{end:#}", outcome.memory);
     // To the histogram's two digits.

@@ -35,48 +35,48 @@ impl Drop for Peer {
 }
 
 fn listen(options: ClientOptions) -> (Client, Events<Message>) {
-    let (told, events) = events();
-    let tell = move |event| {
+    let (sender, events) = events();
+    let send_message = move |event| {
         if let ClientEvent::Received { message, .. } = event {
-            let _ = told.send(message);
+            let _ = sender.send(message);
         }
     };
-    (Client::start(options, tell).unwrap(), events)
+    (Client::start(options, send_message).unwrap(), events)
 }
 
 fn serve() -> (Server, Events<ServerEvent>) {
-    let (told, events) = events();
+    let (sender, events) = events();
     let options = super::connections::patient("127.0.0.1:0".parse().unwrap());
-    let server = Server::start(&options, move |event| drop(told.send(event))).unwrap();
+    let server = Server::start(&options, move |event| drop(sender.send(event))).unwrap();
     (server, events)
 }
 
 /// Sends numbered transforms at 40 Hz until the peer has printed enough lines to see what is wanted.
 fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) -> Option<R>) -> R {
     let stderr = peer.0.stderr.take().unwrap();
-    let (told, lines) = std::sync::mpsc::channel();
+    let (sender, lines) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
         for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-            if told.send(line).is_err() {
+            if sender.send(line).is_err() {
                 return;
             }
         }
     });
-    let mut said = String::new();
+    let mut printed = String::new();
     for number in 0..2400 {
         let mut message = numbered("ProbeToTracker", 1000 + number);
         message.extension = None;
         server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
         rest(Duration::from_millis(25));
         for line in lines.try_iter() {
-            said += &line;
-            said.push('\n');
+            printed += &line;
+            printed.push('\n');
         }
-        if let Some(found) = pick(&said) {
+        if let Some(found) = pick(&printed) {
             return found;
         }
     }
-    panic!("in vain: {said}");
+    panic!("in vain: {printed}");
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn transforms_of_pyigtl_are_received() {
     let mut command = python("igtl_server.py");
     command.arg(address.port().to_string());
     let mut peer = Peer::start(command);
-    let (_client, heard) = listen(ClientOptions::to(address.to_string()));
+    let (_client, events) = listen(ClientOptions::to(address.to_string()));
     let mut relay = Relay::new(None, RelayOptions::default());
     let mut stdin = peer.0.stdin.take().unwrap();
     for (line, state) in [
@@ -94,7 +94,7 @@ fn transforms_of_pyigtl_are_received() {
         ("Lost 12 2 INVALID", ToolState::NotGood(Reason::NotTracked)),
     ] {
         writeln!(stdin, "{line}").unwrap();
-        let message = heard.wait_for("a transform", Some);
+        let message = events.wait_for("a transform", Some);
         let (name, rest) = line.split_once(' ').unwrap();
         assert_eq!(message.device, name);
         assert_eq!(message.extension.is_some(), rest.contains(" 2 "));
@@ -132,9 +132,10 @@ fn pyigtl_hears_our_transforms_in_both_versions() {
             message.extension = Some(extension);
         }
         server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
-        let mut said = String::new();
-        peer.0.stdout.take().unwrap().read_to_string(&mut said).unwrap();
-        let found: Value = serde_json::from_str(&said).unwrap_or_else(|e| panic!("{e}: {said}"));
+        let mut printed = String::new();
+        peer.0.stdout.take().unwrap().read_to_string(&mut printed).unwrap();
+        let found: Value =
+            serde_json::from_str(&printed).unwrap_or_else(|e| panic!("{e}: {printed}"));
         let Content::Transform(matrix) = message.content else { panic!("a transform") };
         for row in 0..3 {
             for column in 0..4 {
@@ -162,7 +163,7 @@ fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
     let connect = server.address().to_string();
     let ends = ["--connect", &connect, "--serve", "0"];
     let live = Live::start(&[&ends, arguments].concat());
-    let port = address_in(&live.says("serving at")).port();
+    let port = address_in(&live.wait_for_note("serving at")).port();
     while server.clients() == 0 {
         rest(Duration::from_millis(5));
     }
@@ -187,7 +188,7 @@ fn pyigtl_reads_what_is_known_of_every_pose() {
         let mut command = python("igtl_metadata.py");
         command.args([&port.to_string(), "ProbeToTracker", "40"]);
         let mut peer = Peer::start(command);
-        live.says("joined, 1 now");
+        live.wait_for_note("joined, 1 now");
         let mut lines = BufReader::new(peer.0.stdout.take().unwrap()).lines();
         let mut valid = 0;
         for number in 0..40 {
@@ -231,9 +232,9 @@ fn receivers_of_version_one_are_served_by_the_program() {
     let mut command = openigtlink("ReceiveClient");
     command.args(["127.0.0.1", &port.to_string()]);
     let mut peer = Peer::start(command);
-    live.says("joined, 1 now");
-    send_until(&server, &mut peer, |said| {
-        let count = said.matches("Receiving TRANSFORM data type.").count();
+    live.wait_for_note("joined, 1 now");
+    send_until(&server, &mut peer, |printed| {
+        let count = printed.matches("Receiving TRANSFORM data type.").count();
         (count >= 10).then_some(())
     });
     // One that asks is known by its question.
@@ -241,9 +242,9 @@ fn receivers_of_version_one_are_served_by_the_program() {
     let mut command = openigtlink("TrackingDataClient");
     command.args(["127.0.0.1", &port.to_string(), "40"]);
     let mut peer = Peer::start(command);
-    live.says("joined, 1 now");
-    send_until(&server, &mut peer, |said| {
-        said.contains("Name       : ProbeToTracker").then_some(())
+    live.wait_for_note("joined, 1 now");
+    send_until(&server, &mut peer, |printed| {
+        printed.contains("Name       : ProbeToTracker").then_some(())
     });
 }
 
@@ -253,8 +254,8 @@ fn the_librarys_tracker_server_is_received() {
     let mut command = openigtlink("TrackerServer");
     command.args([&address.port().to_string(), "40"]);
     let _peer = Peer::start(command);
-    let (_client, heard) = listen(ClientOptions::to(address.to_string()));
-    let message = heard.wait_for("a transform", Some);
+    let (_client, events) = listen(ClientOptions::to(address.to_string()));
+    let message = events.wait_for("a transform", Some);
     assert_eq!(message.device, "Tracker");
     assert!(matches!(message.content, Content::Transform(_)), "{message:?}");
 
@@ -264,8 +265,8 @@ fn the_librarys_tracker_server_is_received() {
     let _peer = Peer::start(command);
     let mut options = ClientOptions::to(address.to_string());
     options.tracking_ms = Some(25);
-    let (_client, heard) = listen(options);
-    let tools = heard.wait_for("tracking data", |message| match message.content {
+    let (_client, events) = listen(options);
+    let tools = events.wait_for("tracking data", |message| match message.content {
         Content::Tracking(tools) => Some(tools),
         _ => None,
     });
@@ -284,8 +285,8 @@ fn the_librarys_clients_receive_our_data() {
     let mut command = openigtlink("ReceiveClient");
     command.args(["127.0.0.1", &server.address().port().to_string()]);
     let mut peer = Peer::start(command);
-    send_until(&server, &mut peer, |said| {
-        let count = said.matches("Receiving TRANSFORM data type.").count();
+    send_until(&server, &mut peer, |printed| {
+        let count = printed.matches("Receiving TRANSFORM data type.").count();
         (count >= 10).then_some(())
     });
 
@@ -293,8 +294,8 @@ fn the_librarys_clients_receive_our_data() {
     let mut command = openigtlink("TrackingDataClient");
     command.args(["127.0.0.1", &server.address().port().to_string(), "40"]);
     let mut peer = Peer::start(command);
-    send_until(&server, &mut peer, |said| {
-        let tells = ["Receiving : RTS_TDATA", "Name       : ProbeToTracker", "Type       : 2"];
-        tells.iter().all(|tell| said.contains(tell)).then_some(())
+    send_until(&server, &mut peer, |printed| {
+        let parts = ["Receiving : RTS_TDATA", "Name       : ProbeToTracker", "Type       : 2"];
+        parts.iter().all(|part| printed.contains(part)).then_some(())
     });
 }

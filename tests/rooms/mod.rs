@@ -347,7 +347,7 @@ fn judged(cases: &[Case], figure: Metric) -> (f64, usize, f64) {
 struct Compared {
     all: usize,
     holding: usize,
-    told: usize,
+    named: usize,
     wrong: usize,
 }
 
@@ -368,7 +368,7 @@ fn compared(cases: &[Case], figure: Metric) -> Compared {
                 continue;
             }
         };
-        found.told += 1;
+        found.named += 1;
         found.wrong += usize::from(side * truth < 0.0);
     }
     found
@@ -378,7 +378,7 @@ fn compared(cases: &[Case], figure: Metric) -> Compared {
 fn intervals_hold_in_rooms_no_model_can_represent() {
     let cases = cases(1..7);
     assert_eq!(cases.len(), 30);
-    let mut told = Compared::default();
+    let mut sums = Compared::default();
     for figure in Metric::bounded() {
         let (ratio, holding, _) = judged(&cases, figure);
         // The logarithm of a case's ratio scatters by 0.25, the median's by 0.06; four tools of a
@@ -390,12 +390,12 @@ fn intervals_hold_in_rooms_no_model_can_represent() {
         assert_eq!(compared.all, 24);
         // Of 24 that hold with 90 %, 18 or fewer do once in 40 times.
         assert!(compared.holding >= 19, "{figure:?}: {}", compared.holding);
-        told.told += compared.told;
-        told.wrong += compared.wrong;
+        sums.named += compared.named;
+        sums.wrong += compared.wrong;
     }
     // Some differences are large enough to be told, and one in twenty may be told wrong.
-    assert!(told.told >= 10, "{}", told.told);
-    assert!(20 * told.wrong <= told.told, "{} of {}", told.wrong, told.told);
+    assert!(sums.named >= 10, "{}", sums.named);
+    assert!(20 * sums.wrong <= sums.named, "{} of {}", sums.wrong, sums.named);
 }
 
 /// The figures of the method page: `cargo test --release --no-default-features -- --ignored
@@ -407,9 +407,9 @@ fn rooms_of_the_method_page() {
     let cases = cases(1..25);
     println!("{} tools", cases.len());
     let percent = |part: usize, of: usize| 100.0 * part as f64 / of as f64;
-    let is_asked =
+    let is_listed =
         |figure: &Metric| matches!(figure.summary, Summary::Rms | Summary::P95 | Summary::Max);
-    for figure in METRICS.into_iter().filter(is_asked) {
+    for figure in METRICS.into_iter().filter(is_listed) {
         let (ratio, holding, width) = judged(&cases, figure);
         let compared = compared(&cases, figure);
         let k = figure.index();
@@ -421,7 +421,7 @@ fn rooms_of_the_method_page() {
             percent(compared.holding, compared.all),
             compared.all,
             compared.wrong,
-            compared.told
+            compared.named
         );
     }
 }

@@ -236,7 +236,7 @@ fn correlated_noise_does_not_narrow_the_intervals() {
     let scenario = scenario(6);
     let exact = exact_rows(&scenario, 400);
     let mut seeded = Seeded::new(7);
-    let (mut mean_held, mut part_held, mut naive_held, mut worth) = (0, 0, 0, 0.0);
+    let (mut mean_held, mut part_held, mut naive_held, mut mean_effective) = (0, 0, 0, 0.0);
     for _ in 0..200 {
         let mut rows = exact.clone();
         let (mut error, mut noise) = (Vector::zeros(), Vector::zeros());
@@ -248,7 +248,7 @@ fn correlated_noise_does_not_narrow_the_intervals() {
             row.measured_rad = None;
         }
         let found = judged(&scenario, rows);
-        worth += found.effective / 200.0;
+        mean_effective += found.effective / 200.0;
         let bias = found.position_mm.bias.unwrap();
         let half = bias.half_width.unwrap()[0];
         mean_held += usize::from(bias.mean[0].abs() < half);
@@ -260,7 +260,7 @@ fn correlated_noise_does_not_narrow_the_intervals() {
         part_held += usize::from((part.low.unwrap()..=part.high.unwrap()).contains(&truth));
     }
     // (1 − a) / (1 + a) of 400 are 44.
-    assert!((33.0..=60.0).contains(&worth), "{worth}");
+    assert!((33.0..=60.0).contains(&mean_effective), "{mean_effective}");
     let part = |count: usize| f64::from(count as u32) / 200.0;
     let all = format!("{mean_held} {part_held} {naive_held}");
     // Blocks of a series that is worth 44 poses are known to cover a few percent less than they
@@ -388,12 +388,12 @@ fn unusable_recordings_are_refused_with_the_reason() {
         row.outside = 1;
     }
     let away = refused(outside, quick());
-    let is_said = matches!(away, AgreementError::TooFew { used: 0, outside: 20, .. });
-    assert!(is_said, "{away}");
+    let is_reported = matches!(away, AgreementError::TooFew { used: 0, outside: 20, .. });
+    assert!(is_reported, "{away}");
     let wrong = AgreementSettings { averaged: 0.0, ..quick() };
     assert!(refused(rows.clone(), wrong).to_string().contains("mean of"));
-    let unsaid = AgreementSettings { keeps_unsupported: false, ..quick() };
-    assert_eq!(refused(rows.clone(), unsaid), AgreementError::NoSupport);
+    let without_doubtful = AgreementSettings { keeps_unsupported: false, ..quick() };
+    assert_eq!(refused(rows.clone(), without_doubtful), AgreementError::NoSupport);
 
     let mut truth = true_poses(20, 3);
     truth[4].translation.vector.x = f64::INFINITY;

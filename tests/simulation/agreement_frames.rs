@@ -62,8 +62,8 @@ fn a_frame_mismatch_reports_rotation_and_translation() {
     // What is left is no more than what the field does.
     assert!(common.left_rms_mm <= *predicted_max_mm, "{found:?}");
     assert!((common.turn_deg - 0.5_f64.to_degrees()).abs() < 3.0, "{found:?}");
-    let said = found.to_string();
-    assert!(said.contains("different frames"), "{said}");
+    let text = found.to_string();
+    assert!(text.contains("different frames"), "{text}");
 }
 
 #[test]
@@ -76,8 +76,8 @@ fn rows_of_other_moments_are_apart_in_every_frame() {
         row.measured_mm += tips[(7 * k + 3) % count] - tips[k];
     }
     let found = frame_mismatch(&scenario, &mixed).unwrap();
-    let said = found.to_string();
-    assert!(said.contains("no common frame explains it"), "{said}");
+    let text = found.to_string();
+    assert!(text.contains("no common frame explains it"), "{text}");
 }
 
 #[test]

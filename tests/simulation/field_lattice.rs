@@ -67,18 +67,18 @@ fn a_corrections_end_is_measured_where_it_begins() {
     };
     let found = sample_field(&model, &plan, &Task::default()).unwrap();
     let turn = exp_vector(&axis_rotation(&Vector3::z_axis(), &axis).vector_rad);
-    let mut told = 0;
+    let mut finite = 0;
     for (at, correction) in found.points().zip(&found.displacement_mm) {
         // The axis that reads so is not known here; that it hardly turns is.
         let nearly =
             model.distort(&pose_from_parts(at.coords + correction, turn), OutsidePolicy::Clamp);
         if correction.x.is_finite() {
-            told += 1;
+            finite += 1;
             let off = (nearly.0.translation.vector - at.coords).norm();
             assert!(off < 0.2 * correction.norm().max(0.1), "{off} {correction}");
         }
     }
-    assert!(told > found.displacement_mm.len() / 2, "{told}");
+    assert!(finite > found.displacement_mm.len() / 2, "{finite}");
 }
 
 #[test]

@@ -108,39 +108,39 @@ fn a_step_stays_decided_until_an_input_changes() {
     let found = judged(decided());
     assert_eq!((found.crf.state, found.tool.state), (State::Decided, State::Decided));
 
-    let told = |plan: Plan, step: Step| {
+    let changes_of = |plan: Plan, step: Step| {
         let found = judged(plan);
         assert_eq!(found.state(step), State::DecidedOnOtherFigures);
         let changes = found.changes(step).iter();
         changes.map(ToString::to_string).collect::<Vec<_>>()
     };
     let stricter = bounded(decided(), Some(9.0));
-    assert_eq!(told(stricter, Step::Tool), ["required position_rms was 10, is 9"]);
+    assert_eq!(changes_of(stricter, Step::Tool), ["required position_rms was 10, is 9"]);
     let mut fewer = decided();
     fewer.rooms.pop();
-    assert_eq!(told(fewer.clone(), Step::Tool), ["gone.env.ron: not judged any more"]);
-    assert_eq!(told(fewer, Step::Crf).len(), plan().crf_targets.len());
+    assert_eq!(changes_of(fewer.clone(), Step::Tool), ["gone.env.ron: not judged any more"]);
+    assert_eq!(changes_of(fewer, Step::Crf).len(), plan().crf_targets.len());
     let mut more = decided();
     let mut attic = more.rooms[1].clone();
     attic.name.file = "attic.env.ron".to_owned();
     more.rooms.push(attic);
-    assert_eq!(told(more.clone(), Step::Tool), ["attic.env.ron: not judged then"]);
+    assert_eq!(changes_of(more.clone(), Step::Tool), ["attic.env.ron: not judged then"]);
     more.rooms[2].is_for_now = true;
     assert_eq!(judged(more).tool.state, State::Decided);
     let mut lost = decided();
     lost.rooms[0].studies = Err("lost".to_owned());
-    assert_eq!(told(lost, Step::Tool), ["own.env.ron: no figures any more: lost"]);
+    assert_eq!(changes_of(lost, Step::Tool), ["own.env.ron: no figures any more: lost"]);
     let mut found_again = decided();
     found_again.rooms[1].studies = found_again.rooms[0].studies.clone();
-    assert_eq!(told(found_again, Step::Tool), ["gone.env.ron: has figures, had none"]);
+    assert_eq!(changes_of(found_again, Step::Tool), ["gone.env.ron: has figures, had none"]);
     let mut moved = decided();
     if let Ok(studies) = &mut moved.rooms[0].studies {
         studies.tool.crf_from_tool.translation.vector.y += 15.0;
     }
-    let told_of_moved = told(moved, Step::Tool);
+    let moved_changes = changes_of(moved, Step::Tool);
     assert!(
-        told_of_moved.iter().any(|told| told.contains("tip error RMS was ")),
-        "{told_of_moved:?}"
+        moved_changes.iter().any(|change| change.contains("tip error RMS was ")),
+        "{moved_changes:?}"
     );
 }
 
@@ -163,7 +163,7 @@ fn a_missing_recording_invalidates_its_decision() {
     assert_eq!(found.built.state, State::Decided);
     let found = judged(with(Some(Err("a.csv: no such file".to_owned()))));
     assert_eq!(found.built.state, State::DecidedOnOtherFigures);
-    let told = found.changes(Step::Built)[0].to_string();
-    assert_eq!(told, "no figures any more: a.csv: no such file");
+    let change = found.changes(Step::Built)[0].to_string();
+    assert_eq!(change, "no figures any more: a.csv: no such file");
     assert!(matches!(found.basis(Step::Built), Err(Undecidable::NoFigures { .. })));
 }

@@ -45,8 +45,8 @@ fn slice_support_is_the_fit_validity_at_each_point() {
     let found = supported(&scenario, Quantity::PositionErrorMm);
     for (i, is_supported) in found.iter().enumerate() {
         let at = plan.point_mm(i % plan.counts[0], i / plan.counts[0]);
-        let said = support.at(&at, &plan.sensor_axis, OutsidePolicy::Clamp);
-        assert_eq!(*is_supported, said.is_valid, "{at}");
+        let expected = support.at(&at, &plan.sensor_axis, OutsidePolicy::Clamp);
+        assert_eq!(*is_supported, expected.is_valid, "{at}");
     }
     assert!(found.iter().any(|s| *s) && found.iter().any(|s| !s));
 }

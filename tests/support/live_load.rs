@@ -35,7 +35,7 @@ pub fn tracker(address: SocketAddr) -> Server {
 
 /// What one client heard.
 #[derive(Clone, Debug, Default)]
-pub struct Heard {
+pub struct Received {
     pub transforms: u64,
     /// By tool: the last number, and the numbers missing before each that came.
     pub last: BTreeMap<String, u32>,
@@ -43,7 +43,7 @@ pub struct Heard {
     /// Transforms that were not newer than the one before.
     pub old: u64,
     /// Transforms of tools that had been said not to be good and not to be good again.
-    pub unsaid: u64,
+    pub not_good: u64,
     /// Transforms that said to be later than the relay's own bound.
     pub late: u64,
     /// From the tracker to here.
@@ -65,7 +65,7 @@ pub struct Outcome {
     /// The first and the last frame that nobody could hear.
     pub away: Gap,
     /// The first was killed.
-    pub heard: Vec<Heard>,
+    pub received: Vec<Received>,
     /// Resident memory of the relay, at times.
     pub memory: Vec<(u32, u64)>,
 }
@@ -121,9 +121,9 @@ pub fn run(
             memory_at.push((frame / load.rate_hz, memory()));
         }
     }
-    let join = |thread: std::thread::JoinHandle<Heard>| thread.join().unwrap();
-    let heard = threads.into_iter().map(join).collect();
-    Outcome { frames, away, heard, memory: memory_at }
+    let join = |thread: std::thread::JoinHandle<Received>| thread.join().unwrap();
+    let received = threads.into_iter().map(join).collect();
+    Outcome { frames, away, received, memory: memory_at }
 }
 
 /// The last bits of a timestamp, 0.24 ms, in which a message has the number of its frame: a room
@@ -151,8 +151,8 @@ fn frame_of(message: &Message) -> u32 {
 }
 
 /// Counts until every tool's last number has come, or the connection ends.
-fn receive(mut reader: Reader, tools: u32, frames: u32) -> Heard {
-    let mut heard = Heard::default();
+fn receive(mut reader: Reader, tools: u32, frames: u32) -> Received {
+    let mut received = Received::default();
     let mut latencies = Latencies::default();
     let mut is_good: BTreeMap<String, bool> = BTreeMap::new();
     let mut done = 0;
@@ -166,22 +166,22 @@ fn receive(mut reader: Reader, tools: u32, frames: u32) -> Heard {
             continue;
         }
         let number = frame_of(&message);
-        heard.transforms += 1;
-        heard.unsaid += u64::from(is_good.get(&message.device) == Some(&false));
+        received.transforms += 1;
+        received.not_good += u64::from(is_good.get(&message.device) == Some(&false));
         let latency_ms = message.extension.as_ref().map(|e| e.get(described::LATENCY_MS));
         let latency_ms = latency_ms.flatten().and_then(|ms| ms.parse::<f64>().ok());
         let bound_ms = 1e3 * RelayOptions::STALE_AFTER.as_secs_f64();
-        heard.late += u64::from(latency_ms.is_none_or(|ms| ms > bound_ms));
+        received.late += u64::from(latency_ms.is_none_or(|ms| ms > bound_ms));
         let taken_s = Timestamp::now().seconds_since(message.timestamp);
         latencies.record(Duration::try_from_secs_f64(taken_s).unwrap_or_default());
-        let last = heard.last.insert(message.device, number).unwrap_or(0);
+        let last = received.last.insert(message.device, number).unwrap_or(0);
         if number <= last {
-            heard.old += 1;
+            received.old += 1;
         } else if number > last + 1 {
-            heard.gaps.push(Gap { first: last + 1, last: number - 1 });
+            received.gaps.push(Gap { first: last + 1, last: number - 1 });
         }
         done += u32::from(number == frames);
     }
-    heard.latency = latencies.summary();
-    heard
+    received.latency = latencies.summary();
+    received
 }

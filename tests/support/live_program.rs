@@ -40,10 +40,10 @@ impl Live {
     pub fn run(mut program: Command) -> Self {
         let mut child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let stderr = child.stderr.take().unwrap();
-        let (told, notes) = channel();
+        let (sender, notes) = channel();
         std::thread::spawn(move || {
             for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                if told.send(line).is_err() {
+                if sender.send(line).is_err() {
                     return;
                 }
             }
@@ -53,15 +53,15 @@ impl Live {
 
     /// The first note with a text in it.
     #[track_caller]
-    pub fn says(&self, text: &str) -> String {
+    pub fn wait_for_note(&self, text: &str) -> String {
         let end = Instant::now() + PATIENCE;
-        let mut said = Vec::new();
+        let mut others = Vec::new();
         loop {
             let left = end.saturating_duration_since(Instant::now());
             match self.notes.recv_timeout(left) {
                 Ok(note) if note.contains(text) => return note,
-                Ok(note) => said.push(note),
-                Err(_) => panic!("{text:?} is not in {said:?}"),
+                Ok(note) => others.push(note),
+                Err(_) => panic!("{text:?} is not in {others:?}"),
             }
         }
     }

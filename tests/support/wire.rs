@@ -17,8 +17,8 @@ pub struct Events<T>(Receiver<T>);
 
 /// Somewhere to tell to, and the other end.
 pub fn events<T>() -> (Sender<T>, Events<T>) {
-    let (told, events) = channel();
-    (told, Events(events))
+    let (sender, events) = channel();
+    (sender, Events(events))
 }
 
 impl<T: std::fmt::Debug> Events<T> {
@@ -48,7 +48,7 @@ impl<T: std::fmt::Debug> Events<T> {
 
 /// Waits, where nothing tells that it is time.
 pub fn rest(time: Duration) {
-    let (_told, events) = channel::<()>();
+    let (_sender, events) = channel::<()>();
     let _ = events.recv_timeout(time);
 }
 

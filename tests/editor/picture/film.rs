@@ -41,8 +41,11 @@ fn a_turntable_starts_at_the_still_picture() {
         let changed = frames[a].differences(&frames[b]);
         assert!(changed > 1000, "{a} and {b}: {changed}");
     }
-    let said = String::from_utf8(output.stdout).unwrap();
-    assert!(said.starts_with("ffmpeg -framerate 4 -i ") && said.contains("-frames:v 4"), "{said}");
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        stdout.starts_with("ffmpeg -framerate 4 -i ") && stdout.contains("-frames:v 4"),
+        "{stdout}"
+    );
 }
 
 #[test]
@@ -59,8 +62,8 @@ fn a_motion_ends_at_the_last_trial() {
     for (a, b) in [(0, 1), (1, 2), (0, 2)] {
         assert!(frames[a].differences(&frames[b]) > 20, "{a} and {b}");
     }
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("poses; --seconds "), "{said}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains("poses; --seconds "), "{stderr}");
 }
 
 #[cfg(unix)]
@@ -101,8 +104,8 @@ fn an_encoder_receives_every_byte() {
     assert_ne!(first, second);
     let output = run("cat > /dev/null\necho 'no space left' >&2\nexit 1");
     assert_eq!(output.status.code(), Some(2), "{output:?}");
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("ffmpeg failed") && said.contains("no space left"), "{said}");
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(stderr.contains("ffmpeg failed") && stderr.contains("no space left"), "{stderr}");
     // The first video is as it was, and nothing lies beside it.
     assert_eq!(fs::read(scratch.path("turn.mp4")).unwrap(), bytes);
     assert_eq!(fs::read_dir(encoder.parent().unwrap()).unwrap().count(), 2);
@@ -119,8 +122,8 @@ fn impossible_videos_fail_before_painting() {
         (&["-o", "a.mp4", "--turntable", "--motion"], "cannot be used with"),
         (&["-o", "a.png", "--seconds", "3"], "--turntable"),
     ] {
-        let said = fail(&[&["render", &design], more].concat());
-        assert!(said.contains(why), "{more:?}: {said}");
+        let error = fail(&[&["render", &design], more].concat());
+        assert!(error.contains(why), "{more:?}: {error}");
     }
 }
 

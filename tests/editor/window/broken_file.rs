@@ -37,10 +37,10 @@ fn a_broken_file_leaves_the_document() {
     let before = kept(&window);
     for file in files {
         open_with_keys(&mut window, &file);
-        let told = fail(&["simulate", &text(&file), "--mode", "single"]);
-        let told = told.trim_end().strip_prefix("error: ").unwrap();
+        let error = fail(&["simulate", &text(&file), "--mode", "single"]);
+        let error = error.trim_end().strip_prefix("error: ").unwrap();
         let shown = window.last("dialog").unwrap();
-        assert_eq!(shown, format!("error The design cannot be opened: {told}"));
+        assert_eq!(shown, format!("error The design cannot be opened: {error}"));
         assert_eq!(kept(&window), before);
         window.key("Return");
         assert_eq!(window.last("dialog"), Some("none"));

@@ -36,7 +36,7 @@ impl Turn {
 pub struct Window {
     program: Child,
     lines: Receiver<String>,
-    told: Vec<String>,
+    printed: Vec<String>,
     pub screen: Screen,
     /// Recovery files and the like are this window's own.
     _state: Option<tempfile::TempDir>,
@@ -89,14 +89,14 @@ impl Window {
         let mut window = Self {
             program,
             lines,
-            told: Vec::new(),
+            printed: Vec::new(),
             screen,
             _state: None,
             id: String::new(),
             _turn: None,
         };
-        window.wait_for("its first figures", |told| {
-            told.iter().any(|line| line.starts_with("result "))
+        window.wait_for("its first figures", |printed| {
+            printed.iter().any(|line| line.starts_with("result "))
         });
         let named = ["search", "--sync", "--onlyvisible", "--limit", "1", "--name", "trackwright$"];
         window.id = window.xdotool(&named);
@@ -212,7 +212,7 @@ impl Window {
 
     /// The value of the newest line that begins with a word: `last("dialog")`.
     pub fn last(&self, word: &str) -> Option<&str> {
-        last_of(&self.told, word)
+        last_of(&self.printed, word)
     }
 
     /// A field of the newest line about the document, such as `dirty` or `undo`.
@@ -238,10 +238,10 @@ impl Window {
 
     /// The newest figures, in order.
     pub fn figures(&self) -> Vec<Figure> {
-        let newest = revision_of(&self.told, "result").expect("figures");
+        let newest = revision_of(&self.printed, "result").expect("figures");
         let newest = format!("result revision={newest} ");
         let rows: Vec<Figure> = self
-            .told
+            .printed
             .iter()
             .filter_map(|line| line.strip_prefix(&newest))
             .filter_map(|row| row.rsplit_once('='))
@@ -267,7 +267,7 @@ impl Window {
         let start = Instant::now();
         loop {
             let is_quiet = self.listen(REST) == 0;
-            if is_quiet && is_solved(&self.told) {
+            if is_quiet && is_solved(&self.printed) {
                 return;
             }
             assert!(start.elapsed() < PATIENCE, "never at rest; {}", self.newest());
@@ -277,7 +277,7 @@ impl Window {
     /// Waits until what was told so far is as wanted.
     #[track_caller]
     pub fn wait_for(&mut self, what: &str, is_there: impl Fn(&[String]) -> bool) {
-        self.poll(what, |window| is_there(&window.told));
+        self.poll(what, |window| is_there(&window.printed));
     }
 
     #[track_caller]
@@ -293,29 +293,29 @@ impl Window {
 
     /// Takes in the lines that come until none came for so long; how many there were.
     pub fn listen(&mut self, pause: Duration) -> usize {
-        let before = self.told.len();
+        let before = self.printed.len();
         loop {
             match self.lines.recv_timeout(pause) {
-                Ok(line) => self.told.push(line),
+                Ok(line) => self.printed.push(line),
                 Err(RecvTimeoutError::Timeout) => break,
                 Err(RecvTimeoutError::Disconnected) => {
                     panic!("the program has ended; {}", self.newest())
                 }
             }
         }
-        self.told.len() - before
+        self.printed.len() - before
     }
 
     /// The first line within so long, if there is one.
     pub fn next_line(&mut self, within: Duration) -> Option<String> {
         let line = self.lines.recv_timeout(within).ok()?;
-        self.told.push(line.clone());
+        self.printed.push(line.clone());
         Some(line)
     }
 
     fn newest(&self) -> String {
-        let from = self.told.len().saturating_sub(12);
-        format!("the last it told:\n{}", self.told[from..].join("\n"))
+        let from = self.printed.len().saturating_sub(12);
+        format!("the last it told:\n{}", self.printed[from..].join("\n"))
     }
 }
 
@@ -327,8 +327,8 @@ impl Drop for Window {
     }
 }
 
-fn last_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {
-    told.iter().rev().find_map(|line| line.strip_prefix(word)?.strip_prefix(' '))
+fn last_of<'a>(printed: &'a [String], word: &str) -> Option<&'a str> {
+    printed.iter().rev().find_map(|line| line.strip_prefix(word)?.strip_prefix(' '))
 }
 
 /// `revision=3 dirty=true undo=Move sensor shaft redo=none`: a value reaches to the next name.
@@ -343,22 +343,22 @@ fn field_of<'a>(line: &'a str, field: &str) -> &'a str {
 }
 
 /// Whether the newest figures are those of the newest document.
-fn is_solved(told: &[String]) -> bool {
-    let figures = revision_of(told, "result");
-    let is_shown = figures.is_some() && figures == revision_of(told, "document");
-    is_shown && figures.is_none_or(|revision| is_expected_answered(told, revision))
+fn is_solved(printed: &[String]) -> bool {
+    let figures = revision_of(printed, "result");
+    let is_shown = figures.is_some() && figures == revision_of(printed, "document");
+    is_shown && figures.is_none_or(|revision| is_expected_answered(printed, revision))
 }
 
 /// Whether nothing that is to be expected of a revision is still being computed.
-fn is_expected_answered(told: &[String], revision: &str) -> bool {
+fn is_expected_answered(printed: &[String], revision: &str) -> bool {
     let of_it = format!("expected revision={revision} ");
-    let mut lines = told.iter().rev();
+    let mut lines = printed.iter().rev();
     let newest = lines.find_map(|line| line.strip_prefix(&of_it));
     newest != Some("computing")
 }
 
-fn revision_of<'a>(told: &'a [String], word: &str) -> Option<&'a str> {
-    last_of(told, word)?.strip_prefix("revision=")?.split(' ').next()
+fn revision_of<'a>(printed: &'a [String], word: &str) -> Option<&'a str> {
+    last_of(printed, word)?.strip_prefix("revision=")?.split(' ').next()
 }
 
 /// What `simulate --mode motion` prints as text for a design, as rows of the result panel.

@@ -28,8 +28,8 @@ fn a_slice_is_evaluated_only_while_on() {
 
     let evaluations = window.counter("study_evaluations");
     window.click(switch);
-    window.wait_for("a second slice", |told| {
-        told.iter().any(|line| line.starts_with("counters ") && line.contains(" slices=2 "))
+    window.wait_for("a second slice", |lines| {
+        lines.iter().any(|line| line.starts_with("counters ") && line.contains(" slices=2 "))
     });
     assert_eq!(window.counter("slice_evaluations"), 2 * points);
     assert_eq!(window.counter("study_evaluations"), evaluations, "a view is no edit");

@@ -30,8 +30,8 @@ impl Screen {
             .expect("Xvfb runs (Debian package xvfb)");
         // The server chooses a free number and tells it once it listens.
         let mut number = String::new();
-        let told = server.stdout.take().expect("a pipe");
-        BufReader::new(told).read_line(&mut number).expect("Xvfb tells its display");
+        let stdout = server.stdout.take().expect("a pipe");
+        BufReader::new(stdout).read_line(&mut number).expect("Xvfb tells its display");
         let name = format!(":{}", number.trim());
         let (connection, index) = x11rb::connect(Some(&name)).expect("Xvfb answers");
         let root = connection.setup().roots[index].root;

@@ -20,13 +20,13 @@ fn sheets_without_tolerances_state_the_reason() {
         assert!(reason(&none).contains("states no requirement"));
     }
     let missed = Scenario { requirement: Some(at_most_mm(0.01)), ..good.clone() };
-    let said = reason(&missed);
-    assert!(said.contains("position_max is") && said.contains("0.01"), "{said}");
+    let text = reason(&missed);
+    assert!(text.contains("position_max is") && text.contains("0.01"), "{text}");
     let mut outside = good.clone();
     outside.outside = OutsidePolicy::Reject;
     outside.crf_from_tool = Pose::translation(5000.0, 0.0, 0.0);
-    let said = reason(&outside);
-    assert!(said.contains("all 3375 trials were left out"), "{said}");
+    let text = reason(&outside);
+    assert!(text.contains("all 3375 trials were left out"), "{text}");
     let mut bare = good.clone();
     bare.tool.sensors.clear();
     assert!(reason(&bare).contains("has no sensors"));
