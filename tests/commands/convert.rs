@@ -49,7 +49,7 @@ fn real_definitions_round_trip_to_the_byte() {
 }
 
 #[test]
-fn trailing_bytes_and_a_long_makers_name_are_said() {
+fn trailing_bytes_and_a_long_name_are_reported() {
     let Some(files) = roms() else { return };
     let file = &files[files.iter().position(|f| text(f).contains("8a41d90b")).unwrap()];
     let scratch = Scratch::new();

@@ -82,7 +82,7 @@ fn the_crf_error_is_measured_at_the_target() {
 }
 
 #[test]
-fn what_the_crfs_study_cannot_be_is_said() {
+fn unsupported_crf_studies_are_refused() {
     let endoscope = built_in("endoscope");
     let why = fail(&["simulate", &endoscope, "--mode", "single", "--body", "crf"]);
     assert!(why.contains("endoscope") && why.contains("no CRF"), "{why}");

@@ -100,7 +100,7 @@ fn poses_in_metres_are_refused_as_measurements_are() {
 }
 
 #[test]
-fn poses_on_other_axes_than_the_room_are_told() {
+fn poses_on_other_axes_than_the_room_are_reported() {
     let scratch = Scratch::new();
     scratch.succeed(fit(GOOD));
     for (sign, is_reported) in [(1, true), (-1, false)] {

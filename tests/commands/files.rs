@@ -178,7 +178,7 @@ fn no_command_writes_over_its_input() {
 }
 
 #[test]
-fn a_document_that_is_there_stays_unless_told() {
+fn an_existing_document_stays_without_overwrite() {
     let scratch = folder();
     let design = fs::read(scratch.path("d/other.design.ron")).unwrap();
     for writer in WRITERS.iter().filter(|w| can_run(w)) {

@@ -184,7 +184,7 @@ fn a_served_tool_is_where_its_sensors_are() {
 }
 
 #[test]
-fn an_end_after_seconds_says_that_nothing_came() {
+fn an_end_after_seconds_reports_that_nothing_came() {
     let connect = free_address().to_string();
     let end = json(&["live", "--connect", &connect, "--seconds", "0.3"]);
     assert_eq!((&end["connections"], &end["messages"]), (&Value::from(0), &Value::from(0)));
@@ -192,7 +192,7 @@ fn an_end_after_seconds_says_that_nothing_came() {
 }
 
 #[test]
-fn at_its_end_clients_hear_that_the_session_ends() {
+fn at_its_end_clients_receive_the_sessions_end() {
     let (server, live, mut viewer) = session(&[]);
     send(&server, "Probe", 1);
     assert_eq!(number_of(&viewer.next_transform()), Some(1));

@@ -111,7 +111,7 @@ fn frames_with_outside_markers_are_left_out() {
 }
 
 #[test]
-fn distort_and_fit_tell_how_many_are_outside() {
+fn distort_and_fit_report_how_many_are_outside() {
     let scratch = Scratch::new();
     let (room, bounds) = room(&scratch);
     let poses = rotations(&bounds);

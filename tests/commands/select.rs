@@ -228,7 +228,7 @@ fn poses_and_sensors_are_both_reported() {
 }
 
 #[test]
-fn a_fit_says_which_hold_out_its_choice_is_of() {
+fn a_fit_states_which_hold_out_its_choice_is_of() {
     let scratch = Scratch::new();
     let data = sensor_table(&scratch, "sensors.csv");
     let fit = |extra: &str| scratch.json(format!("fit {data} -o s.env.ron {extra}"));
@@ -267,7 +267,7 @@ fn sensor_differences_widen_other_sensors_errors() {
 }
 
 #[test]
-fn hold_outs_that_cannot_be_made_say_why() {
+fn hold_outs_that_cannot_be_made_state_why() {
     let scratch = Scratch::new();
     quadratic_table(&scratch.path("q.csv"), 60);
     let table = scratch.read("q.csv");

@@ -46,7 +46,7 @@ fn an_impossible_folder_fails_before_the_work() {
 }
 
 #[test]
-fn help_says_what_it_takes_and_how_it_ends() {
+fn help_states_arguments_and_exit_status() {
     // Lines are broken where the terminal ends.
     let help = succeed(&["stability", "--help"]);
     let help = help.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -23,7 +23,7 @@ fn support_of(scratch: &Scratch, poses: &str) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn distort_adds_where_the_model_may_be_believed() {
+fn distort_adds_where_the_model_is_valid() {
     let scratch = Scratch::new();
     fit(&scratch, "room.env.ron", "--order 2 --directions 14");
     // A sample, the middle of the room, and a metre away.
@@ -52,7 +52,7 @@ fn distort_adds_where_the_model_may_be_believed() {
 }
 
 #[test]
-fn a_position_only_table_has_no_angles_to_tell_of() {
+fn a_position_only_table_reports_no_angles() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
     let columns = [0, 1, 2, 7, 8, 9];

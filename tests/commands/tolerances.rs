@@ -79,7 +79,7 @@ fn the_sheet_states_missed_requirements() {
 }
 
 #[test]
-fn what_cannot_be_asked_for_is_refused() {
+fn bad_arguments_of_tolerances_are_refused() {
     let pointer = design("pointer-on-head");
     for draws in ["0", "1000001", "many"] {
         let error = fail(&["tolerances", &pointer, "--check", draws]);

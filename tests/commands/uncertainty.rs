@@ -110,7 +110,7 @@ fn without_uncertainty_nothing_is_added() {
 }
 
 #[test]
-fn what_cannot_be_asked_is_refused_with_what_can() {
+fn unusable_options_are_refused_with_the_remedy() {
     let scratch = room("");
     for (args, words) in [
         (

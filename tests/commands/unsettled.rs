@@ -69,7 +69,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
 }
 
 #[test]
-fn one_statement_says_what_is_assumed() {
+fn one_statement_names_what_is_assumed() {
     let scratch = designs("--no-support");
     let one = ONE_SENSOR;
     let words = scratch.succeed(format!("simulate {one} --mode motion"));

@@ -89,7 +89,7 @@ fn the_crf_recording_is_optional() {
 }
 
 #[test]
-fn moments_of_one_body_alone_are_counted_and_told() {
+fn moments_of_one_body_are_counted_and_reported() {
     let (scratch, design) = recorded_design("pointer-on-head");
     let rows = scratch.read("r.csv").lines().count() - 1;
     let names = ["x", "y", "z", "qw", "qx", "qy", "qz"];
@@ -226,7 +226,7 @@ fn unusable_built_tool_recordings_are_refused() {
 }
 
 #[test]
-fn a_real_pivot_has_the_error_that_pivot_says() {
+fn a_real_pivot_has_the_error_that_pivot_reports() {
     let Some(file) = third_party("pivot/poses-57.txt") else {
         return;
     };

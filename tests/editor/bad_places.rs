@@ -109,7 +109,7 @@ fn a_full_disk_leaves_the_old_file_whole() {
 }
 
 #[test]
-fn the_second_editor_to_save_is_asked() {
+fn the_second_editor_to_save_gets_a_dialog() {
     let (folder, file) = saved();
     let (mut one, mut other) = (open(&file), open(&file));
     move_tool(&mut one, 9.0);

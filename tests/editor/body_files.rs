@@ -152,7 +152,7 @@ fn a_dropped_definition_is_one_undo_step() {
 }
 
 #[test]
-fn without_a_selection_the_body_is_asked_for() {
+fn without_a_selection_a_dialog_selects_the_body() {
     let (folder, mut app) = app();
     let rom = write(&folder, "8700339.rom", &markers());
     drop_file(&mut app, &rom);

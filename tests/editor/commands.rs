@@ -43,7 +43,7 @@ fn of_key(
 }
 
 #[test]
-fn shift_tells_redo_from_undo() {
+fn shift_distinguishes_redo_from_undo() {
     let app = app();
     let design = workspaces::design::WORKSPACE;
     for (key, modifiers, command) in [

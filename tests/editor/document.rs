@@ -93,7 +93,7 @@ fn a_failed_open_leaves_the_document() {
 }
 
 #[test]
-fn opening_over_unsaved_changes_asks_first() {
+fn opening_over_unsaved_changes_opens_a_dialog() {
     let mut app = create_app();
     request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.update();
@@ -107,7 +107,7 @@ fn opening_over_unsaved_changes_asks_first() {
 }
 
 #[test]
-fn closing_asks_only_after_changes() {
+fn closing_opens_a_dialog_only_after_changes() {
     let mut app = create_app();
     request(&mut app, EditRequest::Apply(Edit::SetToolPose(Pose::translation(9.0, 0.0, 30.0))));
     app.world_mut().write_message(FileRequest::Quit);

@@ -37,7 +37,7 @@ fn dialog<D: Dialog>(app: &App) -> Option<&D> {
 }
 
 #[test]
-fn a_dropped_design_asks_about_changes() {
+fn a_dropped_design_opens_a_dialog_after_changes() {
     let (folder, mut app) = app();
     let file = folder.path().join("b.design.ron");
     let mut other = trackwright_project::open_builtin("endoscope").unwrap();

@@ -69,7 +69,7 @@ fn fit(app: &mut App, order: Option<usize>, directions: Option<DirectionSet>) {
 }
 
 #[test]
-fn an_empty_desk_says_what_to_do_and_opens_a_table() {
+fn an_empty_state_shows_what_to_do_and_opens_a_table() {
     let state = FieldState::default();
     let requests = use_panel(
         |ui| tables_ui(ui, &state, SampleScale(None)),

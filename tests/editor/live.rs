@@ -334,7 +334,7 @@ fn an_invalid_address_connects_nothing() {
 }
 
 #[test]
-fn a_port_in_use_is_said_and_nothing_is_connected() {
+fn a_port_in_use_is_reported_and_nothing_connects() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
     let mut app = live_app();

@@ -142,7 +142,7 @@ fn a_loaded_mesh_is_one_undo_step() {
 }
 
 #[test]
-fn what_is_wrong_with_a_mesh_is_said_beside_it() {
+fn what_is_wrong_with_a_mesh_is_shown_next_to_it() {
     let (folder, mut app) = saved_app();
     let sides = [6.0, 8.0, 150.0];
     for (more, expected) in [
@@ -187,7 +187,7 @@ fn an_invalid_mesh_leaves_the_design() {
 }
 
 #[test]
-fn a_wrong_unit_is_asked_about_once() {
+fn a_wrong_unit_opens_one_dialog() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
     let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));

@@ -33,7 +33,7 @@ fn document(app: &App) -> &trackwright_design::Document {
 }
 
 #[test]
-fn a_new_design_asks_about_the_open_one() {
+fn a_new_design_opens_a_dialog_about_the_open_one() {
     let mut app = create_app();
     change(&mut app);
     request_and_wait(&mut app, FileRequest::ShowNew);

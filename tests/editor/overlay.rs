@@ -6,7 +6,7 @@ use trackwright_field::environment::{HoldoutProvenance, Provenance};
 use trackwright_field::fit::{FitMethod, Residuals};
 
 #[test]
-fn every_picture_says_where_its_figures_come_from() {
+fn every_picture_states_the_source_of_its_figures() {
     let mut room = environment();
     assert_eq!(caption(&room), "Predicted in room Test room, an ideal room; not for clinical use");
     let residuals = |position_rms_mm| Residuals { position_rms_mm, angle_rms_rad: None };

@@ -164,7 +164,7 @@ fn angles_are_typed_in_degrees() {
 }
 
 #[test]
-fn the_range_of_motion_says_how_many_poses_it_has() {
+fn the_range_of_motion_shows_its_number_of_poses() {
     let design = design();
     let (harness, _) = harness(|ui| motion_ui(ui, BodyRole::Tool, design.motion.as_ref()));
     harness.get_by_label("15 poses");
@@ -262,7 +262,7 @@ fn an_interval_around_the_bound_is_undecided() {
 }
 
 #[test]
-fn a_preview_says_of_how_many_trials_it_is_a_part() {
+fn a_preview_shows_its_share_of_all_trials() {
     let world = world();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let results = |extent| Results {
@@ -453,7 +453,7 @@ fn a_design_in_the_list_is_opened_by_a_click() {
 }
 
 #[test]
-fn saving_over_a_file_asks_first() {
+fn saving_over_a_file_needs_confirmation() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();

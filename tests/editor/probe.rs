@@ -141,7 +141,7 @@ fn dragging_and_no_colours_stop_the_probe() {
 }
 
 #[test]
-fn a_pointer_at_rest_asks_for_no_frame() {
+fn a_pointer_at_rest_requests_no_frame() {
     let mut app = app(|view| view.layers.slice = true);
     let corner = slice(&app).plan.point_mm(3, 3);
     assert!(point_at(&mut app, &corner).is_some());
@@ -180,7 +180,7 @@ fn a_painted_body_hides_the_slice() {
 }
 
 #[test]
-fn an_arrow_says_the_length_of_its_error() {
+fn an_arrow_shows_the_length_of_its_error() {
     let mut app = app(|view| {
         view.layers.arrows = true;
         without_bodies(view);

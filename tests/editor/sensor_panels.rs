@@ -166,7 +166,7 @@ fn inspector_buttons_run_commands() {
 }
 
 #[test]
-fn the_row_page_makes_the_row_that_it_was_told() {
+fn the_row_page_makes_the_requested_row() {
     let design = design();
     let selection = Selection::of_sensors(BodyRole::Tool, [0]);
     let mut page = RowPage::default();

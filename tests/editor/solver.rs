@@ -213,7 +213,7 @@ fn an_edit_of_a_missing_sensor_is_refused() {
 }
 
 #[test]
-fn explain_tells_frames_figures_and_counters() {
+fn explain_prints_frames_figures_and_counters() {
     let lines = Arc::new(Mutex::new(Vec::new()));
     let mut app = create_app();
     let sink = Arc::clone(&lines);

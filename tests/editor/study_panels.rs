@@ -162,7 +162,7 @@ fn a_study_of_too_many_trials_has_no_timeline() {
 }
 
 #[test]
-fn a_trial_is_told_in_numbers_with_units() {
+fn a_trial_is_shown_in_numbers_with_units() {
     let scenario = scenario();
     let pose = trial_pose(&scenario, &Mode::Motion, 3).unwrap();
     let detail = simulate_pose(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario });

@@ -10,7 +10,7 @@ fn event_count(app: &App, entity: Entity) -> usize {
 }
 
 #[test]
-fn modifiers_that_stay_the_same_are_told_once() {
+fn modifiers_that_stay_the_same_are_reported_once() {
     let mut app = App::new();
     app.add_plugins((MinimalPlugins, SchedulePlugin, WakePlugin));
     let entity = app.world_mut().spawn(EguiInput::default()).id();

@@ -99,7 +99,7 @@ fn an_orientation_without_samples_is_reported() {
 }
 
 #[test]
-fn what_cannot_be_fitted_says_why() {
+fn what_cannot_be_fitted_is_refused_with_a_reason() {
     let set = samples_of(&truth(1, DirectionSet::One, Weighting::Area), 20);
     let settings = FitSettings::new(1, DirectionSet::Six);
     let none = SampleSet { samples: Vec::new(), ..set.clone() };
@@ -159,7 +159,7 @@ fn a_fit_that_nobody_wants_stops() {
 }
 
 #[test]
-fn a_fit_under_way_stops_and_tells_how_far_it_is() {
+fn a_fit_under_way_stops_and_reports_its_progress() {
     let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 30_000);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for method in [FitMethod::PerDirection, FitMethod::Joint] {

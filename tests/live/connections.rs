@@ -195,7 +195,7 @@ fn a_client_that_never_reads_is_dropped() {
 }
 
 #[test]
-fn a_killed_client_is_gone_and_the_others_hear_on() {
+fn a_killed_client_leaves_and_the_others_receive_on() {
     let (server, served) = serve(&patient(anywhere()));
     let mut good = Reader::connect(server.address());
     let killed = Reader::connect(server.address());

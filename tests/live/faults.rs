@@ -329,7 +329,7 @@ fn long_pause_of_a_client_ends_in_fresh_poses() {
 }
 
 #[test]
-fn eleven_hundred_clients_at_once_are_served_or_told() {
+fn eleven_hundred_clients_are_served_or_refused() {
     let mut options = patient(anywhere());
     // Both ends are in this process, and other tests beside them.
     if file_limit() < 4 * options.max_clients {

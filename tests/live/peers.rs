@@ -117,7 +117,7 @@ fn transforms_of_pyigtl_are_received() {
 }
 
 #[test]
-fn pyigtl_hears_our_transforms_in_both_versions() {
+fn pyigtl_receives_our_transforms_in_both_versions() {
     for version in [1, 2] {
         let (server, served) = serve();
         let mut command = python("igtl_client.py");

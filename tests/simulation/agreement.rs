@@ -271,7 +271,7 @@ fn correlated_noise_does_not_narrow_the_intervals() {
 }
 
 #[test]
-fn no_choice_of_axes_changes_what_is_said() {
+fn no_choice_of_axes_changes_the_summary() {
     let scenario = scenario(8);
     let mut seeded = Seeded::new(9);
     let mut rows = exact_rows(&scenario, 50);
@@ -411,7 +411,7 @@ fn unusable_recordings_are_refused_with_the_reason() {
 }
 
 #[test]
-fn rows_of_few_groups_are_worth_no_more_than_these() {
+fn rows_of_few_groups_count_at_most_once_per_group() {
     let scenario = scenario(16);
     let mut seeded = Seeded::new(17);
     let mut rows = exact_rows(&scenario, 60);

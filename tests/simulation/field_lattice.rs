@@ -103,7 +103,7 @@ fn outside_the_box_the_policy_decides() {
 }
 
 #[test]
-fn steps_are_whole_and_no_longer_than_asked_for() {
+fn steps_are_whole_and_no_longer_than_requested() {
     let spanning = |size: [f64; 3], spacing: f64| {
         FieldPlan::spanning(
             Bounds::from(([0.0; 3], size)),

@@ -293,7 +293,7 @@ fn a_sensor_that_is_not_there_is_named() {
 }
 
 #[test]
-fn a_long_motion_is_sampled_and_says_so() {
+fn a_long_motion_is_sampled_and_reported_as_such() {
     let (scenario, all) = built_in("pointer-on-head", PlacedBody::Tool);
     let mut motion = scenario.motion.unwrap();
     for axis in [&mut motion.x, &mut motion.y, &mut motion.rx] {

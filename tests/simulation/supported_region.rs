@@ -64,7 +64,7 @@ fn leverage_on_the_surface_is_the_samples_maximum() {
 }
 
 #[test]
-fn a_room_that_says_nothing_has_none_and_says_so() {
+fn a_room_without_validity_has_no_supported_region() {
     let mut room = (*room()).clone();
     room.fit_validity = None;
     let none = supported_region(&room, &Vector3::z_axis(), 9, &Task::default());

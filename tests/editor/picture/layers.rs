@@ -78,7 +78,7 @@ fn every_layer_is_seen() {
 }
 
 #[test]
-fn the_window_s_panels_are_drawn_when_asked_for() {
+fn the_windows_panels_are_drawn_when_requested() {
     let copy = Copied::new("endoscope");
     let size = "960x600";
     let panel = |picture: &Picture| count(picture, |color| color == palette::PANEL.srgb());

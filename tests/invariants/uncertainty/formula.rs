@@ -56,7 +56,7 @@ fn position_only_tools_have_fitzpatricks_error() {
 }
 
 #[test]
-fn tool_and_crf_add_up_as_west_and_maurer_say() {
+fn tool_and_crf_add_up_as_west_and_maurer_state() {
     let tool = alone(three_fives(), 60.0, jitter());
     let both = on_head(tool.clone(), head());
     let tip_in_crf = both.crf_from_tool * both.tool.judged_tip_in_body();

@@ -18,7 +18,7 @@ fn no_jitter_is_no_scatter() {
 }
 
 #[test]
-fn what_cannot_be_told_is_refused_with_a_reason() {
+fn what_cannot_be_computed_is_refused_with_a_reason() {
     let scenario = built_in(1.0);
     let assert_refused = |scenario: &Scenario, words: &str| {
         let message = first_order(scenario).unwrap_err().to_string();

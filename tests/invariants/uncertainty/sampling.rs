@@ -117,7 +117,7 @@ fn a_free_roll_leaves_part_of_the_uncertainty() {
 }
 
 #[test]
-fn a_crf_whose_turn_is_free_is_said() {
+fn a_free_rotation_of_the_crf_is_reported() {
     let bar = body(
         vec![five([-40.0, 0.0, 0.0], [1.0, 0.0, 0.0]), five([40.0, 0.0, 0.0], [1.0, 0.0, 0.0])],
         [0.0; 3],
