@@ -22,7 +22,7 @@ fn names(folder: &Path) -> BTreeSet<String> {
     entries.map(|e| name(e).into_string().unwrap()).collect()
 }
 
-/// What a target makes of bytes; a panic is told with where they are from.
+/// What a target makes of bytes; a panic is reported with the source of the bytes.
 fn read(target: &Target, bytes: &[u8], from: &dyn Fn() -> String) -> bool {
     let caught = catch_unwind(AssertUnwindSafe(|| (target.read)(bytes)));
     caught.unwrap_or_else(|_| panic!("{} fails on {}", target.name, from()))

@@ -1,4 +1,4 @@
-//! Bytes that mean harm, or are broken: what the fuzz targets found worth keeping, again on every run.
+//! Bytes that mean harm, or are broken: the inputs kept from the fuzz targets, read again on every run.
 
 mod corpora;
 #[path = "../../fuzz/src/lib.rs"]

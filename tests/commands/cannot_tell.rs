@@ -1,4 +1,4 @@
-//! Rooms whose measurements say too little: no figure without its interval, and the verdict *cannot
+//! Rooms with too few measurements: no figure without its interval, and the verdict *cannot
 //! tell*, in every command that names one.
 
 use crate::rooms::tracker::{Random, Room};
@@ -58,7 +58,7 @@ fn write_design(scratch: &Scratch, name: &str, at: &Vector3<f64>, limit_mm: f64)
     file
 }
 
-/// Asks every command about a design whose bound lies in its interval.
+/// Runs every command on a design whose bound lies in its interval.
 fn assert_every_verdict_is_open(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f64) {
     let design = write_design(scratch, "pointer", at, limit_mm);
     let other = write_design(scratch, "other", &(at + Vector3::x()), limit_mm);
@@ -150,7 +150,7 @@ fn a_hole_in_the_measurements_is_reported() {
     let simulated = scratch.json(format!("simulate {unbounded} --mode motion"));
     let expected = number(&simulated["expected"]["position_mm"]["rms"]);
     assert_every_verdict_is_open(&scratch, &at, expected);
-    // The same room with the hole measured says more.
+    // The same room with the hole measured decides more.
     let table = write_table(&scratch, &room, 700, |_| true);
     scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
     let whole = scratch.json(format!("simulate {unbounded} --mode motion"));

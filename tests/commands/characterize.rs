@@ -20,7 +20,7 @@ fn matrix(value: &Value) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
 }
 
-/// The blocks of the joint covariance are those of the frames, and say what the standard errors say.
+/// The blocks of the joint covariance are those of the frames, and agree with the standard errors.
 fn check_covariance(found: &Value) {
     let joint = matrix(&found["covariance"]["matrix"]);
     let sensors = list(found, "sensors");
@@ -98,7 +98,7 @@ fn the_real_static_room_has_known_errors() {
     assert_near("angle", &distances[0]["angle_deg"]["std"], 1.8, 1.8);
     assert_near("angle", &distances[1]["angle_deg"]["std"], 1.3, 1.3);
 
-    // The table is one that `select` takes, held out by pose without being told.
+    // The table is one that `select` takes, held out by pose without an option.
     let settings = "--sensors 6dof --map correction --orders 1-2 --directions 1 --ridges 0,0.01";
     let chosen = scratch.json(format!("select room.csv {settings}"));
     assert_eq!(chosen["groups"]["by"], "column pose");

@@ -95,7 +95,7 @@ fn designs_without_rooms_use_their_own() {
     let rows = list(&found, "rows");
     let differs = |row: usize| &rows[row]["against_baseline"]["environment_differs"];
     assert_eq!((differs(1), differs(2)), (&false.into(), &true.into()));
-    // Both designs are called the same: their files tell them apart.
+    // Both designs are called the same: their files distinguish them.
     let names: Vec<_> = rows.iter().map(|r| r["design"].as_str().unwrap()).collect();
     assert!(names[0].starts_with("pointer-on-head (") && names[1].contains("moved.design.ron"));
     assert_eq!(names[2], "pointer-no-crf");

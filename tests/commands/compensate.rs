@@ -1,4 +1,4 @@
-//! `compensate`: measured poses corrected, what the table and the summary say of them.
+//! `compensate`: measured poses corrected, what the table and the summary state about them.
 
 use crate::support::program::Scratch;
 use std::fs;

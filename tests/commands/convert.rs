@@ -1,4 +1,4 @@
-//! Tool definitions through body files and back: real ones to the byte, and what is said of each.
+//! Tool definitions through body files and back: real ones to the byte, and what is reported of each.
 
 use crate::support::data::third_party;
 use crate::support::golden::numbers;

@@ -1,4 +1,4 @@
-//! What is wrong with a mesh or a size is told on the command line as it is in the window.
+//! What is wrong with a mesh or a size is reported on the command line as it is in the window.
 
 use crate::support::program::Scratch;
 use std::fmt::Write;

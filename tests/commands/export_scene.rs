@@ -117,7 +117,7 @@ fn trimesh_reads_the_colors_of_the_slice() {
     let slice = found.iter().find(|s| s["name"] == "slice, position error");
     let slice = slice.unwrap();
     let (corners, colors) = (&slice["corners"], slice["colors"].as_array().unwrap());
-    // The map spans what the file says that it does.
+    // The map spans the range that the file states.
     let model = &world.environment.model;
     let axis = nalgebra::Unit::new_normalize(Vector3::from(view.sensor_axis));
     let errors: Vec<f64> = (corners.as_array().unwrap().iter())

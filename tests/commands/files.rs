@@ -158,7 +158,7 @@ fn no_command_writes_over_its_input() {
             fs::hard_link(&file, scratch.path(&hard)).unwrap();
             for name in [input, &*link, &*hard, &*format!("./{input}")] {
                 let message = refused(&scratch, &format!("{} --overwrite", writer.args), name);
-                // Names that say which format is written are looked at first.
+                // Names that determine the format are checked first.
                 let is_other_format = ["expected a name", "expected one in", "cannot be written"]
                     .iter()
                     .any(|words| message.contains(words));
@@ -205,7 +205,7 @@ fn refused_outputs_start_no_long_work() {
     let scratch = folder();
     scratch.write("notes.ron", "notes of mine\n");
     for work in ["fit", "select", "generator learn"] {
-        // A table that is not there is told later.
+        // A missing table is reported later.
         let message = refused(&scratch, &format!("{work} none.csv -o OUT"), "notes.ron");
         assert!(message.contains("--overwrite"), "{work}: {message}");
     }

@@ -1,6 +1,6 @@
 //! The whole chain of the Johns Hopkins sets: a room from the calibration object, the tip of the probe
 //! in it, fiducials that it touched, their registration to CT, and points that it touched there;
-//! against what the generator of the data says is true.
+//! against the true values of the data's generator.
 
 use crate::support::data::third_party;
 use crate::support::golden::{number, numbers};
@@ -17,7 +17,7 @@ struct Chain {
     /// Mean over the navigation points, in CT.
     navigation: f64,
     navigation_rms: f64,
-    /// What the registration says that this should be.
+    /// The value of this according to the registration.
     predicted_rms: f64,
 }
 

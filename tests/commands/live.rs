@@ -1,4 +1,4 @@
-//! A tracker's poses heard, recorded and served on, by the program as a person runs it.
+//! A tracker's poses received, recorded and served on, by the program as a person runs it.
 
 use crate::support::live_load::tracker;
 use crate::support::live_program::{Live, address_in};
@@ -106,7 +106,7 @@ fn a_failed_recording_stops_nothing_else() {
     assert_eq!(end["sent"], 149, "{end}");
     let why = end["not_recorded"].as_str().unwrap();
     assert!(why.contains("live.csv") && note.contains(why), "{end}");
-    // All that was said to be recorded is there, and nothing of the line that was not whole.
+    // All that was reported as recorded is there, and nothing of the line that was not whole.
     let bytes = std::fs::read(&recording).unwrap();
     assert!(bytes.ends_with(b"\n"), "the last line is cut");
     let lines = bytes.split(|byte| *byte == b'\n').count() as u64 - 2;
@@ -135,7 +135,7 @@ fn served_poses_are_those_of_compensate() {
     let expected = pose_from_array(expected.try_into().unwrap()).unwrap();
 
     let (server, live, mut viewer) = session(&["--environment", &env, "--record", &recording]);
-    // Far outside the box: said, and not sent.
+    // Far outside the box: reported, and not sent.
     send(&server, "Probe", 100_000);
     live.wait_for_note("Probe: not good, it is outside the box");
     // After the other one.
@@ -239,7 +239,7 @@ fn clients_beyond_the_file_limit_are_refused() {
     for _ in 0..2 {
         live.wait_for_note("refused");
     }
-    // Every client hears one or the other.
+    // Every client receives one or the other.
     let (mut served, mut refused) = (0, 0);
     let (stop, stopped) = channel::<()>();
     std::thread::scope(|scope| {

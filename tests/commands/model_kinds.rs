@@ -55,7 +55,7 @@ fn kriging_beats_polynomials_on_unseen_rows() {
     assert_eq!(kriging["model"], "kriging");
     assert_eq!(kriging["order"], Value::Null);
     assert!(held_out_mm(&symmetric) < held_out_mm(&polynomials), "{symmetric}");
-    // The bound of the issue that asked for it; 1.05 mm.
+    // The bound of the issue that requested it; 1.05 mm.
     assert!(held_out_mm(&kriging) < 1.15, "{kriging}");
     assert!(held_out_mm(&kriging) < held_out_mm(&symmetric));
     assert_compensates(&scratch);
@@ -192,12 +192,12 @@ fn a_million_rows_are_fitted_and_a_subset_is_named() {
     let header = ["ideal", "measured"].map(|side| header(side).join(","));
     writeln!(out, "{}", header.join(",")).unwrap();
     // A shift that grows with the square of the height, seen from four ways of the sensor.
-    let turns = ["1,0,0,0", "0.8,0.6,0,0", "0.8,0,0.6,0", "0.6,0,0.8,0"];
+    let rotations = ["1,0,0,0", "0.8,0.6,0,0", "0.8,0,0.6,0", "0.6,0,0.8,0"];
     for row in 0..1_000_000_u32 {
         let [x, y, z] = [row % 100, row / 100 % 100, row / 10_000].map(|k| f64::from(k) * 4.0);
-        let turn = turns[(row % 4) as usize];
+        let rotation = rotations[(row % 4) as usize];
         let shift = 2.0 * (z / 400.0).powi(2);
-        writeln!(out, "{x},{y},{z},{turn},{:.4},{y},{z},{turn}", x + shift).unwrap();
+        writeln!(out, "{x},{y},{z},{rotation},{:.4},{y},{z},{rotation}", x + shift).unwrap();
     }
     out.into_inner().unwrap();
     scratch.write("poses.csv", "x,y,z,qw,qx,qy,qz\n101,203,302,0.8,0,0.6,0\n");

@@ -1,4 +1,4 @@
-//! Positions outside a room's box are counted and told by every command that evaluates it there.
+//! Positions outside a room's box are counted and reported by every command that evaluates it there.
 
 use crate::support::data::own;
 use crate::support::golden::number;

@@ -60,7 +60,7 @@ fn a_marker_probe_finds_the_jhu_posts() {
 }
 
 /// Twelve poses with the tip in (0, 0, 0), turned about x by as many degrees as are given; in every
-/// second one about y instead, if asked for, and shifted along x by so much, one way and the other.
+/// second one about y instead, if requested, and shifted along x by so much, one way and the other.
 fn recording(scratch: &Scratch, turns_deg: f64, has_two_axes: bool, slide_mm: f64) -> String {
     let mut table = "x,y,z,qw,qx,qy,qz\n".to_owned();
     for i in 0..12 {

@@ -1,5 +1,5 @@
 //! Where a design stands, and what is decided: equal to the single commands, kept in the design, and
-//! told when it no longer holds.
+//! reported when it no longer holds.
 
 use crate::support::data::{aurora_pairs, own, third_party};
 use crate::support::golden::{list, number};
@@ -49,7 +49,7 @@ fn decide(scratch: &Scratch, line: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// What the study predicts for the worked input, as a recording of the built tool would say it, in the
+/// What the study predicts for the worked input, as a recording of the built tool would state it, in the
 /// CRF's frame.
 fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
     let input = scratch.read("d/input.csv");
@@ -63,7 +63,7 @@ fn recording(scratch: &Scratch, design: &str, to: &str) -> String {
     let table = scratch.read("log.csv");
     let (head, rows) = table.split_once('\n').unwrap();
     let head = head.replace("true_", "ideal_").replace("sim_", "measured_");
-    // Only where the room says something: `outside` is its own column.
+    // Only inside the room's box: `outside` is its own column.
     let column = head.split(',').position(|name| name == "outside").unwrap();
     let inside = rows.lines().filter(|row| row.split(',').nth(column) == Some("0"));
     let table: Vec<&str> = std::iter::once(head.as_str()).chain(inside).collect();
@@ -134,7 +134,7 @@ fn decisions_stay_in_the_design() {
     let built = format!("--built {recorded} --frame crf");
     decide(&scratch, &format!("procedure {design} --decide built {built}"));
 
-    // Everything is in the file: nothing is said of it here.
+    // Everything is in the file: nothing is reported of it here.
     let found = scratch.json(format!("procedure {design}"));
     assert_eq!(states(&found), ["decided", "decided", "decided"]);
     assert_eq!(step(&found, "tool")["decision"]["note"], note);
@@ -143,7 +143,7 @@ fn decisions_stay_in_the_design() {
     assert!(saved.contains("rooms: [\"../ward/ward.env.ron\"]"), "{saved}");
     assert!(saved.contains("table: \"../built.csv\""), "{saved}");
 
-    // A room that is looked at this once changes nothing of it.
+    // A room that is judged this once changes nothing of it.
     let other = scratch.arg("other.env.ron");
     fs::copy(&ward, &other).unwrap();
     let found = scratch.json(format!("procedure {design} --environment {other}"));

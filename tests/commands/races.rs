@@ -1,4 +1,4 @@
-//! Two commands at once on one design: both say that they saved, and both have.
+//! Two commands at once on one design: both report that they saved, and both have.
 
 use crate::support::program::{Scratch, json, succeed, text, trackwright};
 use std::fs;

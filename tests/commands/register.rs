@@ -1,4 +1,4 @@
-//! Points in two frames: what the registration says, and what it refuses.
+//! Points in two frames: what the registration reports, and what it refuses.
 
 use crate::support::golden::{number, numbers};
 use crate::support::program::{Scratch, json};

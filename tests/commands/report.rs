@@ -178,8 +178,8 @@ fn the_page_works_offline_in_a_browser() {
     let expected = page_with_scene(trackwright_project::DEFAULT_BUILTIN, &page);
     let out = scratch.path("seen");
     let found = browse(&page, &out, &[]);
-    assert_eq!(found["said"], Value::Array(vec![]));
-    assert_eq!(found["asked"], Value::Array(vec![]));
+    assert_eq!(found["console"], Value::Array(vec![]));
+    assert_eq!(found["requests"], Value::Array(vec![]));
     assert_eq!(found["turns"], true);
     assert_eq!(found["still_words"], false);
     let shown: Vec<[String; 3]> = serde_json::from_value(found["figures"].clone()).unwrap();
@@ -197,5 +197,5 @@ fn a_browser_without_webgl_shows_the_drawing() {
     let found = browse(&page, &scratch.path("seen"), &["--no-webgl"]);
     assert_eq!(found["turns"], false);
     assert_eq!(found["still_words"], true);
-    assert_eq!(found["said"], Value::Array(vec![]));
+    assert_eq!(found["console"], Value::Array(vec![]));
 }

@@ -235,7 +235,7 @@ fn a_fit_states_which_hold_out_its_choice_is_of() {
     let chosen = fit("--hold-out sensors");
     assert_eq!(chosen["selection"]["hold_out"], "sensors");
     assert_eq!(list(&chosen["selection"], "hold_outs").len(), 3);
-    // A model that is said is judged as well.
+    // A model that is given is judged as well.
     let stated = fit("--order 1 --directions 1 --hold-out sensors");
     assert_eq!(model(&stated["selection"]), (1, 1, 0.0));
     assert_eq!(stated["selection"]["hold_out"], "sensors");
@@ -306,7 +306,7 @@ fn hold_outs_that_cannot_be_made_state_why() {
         assert_eq!(found["hold_out"], "rows");
         assert!(found["sensors"].is_null());
     }
-    // Two groups are held out in two folds where they were asked for.
+    // Two groups are held out in two folds where they were requested.
     let two = with("two.csv", "day", &|i| (i % 2).to_string());
     let found = scratch.json(format!("select {two} --orders 1 --hold-out day"));
     assert_eq!(count(&list(&found, "hold_outs")[1]["folds"]), 2);

@@ -1,4 +1,4 @@
-//! `stability`: every row holds, and the files say what the screen says.
+//! `stability`: every row holds, and the files state what the screen shows.
 
 use crate::support::program::{Scratch, succeed, trackwright};
 use serde_json::Value;

@@ -35,7 +35,7 @@ fn distort_adds_where_the_model_is_valid() {
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().unwrap();
     for row in 0..2 {
         assert_eq!((&*rows[row][0], &*rows[row][4]), ("0", "1"), "{rows:?}");
-        // Held out, the room leaves 1.6 mm and 0.5° of what it says, less at a sample.
+        // Held out, the room leaves errors of 1.6 mm and 0.5°, less at a sample.
         assert!((0.05..3.0).contains(&number(row, 1)), "{rows:?}");
         assert!((0.03..1.0).contains(&number(row, 2)), "{rows:?}");
         // 95 % of a length in three dimensions are 1.6 of its RMS, of one with a bias less.
@@ -78,7 +78,7 @@ fn undetermined_terms_come_from_the_measurements() {
     let rows = support_of(&scratch, pose);
     assert!(rows[0][1].parse::<f64>().unwrap() > 0.3, "{rows:?}");
     assert_eq!(&*rows[0][4], "0", "{rows:?}");
-    // Without the measurements nothing can be said of it.
+    // Without the measurements it has no standard error.
     let text = scratch.read("room.env.ron");
     let (before, _) = text.split_once("    process: ").unwrap();
     scratch.write("room.env.ron", format!("{before})\n"));

@@ -32,7 +32,7 @@ fn both_uncertainty_methods_agree() {
     assert_eq!(u["orientation_weight_source"], "design");
     assert_eq!(number(&u["orientation_weight_mm"]), 100.0);
     assert_eq!(u["first_order"]["check"]["holds"], true);
-    // Four standard errors of the sampling, and what the check says of the next order.
+    // Four standard errors of the sampling, and what the check states about the next order.
     let next = number(&u["first_order"]["check"]["relative_difference"]);
     let off = number(&u["agreement"]["relative_difference"]).abs();
     let std_error =

@@ -63,7 +63,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
 
         scratch.succeed(format!("report {one} -o page.html"));
         let page = scratch.read("page.html");
-        assert!(page.contains("It is undetermined, because the CRF"), "no verdict that states it");
+        assert!(page.contains("It cannot be told, because the CRF"), "no such verdict");
         assert!(!page.contains("The requirement is met"));
     }
 }
@@ -83,7 +83,7 @@ fn one_statement_names_what_is_assumed() {
         ("compare", scratch.succeed(format!("compare {one} {DESIGN}"))),
         ("report", page),
     ] {
-        assert!(words.contains(&statement), "{command} does not say {statement:?}: {words}");
+        assert!(words.contains(&statement), "{command} does not state {statement:?}: {words}");
     }
 }
 
@@ -101,7 +101,7 @@ fn trials_left_out_meet_no_requirement() {
     let compare = format!("compare {DESIGN} {ONE_SENSOR}");
     for args in [simulate, compare, format!("tolerances {DESIGN}")] {
         let words = scratch.succeed(format!("{args} --outside reject"));
-        assert!(words.contains(&why), "{args:?} does not say {why:?}: {words}");
+        assert!(words.contains(&why), "{args:?} does not state {why:?}: {words}");
     }
 }
 

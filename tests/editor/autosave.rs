@@ -38,7 +38,7 @@ fn an_app_that_ends_keeps_its_newest_edit() {
     let mut app = app(&copy, folder.path());
     move_sensor(&mut app, 70.0);
     move_sensor(&mut app, 71.5);
-    // As after a lost graphics adapter: nobody was asked, and no frame follows.
+    // As after a lost graphics adapter: no dialog was shown, and no frame follows.
     drop(app);
     let left = trackwright_project::leftovers(folder.path()).unwrap();
     assert_eq!(left.len(), 1);

@@ -1,4 +1,4 @@
-//! Places that nothing can be written to: what is said, and that no edit is lost.
+//! Places that nothing can be written to: what is reported, and that no edit is lost.
 //!
 //! Permission bits mean nothing to the superuser, who runs many of these tests: a folder under a
 //! regular file is one that nobody can write to, and `/dev/full` a disk without space.
@@ -124,7 +124,7 @@ fn the_second_editor_to_save_gets_a_dialog() {
         world.document.design().tool.crf_from_tool.translation.x
     };
     assert_eq!(x_of(&file), 9.0);
-    // Coming back to the window, reading the file again would lose the edit: that is asked.
+    // Coming back to the window, reading the file again would lose the edit: a dialog opens.
     request_and_wait(&mut other, FileRequest::Reload);
     assert!(matches!(dialog(&other), Some(DesignDialog::Unsaved { .. })));
     let elsewhere = folder.path().join("b.design.ron");

@@ -1,4 +1,4 @@
-//! Tool definitions in the window: dropped, opened, asked about, refused, shown and written.
+//! Tool definitions in the window: dropped, opened, confirmed, refused, shown and written.
 
 use super::app::request;
 use super::drops::{app, drop_file};
@@ -87,7 +87,7 @@ fn select(app: &mut App, what: Selected) {
     app.insert_resource(Selection::of(Some(what)));
 }
 
-/// What the open dialog says, and what a button of it answers, which is then asked for.
+/// Checks the open dialog's texts, and sends the request of one of its buttons.
 fn press(app: &mut App, texts: &[&str], button: &str) {
     let mut question: BodyDialog = dialog(app).cloned().expect("a dialog");
     let answer = Rc::new(RefCell::new(None));
@@ -100,7 +100,7 @@ fn press(app: &mut App, texts: &[&str], button: &str) {
     });
     for text in texts {
         let found = harness.query_by_label_contains(text);
-        assert!(found.is_some(), "{text:?} is not said");
+        assert!(found.is_some(), "{text:?} is not shown");
     }
     harness.get_by_label(button).click();
     harness.run_steps(2);
@@ -112,7 +112,7 @@ fn press(app: &mut App, texts: &[&str], button: &str) {
     }
 }
 
-/// The section of the tool's definition, and what it asks for.
+/// The section of the tool's definition, and what it requests.
 fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
     let requests = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&requests);
@@ -163,7 +163,7 @@ fn without_a_selection_a_dialog_selects_the_body() {
     assert_eq!(crf.rigid.sensors.len(), 4);
     assert!(crf.rigid.sensors.iter().all(|s| s.orientation == SensorOrientation::Marker));
     assert!(design.tool.body.definition.is_none());
-    // Once more it changes nothing, and that is said.
+    // Once more it changes nothing, and that is reported.
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
     let text = "The CRF is what 8700339.rom says already".to_owned();
     assert_eq!(*app.world().resource::<Notice>(), Notice::Done(text));
@@ -275,7 +275,7 @@ fn losses_are_listed_before_writing() {
         matches!(notice, Notice::Done(text) if text.starts_with("Wrote the tool as an NDI Aurora ROM")),
         "{notice:?}"
     );
-    // What is there already is asked about, whatever it is.
+    // Replacing an existing file needs confirmation, whatever it is.
     fs::write(&file, "theirs").unwrap();
     request_and_wait(&mut app, save(&file));
     press(&mut app, &["Replace out.rom?", "exists already"], "Cancel");
@@ -283,7 +283,7 @@ fn losses_are_listed_before_writing() {
     request_and_wait(&mut app, save(&file));
     press(&mut app, &[], "Replace");
     assert!(trackwright_project::Files::default().read_tool(&file, OnMismatch::Refuse).is_ok());
-    // Files of the design are Save's alone, and a name has to say a format.
+    // Files of the design are Save's alone, and a name has to state a format.
     for (name, reason) in [
         ("pointer.body.ron", "the design itself uses this file"),
         ("out", "expected one in .body.ron, .rom"),
@@ -306,7 +306,7 @@ fn an_unchanged_file_is_written_to_the_byte() {
         let body = BodyRole::Tool;
         request_and_wait(&mut app, BodyFileRequest::Save { body, file: file.clone() });
         if let Some(BodyDialog::Write { notes, .. }) = dialog(&app) {
-            // Nothing is lost; what is experimental is said all the same.
+            // Nothing is lost; what is experimental is reported all the same.
             assert_eq!(notes.len(), 1, "{notes:?}");
             press(&mut app, &["experimental"], "Save");
         }
@@ -385,7 +385,7 @@ fn only_bodies_of_the_open_design_are_opened() {
     assert_eq!(world(&app).document.undo_label(), None);
     assert!(is_available(&app, open(BodyRole::Tool)));
     assert!(!is_available(&app, open(BodyRole::Crf)));
-    // With one body there is nothing to ask.
+    // With one body there is nothing to choose.
     drop_file(&mut app, &rom);
     let label = world(&app).document.undo_label();
     assert_eq!(label, Some("Use 8700339 as the tool"));

@@ -31,7 +31,7 @@ impl Copied {
         Self { folder, design }
     }
 
-    /// Changes how the design is looked at, in the file.
+    /// Changes the design's view, in the file.
     pub fn change_view(&self, change: impl FnOnce(&mut View)) {
         let mut world = trackwright_project::open_design(&self.design).unwrap();
         let mut view = world.document.view().clone();

@@ -126,7 +126,7 @@ fn comparison_needs_workspace_and_baseline() {
     assert_eq!(decide_state(&app).counts.baselines, 1);
     app.insert_resource(workspaces::design::WORKSPACE);
     move_sensor(&mut app, 1.0);
-    assert_eq!(decide_state(&app).counts.baselines, 1, "nobody looks");
+    assert_eq!(decide_state(&app).counts.baselines, 1, "nothing shows it");
     app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     assert_eq!(decide_state(&app).counts.baselines, 2);
@@ -203,7 +203,7 @@ fn a_row_opens_its_design_in_its_room() {
     ] {
         request_and_wait(&mut app, request);
     }
-    // A room was added, so it is asked first what becomes of that.
+    // A room was added, so a dialog first decides what becomes of that.
     let open = Box::new(FileRequest::Open(other.clone()));
     app.world_mut().write_message(FileRequest::Discard(open));
     rest(&mut app);
@@ -219,7 +219,7 @@ fn saved_room(folder: &Path) -> PathBuf {
     file
 }
 
-/// What is asked of others from now on.
+/// The requests to others from now on.
 fn collect_messages<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
     let received = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&received);
@@ -230,7 +230,7 @@ fn collect_messages<M: Message + Clone>(app: &mut App) -> Arc<Mutex<Vec<M>>> {
     received
 }
 
-/// Draws a panel of the desk and uses it.
+/// Draws a panel of the Decide workspace and uses it.
 pub(crate) fn use_panel(
     app: &App,
     panel: impl Fn(&mut egui::Ui, &DecideView) -> Vec<DecideRequest>,
@@ -365,9 +365,9 @@ fn the_next_design_starts_without_notes() {
     assert!(decide_state(&app).recorded.is_none());
     assert_eq!(decide_state(&app).note(Step::Tool), "");
     // What is judged is the design that is open.
-    let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
-    assert!(is_current && standing.built.recording.is_none());
-    // What is asked for in the very frame in which a design opens is asked of that design.
+    let (status, is_current) = app.world().resource::<Judged>().found().unwrap();
+    assert!(is_current && status.built.recording.is_none());
+    // A request in the very frame in which a design opens is for that design.
     app.world_mut().resource_mut::<WorldGeneration>().set_changed();
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, "poses.csv".into()));
     assert!(decide_state(&app).recorded.is_some());

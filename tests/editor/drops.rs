@@ -1,4 +1,4 @@
-//! Files dropped onto the window: what is said of them, and who gets them.
+//! Files dropped onto the window: what is reported of them, and who gets them.
 
 use super::app::request;
 use super::meshes::{box_obj, finish, saved_app};

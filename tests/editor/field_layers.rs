@@ -74,7 +74,7 @@ fn work(app: &App) -> Work {
     app.world().resource::<Diagnostics>().work
 }
 
-/// Poses looked up for the region of supported field.
+/// Poses evaluated for the region of supported field.
 fn looked_up(app: &App) -> u64 {
     app.world().resource::<Diagnostics>().support_evaluations
 }

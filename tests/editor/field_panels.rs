@@ -1,4 +1,4 @@
-//! The panels of the Field workspace as functions: what they say, and what they ask for.
+//! The panels of the Field workspace as functions: what they show, and what they request.
 
 use super::app::create_app;
 use super::field_workspace::{finish, request_and_wait, with_field};
@@ -22,7 +22,7 @@ use trackwright_editor::workspaces::field::{FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::volume::Volume;
 
-/// What a panel asked for while it was used.
+/// What a panel requested while it was used.
 fn use_panel(
     panel: impl Fn(&mut egui::Ui) -> Vec<FieldRequest>,
     act: impl Fn(&mut Harness),

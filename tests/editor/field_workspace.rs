@@ -151,7 +151,7 @@ fn a_fitted_room_equals_the_commands_output() {
     drop_file(&mut app, &fit);
     let table = field_state(&app).training.table.as_ref().unwrap();
     assert_eq!(table.samples.samples.len(), 4000);
-    // The second one asks what it is for.
+    // The second one opens a dialog about its purpose.
     drop_file(&mut app, &holdout);
     let which = FieldDialog::WhichTable { file: holdout.clone() };
     assert_eq!(app.world().resource::<Dialogs>().get(), Some(&which));

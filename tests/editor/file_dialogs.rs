@@ -53,7 +53,7 @@ fn the_system_dialogs_choice_is_used() {
     harness.run_steps(2);
     let load = MeshRequest::load(BodyRole::Crf, file.clone());
     assert_eq!(*answers.borrow(), [DialogAnswer::Request(load)]);
-    // A place to save at is asked about where something is there, wherever it was chosen.
+    // Replacing an existing file needs confirmation, wherever it was chosen.
     let save = DesignDialog::save_as(folder.path().to_owned(), "a.design.ron");
     let (mut harness, dialog, answers) = shown(save);
     choose(&dialog, SystemChoice::Chosen(file.clone()));
@@ -113,7 +113,7 @@ fn a_failed_save_can_be_saved_elsewhere() {
     let (mut harness, _, answers) = shown(DesignDialog::not_saved(&error));
     for text in ["/full/a.design.ron", "no space left", "Nothing is lost"] {
         let found = harness.query_by_label_contains(text);
-        assert!(found.is_some(), "{text:?} is not said");
+        assert!(found.is_some(), "{text:?} is not shown");
     }
     harness.get_by_label("Save as…").click();
     harness.run_steps(2);

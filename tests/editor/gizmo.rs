@@ -265,7 +265,7 @@ fn the_gizmo_needs_a_movable_selection() {
     assert_eq!(entities(&mut pointer), [0, 0]);
     pointer.select(Some(TOOL));
     assert_eq!(entities(&mut pointer), [1, 6]);
-    // Trials are looked at, not moved.
+    // Trials are shown, not moved.
     pointer.app.world_mut().insert_resource(workspaces::study::WORKSPACE);
     settle(&mut pointer.app);
     assert_eq!(entities(&mut pointer), [0, 0]);

@@ -42,7 +42,7 @@ fn legends() -> Legends {
     legends
 }
 
-/// The views that the outliner asked for while it was used, as narrow as in the window.
+/// The views that the outliner requested while it was used, as narrow as in the window.
 fn requested(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
     let (design, selection) = (design(), Selection::default());
     let (layers, legends) = (layers(), legends());

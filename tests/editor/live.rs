@@ -164,7 +164,7 @@ fn live_bodies_stand_at_compensated_poses() {
     let results = app.world().resource::<Results>();
     let trial = &results.pose.as_ref().unwrap().value.trial;
     assert!((trial.tip_error_mm - detail.trial.tip_error_mm).abs() < 5e-3);
-    // What was heard is looked at, and no part of the design.
+    // What was received is shown, and no part of the design.
     let document = &app.world().resource::<OpenWorld>().0.document;
     assert_eq!(*document.design(), before);
     assert!(document.undo_label().is_none());
@@ -305,7 +305,7 @@ fn poses_wake_only_the_live_workspace() {
     let poses = app.world().resource::<LivePoses>().number;
     let samples = |app: &App| live_state(app).seen.as_ref().unwrap().counts.sent;
     let seen = samples(&app);
-    // Long enough for the last of before to have been heard, not for the tool to be stale.
+    // Long enough for the last of before to have been received, not for the tool to be stale.
     rest(Duration::from_millis(40));
     let before = woken.load(Ordering::Relaxed);
     for _ in 0..20 {
@@ -316,7 +316,7 @@ fn poses_wake_only_the_live_workspace() {
     let woken = woken.load(Ordering::Relaxed) - before;
     // On a machine that is busy elsewhere the tool may have been stale and good again.
     assert!(woken <= 4, "{woken} wakes of 20 poses");
-    assert_eq!(samples(&app), seen, "what is not shown is not looked at");
+    assert_eq!(samples(&app), seen, "what is not shown is not read");
     assert_eq!(app.world().resource::<LivePoses>().number, poses);
 }
 

@@ -1,4 +1,4 @@
-//! Meshes for bodies: loaded, asked about, refused, missed and found again.
+//! Meshes for bodies: loaded, confirmed, refused, missed and found again.
 
 use super::app::request;
 use bevy::prelude::*;
@@ -59,7 +59,7 @@ pub fn finish(app: &mut App) {
     };
     while is_reading(app) {
         let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
-        // The thread may have told before anybody waited for it.
+        // The thread may have sent its wake before anybody waited for it.
         let _ = receiver.recv_timeout(Duration::from_millis(50));
         drop(receiver);
         app.update();
@@ -104,7 +104,7 @@ fn dialog<D: Dialog>(app: &App) -> Option<&D> {
     app.world().resource::<Dialogs>().get()
 }
 
-/// The section of the tool's mesh, and what it asks for.
+/// The section of the tool's mesh, and what it requests.
 fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
     let requests = Rc::new(RefCell::new(Vec::new()));
     let sink = Rc::clone(&requests);
@@ -120,7 +120,7 @@ fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
 fn assert_shown(app: &App, what: &str) {
     let (mut harness, _) = section(app);
     harness.run_steps(2);
-    assert!(harness.query_by_label_contains(what).is_some(), "{what:?} is not said");
+    assert!(harness.query_by_label_contains(what).is_some(), "{what:?} is not shown");
 }
 
 #[test]
@@ -219,7 +219,7 @@ fn a_wrong_unit_opens_one_dialog() {
     assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));
     assert_shown(&app, "150.0 × 8.0 × 6.0\u{2009}mm");
-    // A size that the person chose is not asked about again, however odd.
+    // A size that the person chose needs no confirmation, however odd.
     let set = MeshRequest::SetUnit { whose: BodyRole::Tool.into(), unit: Some(MeshUnit::Inch) };
     request_and_wait(&mut app, set);
     assert!(app.world().resource::<Dialogs>().current.is_none());

@@ -60,7 +60,7 @@ fn a_new_design_is_saved_with_its_files() {
     change(&mut app);
     request_and_wait(&mut app, FileRequest::Save);
     let Some(DesignDialog::SaveAs(files)) = dialog(&app) else {
-        panic!("no place asked for: {:?}", app.world().resource::<Dialogs>().current);
+        panic!("no file dialog: {:?}", app.world().resource::<Dialogs>().current);
     };
     assert!(files.text.ends_with("untitled.design.ron"), "{}", files.text);
     let file = folder.path().join("mine.design.ron");

@@ -1,4 +1,4 @@
-//! The panels as functions: what they say, and what they ask for when they are used.
+//! The panels as functions: what they show, and what they request when they are used.
 
 use super::app::{design, environment, layers, world};
 use bevy_egui::egui;
@@ -36,7 +36,7 @@ use trackwright_simulation::{
 
 type Requests = Rc<RefCell<Vec<DesignAction>>>;
 
-/// A harness of a panel, and what it asked for in all frames.
+/// A harness of a panel, and what it requested in all frames.
 fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
     let requests = Requests::default();
     let sink = Rc::clone(&requests);

@@ -41,7 +41,7 @@ impl Picture {
         self.pixels[y * self.width + x]
     }
 
-    /// The pixels that are as asked for.
+    /// The pixels of the requested colour.
     pub fn all(&self, is_wanted: impl Fn([u8; 3]) -> bool) -> BTreeSet<Pixel> {
         let places = (0..self.height).flat_map(|y| (0..self.width).map(move |x| [x, y]));
         places.filter(|at| is_wanted(self.at(*at))).collect()
@@ -53,7 +53,7 @@ impl Picture {
         self.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count()
     }
 
-    /// Groups of touching pixels (corners count) that are as asked for, the largest first.
+    /// Groups of touching pixels (corners count) of the requested colour, the largest first.
     pub fn blobs(&self, is_wanted: impl Fn([u8; 3]) -> bool) -> Vec<Blob> {
         let mut left = self.all(is_wanted);
         let mut blobs = Vec::new();

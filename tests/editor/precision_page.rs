@@ -51,7 +51,7 @@ fn request_and_wait(app: &mut App, request: PrecisionRequest) {
     app.update();
 }
 
-/// The page as it is drawn, and what was asked for in it.
+/// The page as it is drawn, and what was requested in it.
 fn use_page(
     page: &PrecisionPage,
     is_current: bool,

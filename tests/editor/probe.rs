@@ -45,7 +45,7 @@ fn without_bodies(view: &mut View) {
     }
 }
 
-/// Moves the pointer over a point of the tracker frame; what the probe says.
+/// Moves the pointer over a point of the tracker frame; what the probe shows.
 fn point_at(app: &mut App, point_mm: &Point3<f64>) -> Option<String> {
     let at = {
         let rig = app.world().resource::<OrbitRig>();

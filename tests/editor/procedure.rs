@@ -1,5 +1,5 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
-//! `docs/start/tutorial.md` tells. With `UPDATE_TUTORIAL` set, its pictures are painted.
+//! `docs/start/tutorial.md` describes. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
 use super::decide::{decide_app, decide_state, move_sensor, request_and_wait, rest, use_panel};
 use bevy::prelude::*;
@@ -32,10 +32,10 @@ fn file(app: &mut App, request: FileRequest) {
     rest(app);
 }
 
-fn standing(app: &App) -> &StepStatus {
-    let (standing, is_current) = app.world().resource::<Judged>().found().unwrap();
+fn step_status(app: &App) -> &StepStatus {
+    let (step_status, is_current) = app.world().resource::<Judged>().found().unwrap();
     assert!(is_current, "of the design as it is");
-    standing
+    step_status
 }
 
 fn document(app: &App) -> &Document {
@@ -99,7 +99,7 @@ fn scenario(app: &App) -> Scenario {
 }
 
 /// What the built tool would have recorded in its room: the poses of its motion as they are and as the
-/// tracker tells them, a few hundredths off.
+/// tracker reports them, a few hundredths off.
 fn recording(app: &App, folder: &Path) -> PathBuf {
     let mut scenario = scenario(app);
     if let Some(crf) = scenario.crf.take() {
@@ -119,7 +119,7 @@ fn recording(app: &App, folder: &Path) -> PathBuf {
     file
 }
 
-/// What the tracker told of the CRF meanwhile, which lay still.
+/// What the tracker reported of the CRF meanwhile, which lay still.
 fn recording_of_crf(app: &App, folder: &Path, rows: usize) -> PathBuf {
     let mut scenario = scenario(app);
     let crf = scenario.crf.take().unwrap();
@@ -132,7 +132,7 @@ fn recording_of_crf(app: &App, folder: &Path, rows: usize) -> PathBuf {
     file
 }
 
-/// A picture of the tutorial, where they are asked for.
+/// A picture of the tutorial, where they are requested.
 fn picture(app: &App, name: &str, workspace: Workspace, compared: ComparedDesigns) {
     if std::env::var_os("UPDATE_TUTORIAL").is_none() {
         return;
@@ -159,11 +159,11 @@ fn from_an_empty_design_to_a_decided_tool() {
     edit(&mut app, Edit::SetName("Biopsy needle".to_owned()));
     let saved = folder.path().join("needle.design.ron");
     file(&mut app, FileRequest::SaveAs(saved.clone()));
-    assert_eq!(standing(&app).state(Step::Crf), State::NoRequirement);
-    assert_eq!(standing(&app).state(Step::Built), State::NotRecorded);
+    assert_eq!(step_status(&app).state(Step::Crf), State::NoRequirement);
+    assert_eq!(step_status(&app).state(Step::Built), State::NotRecorded);
     picture(&app, "1-new", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
-    // 2. The rooms it is to be used in, and what is asked of the CRF alone.
+    // 2. The rooms it is to be used in, and what is required of the CRF alone.
     let room = stronger_room(&app, folder.path());
     request_and_wait(&mut app, DecideRequest::AddRoom(RoomSource::File(room)));
     for (name, position) in [("lesion", [40.0, 0.0, 60.0]), ("entry", [60.0, 0.0, 10.0])] {
@@ -172,9 +172,9 @@ fn from_an_empty_design_to_a_decided_tool() {
     }
     let requirement = Requirement::at_most([(Metric::TIP_MAX, 0.3)]);
     edit(&mut app, Edit::SetCrfRequirement(Some(requirement)));
-    assert_eq!(standing(&app).crf.rows.len(), 4, "two targets in two rooms");
-    assert_eq!(standing(&app).state(Step::Crf), State::Missed);
-    let counts = standing(&app).crf.counts();
+    assert_eq!(step_status(&app).crf.rows.len(), 4, "two targets in two rooms");
+    assert_eq!(step_status(&app).state(Step::Crf), State::Missed);
+    let counts = step_status(&app).crf.counts();
     assert_eq!((counts.missed, counts.cannot_tell), (2, 2));
     // What is missed is not decided without a reason.
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
@@ -185,9 +185,9 @@ fn from_an_empty_design_to_a_decided_tool() {
     let pose = document(&app).design().crf.as_ref().unwrap().tracker_from_crf;
     let nearer = Pose::translation(0.0, 0.0, 100.0) * pose;
     edit(&mut app, Edit::SetCrfPose(nearer));
-    assert_eq!(standing(&app).state(Step::Crf), State::Met);
+    assert_eq!(step_status(&app).state(Step::Crf), State::Met);
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
-    assert_eq!(standing(&app).state(Step::Crf), State::Decided);
+    assert_eq!(step_status(&app).state(Step::Crf), State::Decided);
 
     // 4. The tool over its motion, against the first draft of itself.
     edit(
@@ -215,7 +215,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     let found = super::decide::found(&app);
     let difference = found.comparison.rows[1].against_baseline.as_ref().unwrap().differences[0];
     assert!(difference.difference < 0.0, "{difference:?}");
-    assert_eq!(standing(&app).state(Step::Tool), State::Met);
+    assert_eq!(step_status(&app).state(Step::Tool), State::Met);
     picture(
         &app,
         "4-beside",
@@ -225,20 +225,20 @@ fn from_an_empty_design_to_a_decided_tool() {
     let note = "The lesion is never nearer than 3 mm to a vessel".to_owned();
     request_and_wait(&mut app, DecideRequest::SetNote(Step::Tool, note.clone()));
     request_and_wait(&mut app, DecideRequest::Decide(Step::Tool));
-    assert_eq!(standing(&app).state(Step::Tool), State::Decided);
+    assert_eq!(step_status(&app).state(Step::Tool), State::Decided);
     assert_eq!(document(&app).design().procedure.tool.as_ref().unwrap().note, note);
     assert!(decide_state(&app).note(Step::Tool).is_empty());
 
     // 5. The built tool, measured in its room.
     let tool = recording(&app, folder.path());
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Tool, tool));
-    assert_eq!(standing(&app).state(Step::Built), State::Compared);
+    assert_eq!(step_status(&app).state(Step::Built), State::Compared);
     let poses = trials(&scenario(&app), &Mode::Motion, EVERY).len();
     let crf = recording_of_crf(&app, folder.path(), poses);
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
-    assert_eq!(standing(&app).state(Step::Built), State::Compared);
+    assert_eq!(step_status(&app).state(Step::Built), State::Compared);
     request_and_wait(&mut app, DecideRequest::Decide(Step::Built));
-    assert_eq!(standing(&app).state(Step::Built), State::Decided);
+    assert_eq!(step_status(&app).state(Step::Built), State::Decided);
     file(&mut app, FileRequest::Save);
     picture(&app, "5-decided", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
@@ -247,14 +247,14 @@ fn from_an_empty_design_to_a_decided_tool() {
     assert_eq!(opened.document.design().procedure, document(&app).design().procedure);
     let step = |step| opened.document.design().procedure.decision(step).is_some();
     assert!(Step::ALL.into_iter().all(step));
-    // A change is told at every step that it concerns.
+    // A change is reported at every step that it concerns.
     move_sensor(&mut app, 5.0);
-    assert_eq!(standing(&app).state(Step::Crf), State::Decided);
-    assert_eq!(standing(&app).state(Step::Tool), State::DecidedOnOtherFigures);
-    assert!(!standing(&app).changes(Step::Tool).is_empty());
+    assert_eq!(step_status(&app).state(Step::Crf), State::Decided);
+    assert_eq!(step_status(&app).state(Step::Tool), State::DecidedOnOtherFigures);
+    assert!(!step_status(&app).changes(Step::Tool).is_empty());
 }
 
-/// Without the CRF's own poses the errors are those in the tracker's frame, and the panel says so.
+/// Without the CRF's own poses the errors are those in the tracker's frame, and the panel states it.
 #[test]
 fn a_crf_recording_judges_in_the_crf() {
     let folder = tempfile::tempdir().unwrap();
@@ -275,7 +275,7 @@ fn a_crf_recording_judges_in_the_crf() {
     assert_eq!(requests, [DecideRequest::ShowRecorded(BodyRole::Crf)]);
     request_and_wait(&mut app, DecideRequest::Recorded(BodyRole::Crf, crf));
     assert_eq!(notes(&app), [""; 0]);
-    let found = standing(&app).built.recording.clone().unwrap().unwrap().found;
+    let found = step_status(&app).built.recording.clone().unwrap().unwrap().found;
     let squares: f64 = in_crf.iter().map(|t| t.tip_error_mm * t.tip_error_mm).sum();
     let rms_mm = (squares / in_crf.len() as f64).sqrt();
     assert!(
@@ -292,7 +292,7 @@ fn a_crf_recording_judges_in_the_crf() {
     let table = &decide_state(&app).recorded.as_ref().unwrap().table;
     assert_eq!(table, "needle-built.csv", "beside the design");
     file(&mut app, saved(elsewhere.path()));
-    let now = &standing(&app).built.recording.as_ref().unwrap();
+    let now = &step_status(&app).built.recording.as_ref().unwrap();
     let now = &now.as_ref().unwrap().found;
     assert_eq!(now.predicted_rms_mm, found.predicted_rms_mm);
     assert_ne!(now.recording.table, "needle-built.csv");

@@ -22,7 +22,7 @@ use trackwright_editor::workspaces::design::row_page::{RowPage, row_page_ui};
 
 type Requests<T> = Rc<RefCell<Vec<T>>>;
 
-/// A harness of a panel, and what it asked for in all frames.
+/// A harness of a panel, and what it requested in all frames.
 fn harness<'a, T: 'a>(
     panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a,
 ) -> (Harness<'a>, Requests<T>) {
@@ -36,7 +36,7 @@ fn harness<'a, T: 'a>(
     (harness, requests)
 }
 
-/// Types into the field of a value, in millimetres or degrees, and says what is asked for.
+/// Types into the field of a value, in millimetres or degrees, and returns what is requested.
 fn type_number(
     field: NumberField<'static>,
     value: f64,

@@ -17,7 +17,7 @@ use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 use trackwright_project::Files;
 use trackwright_task::Task;
 
-/// Thirty poses at least, so that a mistake can be told from the field.
+/// Thirty poses at least, so that a mistake can be distinguished from the field.
 type Table = (String, MeasurementSet);
 
 fn repository_tables() -> Vec<Table> {

@@ -16,11 +16,11 @@ const REFITS: u64 = 100;
 const DRAWS: usize = 100;
 const SAMPLES: usize = 700;
 
-type Place = (Point3<f64>, Unit<Vector3<f64>>);
+type SensorPose = (Point3<f64>, Unit<Vector3<f64>>);
 
 /// Pairs of readings as a tool has them: sensors near each other along the same axis or another, far
 /// apart, and one and the same place with two axes.
-fn pairs() -> Vec<[Place; 2]> {
+fn pairs() -> Vec<[SensorPose; 2]> {
     let axis = |x: f64, y: f64, z: f64| Unit::new_normalize(Vector3::new(x, y, z));
     let point = |x: f64, y: f64, z: f64| Point3::new(x, y, z);
     let (along, aslant, across) = (axis(0.1, 0.2, 1.0), axis(0.4, 0.5, 1.0), axis(1.0, -0.3, 0.1));
@@ -37,7 +37,7 @@ fn pairs() -> Vec<[Place; 2]> {
 /// a mean.
 fn mean_squares<'a>(
     models: impl Iterator<Item = &'a DistortionModel>,
-    pair: &[Place; 2],
+    pair: &[SensorPose; 2],
 ) -> [f64; 2] {
     let (mut sums, mut count) = ([0.0; 2], 0.0);
     for model in models {
@@ -52,7 +52,7 @@ fn mean_squares<'a>(
 
 /// Places and axes that have nothing to do with each other: evenly spread numbers do, and of a
 /// sample's axis only the triangle is kept.
-fn anywhere(count: usize) -> Vec<Place> {
+fn anywhere(count: usize) -> Vec<SensorPose> {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let bounds = bounds();
     (0..count)

@@ -1,4 +1,4 @@
-//! Fits recover what made their samples, and say what they cannot.
+//! Fits recover what made their samples, and report what they cannot.
 
 use super::support::{bounds, exact, model, places, unlike};
 use nalgebra::{Point3, UnitQuaternion, Vector3};

@@ -150,7 +150,7 @@ fn a_study_counts_its_evaluations() {
         scenario.crf.as_ref().unwrap().body.sensors.len() as u64,
     );
     let outcome = motion_study(&scenario);
-    // The design's own pose, which says what the sensors determine, and every trial's tool.
+    // The design's own pose, which shows what the sensors determine, and every trial's tool.
     let expected = (tool + crf) + outcome.figures.trials as u64 * tool;
     assert_eq!(outcome.work.study_evaluations, expected);
     assert_eq!(outcome.work.slice_evaluations, 0);

@@ -1,4 +1,4 @@
-//! What a fit says of its own reach agrees with what refits to new noise do.
+//! What a fit states about its own validity agrees with what refits to new noise do.
 
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -151,7 +151,7 @@ fn scatter(
     let mut predicted = vec![[0.0; 2]; probes.len()];
     for seed in 0..refits {
         let set = noisy(&set, seed);
-        // Only the noise that the residuals tell differs from one refit's prediction to another's.
+        // Only the noise estimated from the residuals differs from one refit's prediction to another's.
         let (fit, support) = match seed % PREDICTED_EACH {
             0 => {
                 let (fit, support) = fitted(&set, settings, Some(bounds()));

@@ -62,7 +62,7 @@ fn a_crf_at_rest_is_evaluated_once_on_any_threads() {
     });
     assert_eq!(surveys[0], surveys[1]);
     assert_eq!((surveys[0].trials, surveys[0].evaluations), (3375, 3375 * tool + crf));
-    // Where it moves it is looked up each time.
+    // Where it moves it is evaluated each time.
     let trial = InputTrial {
         tracker_from_crf: scenario.crf.as_ref().map(|c| c.tracker_from_crf),
         crf_from_tool: scenario.crf_from_tool,

@@ -219,7 +219,7 @@ fn a_port_in_use_is_an_error_that_names_it() {
     assert!(text.contains(&format!("port {} of 127.0.0.1 is in use", address.port())), "{text}");
 }
 
-/// Files that this process may have open, as far as the system tells.
+/// Files that this process may have open, as far as the system reports it.
 pub(super) fn file_limit() -> usize {
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let line = limits.lines().find_map(|line| line.strip_prefix("Max open files"));
@@ -326,7 +326,7 @@ fn a_session_marks_stale_and_lost_tools() {
     send(&tracker, "Probe", 1);
     tool_is(ToolState::Good);
     assert_eq!(number_of(&viewer.next_transform()), Some(1));
-    // It says nothing more.
+    // It sends nothing more.
     tool_is(ToolState::NotGood(Reason::Stale));
     let status = viewer.next().unwrap();
     assert!(matches!(&status.content, Content::Status(s) if s.name == "STALE"), "{status:?}");

@@ -98,7 +98,7 @@ fn lasting_lateness_is_followed_only_on_request() {
         let mut relayed = Relayed::start(&listener, options);
         relayed.send("Probe", 1, 0.0);
         assert_eq!(number_of(&relayed.viewer.next_transform()), Some(1));
-        // Stamped 50 s ago, for as long as it takes to be told of, and followed.
+        // Stamped 50 s ago, for as long as it takes to be reported, and followed.
         let end = Instant::now() + PATIENCE;
         let mut changes = Vec::new();
         let is_done = |changes: &[ClockChange]| match follows_clock_steps {
@@ -121,7 +121,7 @@ fn lasting_lateness_is_followed_only_on_request() {
         let late = |change: &ClockChange| matches!(change, ClockChange::Late { by_s } if (by_s - 50.0).abs() < 1.0);
         assert!(late(&changes[0]), "{changes:?}");
         if follows_clock_steps {
-            // The shift is said of every pose from then on.
+            // Every pose states the shift from then on.
             let pose = relayed.viewer.next_transform();
             let extension = pose.extension.unwrap();
             let shift_ms: f64 = extension.get(described::CLOCK_SHIFT_MS).unwrap().parse().unwrap();
@@ -135,7 +135,7 @@ fn lasting_lateness_is_followed_only_on_request() {
                 state.tools["Probe"].state == ToolState::NotGood(Reason::Late)
             };
             while !is_late() {
-                assert!(Instant::now() < end, "never said to be late");
+                assert!(Instant::now() < end, "never reported as late");
                 rest(Duration::from_millis(5));
             }
         }

@@ -62,7 +62,7 @@ fn long_load_loses_only_what_was_sent_to_nobody() {
             assert!(received.last.values().all(|last| *last == outcome.frames));
         }
     }
-    // The one that was killed heard the first half.
+    // The one that was killed received the first half.
     let killed = &outcome.received[0];
     assert!(killed.last.values().all(|last| *last < outcome.frames) && killed.transforms > 0);
     assert_eq!(end.counts.sent, end.counts.poses);

@@ -237,7 +237,7 @@ fn receivers_of_version_one_are_served_by_the_program() {
         let count = printed.matches("Receiving TRANSFORM data type.").count();
         (count >= 10).then_some(())
     });
-    // One that asks is known by its question.
+    // A client that sends a request is recognised by it.
     let (server, live, port) = relayed(&[]);
     let mut command = openigtlink("TrackingDataClient");
     command.args(["127.0.0.1", &port.to_string(), "40"]);

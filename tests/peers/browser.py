@@ -1,10 +1,10 @@
-"""Opens a page in headless Chromium without a network, and tells what a person would find there.
+"""Opens a page in headless Chromium without a network, and reports what a person would find there.
 
 Usage: browser.py PAGE.html OUT_FOLDER [--no-webgl]
 
-Prints JSON: what the console said, what was asked of a network, whether the view turns, and the
+Prints JSON: the console's messages, the requests to a network, whether the view turns, and the
 text of the table of figures. OUT_FOLDER gets page.png, page.pdf, and, where the view turns,
-before.png and after.png around a drag. Chromium is spoken to through a pipe in its own protocol.
+before.png and after.png around a drag. Chromium is driven through a pipe in its own protocol.
 """
 
 import base64
@@ -72,7 +72,7 @@ class Browser:
         message, self.rest = self.rest.split(b"\0", 1)
         return json.loads(message)
 
-    def ask(self, method, **params):
+    def call(self, method, **params):
         number = next(self.numbers)
         message = {"id": number, "method": method, "params": params}
         if self.session:
@@ -87,7 +87,7 @@ class Browser:
             self.events.append(answer)
 
     def value(self, expression):
-        return self.ask("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
+        return self.call("Runtime.evaluate", expression=expression, returnByValue=True)["result"].get("value")
 
     def wait_until(self, expression):
         end = time.monotonic() + PATIENCE_S
@@ -99,7 +99,7 @@ class Browser:
 
 def picture(browser, file, clip=None):
     more = {"clip": {**clip, "scale": 1}} if clip else {}
-    shot = browser.ask("Page.captureScreenshot", format="png", captureBeyondViewport=clip is None, **more)
+    shot = browser.call("Page.captureScreenshot", format="png", captureBeyondViewport=clip is None, **more)
     file.write_bytes(base64.b64decode(shot["data"]))
 
 
@@ -116,7 +116,7 @@ def turned(browser, out):
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
     def mouse(kind, at_x, at_y, **more):
-        browser.ask("Input.dispatchMouseEvent", type=kind, x=at_x, y=at_y, **more)
+        browser.call("Input.dispatchMouseEvent", type=kind, x=at_x, y=at_y, **more)
 
     mouse("mousePressed", x, y, button="left", buttons=1, clickCount=1)
     for step in range(1, 11):
@@ -136,15 +136,15 @@ def main():
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         browser = Browser(profile, flags)
         try:
-            target = browser.ask("Target.createTarget", url="about:blank")["targetId"]
-            browser.session = browser.ask("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+            target = browser.call("Target.createTarget", url="about:blank")["targetId"]
+            browser.session = browser.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
             for domain in ["Page", "Runtime", "Log", "Network"]:
-                browser.ask(f"{domain}.enable")
-            browser.ask(
+                browser.call(f"{domain}.enable")
+            browser.call(
                 "Emulation.setDeviceMetricsOverride",
                 width=WIDTH, height=HEIGHT, deviceScaleFactor=1, mobile=False,
             )
-            browser.ask("Page.navigate", url=page.as_uri())
+            browser.call("Page.navigate", url=page.as_uri())
             browser.wait_until("location.protocol === 'file:' && document.readyState === 'complete'")
             has_scene = browser.value("!!document.querySelector('#scene canvas')")
             if has_scene and has_webgl:
@@ -159,28 +159,28 @@ def main():
                 ".map(row => [...row.children].map(cell => cell.textContent))"
             )
             still = browser.value("(document.querySelector('.still-words') || {}).checkVisibility?.()")
-            pdf = browser.ask("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
+            pdf = browser.call("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
             (out / "page.pdf").write_bytes(base64.b64decode(pdf["data"]))
-            browser.ask("Runtime.evaluate", expression="0")
+            browser.call("Runtime.evaluate", expression="0")
         finally:
             browser.process.kill()
             browser.process.wait()
-    said, asked = [], []
+    console, requests = [], []
     for event in browser.events:
         params = event.get("params", {})
         match event.get("method"):
             case "Runtime.consoleAPICalled":
                 words = [str(argument.get("value", argument.get("description"))) for argument in params["args"]]
-                said.append(f"{params['type']}: {' '.join(words)}")
+                console.append(f"{params['type']}: {' '.join(words)}")
             case "Runtime.exceptionThrown":
-                said.append(f"exception: {params['exceptionDetails']['text']}")
+                console.append(f"exception: {params['exceptionDetails']['text']}")
             case "Log.entryAdded":
-                said.append(f"{params['entry']['level']}: {params['entry']['text']}")
+                console.append(f"{params['entry']['level']}: {params['entry']['text']}")
             case "Network.requestWillBeSent":
                 url = params["request"]["url"]
                 if url != page.as_uri() and not url.startswith("data:"):
-                    asked.append(url)
-    print(json.dumps({"said": said, "asked": asked, "turns": turns, "still_words": still, "figures": figures}))
+                    requests.append(url)
+    print(json.dumps({"console": console, "requests": requests, "turns": turns, "still_words": still, "figures": figures}))
 
 
 main()

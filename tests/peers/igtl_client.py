@@ -1,4 +1,4 @@
-"""Hears the transform of a tool with pyigtl and prints it with its metadata, as JSON."""
+"""Receives the transform of a tool with pyigtl and prints it with its metadata, as JSON."""
 
 import json
 import sys

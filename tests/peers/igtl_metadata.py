@@ -1,4 +1,4 @@
-"""Hears transforms of a tool with pyigtl and prints the metadata of each, as JSON, a line each."""
+"""Receives transforms of a tool with pyigtl and prints the metadata of each, as JSON, a line each."""
 
 import json
 import sys

@@ -1,6 +1,6 @@
-// What the validator of the Khronos Group says of a file, as JSON.
+// What the validator of the Khronos Group reports of a file, as JSON.
 //
-// validate_glb.js FILE, with its packages where NODE_PATH says.
+// validate_glb.js FILE, with its packages at NODE_PATH.
 
 const fs = require("fs");
 const validator = require("gltf-validator");

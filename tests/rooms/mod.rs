@@ -254,8 +254,8 @@ fn cases(rooms: std::ops::Range<u64>) -> Vec<Case> {
     cases
 }
 
-/// The room as the raw held-out error has it: each sensor is off by that much more than the room's model
-/// says, by chance and the same at every pose, as if nothing were known of how it goes over the room.
+/// The room as the raw held-out error has it: each sensor is off by that much more than in the room's model,
+/// by chance and the same at every pose, as if nothing were known of how it goes over the room.
 fn by_held_out_error(environment: &Environment, held_out: &SampleSet) -> Arc<Environment> {
     let left = residuals(&environment.model, held_out, OutsidePolicy::Clamp);
     let position_mm2 = left.position_rms_mm.powi(2) / 3.0;
@@ -275,7 +275,7 @@ fn by_held_out_error(environment: &Environment, held_out: &SampleSet) -> Arc<Env
     Arc::new(Environment { process: Some(Arc::new(certain)), ..environment.clone() })
 }
 
-/// Widths of intervals as they are drawn, without what they are stretched by on the logarithmic scale.
+/// Widths of intervals as they are drawn, without their scaling on the logarithmic scale.
 fn drawn_widths(scenario: &Scenario, environment: &Arc<Environment>) -> MetricValues {
     let scenario = Scenario { environment: Arc::clone(environment), ..scenario.clone() };
     let found = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
@@ -393,7 +393,7 @@ fn intervals_hold_in_rooms_no_model_can_represent() {
         sums.named += compared.named;
         sums.wrong += compared.wrong;
     }
-    // Some differences are large enough to be told, and one in twenty may be told wrong.
+    // Some differences are large enough for a verdict, and one verdict in twenty may be wrong.
     assert!(sums.named >= 10, "{}", sums.named);
     assert!(20 * sums.wrong <= sums.named, "{} of {}", sums.wrong, sums.named);
 }
@@ -426,7 +426,7 @@ fn rooms_of_the_method_page() {
     }
 }
 
-/// What a room says of its readings at fresh poses.
+/// A room's readings at fresh poses.
 struct Readings {
     /// Part of the positions and of the orientations within what 95 % are stated to be within.
     within: [f64; 2],

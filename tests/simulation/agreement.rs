@@ -51,7 +51,7 @@ fn true_poses(count: usize, seed: u64) -> Vec<Pose> {
         .collect()
 }
 
-/// What the study says the tracker would tell.
+/// What the tracker would report according to the study.
 fn read(scenario: &Scenario, poses: &[Pose]) -> Vec<Pose> {
     let given =
         poses.iter().map(|pose| InputTrial { tracker_from_crf: None, crf_from_tool: *pose });
@@ -263,8 +263,8 @@ fn correlated_noise_does_not_narrow_the_intervals() {
     assert!((33.0..=60.0).contains(&mean_effective), "{mean_effective}");
     let part = |count: usize| f64::from(count as u32) / 200.0;
     let all = format!("{mean_held} {part_held} {naive_held}");
-    // Blocks of a series that is worth 44 poses are known to cover a few percent less than they
-    // say; as if poses were independent it would be some half.
+    // Blocks of a series with 44 effective poses are known to cover a few percent less than
+    // stated; as if poses were independent it would be some half.
     assert!(part(mean_held) > 0.95 - 0.04 - OF_200, "{all}");
     assert!(part(part_held) > 0.95 - 0.04 - OF_200, "{all}");
     assert!(part(naive_held) < 0.65, "{all}");

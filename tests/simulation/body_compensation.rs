@@ -1,4 +1,4 @@
-//! What the study says a tracker would tell of a body is turned back into where the body is.
+//! The pose of a body that a tracker would report is corrected to the body's true pose.
 
 use trackwright_simulation::body_compensation::*;
 
@@ -86,7 +86,7 @@ fn markers_and_single_coils_keep_their_positions() {
         let seen = simulate_pose(&scenario).tool;
         let measured = seen.tracker_from_body_fitted;
         let found = compensated(&scenario, &scenario.tool, &measured, Method::Inverse);
-        // A coil's roll is not measured: what is told of it is kept.
+        // A coil's roll is not measured: the reported one is kept.
         for sensor in &scenario.tool.sensors {
             let sensor_mm = |pose: &Pose| pose * sensor.position_in_body;
             let mm = (sensor_mm(&found.pose.unwrap()) - sensor_mm(&seen.tracker_from_body)).norm();

@@ -1,4 +1,4 @@
-//! What a step comes to, and what is told of one that was decided.
+//! What a step comes to, and what is reported of one that was decided.
 
 use trackwright_procedure::*;
 use trackwright_procedure::{DecidedRecording, DecidedStudies, DecisionBasis, RoomName, Step};

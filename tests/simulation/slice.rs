@@ -192,7 +192,7 @@ fn gradients_agree_with_finite_differences() {
         at.error.position_mm
     };
     // Central differences over 1 mm of a polynomial over hundreds: third derivatives are some
-    // 1e-6 / mm², and round-off of 1e-14 mm is nothing beside them.
+    // 1e-6 / mm², and round-off of 1e-14 mm is negligible.
     let (h, mut compared) = (0.5, 0);
     for v in 0..8 {
         for u in 0..9 {

@@ -21,7 +21,7 @@ fn region_fraction_is_the_share_of_supported_points() {
     let found = region(&room, 17);
     let support = room.fit_validity.as_ref().unwrap();
     let own = *room.model.bounds();
-    // Halton points: 2,000 of them tell a share to about 1 %.
+    // Halton points: 2,000 of them give a share to about 1 %.
     let halton = |mut i: usize, base: usize| {
         let (mut part, mut value) = (1.0, 0.0);
         while i > 0 {

@@ -78,8 +78,8 @@ fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
 
 /// 4 mm at x = 200 mm, none at 0.
 fn slope(limit_mm: f64) -> Scenario {
-    let shifts = (0..8).map(|i| 4.0 * f64::from(i / 4)).collect();
-    scenario(1, shifts, limit_mm)
+    let translations_mm = (0..8).map(|i| 4.0 * f64::from(i / 4)).collect();
+    scenario(1, translations_mm, limit_mm)
 }
 
 fn region(scenario: &Scenario, counts: [usize; 3]) -> UsableRegion {
@@ -107,13 +107,13 @@ fn a_quadratic_error_gives_an_ellipsoidal_region() {
     // 4 f (x - 1/2)² in Bernstein form of order 2 is f, -f, f.
     let steep = [8.0, 6.0, 5.0];
     let ends = [1.0, -1.0, 1.0];
-    let shifts = (0..27).map(|i| {
+    let translations_mm = (0..27).map(|i| {
         let at = [i / 9, i / 3 % 3, i % 3];
         (0..3).map(|k| steep[k] * ends[at[k]]).sum::<f64>()
     });
     let limit = 0.5;
     let counts = [25, 29, 22];
-    let region = region(&scenario(2, shifts.collect(), limit), counts);
+    let region = region(&scenario(2, translations_mm.collect(), limit), counts);
     let center = Point3::new(100.0, 100.0, 100.0) - Vector3::from(ARM_MM);
     // mm of error a mm² along each axis.
     let curvature = steep.map(|f| 4.0 * f / (SIZE_MM * SIZE_MM));
@@ -159,17 +159,20 @@ fn each_point_equals_a_study_with_the_tip_there() {
     let tip_in_tool = scenario.tool.judged_tip_in_body().coords;
     let tracker_from_crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
     // The first, third and last of the five angles about each axis.
-    let turns: Vec<_> = (0..125)
+    let tool_rotations: Vec<_> = (0..125)
         .filter(|i| [i / 25, i / 5 % 5, i % 5].iter().all(|angle| angle % 2 == 0))
         .map(|i| grid.pose(i).rotation)
         .collect();
     for place in [0, 37, 62, 99] {
         let tip = tracker_from_crf.inverse() * region.share.point_mm(region.share.index(place));
-        let trials: Vec<_> = turns
+        let trials: Vec<_> = tool_rotations
             .iter()
-            .map(|turn| InputTrial {
+            .map(|rotation| InputTrial {
                 tracker_from_crf: None,
-                crf_from_tool: Pose::from_parts((tip.coords - turn * tip_in_tool).into(), *turn),
+                crf_from_tool: Pose::from_parts(
+                    (tip.coords - rotation * tip_in_tool).into(),
+                    *rotation,
+                ),
             })
             .collect();
         let mode = Mode::Input(trials.into());
@@ -247,7 +250,7 @@ fn region_fractions_are_those_of_the_dome_volume() {
     }
     let cut = Bounds::around(half.surface.positions_mm.iter().copied()).unwrap();
     assert!(cut.max_mm.y > 478.0 && cut.min_mm.y < -478.0, "{cut:?}");
-    // Points that no cell of the dome has are not looked at.
+    // Points that no cell of the dome has are not evaluated.
     assert!(half.work.region_evaluations < 15 * 25 * 25 * 25 / 16);
     let all = region(&dome(4.1), [7, 6, 5]);
     assert_eq!(all.fraction, 1.0);
@@ -284,11 +287,11 @@ fn intervals_leave_less_than_the_rooms_own_field() {
     let pairs = || upper.values.iter().zip(&own.share.values);
     assert!(pairs().all(|(upper, own)| upper >= own));
     // Between the points of the coarse lattice, against intervals that are found there.
-    let turns = rotations(&scenario).unwrap().0;
+    let tool_rotations = rotations(&scenario).unwrap().0;
     let crf_from_tracker = scenario.crf.as_ref().unwrap().tracker_from_crf.inverse();
-    let with_tip_at = |tip: &Point3<f64>, turn: &UnitQuaternion<f64>| {
-        let arm = turn * scenario.tool.tip_in_body.unwrap().coords;
-        pose_from_parts((crf_from_tracker * tip).coords - arm, *turn)
+    let with_tip_at = |tip: &Point3<f64>, rotation: &UnitQuaternion<f64>| {
+        let arm = rotation * scenario.tool.tip_in_body.unwrap().coords;
+        pose_from_parts((crf_from_tracker * tip).coords - arm, *rotation)
     };
     let mut off: Vec<f64> = [101, 193, 331, 373, 415, 529, 613]
         .into_iter()
@@ -296,9 +299,9 @@ fn intervals_leave_less_than_the_rooms_own_field() {
             let index = upper.index(place);
             assert!(index.iter().any(|i| i % 2 == 1));
             let tip = upper.point_mm(index);
-            let trials = turns.iter().map(|turn| InputTrial {
+            let trials = tool_rotations.iter().map(|rotation| InputTrial {
                 tracker_from_crf: None,
-                crf_from_tool: with_tip_at(&tip, turn),
+                crf_from_tool: with_tip_at(&tip, rotation),
             });
             let mode = Mode::Input(trials.collect());
             let found = expected(&scenario, &mode, &CancelToken::default()).unwrap();

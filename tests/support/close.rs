@@ -1,4 +1,4 @@
-//! Comparisons that say by how much they fail.
+//! Comparisons that report by how much they fail.
 
 /// Relative tolerance of the worked cases (`tests/data/golden`).
 pub const GOLDEN: f64 = 1e-9;

@@ -9,7 +9,7 @@ pub fn own(path: &str) -> PathBuf {
 }
 
 /// A path in the third-party data folder named by `TRACKWRIGHT_DATA`. Without the folder the test
-/// is skipped, and the terminal says so; with `CI` set it fails instead.
+/// is skipped, and the terminal reports it; with `CI` set it fails instead.
 pub fn third_party(path: &str) -> Option<PathBuf> {
     let Some(root) = std::env::var_os("TRACKWRIGHT_DATA") else {
         let missing = format!("{path} is not there: set TRACKWRIGHT_DATA to the third-party data");

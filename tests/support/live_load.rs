@@ -33,7 +33,7 @@ pub fn tracker(address: SocketAddr) -> Server {
     Server::start(&options, |_| {}).unwrap()
 }
 
-/// What one client heard.
+/// What one client received.
 #[derive(Clone, Debug, Default)]
 pub struct Received {
     pub transforms: u64,
@@ -42,9 +42,9 @@ pub struct Received {
     pub gaps: Vec<Gap>,
     /// Transforms that were not newer than the one before.
     pub old: u64,
-    /// Transforms of tools that had been said not to be good and not to be good again.
+    /// Transforms of tools whose last reported state was not good.
     pub not_good: u64,
-    /// Transforms that said to be later than the relay's own bound.
+    /// Transforms whose stated latency exceeds the relay's own bound.
     pub late: u64,
     /// From the tracker to here.
     pub latency: LatencySummary,
@@ -62,7 +62,7 @@ pub struct Gap {
 pub struct Outcome {
     /// Frames, each a transform of every tool.
     pub frames: u32,
-    /// The first and the last frame that nobody could hear.
+    /// The first and the last frame that nobody could receive.
     pub away: Gap,
     /// The first was killed.
     pub received: Vec<Received>,

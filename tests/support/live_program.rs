@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
-/// The program, running, and what it says.
+/// The program, running, and its notes.
 pub struct Live {
     pub child: Child,
     notes: Receiver<String>,

@@ -186,7 +186,7 @@ impl Scratch {
         text(&self.path(name))
     }
 
-    /// Copies a design's folder of `tests/data` to `d`, in a room fitted to the table of `room-a` as asked.
+    /// Copies a design's folder of `tests/data` to `d`, in a room fitted to the table of `room-a` with the given options.
     pub fn copy_design_with_room(&self, from: &str, fit: &str) {
         self.copy_own(from, "d");
         self.succeed(format!("fit own:room-a/room-a-fit.csv -o d/room.env.ron {fit}"));

@@ -12,22 +12,22 @@ use trackwright_openigtlink::codec::{Content, Decoded, Decoder, Matrix, Message,
 /// How long anything is waited for before a test gives up; nothing depends on how fast it comes.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What is told, to be waited for.
+/// Events to be waited for.
 pub struct Events<T>(Receiver<T>);
 
-/// Somewhere to tell to, and the other end.
+/// A sender of events, and the other end.
 pub fn events<T>() -> (Sender<T>, Events<T>) {
     let (sender, events) = channel();
     (sender, Events(events))
 }
 
 impl<T: std::fmt::Debug> Events<T> {
-    /// What was told and not looked at yet.
+    /// The next event that was sent and not read yet.
     pub fn try_next(&self) -> Option<T> {
         self.0.try_recv().ok()
     }
 
-    /// The first thing told that is wanted; everything before it is thrown away.
+    /// The first event that is wanted; everything before it is thrown away.
     #[track_caller]
     pub fn wait_for<R>(&self, what: &str, mut pick: impl FnMut(T) -> Option<R>) -> R {
         let end = Instant::now() + PATIENCE;
@@ -46,7 +46,7 @@ impl<T: std::fmt::Debug> Events<T> {
     }
 }
 
-/// Waits, where nothing tells that it is time.
+/// Waits, where no event marks the time.
 pub fn rest(time: Duration) {
     let (_sender, events) = channel::<()>();
     let _ = events.recv_timeout(time);
@@ -117,7 +117,7 @@ impl Reader {
     /// The next transform, whatever else comes before it.
     #[track_caller]
     pub fn next_transform(&mut self) -> Message {
-        // What is said again every second is no reason to wait for ever.
+        // A status that is repeated every second is no reason to wait for ever.
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
             let message = self.next().expect("a transform before the end");
@@ -129,7 +129,7 @@ impl Reader {
     }
 }
 
-/// A pose that tells its number: its x, exact in single precision below 2²⁴.
+/// A pose that carries its number: its x, exact in single precision below 2²⁴.
 pub fn numbered_pose(number: u32) -> Pose {
     pose_from_parts(
         nalgebra::Vector3::new(f64::from(number), 10.0, -250.0),
@@ -137,7 +137,7 @@ pub fn numbered_pose(number: u32) -> Pose {
     )
 }
 
-/// A transform that tells its number, stamped now.
+/// A transform that carries its number, stamped now.
 pub fn numbered(tool: &str, number: u32) -> Message {
     let matrix = Matrix::from_pose(&numbered_pose(number));
     Message::new(tool, Timestamp::now(), Content::Transform(matrix))

@@ -1,4 +1,4 @@
-//! The slice shows what `distort` says, in the colours of its colour bar.
+//! The slice shows what `distort` computes, in the colours of its colour bar.
 
 use super::render;
 use crate::copied::Copied;
@@ -192,7 +192,7 @@ fn a_facing_slice_is_hatched_outside_the_box() {
             let is_free = (0.2..0.75).contains(&(x / f64::from(SIZE[0])))
                 && (0.2..0.75).contains(&(y / f64::from(SIZE[1])))
                 && sensors.iter().all(|s| (s[0] - x).hypot(s[1] - y) > SENSOR_PX);
-            // Neighbours that are told otherwise make a pixel of both.
+            // Neighbours on the other side of the box mix into one pixel.
             let around = [(-1, -1), (-1, 1), (1, -1), (1, 1)].map(|(i, j)| {
                 let place = |at: usize, by: isize| at.wrapping_add_signed(by);
                 bounds.contains(&plan.point_mm(place(u, i), place(v, j)))

@@ -1,4 +1,4 @@
-//! A file that cannot be opened is told in the words of the command line, and costs nothing.
+//! A file that cannot be opened is reported in the words of the command line, and costs nothing.
 
 use super::harness::Window;
 use crate::copied::Copied;

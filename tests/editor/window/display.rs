@@ -1,11 +1,11 @@
-//! Where there can be no window: one line says why, and the main job is done.
+//! Where there can be no window: one line states why, and the main job is done.
 
 use super::screen::Screen;
 use crate::support::program::{Scratch, succeed, text, trackwright};
 use std::path::Path;
 use std::process::Command;
 
-/// Starts the editor where there can be none; the line that it says.
+/// Starts the editor where there can be none; the line that it prints.
 #[track_caller]
 fn does_the_main_job(prepare: impl FnOnce(&mut Command)) -> String {
     let design = Path::new(env!("CARGO_MANIFEST_DIR")).join("designs/pointer-on-head.design.ron");

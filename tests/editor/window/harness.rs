@@ -1,4 +1,4 @@
-//! The program in a window on a display of its own, what it tells with `--explain`, and a person's
+//! The program in a window on a display of its own, what it prints with `--explain`, and a person's
 //! hand and eye.
 
 use super::screen::Screen;
@@ -27,7 +27,7 @@ pub struct Turn(#[expect(dead_code, reason = "held, not read")] MutexGuard<'stat
 
 impl Turn {
     pub fn wait() -> Self {
-        // A test that failed with a window open says nothing about the next one.
+        // A test that failed with a window open decides nothing about the next one.
         Self(TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner()))
     }
 }
@@ -187,7 +187,7 @@ impl Window {
     pub fn close(mut self) {
         self.xdotool(&["keydown", "ctrl"]);
         self.settle();
-        // Nobody hears the key let go.
+        // Nobody receives the key's release.
         self.xdotool(&["key", "q"]);
         let status = self.program.wait().unwrap();
         assert!(status.success(), "{status:?}; {}", self.newest());
@@ -198,7 +198,7 @@ impl Window {
         self.settle();
         let mut last = self.screen.picture();
         let start = Instant::now();
-        // Frames are told when they are made; the driver presents them a little later.
+        // Frames are reported when they are made; the driver presents them a little later.
         while start.elapsed() < PATIENCE {
             self.listen(REST);
             let now = self.screen.picture();
@@ -274,7 +274,7 @@ impl Window {
         }
     }
 
-    /// Waits until what was told so far is as wanted.
+    /// Waits until what was printed so far is as wanted.
     #[track_caller]
     pub fn wait_for(&mut self, what: &str, is_there: impl Fn(&[String]) -> bool) {
         self.poll(what, |window| is_there(&window.printed));
@@ -291,7 +291,7 @@ impl Window {
         }
     }
 
-    /// Takes in the lines that come until none came for so long; how many there were.
+    /// Receives the lines that come until none came for so long; how many there were.
     pub fn listen(&mut self, pause: Duration) -> usize {
         let before = self.printed.len();
         loop {
@@ -315,7 +315,7 @@ impl Window {
 
     fn newest(&self) -> String {
         let from = self.printed.len().saturating_sub(12);
-        format!("the last it told:\n{}", self.printed[from..].join("\n"))
+        format!("the last lines:\n{}", self.printed[from..].join("\n"))
     }
 }
 

@@ -27,7 +27,7 @@ const LONGER: Duration = Duration::from_secs(6);
 /// An edit reaches the disk within this: some kills are before, some within and some after that.
 const MIDST: Duration = Duration::from_secs(1);
 
-/// Where the coordinate begins that tells which edit was the last, and its step: never again where
+/// Where the coordinate begins that identifies the last edit, and its step: never again where
 /// the file has it, since a design that is as it was saved needs no recovery.
 const FIRST_MM: f64 = 73.0;
 const STEP_MM: f64 = 0.5;
@@ -62,7 +62,7 @@ impl Stream {
     }
 
     /// Types the next place; it counts once the window has drawn it. On a busy machine a field may
-    /// not have heard the click before the digits come: whoever sees that types them again.
+    /// not have received the click before the digits come: whoever sees that types them again.
     fn edit(&mut self) {
         let before = self.window.document("revision").to_owned();
         for _ in 0..ATTEMPTS {

@@ -1,5 +1,5 @@
 //! Where things are in the window: the panels are laid out once more without it, and the camera
-//! projects as the core says.
+//! projects as the core does.
 
 use super::screen::SIZE;
 use crate::app::layers;

@@ -49,7 +49,7 @@ fn slides_are_edited_presented_and_saved() {
     assert_eq!(after[0].title, "Ward 3");
     assert_eq!(after[0].view, before[0].view);
     assert_eq!(after[1..], before[1..]);
-    // The scene is as it was; a line in the status bar says what was saved.
+    // The scene is as it was; a line in the status bar states what was saved.
     let status_line = usize::from(SIZE[0]) * 24;
     assert!(window.picture().differences(&of_designer) < status_line);
     window.close();

@@ -28,10 +28,10 @@ impl Screen {
             .stderr(Stdio::null())
             .spawn()
             .expect("Xvfb runs (Debian package xvfb)");
-        // The server chooses a free number and tells it once it listens.
+        // The server chooses a free number and reports it once it listens.
         let mut number = String::new();
         let stdout = server.stdout.take().expect("a pipe");
-        BufReader::new(stdout).read_line(&mut number).expect("Xvfb tells its display");
+        BufReader::new(stdout).read_line(&mut number).expect("the display's number from Xvfb");
         let name = format!(":{}", number.trim());
         let (connection, index) = x11rb::connect(Some(&name)).expect("Xvfb answers");
         let root = connection.setup().roots[index].root;

@@ -1,4 +1,4 @@
-//! Where the first order holds, and where the program says that it does not.
+//! Where the first order holds, and where the program reports that it does not.
 
 use super::{alone, body, five, jitter, sampled};
 use trackwright_simulation::Scenario;

@@ -1,4 +1,4 @@
-//! The formula against sampling, and what sampling says of itself.
+//! The formula against sampling, and what sampling reports of itself.
 
 use super::{
     SAMPLES, SIGMAS, alone, assert_agree, body, built_in, five, head, jitter, on_head, sampled,
