@@ -241,7 +241,7 @@ pub(crate) fn use_panel(
         document: &world.document,
         generation: app.world().resource::<WorldGeneration>().0,
         results: app.world().resource::<Results>(),
-        decide_state: decide_state(app),
+        desk: decide_state(app),
         against: Some(app.world().resource::<Against>()),
         judged: Some(app.world().resource::<Judged>()),
         environment: &world.environment.name,
