@@ -174,7 +174,7 @@ fn a_room_without_overlap_has_no_figures() {
     assert!(unknown.unwrap().contains("no standard error"));
     let printed = scratch.succeed(&compare);
     assert!(printed.contains("no figures: the room does not reach"), "{printed}");
-    assert!(printed.contains("does not say how far its field may be off"), "{printed}");
+    assert!(printed.contains("the uncertainty of the room's field is unknown"), "{printed}");
     // Where such trials are rejected it is the same, and no error.
     let rejecting = scratch.json(format!("{compare} --outside reject"));
     assert_eq!(rejecting["rows"][1]["no_figures"], why);

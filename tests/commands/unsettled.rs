@@ -63,7 +63,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
 
         scratch.succeed(format!("report {one} -o page.html"));
         let page = scratch.read("page.html");
-        assert!(page.contains("It cannot be told, because the CRF"), "no such verdict");
+        assert!(page.contains("It is undetermined, because the CRF"), "no such verdict");
         assert!(!page.contains("The requirement is met"));
     }
 }

@@ -165,7 +165,7 @@ fn without_a_selection_a_dialog_selects_the_body() {
     assert!(design.tool.body.definition.is_none());
     // Once more it changes nothing, and that is reported.
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
-    let text = "The CRF is what 8700339.rom says already".to_owned();
+    let text = "The CRF already matches 8700339.rom".to_owned();
     assert_eq!(*app.world().resource::<Notice>(), Notice::Done(text));
 }
 

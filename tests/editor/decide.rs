@@ -241,7 +241,7 @@ pub(crate) fn use_panel(
         document: &world.document,
         generation: app.world().resource::<WorldGeneration>().0,
         results: app.world().resource::<Results>(),
-        desk: decide_state(app),
+        state: decide_state(app),
         against: Some(app.world().resource::<Against>()),
         judged: Some(app.world().resource::<Judged>()),
         environment: &world.environment.name,

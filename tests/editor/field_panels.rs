@@ -182,7 +182,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     let fitted = state.fitted.as_ref().unwrap();
     let held_out = fitted.held_out_quality.as_ref().unwrap();
     let requests = use_panel(
-        |ui| worth_ui(ui, state),
+        |ui| fit_quality_ui(ui, state),
         |harness| {
             for value in [
                 fitted.training_quality.after.rms.position_rms_mm,
@@ -215,7 +215,7 @@ fn a_fit_shows_both_errors_and_warnings() {
     request_and_wait(&mut app, FieldRequest::Set(FieldSettings::default()));
     let state = app.world().resource::<FieldState>();
     use_panel(
-        |ui| worth_ui(ui, state),
+        |ui| fit_quality_ui(ui, state),
         |harness| {
             harness.get_by_label_contains("have changed since");
         },

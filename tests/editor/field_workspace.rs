@@ -218,7 +218,7 @@ fn every_kind_of_model_equals_the_command() {
         request_and_wait(&mut app, FieldRequest::Set(settings));
         request_and_wait(&mut app, FieldRequest::Fit);
         let fitted = field_state(&app).fitted.clone().unwrap();
-        assert!(!field_state(&app).is_outdated(&fitted) && fitted.asked.kind == kind);
+        assert!(!field_state(&app).is_outdated(&fitted) && fitted.field_settings.kind == kind);
         let mine = scratch.path(name);
         let save = FieldRequest::Save(RoomToSave::Fitted, mine.clone());
         request_and_wait(&mut app, save);
