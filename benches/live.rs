@@ -69,11 +69,11 @@ fn main() -> io::Result<()> {
 fn notes(child: &mut Child) -> io::Result<Receiver<String>> {
     let stderr = child.stderr.take();
     let stderr = stderr.ok_or_else(|| io::Error::other("no standard error"))?;
-    let (told, notes) = channel();
+    let (sender, notes) = channel();
     std::thread::spawn(move || {
         for line in BufReader::new(stderr).lines().map_while(Result::ok) {
             // Read to its end, so that the program is never held up.
-            let _ = told.send(line);
+            let _ = sender.send(line);
         }
     });
     Ok(notes)
@@ -83,14 +83,14 @@ fn until(notes: &Receiver<String>, text: &str) -> io::Result<String> {
     loop {
         let note = notes
             .recv_timeout(Duration::from_secs(20))
-            .map_err(|_| io::Error::other(format!("the program never said {text:?}")))?;
+            .map_err(|_| io::Error::other(format!("the program never printed {text:?}")))?;
         if note.contains(text) {
             return Ok(note);
         }
     }
 }
 
-/// `VmRSS` of a process, in kB; 0 where the system does not say.
+/// `VmRSS` of a process, in kB; 0 where the system does not report it.
 fn resident_kb(process: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -102,7 +102,7 @@ fn print(load: &Load, outcome: &Outcome, closing: &str) {
     let all = u64::from(load.tools * outcome.frames);
     let missing = |gaps: &[Gap]| -> u32 { gaps.iter().map(|gap| gap.last - gap.first + 1).sum() };
     println!("{load:?}; no client received frames {:?}", outcome.away);
-    for (client, received) in outcome.received.iter().enumerate() {
+    for (client, heard) in outcome.heard.iter().enumerate() {
         let away = outcome.away;
         let outside = received
             .gaps

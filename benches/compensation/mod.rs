@@ -21,7 +21,7 @@ fn readings(model: &DistortionModel, count: usize) -> Vec<Pose> {
         .collect()
 }
 
-/// The inverse of the distortion map, made ready each time, on as many threads as the name says
+/// The inverse of the distortion map, made ready each time, on as many threads as the name states
 /// (0 for all).
 #[divan::bench(args = [2, 4, 6], consts = [1, 0], sample_count = 5)]
 fn inverse<const THREADS: usize>(bencher: Bencher, order: usize) {

@@ -37,7 +37,7 @@ fn first_order(bencher: Bencher) {
     bencher.bench_local(|| to_first_order(black_box(&scenario)));
 }
 
-/// 10,000 readings of tool and CRF, on as many threads as the name says (0 for all).
+/// 10,000 readings of tool and CRF, on as many threads as the name states (0 for all).
 #[divan::bench(consts = [1, 0], sample_count = 10)]
 fn monte_carlo<const THREADS: usize>(bencher: Bencher) {
     let scenario = jittering();

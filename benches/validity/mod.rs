@@ -1,4 +1,4 @@
-//! Where a model is valid: what keeping it adds to a fit, and what asking it costs beside
+//! Where a model is valid: what keeping it adds to a fit, and what evaluating it costs beside
 //! the leverage taken from the singular value decomposition of each orientation.
 
 use super::{bounds, poses, samples};

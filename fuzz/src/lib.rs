@@ -28,9 +28,9 @@ pub struct Target {
     pub name: &'static str,
     /// Whether anything was found in the bytes.
     pub read: fn(&[u8]) -> bool,
-    /// Whether every format says where it ends, so that a file that is cut short is never taken for
-    /// a whole one. A table's last number may lack digits, and nobody can tell.
-    pub says_its_end: bool,
+    /// Whether every format states where it ends, so that a file that is cut short is never taken
+    /// for a whole one. A table's last number may lack digits, which cannot be detected.
+    pub states_its_end: bool,
 }
 
 /// All targets.
@@ -50,8 +50,8 @@ pub const TARGETS: [Target; 13] = [
     target("typed_number", typed_number, false),
 ];
 
-const fn target(name: &'static str, read: fn(&[u8]) -> bool, says_its_end: bool) -> Target {
-    Target { name, read, says_its_end }
+const fn target(name: &'static str, read: fn(&[u8]) -> bool, states_its_end: bool) -> Target {
+    Target { name, read, states_its_end }
 }
 
 /// What was read; an error is put into words, since these quote the bytes.

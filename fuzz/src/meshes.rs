@@ -4,7 +4,7 @@ use super::read;
 use trackwright_formats::mesh::{self, MAX_COORDINATE_MM};
 use trackwright_geometry::mesh::SurfaceMesh;
 
-/// An STL or OBJ file, told by how it begins: no more comes of it than it has bytes.
+/// An STL or OBJ file, recognised by how it begins: no more comes of it than it has bytes.
 pub fn mesh(bytes: &[u8]) -> bool {
     let Some(mesh) = read(mesh::read(bytes, "", None)) else {
         return false;

@@ -10,7 +10,7 @@ enum Received {
     Wrong(String),
 }
 
-/// A stream in pieces of a size that the first byte says: it is decoded as if it came in one, no
+/// A stream in pieces of a size that the first byte gives: it is decoded as if it came in one, no
 /// message comes of less than a header, and each encodes and decodes again to the same.
 pub fn openigtlink(bytes: &[u8]) -> bool {
     let Some((piece, stream)) = bytes.split_first() else {

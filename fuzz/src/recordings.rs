@@ -6,8 +6,8 @@ use trackwright_formats::recording::{is_recording, parse};
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_simulation::recording::Recording;
 
-/// A recording in any format, told by its first lines: it has no more samples than twice its bytes,
-/// every pose is one, and written as a live recording they are read again to the bit.
+/// A recording in any format, recognised by its first lines: it has no more samples than twice its
+/// bytes, every pose is one, and written as a live recording they are read again to the bit.
 pub fn recording(bytes: &[u8]) -> bool {
     let Some(recording) = read(parse(bytes)) else {
         return false;

@@ -18,9 +18,9 @@ const FORMATS: [DefinitionFormat; 4] = [
 /// Two axes that an image's angles of 32 bits have both been through: half a step near π of each.
 const AXIS_TOLERANCE: f64 = 2.4e-7;
 
-/// A definition of any kind, told by how it begins: it is kept to the byte, also within a body's own
-/// file; a body that was changed is what is read from the changed definition; and what it becomes in
-/// other formats is read as the same.
+/// A definition of any kind, recognised by how it begins: it is kept to the byte, also within a
+/// body's own file; a body that was changed is what is read from the changed definition; and what
+/// it becomes in other formats is read as the same.
 pub fn tool_definition(bytes: &[u8]) -> bool {
     // An unchecked sum lets the bytes of images be anything.
     let Some((file, Some(kind))) = read(read_body(bytes, "", OnMismatch::Accept)) else {

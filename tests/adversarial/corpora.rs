@@ -45,7 +45,7 @@ fn replay(target: &Target) {
         for cut in 0..bytes.len() {
             let from = || format!("{name} cut at {cut}");
             let is_read = read(target, &bytes[..cut], &from);
-            if target.says_its_end && cut < length {
+            if target.states_its_end && cut < length {
                 assert!(!is_read, "{}: {} is read", target.name, from());
             }
         }

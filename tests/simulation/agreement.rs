@@ -423,7 +423,11 @@ fn rows_of_few_groups_count_at_most_once_per_group() {
     assert!(found.effective <= 3.0);
     assert_eq!(found.verdict, Verdict::TooFewIndependent);
     assert!(found.position_mm.explained.unwrap().low.is_none());
-    assert!(found.statement.contains("60 poses are worth 3"), "{}", found.statement);
+    assert!(
+        found.statement.contains("60 poses have an effective number of 3"),
+        "{}",
+        found.statement
+    );
 }
 
 #[test]

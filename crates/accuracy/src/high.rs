@@ -61,7 +61,7 @@ impl High {
         let Some((words, _, sign, exponent, _)) = self.0.as_raw_parts() else {
             return f64::NAN;
         };
-        // The mantissa is a fraction below one, its highest word last. What the lower words say
+        // The mantissa is a fraction below one, its highest word last. What the lower words hold
         // matters only for ties, which a reference does not depend on.
         let top = words.last().copied().unwrap_or(0) as f64 * 2.0_f64.powi(-64);
         // Two steps, because 2^exponent alone may leave the range where the product does not.

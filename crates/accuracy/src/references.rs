@@ -96,7 +96,7 @@ pub fn directions(set: DirectionSet) -> Vec<High3> {
 pub struct HighWeights {
     pub directions: [usize; 3],
     pub weights: [High; 3],
-    /// What the weights were divided by: its inverse says how errors of the axis grow.
+    /// What the weights were divided by: its inverse shows how errors of the axis grow.
     pub sum: f64,
 }
 

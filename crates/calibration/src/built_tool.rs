@@ -1,5 +1,6 @@
 //! A built tool's poses, true and measured, from a measurement table: of the tool as a whole, where
-//! the tracker tells its pose, or of its sensors one by one, fitted together as its design has them.
+//! the tracker reports its pose, or of its sensors one by one, fitted together as its design has
+//! them.
 
 use nalgebra::Point3;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -9,7 +10,7 @@ use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::linear_fit::LinearFit;
 use trackwright_simulation::{RigidBody, Sensor};
 
-/// A measurement table with what it says of its rows.
+/// A measurement table with what it states about its rows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RecordedTable {
     pub rows: Vec<Measurement>,
@@ -45,7 +46,7 @@ pub struct RecordedBody {
 /// How the body's pose is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum BodySource {
-    /// The tracker told it.
+    /// The tracker reported it.
     Whole,
     /// The readings of so many sensors were fitted.
     Sensors {
@@ -65,14 +66,14 @@ pub enum BuiltToolError {
     SeveralSensors { wanted: String, names: Vec<String> },
     #[error(
         "found {} in column sensor, expected the tool alone, or a row for each of the sensors of {body} ({}): name the \
-         sensors of the design as the recording does, or say which is the whole tool", .names.join("; "), .wanted.join("; ")
+         sensors of the design as the recording does, or state which is the whole tool", .names.join("; "), .wanted.join("; ")
     )]
     Unmatched { body: String, names: Vec<String>, wanted: Vec<String> },
     #[error("the sensors of {body} leave its rotation free, so that their readings give no pose")]
     FreeRotation { body: String },
     #[error(
         "in none of {groups} groups of rows was every sensor of {body} read equally often, expected a row for each \
-         sensor at each moment, and a column pose, frame or cluster that says which rows are of one"
+         sensor at each moment, and a column pose, frame or cluster that states which rows are of one moment"
     )]
     NoMoments { body: String, groups: usize },
 }
@@ -324,7 +325,7 @@ mod tests {
         };
         for (k, (ideal, measured)) in poses.iter().enumerate() {
             for sensor in &body.sensors {
-                // A roll of the table's own, which says nothing.
+                // A roll of the table's own, which has no meaning.
                 let roll = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), k as f64);
                 let own = sensor.body_from_sensor() * pose_from_parts(Vector3::zeros(), roll);
                 table.rows.push(Measurement {
@@ -368,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_is_a_part_of_two_is_said_not_guessed() {
+    fn a_name_that_is_part_of_two_is_reported_not_guessed() {
         // "Port 1" is a part of "Port 10: …" too.
         let refused = recorded_body(&table(&poses()), &body(), 100.0, None).unwrap_err();
         assert!(matches!(refused, BuiltToolError::Unmatched { .. }), "{refused}");

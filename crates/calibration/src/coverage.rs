@@ -15,7 +15,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 
 /// What cells are as wide as, nearly: ten along the side of an Aurora's cube, more than the seven
-/// places a side that tell the polynomials of order 6 apart.
+/// places a side that distinguish the polynomials of order 6.
 const CELL_MM: f64 = 50.0;
 
 /// A volume that is far larger has larger cells: a hand visits hundreds, not thousands.
@@ -215,13 +215,13 @@ impl Coverage {
             (sampled.iter().map(|s| (s - at).norm_squared())).fold(f64::INFINITY, f64::min)
         };
         let empty = self.cells().filter(|cell| cell.samples == 0);
-        let worth = |cell: &Cell| {
+        let score = |cell: &Cell| {
             let at = &cell.center_mm;
             if sampled.is_empty() { -(at - middle).norm_squared() } else { from_sampled(at) }
         };
         // Of several alike the first, so that it stays where it is.
         let best = empty
-            .map(|cell| (worth(&cell), cell.center_mm))
+            .map(|cell| (score(&cell), cell.center_mm))
             .reduce(|best, next| if next.0 > best.0 { next } else { best });
         best.map(|(_, at)| at)
     }

@@ -1,4 +1,4 @@
-//! How many independent poses a recording is worth, and how long blocks of neighbours have to be.
+//! The effective number of poses of a recording, and how long blocks of neighbours have to be.
 //!
 //! Block lengths are those of Politis & White (*Econometric Reviews* 23, 2004) for the stationary
 //! bootstrap, as corrected by Patton, Politis & White (28, 2009), with the autocovariance of a vector
@@ -19,7 +19,7 @@ const INSIGNIFICANT: f64 = 2.0;
 pub struct Dependence {
     /// Mean length of the blocks to be resampled, at least 1.
     pub block: f64,
-    /// Variance of the mean times `n`, over the variance: how many neighbours are worth one.
+    /// Variance of the mean times `n`, over the variance: how many neighbours count as one.
     pub inflation: f64,
 }
 

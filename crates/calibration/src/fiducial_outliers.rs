@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn good_sets_lose_a_point_as_often_as_the_level_says() {
+    fn good_sets_lose_a_point_at_the_stated_level() {
         let mut rng = ChaCha8Rng::seed_from_u64(12);
         let trials = 1000;
         let lost = (0..trials).filter(|_| {

@@ -118,15 +118,15 @@ pub fn choose_kind(
     kinds: &[TriedKind],
     task: &Task,
 ) -> Result<(Chosen, KindChoice), KindError> {
-    let stretch = |i: usize| {
+    let subtask = |i: usize| {
         let parts = kinds.len() as f64 + 1.0;
         task.subtask(i as f64 / parts, (i + 1) as f64 / parts)
     };
-    let chosen = choose_by(samples, labels.clone(), tried.clone(), &stretch(0))?;
+    let chosen = choose_by(samples, labels.clone(), tried.clone(), &subtask(0))?;
     let judge = Judge { samples, labels: &labels, tried };
     let (mut scored, mut left_out) = (Vec::new(), Vec::new());
     for (i, kind) in kinds.iter().enumerate() {
-        match judge.judged(kind, &chosen, &stretch(i + 1)) {
+        match judge.judged(kind, &chosen, &subtask(i + 1)) {
             Ok(kind) => scored.push(kind),
             Err(error) if error.is_cancelled() => return Err(error),
             Err(error) => left_out.push((kind.name(), error.to_string())),
@@ -323,8 +323,8 @@ impl Judge<'_> {
         best.ok_or_else(|| SelectError::NothingToTry("degrees").into())
     }
 
-    /// Residuals of every row by a model of the other folds; `predict` gives what that says at the rows
-    /// of a fold.
+    /// Residuals of every row by a model of the other folds; `predict` gives what that predicts at
+    /// the rows of a fold.
     fn each_fold(
         &self,
         folds: &Folds,

@@ -8,7 +8,7 @@ use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::SelectSettings;
 use trackwright_task::Task;
 
-/// Fewest rows that a curve begins with: below, five folds tell little.
+/// Fewest rows that a curve begins with: below, five folds are not representative.
 pub const LEAST_ROWS: usize = 50;
 
 /// The kinds of models on so many of the rows.

@@ -44,7 +44,7 @@ pub struct LongRun {
     pub effective_size: EffectiveSize,
 }
 
-/// What a series is worth that is not independent.
+/// The effective size of a series whose values are not independent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectiveSize {
     /// How many independent readings, at most as many as there are.

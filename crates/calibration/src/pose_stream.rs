@@ -1,13 +1,13 @@
 //! A tool's poses over time, by whatever clock its recording has, and poses in between.
 //!
-//! A clock is believed only as long as it goes forward. Samples out of order are left out, and after
-//! a jump back the longest segment is used: how the segments lie to each other nobody can tell.
+//! A clock is trusted only as long as it goes forward. Samples out of order are left out, and after
+//! a jump back the longest segment is used: the time between segments is unknown.
 
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample};
 
-/// What tells a recording's time.
+/// The source of a recording's time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Clock {
     Times,
@@ -31,7 +31,7 @@ pub struct ClockFaults {
     pub jumps_back: usize,
 }
 
-/// Samples that are looked at to tell a straggler from a clock that was set back.
+/// Samples that are read to distinguish a straggler from a clock that was set back.
 const LOOK_AHEAD: usize = 3;
 
 impl Clock {
@@ -181,7 +181,7 @@ mod tests {
 
     const TENTHS: Clock = Clock::Frames { ticks_per_s: 10.0 };
 
-    /// Frames that are left, and what is said of the others.
+    /// Frames that are left, and what is reported about the others.
     fn left(frames: &[u64]) -> (Vec<f64>, ClockFaults) {
         let track = track(frames);
         let (stream, faults) = TENTHS.stream(&track, &track.samples[0]);

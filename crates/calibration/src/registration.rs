@@ -63,7 +63,7 @@ pub fn register(
         .sum();
     let svd = svd3(&h);
     let s = svd.singular_values;
-    // Points that coincide have no spread at all; that is worse than a line, and said alike.
+    // Points that coincide have no spread at all; that is worse than a line, and reported alike.
     let ratio = if s[0] > 0.0 { s[1] / s[0] } else { 0.0 };
     if ratio <= COLLINEAR_RATIO {
         return Err(RegistrationError::Collinear { ratio });
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_registered_says_why() {
+    fn what_cannot_be_registered_states_why() {
         let p = points();
         assert_eq!(register(&p[..2], &p[..2]), Err(RegistrationError::TooFewPoints(2)));
         assert!(matches!(

@@ -1,8 +1,9 @@
-//! What a registration of points says of other points (Fitzpatrick, West, Maurer: Predicting error in
-//! rigid-body point-based registration, IEEE TMI 17(5), 1998).
+//! The error of a registration of points at other points (Fitzpatrick, West, Maurer: Predicting
+//! error in rigid-body point-based registration, IEEE TMI 17(5), 1998).
 //!
-//! The residual at the points themselves (FRE) is no error anywhere else: it says how well they were
-//! localised (FLE), and that, with where they are, how far off a target is to be expected (TRE).
+//! The residual at the points themselves (FRE) is no error anywhere else: it shows how well they
+//! were localised (FLE), and that, with where they are, how far off a target is to be expected
+//! (TRE).
 
 use super::registration::MIN_PAIRS;
 use nalgebra::{Matrix3, Point3, Vector3};

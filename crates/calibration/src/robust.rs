@@ -89,8 +89,8 @@ pub fn largest_std_dev(covariance: &Matrix3<f64>) -> f64 {
     covariance.symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
-/// Standard deviation of a component of residuals of three, from their lengths: what their median
-/// says, which outliers hardly move. Zero without any. Reorders them.
+/// Standard deviation of a component of residuals of three, from their lengths: from their median,
+/// which outliers hardly move. Zero without any. Reorders them.
 pub fn scale_of_lengths(lengths: &mut [f64]) -> f64 {
     median(lengths).unwrap_or(0.0) / MEDIAN_LENGTH_OF_3
 }

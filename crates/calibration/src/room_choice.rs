@@ -1,4 +1,4 @@
-//! Which model a room's measurements are fitted with: as it was asked for, what was left open
+//! Which model a room's measurements are fitted with: as it was requested, what was left open
 //! chosen by cross-validation.
 
 use trackwright_field::fit::{FitMethod, FitSettings};
@@ -11,7 +11,7 @@ use trackwright_field::selection::{
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_task::Task;
 
-/// A model as far as a person says it.
+/// A model as far as the user states it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModelRequest {
     pub order: Option<usize>,
@@ -31,13 +31,13 @@ pub enum ModelChoice {
     Open(SelectSettings),
 }
 
-/// Which rows are held out together, and who says so.
+/// Which rows are held out together, and who decided it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grouping {
     /// "column cluster", "clusters of positions", "places found from the data".
     pub by: String,
     pub groups: Vec<usize>,
-    /// Whether nobody said so: fewer groups than folds are then held out in fewer folds.
+    /// Whether no input states it: fewer groups than folds are then held out in fewer folds.
     pub is_found: bool,
     /// What the places were found by, where it is they.
     pub places: Option<Places>,

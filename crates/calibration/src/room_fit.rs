@@ -18,7 +18,7 @@ use trackwright_field::{DistortionModel, Environment, FitValidity};
 use trackwright_geometry::volume::Volume;
 use trackwright_task::Task;
 
-/// Part of a fit's time that reducing its samples takes, for telling progress only.
+/// Part of a fit's time that reducing its samples takes, for progress only.
 const FACTORING_PART: f64 = 0.8;
 
 /// What a room is made of.
@@ -54,7 +54,7 @@ pub struct FittedRoom {
     pub harmonic: Option<HarmonicReport>,
 }
 
-/// The stretches of work on a room, each told from 0 to 1.
+/// The stages of work on a room, each with its progress from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RoomStage {
     Fitting,
@@ -78,7 +78,7 @@ pub enum RoomError {
 }
 
 impl RoomError {
-    /// Whether the work was stopped by whoever asked for it.
+    /// Whether the work was stopped by whoever requested it.
     pub fn is_cancelled(&self) -> bool {
         match self {
             Self::Fit(FitError::Cancelled(_))
@@ -238,7 +238,7 @@ fn harmonics(
     })
 }
 
-/// A support that is too large to keep is left out, and said so.
+/// A support that is too large to keep is left out, and this is reported.
 fn kept(
     support: Result<FitValidity, FitValidityError>,
 ) -> Result<(Option<FitValidity>, Option<FitValidityError>), RoomError> {

@@ -106,7 +106,7 @@ pub struct HarmonicReport {
 
 const LEARNED: &str = "learned";
 
-/// Part of the time that learning takes, for telling progress only.
+/// Part of the time that learning takes, for progress only.
 const LEARNING_PART: f64 = 0.9;
 
 /// Samples of the distortion map made ready for harmonic models of several degrees.
@@ -218,7 +218,7 @@ pub fn fit_kriging(
     Ok((fit, process))
 }
 
-/// A fit whose model is no polynomial: there are no systems to tell of.
+/// A fit whose model is no polynomial: there are no systems to report.
 fn fit_of(samples: &SampleSet, source: FieldSource, map: MapKind) -> Result<Fit, RoomModelError> {
     let bounds = Bounds::around(samples.samples.iter().map(|s| s.position_mm))
         .ok_or(GaussianError::TooFewRows(0))?;

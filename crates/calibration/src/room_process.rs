@@ -1,5 +1,5 @@
-//! The process of a room's field: around the model where held-out rows say that this is better, else
-//! by itself.
+//! The process of a room's field: around the model where held-out rows show that this is better,
+//! else by itself.
 
 use super::room_model::{HarmonicTable, predicted, rows_of};
 use trackwright_field::DistortionModel;
@@ -22,7 +22,7 @@ const BETTER: f64 = 0.95;
 /// Numbers measured an unknown from which own residuals are 2.5 % below held-out ones at most.
 const MANY_ROWS_AN_UNKNOWN: usize = 20;
 
-/// Rows an unknown below which a model's residuals say nothing.
+/// Rows an unknown below which a model's residuals are not representative.
 const ROWS_AN_UNKNOWN: usize = 3;
 
 /// How a room's model is fitted again to some of its rows.

@@ -28,7 +28,7 @@ pub struct SpinLimits {
 }
 
 impl SpinLimits {
-    /// Poses and range as SlicerIGT asks for them, of a spin as of a pivot.
+    /// Poses and range as SlicerIGT requires them, of a spin as of a pivot.
     pub const MIN_POSES: usize = 10;
     pub const MIN_RANGE_DEG: f64 = 15.0;
     /// As of a pivot: one pose that is turned among many that are not is no spin.
@@ -52,14 +52,14 @@ impl Default for SpinLimits {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spin {
     pub poses: usize,
-    /// Tool frame; which of the two directions along the shaft it is, only a tip can tell.
+    /// Tool frame; which of the two directions along the shaft it is, only a tip determines.
     pub shaft_in_tool: Unit<Vector3<f64>>,
     pub shaft_in_tracker: Unit<Vector3<f64>>,
     pub rms_rad: f64,
     pub worst_rad: f64,
     /// Of `shaft_in_tool`, tool frame, of rank two.
     pub covariance: Matrix3<f64>,
-    /// Independent poses that they are worth, neighbours not being independent.
+    /// Their effective number, neighbours not being independent.
     pub effective_size: EffectiveSize,
     /// Standard error along the direction in which the shaft is known least.
     pub std_error_rad: f64,
@@ -165,7 +165,7 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
     })
 }
 
-/// How many standard errors the tip has to be along the shaft to tell its directions apart.
+/// How many standard errors the tip has to be along the shaft to distinguish its directions.
 const SURE: f64 = 3.0;
 
 impl Spin {
@@ -191,9 +191,9 @@ const NEAR_X_DEG: f64 = 20.0;
 /// out of it, x the tool's own as nearly as can be (its y where the shaft is nearly along x).
 pub fn tool_from_tip(tip_in_tool: &Point3<f64>, towards_tip: &Unit<Vector3<f64>>) -> Pose {
     let is_near_x = towards_tip.x.abs() > NEAR_X_DEG.to_radians().cos();
-    let beside = if is_near_x { Vector3::y() } else { Vector3::x() };
+    let start = if is_near_x { Vector3::y() } else { Vector3::x() };
     let z = towards_tip.into_inner();
-    let x = (beside - z * z.dot(&beside)).normalize();
+    let x = (start - z * z.dot(&start)).normalize();
     let turn = quaternion_from_matrix(&Matrix3::from_columns(&[x, z.cross(&x), z]));
     pose_from_parts(tip_in_tool.coords, turn)
 }
@@ -312,20 +312,20 @@ mod tests {
         // Less than a turn, so that both directions across the shaft are known differently well by
         // chance only, and a noise that a quarter of the limit is made of.
         let exact = turned_by(50, 2.0);
-        let (mut measured, mut told, mut rms) = (Matrix3::zeros(), Matrix3::zeros(), 0.0);
+        let (mut measured, mut stated, mut rms) = (Matrix3::zeros(), Matrix3::zeros(), 0.0);
         for _ in 0..RUNS {
             let poses: Vec<Pose> = exact.iter().map(|p| noise.around(p, 0.0, 0.01)).collect();
             let found = spin(&poses, &SpinLimits::default()).unwrap();
             let off = found.shaft_in_tool.into_inner() - shaft().into_inner();
             measured += off * off.transpose() / RUNS as f64;
-            told += found.covariance / RUNS as f64;
+            stated += found.covariance / RUNS as f64;
             rms += found.rms_rad / RUNS as f64;
         }
         // Of a variance from 600 runs the standard deviation is √(2/600) of it; four of them, for the
         // largest of three entries, in the plane across the shaft.
-        let allowed = 4.0 * (2.0 / RUNS as f64).sqrt() * told.amax();
-        assert!((measured - told).amax() < allowed, "{measured} {told}");
-        assert!((told * shaft().into_inner()).norm() < 1e-3 * told.amax());
+        let allowed = 4.0 * (2.0 / RUNS as f64).sqrt() * stated.amax();
+        assert!((measured - stated).amax() < allowed, "{measured} {stated}");
+        assert!((stated * shaft().into_inner()).norm() < 1e-3 * stated.amax());
         // Two components a pose, of which four numbers are fitted to a hundred.
         let expected_rad = 0.01 * (2.0 * 96.0_f64 / 100.0).sqrt();
         assert!((rms / expected_rad - 1.0).abs() < 0.02, "{rms}");

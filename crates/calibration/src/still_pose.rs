@@ -24,7 +24,7 @@ pub struct StillPose {
     pub outliers: usize,
     /// Jitter of a single reading, of those used.
     pub jitter: Spread,
-    /// How far half of all readings are from the pose: what tells a pose from a path.
+    /// How far half of all readings are from the pose: what distinguishes a pose from a path.
     pub half_within: Spread,
 }
 
@@ -48,7 +48,7 @@ const RESOLUTION: Spread = Spread { position_mm: 1e-3, angle_rad: 1e-6 };
 /// Readings that the start is looked for among; evenly spread.
 const STARTS: usize = 32;
 
-/// Far more than is needed, for an answer that only has to tell outliers.
+/// Far more than is needed, for an answer that only has to identify outliers.
 const STEPS: usize = 30;
 
 /// The pose of a still tool; `None` without readings.

@@ -6,8 +6,8 @@
 //!
 //! For signals that differ by noise of unknown strength the likelihood of a shift is
 //! `−n/2 Σ ln(1 − c²)` with `c` the correlation of each signal: one that was not moved, or drowns
-//! in noise, has no say. The best shift is looked for on a grid, then on a finer one around it, then
-//! by a parabola through the three best.
+//! in noise, has no weight. The best shift is looked for on a grid, then on a finer one around it,
+//! then by a parabola through the three best.
 
 use super::pose_stream::PoseStream;
 use trackwright_geometry::pose::Pose;
@@ -360,7 +360,7 @@ mod tests {
             let found = align(&[em], &reference, &SETTINGS).unwrap();
             // A speed over 0.3 s has noise √2 σ / 0.3, of 0.005 and 0.26 rad/s² and mm/s; speeds here
             // change by 0.3 rad/s² and 60 mm/s². 20 s have some 60 independent windows, so the speed of
-            // turning alone tells the offset to 0.005 / 0.3 / √60 = 2 ms.
+            // turning alone determines the offset to 0.005 / 0.3 / √60 = 2 ms.
             assert!((found.offset_s - offset_s).abs() < 0.008, "{offset_s}: {found:?}");
             assert!(found.correlation > 0.99);
             // Halves have a few independent windows less, and two of them are compared.
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_aligned_says_why() {
+    fn what_cannot_be_aligned_states_why() {
         let span = (0.0, 20.0, 20.0);
         let reference = stream(span, body, |pose| pose);
         let short = stream((0.0, 0.8, 40.0), body, |pose| pose);

@@ -14,7 +14,7 @@ pub struct Anatomy {
     pub on: AnatomyFrame,
     /// From the mesh's own frame to that of `on`.
     pub frame_from_mesh: Pose,
-    /// sRGB, each from 0 to 1; that of bone where it is not said.
+    /// sRGB, each from 0 to 1; that of bone where none is given.
     pub color: Option<[f64; 3]>,
 }
 

@@ -181,7 +181,7 @@ pub fn fresh_name(name: &str, taken: &HashSet<String>) -> String {
 ///
 /// The position and the 5-DOF axis are mirrored as an arrow drawn on the part is: the end of the
 /// coil that its axis points to goes to the mirror image of that place, `n' = M n`. (A coil's
-/// magnetic moment is an axial vector and would turn into `-M n`; but the axis says how a part is
+/// magnetic moment is an axial vector and would turn into `-M n`; but the axis states how a part is
 /// put in, and the part that is put in on the other side is the same, not one wound the other way.)
 ///
 /// A rotation mirrored as it is, `M R`, would be left-handed. x and z are mirrored as arrows and y

@@ -1,4 +1,4 @@
-//! A design: a tool, perhaps a coordinate reference frame (CRF), and what is asked of them.
+//! A design: a tool, perhaps a coordinate reference frame (CRF), and the requirements on them.
 
 use super::anatomy::{Anatomy, AnatomyFrame};
 use super::definition::DefinitionFile;

@@ -81,7 +81,7 @@ impl Document {
     }
 
     /// A document as a session left it that ended without saving; `saved` is what the files hold,
-    /// `None` where that cannot be told: everything then counts as changed.
+    /// `None` where that is unknown: everything then counts as changed.
     pub fn recovered(
         design: Design,
         view: View,

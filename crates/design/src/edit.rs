@@ -90,7 +90,7 @@ pub enum Edit {
         body: BodyRole,
         mesh: Option<MeshReference>,
     },
-    /// Another tool or CRF in the place of this one, with all that its file says, where it is.
+    /// Another tool or CRF in the place of this one, with all that its file holds, where it is.
     SetBody {
         body: BodyRole,
         content: Box<DesignBody>,

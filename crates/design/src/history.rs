@@ -69,7 +69,7 @@ impl History {
         self.undo.len()
     }
 
-    /// The list, with what tells a state that the files hold.
+    /// The list, with what identifies a state that the files hold.
     pub(super) fn list<'a>(
         &'a self,
         present: &Arc<Design>,

@@ -16,7 +16,7 @@ pub struct Layers {
     pub sensor_errors: bool,
     /// Error vector of the tip.
     pub tip_error: bool,
-    /// The tool as the tracker believes it to be.
+    /// The tool as the tracker reports it.
     pub ghost: bool,
     /// What the tool's range of motion runs through.
     pub motion: bool,
@@ -92,7 +92,8 @@ impl Layers {
         layers
     }
 
-    /// Those of a list with commas, and no others; `all` and `none` stand for what they say.
+    /// Those of a list with commas, and no others; `all` and `none` stand for every layer and no
+    /// layer.
     ///
     /// ```
     /// use trackwright_design::view::Layers;

@@ -1,4 +1,4 @@
-//! Layers that a view asks for and that have nothing to show.
+//! Layers that a view requests and that have nothing to show.
 
 use super::content::Design;
 use super::document::Document;
@@ -35,7 +35,7 @@ impl fmt::Display for MissingLayer {
 }
 
 impl View {
-    /// What the view asks for and does not show of a design in its room.
+    /// What the view requests and does not show of a design in its room.
     pub fn missing_layers(
         &self,
         design: &Design,
@@ -56,8 +56,8 @@ impl View {
 }
 
 impl Document {
-    /// What the design's own view and its slides ask for and cannot show, a sentence each, for whoever
-    /// opens or draws them. On a slide placements are those of the tool's first sensor.
+    /// What the design's own view and its slides request and cannot show, a sentence each, for
+    /// whoever opens or draws them. On a slide placements are those of the tool's first sensor.
     pub fn missing_layers(&self, environment: &Environment) -> Vec<String> {
         let design = self.design();
         let unknown = self.own_view().unknown_layers.iter().cloned();

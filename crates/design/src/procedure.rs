@@ -19,7 +19,7 @@ pub struct Procedure {
     pub built: Option<Decision>,
 }
 
-/// That a step is good enough to go on, and what somebody saw when saying so.
+/// The decision that a step is good enough to go on, and the figures that it rests on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decision {
     pub date: Day,
@@ -145,7 +145,7 @@ fn check_row(row: &DecidedRow, studies: &DecidedStudies) -> Result<(), DecisionE
     }
     match (met, figures.meet(studies.requirement.as_ref())) {
         (found, expected) if found == expected => Ok(()),
-        (Some(found), Some(_)) => wrong("met", found, "what figures and requirement say"),
+        (Some(found), Some(_)) => wrong("met", found, "the result of figures and requirement"),
         (Some(found), None) => wrong("met", found, "none without a requirement"),
         (None, _) => wrong("met", "absent", "whether the requirement was met"),
     }

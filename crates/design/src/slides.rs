@@ -3,7 +3,7 @@
 use super::view::View;
 use serde::{Deserialize, Serialize};
 
-/// One picture with words: how the scene is looked at, and what is said of it.
+/// One picture with words: how the scene is looked at, and its text.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Slide {
@@ -18,7 +18,7 @@ pub struct Slide {
     pub view: View,
 }
 
-/// A figure of the design's study, told in plain words.
+/// A figure of the design's study, stated in plain words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum SlideFigure {
     /// The part of the poses whose tip error is within the requirement.

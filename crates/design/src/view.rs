@@ -25,11 +25,11 @@ pub struct View {
     pub camera: Option<CameraView>,
     #[serde(skip_serializing_if = "is_default")]
     pub layers: Layers,
-    /// What a file turns on by names that no layer has: those of another version, or mistyped. Said
-    /// where the view is shown, and never written.
+    /// What a file turns on by names that no layer has: those of another version, or mistyped.
+    /// Reported where the view is shown, and never written.
     #[serde(skip)]
     pub unknown_layers: Vec<String>,
-    /// Neither drawn nor picked. What is wrong with them is said all the same.
+    /// Neither drawn nor picked. What is wrong with them is reported all the same.
     #[serde(skip_serializing_if = "is_default")]
     pub hidden: Things,
     /// Drawn, but not picked in the scene.
@@ -90,7 +90,7 @@ pub enum Magnification {
     Times(f64),
 }
 
-/// The plane through the volume that is coloured by the error, or by how far to believe it.
+/// The plane through the volume that is coloured by the error, or by the model validity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SliceView {
@@ -139,7 +139,7 @@ pub struct FreePlane {
 impl FreePlane {
     fn unit_normal(&self) -> Unit<Vector3<f64>> {
         let normal = Vector3::from(self.normal);
-        // Whatever a file says, the square of its length is a number.
+        // Whatever a file holds, the square of its length is a number.
         Unit::try_new(normal / normal.amax(), 0.5).unwrap_or_else(Vector3::z_axis)
     }
 }
@@ -213,7 +213,7 @@ impl ArrowsView {
     /// From two corners to more than ten thousand arrows.
     pub const PER_SIDE: std::ops::RangeInclusive<usize> = 2..=22;
 
-    /// What a file says, within what can be drawn.
+    /// The number of a file, within what can be drawn.
     pub fn per_side(&self) -> usize {
         self.per_side.clamp(*Self::PER_SIDE.start(), *Self::PER_SIDE.end())
     }
@@ -250,8 +250,8 @@ pub enum ViewError {
 }
 
 impl View {
-    /// Whether it says anything that a file without a view would not.
-    pub fn is_worth_writing(&self) -> bool {
+    /// Whether it holds anything that a file without a view would not.
+    pub fn is_to_be_written(&self) -> bool {
         let default = Self { unknown_layers: self.unknown_layers.clone(), ..Self::default() };
         *self != default
     }
@@ -329,7 +329,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_view_that_says_nothing_is_the_default_one() {
+    fn an_empty_view_is_the_default_one() {
         assert_eq!(ron::from_str::<View>("()").unwrap(), View::default());
         assert_eq!(ron::to_string(&View::default()).unwrap(), "()");
     }

@@ -18,7 +18,7 @@ const CHUNK: usize = 4096;
 /// How a measured pose is corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The map says it: `p = p_m - e_pos(p_m, n_m)`, `R = exp(-e_ori) R_m`.
+    /// The map gives it: `p = p_m - e_pos(p_m, n_m)`, `R = exp(-e_ori) R_m`.
     Correction,
     /// The pose whose distortion is the reading.
     Inverse,

@@ -1,7 +1,7 @@
 //! Models of a room that are no polynomials: what computes the field, and how it is evaluated.
 //!
 //! The mean of a Gaussian process is evaluated by its compiled form, made when it is first needed.
-//! A harmonic model is evaluated itself (`harmonic/batch.rs` says why).
+//! A harmonic model is evaluated itself (`harmonic/batch.rs` explains why).
 
 use super::compiled::{CompiledField, FieldBounds};
 use super::evaluation::Linearization;

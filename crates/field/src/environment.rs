@@ -23,7 +23,7 @@ pub struct Environment {
     pub provenance: Option<Provenance>,
     /// Standard error and leverage of the model, if its fit kept that.
     pub fit_validity: Option<FitValidity>,
-    /// What the measurements say of the field and what they leave open, if the fit kept that.
+    /// The field given the measurements, and what they leave open, if the fit kept that.
     pub process: Option<Arc<GaussianField>>,
 }
 
@@ -181,7 +181,8 @@ pub struct HoldoutProvenance {
     pub after: Residuals,
 }
 
-/// Orientation weight where neither design nor environment says one, in millimetres (the paper's).
+/// Orientation weight where neither design nor environment states one, in millimetres (the
+/// paper's).
 pub const DEFAULT_ORIENTATION_WEIGHT_MM: f64 = 100.0;
 
 /// Twice the steepest law that physics gives, a dipole's `r⁴`.
@@ -198,7 +199,7 @@ pub struct OrientationWeight {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OrientationWeightSource {
-    /// The design says it.
+    /// The design states it.
     Design,
     /// `sigma_pos / sigma_ori` of the environment's jitter.
     Jitter,
@@ -218,7 +219,7 @@ impl OrientationWeightSource {
 }
 
 impl Environment {
-    /// The weight of an axis against a position where the design says none: `sigma_pos /
+    /// The weight of an axis against a position where the design states none: `sigma_pos /
     /// sigma_ori` where the jitter is known, else the paper's 100 mm.
     pub fn orientation_weight_mm(&self) -> f64 {
         self.orientation_weight(None).value_mm

@@ -70,7 +70,7 @@ impl FitSettings {
     }
 }
 
-/// A fitted model, and everything that says how far to trust it.
+/// A fitted model, and everything that describes its fit quality.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     pub model: DistortionModel,
@@ -150,7 +150,7 @@ pub fn fit(
 ///
 /// # Errors
 /// See [`FitError`]. Too few samples are no error: the solution of least norm is given, and
-/// [`Fit::systems`] says so.
+/// [`Fit::systems`] shows it.
 pub fn fit_with(
     set: &SampleSet,
     settings: &FitSettings,

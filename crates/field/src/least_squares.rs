@@ -39,7 +39,7 @@ pub struct LeastSquares {
     scratch: Scratch,
 }
 
-/// Rows of a least-squares system reduced to the triangle that says the same: systems over
+/// Rows of a least-squares system reduced to an equivalent triangle: systems over
 /// disjoint rows are put together from their triangles.
 #[derive(Clone, Debug)]
 pub struct Triangle {
@@ -254,7 +254,7 @@ impl Triangle {
         Self { unknowns, rows: count, reduced, is_triangular: false }
     }
 
-    /// Rows that say the same as all rows: unknowns, then values.
+    /// Rows equivalent to all rows: unknowns, then values.
     pub(super) fn reduced(&self) -> &Mat<f64> {
         &self.reduced
     }
@@ -345,8 +345,8 @@ impl Triangle {
         let missed = b - u * &rotated;
         let residual_sum_of_squares = std::array::from_fn(|k| {
             let below = (used..rows).map(|i| self.reduced[(i, p + k)].powi(2));
-            let beside = (0..used).map(|i| missed[(i, k)].powi(2));
-            below.chain(beside).sum()
+            let outside = (0..used).map(|i| missed[(i, k)].powi(2));
+            below.chain(outside).sum()
         });
         Ok(Decomposition {
             unknowns: p,

@@ -75,7 +75,7 @@ struct SensorEntry {
 
 #[derive(Deserialize)]
 enum SensorKind {
-    /// A position alone; an axis or a rotation says nothing about it.
+    /// A position alone; an axis or a rotation has no meaning for it.
     Marker,
     FiveDof,
     SixDof,
@@ -124,7 +124,7 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
 
 fn read_definition(entry: DefinitionEntry) -> Result<Arc<DefinitionFile>, FormatError> {
     let bytes = from_base64("tool_definition.file", entry.file.as_bytes())?;
-    // Whoever made the body was told of a sum that does not match, and wanted it all the same.
+    // Whoever made the body was warned of a sum that does not match, and wanted it all the same.
     ToolDefinition::parse(entry.kind, &bytes, OnMismatch::Accept)
         .map(|definition| Arc::new(definition.file()))
         .map_err(|cause| FormatError::Part { part: "tool_definition", cause: Box::new(cause) })
@@ -274,7 +274,7 @@ mod tests {
              `mesh` or `mesh_unit` or `tip` or `sensors` or `tool_definition` or `mounting` or \
              `keep_out`"
         );
-        // A later version says so before anybody asks for its fields, or its end.
+        // A later version is reported before its fields are read, or its end.
         let later = text.replace("version: 1", "version: 9");
         let expected = "version is 9, expected 1; a newer trackwright wrote it";
         assert_eq!(error(&later), expected);

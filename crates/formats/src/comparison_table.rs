@@ -40,12 +40,12 @@ fn distinct<'a>(named: impl Iterator<Item = (String, &'a str)>) -> (Vec<String>,
     let (files, names): (Vec<String>, Vec<&str>) = named.unzip();
     let is_shared = |name: &str| names.iter().filter(|other| **other == name).count() > 1;
     let all = files.iter().zip(&names);
-    let told = all.map(|(file, name)| match is_shared(name) || name.is_empty() {
+    let labels = all.map(|(file, name)| match is_shared(name) || name.is_empty() {
         false => (*name).to_owned(),
         true => format!("{name} ({file})"),
     });
-    let told = told.collect();
-    (files, told)
+    let labels = labels.collect();
+    (files, labels)
 }
 
 /// Columns before the figures.

@@ -1,4 +1,4 @@
-//! Designs, `*.design.ron`: which bodies stand where in which room, and what is asked of them.
+//! Designs, `*.design.ron`: which bodies stand where in which room, and what is required of them.
 
 mod anatomy;
 mod layer_fields;
@@ -214,7 +214,7 @@ pub fn write(file: &DesignFile) -> String {
                 design.slides.iter().for_each(|slide| out.item(|out| write_slide(out, slide)));
             });
         }
-        if view.is_worth_writing() {
+        if view.is_to_be_written() {
             out.value("view", view, 1);
         }
     })

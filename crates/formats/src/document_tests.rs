@@ -1,5 +1,5 @@
 //! Every field, number and range of every document, one by one: what is mistyped, absurd or reversed
-//! is refused, and the message says what it should have been.
+//! is refused, and the message states what it should have been.
 
 use super::ron_tokens::{Token, Tokens, place};
 use super::{
@@ -304,7 +304,7 @@ fn the_documents_have_every_field() {
                 fields.map(|field| &other.text[field])
             })
             .collect();
-        // The program itself says which fields a struct may have.
+        // The program itself lists which fields a struct may have.
         for field in document.fields() {
             let stranger = document.refusal(&(field.start..field.start), "qqqqqqqqqq: 0, ");
             let Some(message) = stranger else {
@@ -411,7 +411,7 @@ fn a_field_twice_is_refused() {
 }
 
 #[test]
-fn newer_versions_say_so_before_their_fields() {
+fn newer_versions_are_reported_before_their_fields() {
     for document in documents() {
         let newer = document.text.replacen("version: 1", "qqq: (7), version: 9", 1);
         let error = (document.parse)(newer.as_bytes()).unwrap_err().to_string();
@@ -457,10 +457,10 @@ fn absurd_numbers_are_refused_one_by_one() {
                 let message =
                     message.unwrap_or_else(|| panic!("{}: {absurd}", document.at(&number)));
                 // Of an integer the digits before the exponent are read alone.
-                let is_told = message.contains(absurd)
+                let is_named = message.contains(absurd)
                     || message.contains("found ")
                     || message.contains(" is ");
-                assert!(is_told, "{}: {message}", document.at(&number));
+                assert!(is_named, "{}: {message}", document.at(&number));
             }
             // Below what no number may be, and more than any length.
             let message = document.refusal(&number, "1e29");
@@ -513,8 +513,9 @@ fn every_reversed_range_is_named() {
             ]
             .concat();
             let error = (document.parse)(text.as_bytes()).unwrap_err().to_string();
-            let is_told = error.contains("6.25") && error.contains("-7.5") && error.contains("min");
-            assert!(is_told, "{}: {error}", document.at(&min));
+            let is_named =
+                error.contains("6.25") && error.contains("-7.5") && error.contains("min");
+            assert!(is_named, "{}: {error}", document.at(&min));
         }
     }
     // Seven ranges of motion, three boxes of a model and one of a volume.

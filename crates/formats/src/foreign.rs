@@ -149,32 +149,32 @@ pub fn foreign(head: &[u8], file_name: &str, expected: &'static str) -> Option<F
 mod tests {
     use super::*;
 
-    fn said(head: &[u8], name: &str, expected: &'static str) -> Option<String> {
+    fn message(head: &[u8], name: &str, expected: &'static str) -> Option<String> {
         foreign(head, name, expected).map(|error| error.to_string())
     }
 
     #[test]
     fn bytes_decide_before_file_names() {
-        let png = said(b"\x89PNG\r\n\x1a\n....", "a.csv", "a measurement table");
+        let png = message(b"\x89PNG\r\n\x1a\n....", "a.csv", "a measurement table");
         assert_eq!(png.unwrap(), "found a PNG image, expected a measurement table");
-        let workbook = said(b"PK\x03\x04....", "A.XLSX", "points");
+        let workbook = message(b"PK\x03\x04....", "A.XLSX", "points");
         assert_eq!(workbook.unwrap(), "found an Excel workbook, expected points; save it as CSV");
-        let archive = said(b"PK\x03\x04....", "a", "a mesh").unwrap();
+        let archive = message(b"PK\x03\x04....", "a", "a mesh").unwrap();
         assert_eq!(archive, "found a zip archive, expected a mesh; unpack it first");
         let mut dicom = vec![0; 140];
         dicom[128..132].copy_from_slice(b"DICM");
-        assert!(said(&dicom, "x", "a mesh").unwrap().contains("a DICOM file"));
-        let optitrack = said(b"\x01\x02", "tool.tra", "a body or a tool definition").unwrap();
+        assert!(message(&dicom, "x", "a mesh").unwrap().contains("a DICOM file"));
+        let optitrack = message(b"\x01\x02", "tool.tra", "a body or a tool definition").unwrap();
         assert!(optitrack.contains("an OptiTrack tool or take, which is not read"), "{optitrack}");
     }
 
     #[test]
     fn what_is_expected_is_not_foreign() {
-        assert_eq!(said(b"NDI\0", "a.rom", "a body or a tool definition"), None);
-        assert!(said(b"NDI\0", "a.rom", "a recording").is_some());
-        assert_eq!(said(b"x,y", "a.csv", "a poses table"), None);
-        assert!(said(b"x,y", "a.csv", "an environment").is_some());
-        assert_eq!(said(b"", "a.txt", "a recording"), None);
-        assert_eq!(said(b"(version: 1", "a.env.ron", "an environment"), None);
+        assert_eq!(message(b"NDI\0", "a.rom", "a body or a tool definition"), None);
+        assert!(message(b"NDI\0", "a.rom", "a recording").is_some());
+        assert_eq!(message(b"x,y", "a.csv", "a poses table"), None);
+        assert!(message(b"x,y", "a.csv", "an environment").is_some());
+        assert_eq!(message(b"", "a.txt", "a recording"), None);
+        assert_eq!(message(b"(version: 1", "a.env.ron", "an environment"), None);
     }
 }

@@ -1,4 +1,4 @@
-//! The column of a measurement table that says which rows belong together.
+//! The column of a measurement table that states which rows belong together.
 
 use super::error::FormatError;
 use super::table::Table;
@@ -7,7 +7,7 @@ use std::io::{self, Write};
 /// Columns that mean so by their name, the narrower grouping first.
 pub const GROUP_COLUMNS: [&str; 3] = ["cluster", "frame", "pose"];
 
-/// Column that says which sensor a row is of.
+/// Column that states which sensor a row is of.
 pub const SENSOR_COLUMN: &str = "sensor";
 
 /// Rows with equal text in one column belong together.
@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn columns_that_cannot_be_used_say_why() {
+    fn columns_that_cannot_be_used_state_why() {
         let error = |table: &str, name| parse(table.as_bytes(), name).unwrap_err().to_string();
         let missing = error("x\n1\n", Some("sweep"));
         assert!(missing.contains("no column \"sweep\""), "{missing}");

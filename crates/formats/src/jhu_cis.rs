@@ -98,7 +98,7 @@ fn read_frames<const N: usize>(
             point(content).ok_or_else(|| FormatError::line(line, quoted(content), "x, y, z in mm"))
         }
         None => {
-            let expected = format!("more points: line 1 says {}", quoted(header));
+            let expected = format!("more points: line 1 states {}", quoted(header));
             let line = text.lines().count() as u64;
             Err(FormatError::line(line, "the end of the file", expected))
         }
@@ -109,7 +109,7 @@ fn read_frames<const N: usize>(
     match lines.next() {
         None => Ok(frames),
         Some((line, content)) => {
-            let expected = format!("the end of the file: line 1 says {}", quoted(header));
+            let expected = format!("the end of the file: line 1 states {}", quoted(header));
             Err(FormatError::line(line, quoted(content), expected))
         }
     }

@@ -1,14 +1,15 @@
 //! Points of 3D Slicer: its markups (`*.mrk.json`) and the older `*.fcsv`.
 //!
-//! Files are in LPS or in RAS and say so; points are given in RAS, as Slicer's scene shows them and as
-//! live poses of a tracker come there. So what `export` writes (`export/markups.rs`) comes back.
+//! Files are in LPS or in RAS and state which; points are given in RAS, as Slicer's scene shows
+//! them and as live poses of a tracker come there. So what `export` writes (`export/markups.rs`)
+//! comes back.
 
 use super::error::{FormatError, text};
 use super::table_dialect::quoted_cells;
 use nalgebra::Point3;
 use serde::Deserialize;
 
-/// Whether the first character says that this is no table.
+/// Whether the first character shows that this is no table.
 pub fn is_json(text: &str) -> bool {
     text.trim_start().starts_with('{')
 }
@@ -170,7 +171,7 @@ fn some(points: Vec<Point3<f64>>) -> Result<Vec<Point3<f64>>, FormatError> {
     }
 }
 
-/// What lines say that are no rows.
+/// The content of lines that are no rows.
 fn comments(text: &str) -> impl Iterator<Item = (u64, &str)> {
     let lines = (1..).zip(text.lines());
     lines.filter_map(|(line, content)| Some((line, content.strip_prefix('#')?.trim())))
@@ -230,7 +231,7 @@ mod tests {
 
     #[test]
     fn what_is_no_point_is_named() {
-        let said = |text: &str| points::parse(text.as_bytes()).unwrap_err().to_string();
+        let message = |text: &str| points::parse(text.as_bytes()).unwrap_err().to_string();
         let cases = r#"
             "LPS" => "IJK" | markups[0].coordinateSystem is "IJK", expected LPS or RAS
             "coordinateSystem": "LPS", => | markups[0].coordinateSystem is not there…
@@ -240,7 +241,7 @@ mod tests {
             -1.5 => NaN | line 3…
             -1.5 => 1e999 | line 3…
         "#;
-        assert_refused(JSON, cases, said);
+        assert_refused(JSON, cases, message);
         let cases = r##"
             = LPS => = IJK | line 2: found "IJK" as coordinate system…
             # CoordinateSystem = LPS\n => | line 1: found "nothing" as coordinate system…
@@ -248,9 +249,9 @@ mod tests {
             -1.5 => inf | line 4: x is "inf"…
             ,x,y,z, => ,r,a,s, | line 4: x is ""…
         "##;
-        assert_refused(FCSV, cases, said);
+        assert_refused(FCSV, cases, message);
         assert!(
-            said("{\"markups\": []}").starts_with("the number of points that are defined is 0")
+            message("{\"markups\": []}").starts_with("the number of points that are defined is 0")
         );
     }
 

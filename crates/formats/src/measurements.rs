@@ -1,4 +1,4 @@
-//! Measurement tables: where sensors were, and where the tracker said they were.
+//! Measurement tables: where sensors were, and where the tracker reported them.
 
 use super::error::{FormatError, text};
 use super::table::{POSE, PoseColumns, Table};

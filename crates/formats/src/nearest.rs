@@ -10,7 +10,7 @@ pub(super) fn nearest<'a>(found: &str, known: &[&'a str]) -> Vec<&'a str> {
     let distance_of = |name: &str| -> Option<usize> {
         let longest = length.max(name.chars().count());
         let most = (longest / CHARACTERS_AN_ERROR).max(1);
-        // One that is much longer is not near, and not worth a table of its size.
+        // One that is much longer is not near, and gets no table of its size.
         let difference = length.abs_diff(name.chars().count());
         if difference > most {
             return None;

@@ -1,5 +1,5 @@
-//! What `pivot` reads: a tool's poses, or its markers, in one of several formats told apart by their
-//! first line.
+//! What `pivot` reads: a tool's poses, or its markers, in one of several formats distinguished by
+//! their first line.
 
 use super::error::{FormatError, quoted, text};
 use super::table_dialect::{ColumnName, decimal, number_cells};
@@ -67,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_line_says_what_a_recording_is() {
+    fn the_first_line_states_what_a_recording_is() {
         let matrix = b"# log\n1 0 0 4\n0 1 0 5\n0 0 1 6\n0 0 0 1\n";
         let table = b"x,y,z,qw,qx,qy,qz\n4,5,6,1,0,0,0\n";
         for bytes in [&matrix[..], &table[..]] {
@@ -83,18 +83,18 @@ mod tests {
 
     #[test]
     fn errors_are_those_of_the_nearest_format() {
-        let said = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();
-        assert_eq!(said(b""), "found no rows, expected at least one");
-        let no_poses = said(b"time,x,y\n0,1,2\n");
+        let message = |bytes: &[u8]| parse(bytes).unwrap_err().to_string();
+        assert_eq!(message(b""), "found no rows, expected at least one");
+        let no_poses = message(b"time,x,y\n0,1,2\n");
         assert!(no_poses.contains("expected the columns of a poses table"), "{no_poses}");
-        let prose = said(b"# Title\n\nSome words, and more.\n");
+        let prose = message(b"# Title\n\nSome words, and more.\n");
         assert!(
             prose.starts_with("line 3: found \"Some words, and more.\", expected the beginning of"),
             "{prose}"
         );
-        let other_counts = said(b"8, 8, 27, 8, pa1-calreadings.txt\n");
+        let other_counts = message(b"8, 8, 27, 8, pa1-calreadings.txt\n");
         assert!(other_counts.contains("N_G, N_frames"), "{other_counts}");
-        let cut = said(b"8, 6, 12, pa1-optpivot.txt\n");
+        let cut = message(b"8, 6, 12, pa1-optpivot.txt\n");
         assert!(cut.contains("the end of the file, expected more points"), "{cut}");
     }
 }

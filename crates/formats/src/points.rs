@@ -1,5 +1,5 @@
 //! Points: a table with columns `x, y, z`, plain rows of three numbers, markups of 3D Slicer, or a
-//! `ct-fiducials` file of the JHU course, told apart by what they begin with.
+//! `ct-fiducials` file of the JHU course, distinguished by what they begin with.
 
 use super::error::{FormatError, quoted, text};
 use super::jhu_cis;
@@ -93,7 +93,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn the_first_line_says_how_points_are_written() {
+    fn the_first_line_states_how_points_are_written() {
         let expected = vec![Point3::new(1.0, -2.5, 3.0), Point3::new(4.0, 5.0, 6.0)];
         for text in [
             "# a\nname,x,y,z\na,1,-2.5,3\nb,4,5,6\n".trim_start_matches("# a\n"),

@@ -5,7 +5,7 @@ use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// Widest and highest window that is believed, logical pixels.
+/// Widest and highest window that is accepted, logical pixels.
 const MOST_PX: u32 = 32_768;
 
 /// Smallest and largest interface.

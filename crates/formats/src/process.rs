@@ -1,4 +1,4 @@
-//! The part of an environment that says what its measurements leave open of the field.
+//! The part of an environment that states what its measurements leave open of the field.
 
 use super::error::FormatError;
 use super::ron_text::{self, RonWriter};

@@ -101,7 +101,7 @@ pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
     let mut bodies =
         [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
     let (design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
-        // The tool's first, as `into_design` asks for them.
+        // The tool's first, as `into_design` requests them.
         match bodies.next() {
             Some((name, Some(text))) => part(name, body::parse(text.as_bytes())),
             _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),

@@ -34,7 +34,7 @@ impl<'de> Deserialize<'de> for Version {
 /// Reads a file with a [`Version`]; `Some(…)` may be left out.
 ///
 /// A field that is not known is an error, as one that is mistyped would else have its default and
-/// nobody would notice. `T` and all that it is made of say so by `deny_unknown_fields`.
+/// nobody would notice. `T` and all that it is made of have `deny_unknown_fields`.
 pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FormatError> {
     let text = text(bytes)?;
     // Another version may have other fields; it is the version that is wrong then.

@@ -64,7 +64,7 @@ impl Iterator for Tokens<'_> {
     }
 }
 
-/// The version that a document states, before anything else is asked of it: it need be no whole
+/// The version that a document states, before anything else is read of it: it need be no whole
 /// document, nor one whose fields are known.
 pub(super) fn stated_version(text: &str) -> Option<u64> {
     let mut depth = 0_usize;
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn tokens_are_told_apart() {
+    fn tokens_are_distinguished() {
         use Token::{Number, Quoted, Sign, Word};
         let text = "Body(p95: -1.5e-3, // 1e308\n x: [.5, inf], n: \"a\\\"1e308\", r: r#\"\"1e308\"#, /* /* 1e308 */ */ c: '1')";
         let expected = [

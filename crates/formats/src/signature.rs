@@ -5,7 +5,7 @@ use super::tool_definition::{kind_of, kind_of_extension};
 use std::fmt;
 use trackwright_design::definition::DefinitionKind;
 
-/// Enough of a file to tell its kind, bytes: an environment names its model behind what it was
+/// Enough of a file to determine its kind, bytes: an environment names its model behind what it was
 /// fitted to.
 pub const BEGINNING: usize = 1 << 16;
 
@@ -39,7 +39,7 @@ const DOCUMENTS: [(&str, &str); 4] = [
 ];
 
 /// Comments that the program writes itself into an environment; its polynomials have one each, that
-/// says of how many it is and its axis.
+/// states its number, their count and its axis.
 const OWN_COMMENTS: [&str; 3] = [
     "// Position in mm, axis, error in mm and rad, noise of an outlier.",
     "// One a row of the process.",
@@ -50,7 +50,7 @@ const OWN_COMMENTS: [&str; 3] = [
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Signature {
     Empty,
-    /// A format that is told by its first bytes, or a document in RON.
+    /// A format that is recognised by its first bytes, or a document in RON.
     Kind(&'static str),
     /// HTML, SVG or XML by its outermost element.
     Markup(String),
@@ -64,7 +64,7 @@ pub enum Signature {
 }
 
 impl Signature {
-    /// The kind of a file; `extension` tells formats apart whose beginnings say nothing.
+    /// The kind of a file; `extension` distinguishes formats whose beginnings do not.
     ///
     /// ```
     /// use trackwright_formats::signature::Signature;
@@ -148,7 +148,7 @@ fn is_own_comment(comment: &str) -> bool {
     OWN_COMMENTS.contains(&comment) || axis == Some(true)
 }
 
-/// Only names tell `.tool` and `.ini` from other XML and text; JSON has keys.
+/// Only names distinguish `.tool` and `.ini` from other XML and text; JSON has keys.
 fn definition_kind(beginning: &[u8], extension: &str) -> Option<DefinitionKind> {
     use DefinitionKind::{AtracsysIni, NdiEm, NdiOptical, SawJson, ToolPlist};
     match kind_of(beginning, extension)? {

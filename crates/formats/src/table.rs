@@ -18,7 +18,7 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 pub(super) const POSE: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
 /// A table that is split into cells row by row, so that it is never in memory as a whole. Columns
-/// nobody asks for are ignored.
+/// that are not requested are ignored.
 pub struct Table<R: Read> {
     header: Header,
     reader: csv::Reader<io::Chain<Cursor<Vec<u8>>, Utf8Reader<R>>>,
@@ -70,7 +70,7 @@ impl<R: Read> Table<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// Text that is no table, or what the reader says.
+    /// Text that is no table, or an error of the reader.
     pub fn new(reader: R) -> Result<Self, FormatError> {
         let mut text = Utf8Reader::new(reader);
         let head = first_line(&mut text).map_err(|error| utf8::error_of(&error))?;
@@ -154,7 +154,7 @@ impl Header {
     pub fn place(&self, name: &str) -> Result<usize, FormatError> {
         let mut places = self.places(name);
         let wrong = |found: &str| {
-            let expected = "one column that says which rows belong together";
+            let expected = "one column that states which rows belong together";
             FormatError::line(1, format!("{found} column {name:?}"), expected)
         };
         match (places.next(), places.next()) {

@@ -191,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_line_says_what_separates() {
+    fn the_first_line_shows_what_separates() {
         let of = |head: &str| Dialect::of(head.as_bytes()).separator as char;
         assert_eq!(of("x,y,z\n"), ',');
         assert_eq!(of("x;y;z"), ';');
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn decimal_commas_are_told_from_separators() {
+    fn decimal_commas_are_distinguished_from_separators() {
         let cells =
             |line| number_cells(line).map(|cell| decimal(cell).unwrap()).collect::<Vec<_>>();
         assert_eq!(cells("1,5;2,5;-3,25"), [1.5, 2.5, -3.25]);

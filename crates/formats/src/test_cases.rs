@@ -1,6 +1,6 @@
-//! Tables of what a parser refuses: changes of a good text, and what is said of each.
+//! Tables of what a parser refuses: changes of a good text, and the error of each.
 
-/// Makes each change in a good text and compares what the parser says with the table.
+/// Makes each change in a good text and compares the parser's error with the table.
 ///
 /// A case is `old => new | message`, or a whole text in the place of the change. The message may stand
 /// in lines of its own that begin with `|`; `…` at its beginning or end stands for anything. `\n`, `\t`

@@ -249,7 +249,7 @@ fn wrong_calibration_files_name_the_line() {
     let calbody = |text: &str| message(jhu_cis::parse_calbody(text.as_bytes()));
     let calreadings = |text: &str| message(jhu_cis::parse_calreadings(text.as_bytes()));
     let cases = r#"
-        10,11,12\n => | line 4: found the end of the file, expected more points: line 1 says
+        10,11,12\n => | line 4: found the end of the file, expected more points: line 1 states
             | "1, 1, 2, pa1-calbody.txt"
         7,8,9 => 7,8 | line 4: found "7,8", expected x, y, z in mm
         10,11,12\n => 10,11,12\n1,2,3\n | line 6: found "1,2,3"…
@@ -310,7 +310,7 @@ fn the_log_has_one_row_a_trial() {
 }
 
 #[test]
-fn distorted_poses_say_whether_they_were_outside() {
+fn distorted_poses_state_whether_they_were_outside() {
     let mut out = Vec::new();
     let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), false), (None, true)];
     poses::write_with_outside(&mut out, rows).unwrap();

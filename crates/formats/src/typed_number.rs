@@ -5,7 +5,7 @@
 //! plain number.
 //!
 //! No crate did: those that are maintained and free to use know neither units nor the place of an
-//! error, and recurse as deep as the text asks them to.
+//! error, and recurse as deep as the text is nested.
 
 use std::fmt;
 

@@ -36,7 +36,7 @@ pub(super) struct TriangleTable {
     lists: Vec<u8>,
 }
 
-/// What a cell says of its axes.
+/// What a cell yields for its axes.
 pub(super) enum Candidates<'a> {
     One(usize),
     /// In ascending order.

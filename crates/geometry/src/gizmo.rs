@@ -274,7 +274,7 @@ impl HandleDrag {
         Some(Self { pivot_mm, axis, grip })
     }
 
-    /// What the handle did since, with the pointer on `ray`; `None` where that says nothing.
+    /// What the handle did since, with the pointer on `ray`; `None` where that determines nothing.
     pub fn movement_at(&mut self, ray: &Ray) -> Option<Movement> {
         let (pivot_mm, axis) = (self.pivot_mm, self.axis);
         let turn = |by_rad| Movement::Turn { axis, pivot_mm, by_rad };

@@ -13,7 +13,7 @@ pub struct MeshReference {
     pub unit: Option<MeshUnit>,
 }
 
-/// How long one unit of a mesh file is. It overrides what the format says, for a glTF file with
+/// How long one unit of a mesh file is. It overrides the format's unit, for a glTF file with
 /// millimetres in it.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub enum MeshUnit {

@@ -91,7 +91,7 @@ impl UnitSuggestion {
     }
 }
 
-/// Something to be said of a mesh.
+/// A finding about a mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     pub text: String,
@@ -161,7 +161,7 @@ impl MeshReport {
         self.triangles > 0 && self.boundary_edges == 0
     }
 
-    /// What there is to say, a sentence each: what the mesh is first, then what is wrong with it.
+    /// The findings, a sentence each: what the mesh is first, then what is wrong with it.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = vec![format!(
             "{} and {} in {}",
@@ -365,7 +365,7 @@ impl Edges {
     }
 }
 
-/// Pieces of triangles that hang together by their vertices.
+/// Pieces of triangles that are connected by their vertices.
 fn components(vertices: usize, triangles: &[[u32; 3]]) -> usize {
     let mut parents: Vec<u32> = (0..vertices as u32).collect();
     let mut is_used = vec![false; vertices];
@@ -437,7 +437,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_counted_and_said() {
+    fn what_is_wrong_is_counted_and_reported() {
         let mut mesh = cylinder(2.0, 150.0, 16);
         let mut copy = cylinder(2.0, 150.0, 16).parts.remove(0);
         for position in &mut copy.positions_mm {
@@ -490,7 +490,7 @@ mod tests {
         use MeshUnit::{Centimetre, Factor, Inch, Metre, Millimetre};
         let pointer = cylinder(2.0, 150.0, 8);
         for (factor, read_in, unit, suggested_mm) in [
-            // Metres in a file that says millimetres, and the other way round.
+            // Metres in a file that states millimetres, and the other way round.
             (0.001, Millimetre, Metre, 150.0),
             (1000.0, Metre, Millimetre, 150.0),
             (100.0, Metre, Centimetre, 150.0),

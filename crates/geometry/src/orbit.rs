@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_spans_what_projection_says() {
+    fn a_pixel_spans_what_the_projection_gives() {
         let point = Point3::new(60.0, 40.0, -250.0);
         let right = camera().tracker_from_camera().rotation * Vector3::x();
         let step = camera().mm_per_px(&point, VIEW).unwrap() * 10.0;

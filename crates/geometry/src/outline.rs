@@ -1,4 +1,4 @@
-//! Lines that show where a volume ends, and the lengths that say how large it is.
+//! Lines that show where a volume ends, and the lengths that give its size.
 
 use super::bounds::Bounds;
 use nalgebra::Point3;
@@ -19,7 +19,7 @@ pub struct Outline {
 pub struct Dimension {
     pub kind: DimensionKind,
     pub length_mm: f64,
-    /// Tracker frame; any one of them says the same.
+    /// Tracker frame; any one of them is as good.
     pub places_mm: Vec<Point3<f64>>,
 }
 

@@ -3,7 +3,7 @@
 use super::surface::Ray;
 use nalgebra::Point3;
 
-/// Shortest part of a segment across the ray that still says where the two come nearest.
+/// Shortest part of a segment across the ray that still determines where the two come nearest.
 const LEAST_ACROSS_MM2: f64 = 1e-18;
 
 /// Something thin or small that can be pointed at.

@@ -15,7 +15,7 @@ use nalgebra::{Point3, Unit, Vector3};
 /// Triangles a leaf holds; between 2 and 8 the time for a ray hardly changes.
 const LEAF_TRIANGLES: usize = 4;
 
-/// Subtrees of fewer triangles are not worth handing to another thread.
+/// Subtrees of fewer triangles are not handed to another thread.
 const LEAST_SHARED: usize = 20_000;
 
 /// Nodes that wait while one is looked at: as many as the tree is deep, which halving keeps to 24

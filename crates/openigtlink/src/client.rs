@@ -26,12 +26,12 @@ const CONNECT_WITHIN: Duration = Duration::from_secs(5);
 /// length lies, what follows is taken for the message's body, and nothing is received.
 const WHOLE_WITHIN: Duration = Duration::from_secs(5);
 
-/// What a client is told beforehand.
+/// The options of a client.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClientOptions {
     /// `HOST:PORT`.
     pub server: String,
-    /// Asks for tracking data at this interval on every connection; many servers send without.
+    /// Requests tracking data at this interval on every connection; many servers send without.
     pub tracking_ms: Option<u32>,
     /// The wait before the first try to come back, doubled with each up to the longest.
     pub first_wait: Duration,
@@ -65,7 +65,7 @@ pub fn server_address(text: &str) -> Result<String, String> {
     }
 }
 
-/// What happens to a client; told from its thread.
+/// What happens to a client, reported from its thread.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientEvent {
     Connecting,
@@ -139,7 +139,7 @@ impl Client {
         Ok(Self { stop: Some(stop), thread: Some(thread) })
     }
 
-    /// Closes the connection; returns once nothing more is told.
+    /// Closes the connection; returns once nothing more is reported.
     pub fn stop(mut self) {
         self.end();
     }
@@ -172,9 +172,9 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
         let mut wait = self.options.first_wait;
         loop {
             (self.on_event)(ClientEvent::Connecting);
-            let (why, has_heard) = self.connection().await;
+            let (why, has_received) = self.connection().await;
             // A server that closes every connection at once is not there either.
-            if has_heard {
+            if has_received {
                 wait = self.options.first_wait;
             }
             (self.on_event)(ClientEvent::Lost { why, wait });
@@ -185,16 +185,16 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
 
     /// One connection from its beginning to its end, and whether a message came of it.
     async fn connection(&mut self) -> (DisconnectReason, bool) {
-        let mut has_heard = false;
+        let mut has_received = false;
         let why = match timeout(CONNECT_WITHIN, TcpStream::connect(&self.options.server)).await {
             Err(_) => DisconnectReason::NotInTime,
             Ok(Err(error)) => DisconnectReason::NotReached(error.to_string()),
-            Ok(Ok(stream)) => self.listen(stream, &mut has_heard).await,
+            Ok(Ok(stream)) => self.listen(stream, &mut has_received).await,
         };
-        (why, has_heard)
+        (why, has_received)
     }
 
-    async fn listen(&mut self, mut stream: TcpStream, has_heard: &mut bool) -> DisconnectReason {
+    async fn listen(&mut self, mut stream: TcpStream, has_received: &mut bool) -> DisconnectReason {
         let failed = |error: io::Error| DisconnectReason::Failed(error.to_string());
         keep_alive(&stream);
         let server = match stream.peer_addr() {
@@ -237,7 +237,7 @@ impl<F: FnMut(ClientEvent)> Listening<F> {
                     }
                     Err(error) => ClientEvent::Unreadable(error),
                 };
-                *has_heard |= matches!(event, ClientEvent::Received { .. });
+                *has_received |= matches!(event, ClientEvent::Received { .. });
                 (self.on_event)(event);
             }
             if !decoder.is_between_messages() {

@@ -2,8 +2,8 @@
 //!
 //! `arrival - timestamp` is the latency plus an offset between two clocks that is not known. The
 //! smallest such difference is the reference: latency is counted from it, so that it is the time above
-//! the fastest sample. A delay that was there from the first sample, and never less, cannot be told
-//! from an offset, unless both clocks are known to be one (`shared`).
+//! the fastest sample. A delay that was there from the first sample, and never less, cannot be
+//! distinguished from an offset, unless both clocks are known to be one (`shared`).
 //!
 //! The reference becomes earlier at once. It becomes later only
 //! - as fast as two honest clocks drift apart ([`DRIFT`]), and not while samples are late;
@@ -59,7 +59,7 @@ impl Moment {
     }
 }
 
-/// What a timestamp says of its sample.
+/// What a timestamp states about its sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Judged {
     /// So much slower than the fastest; zero of a sample without a timestamp.

@@ -1,4 +1,4 @@
-//! Which of the tools that a tracker tells of are the bodies of a design.
+//! Which of the tools that a tracker reports are the bodies of a design.
 
 use std::collections::BTreeMap;
 use trackwright_design::BodyRole;
@@ -16,12 +16,12 @@ pub struct BodyNames {
     pub crf: Option<String>,
 }
 
-/// The tools that a person has said something of: a body, or none of them.
+/// The tools that the user has assigned: a body, or none of them.
 pub type Assigned = BTreeMap<String, Option<BodyRole>>;
 
 /// The tool that each body is received as, if any.
 ///
-/// What a person says goes first; then a tool called like the body; then, where the other body's
+/// The user's assignment goes first; then a tool called like the body; then, where the other body's
 /// name does not fit it as well, one of a usual name. `StylusToTracker` is called `Stylus`. Of two
 /// that fit alike it is the first in the order of names.
 pub fn roles<'n>(

@@ -72,7 +72,7 @@ fn count(of: &'static str, [before, now]: [usize; 2]) -> Option<Changed> {
     (before != now).then_some(Changed::Count { of, before, now })
 }
 
-/// Of studies. Rooms that are looked at this once are left out by who asks.
+/// Of studies. Rooms that are looked at this once are left out by the caller.
 pub(super) fn study_changes<'a>(
     decided: &DecidedStudies,
     requirement: Option<&Requirement>,
@@ -220,7 +220,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_change_that_is_told_is_one_that_is_seen(
+        fn a_reported_change_is_one_that_is_seen(
             before in 0.0..10.0_f64,
             by in -5e-4..5e-4_f64,
             digits in 1..5_usize,

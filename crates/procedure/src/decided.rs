@@ -57,7 +57,7 @@ pub struct RoomName {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DecidedFigures {
     pub trials: usize,
-    /// Trials with a sensor where the room says nothing.
+    /// Trials with a sensor where the room has no field.
     pub without_field: usize,
     pub values: MetricMap,
     /// `None` without bounds.

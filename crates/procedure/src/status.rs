@@ -235,8 +235,8 @@ impl State {
 }
 
 impl Row {
-    /// Whether the requirement is met, as far as the room can tell; `None` without one, or without
-    /// figures.
+    /// Whether the requirement is met, as far as the room determines it; `None` without one, or
+    /// without figures.
     pub fn verdict(&self) -> Option<BoundVerdict> {
         self.studied.as_ref().ok()?.verdict()
     }
@@ -349,7 +349,7 @@ impl StepStatus {
         };
         match (counts.missed, counts.cannot_tell) {
             (0, 0) => None,
-            (0, _) => Some("it cannot be told whether the requirement is met"),
+            (0, _) => Some("it is not determined whether the requirement is met"),
             _ => Some("the requirement is missed"),
         }
     }

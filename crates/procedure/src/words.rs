@@ -1,4 +1,4 @@
-//! Where a step stands in a line: the command line and the editor say the same.
+//! Where a step stands in a line, the same on the command line and in the editor.
 
 use super::decided::Step;
 use super::status::{State, StepStatus, StudiesStatus};
@@ -11,7 +11,7 @@ pub fn headline(found: &StepStatus, step: Step) -> String {
         Step::Tool => &found.tool,
         Step::Built => return built(state),
     };
-    let said = match state {
+    let text = match state {
         State::DoesNotApply => return "does not apply, the design has no CRF".to_owned(),
         State::NoFigures => return "no figures in any room".to_owned(),
         State::NoRequirement => "there is no requirement to hold it against".to_owned(),
@@ -22,15 +22,15 @@ pub fn headline(found: &StepStatus, step: Step) -> String {
         },
     };
     let without = studies.rows.len() - studies.counts().with_figures;
-    let said = match without {
-        0 => said,
-        1 => format!("{said}; one has no figures"),
-        without => format!("{said}; {without} have no figures"),
+    let text = match without {
+        0 => text,
+        1 => format!("{text}; one has no figures"),
+        without => format!("{text}; {without} have no figures"),
     };
     match (step, found.crf.state) {
         // Its figures are of this CRF, which the procedure would have designed anew.
-        (Step::Tool, State::Missed) => format!("{said}; the CRF alone does not satisfy yet"),
-        _ => said,
+        (Step::Tool, State::Missed) => format!("{text}; the CRF alone does not satisfy yet"),
+        _ => text,
     }
 }
 

@@ -27,7 +27,7 @@ pub struct BodyExport {
 }
 
 impl BodyExport {
-    /// The body of a role as the file's name says; `None` where there is no such body.
+    /// The body of a role in the format of the file's name; `None` where there is no such body.
     ///
     /// # Errors
     /// [`StoreError::NoBodyFormat`], [`StoreError::NotConvertible`], and [`StoreError::InUse`] for a
@@ -169,12 +169,12 @@ mod tests {
         save_as(&mut world, &design).unwrap();
         let crf = folder.path().join("head-crf.body.ron");
         let before = fs::read(&crf).unwrap();
-        for (file, said) in [
+        for (file, expected) in [
             (&crf, "the design itself uses this file"),
             (&folder.path().join("a.txt"), "expected one in .body.ron, .rom"),
         ] {
             let error = BodyExport::of(&world, BodyRole::Tool, file).unwrap_err();
-            assert!(error.to_string().contains(said), "{error}");
+            assert!(error.to_string().contains(expected), "{error}");
         }
         assert_eq!(fs::read(&crf).unwrap(), before);
         // From the disk a body keeps its mesh.
@@ -200,10 +200,10 @@ mod tests {
         assert_eq!(name, "pointer.ini");
         let file = Path::new("/nowhere/pointer.rom");
         let error = BodyExport::of(&world, BodyRole::Tool, file).unwrap_err();
-        let said = error.to_string();
+        let message = error.to_string();
         assert!(
-            said.starts_with("/nowhere/pointer.rom: the body cannot be a ROM: 1 markers"),
-            "{said}"
+            message.starts_with("/nowhere/pointer.rom: the body cannot be a ROM: 1 markers"),
+            "{message}"
         );
     }
 }

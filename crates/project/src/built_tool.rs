@@ -211,11 +211,11 @@ fn check_frames(
     }
 }
 
-/// Poses that are all outside the room are looked at where they are asked for.
+/// Poses that are all outside the room are reported where they are requested.
 fn reported_mismatch(scenario: &Scenario, rows: &[AgreementRow]) -> Option<FrameMismatch> {
-    let is_asked_for = scenario.outside != OutsidePolicy::Reject;
+    let is_requested = scenario.outside != OutsidePolicy::Reject;
     frame_mismatch(scenario, rows)
-        .filter(|found| !(is_asked_for && matches!(found, FrameMismatch::NotInRoom { .. })))
+        .filter(|found| !(is_requested && matches!(found, FrameMismatch::NotInRoom { .. })))
 }
 
 fn read_body(

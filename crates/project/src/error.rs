@@ -23,7 +23,7 @@ pub enum StoreError {
     TooLarge { file: PathBuf, limit: u64, expected: &'static str },
     #[error("{}: found no quaternions, expected them for 6-DOF sensors", file.display())]
     NoQuaternions { file: PathBuf },
-    /// A table that is not used unless somebody says that it is meant to be as it is.
+    /// A table that is not used unless it is stated to be as it is meant.
     #[error("{}: {suspicion}", file.display())]
     Doubted { file: PathBuf, suspicion: Box<Suspicion> },
     #[error(transparent)]
@@ -48,7 +48,7 @@ pub enum StoreError {
     NotOwn { file: PathBuf, found: Signature },
     #[error("{}: the design itself uses this file, expected another one to save as", file.display())]
     InUse { file: PathBuf },
-    #[error("{}: found a name that says no format, expected one in .body.ron, .rom, .tool, .ini or .json", file.display())]
+    #[error("{}: found a name of no known format, expected one in .body.ron, .rom, .tool, .ini or .json", file.display())]
     NoBodyFormat { file: PathBuf },
     #[error("{}: the body cannot be a {format}: {cause}", file.display())]
     NotConvertible { file: PathBuf, format: &'static str, cause: ConversionError },
@@ -63,7 +63,7 @@ impl StoreError {
         matches!(cause, FormatError::Checksum { .. })
     }
 
-    /// Whether a file is sound as far as anyone can tell, but of another version of the program.
+    /// Whether a file is sound as far as can be checked, but of another version of the program.
     pub fn is_other_version(&self) -> bool {
         let Self::Format { cause, .. } = self else {
             return false;

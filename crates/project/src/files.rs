@@ -36,7 +36,7 @@ use trackwright_formats::{BodyFile, environment, generator};
 /// ```
 #[derive(Debug, Default)]
 pub struct Files {
-    /// Whether other documents may be written over, which the user asked for.
+    /// Whether other documents may be written over, which the user requested.
     is_overwriting: bool,
     known: Mutex<Known>,
 }
@@ -92,7 +92,7 @@ impl Files {
         Ok(Output { files: self, file: file.to_owned() })
     }
 
-    /// An [`output`](Self::output) where one is asked for.
+    /// An [`output`](Self::output) where one is requested.
     pub fn optional_output(&self, file: Option<&Path>) -> Result<Option<Output<'_>>, StoreError> {
         file.map(|file| self.output(file)).transpose()
     }
@@ -182,7 +182,7 @@ impl Output<'_> {
         let there = File::open(&self.file);
         let read = there.and_then(|f| f.take(signature::BEGINNING as u64).read_to_end(&mut old));
         match Signature::of(&old, "") {
-            // What cannot be read is told by whoever writes there.
+            // What cannot be read is reported by whoever writes there.
             _ if read.is_err() => Ok(()),
             Signature::Empty => Ok(()),
             Signature::Kind(found)

@@ -1,4 +1,4 @@
-//! Reads files by their kinds: what a command asks a table or a recording for.
+//! Reads files by their kinds: what a command requests of a table or a recording.
 
 use super::error::StoreError;
 use super::files::Files;
@@ -25,7 +25,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_simulation::InputTrial;
 use trackwright_simulation::recording::Recording;
 
-/// The content of a table. It is taken by saying what is to happen with suspicions.
+/// The content of a table. It is taken by stating what is to happen with suspicions.
 #[derive(Clone, Debug, PartialEq)]
 #[must_use]
 pub struct Doubted<T> {
@@ -98,7 +98,8 @@ impl Files {
         self.read(file, "a measurement table", |bytes| groups::parse(bytes, column))
     }
 
-    /// The column of a measurement table that says which sensor each row is of, where there is one.
+    /// The column of a measurement table that states which sensor each row is of, where there is
+    /// one.
     pub fn read_sensors(&self, file: &Path) -> Result<Option<GroupColumn>, StoreError> {
         self.read(file, "a measurement table", groups::parse_sensors)
     }

@@ -30,7 +30,7 @@ pub struct ProcedureRequest {
 }
 
 /// Computes where a design stands. A further room or a recording that cannot be read is a row that
-/// says so; `note` hears what there is to know of tables beside their figures.
+/// states so; `note` receives what there is to know of tables beside their figures.
 ///
 /// # Errors
 /// [`StoreError::NoSuchBuiltIn`], [`StoreError::Cancelled`].
@@ -193,7 +193,7 @@ fn recorded(
         frame: wanted.frame,
         whole: wanted.whole.as_deref(),
         is_one_frame: false,
-        // What is suspected is noted: the design names the tables, and nobody is there to be asked.
+        // What is suspected is noted: the design names the tables, and there is no user to confirm.
         is_as_meant: true,
         settings: wanted.settings(),
     };

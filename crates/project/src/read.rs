@@ -103,7 +103,7 @@ impl Storage {
 
 fn read_disk(file: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFailure> {
     let file = open_input(file)?;
-    // Of what is no regular file the length is nothing that it tells beforehand.
+    // What is no regular file has no length beforehand.
     let length = file.metadata().map_or(0, |m| m.len());
     if length > most_bytes {
         return Err(ReadFailure::TooLarge);
@@ -121,7 +121,7 @@ fn read_disk(file: &Path, most_bytes: u64) -> Result<Vec<u8>, ReadFailure> {
 /// makes of `<(…)`). Any other pipe would have to be waited for, and a device may never end.
 ///
 /// # Errors
-/// [`ReadFailure::Io`], which says what it is instead.
+/// [`ReadFailure::Io`], which states what it is instead.
 pub(super) fn open_input(file: &Path) -> Result<File, ReadFailure> {
     let metadata = fs::metadata(file).map_err(ReadFailure::Io)?;
     match special_kind(metadata.file_type()) {
@@ -188,7 +188,7 @@ pub(super) fn not_of_its_kind(
 mod tests {
     use super::*;
 
-    /// Files without content that only say how long they are: nothing of them is read.
+    /// Files without content that only state how long they are: nothing of them is read.
     #[test]
     fn files_that_are_too_long_are_refused() {
         let folder = tempfile::tempdir().unwrap();

@@ -239,7 +239,7 @@ impl Leftover {
         let environment = reader.environment(&own_file, &design.environment)?;
         let meshes = Meshes::read(&mut reader, &own_file, design);
         let mut world = World::with_meshes(document, environment, meshes);
-        // Of design and bodies, what the session knew: what was changed since is then told.
+        // Of design and bodies, what the session knew: what was changed since is then reported.
         world.stamps = Stamps::from_pairs(content.stamps);
         world.stamps.extend(reader.stamps);
         Ok(world)

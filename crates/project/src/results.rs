@@ -206,7 +206,7 @@ mod tests {
                 pose: Ok(Pose::translation(f64::from(n), 0.0, 0.0)),
             };
             recorder.add(&sample).unwrap();
-            // Without being told that it ends.
+            // Without a call that ends it.
             let found = live_table::parse(&std::fs::read(&path).unwrap()).unwrap();
             assert_eq!(found.tools[0].good().count() as u64, recorder.samples());
         }

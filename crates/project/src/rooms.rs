@@ -137,7 +137,7 @@ fn upwards(folder: &Path, target: &Path) -> String {
     up.map(Into::into).chain(down).collect::<Vec<_>>().join("/")
 }
 
-/// Writes a room for the open design, and says how the design refers to it.
+/// Writes a room for the open design, and returns how the design refers to it.
 ///
 /// # Errors
 /// [`StoreError::IsInput`] for a file of the design itself, as undo has to find its room as it is; a file

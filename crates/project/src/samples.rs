@@ -130,7 +130,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-/// A table that was read, with everything that is said of it.
+/// A table that was read, with everything that is reported about it.
 #[derive(Debug)]
 pub struct MeasurementTable {
     pub file: PathBuf,

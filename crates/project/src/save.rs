@@ -236,7 +236,7 @@ pub(super) fn is_changed(world: &World, role: BodyRole) -> bool {
     }
 }
 
-/// Whether the file that a body refers to says the same.
+/// Whether the file that a body refers to has the same content.
 fn is_held(world: &World, body: &DesignBody) -> bool {
     let Origin::File(design_file) = world.document.origin() else {
         return false;

@@ -30,7 +30,7 @@ pub(super) struct Stamps(BTreeMap<PathBuf, FileStamp>);
 impl Stamps {
     /// Remembers a file by the bytes that were just read from it or written to it.
     ///
-    /// Its time is asked for afterwards. Should somebody have written in between, then so shortly
+    /// Its time is read afterwards. Should somebody have written in between, then so shortly
     /// ago that the content is compared as well.
     pub(super) fn take(&mut self, file: &Path, bytes: &[u8]) {
         let modified = fs::metadata(file).and_then(|m| m.modified());
@@ -126,7 +126,7 @@ fn nanoseconds(time: SystemTime) -> u64 {
 }
 
 /// FNV-1a, 64 bits: recovery files keep it, so that it has to be the same in every version of
-/// this program. It tells an accident from no change; nobody forges these files.
+/// this program. It detects accidental changes; nobody forges these files.
 fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
         (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3)

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use trackwright_formats::preferences_file::{self, Preferences};
 use trackwright_formats::{FormatError, recent_file};
 
-/// Names the state folder itself, before anything else is asked.
+/// Names the state folder itself, before any other source.
 pub const STATE_VARIABLE: &str = "TRACKWRIGHT_STATE";
 
 /// The folder for state: `$TRACKWRIGHT_STATE`, else `trackwright` in `$XDG_STATE_HOME`, in
@@ -46,7 +46,7 @@ pub(super) fn create_private_folder(folder: &Path) -> Result<(), StoreError> {
     builder.create(folder).map_err(|cause| write_error(folder, cause))
 }
 
-/// What a file of the state folder says; `None` where there is none.
+/// The content of a file of the state folder; `None` where there is none.
 fn read_state<T>(
     file: &Path,
     kind: Kind,

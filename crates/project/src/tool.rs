@@ -13,7 +13,7 @@ use trackwright_formats::tool_definition::{
 use trackwright_formats::{BodyFile, FormatError, body};
 use trackwright_geometry::mesh_reference::MeshReference;
 
-/// Enough of a file to tell what kind of one it is, its first comment included.
+/// Enough of a file to determine what kind of one it is, its first comment included.
 const BEGINNING: u64 = 4096;
 
 /// A tool as it was read.
@@ -74,7 +74,7 @@ pub(super) fn body_name(definition: &Path) -> String {
     format!("{}.body.ron", stem.to_string_lossy())
 }
 
-/// A body as its file says it.
+/// The text of a body's file.
 pub(super) fn body_text(body: &DesignBody) -> String {
     body::write(&BodyFile::of(body))
 }

@@ -15,8 +15,8 @@ use std::thread::{self, JoinHandle};
 /// What encodes, by the name that it is found by.
 pub const ENCODER: &str = "ffmpeg";
 
-/// Lines that are told of what a failed encoder said: the reason stands in the last ones.
-const TOLD_LINES: usize = 5;
+/// Lines that are reported of a failed encoder's output: the reason is in the last ones.
+const REPORTED_LINES: usize = 5;
 
 /// H.264 in 4:2:0, which every player and slide program shows, at a quality at which thin lines stay
 /// clean; sRGB's primaries are those of BT.709, whose matrix players expect of what is large.
@@ -43,12 +43,12 @@ pub enum VideoError {
     Start { encoder: String, cause: io::Error },
     #[error("{encoder} takes no more frames: {cause}")]
     Write { encoder: String, cause: io::Error },
-    #[error("{encoder} failed ({status}): {said}")]
+    #[error("{encoder} failed ({status}): {output}")]
     Encoder {
         encoder: String,
         status: ExitStatus,
         /// Its last lines.
-        said: String,
+        output: String,
     },
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -64,7 +64,7 @@ pub struct VideoFile {
     temporary: Temporary,
     child: Child,
     frames: Option<ChildStdin>,
-    said: Option<JoinHandle<String>>,
+    stderr_lines: Option<JoinHandle<String>>,
 }
 
 impl VideoFile {
@@ -76,7 +76,7 @@ impl VideoFile {
     ) -> Result<Option<Self>, VideoError> {
         let [width, height] = shape.size;
         shape.check()?;
-        // The encoder tells the container from the name's end.
+        // The encoder determines the container by the name's end.
         remove_leftovers(&folder_of(file));
         let temporary = Temporary::next_to(file, &format!(".{}", extension_of(file)))
             .map_err(|cause| write_error(file, cause))?;
@@ -111,12 +111,12 @@ impl VideoFile {
             temporary,
             frames: child.stdin.take(),
             child,
-            said: None,
+            stderr_lines: None,
         };
-        if let Some(said) = video.child.stderr.take() {
-            let reader = thread::Builder::new().spawn(move || last_lines(BufReader::new(said)));
+        if let Some(stderr) = video.child.stderr.take() {
+            let reader = thread::Builder::new().spawn(move || last_lines(BufReader::new(stderr)));
             // Dropped, the video ends its encoder.
-            video.said =
+            video.stderr_lines =
                 Some(reader.map_err(|cause| VideoError::Start {
                     encoder: video.encoder.clone(),
                     cause,
@@ -135,7 +135,7 @@ impl VideoFile {
             None => Err(io::ErrorKind::BrokenPipe.into()),
         };
         written.or_else(|cause| {
-            // It reads no more, and its last words say why.
+            // It reads no more, and its last lines state why.
             self.end()?;
             Err(VideoError::Write { encoder: self.encoder.clone(), cause })
         })
@@ -159,13 +159,13 @@ impl VideoFile {
         if status.success() {
             return Ok(());
         }
-        let said = self.said.take().and_then(|said| said.join().ok());
+        let output = self.stderr_lines.take().and_then(|reader| reader.join().ok());
         Err(VideoError::Encoder {
             encoder: self.encoder.clone(),
             status,
-            said: said
-                .filter(|said| !said.is_empty())
-                .unwrap_or_else(|| "it did not say why".to_owned()),
+            output: output
+                .filter(|lines| !lines.is_empty())
+                .unwrap_or_else(|| "it gave no reason".to_owned()),
         })
     }
 }
@@ -194,15 +194,15 @@ impl VideoShape {
     }
 }
 
-/// The end of what somebody says, whose every word is read: else they would wait to be heard.
-fn last_lines(said: impl BufRead) -> String {
+/// The last lines of a stream, which is read as a whole: else its writer would wait.
+fn last_lines(stream: impl BufRead) -> String {
     let mut lines = VecDeque::new();
-    for line in said.split(b'\n').map_while(Result::ok) {
+    for line in stream.split(b'\n').map_while(Result::ok) {
         let line = String::from_utf8_lossy(&line).trim().to_owned();
         if !line.is_empty() {
             lines.push_back(line);
         }
-        if lines.len() > TOLD_LINES {
+        if lines.len() > REPORTED_LINES {
             lines.pop_front();
         }
     }
@@ -333,11 +333,11 @@ mod tests {
         // The pipe holds some frames before anybody notices.
         let error = (0..100_000).find_map(|_| file.frame(&frame).err());
         let error = error.unwrap_or_else(|| file.finish().unwrap_err());
-        let VideoError::Encoder { status, said, .. } = &error else {
+        let VideoError::Encoder { status, output, .. } = &error else {
             panic!("{error}");
         };
         assert_eq!(status.code(), Some(3));
-        assert_eq!(said, "reason 3; reason 4; reason 5; reason 6; reason 7");
+        assert_eq!(output, "reason 3; reason 4; reason 5; reason 6; reason 7");
         assert_eq!(fs::read_to_string(&video).unwrap(), "an older one");
     }
 

@@ -72,7 +72,7 @@ impl ArrowOutcome {
 /// The error vectors of a plan, by sum factorisation.
 ///
 /// # Errors
-/// [`StudyError::Cancelled`]; [`StudyError::NoSensors`] where the tool's sensors are asked for and
+/// [`StudyError::Cancelled`]; [`StudyError::NoSensors`] where the tool's sensors are requested and
 /// it has none.
 pub fn sample_arrows(
     scenario: &Scenario,

@@ -12,7 +12,7 @@ const MIN_TURN_RAD: f64 = 1e-12;
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
     pub name: String,
-    /// What the body is for, in its frame, millimetres; the origin where nothing else is said.
+    /// What the body is for, in its frame, millimetres; the origin where none is given.
     pub tip_in_body: Option<Point3<f64>>,
     pub sensors: Vec<Sensor>,
 }

@@ -1,5 +1,5 @@
-//! Where a tracked body is, from where the tracker says it is: the room errs at its sensors, not at
-//! the frame that the tracker tells, which may be a tip a hand's breadth away from them.
+//! Where a tracked body is, from where the tracker reports it: the room errs at its sensors, not at
+//! the frame that the tracker reports, which may be a tip a hand's breadth away from them.
 
 use super::tracker::{BodyTracker, TrackBuffers};
 use crate::body::RigidBody;
@@ -15,7 +15,7 @@ use trackwright_task::Task;
 /// that is measured for it, nine reach the tolerance.
 const MAX_STEPS: usize = 64;
 
-/// Far below what single precision, in which poses travel, can tell at half a metre (6e-5 mm).
+/// Far below what single precision, in which poses travel, resolves at half a metre (6e-5 mm).
 const TOLERANCE_MM: f64 = 1e-7;
 const TOLERANCE_RAD: f64 = 1e-10;
 
@@ -72,7 +72,7 @@ impl<'a> BodyCompensator<'a> {
         }
     }
 
-    /// The pose that is measured as this one in a distortion map, with nothing said of whether it is
+    /// The pose that is measured as this one in a distortion map, whether or not it is
     /// the only one; where the search does not come to rest (at a jump of area weights, where some
     /// readings have none), the last it came to.
     pub fn nearest(&self, tracker_from_body_measured: &Pose) -> Pose {

@@ -1,5 +1,5 @@
-//! What a room's model says of one compensated pose of a body: its standard error at the sensors, the
-//! tip error that is left, and whether the model is valid there.
+//! What a room's model predicts for one compensated pose of a body: its standard error at the
+//! sensors, the tip error that is left, and whether the model is valid there.
 
 use crate::body::RigidBody;
 use crate::linear_fit::{LinearFit, MotionCovariance, UnitCovariance};
@@ -22,7 +22,7 @@ struct PredictedSensor {
     /// `None` for a marker.
     axis_in_body: Option<Unit<Vector3<f64>>>,
     /// Components of a rotation that it measures.
-    turns: f64,
+    rotations: f64,
     covariance: UnitCovariance,
 }
 
@@ -65,7 +65,7 @@ impl<'a> BodyPredictor<'a> {
                 .map(|(sensor, covariance)| PredictedSensor {
                     position_in_body: sensor.position_in_body,
                     axis_in_body: sensor.axis_in_body(),
-                    turns: if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 },
+                    rotations: if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 },
                     covariance,
                 })
                 .collect(),
@@ -104,7 +104,7 @@ impl<'a> BodyPredictor<'a> {
                 let position_mm = noise.position_mm.hypot(at.position_std_error_mm);
                 let angle_rad =
                     (noise.angle_rad.unwrap_or(0.0)).hypot(at.angle_std_error_rad.unwrap_or(0.0));
-                let (mm, rad) = (position_mm / 3.0_f64.sqrt(), angle_rad / sensor.turns.sqrt());
+                let (mm, rad) = (position_mm / 3.0_f64.sqrt(), angle_rad / sensor.rotations.sqrt());
                 sensor.covariance.add_to(&mut sum, mm, rad);
             }
         }
@@ -127,7 +127,7 @@ impl<'a> BodyPredictor<'a> {
 }
 
 impl Noise {
-    /// `None` where a fit has no residual to tell its noise from.
+    /// `None` where a fit has no residual to estimate its noise from.
     fn of(support: &FitValidity) -> Option<Self> {
         let parts = support.parts();
         Some(Self {

@@ -1,5 +1,5 @@
-//! Whether an optical tracker can tell tools apart by their markers: it sees places only, so that it
-//! knows a tool by the distances and angles between them.
+//! Whether an optical tracker can distinguish tools by their markers: it sees places only, so that
+//! it knows a tool by the distances and angles between them.
 
 use nalgebra::Point3;
 use serde::Serialize;
@@ -11,7 +11,7 @@ pub const LEAST_MM: f64 = 3.5;
 /// Fewest markers that a pose is computed from.
 const MARKERS_OF_POSE: usize = 3;
 
-/// What a tracker can tell of two tools.
+/// Whether a tracker can distinguish two tools.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Distinction {

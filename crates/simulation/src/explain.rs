@@ -38,21 +38,21 @@ impl fmt::Display for Explained {
     }
 }
 
-/// Tells a study's work, computed first.
+/// Lists a study's work, computed first.
 pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
     let (figures, work) = (&outcome.figures, &outcome.work);
     let mut out = Vec::new();
-    let mut tell = |deed, what: String| out.push(Explained { deed, what });
+    let mut add = |deed, what: String| out.push(Explained { deed, what });
     let tool_evaluations = work.study_evaluations - work.crf_evaluations;
-    tell(Deed::Computed, format!("{} for the tool", counted(tool_evaluations, "field evaluation")));
+    add(Deed::Computed, format!("{} for the tool", counted(tool_evaluations, "field evaluation")));
     if work.crf_trackings > 0 {
-        tell(
+        add(
             Deed::Computed,
             format!("{} for the CRF", counted(work.crf_evaluations, "field evaluation")),
         );
     }
     if work.coefficient_blends > 0 {
-        tell(
+        add(
             Deed::Computed,
             format!(
                 "{} of the coefficients for one orientation",
@@ -60,9 +60,9 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
             ),
         );
     }
-    tell(Deed::Computed, counted(work.frame_fits, "frame fit"));
+    add(Deed::Computed, counted(work.frame_fits, "frame fit"));
     if work.crf_reuses > 0 {
-        tell(
+        add(
             Deed::Reused,
             format!(
                 "the CRF, tracked {} for {}",
@@ -72,7 +72,7 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
         );
     }
     if work.blended_evaluations > 0 {
-        tell(
+        add(
             Deed::Reused,
             format!(
                 "coefficients blended once an orientation, in {}",
@@ -81,22 +81,22 @@ pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
         );
     }
     if scenario.crf.is_none() {
-        tell(Deed::LeftOut, "the CRF: the design has none, errors are in the tracker frame".into());
+        add(Deed::LeftOut, "the CRF: the design has none, errors are in the tracker frame".into());
     }
     if scenario.environment.model.is_zero() {
-        tell(Deed::LeftOut, "the polynomials: the room is without distortion".into());
+        add(Deed::LeftOut, "the polynomials: the room is without distortion".into());
     }
     if figures.free_axis.is_none() {
-        tell(
+        add(
             Deed::LeftOut,
             "the part of the error that a free rotation cannot change: none is free".into(),
         );
     }
     if scenario.requirement.is_none() {
-        tell(Deed::LeftOut, "the check of a requirement: none is set".into());
+        add(Deed::LeftOut, "the check of a requirement: none is set".into());
     }
     if figures.rejected > 0 {
-        tell(
+        add(
             Deed::LeftOut,
             format!(
                 "{} outside the model's box, from the statistics",

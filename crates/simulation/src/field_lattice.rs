@@ -19,7 +19,7 @@ pub const MAX_POINTS: usize = 1 << 24;
 /// Layers across z that one core does before it looks whether anyone still wants them.
 const SLAB: usize = 2;
 
-/// Readings that are inverted before anyone is told how far it is.
+/// Readings that are inverted between two reports of progress.
 const READINGS: usize = 1 << 16;
 
 /// A side that is so much longer than whole steps, as a part of a step, is round-off.
@@ -65,7 +65,7 @@ pub struct FieldLattice {
     pub displacement_mm: Vec<Vector3<f64>>,
     /// The angle of the rotation that goes with it; `None` for a room without orientations.
     pub angle_rad: Option<Vec<f64>>,
-    /// Whether the model was asked outside its box.
+    /// Whether the model was evaluated outside its box.
     pub is_outside: Vec<bool>,
 }
 
@@ -78,7 +78,7 @@ pub enum FieldLatticeError {
     )]
     TooManyPoints { points: f64, fitting_mm: f64 },
     #[error(
-        "found a correction map, which tells the error at the measured position; expected a distortion map for the \
+        "found a correction map, which gives the error at the measured position; expected a distortion map for the \
          error at the true one"
     )]
     NeedsDistortionMap,
@@ -96,7 +96,7 @@ fn in_figures(points: f64) -> String {
 
 impl FieldPlan {
     /// A lattice that begins and ends with the box, its steps as long as whole ones can be without
-    /// being longer than asked for. Spacings are above zero, the box is no box upside down.
+    /// being longer than requested. Spacings are above zero, the box is no box upside down.
     ///
     /// # Errors
     /// [`FieldLatticeError::TooManyPoints`].

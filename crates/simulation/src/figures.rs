@@ -62,7 +62,7 @@ pub struct FreeRotation {
 /// sensor in its shaft.
 const NO_REACH_MM: f64 = 1e-6;
 
-/// Why a study cannot say that a requirement is met, however small its figures are.
+/// Why a study cannot show that a requirement is met, however small its figures are.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Unsettled {
@@ -73,7 +73,7 @@ pub enum Unsettled {
 }
 
 impl Unsettled {
-    /// The most that a tip error may be larger than the figures say, mm.
+    /// The most that a tip error may be larger than the figures state, mm.
     pub fn most_mm(&self) -> f64 {
         match self {
             Self::FreeRotation(free) => 2.0 * free.reach_mm,
@@ -173,7 +173,7 @@ impl Figures {
         (!self.checks.is_empty()).then(|| self.checks.iter().all(|c| c.met))
     }
 
-    /// Why figures within their bounds do not say that the requirement is met.
+    /// Why figures within their bounds do not show that the requirement is met.
     pub fn unsettled(&self) -> Option<Unsettled> {
         let free = self.free_axis.filter(FreeRotation::reaches_tip);
         let left_out = (self.rejected > 0)

@@ -2,7 +2,7 @@
 //! range of motion or given poses; slices, placement, tolerances and comparisons rest on the same
 //! trials.
 //!
-//! Lengths are in mm, angles in radians unless a name says degrees.
+//! Lengths are in mm, angles in radians unless a name states degrees.
 //!
 //! ```
 //! use nalgebra::{Point3, UnitQuaternion};

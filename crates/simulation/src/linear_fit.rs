@@ -18,7 +18,7 @@ use trackwright_geometry::svd3::svd3;
 /// about the axis moves nothing but round-off.
 const ON_AXIS_RATIO: f64 = 1e-9;
 
-/// The error of one sensor's reading, in the axes of whoever asks.
+/// The error of one sensor's reading, in the caller's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SensorError {
     pub position_mm: Vector3<f64>,

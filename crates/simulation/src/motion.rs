@@ -130,7 +130,7 @@ fn axis_length(axis: &'static str, range: Option<AxisRange>) -> Result<f64, Moti
     Ok(((max - min) / step + STEP_TOLERANCE).floor() + 1.0)
 }
 
-/// The poses of a range of motion, each made when asked for.
+/// The poses of a range of motion, each made when requested.
 #[derive(Clone, Debug)]
 pub struct MotionGrid {
     motion: Motion,

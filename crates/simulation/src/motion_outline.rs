@@ -257,8 +257,8 @@ impl Drawn<'_> {
             .max_by(|a, b| arm_mm(a).total_cmp(&arm_mm(b)))
             .filter(|point| arm_mm(point) >= LEAST_ARM_MM)
             .unwrap_or_else(|| {
-                let beside = Vector3::ith_axis((axis + 1) % 3).into_inner();
-                Point3::from(tool_from_crf * beside * STAND_IN_ARM_MM)
+                let across = Vector3::ith_axis((axis + 1) % 3).into_inner();
+                Point3::from(tool_from_crf * across * STAND_IN_ARM_MM)
             })
     }
 }
@@ -270,7 +270,7 @@ fn is_short(last: f64, range: &AxisRange) -> bool {
 
 impl MotionHandle {
     /// Where along its path the pointer's ray has it: mm or degrees from its own place; `None` where
-    /// the ray says nothing of it.
+    /// the ray does not determine it.
     fn under(&self, ray: &Ray) -> Option<f64> {
         match self.path {
             HandlePath::Line(direction) => ray.nearest_on_line(&self.at_mm, &direction),
@@ -303,7 +303,7 @@ impl HeldEnd {
 
     /// The motion with the pointer's ray there: the end at a whole number of steps from the other,
     /// or rounded to a whole multiple of `round_to`, mm or degrees; at least one step or multiple is
-    /// left. `None` where the ray says nothing, and before anything moved.
+    /// left. `None` where the ray determines nothing, and before anything moved.
     pub fn motion_at(&mut self, ray: &Ray, round_to: Option<f64>) -> Option<Motion> {
         let mut now = self.handle.under(ray)?;
         if let HandlePath::Circle { .. } = self.handle.path {

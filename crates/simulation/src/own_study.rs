@@ -1,4 +1,5 @@
-//! A design's own study in one room: its figures, and whether the room says anything where it is used.
+//! A design's own study in one room: its figures, and whether the room has a field where it is
+//! used.
 
 use super::expected::{BoundVerdict, Expected, expected_where_measured, study_verdict};
 use super::figures::{Figures, with_separators};
@@ -16,13 +17,13 @@ pub fn mode_of(scenario: &Scenario) -> Mode {
     }
 }
 
-/// A study with what its figures do not say of the trials.
+/// A study with what its figures do not state about the trials.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnStudy {
     pub figures: Figures,
     /// Expected figures with their intervals, where the room has measurements to draw fields from.
     pub expected: Option<Expected>,
-    /// Trials with a sensor where the room says nothing: outside the model's box or out of the
+    /// Trials with a sensor where the room has no field: outside the model's box or out of the
     /// tracker's volume.
     pub without_field: usize,
     /// The trials with the largest errors of tip and of angle, each once, in their order.
@@ -30,7 +31,7 @@ pub struct OwnStudy {
 }
 
 impl OwnStudy {
-    /// Whether the requirement is met, as far as the room can tell; `None` without one.
+    /// Whether the requirement is met, as far as the room determines it; `None` without one.
     pub fn verdict(&self) -> Option<BoundVerdict> {
         study_verdict(&self.figures, self.expected.as_ref())
     }
@@ -88,7 +89,7 @@ pub fn study_notes(figures: &Figures, without_field: usize) -> Vec<String> {
     let mut notes = Vec::new();
     if without_field > 0 {
         notes.push(format!(
-            "{} of {} trials have a sensor where the room says nothing ({} outside the model's box, {} out of \
+            "{} of {} trials have a sensor where the room has no field ({} outside the model's box, {} out of \
              the tracker's volume)",
             with_separators(without_field),
             with_separators(figures.trials),

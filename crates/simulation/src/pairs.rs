@@ -23,7 +23,7 @@ pub fn sensor_pairs(sensors: &[Sensor]) -> impl Iterator<Item = SensorPair> {
             a,
             b,
             distance_mm: (second.position_in_body - first.position_in_body).norm(),
-            // Not by the arc cosine alone, which cannot tell small angles.
+            // Not by the arc cosine alone, which cannot resolve small angles.
             angle_rad: axes.map(|(u, v)| u.cross(&v).norm().atan2(u.dot(&v))),
         }
     })

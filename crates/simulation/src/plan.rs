@@ -135,11 +135,11 @@ impl Block {
     /// What the cores share out.
     fn parts(&self) -> Vec<std::ops::Range<usize>> {
         // Pieces of a long run must not reach into the next.
-        let stretch = self.run.max(self.part_len());
+        let step = self.run.max(self.part_len());
         (0..self.len)
-            .step_by(stretch)
+            .step_by(step)
             .flat_map(|start| {
-                let end = (start + stretch).min(self.len);
+                let end = (start + step).min(self.len);
                 let len = self.part_len();
                 (start..end).step_by(len).map(move |start| start..(start + len).min(end))
             })

@@ -87,12 +87,12 @@ impl PoseRule {
     /// What one core computes at a time: whole runs, or a piece of a long one.
     pub fn pieces(&self) -> Vec<Range<usize>> {
         let run = self.run.max(1);
-        let stretch = if run < PIECE { PIECE / run * run } else { run };
+        let step = if run < PIECE { PIECE / run * run } else { run };
         let all = self.poses.len();
         (0..all)
-            .step_by(stretch)
+            .step_by(step)
             .flat_map(|start| {
-                let end = (start + stretch).min(all);
+                let end = (start + step).min(all);
                 let pieces = (start..end).step_by(PIECE);
                 pieces.map(move |start| start..(start + PIECE).min(end))
             })

@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tool_is_told_in_the_frame_of_another() {
+    fn a_tool_is_given_in_the_frame_of_another() {
         let sample = |x: f64, frame: u64| TrackSample {
             frame: Some(frame),
             time_s: None,

@@ -129,8 +129,8 @@ impl<'a> BodyReadings<'a> {
     }
 
     /// Fits the frame at poses with some sensors replaced. `keeps` gets the number of each pose and
-    /// whether the replaced sensors are in the model's box there, and says whether to fit it; `each`
-    /// gets the number and the frame.
+    /// whether the replaced sensors are in the model's box there, and returns whether to fit it;
+    /// `each` gets the number and the frame.
     ///
     /// # Errors
     /// [`Cancelled`], looked for once a piece.

@@ -31,7 +31,7 @@ pub struct SliceOutcome {
     /// sensor decides.
     pub bounds: Option<Bounds>,
     /// Whether the model is valid at each point, see [`super::slice_support()`]; empty where
-    /// that was not asked or the environment does not say.
+    /// that was not requested or the environment does not state it.
     pub is_supported: Vec<bool>,
     /// Largest value inside the box, 0 where nothing is inside.
     pub max: f64,
@@ -44,7 +44,7 @@ pub struct SliceOutcome {
 /// A value and whether it is of the inside of the box.
 type Sampled = (f64, bool);
 
-/// A quantity at each point of the plan; `None` where it needs an environment that says where its
+/// A quantity at each point of the plan; `None` where it needs an environment that states where its
 /// model is valid, and this one does not. Quantities of the field are clamped to the box;
 /// the tip error treats what is outside as the scenario's studies do.
 ///

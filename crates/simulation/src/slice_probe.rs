@@ -13,7 +13,7 @@ const EDGE_SLACK: f64 = 1e-9;
 pub enum Reading {
     /// In the quantity's unit.
     Value(f64),
-    /// The model says nothing there: outside its box, or of the tip error a sensor is.
+    /// The model has no value there: outside its box, or of the tip error a sensor is.
     Outside,
     /// Inside, but the quantity has no value there.
     Undetermined,
@@ -24,7 +24,7 @@ pub enum Reading {
 pub struct SliceHit {
     pub distance_mm: f64,
     pub reading: Reading,
-    /// Whether the model is valid there; true where that was not asked.
+    /// Whether the model is valid there; true where that was not requested.
     pub is_supported: bool,
 }
 
@@ -59,7 +59,7 @@ impl SlicePlan {
 
 impl SliceOutcome {
     /// At a place in cells of the lattice: bilinear between the points around it, as it is drawn.
-    /// What is outside is told by the box where that decides, else by the nearest point. `None` off
+    /// What is outside is decided by the box where it can be, else by the nearest point. `None` off
     /// the lattice.
     pub fn reading(&self, place: [f64; 2]) -> Option<Reading> {
         let nearest = self.nearest(place)?;
@@ -101,7 +101,7 @@ impl SliceOutcome {
     }
 
     /// Whether the model is valid at the nearest point of the lattice; true where that was not
-    /// asked.
+    /// requested.
     pub fn is_supported_at(&self, place: [f64; 2]) -> bool {
         self.nearest(place)
             .and_then(|nearest| self.is_supported.get(nearest).copied())

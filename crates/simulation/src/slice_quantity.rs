@@ -1,4 +1,4 @@
-//! What a slice may show: the field's error, what it does to the tool, how far to believe it.
+//! What a slice may show: the field's error, what it does to the tool, its model validity.
 
 use super::requirement::Requirement;
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ impl Quantity {
         }
     }
 
-    /// What the requirement says about its value at one place, if it says anything.
+    /// The requirement's limit for its value at one place, if there is one.
     pub fn limit(self, requirement: &Requirement) -> Option<f64> {
         let (_, limit_mm) = requirement.single_position_mm()?;
         (self == Self::TipErrorMm).then_some(limit_mm)

@@ -1,4 +1,4 @@
-//! Where in a slice the model is valid: beside a slice's values, done only where it is asked.
+//! Where in a slice the model is valid: beside a slice's values, done only where requested.
 
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
@@ -13,7 +13,7 @@ use trackwright_task::CancelToken;
 
 /// Whether the field is supported ([FitValidity::is_valid`]) at each point of the plan, in the order
 /// of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor
-/// of tool and CRF with the tip at the point. `None` where the environment does not say.
+/// of tool and CRF with the tip at the point. `None` where the environment does not state it.
 ///
 /// # Errors
 /// [`StudyError::Cancelled`]; for a quantity of the tool [`StudyError::NoSensors`].

@@ -1,5 +1,5 @@
-//! How far a study leans on field that the environment's samples do not support: a pass of its own
-//! over the trials, done only where it is asked for.
+//! How far a study depends on field that the environment's samples do not support: a pass of its
+//! own over the trials, done only where it is requested.
 
 use super::figures::{FigureRow, RowOf};
 use super::motion::MotionGrid;
@@ -24,7 +24,7 @@ pub struct SupportSurvey {
     /// Trials with a sensor where the samples do not support the field.
     pub unsupported: usize,
     /// Those of them with a sensor where the fit does not determine the field at all, or has no
-    /// residual to tell its noise from. Standard errors leave such sensors out.
+    /// residual to estimate its noise from. Standard errors leave such sensors out.
     pub undetermined: usize,
     /// Predicted standard error of the field's position at the sensors, RMS length of a vector.
     pub std_error_mm: Spread,
@@ -49,7 +49,7 @@ pub struct Spread {
 pub enum SurveyError {
     #[error(
         "the environment {0:?} has no model validity; `fit` writes that \
-         unless told --no-support, but not at order 0"
+         unless given --no-support, but not at order 0"
     )]
     NoSupport(String),
     #[error(transparent)]

@@ -18,7 +18,7 @@ const PIECE: usize = 512;
 /// Where the field is supported.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SupportedRegion {
-    /// Axis of the sensor that was asked for, tracker frame.
+    /// Axis of the sensor that was requested, tracker frame.
     pub axis: Unit<Vector3<f64>>,
     /// Where the field ceases to be supported within the box, tracker frame; open where supported field
     /// reaches the box's faces.

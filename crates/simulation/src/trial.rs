@@ -118,7 +118,7 @@ pub struct TrialBuffers {
 }
 
 impl TrialBuffers {
-    /// What was done since this was asked last.
+    /// The work done since the last call.
     pub fn take_work(&mut self) -> Work {
         std::mem::take(&mut self.track.work)
     }

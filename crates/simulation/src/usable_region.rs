@@ -6,12 +6,12 @@
 //! 95th percentile or largest tip error, its angle bounds likewise. The scalar is the largest share
 //! of a bound that is used up, so 1 is where the requirement is just met, and one surface serves
 //! whatever the requirement names. The motion's translations have no part in it: where the tool is
-//! is what the lattice says.
+//! is what the lattice gives.
 //!
 //! In a room that keeps its measurements the requirement is met where it is met with 95 %: where the
 //! upper end of each figure's interval is within its bound (`interval.rs`).
 //!
-//! The CRF stays where the design has it. What is asked is how far from a CRF that is fixed to the
+//! The CRF stays where the design has it. The question is how far from a CRF that is fixed to the
 //! patient and from the generator this tool may work, so the tool is moved, not the CRF.
 //!
 //! A volume that is no box lies within its bounding box's lattice, and surface and region are cut

@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct CancelToken(Arc<AtomicBool>);
 
 impl CancelToken {
-    /// Asks the work to stop.
+    /// Requests that the work stop.
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }

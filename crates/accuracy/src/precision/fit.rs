@@ -16,7 +16,7 @@ use trackwright_field::least_squares::{LeastSquares, Triangle};
 use trackwright_simulation::Scenario;
 use trackwright_task::Cancelled;
 
-/// Orders whose systems are solved, where not above the highest asked for.
+/// Orders whose systems are solved, where not above the highest requested.
 const ORDERS: [usize; 4] = [1, 2, 4, 6];
 
 /// The order whose front is drawn: the largest that measured rooms bear.

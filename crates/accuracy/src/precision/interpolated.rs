@@ -7,7 +7,7 @@ use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionWeights;
 
-/// Values at the nodes of a lattice over the model's box, one set an axis that was asked for.
+/// Values at the nodes of a lattice over the model's box, one set for each requested axis.
 pub struct ValueLattice {
     bounds: Bounds,
     /// Nodes along each side.
@@ -123,7 +123,7 @@ mod tests {
         };
         for (coarse, fine) in [(17, 33), (33, 65)] {
             let ratio = rms(coarse) / rms(fine);
-            // 4 in the limit; 2,000 draws tell an RMS to some 3 %, two of them to 5 %.
+            // 4 in the limit; 2,000 draws determine an RMS to some 3 %, two of them to 5 %.
             assert!((3.5..4.5).contains(&ratio), "{coarse}: {ratio}");
         }
     }

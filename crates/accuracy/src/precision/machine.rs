@@ -1,4 +1,4 @@
-//! The machine that times were measured on, as far as it says.
+//! The machine that times were measured on, as far as it reports it.
 
 use serde::Serialize;
 
@@ -9,7 +9,7 @@ pub struct Machine {
     /// Vector instructions that the field's evaluation runs on.
     pub vectors: &'static str,
     pub threads: usize,
-    /// Built with optimisation: times of any other build say nothing.
+    /// Built with optimisation: times of any other build are not representative.
     pub is_optimised: bool,
 }
 
@@ -26,7 +26,7 @@ impl Machine {
     }
 }
 
-/// The processor's name, where the system is Linux and says it.
+/// The processor's name, where the system is Linux and reports it.
 fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     text.lines()

@@ -71,14 +71,14 @@ pub struct Row {
     /// Poses, samples, trials or points: what the time is for.
     pub size: usize,
     pub seconds: f64,
-    /// Largest difference from the reference, or as the family says.
+    /// Largest difference from the reference, or as the family states.
     pub error: f64,
     pub error_unit: &'static str,
     /// Not beaten in both time and error by another answer to the same problem.
     pub on_front: bool,
-    /// What the program does where nobody says otherwise.
+    /// What the program does by default.
     pub is_default: bool,
-    /// What is asked for: rows of one problem can stand for each other, others cannot.
+    /// The requested quantity: rows of one problem can stand for each other, others cannot.
     pub problem: String,
     /// The chart's series that the row is a point of; none where it is not charted.
     #[serde(skip)]
@@ -163,7 +163,7 @@ pub struct Settings {
     pub samples: usize,
     /// Highest order that is fitted and evaluated.
     pub max_order: usize,
-    /// Points along the longer side of a slice where nobody says otherwise: the editor's.
+    /// Points along the longer side of a slice by default: the editor's.
     pub slice_points: usize,
     /// Points along the side of the slice that others are held against.
     pub slice_reference: usize,

@@ -1,4 +1,4 @@
-//! The study: how few poses still tell the tip error RMS of a range of motion.
+//! The study: how few poses still determine the tip error RMS of a range of motion.
 
 use super::{Family, Row, Settings, Steps, What, no_field};
 use rand_chacha::ChaCha8Rng;
@@ -103,7 +103,7 @@ struct OfRange {
 
 /// What the errors are differences from: over the grid, over the range.
 ///
-/// The range's is that of several long Sobol sequences, whose spread says how far it may be off; a
+/// The range's is that of several long Sobol sequences, whose spread shows how far it may be off; a
 /// grid of cell middles, of as many poses in six dimensions, is 1e-3 mm off in the built-in design.
 fn references(
     scenario: &Scenario,
@@ -337,7 +337,7 @@ mod tests {
 
     /// Along one axis a grid of 4,000 cell middles is as good as exact.
     #[test]
-    fn the_range_is_known_as_well_as_is_said() {
+    fn the_range_is_known_as_well_as_is_stated() {
         let along_x = |min, step| {
             let x = Some(AxisRange { min, max: 20.0, step });
             let motion = Motion { x, ..Motion::default() };

@@ -9,7 +9,7 @@ use trackwright_report::text_table::columns;
 /// Size of a picture in pixels: legible in a page of 900 pixels.
 pub const PICTURE: (u32, u32) = (900, 600);
 
-/// What a row's ring says.
+/// What a row's ring means.
 const DEFAULT: &str = "default";
 
 impl What {
@@ -36,7 +36,7 @@ pub fn markdown(report: &Report, design: &str) -> String {
     let mut page = format!(
         "# Error against run time\n\n{design} in the room *{}*, on {}.\n\n\
          A row is on the front (•) where no other answer to the same problem is both faster and \
-         closer; ◎ is what the program does where nobody says otherwise. Times are the least of \
+         closer; ◎ is what the program does by default. Times are the least of \
          several runs.\n\n\
          Made by `trackwright precision -o FOLDER`.\n",
         report.room,
@@ -103,7 +103,7 @@ pub fn machine(machine: &Machine) -> String {
     let build = if machine.is_optimised {
         ""
     } else {
-        " (a build without full optimisation: its times say little)"
+        " (a build without full optimisation: its times are not representative)"
     };
     format!("{}, {}, {threads}{build}", machine.processor, machine.vectors)
 }

@@ -42,7 +42,7 @@ pub fn measure(
                  pose; {jitter}. Monte Carlo runs on all threads, size is the number of its \
                  samples, and its error is the root mean square over up to {MAX_SEEDS} seeds. The \
                  reference is a Monte Carlo of {} samples with another seed, whose standard error \
-                 is {std_error_mm:.1e} mm: smaller errors are not told apart.",
+                 is {std_error_mm:.1e} mm: smaller errors are not resolved.",
                 with_separators(settings.monte_carlo_reference)
             );
         }
@@ -61,10 +61,10 @@ fn with_jitter(scenario: &Scenario) -> (Scenario, String) {
     let environment =
         Environment { jitter: Some(jitter), ..Environment::clone(&scenario.environment) };
     let scenario = Scenario { environment: Arc::new(environment), ..scenario.clone() };
-    let said = format!(
+    let assumption = format!(
         "the room states no jitter, so {USUAL_JITTER_MM} mm and {USUAL_JITTER_DEG}° are taken"
     );
-    (scenario, said)
+    (scenario, assumption)
 }
 
 /// All rows, and the reference's standard error.

@@ -15,7 +15,7 @@ use trackwright_simulation::{Determination, RigidBody, SensorOrientation};
 /// one place leave 1e-57 of themselves.
 const ZERO: f64 = 1e-45;
 
-/// What a fit has to say about its own determination.
+/// What a fit has to report about its own determination.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Determinacy {
     Full,
@@ -25,7 +25,7 @@ pub enum Determinacy {
 }
 
 impl Determinacy {
-    /// What the program says.
+    /// What the program reports.
     pub fn of(determination: &Determination) -> Self {
         match determination {
             Determination::Full => Self::Full,
@@ -38,10 +38,10 @@ impl Determinacy {
     /// The claim of a row.
     pub fn must(self) -> &'static str {
         match self {
-            Self::Full => "says: determined",
-            Self::Poor => "says: poorly determined",
-            Self::FreeAxis => "says: one axis is free",
-            Self::FreeRotation => "says: rotation not determined",
+            Self::Full => "reported: determined",
+            Self::Poor => "reported: poorly determined",
+            Self::FreeAxis => "reported: one axis is free",
+            Self::FreeRotation => "reported: rotation not determined",
         }
     }
 }
@@ -117,7 +117,7 @@ impl HighFrame {
         self.svd.singular_values[k].to_f64()
     }
 
-    /// What the exact singular values say.
+    /// What the exact singular values give.
     pub fn determinacy(&self) -> Determinacy {
         let [s0, s1] = [0, 1].map(|k| self.singular_value(k));
         if s0 <= ZERO * self.lengths.max(f64::MIN_POSITIVE) {

@@ -107,7 +107,7 @@ pub const ARCCOSINE_LOGARITHM: Methods = Methods {
     ..Methods::OWN
 };
 
-/// `V Uᵀ` without asking whether that is a rotation.
+/// `V Uᵀ` without a check that it is a rotation.
 pub const NO_DETERMINANT_SIGN: Methods = Methods {
     frame: |body, weight_mm, readings, truth| {
         let own = FrameFitter::new(body, weight_mm).fit(readings, truth);

@@ -45,7 +45,7 @@ impl Reference {
         let singular = singular_values(&reduced);
         let largest = singular.first().copied().unwrap_or(0.0);
         // Singular values in f64 are good to epsilon of the largest: far from the cutoff that
-        // says which are kept, and close to it the exact ones are asked.
+        // decides which are kept, and close to it the exact ones are used.
         let is_full = is_tall && singular.last().is_some_and(|&s| s > 10.0 * rcond * largest);
         let damping = ridge * largest;
         let (x, rank, gap, smallest) = if is_full && ridge == 0.0 {
@@ -69,9 +69,9 @@ impl Reference {
             .iter()
             .zip(&residual.columns)
             .map(|(x, r)| {
-                let beside =
+                let residual_term =
                     if largest > 0.0 { condition * norm(r).to_f64() / largest } else { 0.0 };
-                norm(x).to_f64() + beside
+                norm(x).to_f64() + residual_term
             })
             .collect();
         Self { x, rank, unknowns, condition, scales, gap, reduced, is_plain: ridge == 0.0 }

@@ -132,7 +132,7 @@ fn the_error_nearest_to_its_bound_is_shown() {
 }
 
 #[test]
-fn the_table_says_what_is_broken() {
+fn the_table_states_what_is_broken() {
     let rows = [LENGTH.row("a good case", 1.0, 0.0, 1.0), LENGTH.row("a bad case", 1.0, 1.0, 1.0)];
     let text = page::text(&rows);
     assert!(text.contains("1 of 2 rows do not hold:\n  a bad case: length"), "{text}");

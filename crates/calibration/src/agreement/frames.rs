@@ -1,4 +1,4 @@
-//! Whether true and measured poses are in one frame, and in that of the room: told by the size of the
+//! Whether true and measured poses are in one frame, and in that of the room: by the size of the
 //! disagreement, which no field error has.
 
 use super::rows::{AgreementRow, tip_in_crf};

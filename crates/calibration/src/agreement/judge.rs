@@ -27,7 +27,7 @@ use trackwright_task::Task;
 /// Most units that are resampled; of longer recordings, neighbours are summed first.
 const MOST_UNITS: usize = 20_000;
 
-/// Resamplings: fewer do not tell a 2.5 % percentile.
+/// Resamplings: fewer do not determine a 2.5 % percentile.
 const RESAMPLES: std::ops::RangeInclusive<usize> = 200..=1_000_000;
 
 /// Of a normal distribution within 1.96 standard deviations lie 95 %.
@@ -67,9 +67,9 @@ pub fn agreement(
     let sample = Sample::new(&used, &pairs);
     let part = |from: f64, to: f64| task.subtask(from, to);
     let position_mm = compared(&pairs, &sample, settings, &part(0.2, 0.6))?;
-    let turns: Option<Vec<_>> =
+    let rotations: Option<Vec<_>> =
         used.iter().map(|r| Some((in_deg(&r.measured_rad?), in_deg(&r.predicted_rad)))).collect();
-    let angle_deg = match turns {
+    let angle_deg = match rotations {
         Some(pairs) => {
             let sample = Sample::new(&used, &pairs);
             Some(compared(&pairs, &sample, settings, &part(0.6, 0.9))?)
@@ -185,7 +185,7 @@ fn in_deg(turn_rad: &Vector3<f64>) -> Vector3<f64> {
     turn_rad.map(f64::to_degrees)
 }
 
-/// What the poses are worth, and what is resampled.
+/// The effective number of poses, and what is resampled.
 struct Sample {
     /// Sums of neighbours, where there are very many rows.
     units: Vec<Sums>,
@@ -297,7 +297,7 @@ pub fn bias(pairs: &[(Vector3<f64>, Vector3<f64>)], effective: f64) -> Bias {
     let student = student_975(effective);
     let half_width = student.map(|t| [0, 1, 2].map(|k| t * (scatter[(k, k)] / effective).sqrt()));
     let squares: f64 = pairs.iter().map(|(m, p)| m.norm_squared() + p.norm_squared()).sum();
-    // A scatter that is round-off says nothing of a mean.
+    // A scatter that is round-off gives no scale for a mean.
     let is_there = scatter.trace() > ROUND_OFF * (squares / n);
     let p = student.filter(|_| is_there).and_then(|_| {
         let solved = scatter.cholesky()?.solve(&mean);
@@ -391,7 +391,7 @@ pub enum PivotedError {
     /// The design cannot be simulated there.
     #[error(transparent)]
     Simulation(AgreementError),
-    /// The recording says nothing.
+    /// The recording gives no result.
     #[error(transparent)]
     Agreement(AgreementError),
 }
@@ -403,7 +403,7 @@ pub fn pivoted_tool(
     settings: &AgreementSettings,
     task: &Task,
 ) -> Result<PivotedTool, PivotedError> {
-    // How far the tip strays is what is asked here, so no distance is too large.
+    // How far the tip strays is the quantity in question, so no distance is too large.
     let limits = PivotLimits { max_rms_mm: f64::MAX, ..PivotLimits::default() };
     let found = pivot(poses, &limits).map_err(PivotedError::NoTip)?;
     let (with_tip, rows) = pivot_rows(scenario, poses, &found, &task.subtask(0.0, 0.5))

@@ -2,7 +2,7 @@
 //! beside those that the study predicts for the very same poses, and how far the two agree.
 //!
 //! Recorded poses ([`RecordedPose`], or a pivoted tool) become rows of a measured and a predicted
-//! error ([`paired_rows`], [`pivot_rows`]), and [`agreement()`] says of the rows:
+//! error ([`paired_rows`], [`pivot_rows`]), and [`agreement()`] reports of the rows:
 //!
 //! - what part of the squared error is explained, `1 − Σ|m − p|² / Σ|m|²`: 1 for a perfect
 //!   prediction, 0 for predicting no error at all, below that for one that does harm. Vectors are
@@ -47,7 +47,7 @@ use trackwright_simulation::expected::Expected;
 use trackwright_simulation::run::StudyError;
 use trackwright_task::Cancelled;
 
-/// Fewest poses that anything is said of: with fewer, an interval is wider than what it is about.
+/// Fewest poses that give a result: with fewer, an interval is wider than what it is about.
 pub const MIN_POSES: usize = 10;
 
 /// Poses closer together than this (RMS) are one pose: a still sensor scatters by some tenths.
@@ -122,13 +122,13 @@ pub struct Summary {
     pub used: usize,
     /// Left out: a sensor outside the model's box.
     pub outside: usize,
-    /// Poses without model validity; `None` where the room does not say.
+    /// Poses without model validity; `None` where the room does not state it.
     pub unsupported: Option<usize>,
     pub unknowns: Unknowns,
     pub position_mm: Compared,
     /// Of the rotation vectors; `None` of a pivoted tool, whose true turns nobody knows.
     pub angle_deg: Option<Compared>,
-    /// How many independent poses the used ones are worth.
+    /// Effective number of independent poses among the used ones.
     pub effective: f64,
     /// Mean length of the blocks that were resampled.
     pub block: f64,

@@ -73,7 +73,7 @@ impl<'a> Noise<'a> {
     }
 
     /// The same of the room's own misfit: what its model leaves of the measurements that it was
-    /// judged by. `None` where it does not say.
+    /// judged by. `None` where it does not state it.
     pub fn misfit_mm2(&self, row: &AgreementRow) -> Option<f64> {
         let provenance = self.scenario.environment.provenance.as_ref()?;
         let left = provenance.holdout.as_ref().map_or(provenance.train_after, |h| h.after);
@@ -171,7 +171,7 @@ impl<'a> Noise<'a> {
     }
 }
 
-/// The support tells lengths of vectors.
+/// The support gives lengths of vectors.
 fn field_variances(
     support: &FitValidity,
     sensor: &Sensor,

@@ -5,7 +5,7 @@ use super::{AgreementSettings, Unknowns};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Tables of true and measured poses, and what they do not say of themselves.
+/// Tables of true and measured poses, and what they do not state about themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuiltRecording {
     /// The tool's table; a file as written in a design, relative to it.
@@ -51,7 +51,7 @@ impl BuiltRecording {
         [&mut self.table].into_iter().chain(&mut self.crf_table)
     }
 
-    /// How its rows are judged; what is not kept is as `verify` has it where nothing is asked for.
+    /// How its rows are judged; what is not kept is as `verify` has it by default.
     pub fn settings(&self) -> AgreementSettings {
         AgreementSettings {
             unknowns: match self.is_registered {
@@ -66,7 +66,7 @@ impl BuiltRecording {
 }
 
 impl fmt::Display for BuiltRecording {
-    /// The files, and what is not as it is where nothing is said.
+    /// The files, and what differs from the default.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.table)?;
         if let Some(whole) = &self.whole {

@@ -62,7 +62,7 @@ pub struct AgreementRow {
     pub group: usize,
     /// Sensors of tool and CRF outside the model's box.
     pub outside: usize,
-    /// Leans on field which the samples do not support; `None` where the room does not say.
+    /// Depends on field that the samples do not support; `None` where the room does not state it.
     pub is_unsupported: Option<bool>,
     pub is_used: bool,
 }
@@ -111,8 +111,8 @@ pub fn paired_rows(
     Ok(rows.collect())
 }
 
-/// Of a tool that pivoted around its tip, from poses as the tracker told them: the tip's distance
-/// from the point that it rested in, beside what is predicted.
+/// Of a tool that pivoted around its tip, from poses as the tracker reported them: the tip's
+/// distance from the point that it rested in, beside what is predicted.
 ///
 /// The true pose is not known; the one that would be read as it was recorded stands for it, and
 /// the tip is where the recording has it, not where the design does. What is compared has its mean
@@ -181,7 +181,7 @@ fn simulated(
     let all = given.len();
     let mut trials = Vec::with_capacity(all);
     let mut log = |trial: &Trial| {
-        // Who listens is told; who cancels has the token in his hand.
+        // Progress only: whoever cancels has the token, and the result is dropped.
         let _ = task.step(trials.len(), all);
         trials.push(*trial);
     };

@@ -19,7 +19,7 @@ struct Columns {
     columns: Vec<Vec<Vector3<f64>>>,
 }
 
-/// Takes out of the used rows' errors what is unknown, and says how many numbers that was.
+/// Takes out of the used rows' errors what is unknown, and returns how many numbers that was.
 pub(super) fn take_out(
     rows: &mut [AgreementRow],
     tips: &[Point3<f64>],
@@ -49,8 +49,8 @@ pub(super) fn take_out(
         rows[i].measured_mm = measured[k];
         rows[i].predicted_mm = predicted[k];
     }
-    let turns: Option<Vec<_>> = used.iter().map(|&i| rows[i].measured_rad).collect();
-    if let Some(mut measured) = turns {
+    let rotation_vectors: Option<Vec<_>> = used.iter().map(|&i| rows[i].measured_rad).collect();
+    if let Some(mut measured) = rotation_vectors {
         let mut predicted: Vec<_> = used.iter().map(|&i| rows[i].predicted_rad).collect();
         of_rotations.take_out(&mut measured);
         of_rotations.take_out(&mut predicted);

@@ -3,7 +3,7 @@
 use super::{Compared, NoiseCheck};
 use serde::Serialize;
 
-/// Chance below which a mean difference is said to be one.
+/// Chance below which a mean difference is reported as one.
 const SIGNIFICANT: f64 = 0.05;
 
 /// What the figures come to.
@@ -30,29 +30,29 @@ pub(super) fn verdict(
     poses: (usize, f64),
 ) -> (Verdict, String) {
     let Some(explained) = found.explained else {
-        let said = format!(
+        let statement = format!(
             "Nothing was measured but zero, where {:.2} mm RMS is predicted: there is nothing to explain.",
             found.predicted.rms()
         );
-        return (Verdict::NothingToExplain, said);
+        return (Verdict::NothingToExplain, statement);
     };
     if noise.is_some_and(|n| n.has_nothing_to_explain() == Some(true)) {
-        let said = format!(
+        let statement = format!(
             "The measured error, {:.2} mm RMS, is no larger than the jitter that the room states: there is nothing to \
              explain.",
             found.measured.rms()
         );
-        return (Verdict::NothingToExplain, said);
+        return (Verdict::NothingToExplain, statement);
     }
     let (Some(low), Some(high)) = (explained.low, explained.high) else {
-        let said = format!(
-            "The simulation explains {} of the squared tip error, but {} poses are worth {:.0} independent ones, too \
+        let statement = format!(
+            "The simulation explains {} of the squared tip error, but {} poses have an effective number of {:.0}, too \
              few for an interval: record more, farther apart.",
             percent(explained.value),
             poses.0,
             poses.1.floor()
         );
-        return (Verdict::TooFewIndependent, said);
+        return (Verdict::TooFewIndependent, statement);
     };
     let part = format!(
         "The simulation explains {} of the squared tip error (95 % interval {} to {})",
@@ -61,24 +61,24 @@ pub(super) fn verdict(
         percent(high)
     );
     if high < 0.0 {
-        let said = format!(
+        let statement = format!(
             "{part}: worse than predicting no error at all. Is it the room that the tool was recorded in, and the \
              design that was built?"
         );
-        return (Verdict::WorseThanNothing, said);
+        return (Verdict::WorseThanNothing, statement);
     }
     if low <= 0.0 {
-        let said = format!("{part}: no better than predicting no error at all.");
-        return (Verdict::NoBetterThanNothing, said);
+        let statement = format!("{part}: no better than predicting no error at all.");
+        return (Verdict::NoBetterThanNothing, statement);
     }
-    let mut said = format!("{part}. {}", left_over(found, noise, room_misfit_rms_mm));
+    let mut statement = format!("{part}. {}", left_over(found, noise, room_misfit_rms_mm));
     if let Some(bias) = found.bias.filter(|b| b.p.is_some_and(|p| p < SIGNIFICANT)) {
         let [x, y, z] = bias.mean;
-        said.push_str(&format!(
+        statement.push_str(&format!(
             " A part of it is the same at all poses: ({x:.2}, {y:.2}, {z:.2}) mm."
         ));
     }
-    (Verdict::Explains, said)
+    (Verdict::Explains, statement)
 }
 
 fn left_over(found: &Compared, noise: Option<&NoiseCheck>, room: Option<f64>) -> String {

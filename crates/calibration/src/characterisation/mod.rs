@@ -83,8 +83,9 @@ impl CharacterisationSettings {
     /// An Aurora counts 320 ticks a second, a Polaris 60, as recordings of both show.
     pub const TRACKER_TICKS_PER_S: f64 = 320.0;
     pub const REFERENCE_TICKS_PER_S: f64 = 60.0;
-    /// Beyond what a field is worth correcting: files that do not belong together, a body that was
-    /// touched. The strongly distorted room in docs/methods/characterisation.md has up to 19 mm and 9°.
+    /// Beyond the errors of a field that can be corrected: files that do not belong together, a
+    /// body that was touched. The strongly distorted room in docs/methods/characterisation.md has
+    /// up to 19 mm and 9°.
     pub const MAX_ERROR_MM: f64 = 50.0;
     pub const MAX_ERROR_DEG: f64 = 30.0;
 }

@@ -238,7 +238,7 @@ pub(super) fn tracker_moments(
     settings: &CharacterisationSettings,
 ) -> Vec<Vec<(usize, Pose)>> {
     let tracks = tracks(&pair.tracker, sensors);
-    // Without a reference, what the first sensor does tells.
+    // Without a reference, the motion of the first sensor decides.
     let reference = pair.reference.tool(settings.reference_tool.as_deref()).ok();
     let by = reference.into_iter().chain(tracks.iter().map(|(_, track)| *track));
     match by.filter_map(|track| kind_of(track, settings)).next() {

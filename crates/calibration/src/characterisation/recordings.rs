@@ -1,7 +1,7 @@
 //! What the frames change by where a recording is left out: a jackknife over paths.
 //!
 //! A path is recorded in one part of the room, and the field there shifts all its readings alike:
-//! seconds of one path say nothing of that, another path does. Leaving out each of `J` recordings in
+//! seconds of one path do not show that, another path does. Leaving out each of `J` recordings in
 //! turn, the covariance is `(J − 1)/J Σ (θⱼ − θ̄)(θⱼ − θ̄)ᵀ` (Tukey 1958; for clusters: Bell &
 //! McCaffrey, *Survey Methodology* 28, 2002).
 

@@ -204,7 +204,7 @@ fn mismatched_pairs_are_left_out() {
 }
 
 #[test]
-fn recordings_that_give_no_room_say_why() {
+fn recordings_that_give_no_room_state_why() {
     let mut room = Room::new(4, 1);
     let pairs = room.stills(12);
     let with = |change: fn(&mut CharacterisationSettings)| {

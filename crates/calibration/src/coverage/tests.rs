@@ -53,7 +53,7 @@ fn only_what_is_in_the_volume_counts_and_has_cells() {
 }
 
 #[test]
-fn going_where_it_says_samples_every_cell_once() {
+fn going_where_it_points_samples_every_cell_once() {
     let mut coverage = cube();
     let mut gone = 0;
     while let Some(next) = coverage.next_mm() {

@@ -14,7 +14,7 @@ const METRES_SPAN: f64 = 2.0;
 /// trackers begin at 10 to 80 mm and are 150 mm deep at least; 60 inches are 1.5 m.
 const SMALL_REACH: f64 = 70.0;
 
-/// Rows that tell the order of quaternions by their signs, by chance once in a million tables.
+/// Rows that determine the order of quaternions by their signs, by chance once in a million tables.
 const MIN_SIGNED: usize = 20;
 
 /// Smallest last component at or below which it counts as one that changes sign where it is no scalar.
@@ -26,7 +26,7 @@ const MIN_NEGATIVE_PART: f64 = 0.1;
 /// Part of the positions that may be in a room's box where they are suspected to be elsewhere.
 const MAX_INSIDE_PART: f64 = 0.1;
 
-/// Frame of positions, which says how near its origin they can be.
+/// Frame of positions, which determines how near its origin they can be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseFrame {
     /// An EM tracker's: nothing is measured within its generator.
@@ -48,7 +48,7 @@ pub fn of_points<'a>(points: impl IntoIterator<Item = &'a Point3<f64>>) -> Vec<S
     extent(points.into_iter().map(|point| point.coords)).suspicions(PoseFrame::Any)
 }
 
-/// As [`of_poses`], where quaternions are as a file's columns have them: a sign tells which of them
+/// As [`of_poses`], where quaternions are as a file's columns have them: a sign shows which of them
 /// was taken for the scalar.
 pub fn with_written_quaternions(poses: &[Pose], frame: PoseFrame) -> Vec<Suspicion> {
     let mut found = of_poses(poses, frame);

@@ -20,8 +20,8 @@ use nalgebra::Vector3;
 use std::fmt;
 use turned::QuaternionChange;
 
-/// Fewest rows of which anything but a number out of all bounds is said: six numbers of a frame explain
-/// three rows exactly and a few more nearly.
+/// Fewest rows of which anything but a number out of all bounds is reported: six numbers of a frame
+/// explain three rows exactly and a few more nearly.
 const MIN_ROWS: usize = 10;
 
 /// Beyond this no tracker measures, mm: a kilometre. Placeholders of missing readings are.
@@ -97,7 +97,7 @@ pub struct Explained {
 }
 
 impl Explained {
-    /// An explanation that is worth a word: `certain` is a difference that no field makes.
+    /// An explanation that is reported: `certain` is a difference that no field makes.
     fn new(before: f64, after: f64, least: f64, certain: f64) -> Option<Self> {
         (before > least && before > SUSPECT_RATIO * after).then_some(Self {
             before,
@@ -314,7 +314,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mirrors_are_told_from_rotations() {
+    fn mirrors_are_distinguished_from_rotations() {
         for (rows, expected) in [
             ([(0, 1.0), (1, 1.0), (2, -1.0)], true),
             ([(0, -1.0), (1, -1.0), (2, 1.0)], false),

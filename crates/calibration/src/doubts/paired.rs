@@ -17,12 +17,12 @@ const MAX_SHIFT: usize = 3;
 /// Rows around a step: as many before it and behind it as a side may be late by.
 const WINDOW: usize = 2 * MAX_SHIFT + 2;
 
-/// Steps from row to row that are looked at, the longest of the table, and how many tell: on a path,
+/// Steps from row to row that are used, the longest of the table, and the fewest: on a path,
 /// whose rows are nearly where their neighbours are, those at its gaps and ends alone.
 const MAX_STEPS: usize = 256;
 const MIN_STEPS: usize = 6;
 
-/// Difference in the median that asks for an explanation, mm: the worst good table has 4.7.
+/// Difference in the median that requires an explanation, mm: the worst good table has 4.7.
 const LEAST_MM: f64 = 5.0;
 
 /// Part of the spread beyond which a difference is not the field's; good tables have at most 0.04.
@@ -37,7 +37,7 @@ const AS_GOOD: f64 = 1.5;
 const OUTLIER_MM: f64 = 60.0;
 const OUTLIER_RATIO: f64 = 20.0;
 
-/// Spread of the wider side that tells the other's unit, mm: a still sensor's is noise.
+/// Spread of the wider side that determines the other's unit, mm: a still sensor's is noise.
 const MIN_SPREAD_MM: f64 = 20.0;
 
 /// Rows that the distance of each row to is compared.
@@ -202,13 +202,14 @@ impl PairedDoubts {
         found
     }
 
-    /// What a side shows by itself. Sides in one small unit say so once.
+    /// What a side shows by itself. Sides in one small unit report it once.
     fn alone(&self) -> Vec<Suspicion> {
         let mut found = self.ideal.suspicions(self.frame);
         for other in self.measured.suspicions(self.frame) {
-            let is_told =
-                |told: &Suspicion| std::mem::discriminant(told) == std::mem::discriminant(&other);
-            if !found.iter().any(is_told) {
+            let is_reported = |earlier: &Suspicion| {
+                std::mem::discriminant(earlier) == std::mem::discriminant(&other)
+            };
+            if !found.iter().any(is_reported) {
                 found.push(other);
             }
         }
@@ -394,7 +395,7 @@ fn placed(pairs: &[Pair]) -> Option<Suspicion> {
     explained(pairs, after).map(|change| Suspicion::Mirrored { change })
 }
 
-/// The rotation and translation of most pairs, of the ideal side's mirror image where it is asked for,
+/// The rotation and translation of most pairs, of the ideal side's mirror image where requested,
 /// and the median that they leave: a registration of the better half of the pairs, some times over
 /// (Rousseeuw & Van Driessen, Data Mining and Knowledge Discovery 12, 2006).
 fn rigid(pairs: &[Pair], is_mirrored: bool) -> Option<(trackwright_geometry::pose::Pose, f64)> {

@@ -10,8 +10,8 @@ use trackwright_field::samples::Measurement;
 use trackwright_geometry::rotation::rotation_angle_rad;
 use trackwright_geometry::svd3::svd3;
 
-/// Median angle between the axes of two sides that asks for an explanation: ten times what the worst
-/// of the rooms has (RMS 2.7°, median 1.6°), and half of it where a better one is at hand.
+/// Median angle between the axes of two sides that requires an explanation: ten times what the
+/// worst of the rooms has (RMS 2.7°, median 1.6°), and half of it where a better one is at hand.
 const UNEXPLAINED_RAD: f64 = 0.35;
 const LEAST_RAD: f64 = 0.17;
 
@@ -183,7 +183,7 @@ fn measured_axis(m: &Measurement) -> Vector3<f64> {
 fn mean_axis_in_sensor(rows: &[Measurement]) -> Option<Vector3<f64>> {
     let each = rows.iter().map(|m| m.tracker_from_ideal.rotation.inverse() * measured_axis(m));
     let mean = each.sum::<Vector3<f64>>() / rows.len() as f64;
-    // Directions all over the sphere have a mean near zero, whose direction says nothing.
+    // Directions all over the sphere have a mean near zero, whose direction is meaningless.
     mean.try_normalize(0.5)
 }
 

@@ -92,7 +92,7 @@ pub struct HandEye {
     /// vector in the target's axes (radians), by which the rotation is turned, and a translation (mm).
     pub covariance: DMatrix<f64>,
     pub poses: usize,
-    /// Independent poses that they are worth, neighbours not being independent.
+    /// Their effective number, neighbours not being independent.
     pub effective_size: EffectiveSize,
     /// Standard deviations beyond the known noise that residuals were weighted with, by sensor.
     pub scales: Vec<Spread>,
@@ -185,7 +185,7 @@ pub enum HandEyeError {
     #[error(
         "the body turned about one axis only, ({:.2}, {:.2}, {:.2}) in its own frame, ({:.2}, {:.2}, {:.2}) in \
          the reference tracker's: {found_deg:.2}° RMS across it, expected at least {needed_deg:.1}°; where the \
-         sensors are along that axis nobody can tell; tilt the body about an axis across it too",
+         sensors are along that axis is not determined; tilt the body about an axis across it too",
         .axis_in_body.x, .axis_in_body.y, .axis_in_body.z,
         .axis_in_reference.x, .axis_in_reference.y, .axis_in_reference.z
     )]
@@ -206,7 +206,7 @@ pub enum HandEyeError {
 /// Minimised is `Σ ρ(√(|p|²/σp² + |r|²/σr²))` over readings, with `p` the position residual, `r` the
 /// rotation vector of the residual rotation, and `σ²` the known noise of both trackers (the
 /// reference's rotation over the sensor's lever) plus the scale squared. A scale that is not stated
-/// is what the median of the residuals says, taken anew until it stays.
+/// is taken from the median of the residuals, anew until it stays.
 ///
 /// # Errors
 /// Too few poses, a motion that does not determine the answer, readings that are not finite.
@@ -292,7 +292,7 @@ impl HandEye {
         }
     }
 
-    /// Covariance of `tracker_from_reference`: what [`Self::covariance`] says of it alone.
+    /// Covariance of `tracker_from_reference`: the block of [`Self::covariance`] for it alone.
     pub fn reference_covariance(&self) -> Matrix6<f64> {
         self.covariance.fixed_view::<6, 6>(0, 0).into_owned()
     }

@@ -130,8 +130,8 @@ fn solve_translations(
         let mut rows = right.fixed_rows_mut::<3>(k);
         rows += turn.transpose() * shift * weight;
     }
-    let shifts = normal.cholesky()?.solve(&right);
-    let part = |first: usize| shifts.fixed_rows::<3>(first).into_owned();
+    let translations = normal.cholesky()?.solve(&right);
+    let part = |first: usize| translations.fixed_rows::<3>(first).into_owned();
     Some(Frames {
         y: pose_from_parts(part(0), *y),
         x: x.iter().enumerate().map(|(k, turn)| pose_from_parts(part(3 + 3 * k), *turn)).collect(),

@@ -1,4 +1,4 @@
-//! Known frames found again, with noise and without, and motions that do not tell.
+//! Known frames found again, with noise and without, and motions that do not determine them.
 
 use super::*;
 use crate::still_pose::distances;

@@ -1,7 +1,7 @@
 //! Pivot calibration: where a tool's tip is, from poses in which it rested in one point.
 //!
-//! Every pose says `R t + p = c` for the tip `t` in the tool's frame and the point `c` that it rests
-//! in: least squares over all of them. What a recording cannot answer is refused, for
+//! Every pose gives `R t + p = c` for the tip `t` in the tool's frame and the point `c` that it
+//! rests in: least squares over all of them. What a recording cannot answer is refused, for
 //! one of three reasons. Readings of a recording are not independent of their neighbours:
 //! the sum of
 //! their errors is not that of independent terms (`calibration/long_run.rs`): a reading's error `e`
@@ -32,7 +32,7 @@ pub struct PivotLimits {
 }
 
 impl PivotLimits {
-    /// Poses and range as SlicerIGT asks for them.
+    /// Poses and range as SlicerIGT requires them.
     pub const MIN_POSES: usize = 10;
     pub const MIN_RANGE_DEG: f64 = 15.0;
     /// A tool that only spins has 0 about some axis; one swung through the least range some 4°.
@@ -68,10 +68,10 @@ pub struct Pivot {
     pub tip_std_error_mm: f64,
     /// Of the tip (tool frame), then of the pivot (tracker frame), mm².
     pub covariance_mm2: Matrix6<f64>,
-    /// Independent poses that they are worth, neighbours not being independent.
+    /// Their effective number, neighbours not being independent.
     pub effective_size: EffectiveSize,
     /// Whether parts of the recording agree; `None` where a quarter by itself does not determine the
-    /// tip, so that a slow drift cannot be told from the tool's motion, or is too short.
+    /// tip, so that a slow drift cannot be distinguished from the tool's motion, or is too short.
     pub quarters: Option<Quarters>,
     pub orientation_range_rad: f64,
 }
@@ -106,7 +106,7 @@ pub enum PivotError {
     TooSmallRange { found_deg: f64, needed_deg: f64 },
     #[error(
         "too little variation: the tool turned about one axis only ({found_deg:.2}° RMS about the one that it turned \
-         about least, expected at least {needed_deg:.1}°), and where the tip is along that axis nobody can tell; \
+         about least, expected at least {needed_deg:.1}°), and where the tip is along that axis is not determined; \
          swing the tool in two directions"
     )]
     OneAxis { found_deg: f64, needed_deg: f64 },
@@ -181,15 +181,15 @@ impl Fit {
         let mean_at = poses.iter().map(at).sum::<Vector3<f64>>() / count;
         // Without the pivot, which the means give: `(R − R̄) t = −(p − p̄)`.
         let rows = 3 * poses.len();
-        let mut turns = DMatrix::zeros(rows, 3);
-        let mut shifts = DVector::zeros(rows);
+        let mut rotations = DMatrix::zeros(rows, 3);
+        let mut translations = DVector::zeros(rows);
         for (i, pose) in poses.iter().enumerate() {
-            turns.fixed_view_mut::<3, 3>(3 * i, 0).copy_from(&(rotation(pose) - mean_rotation));
-            shifts.fixed_rows_mut::<3>(3 * i).copy_from(&(mean_at - at(pose)));
+            rotations.fixed_view_mut::<3, 3>(3 * i, 0).copy_from(&(rotation(pose) - mean_rotation));
+            translations.fixed_rows_mut::<3>(3 * i).copy_from(&(mean_at - at(pose)));
         }
-        let svd = turns.svd(true, true);
+        let svd = rotations.svd(true, true);
         // Nothing is left out: the least singular value is judged by those who use the answer.
-        let tip = svd.solve(&shifts, 0.0).ok()?;
+        let tip = svd.solve(&translations, 0.0).ok()?;
         let tip = Vector3::new(tip[0], tip[1], tip[2]);
         let axes = svd.v_t.as_ref()?.transpose();
         Some(Self {
@@ -277,7 +277,7 @@ fn precision_of(poses: &[Pose], fit: &Fit) -> Precision {
     }
 }
 
-/// `None` where a quarter does not determine the tip, or is too short to tell how well.
+/// `None` where a quarter does not determine the tip, or is too short to determine how well.
 fn quarters(poses: &[Pose], min_turn_rad: f64) -> Option<Quarters> {
     let part = |k: usize| &poses[k * poses.len() / QUARTERS..(k + 1) * poses.len() / QUARTERS];
     if part(0).len() < PivotLimits::MIN_POSES {

@@ -82,7 +82,7 @@ fn the_standard_error_is_what_noise_does_to_the_tip() {
     const RUNS: usize = 400;
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let mut uniform = || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
-    let (mut worst, mut told) = (Matrix3::zeros(), 0.0);
+    let (mut worst, mut stated) = (Matrix3::zeros(), 0.0);
     for _ in 0..RUNS {
         let mut poses = cone(60, 0.4);
         for pose in &mut poses {
@@ -91,11 +91,11 @@ fn the_standard_error_is_what_noise_does_to_the_tip() {
         let found = pivot(&poses, &PivotLimits::default()).unwrap();
         let off = found.tip_in_tool - Point3::from(TIP);
         worst += off * off.transpose() / RUNS as f64;
-        told += found.tip_std_error_mm / RUNS as f64;
+        stated += found.tip_std_error_mm / RUNS as f64;
     }
     let measured = worst.symmetric_eigenvalues().max().sqrt();
     // The standard deviation of a spread from 400 runs is 1/√800 of it; three of them.
-    assert!((measured / told - 1.0).abs() < 3.0 / 800.0_f64.sqrt(), "{measured} {told}");
+    assert!((measured / stated - 1.0).abs() < 3.0 / 800.0_f64.sqrt(), "{measured} {stated}");
 }
 
 /// A hand that swings the tool around in so many poses a round, and to and fro more slowly.
@@ -220,7 +220,7 @@ fn a_sensor_that_slips_shows_in_the_quarters() {
 }
 
 #[test]
-fn what_a_short_recording_cannot_tell_is_open() {
+fn what_a_short_recording_cannot_determine_is_open() {
     let mut noise = Seeded::new(35);
     // One slow swing: a quarter of it is about one axis.
     let errors = noise.autocorrelated(800, 0.0);

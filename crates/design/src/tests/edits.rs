@@ -12,7 +12,7 @@ use trackwright_simulation::body::Coil;
 use trackwright_simulation::motion::{AxisRange, Motion};
 
 #[test]
-fn edits_say_what_they_do() {
+fn edits_state_what_they_do() {
     let design = design();
     let label = |edit: Edit| edit.label_for(&design);
     let set = |sensor| Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor };
@@ -78,7 +78,7 @@ fn bodies_that_cannot_be_studied_are_refused() {
     alone.crf = None;
     let mut lone = Document::new(alone, View::default(), Origin::File("x".into()));
     assert_eq!(lone.apply(crf), Err(EditError::NoCrf));
-    for (edit, said) in [
+    for (edit, expected) in [
         (with(|b| b.rigid.sensors.clear()), "at least one sensor"),
         (with(|b| b.reference.clear()), "the body's file is empty"),
         (with(|b| b.rigid.tip_in_body = Some(Point3::new(0.0, f64::NAN, 0.0))), "the tip is NaN"),
@@ -90,7 +90,7 @@ fn bodies_that_cannot_be_studied_are_refused() {
     ] {
         let mut document = document();
         let error = document.apply(edit).unwrap_err().to_string();
-        assert!(error.contains(said), "{error}");
+        assert!(error.contains(expected), "{error}");
         assert_eq!((document.design(), document.undo_label()), (&self::design(), None));
     }
 }

@@ -125,7 +125,7 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
         ),
         (
             decide(Step::Tool, lie),
-            "decision: rows[0].met is true, expected what figures and requirement say",
+            "decision: rows[0].met is true, expected the result of figures and requirement",
         ),
     ] {
         let before = document.shared_design();

@@ -43,6 +43,6 @@ pub struct GaussianField {
     /// counted; by 1,000 rows at most.
     pub left_out_rms_mm: f64,
     /// Variance of what another sensor is off by at every pose, a component (mm², rad²), beyond what the
-    /// measurements say; `None` where they were not of several sensors.
+    /// measurements determine; `None` where they were not of several sensors.
     pub sensor_variance: Option<ErrorValues>,
 }

@@ -62,7 +62,7 @@ pub enum GaussianError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Fewest rows that say anything about a variance.
+/// Fewest rows that determine a variance.
 pub const MIN_ROWS: usize = 4;
 
 impl GaussianField {
@@ -173,7 +173,7 @@ struct Fitting {
     amplitude: Amplitude,
 }
 
-/// What rows say of each other: the factor's solution, and the diagonal of the inverse.
+/// What rows predict of each other: the factor's solution, and the diagonal of the inverse.
 struct LeftOut {
     /// `K⁻¹ y`.
     solved: Mat<f64>,

@@ -90,7 +90,7 @@ impl WithSimd for Fill<'_> {
     }
 }
 
-/// Beyond it the exponential is nothing beside any noise.
+/// Beyond it the exponential is negligible against any noise.
 const MOST_EXPONENT: f64 = 700.0;
 
 /// Adding it leaves a number's nearest integer in the lowest bits.

@@ -96,8 +96,8 @@ impl Kriging {
         if self.process.has_rotations { AXIS_DEGREE } else { 0 }
     }
 
-    /// What the rows outside of each fold say at the fold's rows, the hyper-parameters kept. Folds
-    /// are indices of rows; the result has a value for each row of each fold, in their order.
+    /// What the rows outside of each fold predict at the fold's rows, the hyper-parameters kept.
+    /// Folds are indices of rows; the result has a value for each row of each fold, in their order.
     pub fn left_out(
         process: &GaussianField,
         folds: &[Vec<usize>],

@@ -1,4 +1,4 @@
-//! A Gaussian process for a room's field: what the measurements say of it and what they leave open.
+//! A Gaussian process for a room's field: its mean and uncertainty given measurements.
 //!
 //! The six error components at a sensor pose `(p, n)` are `e = t(p, n) + s(p) · g(p, n)`: a trend
 //! (nothing, or the room's model), an amplitude that varies over the volume, and a process of unit

@@ -137,7 +137,7 @@ impl GaussianField {
         })
     }
 
-    /// The rows that say most of some poses, in the table's order.
+    /// The rows that are most informative at some poses, in the table's order.
     fn nearest(&self, at: &[FieldPoint]) -> Vec<Row> {
         if self.rows.len() <= NEAREST_ROWS || at.is_empty() {
             return self.rows.clone();

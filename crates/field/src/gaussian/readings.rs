@@ -88,7 +88,7 @@ impl GaussianField {
     }
 
     /// What the sensors of a body are off by themselves, in each draw: the same for sensors of the same
-    /// place in two bodies of one `body`; nothing where the room does not say what sensors differ by.
+    /// place in two bodies of one `body`; none where the room does not state how sensors differ.
     pub fn sensor_errors(
         &self,
         sensors: usize,

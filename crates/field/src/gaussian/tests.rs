@@ -179,7 +179,7 @@ fn outliers_count_for_nothing() {
 }
 
 #[test]
-fn tables_that_say_little_have_an_answer() {
+fn tables_with_little_information_have_an_answer() {
     let some = drawn_samples(60, 9);
     let changed = |change: &dyn Fn(usize, &mut Sample)| {
         let mut set = some.clone();

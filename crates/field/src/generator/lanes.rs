@@ -29,7 +29,8 @@ pub struct LaneDipole {
 pub struct LaneReadings {
     pub position_mm: LaneVector,
     pub axis: LaneVector,
-    /// The others are to be read by the plain form, which says why there is no answer or finds it.
+    /// The others are to be read by the plain form, which reports why there is no answer or finds
+    /// it.
     pub is_found: [bool; LANES],
 }
 

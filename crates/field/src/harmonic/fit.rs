@@ -54,7 +54,7 @@ impl HarmonicFitSettings {
     }
 }
 
-/// A fitted room, and what says how far to trust it.
+/// A fitted room, and its fit quality.
 #[derive(Clone, Debug)]
 pub struct HarmonicFit {
     pub model: HarmonicModel,

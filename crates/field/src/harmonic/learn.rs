@@ -14,7 +14,7 @@ use crate::samples::{Measurement, MeasurementSet};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_task::Task;
 
-/// Fewest measurements: with fewer, one fold in `FOLDS` says nothing.
+/// Fewest measurements: with fewer, one fold in `FOLDS` is too small to judge a model.
 pub const MIN_ROWS: usize = 40;
 
 /// Every so many-th measurement is held out to choose the start.

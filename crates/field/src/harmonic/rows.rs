@@ -1,6 +1,6 @@
 //! Measurements as linear equations in the coefficients of the harmonics, in mm.
 //!
-//! With `J = Q R` the signals' Jacobian at the measured pose and `W = R⁻¹ Qᵀ`, a measurement says
+//! With `J = Q R` the signals' Jacobian at the measured pose and `W = R⁻¹ Qᵀ`, a measurement gives
 //! `W (s(measured) − s(true)) = W (n · Σ a ∇Y(true))`, exact but for the part of the signals that
 //! no pose can explain: 5 rows, or 6 of a sensor with three axes.
 

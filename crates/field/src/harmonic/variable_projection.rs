@@ -37,7 +37,7 @@ const MORE_DAMPING: f64 = 4.0;
 /// Where more damping is tried no longer.
 const MAX_DAMPING: f64 = 1e6;
 
-/// Relative decrease of the sum of squares that is not worth a step.
+/// Relative decrease of the sum of squares below which no further step is made.
 const SETTLED: f64 = 3e-4;
 
 /// Steps in a row that bring less than that.

@@ -272,7 +272,7 @@ impl Tolerance {
         }
     }
 
-    /// Whether going on is not worth it.
+    /// Whether the search can end.
     pub fn is_reached(&self, residual_mm: f64, residual_rad: f64) -> bool {
         residual_mm <= self.reached_mm && residual_rad <= self.reached_rad
     }

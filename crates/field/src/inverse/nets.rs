@@ -1,4 +1,5 @@
-//! The coefficients of a model over a part of its box, and what they say of the errors there.
+//! The coefficients of a model over a part of its box, and the bounds that they give of the errors
+//! there.
 
 use super::slopes::{Slopes, by_axis, by_position};
 use super::triangles::Triangles;
@@ -7,7 +8,7 @@ use crate::bernstein::MAX_ORDER;
 use crate::evaluation::Coefficient;
 use nalgebra::Vector3;
 
-/// What the coefficients say that errors lie between.
+/// The bounds of the errors that the coefficients give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Errors {
     pub least_mm: Vector3<f64>,

@@ -14,7 +14,7 @@ const MAX_HALVINGS: usize = 12;
 /// Part of the decrease that the linear model promises which a damped step has to reach (Armijo).
 const SUFFICIENT: f64 = 1e-4;
 
-/// Longest step of the axis, radians: its tangent plane says little about further away.
+/// Longest step of the axis, radians: its tangent plane does not hold further away.
 const MAX_TURN_RAD: f64 = 0.5;
 
 /// Determinant below which the map counts as folded there, where 1 is no distortion: the answer's
@@ -30,7 +30,7 @@ pub(super) struct Found {
     pub determinant: f64,
     /// The smallest determinant on the way, the end included.
     pub least_determinant: f64,
-    /// The most that the inverse of the Jacobian stretches anything, a radian counting like
+    /// The most that the inverse of the Jacobian lengthens anything, a radian counting like
     /// [`Newton::mm_per_rad`].
     pub magnification: f64,
     pub evaluations: usize,

@@ -242,7 +242,7 @@ fn folded_readings_are_flagged_and_no_others() {
         let is_second =
             matches!(found.state, InverseState::Ambiguous(Ambiguity::SecondPreimage { .. }));
         assert_eq!(is_second, is_folded, "x = {x}: {found:?}");
-        // A search that crosses the fold on its way to the only answer says so.
+        // A search that crosses the fold on its way to the only answer reports it.
         let is_on_the_way =
             matches!(found.state, InverseState::Ambiguous(Ambiguity::FoldOnTheWay { .. }));
         certain += usize::from(found.state == InverseState::Converged);

@@ -28,7 +28,7 @@ const MIN_REPEATED_SHARE: f64 = 0.1;
 /// Part of the rows that has to be at places narrower than the places are apart.
 const MIN_NARROW_SHARE: f64 = 0.9;
 
-/// Edges below this part of the longest are as good as zero, whose logarithm says nothing.
+/// Edges below this part of the longest are as good as zero, whose logarithm is meaningless.
 const ROUND_OFF: f64 = 1e-9;
 
 /// An edge of the tree, mm.

@@ -26,7 +26,7 @@ pub(super) struct Problem<'a> {
     set: &'a SampleSet,
     bounds: Bounds,
     unit_positions: Vec<Vector3<f64>>,
-    /// The place of each row, where rows come in clusters: neighbours say the same.
+    /// The place of each row, where rows come in clusters: neighbours are not independent.
     places: Option<Vec<usize>>,
 }
 

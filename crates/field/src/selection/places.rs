@@ -1,5 +1,5 @@
-//! Finds readings that belong together without anyone saying so: closer than the field can change,
-//! and with residuals that depend on each other.
+//! Finds readings that belong together without a column that states it: closer than the field can
+//! change, and with residuals that depend on each other.
 //!
 //! The places are those of [`super::clusters`]; whether their readings depend on each other is
 //! estimated from what a moderate model leaves of them while their place is held out: one-way
@@ -32,7 +32,7 @@ const MAX_PART_OF_LENGTH: f64 = 0.25;
 const MIN_NARROW_SHARE: f64 = 0.9;
 
 /// Part of the residuals' variance that the readings of a place have in common, at least: below it
-/// a reading says so little of its neighbours that holding out rows is fair.
+/// a reading predicts its neighbours so little that holding out rows is fair.
 const MIN_DEPENDENCE: f64 = 0.1;
 
 /// Probability of as much dependence by chance, at most.

@@ -26,7 +26,7 @@ pub struct Scored {
     /// The scores that decide, with those of each fold.
     pub deciding: HeldOutScores,
     /// Whether the model has fewer coefficients an orientation than the places it was fitted to
-    /// (clusters of positions count once). Else only the ridge says what is between them.
+    /// (clusters of positions count once). Else only the ridge determines the field between them.
     pub is_determined: bool,
     /// Orientations with fewer places than coefficients, of all rows.
     pub under_sampled: usize,

@@ -334,7 +334,7 @@ mod tests {
                 }
                 let expected = 0.02_f64.powi(2) + 0.01_f64.powi(2) + 0.03_f64.powi(2);
                 assert!((angle / expected - 1.0).abs() < 0.25, "{angle} {expected}");
-                // The interval is wide, so it holds at least as often as it says, less four
+                // The interval is wide, so it holds at least as often as it states, less four
                 // standard errors.
                 assert!(held as f64 / ROOMS as f64 > 0.95 - 0.044, "{held}");
             }

@@ -105,7 +105,7 @@ fn pure_noise_is_not_corrected() {
 
 #[test]
 fn groups_are_not_predicted_by_neighbours() {
-    // Each of 60 places has an error of its own that says nothing about the other places, and
+    // Each of 60 places has an error of its own that is independent of the other places, and
     // was measured eight times.
     let mut random = Random::new(11);
     let places: Vec<_> = (0..60).map(|_| (random.position(), random.vector())).collect();
@@ -328,7 +328,7 @@ fn residuals_score_as_their_candidate_does() {
 }
 
 #[test]
-fn single_sensors_are_refused_only_if_asked_for() {
+fn single_sensors_are_refused_only_if_requested() {
     let (set, _, poses) = sensors_in_poses();
     let tried = settings(&set, &[0, 1], &[DirectionSet::One]);
     let one = vec![4; 180];
@@ -361,7 +361,7 @@ fn joint_models_beyond_the_rows_are_left_out() {
 }
 
 #[test]
-fn what_cannot_be_selected_says_why() {
+fn what_cannot_be_selected_states_why() {
     let set = quadratic(20);
     let good = settings(&set, &[0, 1], &[DirectionSet::One]);
     let error = |change: &dyn Fn(&mut SelectSettings)| {

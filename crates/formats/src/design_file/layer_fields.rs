@@ -1,7 +1,7 @@
 //! The names under which a design's file turns layers on, which no layer may have.
 //!
 //! A layer is a plugin, so that a file may name one that this program was built without: such a name
-//! is kept and told. One that is like that of a known layer is mistyped, and an error.
+//! is kept and reported. One that is like that of a known layer is mistyped, and an error.
 
 use crate::error::{FormatError, text};
 use crate::nearest::nearest;

@@ -57,7 +57,7 @@ fn unknown_layers_are_kept_and_bad_slides_named() {
     assert!(!old.view.layers.ghost);
     assert_eq!(std::mem::take(&mut old.view.unknown_layers), ["halo", "glow"]);
     assert_eq!((&new.view, &design.view), (&View::default(), &View::default()));
-    // It is not written, so it is told once.
+    // It is not written, so it is reported once.
     assert_eq!(parse(write(&design).as_bytes()).unwrap(), design);
     let mistyped =
         EXAMPLE.replace("    motion: (", "    view: (layers: (gost: true)),\n    motion: (");

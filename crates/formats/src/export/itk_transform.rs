@@ -2,7 +2,7 @@
 //!
 //! ITK keeps transforms as resampling needs them, from the space of the result to that of the
 //! moved: the file of a tool's pose holds `tool_from_tracker`, and Slicer inverts it on reading, so
-//! that what hangs under the transform moves by `tracker_from_tool`.
+//! that what is under the transform moves by `tracker_from_tool`.
 
 use super::patient_axes::PatientAxes;
 use nalgebra::Matrix3;

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use std::io::{self, Write};
 use trackwright_geometry::pose::Pose;
 
-/// What Slicer tells the version of the file by.
+/// What Slicer recognises the version of the file by.
 const SCHEMA: &str = "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#";
 
 /// A control point.

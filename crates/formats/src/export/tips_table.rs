@@ -1,4 +1,4 @@
-//! Tips of a study as a table: where each is, and where the tracker would tell that it is.
+//! Tips of a study as a table: where each is, and where the tracker would report it.
 
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
@@ -16,8 +16,8 @@ pub struct StudiedTip {
 
 impl StudiedTip {
     pub fn error_mm(&self) -> f64 {
-        let [is, told] = [&self.crf_from_tip, &self.crf_from_tip_simulated];
-        (told.translation.vector - is.translation.vector).norm()
+        let [is, reported] = [&self.crf_from_tip, &self.crf_from_tip_simulated];
+        (reported.translation.vector - is.translation.vector).norm()
     }
 }
 

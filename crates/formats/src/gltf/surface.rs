@@ -1,6 +1,6 @@
 //! glTF meshes (`.glb`, or `.gltf` with all data inside it): bytes to a surface in millimetres.
 //!
-//! Node transforms are applied and the file's unit, metres unless told otherwise, becomes the body
+//! Node transforms are applied and the file's unit, metres unless given otherwise, becomes the body
 //! frame's millimetres; no axis is swapped. The crate reads the structure; numbers are read here, because its own readers trust
 //! the offsets in a file.
 
@@ -17,11 +17,11 @@ use trackwright_geometry::normals::unit_or_z;
 /// Most corners of a mesh. An instrument has thousands; this many would fill 500 MB.
 const MAX_VERTICES: usize = 10_000_000;
 
-/// Most parts that are told apart: each is drawn by itself, and a mesh may be placed any number of
+/// Most parts that are kept apart: each is drawn by itself, and a mesh may be placed any number of
 /// times. Further ones of one material become one part.
 const MAX_PARTS: usize = 1000;
 
-/// Reads a mesh whose unit is `mm_per_unit` long: 1000 by the specification, which says metres.
+/// Reads a mesh whose unit is `mm_per_unit` long: 1000 by the specification, which states metres.
 ///
 /// # Errors
 /// See [`GltfError`].

@@ -1,4 +1,4 @@
-//! Writes a scene as binary glTF 2.0 (`.glb`): shapes, materials, nodes, and what is said of them.
+//! Writes a scene as binary glTF 2.0 (`.glb`): shapes, materials, nodes, and their metadata.
 //!
 //! Lengths are whatever unit the nodes around a shape make of them; glTF counts in metres. Colours
 //! are linear, as the format demands of factors and of `COLOR_0`; vertex colours are kept with 16
@@ -122,7 +122,7 @@ pub struct Node {
     /// Vertical angle of view, radians: the node is a camera that looks along its -z.
     pub camera_fov_rad: Option<f64>,
     pub children: Vec<NodeId>,
-    /// Whatever else is to be said of it; null for nothing.
+    /// Its further metadata; null for none.
     pub extras: Value,
 }
 
@@ -137,7 +137,7 @@ pub struct GlbWriter {
 }
 
 impl GlbWriter {
-    /// A file that says which program made it.
+    /// A file that states which program made it.
     pub fn new(generator: &str) -> Self {
         let mut writer = Self::default();
         writer.root.asset.generator = Some(generator.to_owned());
@@ -145,7 +145,7 @@ impl GlbWriter {
     }
 
     /// Adds corners and what connects them; `None` where there is nothing to be seen. What cannot
-    /// be written is told by [`finish`](Self::finish), `name` being what it is called.
+    /// be written is reported by [`finish`](Self::finish), `name` being what it is called.
     pub fn shape(&mut self, name: &str, shape: &Shape) -> Option<ShapeId> {
         let corners = shape.positions.len();
         let (mode, indices) = match shape.elements {

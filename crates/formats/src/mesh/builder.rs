@@ -12,7 +12,7 @@ const PLAIN_COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
 /// Between gloss and chalk.
 const PLAIN_ROUGHNESS: f32 = 0.5;
 
-/// Most parts that are told apart: each is drawn by itself, and some programs make every face of a
+/// Most parts that are kept apart: each is drawn by itself, and some programs make every face of a
 /// model a group.
 const MAX_PARTS: usize = 1000;
 

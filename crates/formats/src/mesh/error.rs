@@ -28,7 +28,7 @@ pub enum MeshError {
     NoNumbers { left_out: usize },
     #[error("found {0} triangles, expected at most {MAX_TRIANGLES}")]
     TooLarge(usize),
-    /// A text does not say how much there is to come.
+    /// A text does not state how much there is to come.
     #[error("line {line}: found more than {MAX_TRIANGLES} {what} so far, expected fewer")]
     TooLargeAt { line: usize, what: &'static str },
     #[error("found a corner {0:.3e} mm from the origin, expected at most {MAX_COORDINATE_MM:.0e}")]

@@ -41,7 +41,7 @@ impl MeshFormat {
         }
     }
 
-    /// What one unit is where nobody says otherwise: glTF's by its specification, for the others
+    /// What one unit is by default: glTF's by its specification, for the others
     /// what CAD programs mean.
     pub fn unit(self) -> MeshUnit {
         match self {
@@ -51,7 +51,7 @@ impl MeshFormat {
     }
 
     /// The format of a file: what a binary glTF or STL file shows by itself, else what its
-    /// extension says, else what its beginning looks like.
+    /// extension states, else what its beginning looks like.
     fn of(bytes: &[u8], extension: &str) -> Option<Self> {
         if bytes.starts_with(b"glTF") {
             return Some(Self::Gltf);

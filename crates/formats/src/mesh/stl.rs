@@ -2,7 +2,7 @@
 //!
 //! A file whose length is what its count of triangles makes it is binary, whatever it begins with:
 //! many programs write `solid` into the header of binary files. The normals in a file belong to
-//! its triangles and say nothing that the corners don't; they are not read.
+//! its triangles and add nothing to the corners; they are not read.
 
 use super::builder::{Builder, in_mm};
 use super::error::{MAX_TRIANGLES, MeshError};
@@ -18,13 +18,13 @@ const START: usize = HEADER + 4;
 /// A binary triangle: normal, three corners, two bytes without meaning.
 const TRIANGLE: usize = 50;
 
-/// How much of a file is looked at to tell text from numbers.
+/// How much of a file is read to distinguish text from numbers.
 const LOOKED_AT: usize = 1024;
 
 /// Longest piece of a file that an error quotes.
 const MAX_QUOTE: usize = 24;
 
-/// Whether the file looks like an STL where its name does not tell.
+/// Whether the file looks like an STL where its name does not decide.
 pub(super) fn is_stl(bytes: &[u8]) -> bool {
     announced(bytes).is_some_and(|count| bytes.len() as u64 == binary_len(count)) || is_text(bytes)
 }

@@ -206,9 +206,9 @@ mod tests {
             parse(format!("ObjectType = Image\n{frames}ElementDataFile = LOCAL\n").as_bytes())
         };
         // 40,000 frames times as many names: 1.6 billion missing samples of a file of 2.6 MB.
-        let said = frames(40_000, |i| i).unwrap_err().to_string();
+        let message = frames(40_000, |i| i).unwrap_err().to_string();
         assert_eq!(
-            said,
+            message,
             "number of transforms is 40000, of 40000 names in 40000 frames, expected frames that name \
              the same transforms"
         );

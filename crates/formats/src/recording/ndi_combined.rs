@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn tools_are_told_apart_by_their_handles() {
+    fn tools_are_distinguished_by_their_handles() {
         let printed = parse(PRINTED.as_bytes()).unwrap();
         let written = parse(WRITTEN.as_bytes()).unwrap();
         let names = |r: &Recording| r.tools.iter().map(|t| t.name.clone()).collect::<Vec<_>>();
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn separators_and_decimal_commas_are_told_apart() {
+    fn separators_and_decimal_commas_are_distinguished() {
         for text in [PRINTED, WRITTEN] {
             let expected = samples(&parse(text.as_bytes()).unwrap());
             for (between, point) in [(";", ","), ("\t", ","), (";", ".")] {

@@ -87,7 +87,7 @@ mod tests {
         2\tPort 1: A  s/n:1\t24\t1\tOK\t0\t0\t1\t0\t4\t5\t6\t0.1\t0\t\t\t\t\tPort 2: B\t25\t1\t\t-3.697314E28\t-3.697314E28\t-3.697314E28\t-3.697314E28\t-3.697314E28\t-3.697314E28\t-3.697314E28\t0\t0\n";
 
     #[test]
-    fn tools_are_told_apart_and_what_is_bad_says_why() {
+    fn tools_are_distinguished_and_bad_rows_state_why() {
         let found = parse(TSV.as_bytes()).unwrap();
         let [a, b] = found.tools.as_slice() else { panic!("two tools") };
         assert_eq!(a.name, "Port 1: A s/n:1");
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn separators_and_decimal_commas_are_told_apart() {
+    fn separators_and_decimal_commas_are_distinguished() {
         let csv = parse(TSV.replace('\t', ",").as_bytes()).unwrap();
         let decimal = parse(TSV.replace('.', ",").as_bytes()).unwrap();
         let expected = parse(TSV.as_bytes()).unwrap();

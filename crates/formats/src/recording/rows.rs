@@ -104,7 +104,7 @@ impl Row<'_> {
         }
         let pose = match numbers {
             _ if state == MISSING => Err(Unusable::Missing),
-            // What is missing has a state too, and that says more.
+            // What is missing has a state too, and that is more specific.
             _ if !state.is_empty() && !GOOD.contains(&state) => {
                 Err(Unusable::State(state.to_owned()))
             }

@@ -1,7 +1,7 @@
 //! Logs of one line a sample: `SensorID: 1 Position: (x, y, z) Orientation: (…) Time: …`, as small
 //! programs around a tracker's library write them.
 //!
-//! Such a file does not say which of four numbers is a quaternion's scalar. Its sign does where
+//! Such a file does not state which of four numbers is a quaternion's scalar. Its sign does where
 //! programs keep it from being negative, as nearly all do; else the log is refused.
 
 use super::rows::{Tools, pose};
@@ -11,7 +11,7 @@ use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::svd3::svd3;
 use trackwright_simulation::recording::{Recording, TrackSample, Unusable};
 
-/// Samples that tell the order of quaternions by their signs.
+/// Samples that determine the order of quaternions by their signs.
 const MIN_SIGNED: usize = 20;
 
 /// Beyond this a number stands for a missing reading.
@@ -29,7 +29,7 @@ pub fn is_sample(line: &str) -> bool {
     line.contains("position:") && (line.contains("orientation:") || line.contains("quaternion:"))
 }
 
-/// What a line says.
+/// The content of a line.
 struct Sample {
     line: u64,
     sensor: String,
@@ -48,8 +48,8 @@ enum Scalar {
 /// Reads a log.
 ///
 /// # Errors
-/// Lines that are no samples, orientations of three angles, quaternions whose order nothing tells, no
-/// rows.
+/// Lines that are no samples, orientations of three angles, quaternions whose order nothing shows,
+/// no rows.
 pub fn parse(bytes: &[u8]) -> Result<Recording, FormatError> {
     let content = text(bytes)?;
     let mut samples = Vec::new();
@@ -111,14 +111,14 @@ fn scalar(samples: &[Sample]) -> Result<Scalar, FormatError> {
     let four: Vec<[f64; 4]> =
         samples.iter().filter_map(|sample| sample.orientation.as_slice().try_into().ok()).collect();
     let wrong = |found: String| {
-        let expected = "quaternions of which the signs tell the scalar, rotation matrices \
+        let expected = "quaternions of which the signs show the scalar, rotation matrices \
             (9 numbers), or a poses table with the columns x, y, z, qw, qx, qy, qz";
         let line = samples.first().map_or(1, |sample| sample.line);
         Err(FormatError::line(line, found, expected))
     };
     if let Some(angles) = samples.iter().find(|s| s.orientation.len() == 3) {
         return wrong(format!(
-            "orientations of 3 numbers (line {}), angles whose order and unit the log does not say",
+            "orientations of 3 numbers (line {}), angles whose order and unit the log does not state",
             angles.line
         ));
     }
@@ -134,7 +134,7 @@ fn scalar(samples: &[Sample]) -> Result<Scalar, FormatError> {
         (0, _) if is_signed(3) => Ok(Scalar::First),
         (_, 0) if is_signed(0) => Ok(Scalar::Last),
         (first, last) => wrong(format!(
-            "{} orientations of 4 numbers, the first negative in {first}, the last in {last}: which is the scalar is not said",
+            "{} orientations of 4 numbers, the first negative in {first}, the last in {last}: which is the scalar is not stated",
             four.len()
         )),
     }
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Lines of a sensor that turns, with the scalar where it is asked for.
+    /// Lines of a sensor that turns, with the scalar where it is requested.
     fn log(is_last: bool) -> String {
         let line = |k: u32| {
             let (sine, cosine) = (0.05 * f64::from(k) - 1.5).sin_cos();
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scalar_is_told_by_its_sign() {
+    fn the_scalar_is_recognised_by_its_sign() {
         // Turned about x by a log with the scalar first, about y by one with it last.
         let mut first = log(false);
         first = first.replace("0.0001)", "-0.0001)");
@@ -207,13 +207,13 @@ mod tests {
     }
 
     #[test]
-    fn orders_that_nothing_tells_are_refused() {
-        let said = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
-        let one = said("SensorID: 1 Position: (1, 2, 3) Orientation: (0.5, 0.5, 0.5, 0.5)\n");
-        assert!(one.contains("which is the scalar is not said"), "{one}");
-        let angles = said("SensorID: 1 Position: (1, 2, 3) Orientation: (10, 20, 30)\n");
+    fn orders_that_nothing_shows_are_refused() {
+        let message = |text: &str| parse(text.as_bytes()).unwrap_err().to_string();
+        let one = message("SensorID: 1 Position: (1, 2, 3) Orientation: (0.5, 0.5, 0.5, 0.5)\n");
+        assert!(one.contains("which is the scalar is not stated"), "{one}");
+        let angles = message("SensorID: 1 Position: (1, 2, 3) Orientation: (10, 20, 30)\n");
         assert!(angles.contains("angles whose order and unit"), "{angles}");
-        let prose = said("Position: 1 2 3 Orientation: 1 0 0 0\nno sample\n\n");
+        let prose = message("Position: 1 2 3 Orientation: 1 0 0 0\nno sample\n\n");
         assert!(prose.starts_with("line 2: found \"no sample\""), "{prose}");
     }
 

@@ -1,6 +1,6 @@
 //! Atracsys geometries, `.ini`: a section a marker, in mm.
 //!
-//! Lines that say nothing of positions (comments, versions, normals, divots) stay as they are; the
+//! Lines that hold no positions (comments, versions, normals, divots) stay as they are; the
 //! lines of a marker stay with it when others are added or removed.
 
 use super::super::error::{FormatError, text};
@@ -25,7 +25,7 @@ impl AtracsysIni {
     /// Reads a geometry.
     ///
     /// # Errors
-    /// What is no section or `key=value`, said twice, missing, no number, or counted wrongly.
+    /// What is no section or `key=value`, stated twice, missing, no number, or counted wrongly.
     pub fn parse(bytes: &[u8]) -> Result<Self, FormatError> {
         let file = text(bytes)?;
         let geometry = Values::of(file)?.geometry()?;
@@ -45,7 +45,7 @@ impl AtracsysIni {
         &self.geometry
     }
 
-    /// What the file says besides, each once: comments, other sections, other keys.
+    /// What the file holds besides, each once: comments, other sections, other keys.
     pub(super) fn beyond_geometry(&self) -> Vec<String> {
         let file = self.text.trim_start_matches('\u{feff}');
         let mut found = Vec::new();
@@ -247,7 +247,7 @@ fn entry(line: &str) -> Option<(String, &str)> {
     (!key.is_empty()).then_some((key, value.trim()))
 }
 
-/// What is said in which line.
+/// Which line holds what.
 struct Values<'a> {
     of: HashMap<(String, String), (u64, &'a str)>,
     fiducials: usize,

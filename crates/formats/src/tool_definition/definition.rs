@@ -143,7 +143,8 @@ impl ToolDefinition {
     /// The body that it describes: `marker 1`, … by their positions alone, or `coil 1`, … as 5-DOF
     /// sensors, in the definition's own frame.
     ///
-    /// The tip of a coil tool is the origin; that of markers is where a pivot says, if one does.
+    /// The tip of a coil tool is the origin; that of markers is where a pivot states it, if one
+    /// does.
     pub fn to_body(&self) -> RigidBody {
         match (self.rom(), self.geometry()) {
             (Some(rom), _) => rom.to_body(),

@@ -1,4 +1,5 @@
-//! What a definition says of its tool as a whole, a line each, and what of a body a file cannot hold.
+//! What a definition states about its tool as a whole, a line each, and what of a body a file
+//! cannot hold.
 
 use super::definition::ToolDefinition;
 use super::geometry::Geometry;
@@ -10,7 +11,7 @@ use trackwright_design::definition::DefinitionKind;
 /// Trailing bytes that are shown.
 const MAX_SHOWN_BYTES: usize = 16;
 
-/// One thing that a definition says.
+/// One thing that a definition states.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fact {
     pub what: &'static str,
@@ -20,7 +21,7 @@ pub struct Fact {
 }
 
 impl ToolDefinition {
-    /// What it says beside the sensors: which tool it is, who made it, its checksum.
+    /// What it states besides the sensors: which tool it is, who made it, its checksum.
     pub fn facts(&self) -> Vec<Fact> {
         match (self.rom(), self.geometry()) {
             (Some(rom), _) => rom_facts(rom),
@@ -30,8 +31,8 @@ impl ToolDefinition {
         }
     }
 
-    /// What it says of its tool that no body has, in words. What every image has to say is named too,
-    /// as it may not be what a new image says.
+    /// What it states about its tool that no body has, in words. What every image states is named
+    /// too, as it may not be what a new image states.
     pub fn beyond_body(&self) -> Vec<String> {
         match self {
             Self::Rom(rom) => beyond_body(rom),
@@ -226,7 +227,7 @@ pub enum Lost {
     Digits {
         greatest_mm: f64,
     },
-    /// What else a definition says that the body carries, item by item.
+    /// What else a definition states that the body carries, item by item.
     Definition {
         kind: DefinitionKind,
         what: Vec<String>,
@@ -260,7 +261,7 @@ impl std::fmt::Display for Lost {
                 write!(f, "the tip ({} {} {} mm): a ROM's own is its origin", tip.x, tip.y, tip.z)
             }
             Self::Mesh { file } => write!(f, "the mesh {file}"),
-            Self::BodyName { name, kept } => write!(f, "the name {name:?}: the file says {kept:?}"),
+            Self::BodyName { name, kept } => write!(f, "the name {name:?}: the file has {kept:?}"),
             Self::SensorNames { count: 1, first } => {
                 write!(f, "the name of a sensor, {first:?}: it has a number")
             }
@@ -279,7 +280,7 @@ impl std::fmt::Display for Lost {
                 "digits: positions are up to {greatest_mm:.1e} mm off, as the file keeps seven"
             ),
             Self::Definition { kind, what } => {
-                write!(f, "what else {} says: {}", kind.name(), what.join(", "))
+                write!(f, "what else {} states: {}", kind.name(), what.join(", "))
             }
             Self::Comments => write!(f, "comments: the text is written anew"),
         }

@@ -1,4 +1,4 @@
-//! Bodies as tool definitions: what a body owns over what its definition said, and what is lost.
+//! Bodies as tool definitions: what a body owns over what its definition held, and what is lost.
 
 use super::atracsys_ini::AtracsysIni;
 use super::definition::ToolDefinition;
@@ -20,7 +20,7 @@ use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 /// 32-bit numbers.
 const AXIS_TOLERANCE_RAD: f64 = 1.2e-7;
 
-/// Rounding to seven digits that is worth a word: a hundredth of the least jitter of a tracker.
+/// Rounding to seven digits that is reported: a hundredth of the least jitter of a tracker.
 const NOTABLE_ROUNDING_MM: f64 = 4e-4;
 
 /// Files that a body can be written to as a definition.
@@ -90,7 +90,7 @@ impl Conversion {
         let mut notes: Vec<_> = self.lost.iter().map(|it| format!("without {it}")).collect();
         if self.is_new_image {
             notes.push(
-                "a new image: serial number, date and manufacturer are empty, what a body does not say is as in most real ones"
+                "a new image: serial number, date and manufacturer are empty, what a body does not state is as in most real ones"
                     .to_owned(),
             );
         }
@@ -125,7 +125,7 @@ pub enum ConversionError {
 /// Writes a body over the definition that it carries, or as a new one.
 ///
 /// What the body owns (places, axes, their number, its name, a pivot) is written only where it
-/// differs from what the definition says, so that an unchanged body gives its very bytes; all
+/// differs from what the definition holds, so that an unchanged body gives its very bytes; all
 /// else stays. The checksum is made new.
 ///
 /// # Errors
@@ -159,7 +159,7 @@ impl Losses {
         self.0.push(lost);
     }
 
-    /// What a definition says that is not written.
+    /// What a definition holds that is not written.
     fn push_definition(&mut self, carried: Option<&ToolDefinition>, what: Vec<String>) {
         if let (Some(carried), false) = (carried, what.is_empty()) {
             let kind = carried.kind();
@@ -195,7 +195,7 @@ fn rom_of(
     let of_same_kind =
         carried_rom.filter(|rom| std::mem::discriminant(*rom) == std::mem::discriminant(&blank));
     let is_new_image = of_same_kind.is_none();
-    let unsaid = match (format, carried) {
+    let not_written = match (format, carried) {
         // The list stays around whichever image.
         (DefinitionFormat::ToolPlist, Some(ToolDefinition::ToolPlist(list))) if is_new_image => {
             beyond_body(list.rom())
@@ -204,7 +204,7 @@ fn rom_of(
         (DefinitionFormat::Rom, Some(ToolDefinition::ToolPlist(list))) => list.other_keys(),
         _ => Vec::new(),
     };
-    lost.push_definition(carried, unsaid);
+    lost.push_definition(carried, not_written);
     let before = of_same_kind.map(NdiRom::checksum);
     let mut rom = of_same_kind.cloned().unwrap_or(blank);
     let mut rounding = Rounding::default();
@@ -403,8 +403,8 @@ fn geometry_of(
             ToolDefinition::SawJson(old.with_geometry(&geometry, &sources))
         }
         (_, carried) => {
-            let unsaid = carried.map(ToolDefinition::beyond_body);
-            lost.push_definition(carried, unsaid.unwrap_or_default());
+            let not_written = carried.map(ToolDefinition::beyond_body);
+            lost.push_definition(carried, not_written.unwrap_or_default());
             match format {
                 DefinitionFormat::AtracsysIni => {
                     ToolDefinition::AtracsysIni(AtracsysIni::of(&geometry))

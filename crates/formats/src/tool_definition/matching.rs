@@ -7,7 +7,7 @@ use trackwright_simulation::body::Sensor;
 /// name, else, where none was added or removed, the one at its index. No slot is two sensors'.
 ///
 /// `slots` are the sensors as the definition gives them; `is_same_place` compares as exactly as
-/// the definition can tell places apart.
+/// the definition can distinguish places.
 pub(super) fn slots_of(
     sensors: &[Sensor],
     slots: &[Sensor],

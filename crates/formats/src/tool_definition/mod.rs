@@ -1,4 +1,4 @@
-//! Tool definitions: the files by which trackers' makers say where a tool's markers or coils are.
+//! Tool definitions: the files by which trackers' makers state where a tool's markers or coils are.
 //!
 //! Each is kept as it was read, to the byte: what this program does not know of one is not lost,
 //! and what it changes is written over the original. [`to_body`](ToolDefinition::to_body) and

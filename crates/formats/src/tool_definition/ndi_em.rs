@@ -35,7 +35,7 @@ pub struct EmRom {
     pub(super) image: Image,
 }
 
-/// What an image says of one coil.
+/// What an image holds about one coil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EmCoil {
     /// Millimetres, tool frame.
@@ -84,7 +84,7 @@ impl EmRom {
         part_number: 304,
     };
 
-    /// An image without coils and with what the one real one says elsewhere: not to be written
+    /// An image without coils and with what the one real one has elsewhere: not to be written
     /// before it has some.
     pub(super) fn blank() -> Self {
         let mut image = Image::zeros(SIZE);

@@ -1,8 +1,8 @@
 //! NDI optical tool definitions, `.rom`: 752 bytes, little-endian, markers in mm.
 //!
 //! The image is kept as it is, with whatever follows it in the file. Only the first markers of the
-//! twenty slots count, as many as byte 28 says: what real files hold behind them is left over from
-//! other tools, in the tables of faces and firing too.
+//! twenty slots count, as many as byte 28 states: what real files hold behind them is left over
+//! from other tools, in the tables of faces and firing too.
 
 use super::super::error::FormatError;
 use super::geometry::marker;
@@ -41,7 +41,7 @@ pub struct OpticalRom {
     pub(super) image: Image,
 }
 
-/// What an image says of one marker.
+/// What an image holds about one marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpticalMarker {
     /// Millimetres, tool frame.
@@ -67,13 +67,13 @@ impl OpticalRom {
         part_number: 592,
     };
 
-    /// An image without markers and with what most real ones say elsewhere: not to be written
+    /// An image without markers and with what most real ones have elsewhere: not to be written
     /// before it has some.
     pub(super) fn blank() -> Self {
         let mut image = Image::zeros(SIZE);
         image.put(0, MAGIC);
         image.put(8, &1_u32.to_le_bytes());
-        // A tool whose tip is not said, of no special kind.
+        // A tool whose tip is not stated, of no special kind.
         image[Self::IDENTITY.sub_type] = 2;
         image[MAX_ANGLE] = 90;
         image[MIN_MARKERS] = 3;

@@ -37,7 +37,7 @@ pub struct Checksum {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnMismatch {
     Refuse,
-    /// It is read as it is; [`NdiRom::checksum`] still tells.
+    /// It is read as it is; [`NdiRom::checksum`] still reports it.
     Accept,
 }
 
@@ -56,7 +56,7 @@ pub(super) struct Image {
     trailing: Vec<u8>,
 }
 
-/// Where an image says what a tool is as a whole.
+/// Where an image states what a tool is as a whole.
 pub(super) struct IdentityAt {
     pub sub_type: usize,
     pub main_type: usize,
@@ -86,7 +86,7 @@ impl SerialWord {
     }
 
     /// The day; `None` where the year has no such day, or it lies in another month than the word
-    /// says.
+    /// states.
     pub fn date(self) -> Option<Date> {
         let [_, b1, b2, b3] = self.0.map(u16::from);
         let year = FIRST_YEAR + 2 * b3 + (b2 >> 7);
@@ -192,7 +192,7 @@ pub(super) fn check_finite(field: &str, values: &[f32]) -> Result<(), FormatErro
 }
 
 impl NdiRom {
-    /// The image, and where it says what the tool is.
+    /// The image, and where it states what the tool is.
     fn image(&self) -> (&Image, &'static IdentityAt) {
         match self {
             Self::Optical(rom) => (&rom.image, &OpticalRom::IDENTITY),
@@ -303,7 +303,7 @@ impl NdiRom {
         }
     }
 
-    /// How sawNDITracker tells tools apart: main type, serial number and part number.
+    /// How sawNDITracker distinguishes tools: main type, serial number and part number.
     pub fn unique_id(&self) -> String {
         format!("{:02X}-{}-{}", self.main_type(), self.serial(), self.part_number())
     }

@@ -42,7 +42,7 @@ impl SawJson {
         without_comments(&self.text) != self.text
     }
 
-    /// What the file says besides, each once: comments and other fields.
+    /// What the file holds besides, each once: comments and other fields.
     pub(super) fn beyond_geometry(&self) -> Vec<String> {
         // It was read from this text.
         let file = value(self.text.trim_start_matches('\u{feff}')).unwrap_or(Value::Null);
@@ -70,7 +70,7 @@ impl SawJson {
         Self::written(geometry, &Value::Null, &[])
     }
 
-    /// The same file with another geometry, whose markers take what else is said of them from those
+    /// The same file with another geometry, whose markers take their other fields from those
     /// at `sources` in this one.
     pub(super) fn with_geometry(&self, geometry: &Geometry, sources: &[Option<usize>]) -> Self {
         if *geometry == self.geometry {
@@ -101,7 +101,7 @@ impl SawJson {
     }
 }
 
-/// A point with what else the old one said.
+/// A point with the other fields of the old one.
 fn point_value(at: &Point3<f64>, old: Option<&Value>) -> Value {
     let mut object: Map<_, _> = old.and_then(Value::as_object).cloned().unwrap_or_default();
     for (axis, value) in ["x", "y", "z"].into_iter().zip(at.iter()) {
@@ -112,12 +112,12 @@ fn point_value(at: &Point3<f64>, old: Option<&Value>) -> Value {
 
 fn value(file: &str) -> Result<Value, FormatError> {
     serde_json::from_str(&without_comments(file)).map_err(|error| {
-        let said = error.to_string();
-        let said = said.split(" at line ").next().unwrap_or_default();
+        let reason = error.to_string();
+        let reason = reason.split(" at line ").next().unwrap_or_default();
         FormatError::Syntax {
             line: error.line(),
             column: error.column(),
-            problem: format!("found no JSON ({said}), expected an object"),
+            problem: format!("found no JSON ({reason}), expected an object"),
         }
     })
 }

@@ -52,7 +52,7 @@ fn commas_are_decimal_unless_ambiguous() {
 }
 
 #[test]
-fn units_are_the_fields_own_unless_said() {
+fn units_are_the_fields_own_unless_stated() {
     for (text, unit, value) in [
         ("2 in", Millimetre, 50.8),
         ("1in + 2", Millimetre, 27.4),
@@ -78,7 +78,7 @@ fn units_are_the_fields_own_unless_said() {
 }
 
 #[test]
-fn errors_say_what_is_wrong_and_where() {
+fn errors_state_what_is_wrong_and_where() {
     for empty in ["", " \t\u{a0}"] {
         assert_eq!(parse(empty, Plain), Err(TypedNumberError::Empty));
     }

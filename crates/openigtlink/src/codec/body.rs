@@ -1,4 +1,4 @@
-//! What messages say: the contents that a tracker sends and is asked for.
+//! The contents of messages that a tracker sends and that are requested of it.
 
 use super::header::{EncodeError, NAME_BYTES, Reader, counted, put_floats, put_text, text_of};
 use super::poses::{Matrix, NotAPose, Orientation, ToolKind};
@@ -375,12 +375,12 @@ fn decode_status(bytes: &[u8]) -> Result<Status, BodyError> {
         numbers().ok_or(BodyError::Length { found: bytes.len(), expected: "30 at least" })?;
     // The text is for people: what is no UTF-8 in it is shown as such.
     let end = reader.0.iter().position(|&b| b == 0);
-    let said = reader.0.get(..end.unwrap_or(reader.0.len()));
+    let content = reader.0.get(..end.unwrap_or(reader.0.len()));
     Ok(Status {
         code: StatusCode(code),
         subcode,
         name: text_of(name).ok_or(BodyError::NotText { field: "status name" })?,
-        text: String::from_utf8_lossy(said.unwrap_or_default()).into_owned(),
+        text: String::from_utf8_lossy(content.unwrap_or_default()).into_owned(),
     })
 }
 
@@ -388,8 +388,8 @@ fn decode_string(bytes: &[u8]) -> Option<Text> {
     let mut reader = Reader(bytes);
     let encoding = reader.u16()?;
     let length = reader.u16()?;
-    let said = reader.take(length.into())?;
-    reader.0.is_empty().then(|| Text { encoding, bytes: said.to_vec() })
+    let content = reader.take(length.into())?;
+    reader.0.is_empty().then(|| Text { encoding, bytes: content.to_vec() })
 }
 
 fn decode_start(bytes: &[u8]) -> Result<StartTracking, BodyError> {

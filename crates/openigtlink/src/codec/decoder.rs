@@ -9,7 +9,7 @@ use super::{Content, Message};
 pub const MAX_SKIPPED_BYTES: u64 = 32 << 20;
 
 /// The longest body that a message of a type may announce. What announces more has lost where messages
-/// begin, or would keep everything after it from being heard: the stream is ended.
+/// begin, or would keep everything after it from being received: the stream is ended.
 pub fn longest_body(kind: &str, version: Version) -> u64 {
     let metadata = match version {
         Version::One => 0,

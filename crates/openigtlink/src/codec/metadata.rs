@@ -56,7 +56,7 @@ impl Extension {
         }
     }
 
-    /// A body of version 2, split into what it says of itself and its content.
+    /// A body of version 2, split into its metadata and its content.
     pub fn decode(body: &[u8]) -> Result<(Self, &[u8]), BodyError> {
         let mut reader = Reader(body);
         let cut = || BodyError::Extension {

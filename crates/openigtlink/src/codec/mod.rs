@@ -25,7 +25,7 @@ pub use header::{EncodeError, HEADER_BYTES, Header, HeaderError, NAME_BYTES, Tim
 pub use metadata::{Extension, MetadataEntry};
 pub use poses::{MAX_OFF, Matrix, NotAPose, Orientation, ToolKind};
 
-/// The port that OpenIGTLink servers listen on where nothing else is said.
+/// The port that OpenIGTLink servers listen on by default.
 pub const DEFAULT_PORT: u16 = 18944;
 
 /// One message.

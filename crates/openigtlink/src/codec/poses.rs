@@ -56,7 +56,7 @@ impl Matrix {
     }
 }
 
-/// How a position message says where a tool points.
+/// How a position message encodes where a tool points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Orientation {
     /// 12 bytes: it does not.

@@ -255,7 +255,7 @@ fn announced_bytes_are_not_allocated() {
 
 #[test]
 fn lengths_that_lie_are_named() {
-    let said = |stream: &[u8]| messages(stream)[0].as_ref().unwrap_err().to_string();
+    let error = |stream: &[u8]| messages(stream)[0].as_ref().unwrap_err().to_string();
     for (kind, body, expected) in [
         ("TRANSFORM", 47, "TRANSFORM of \"Probe\": found 47 bytes, expected 48"),
         ("POSITION", 20, "found 20 bytes, expected 12, 24 or 28"),
@@ -266,37 +266,37 @@ fn lengths_that_lie_are_named() {
         ("STT_TDATA", 35, "found 35 bytes, expected 36"),
         ("STP_TDATA", 1, "found 1 bytes, expected none"),
     ] {
-        let said = said(&framed(1, kind, &vec![0; body]));
-        assert!(said.contains(expected), "{said}");
+        let error = error(&framed(1, kind, &vec![0; body]));
+        assert!(error.contains(expected), "{error}");
     }
     // A string that is longer than its message.
-    let said_of_string = said(&framed(1, "STRING", &[0, 3, 255, 255, b'a']));
-    assert!(said_of_string.contains("found 5 bytes"), "{said_of_string}");
+    let error_of_string = error(&framed(1, "STRING", &[0, 3, 255, 255, b'a']));
+    assert!(error_of_string.contains("found 5 bytes"), "{error_of_string}");
     // Metadata that are longer than their message: in all, and in one entry.
     let body = [0, 12, 255, 255, 255, 255, 255, 255, 0, 0, 0, 1];
-    let said_of_all = said(&framed(2, "TRANSFORM", &body));
-    assert!(said_of_all.contains("found an extended header and metadata of 4295032842 bytes, expected no more than the body's 12"), "{said_of_all}");
+    let error_of_all = error(&framed(2, "TRANSFORM", &body));
+    assert!(error_of_all.contains("found an extended header and metadata of 4295032842 bytes, expected no more than the body's 12"), "{error_of_all}");
     let entry = [0, 12, 0, 10, 0, 0, 0, 2, 0, 0, 0, 1, 0, 1, 0, 9, 0, 3, 0, 0, 0, 9, b'k', b'v'];
-    let said_of_entry = said(&framed(2, "STP_TDATA", &entry));
+    let error_of_entry = error(&framed(2, "STP_TDATA", &entry));
     assert!(
-        said_of_entry.contains("metadata that end in entry 1, expected 1 entries"),
-        "{said_of_entry}"
+        error_of_entry.contains("metadata that end in entry 1, expected 1 entries"),
+        "{error_of_entry}"
     );
     let mut body = vec![0, 12, 0x3e, 0x82, 0, 0, 0, 0, 0, 0, 0, 1];
     body.extend(2000_u16.to_be_bytes());
     body.resize(12 + 0x3e82, 0);
-    let said_of_many = said(&framed(2, "STP_TDATA", &body));
+    let error_of_many = error(&framed(2, "STP_TDATA", &body));
     assert!(
-        said_of_many.contains("found 2000 entries of metadata, expected 1024 at most"),
-        "{said_of_many}"
+        error_of_many.contains("found 2000 entries of metadata, expected 1024 at most"),
+        "{error_of_many}"
     );
     // An extended header that is shorter than it is, and longer than the body.
     for extended in [[0, 0], [0, 11], [255, 255]] {
         let body = [&extended[..], &[0; 60]].concat();
-        let said = said(&framed(2, "TRANSFORM", &body));
-        assert!(said.contains("extended header"), "{said}");
+        let error = error(&framed(2, "TRANSFORM", &body));
+        assert!(error.contains("extended header"), "{error}");
     }
-    let short = said(&framed(2, "TRANSFORM", &[0; 5]));
+    let short = error(&framed(2, "TRANSFORM", &[0; 5]));
     assert!(short.contains("found 5 bytes, expected 12 at least"), "{short}");
 }
 
@@ -310,8 +310,8 @@ fn a_bad_name_costs_its_own_message_only() {
         stream[14..14 + name.len()].copy_from_slice(name);
         stream.extend(next.encode().unwrap());
         let wrong = DecodeError::Name { kind: "TRANSFORM".to_owned(), device: name.to_vec() };
-        let said = wrong.to_string();
-        assert!(said.contains(&name.escape_ascii().to_string()), "{said}");
+        let error = wrong.to_string();
+        assert!(error.contains(&name.escape_ascii().to_string()), "{error}");
         for piece in [1, 1000] {
             let found = decode_in(piece, &stream).0;
             let expected = [Err(wrong.clone()), Ok(Decoded::Message(next.clone()))];
@@ -399,9 +399,9 @@ fn only_rotations_and_numbers_are_poses() {
 #[test]
 fn what_a_field_cannot_hold_is_an_error() {
     let long = Message::new("a device of 21 bytes.", Timestamp::NONE, Content::GetStatus);
-    let said = long.encode().unwrap_err().to_string();
+    let error = long.encode().unwrap_err().to_string();
     assert_eq!(
-        said,
+        error,
         "device name \"a device of 21 bytes.\" has 21 bytes, the message's field holds 20"
     );
     let text = Text { encoding: 3, bytes: vec![b'a'; 65_536] };

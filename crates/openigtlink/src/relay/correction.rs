@@ -33,12 +33,12 @@ pub struct LiveDesign {
     pub tool: RigidBody,
     pub crf: Option<RigidBody>,
     pub orientation_weight_mm: f64,
-    /// What a person has said of the tools.
+    /// What the user has assigned of the tools.
     pub assigned: Assigned,
 }
 
 impl LiveDesign {
-    /// The bodies of a scenario, with nothing said of the tools.
+    /// The bodies of a scenario, with no tool assigned.
     pub fn of(scenario: &Scenario) -> Self {
         Self {
             tool: scenario.tool.clone(),

@@ -1,4 +1,4 @@
-//! What a pose that is sent on says of itself: keys and values of version 2 metadata.
+//! What a pose that is sent on states about itself: keys and values of version 2 metadata.
 
 use super::tool::ToolClock;
 use crate::codec::Extension;

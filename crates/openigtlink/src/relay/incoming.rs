@@ -4,7 +4,7 @@ use super::counts::Reason;
 use crate::codec::{Content, Matrix, Message, NotAPose, Orientation, ToolKind};
 use trackwright_geometry::pose::Pose;
 
-/// Keys under which senders say whether they stand by a transform; `OK` where they do.
+/// Keys under which senders state whether they stand by a transform; `OK` where they do.
 const STATUS_KEYS: [&str; 2] = ["TransformStatus", "Status"];
 
 /// One tool in a message.

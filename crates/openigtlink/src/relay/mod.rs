@@ -1,9 +1,9 @@
-//! From what a tracker says to what is sent on: each tool's pose compensated, and nothing sent on as
-//! good that is not.
+//! From what a tracker sends to what is sent on: each tool's pose compensated, and nothing sent on
+//! as good that is not.
 //!
 //! A tool is good while samples of it keep coming that its tracker stands by, in time, in order, and
 //! that the room's map corrects with certainty. In any other case no transform of it is sent:
-//! receivers that look at no metadata would take it for where the tool is. They hear a STATUS
+//! receivers that look at no metadata would take it for where the tool is. They receive a STATUS
 //! message with the tool's name instead, at once and again every second, and STATUS OK before the
 //! next good one.
 
@@ -32,10 +32,10 @@ use trackwright_geometry::pose::Pose;
 use trackwright_simulation::body_prediction::BodyPrediction;
 use trackwright_simulation::recording::Unusable;
 
-/// Tools that are told apart; a sender that goes on naming new ones fills no memory.
+/// Tools that are distinguished; a sender that goes on naming new ones fills no memory.
 pub const MAX_TOOLS: usize = 256;
 
-/// What a relay is told beforehand.
+/// The options of a relay.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RelayOptions {
     /// The age from which a pose is not good: how long after its last good sample a tool is not good
@@ -76,7 +76,7 @@ pub enum Output {
     Measured { tool: String, timestamp: Timestamp, pose: Result<Pose, Unusable> },
     /// A tool that is good: its transform, to be sent on.
     Pose(SentPose),
-    /// What is said of a tool that is not good, or is again.
+    /// The status of a tool that is not good, or is again.
     Status { tool: String, state: ToolState, message: Message },
     /// What a tool's timestamps show, each kind once until it is over.
     Clock { tool: String, change: ClockChange },
@@ -92,16 +92,16 @@ pub struct SentPose {
     pub role: Option<BodyRole>,
     pub kind: ToolKind,
     pub measured: Pose,
-    /// What the message says: compensated, where there is a map.
+    /// The pose of the message: compensated, where there is a map.
     pub pose: Pose,
-    /// What the room's model says of it; `None` without a room, or where it keeps no support.
+    /// What the room's model predicts for it; `None` without a room, or where it keeps no support.
     pub known: Option<BodyPrediction>,
     pub clock: ToolClock,
     /// TRANSFORM with its own name and timestamp, and what is known as [metadata](described).
     pub message: Message,
 }
 
-/// Compensates and judges; knows no socket, and no clock but the moments it is told.
+/// Compensates and judges; knows no socket, and no clock but the moments it is given.
 pub struct Relay<'a> {
     correction: Option<Correction<'a>>,
     options: RelayOptions,
@@ -258,11 +258,11 @@ impl<'a> Relay<'a> {
         let Some(tool) = self.tools.get_mut(&sample.tool) else {
             return;
         };
-        if let Some(said) = tool.good(&sample.tool, at) {
+        if let Some(status) = tool.good(&sample.tool, at) {
             out.push(Output::Status {
                 tool: sample.tool.clone(),
                 state: ToolState::Good,
-                message: said,
+                message: status,
             });
         }
         self.counts.sent += 1;

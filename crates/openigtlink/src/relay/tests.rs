@@ -1,4 +1,4 @@
-//! What is sent on is good, what is not is said to be so, and every sample is counted once.
+//! What is sent on is good, what is not is reported as such, and every sample is counted once.
 
 use super::*;
 use crate::codec::{Extension, Position, Status, StatusCode, TrackingElement};
@@ -99,7 +99,7 @@ fn without_a_room_a_transform_is_sent_on_as_it_came() {
     assert_eq!(statuses(&out), []);
 }
 
-/// But for what is said of it in metadata.
+/// But for its metadata.
 fn is_same(a: &Message, b: &Message) -> bool {
     (&a.device, a.timestamp, &a.content) == (&b.device, b.timestamp, &b.content)
 }
@@ -339,9 +339,9 @@ fn a_lost_server_takes_tools_and_clock_with_it() {
 }
 
 #[test]
-fn late_samples_are_not_sent_and_said_to_be_late() {
+fn late_samples_are_not_sent_and_reported_as_late() {
     let mut bench = TestRelay::new(None);
-    let (mut taken, mut told) = (0, Vec::new());
+    let (mut taken, mut changes) = (0, Vec::new());
     let mut reasons = Vec::new();
     for frame in 0..400 {
         let at = f64::from(frame) / 40.0;
@@ -351,7 +351,7 @@ fn late_samples_are_not_sent_and_said_to_be_late() {
         out.extend(bench.tick(at));
         taken += sent(&out).len();
         reasons.extend(statuses(&out).into_iter().map(|(_, state, _)| state));
-        told.extend(out.into_iter().filter_map(|output| match output {
+        changes.extend(out.into_iter().filter_map(|output| match output {
             Output::Clock { change, .. } => Some(change),
             _ => None,
         }));
@@ -361,8 +361,8 @@ fn late_samples_are_not_sent_and_said_to_be_late() {
     assert!(reasons.len() >= 8, "{reasons:?}");
     assert!(reasons.iter().all(|state| *state == ToolState::NotGood(Reason::Late)));
     assert!(
-        matches!(told[..], [ClockChange::Late { by_s }] if (by_s - 2.0).abs() < 1e-6),
-        "{told:?}"
+        matches!(changes[..], [ClockChange::Late { by_s }] if (by_s - 2.0).abs() < 1e-6),
+        "{changes:?}"
     );
     let out = bench.receive(&transform("Probe", 0.0, 20.0), 10.0);
     assert_eq!(statuses(&out)[0].2.code, StatusCode::OK);
@@ -370,7 +370,7 @@ fn late_samples_are_not_sent_and_said_to_be_late() {
 }
 
 #[test]
-fn latency_is_said_of_every_pose() {
+fn latency_is_stated_for_every_pose() {
     let mut bench = TestRelay::new(None);
     for frame in 0..40 {
         let at = f64::from(frame) / 40.0;
@@ -384,7 +384,7 @@ fn latency_is_said_of_every_pose() {
 }
 
 #[test]
-fn samples_without_a_name_are_refused_and_told_once() {
+fn samples_without_a_name_are_reported_once() {
     let mut bench = TestRelay::new(None);
     let elements = ["", "b", " "].map(|name| TrackingElement {
         name: name.to_owned(),

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use trackwright_formats::printable::printable;
 use trackwright_geometry::pose::Pose;
 
-/// How often a tool that is not good is said to be so, for those who came later.
+/// How often a tool that is not good is reported as such, for those who came later.
 const REMINDER: Duration = Duration::from_secs(1);
 
 /// One tool of a tracker.
@@ -19,14 +19,14 @@ pub struct Tool {
     latency_s: Option<f64>,
     /// Late or early samples since the last one in time.
     off: Option<(Reason, f64)>,
-    /// What is to be told of the clock, and what has been.
+    /// What is to be reported of the clock, and what has been.
     change: Option<ClockChange>,
     is_off_reported: bool,
     is_drift_reported: bool,
     /// The last sample that was in time and order.
     last: Option<(Timestamp, Pose)>,
     last_good: Instant,
-    last_said: Option<Instant>,
+    last_reported: Option<Instant>,
 }
 
 /// A tool's clock at a pose, in seconds.
@@ -64,7 +64,7 @@ impl Tool {
             is_drift_reported: false,
             last: None,
             last_good: at,
-            last_said: None,
+            last_reported: None,
         }
     }
 
@@ -86,7 +86,7 @@ impl Tool {
                 *clock_jumps += 1;
                 self.latency_s = Some(0.0);
                 self.change = Some(ClockChange::Step { by_s });
-                // The step was told, which is more than its drift would be.
+                // The step was reported, which is more than its drift would be.
                 self.is_drift_reported |= self.clock.shift_s() > self.bound_s;
                 self.last = None;
             }
@@ -125,7 +125,7 @@ impl Tool {
         self.off.map(|(reason, _)| reason)
     }
 
-    /// The tool is not good for a reason; what its clock has to do with it is to be told once.
+    /// The tool is not good for a reason; what its clock has to do with it is to be reported once.
     pub fn report_late(&mut self, reason: Reason) {
         if let Some((off, by_s)) = self.off
             && off == reason
@@ -147,16 +147,16 @@ impl Tool {
         ToolClock { latency_s: self.latency_s, shift_s: self.clock.shift_s() }
     }
 
-    /// A good sample came; says so where the tool was not good before.
+    /// A good sample came; reports it where the tool was not good before.
     pub fn good(&mut self, name: &str, at: Instant) -> Option<Message> {
         self.last_good = at;
         self.is_off_reported = false;
         let was = std::mem::replace(&mut self.state, ToolState::Good);
-        self.last_said = None;
+        self.last_reported = None;
         (was != ToolState::Good).then(|| status_message(name, ToolState::Good))
     }
 
-    /// The tool is not good; says so where that is new, and every second.
+    /// The tool is not good; reports it where that is new, and every second.
     pub fn not_good(&mut self, name: &str, reason: Reason, at: Instant) -> Option<Message> {
         let state = ToolState::NotGood(reason);
         let is_new = self.state != state;
@@ -164,12 +164,12 @@ impl Tool {
         if !is_new && !self.is_to_be_reminded_of(at) {
             return None;
         }
-        self.last_said = Some(at);
+        self.last_reported = Some(at);
         Some(status_message(name, state))
     }
 
     pub fn is_to_be_reminded_of(&self, at: Instant) -> bool {
-        self.last_said.is_none_or(|said| at.saturating_duration_since(said) >= REMINDER)
+        self.last_reported.is_none_or(|last| at.saturating_duration_since(last) >= REMINDER)
     }
 
     pub fn is_stale(&self, stale_after: Duration, now: Instant) -> bool {

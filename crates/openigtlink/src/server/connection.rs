@@ -1,4 +1,4 @@
-//! One client of a server: what is queued goes out, what it asks for is answered.
+//! One client of a server: what is queued goes out, what it requests is answered.
 
 use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking, lock};
 use super::{EventHandler, LeaveReason, ServerEvent, Shared};
@@ -24,7 +24,7 @@ const MAX_REQUEST_BYTES: usize = 4096;
 /// Read at once.
 const READ_BYTES: usize = 4096;
 
-/// The shortest time between two messages of tracking data, whatever a client asks for.
+/// The shortest time between two messages of tracking data, whatever a client requests.
 const SHORTEST_INTERVAL: Duration = Duration::from_millis(5);
 
 /// A message is taken by the system once fewer bytes than this wait for being sent: what it has is
@@ -121,9 +121,9 @@ impl Connection {
         }
     }
 
-    /// Writes one message whole, and tells where what waits behind it has become too old. A pose that
-    /// has become too old before any of it was taken is not written; else when the last of the message
-    /// was given to the system.
+    /// Writes one message whole, and returns where what waits behind it has become too old. A pose
+    /// that has become too old before any of it was taken is not written; else when the last of the
+    /// message was given to the system.
     ///
     /// # Errors
     /// Why the client is gone.

@@ -38,7 +38,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(200);
 /// How long clients have to take what is queued for them when the server stops.
 const FAREWELL: Duration = Duration::from_secs(1);
 
-/// What a server is told beforehand.
+/// The options of a server.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ServerOptions {
     /// Port 0 is any that is free.
@@ -73,7 +73,7 @@ impl ServerOptions {
     }
 }
 
-/// What happens to a server; told from its thread.
+/// What happens to a server, reported from its thread.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServerEvent {
     Joined {
@@ -151,7 +151,7 @@ impl Shared {
 struct Slot {
     id: u64,
     outbox: Arc<Outbox>,
-    /// Whether it has asked for tracking data, and gets them in place of transforms.
+    /// Whether it has requested tracking data, and gets them in place of transforms.
     is_tracking: Arc<AtomicBool>,
     /// Its connection ends when this is dropped.
     _hold: oneshot::Sender<()>,
@@ -227,8 +227,8 @@ impl Server {
         lock(&self.shared.latencies).summary()
     }
 
-    /// From the moments that poses were measured, as far as timestamps tell, to those that they were
-    /// written to clients.
+    /// From the moments that poses were measured, as far as timestamps show, to those that they
+    /// were written to clients.
     pub fn ages(&self) -> LatencySummary {
         lock(&self.shared.ages).summary()
     }
@@ -238,7 +238,7 @@ impl Server {
         self.shared.dropped_messages.load(Ordering::Relaxed)
     }
 
-    /// Sends a tool's transform to all clients; `arrived` is when what it says came in.
+    /// Sends a tool's transform to all clients; `arrived` is when its sample came in.
     pub fn send_transform(
         &self,
         message: &Message,
@@ -278,7 +278,7 @@ impl Server {
         Encoded::of(message).map(Arc::new)
     }
 
-    /// A tool is not good any more: nobody who asks is told where it was.
+    /// A tool is not good any more: a request for it gets no pose.
     pub fn withdraw(&self, tool: &str) {
         lock(&self.shared.served).remove(tool);
     }
@@ -465,7 +465,7 @@ fn spare() -> Option<File> {
     if cfg!(unix) { File::open("/dev/null").ok() } else { None }
 }
 
-/// Says why and closes; a client that takes no hundred bytes gets none.
+/// Sends the reason and closes; a client that takes no hundred bytes gets none.
 fn refuse(stream: TcpStream, why: &str) {
     let status = Status::problem(StatusCode::RESOURCE_ERROR, "TOO_MANY_CLIENTS", why);
     let message = Message::new("", super::codec::Timestamp::now(), Content::Status(status));

@@ -72,7 +72,7 @@ impl PoseTimes {
     }
 }
 
-/// Tracking data as a client asked for them.
+/// Tracking data as a client requested them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tracking {
     pub every: Duration,
@@ -126,7 +126,7 @@ struct Waiting {
 struct Dropped {
     count: u64,
     last: Option<Instant>,
-    is_told: bool,
+    is_reported: bool,
 }
 
 impl Dropped {
@@ -200,8 +200,8 @@ impl Outbox {
     /// Whether messages were thrown away, the first time since the client was up to date.
     pub fn fell_behind(&self) -> bool {
         let mut waiting = lock(&self.waiting);
-        let is_new = waiting.dropped.count > 0 && !waiting.dropped.is_told;
-        waiting.dropped.is_told |= is_new;
+        let is_new = waiting.dropped.count > 0 && !waiting.dropped.is_reported;
+        waiting.dropped.is_reported |= is_new;
         is_new
     }
 
@@ -210,7 +210,7 @@ impl Outbox {
         let mut waiting = lock(&self.waiting);
         let last = waiting.dropped.last?;
         let is_over =
-            waiting.dropped.is_told && now.saturating_duration_since(last) >= CAUGHT_UP_AFTER;
+            waiting.dropped.is_reported && now.saturating_duration_since(last) >= CAUGHT_UP_AFTER;
         is_over.then(|| std::mem::take(&mut waiting.dropped).count)
     }
 }
@@ -363,11 +363,11 @@ mod tests {
     fn a_full_queue_loses_poses_before_statuses() {
         let outbox = Outbox::new(3);
         let now = Instant::now();
-        let said = || Item::Send { message: status(), pose: None };
-        for item in [said(), pose(now), pose(now)] {
+        let report = || Item::Send { message: status(), pose: None };
+        for item in [report(), pose(now), pose(now)] {
             assert_eq!(outbox.push(item, now), 0);
         }
-        for item in [said(), said(), said()] {
+        for item in [report(), report(), report()] {
             assert_eq!(outbox.push(item, now), 1);
         }
         let waiting = lock(&outbox.waiting);

@@ -28,7 +28,7 @@ use trackwright_project::{Recorder, StoreError};
 /// client does not read, and the tracker's server has to wait.
 const INPUTS: usize = 1024;
 
-/// What a session is told beforehand.
+/// The options of a session.
 #[derive(Clone, Debug)]
 pub struct SessionSettings {
     pub client: ClientOptions,
@@ -40,7 +40,7 @@ pub struct SessionSettings {
     pub record: Option<PathBuf>,
 }
 
-/// What happens in a session; told from its thread.
+/// What happens in a session, reported from its thread.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SessionEvent {
     Connecting,
@@ -57,7 +57,8 @@ pub enum SessionEvent {
     Skipped {
         kind: String,
     },
-    /// The tracker says something of a device that is not "OK", the first time on this connection.
+    /// The tracker reports a status of a device that is not "OK", the first time on this
+    /// connection.
     TrackerStatus {
         device: String,
         status: Status,
@@ -112,7 +113,7 @@ pub struct SessionState {
     pub undelivered: u64,
     /// From the read off the tracker's connection to the write into a client's.
     pub latency: LatencySummary,
-    /// Of poses when they were written into a client's connection, as far as timestamps tell.
+    /// Of poses when they were written into a client's connection, as far as timestamps show.
     pub age: LatencySummary,
 }
 
@@ -187,7 +188,7 @@ pub enum SessionError {
     Thread(#[from] io::Error),
 }
 
-/// What the session's thread is told by the others.
+/// What the session's thread receives from the others.
 enum Input {
     Client(ClientEvent),
     Server(ServerEvent),
@@ -267,7 +268,7 @@ impl Session {
         Ok(())
     }
 
-    /// Closes the connection, gives clients what is queued for them, and says how it was.
+    /// Closes the connection, gives clients what is queued for them, and returns how it was.
     pub fn stop(mut self) -> SessionState {
         self.end();
         self.state()

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 use trackwright_formats::recording::live_table::LiveSample;
 use trackwright_project::Recorder;
 
-/// How often tools are looked at that say nothing: a fifth of the time after which they are stale.
+/// How often tools are looked at that send nothing: a fifth of the time after which they are stale.
 const TICK: Duration = Duration::from_millis(50);
 
 /// Types of unknown messages, and statuses of devices, that are reported at most.
@@ -81,7 +81,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         }
     }
 
-    /// Until it is told to stop, or to go on in another room.
+    /// Until it receives a request to stop, or to go on in another room.
     pub fn run(&mut self, received: &Receiver<Input>) -> Next {
         let mut next_tick = Instant::now() + TICK;
         loop {
@@ -105,7 +105,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         }
     }
 
-    /// The session ends: clients are told so, and nothing is good.
+    /// The session ends: clients are notified, and nothing is good.
     pub fn finish(&mut self) {
         let now = Instant::now();
         let mut outputs = std::mem::take(&mut self.outputs);
@@ -198,7 +198,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         self.act(outputs, arrived);
     }
 
-    /// Sends, then records and tells: what others wait for comes first.
+    /// Sends, then records and reports: what others wait for comes first.
     fn act(&mut self, mut outputs: Vec<Output>, at: Instant) {
         if let Some(server) = self.server {
             for output in &outputs {
@@ -287,7 +287,7 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         (self.on_event)(&SessionEvent::Pose(Box::new(sent)));
     }
 
-    /// Told where it is new; clients are reminded, a person is not.
+    /// Reported where it is new; clients are reminded, a person is not.
     fn report(&mut self, tool: String, new: ToolState) {
         let is_new = {
             let mut state = lock(self.state);

@@ -257,16 +257,16 @@ fn unreadable_anatomy_is_named() {
     add(&mut world, anatomy("face", "scans/face.stl"));
     fs::write(folder.path().join("scans/broken.stl"), "no mesh").unwrap();
     add(&mut world, anatomy("broken", "scans/broken.stl"));
-    let told = |world: &World| -> Vec<(MeshOwner, String)> {
+    let named_problems = |world: &World| -> Vec<(MeshOwner, String)> {
         let problems = world.mesh_problems().into_iter();
-        let tell = |p: MeshProblem| (p.whose, p.to_string());
-        problems.map(tell).collect()
+        let described = |p: MeshProblem| (p.whose, p.to_string());
+        problems.map(described).collect()
     };
     save(&mut world).unwrap();
     let opened = open_design(&folder.path().join("a.design.ron")).unwrap();
     for world in [&world, &opened] {
-        let [(face, missing), (broken, unreadable)] = &told(world)[..] else {
-            panic!("{:?}", told(world));
+        let [(face, missing), (broken, unreadable)] = &named_problems(world)[..] else {
+            panic!("{:?}", named_problems(world));
         };
         assert_eq!(*face, MeshOwner::Anatomy(Some(1)));
         assert!(missing.starts_with("the anatomy \"face\" is missing: "), "{missing}");
@@ -286,7 +286,7 @@ fn unreadable_anatomy_is_named() {
     world.document.apply(found).unwrap();
     assert!(refresh_meshes(&mut world).unwrap());
     assert_eq!(size_mm(&world, 1), Some(100.0));
-    assert_eq!(told(&world).len(), 1);
+    assert_eq!(named_problems(&world).len(), 1);
 }
 
 #[test]
@@ -334,7 +334,7 @@ fn a_moved_design_finds_its_anatomy() {
 }
 
 #[test]
-fn a_mesh_that_somebody_else_writes_anew_is_told() {
+fn a_mesh_that_somebody_else_rewrites_is_reported() {
     let (folder, world) = world_with_head();
     assert_eq!(changes(&world), []);
     fs::write(folder.path().join("scans/head.obj"), "").unwrap();

@@ -56,7 +56,7 @@ fn a_makers_file_is_never_written_over() {
     assert_eq!(names(&save(&mut world).unwrap()), [""; 0]);
     let again = open_design(&file).unwrap();
     assert_eq!(again.document.design(), world.document.design());
-    // Undo leads to the body as it was, in the new file: there all that the maker's file said is.
+    // Undo leads to the body as it was, in the new file: it has all that the maker's file held.
     assert!(world.document.undo().is_some());
     assert_eq!(names(&save(&mut world).unwrap()), ["probe-2.body.ron"]);
     let body = read_tool(&folder.path().join("probe-2.body.ron"), OnMismatch::Refuse).unwrap();
@@ -133,7 +133,7 @@ fn a_recovered_makers_tool_is_saved_beside() {
     assert_eq!(reference(&recovered, BodyRole::Tool), "probe.body.ron");
     let again = open_design(&file).unwrap();
     assert_eq!(again.document.design(), world_after(&world, "probe.body.ron").document.design());
-    // The first session goes on after all, and was told of what the second one wrote.
+    // The first session goes on after all, and was notified of what the second one wrote.
     fs::remove_file(folder.path().join(PROBE)).unwrap();
     accept_changes(&mut world);
     save(&mut world).unwrap();

@@ -5,7 +5,7 @@
 //! derives what is done here.
 
 use super::sampled::{Drawn, DrawnFrom, Sampled};
-use crate::expected::STRETCH;
+use crate::expected::WIDENING;
 use crate::figures::Unsettled;
 use crate::metric::{ErrorOf, METRICS, Metric, MetricValues, Summary};
 use serde::Serialize;
@@ -21,7 +21,7 @@ pub const LEAST_MM: f64 = 0.01;
 /// Likewise: 0.01 mm across some 60 mm.
 pub const LEAST_DEG: f64 = 0.01;
 
-/// What may be said of a difference.
+/// The verdict on a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -32,7 +32,7 @@ pub enum Verdict {
     NotTold,
     /// Too small to matter, whether it is there or not.
     Negligible,
-    /// More than the sampling allows, in a room that does not say how far it may be off.
+    /// More than the sampling allows, in a room that does not state how far it may be off.
     RoomUnknown,
     /// A study of the two leaves a rotation open or left trials out: its figures may be any others.
     Unsettled,
@@ -49,7 +49,7 @@ pub struct Difference {
     /// poses of the grid; `None` where nothing moves.
     pub over_range: Option<f64>,
     /// Standard deviation for the room's error, which both designs share; `None` where the room does
-    /// not say it.
+    /// not state it.
     pub model_std: Option<f64>,
     /// Standard error of `over_range`; `None` where nothing moves.
     pub sampling_std: Option<f64>,
@@ -236,20 +236,20 @@ impl Spread {
         let each = a.draws.iter().zip(&b.draws);
         let (mean, std) = mean_and_std(each.map(|(a, b)| a[index] - b[index]));
         let bias = mean - nominal;
-        let (shift, stretch) = match a.from {
+        let (shift, widening) = match a.from {
             DrawnFrom::Refits => (-bias, 1.0),
-            DrawnFrom::Measurements => (bias, STRETCH),
+            DrawnFrom::Measurements => (bias, WIDENING),
         };
-        Self { std, half_width: stretch * quantile(a.draws.len().min(b.draws.len())) * std, shift }
+        Self { std, half_width: widening * quantile(a.draws.len().min(b.draws.len())) * std, shift }
     }
 }
 
-/// Intervals of drawn differences are stretched by these, on logarithmic scales: of the ratio of the
+/// Intervals of drawn differences are widened by these, on logarithmic scales: of the ratio of the
 /// two figures, and of their size. What a process is wrong by is mostly the size of the error, which
 /// both designs share; it does not change which of them is better. Found in 24 rooms of an independent
 /// tracker (95 pairs of tools): without them 86 to 95 % of the intervals hold, with them 95 to 99 %.
-const RATIO_STRETCH: f64 = 1.5;
-const SIZE_STRETCH: f64 = 1.25;
+const RATIO_WIDENING: f64 = 1.5;
+const SIZE_WIDENING: f64 = 1.25;
 
 /// What the difference of two figures may be in fields drawn from measurements: with a design's figure
 /// `a` and the baseline's `b`, ratio `r = ln(a / b)` and size `s = sqrt(a b)`, it is `2 s sinh(r / 2)`.
@@ -264,8 +264,8 @@ fn measured_ends(a: &Drawn, b: &Drawn, index: usize) -> Option<[f64; 4]> {
     if pairs.iter().chain([&own]).flatten().any(|value| *value <= 0.0) {
         return None;
     }
-    let ends = |stretch: f64, (mean, std): (f64, f64)| {
-        let half_width = stretch * quantile(pairs.len()) * std;
+    let ends = |widening: f64, (mean, std): (f64, f64)| {
+        let half_width = widening * quantile(pairs.len()) * std;
         [mean - half_width, mean + half_width]
     };
     let each = pairs.iter();
@@ -273,9 +273,9 @@ fn measured_ends(a: &Drawn, b: &Drawn, index: usize) -> Option<[f64; 4]> {
     let size = mean_and_std(each.map(|[a, b]| 0.5 * (a.ln() + b.ln())));
     // The room's own field is one of those that are possible.
     let own_ratio = (own[0] / own[1]).ln();
-    let [low, high] = ends(RATIO_STRETCH, ratio);
+    let [low, high] = ends(RATIO_WIDENING, ratio);
     let ratios = [low.min(own_ratio), high.max(own_ratio)];
-    let [small, large] = ends(SIZE_STRETCH, size).map(f64::exp);
+    let [small, large] = ends(SIZE_WIDENING, size).map(f64::exp);
     let at = |size: f64| ratios.map(|ratio| 2.0 * size * (0.5 * ratio).sinh());
     let ([a, b], [c, d]) = (at(small), at(large));
     Some([a, b, c, d])
@@ -289,7 +289,7 @@ fn mean_and_std(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean, (squares / (count - 1.0).max(1.0)).sqrt())
 }
 
-/// Student's t of a standard deviation that so many values told.
+/// Student's t of a standard deviation estimated from so many values.
 fn quantile(count: usize) -> f64 {
     let freedom = count.saturating_sub(1).max(1) as f64;
     StudentsT::new(0.0, 1.0, freedom)

@@ -1,6 +1,6 @@
 //! Designs beside each other: every design in every room, and what each differs from a baseline by.
 //!
-//! A row's figures are those of a study of its own, to the bit. What a difference may be said to be
+//! A row's figures are those of a study of its own, to the bit. The verdict on a difference
 //! is in `difference.rs`, what it rests on in `sampled.rs` and [`trackwright_field::validity::FieldDraws`].
 
 mod difference;
@@ -84,7 +84,7 @@ impl Default for Settings {
 pub struct Comparison {
     pub baseline: usize,
     pub rows: Vec<Row>,
-    /// Of each room, why it does not say how far its field may be off; `None` where it does.
+    /// Of each room, why it does not state how far its field may be off; `None` where it does.
     pub rooms_unknown: Vec<Option<RoomUnknown>>,
 }
 
@@ -103,11 +103,11 @@ pub struct Row {
 pub struct Measured {
     pub figures: Figures,
     pub worst_pose: WorstPose,
-    /// Trials with a sensor where the room says nothing: outside the model's box or out of the
+    /// Trials with a sensor where the room has no field: outside the model's box or out of the
     /// tracker's volume.
     pub without_field: usize,
     sampled: Option<Sampled>,
-    /// What the figures are to be expected to be, where the room says it.
+    /// What the figures are to be expected to be, where the room states it.
     pub expected: Option<Expected>,
     drawn: Option<Drawn>,
     /// In the very fields that the design's are from, where the baseline is in the same room and
@@ -130,7 +130,7 @@ pub struct AgainstBaseline {
     pub row: usize,
     /// One of each of [`METRICS`](super::METRICS).
     pub differences: Vec<Difference>,
-    /// They are not asked to do the same.
+    /// Their ranges of motion are not the same.
     pub motion_differs: bool,
     pub requirement_differs: bool,
     /// Each is in its own room, and nothing of the rooms' errors cancels.
@@ -223,7 +223,7 @@ fn against_baseline(
 }
 
 impl Measured {
-    /// Whether the requirement is met, as far as the room can tell; `None` without one.
+    /// Whether the requirement is met, as far as the room determines it; `None` without one.
     pub fn verdict(&self) -> Option<BoundVerdict> {
         study_verdict(&self.figures, self.expected.as_ref())
     }
@@ -255,7 +255,7 @@ struct RoomRows {
 /// A study, and where it is tried in other fields.
 type Studied = Result<(Measured, DrawnAt), NoFigures>;
 
-/// Part of a room's time that its studies take, for telling progress only.
+/// Part of a room's time that its studies take, for progress only.
 const STUDIES_PART: f64 = 0.3;
 
 impl InRoom<'_> {
@@ -271,11 +271,11 @@ impl InRoom<'_> {
                 studied
             })
             .collect::<Result<_, Cancelled>>()?;
-        // With nothing to be held against, nobody asks.
-        let is_asked = self.plan.pairs.iter().any(|p| p.design != self.plan.baseline);
+        // With nothing to compare, nothing is drawn.
+        let is_needed = self.plan.pairs.iter().any(|p| p.design != self.plan.baseline);
         let has_any = studied.iter().any(Result::is_ok);
         let mut unknown = None;
-        if is_asked && has_any {
+        if is_needed && has_any {
             let drawing = task.subtask(STUDIES_PART, 1.0);
             unknown = match &environment.process {
                 Some(process) => self.draw_from(process, &mut studied, &drawing)?,
@@ -356,8 +356,8 @@ impl InRoom<'_> {
                 continue;
             };
             let scenario = &pair(place).scenario;
-            let beside = baseline_at.filter(|_| !is_baseline(place));
-            found.push(MeasuredFields::draw(process, (scenario, at), beside, draws, seed));
+            let compared = baseline_at.filter(|_| !is_baseline(place));
+            found.push(MeasuredFields::draw(process, (scenario, at), compared, draws, seed));
         }
         let mut unknown = None;
         for (studied, found) in studied.iter_mut().zip(found) {

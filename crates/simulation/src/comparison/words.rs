@@ -1,4 +1,4 @@
-//! A comparison in words: the command line and the editor say the same.
+//! A comparison as text, the same on the command line and in the editor.
 
 use super::difference::{Difference, Verdict};
 use super::{AgainstBaseline, Measured};
@@ -6,12 +6,12 @@ use crate::expected::BoundVerdict;
 use crate::figures::{signed_offset, with_separators};
 use crate::own_study::study_notes;
 
-/// Whether the requirement is met, as far as the room can tell.
+/// Whether the requirement is met, as far as the room determines it.
 pub fn met_words(measured: &Measured) -> &'static str {
     measured.verdict().map_or("–", BoundVerdict::label)
 }
 
-/// What may be said of a difference from the baseline of this name.
+/// The verdict on a difference from the baseline of this name.
 pub fn difference_words(difference: &Difference, baseline: &str) -> String {
     let unit = difference.metric.unit();
     let better = difference.difference < 0.0;
@@ -27,7 +27,7 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
             format!("{size} {side} than {baseline} (95 %: {from} to {to})")
         }
         Verdict::NotTold => format!(
-            "no difference that the model and the sampling can tell ({}; 95 %: {} to {})",
+            "no difference that the model and the sampling can resolve ({}; 95 %: {} to {})",
             signed(difference.difference, unit),
             signed(difference.low, unit),
             signed(difference.high, unit)
@@ -89,7 +89,7 @@ pub fn worst_place_words(measured: &Measured) -> String {
     }
 }
 
-/// With as many digits as tell something.
+/// With as many digits as are significant.
 fn amount(value: f64, unit: &str) -> String {
     match unit {
         "°" => format!("{value:.3}°"),

@@ -22,11 +22,11 @@ const MOST_POINTS: usize = 720;
 /// Of the trials that are tried in drawn fields, the part with the largest errors in the room's own.
 const EXTREME_PART: f64 = 0.25;
 
-/// Intervals of drawn figures are stretched by this on the logarithmic scale. The process has one
+/// Intervals of drawn figures are widened by this on the logarithmic scale. The process has one
 /// kernel and one covariance of components for the whole room; what it is wrong by from region to
 /// region and from axis to axis is in no draw. Found in 24 rooms of an independent tracker (96 tools):
 /// without it 70 to 80 % of the intervals hold, with it 92 to 98 %.
-pub const STRETCH: f64 = 2.0;
+pub const WIDENING: f64 = 2.0;
 
 /// Part of the drawn figures on each side of an interval.
 const TAIL: f64 = 0.025;
@@ -190,7 +190,7 @@ pub fn expected(
         found.ok_or(StudyError::NoTrials)?.into_iter().unzip();
     let some = own.at(&tried);
     let (of_some, of_all) = figures_of(&some).zip(own.figures()).ok_or(StudyError::NoTrials)?;
-    // What the trials that were tried say in the room's own field against what all of them say.
+    // The figures of the tried trials in the room's own field against those of all trials.
     let whole: MetricValues = std::array::from_fn(|k| match of_some[k] > 0.0 {
         true => (of_all[k] / of_some[k]).clamp(1.0 / MOST_SAMPLING, MOST_SAMPLING),
         false => 1.0,
@@ -199,7 +199,7 @@ pub fn expected(
         figures: [0.0; METRICS.len()],
         intervals: [[0.0; 2]; METRICS.len()],
         own: of_all,
-        within: limit_mm.map(|limit_mm| stretched_part(&mut parts, limit_mm)),
+        within: limit_mm.map(|limit_mm| widened_part(&mut parts, limit_mm)),
         draws: figures.len(),
         trials: count,
         points: drawn.points().len(),
@@ -207,7 +207,7 @@ pub fn expected(
     };
     for k in 0..METRICS.len() {
         let mut column: Vec<f64> = figures.iter().map(|f| f[k] * whole[k]).collect();
-        (out.figures[k], out.intervals[k]) = stretched(&mut column);
+        (out.figures[k], out.intervals[k]) = widened(&mut column);
     }
     Ok(out)
 }
@@ -246,21 +246,21 @@ pub fn expected_rows(expected: &Expected) -> Vec<ExpectedRow> {
 /// Most that a sample of the trials is taken to be off from all of them.
 const MOST_SAMPLING: f64 = 2.0;
 
-/// The mean and the stretched interval of a figure's drawn values.
-fn stretched(drawn: &mut [f64]) -> (f64, [f64; 2]) {
+/// The mean and the widened interval of a figure's drawn values.
+fn widened(drawn: &mut [f64]) -> (f64, [f64; 2]) {
     let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
     if mean <= 0.0 {
         return (0.0, [0.0; 2]);
     }
-    let end = |quantile: f64| mean * (quantile / mean).max(0.0).powf(STRETCH);
+    let end = |quantile: f64| mean * (quantile / mean).max(0.0).powf(WIDENING);
     let (low, high) = (percentile(drawn, TAIL), percentile(drawn, 1.0 - TAIL));
     (mean, [end(low).min(mean), end(high).max(mean)])
 }
 
-/// The mean and the stretched interval of a drawn part of the trials.
-fn stretched_part(drawn: &mut [f64], limit_mm: f64) -> ExpectedWithin {
+/// The mean and the widened interval of a drawn part of the trials.
+fn widened_part(drawn: &mut [f64], limit_mm: f64) -> ExpectedWithin {
     let part = drawn.iter().sum::<f64>() / drawn.len().max(1) as f64;
-    let end = |quantile: f64| (part + STRETCH * (quantile - part)).clamp(0.0, 1.0);
+    let end = |quantile: f64| (part + WIDENING * (quantile - part)).clamp(0.0, 1.0);
     ExpectedWithin {
         limit_mm,
         part,

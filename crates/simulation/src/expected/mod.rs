@@ -14,7 +14,7 @@ pub use figures::{
     DRAWS, Expected, ExpectedError, ExpectedRow, ExpectedWithin, expected, expected_rows,
     expected_where_measured,
 };
-pub(super) use figures::{SENSOR_SEED, STRETCH, spread};
+pub(super) use figures::{SENSOR_SEED, WIDENING, spread};
 pub use more_rows::{MoreMeasuring, more_measuring, most_times, shrinking};
 pub use verdict::{
     BoundVerdict, Headline, JudgedBound, RequirementFigures, headline, judged, judged_checks,

@@ -1,4 +1,4 @@
-//! Whether a requirement is met, as far as a room can tell.
+//! Whether a requirement is met, as far as a room determines it.
 
 use super::figures::Expected;
 use crate::figures::{Figures, Unsettled};
@@ -28,7 +28,7 @@ impl BoundVerdict {
         }
     }
 
-    /// `None` where the room cannot tell.
+    /// `None` where the room leaves it undetermined.
     pub fn is_met(self) -> Option<bool> {
         match self {
             Self::Met => Some(true),
@@ -50,13 +50,13 @@ pub struct JudgedBound {
     /// 95 % interval, where the room has one.
     pub interval: Option<[f64; 2]>,
     pub verdict: BoundVerdict,
-    /// Why nothing can be told, where it is not the room.
+    /// Why there is no verdict, where it is not the room.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unsettled: Option<Unsettled>,
 }
 
 impl JudgedBound {
-    /// The verdict for a person, with its reason where nothing can be told.
+    /// The verdict for a person, with its reason where it is undetermined.
     pub fn label(&self) -> String {
         match (self.verdict, &self.unsettled) {
             (BoundVerdict::CannotTell, Some(why)) => format!("cannot tell: {why}"),
@@ -114,7 +114,7 @@ pub fn judged_checks(
 /// A requirement and the figures of the room's own field, for a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RequirementFigures {
-    /// `None` where it cannot be told.
+    /// `None` where it is undetermined.
     pub met: Option<bool>,
     pub checks: Vec<SettledCheck>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -169,7 +169,7 @@ pub fn study_verdict(figures: &Figures, expected: Option<&Expected>) -> Option<B
     verdict_of(&judged(figures, expected))
 }
 
-/// The one figure that counts: the first bound that is missed, else the first that cannot be told,
+/// The one figure that counts: the first bound that is missed, else the first that is undetermined,
 /// else the first, else the RMS of the tip error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Headline {

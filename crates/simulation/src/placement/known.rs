@@ -67,7 +67,7 @@ impl Samples {
 }
 
 impl Known<'_> {
-    /// What tells places apart: where they are, and once that is known of all of them how much
+    /// What distinguishes places: where they are, and once that is known of all of them how much
     /// trials vary there.
     pub fn features(&self) -> Vec<Position> {
         let all = self.candidates.places.iter().zip(&self.few);

@@ -26,8 +26,8 @@
 //! | shaver, the last one | 900 | 0.01 / 0.02 / 0.06 % | 0.5 / 1.4 / 3.1 % | 0.2 / 1.3 / 2.5 % |
 //!
 //! The large errors are where trials vary most over the motion, as they do where the sensor's axis
-//! is nearly along the others' and the tool's roll hangs by little: few poses do not show that.
-//! Vertices are therefore also told apart by how much their trials vary.
+//! is nearly along the others' and the tool's roll is poorly determined: few poses do not show
+//! that. Vertices are therefore also distinguished by how much their trials vary.
 
 mod crf;
 mod interval;
@@ -217,7 +217,7 @@ fn on_tool(
         task.step(1, 3)?;
     }
     if most == all.len() {
-        // Few poses then only say how good many are where those are not all.
+        // Few poses then only show how good many are where those are not all.
         let partly = if study.is_whole { &[][..] } else { &all };
         return Ok(learn(&all, partly, true)?);
     }

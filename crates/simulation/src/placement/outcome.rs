@@ -29,7 +29,7 @@ pub(super) const RADIAN_MM: f64 = 20.0;
 
 /// How far apart two places are at one of which trials vary e times as much as at the other. Where
 /// a sensor hardly adds to what the others determine, the tip swings far at some of the poses, few
-/// poses miss that, and a place tells little of its neighbour.
+/// poses miss that, and a place predicts little of its neighbour.
 pub(super) const E_FOLD_MM: f64 = 20.0;
 
 /// Whose sensor is moved.
@@ -39,7 +39,7 @@ pub enum PlacedBody {
     Crf,
 }
 
-/// What is asked: places for one sensor.
+/// What is requested: places for one sensor.
 #[derive(Clone, Debug)]
 pub struct PlacementPlan {
     pub body: PlacedBody,

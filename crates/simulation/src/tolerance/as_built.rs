@@ -1,4 +1,4 @@
-//! The study of a design whose sensors are not quite where it says: they read where they are, and
+//! The study of a design whose sensors are not quite where it states: they read where they are, and
 //! the frames are fitted as if they were where the design has them.
 //!
 //! What a sensor that is where it is drawn reads, and how a body without any error is fitted, is
@@ -80,7 +80,7 @@ pub struct BuiltStudy<'a> {
 pub struct BuiltBuffers {
     refit: RefitBuffers,
     fitted: Vec<Pose>,
-    /// `crf_from_tool` as the tracker tells it.
+    /// `crf_from_tool` as the tracker reports it.
     pub simulated: Vec<Pose>,
     position_mm: Vec<f64>,
     angle_deg: Vec<f64>,

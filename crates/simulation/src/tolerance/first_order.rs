@@ -14,7 +14,7 @@
 //! worst is at the edge of every ball, where the linear function that touches is largest in each: a
 //! step there never makes it less (Journée, Nesterov, Richtárik and Sepulchre, J. Machine Learning
 //! Research 11, 2010). It ends in a local maximum; many starts find others. A 95th percentile is not
-//! convex; the same steps, along what the poses about it say, are kept where they lead up.
+//! convex; the same steps, along what the poses about it give, are kept where they lead up.
 
 use super::as_built::{AS_DRAWN, BuildErrors, BuiltStudy};
 use super::sheet::BuiltBody;
@@ -242,7 +242,7 @@ impl FirstOrder {
             .sum()
     }
 
-    /// The unit errors that go furthest along a gradient; one that has no say stays.
+    /// The unit errors that go furthest along a gradient; one without influence stays.
     fn along(&self, gradient: &Motions, blocks: &[usize], direction: &Direction) -> Direction {
         let each = blocks.iter().zip(direction);
         each.map(|(&block, before)| {
@@ -360,7 +360,7 @@ fn mean_square(poses: &[Linear], of: ErrorKind) -> MeanSquare {
 }
 
 /// Every sensor's position, and its angle where it has an axis; `at_in_body` is the point that the
-/// body's motion is told of: the tool's tip, the mean of the CRF's sensors.
+/// body's motion is given at: the tool's tip, the mean of the CRF's sensors.
 fn blocks(
     body: &RigidBody,
     weight_mm: f64,

@@ -2,10 +2,10 @@
 //! fails.
 //!
 //! A tool is built with sensors that are not quite where its design has them, and the tracker's
-//! software believes the design. [`manufacturing_sheet`] says for each sensor how far off it may be
-//! alone, and for each body how far off all of its sensors may be at once, with those of the other body
-//! off too; [`check_built`] draws tools that are off within that and simulates them. How it is found,
-//! and what it means, is in `docs/methods/tolerances.md`.
+//! software assumes the design. [`manufacturing_sheet`] states for each sensor how far off it may
+//! be alone, and for each body how far off all of its sensors may be at once, with those of the
+//! other body off too; [`check_built`] draws tools that are off within that and simulates them. How
+//! it is found, and what it means, is in `docs/methods/tolerances.md`.
 
 pub mod as_built;
 pub mod built_check;
@@ -53,7 +53,7 @@ enum NoTolerances {
     #[error(transparent)]
     Study(StudyError),
     #[error(
-        "the design states no requirement, so nothing says how far off is too far; state it in the \
+        "the design states no requirement, so there is no limit to compare with; state it in the \
          design as requirement: (position_rms: 1.0, angle_rms: 0.5), in mm and degrees"
     )]
     NoRequirement,
@@ -62,7 +62,7 @@ enum NoTolerances {
          {limit} is allowed"
     )]
     Missed { name: &'static str, value: f64, limit: f64 },
-    #[error("it cannot be told whether the requirement is met as drawn: {0}")]
+    #[error("it is not determined whether the requirement is met as drawn: {0}")]
     Unsettled(Unsettled),
     #[error("{found} sensors, expected at most {MAX_SENSORS} in tool and CRF together")]
     TooManySensors { found: usize },
@@ -80,7 +80,7 @@ impl From<StudyError> for NoTolerances {
 }
 
 /// The sheet of a design: of its range of motion, or of its pose where it has none. Where there can
-/// be no tolerances it says why. The result does not depend on the number of threads.
+/// be no tolerances it states why. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// [`Cancelled`].
@@ -186,7 +186,7 @@ impl ManufacturingSheet {
     }
 }
 
-/// What is said until something is found.
+/// What is returned until something is found.
 fn no_axis() -> Tolerances {
     let none = Tolerance::None { none: NoTolerance::NoAxis };
     Tolerances { position_mm: none.clone(), angle_deg: none }
@@ -342,7 +342,7 @@ fn state(
         }
         let sizes = sizes(shares, |share| share.value);
         let checks = search.worst_at(blocks, &sizes, directions, cost)?;
-        // Of nothing at all nothing better can be said.
+        // Sizes of zero cannot be reduced.
         if worst_ratio(&checks) <= 1.0 || sizes.iter().all(|size| *size <= 0.0) {
             return Ok(checks);
         }

@@ -1,12 +1,12 @@
-//! How far off sensors may be: the first order says where it is worst and about how far, simulation
-//! says how far.
+//! How far off sensors may be: the first order shows where it is worst and about how far,
+//! simulation determines how far.
 //!
-//! Errors of several sensors grow together: a family says how large each is at scale 1. What is looked
-//! for is the largest scale at which the requirement is met, every error at the edge of its zone, in
-//! every direction that is tried. Those are the worst to first order, of each bound of the requirement;
-//! the same once more from the errors that were simulated there, which mends what the first order
-//! leaves out; and many that are spread over all directions. One of these that turns out worse joins
-//! the others, and the scale is looked for again.
+//! Errors of several sensors grow together: a family states how large each is at scale 1. What is
+//! looked for is the largest scale at which the requirement is met, every error at the edge of its
+//! zone, in every direction that is tried. Those are the worst to first order, of each bound of the
+//! requirement; the same once more from the errors that were simulated there, which mends what the
+//! first order leaves out; and many that are spread over all directions. One of these that turns
+//! out worse joins the others, and the scale is looked for again.
 
 use super::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use super::first_order::{Bound, Direction, FirstOrder, part};

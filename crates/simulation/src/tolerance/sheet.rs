@@ -19,8 +19,8 @@ pub struct ManufacturingSheet {
     pub study_outside: usize,
     /// The requirement with every sensor where it is drawn; empty where there is none, or no study.
     pub as_drawn: Vec<Check>,
-    /// The same as far as the room can tell it; empty where it keeps no measurements. Tolerances are
-    /// found in its own field.
+    /// The same as far as the room determines it; empty where it keeps no measurements. Tolerances
+    /// are found in its own field.
     pub expected_as_drawn: Vec<JudgedBound>,
     /// Why there are no tolerances.
     pub no_tolerances: Option<String>,

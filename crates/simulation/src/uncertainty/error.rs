@@ -9,7 +9,7 @@ pub const MIN_SAMPLES: usize = 10;
 /// Most samples: 320 MB of distances.
 pub const MAX_SAMPLES: usize = 10_000_000;
 
-/// Why there is no uncertainty to tell.
+/// Why there is no uncertainty to report.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum UncertaintyError {
     #[error("the environment {environment:?} states no jitter")]

@@ -1,8 +1,8 @@
 //! How far the tracker's jitter scatters the tip, and how far its distortion shifts it.
 //!
 //! [`first_order()`] is the formula, cheap enough for every step of a drag; [`check_first_order`]
-//! says whether it holds; [`monte_carlo()`] is the answer without it; [`over_motion`] is the formula
-//! at every pose of a range of motion.
+//! shows whether it holds; [`monte_carlo()`] is the answer without it; [`over_motion`] is the
+//! formula at every pose of a range of motion.
 
 mod check;
 mod ellipsoid;

@@ -14,7 +14,7 @@ use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
 
-/// Poses that are done together before anyone is asked whether to go on.
+/// Poses that are done together between checks whether to go on.
 const BATCH: usize = 65_536;
 
 /// The scatter over a range of motion, of the jitter alone and to first order.

@@ -132,7 +132,7 @@ struct SensorNoise {
     /// Rotation vectors of one standard deviation, tracker axes: a 5-DOF sensor has two, across
     /// its axis, and a zero.
     turns_rad: [Vector3<f64>; 3],
-    turns: usize,
+    rotations: usize,
 }
 
 /// The tool in the CRF after one refit.
@@ -162,7 +162,7 @@ impl RefitBody {
             .zip(jitter)
             .map(|((sensor, reading), jitter)| {
                 let sigma = jitter.angle_rad;
-                let (directions, turns) = match sensor.orientation.degrees_of_freedom() {
+                let (directions, rotations) = match sensor.orientation.degrees_of_freedom() {
                     5 => {
                         let axis = Unit::new_normalize(reading.rotation * Vector3::z());
                         let u = perpendicular(&axis).into_inner();
@@ -174,7 +174,7 @@ impl RefitBody {
                 SensorNoise {
                     position_mm: jitter.position_mm,
                     turns_rad: directions.map(|d| d * sigma),
-                    turns,
+                    rotations,
                 }
             })
             .collect();
@@ -189,7 +189,7 @@ impl RefitBody {
     /// Numbers that one reading of the body takes: three a marker, five a 5-DOF sensor,
     /// six a 6-DOF one.
     pub fn dimensions(&self) -> usize {
-        self.noise.iter().map(|n| 3 + n.turns).sum()
+        self.noise.iter().map(|n| 3 + n.rotations).sum()
     }
 
     /// The fit to readings moved by `normal`, numbers of unit standard deviation taken in the
@@ -198,8 +198,10 @@ impl RefitBody {
         readings.clear();
         readings.extend(self.readings.iter().zip(&self.noise).map(|(reading, noise)| {
             let position = Vector3::from_fn(|_, _| normal() * noise.position_mm);
-            let turn_rad: Vector3<f64> =
-                noise.turns_rad[..noise.turns].iter().map(|direction| direction * normal()).sum();
+            let turn_rad: Vector3<f64> = noise.turns_rad[..noise.rotations]
+                .iter()
+                .map(|direction| direction * normal())
+                .sum();
             Reading {
                 position_mm: reading.position_mm + position,
                 rotation: exp_vector(&turn_rad) * reading.rotation,

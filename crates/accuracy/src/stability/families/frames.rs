@@ -1,4 +1,4 @@
-//! Frames of rigid bodies: what sensors say together, and what they leave open.
+//! Frames of rigid bodies: what sensors determine together, and what they leave open.
 
 use super::prelude::*;
 use crate::stability::high_frames::{Determinacy, HighFrame};
@@ -147,7 +147,7 @@ pub(super) fn family(extent: Extent) -> Family {
         name: "frames",
         about: "The frame that fits a body's sensors, against the same fit in 192 bits: \
             cross-covariance, SVD by one-sided Jacobi, determinant sign. A rotation that is free \
-            is the one nearest to the true pose, and is said to be free.",
+            is the one nearest to the true pose, and is reported as free.",
         quantities: vec![ROTATION, TIP],
         cases,
     }
@@ -213,7 +213,7 @@ fn six_dof(count: usize, distortion: f64) -> Setup {
     read(body, 100.0, HERE, distortion)
 }
 
-/// Rows of one fit; the exact one has to say what the case is about, too.
+/// Rows of one fit; the exact one has to have the determinacy of the case, too.
 fn rows(methods: &Methods, case: &str, setup: &Setup, expected: Determinacy) -> Vec<Row> {
     let truth = &setup.tracker_from_body;
     let found = (methods.frame)(&setup.body, setup.weight_mm, &setup.readings, truth);

@@ -90,7 +90,7 @@ pub(super) fn family(_: Extent) -> Family {
             Row::worst_of(rows.collect()).into_iter().collect()
         }));
     }
-    // Closer to opposite than axes can be told apart from opposite ones.
+    // Closer to opposite than axes can be distinguished from opposite ones.
     for (name, gap) in [("π − 5e-13", 5e-13), ("π", 0.0)] {
         cases.push(Case::new(format!("axes at {name}"), move |m, case| {
             let mut sequence = Sequence::new(17);

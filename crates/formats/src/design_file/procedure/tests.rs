@@ -113,7 +113,7 @@ fn impossible_decisions_are_refused_by_field() {
         position_rms: 1.0 => position_rms: -inf
             | procedure.tool.requirement.position_rms is -inf, expected zero or more
         met: true => met: false
-            | procedure.tool.rows[0].met is false, expected what figures and requirement say
+            | procedure.tool.rows[0].met is false, expected the result of figures and requirement
         met: true,\n =>
             | procedure.tool.rows[0].met is absent, expected whether the requirement was met
         requirement: (position_rms: 1.0),\n =>

@@ -1,8 +1,8 @@
-//! What is said of a tool in words.
+//! What is reported of a tool in words.
 
 use super::*;
 
-fn said(body: &BodyFile) -> Vec<String> {
+fn reported(body: &BodyFile) -> Vec<String> {
     let facts = carried(body).facts();
     let line = |fact: &Fact| format!("{}: {} {}", fact.what, fact.value, fact.unit);
     facts.iter().map(|f| line(f).trim_end().to_owned()).collect()
@@ -13,7 +13,7 @@ fn an_images_facts_have_values_and_units() {
     let mut image = optical_image();
     image.extend([0xee, 0xff]);
     let body = read(&image, "rom").unwrap();
-    let said = said(&body);
+    let reported = reported(&body);
     for line in [
         "manufacturer: SINTEF helse",
         "part number: 8700339",
@@ -24,7 +24,7 @@ fn an_images_facts_have_values_and_units() {
         "largest error of a marker: 0.75 mm",
         "trailing bytes: 2: EE FF",
     ] {
-        assert!(said.iter().any(|it| it == line), "{line}: {said:?}");
+        assert!(reported.iter().any(|it| it == line), "{line}: {reported:?}");
     }
     assert_eq!(carried(&body).doubt(), None);
 }
@@ -32,12 +32,12 @@ fn an_images_facts_have_values_and_units() {
 #[test]
 fn a_new_image_was_made_on_no_day_by_nobody() {
     let mut body = read(INI.as_bytes(), "ini").unwrap();
-    assert_eq!(said(&body), ["number: 7", "markers: 3", "pivot: given, as the tip"]);
+    assert_eq!(reported(&body), ["number: 7", "markers: 3", "pivot: given, as the tip"]);
     body.definition = None;
     let image = rom_bytes(&body);
-    let said = said(&read(&image, "rom").unwrap());
+    let reported = reported(&read(&image, "rom").unwrap());
     for line in ["serial number: none", "date: none", "manufacturer: none"] {
-        assert!(said.iter().any(|it| it == line), "{line}: {said:?}");
+        assert!(reported.iter().any(|it| it == line), "{line}: {reported:?}");
     }
 }
 

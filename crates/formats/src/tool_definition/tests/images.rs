@@ -162,7 +162,7 @@ fn every_changed_byte_of_an_image_is_found() {
             let mut bad = image.clone();
             bad[at] ^= 0x81;
             assert!(read(&bad, "rom").is_err(), "changed at {at}");
-            // Whoever accepts it gets it back as it is, or is told what else is wrong.
+            // Whoever accepts it gets it back as it is, or an error for what else is wrong.
             if let Ok((body, _)) = read_body(&bad, "rom", OnMismatch::Accept) {
                 assert_eq!(body.definition.unwrap().bytes, bad);
             }

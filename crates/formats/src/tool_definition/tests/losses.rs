@@ -1,4 +1,4 @@
-//! What any format says and another does not is named, pair by pair.
+//! What any format holds and another does not is named, pair by pair.
 
 use super::super::facts::beyond_body;
 use super::*;
@@ -11,27 +11,27 @@ const FORMATS: [DefinitionFormat; 4] = [
     DefinitionFormat::SawJson,
 ];
 
-/// All that a file says of its tool: by the words that name it where it is lost, its value.
-fn said(body: &BodyFile) -> BTreeMap<String, String> {
-    let mut said = BTreeMap::new();
-    let mut say = |what: &str, value: String| {
-        said.insert(what.to_owned(), value);
+/// All that a file holds about its tool: by the words that name it where it is lost, its value.
+fn held(body: &BodyFile) -> BTreeMap<String, String> {
+    let mut held = BTreeMap::new();
+    let mut add = |what: &str, value: String| {
+        held.insert(what.to_owned(), value);
     };
     let rigid = &body.rigid;
-    say("name", rigid.name.clone());
+    add("name", rigid.name.clone());
     let tip = rigid.judged_tip_in_body();
-    say("the tip (", format!("{tip:?}"));
+    add("the tip (", format!("{tip:?}"));
     let sensors = rigid.sensors.iter().enumerate();
     for (number, sensor) in sensors {
         // To what seven digits keep.
         let place = sensor.position_in_body.map(|v| v as f32);
-        say(&format!("position {number}"), format!("{place:?}"));
+        add(&format!("position {number}"), format!("{place:?}"));
         if let SensorOrientation::FiveDof(axis) = &sensor.orientation {
-            say("the axes of 2 sensors", format!("{axis:?}"));
+            add("the axes of 2 sensors", format!("{axis:?}"));
         }
     }
     let Some(definition) = ToolDefinition::carried(body.definition.as_deref()) else {
-        return said;
+        return held;
     };
     if let Some(rom) = definition.rom() {
         let all = [
@@ -44,10 +44,10 @@ fn said(body: &BodyFile) -> BTreeMap<String, String> {
             ("trailing bytes", format!("{:?}", rom.trailing())),
         ];
         let beyond = beyond_body(rom);
-        let is_said = |what: &str| beyond.iter().any(|said| said == what);
+        let is_held = |what: &str| beyond.iter().any(|held| held == what);
         all.into_iter()
-            .filter(|(what, _)| is_said(what))
-            .for_each(|(what, value)| say(what, value));
+            .filter(|(what, _)| is_held(what))
+            .for_each(|(what, value)| add(what, value));
     }
     match definition.rom() {
         Some(NdiRom::Optical(rom)) => {
@@ -55,19 +55,19 @@ fn said(body: &BodyFile) -> BTreeMap<String, String> {
             let of = |part: fn(&OpticalMarker) -> String| -> String {
                 markers.iter().map(part).collect::<Vec<_>>().join(" ")
             };
-            say("normals of markers", of(|m| format!("{:?}", m.normal)));
-            say(
+            add("normals of markers", of(|m| format!("{:?}", m.normal)));
+            add(
                 "faces, groups and firing order of markers",
                 of(|m| format!("{} {} {}", m.face, m.group, m.firing)),
             );
-            say("normals of faces", format!("{:?}", rom.face_normals()));
-            say("marker type", rom.marker_type().to_string());
-            say("largest angle of a marker", rom.max_angle_deg().to_string());
-            say("largest error of a marker", rom.max_error_mm().to_string());
-            say("markers that have to be seen", rom.min_markers().to_string());
-            say("algorithm flags", rom.algorithm_flags().to_string());
+            add("normals of faces", format!("{:?}", rom.face_normals()));
+            add("marker type", rom.marker_type().to_string());
+            add("largest angle of a marker", rom.max_angle_deg().to_string());
+            add("largest error of a marker", rom.max_error_mm().to_string());
+            add("markers that have to be seen", rom.min_markers().to_string());
+            add("algorithm flags", rom.algorithm_flags().to_string());
         }
-        Some(NdiRom::Em(rom)) => say("coils that have to be seen", rom.min_coils().to_string()),
+        Some(NdiRom::Em(rom)) => add("coils that have to be seen", rom.min_coils().to_string()),
         None => {}
     }
     let text = match definition {
@@ -84,14 +84,14 @@ fn said(body: &BodyFile) -> BTreeMap<String, String> {
         ("<key>Name</key>", "key Name"),
     ] {
         if text.contains(sign) {
-            say(what, sign.to_owned());
+            add(what, sign.to_owned());
         }
     }
-    said
+    held
 }
 
 #[test]
-fn what_another_format_does_not_say_is_named() {
+fn what_another_format_does_not_hold_is_named() {
     let mut optical = optical_image();
     optical.extend(b"behind");
     let mut coils = em_image();
@@ -113,7 +113,7 @@ fn what_another_format_does_not_say_is_named() {
         for format in FORMATS {
             let written = to(&body, format);
             let back = read(&written.definition.write(), "").unwrap();
-            let (before, after) = (said(&body), said(&back));
+            let (before, after) = (held(&body), held(&back));
             let words: Vec<String> = written.lost.iter().map(ToString::to_string).collect();
             for (what, value) in &before {
                 let is_named = words.iter().any(|line| line.contains(what));
@@ -147,7 +147,7 @@ fn what_another_format_does_not_say_is_named() {
 }
 
 #[test]
-fn what_is_not_there_is_not_said_to_be_lost() {
+fn what_is_not_there_is_not_reported_as_lost() {
     let plain = "[geometry]\ncount=1\nid=7\n[fiducial0]\nx=0\ny=1\nz=2\n";
     let body = read(plain.as_bytes(), "ini").unwrap();
     assert_eq!(to(&body, DefinitionFormat::SawJson).lost, []);

@@ -1,4 +1,5 @@
-//! Images made here byte by byte, so that the offsets are told twice, and what is wrong with them.
+//! Images made here byte by byte, so that the offsets are stated twice, and what is wrong with
+//! them.
 
 mod facts;
 mod images;
