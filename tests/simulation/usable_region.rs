@@ -97,7 +97,7 @@ fn a_linear_error_bounds_the_region_by_a_plane() {
     }
     assert!((region.fraction - 55.0 / 140.0).abs() < 1e-10);
     assert!((region.volume_cm3 - 5.5 * 14.0 * 14.0).abs() < 1e-7);
-    assert_eq!((region.turns, region.all_turns), (1, 1));
+    assert_eq!((region.orientations, region.all_orientations), (1, 1));
     assert_eq!(region.work.region_evaluations, 6 * 5 * 4 + 1);
     assert!(region.is_inside.iter().all(|inside| *inside));
 }
@@ -153,7 +153,7 @@ fn each_point_equals_a_study_with_the_tip_there() {
     let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let region = region(&scenario, [5, 4, 5]);
-    assert_eq!((region.turns, region.all_turns), (27, 125));
+    assert_eq!((region.orientations, region.all_orientations), (27, 125));
     let motion = scenario.motion.unwrap();
     let grid = motion.grid(&scenario.crf_from_tool).unwrap();
     let tip_in_tool = scenario.tool.judged_tip_in_body().coords;

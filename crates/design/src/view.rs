@@ -213,7 +213,7 @@ impl ArrowsView {
     /// From two corners to more than ten thousand arrows.
     pub const PER_SIDE: std::ops::RangeInclusive<usize> = 2..=22;
 
-    /// The number of a file, within what can be drawn.
+    /// The file's number, limited to what can be drawn.
     pub fn per_side(&self) -> usize {
         self.per_side.clamp(*Self::PER_SIDE.start(), *Self::PER_SIDE.end())
     }

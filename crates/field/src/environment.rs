@@ -15,7 +15,7 @@ use trackwright_geometry::volume::Volume;
 pub struct Environment {
     pub name: String,
     pub model: DistortionModel,
-    /// Where the tracker promises to measure, if that is known.
+    /// The tracker's specified measurement volume, if that is known.
     pub volume: Option<Volume>,
     /// What the tracker's readings scatter by when nothing moves, if that is known.
     pub jitter: Option<Jitter>,
@@ -23,7 +23,7 @@ pub struct Environment {
     pub provenance: Option<Provenance>,
     /// Standard error and leverage of the model, if its fit kept that.
     pub fit_validity: Option<FitValidity>,
-    /// The field given the measurements, and what they leave open, if the fit kept that.
+    /// The process of the field given the measurements, if the fit kept it.
     pub process: Option<Arc<GaussianField>>,
 }
 

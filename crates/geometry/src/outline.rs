@@ -19,7 +19,7 @@ pub struct Outline {
 pub struct Dimension {
     pub kind: DimensionKind,
     pub length_mm: f64,
-    /// Tracker frame; any one of them is as good.
+    /// Tracker frame; they are equivalent.
     pub places_mm: Vec<Point3<f64>>,
 }
 

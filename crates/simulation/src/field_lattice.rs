@@ -264,7 +264,7 @@ fn corrections(
         MapKind::Distortion => Some(Inverse::new(model, plan.outside)),
         MapKind::Correction => None,
     };
-    let turns: Vec<_> = axes
+    let rotations: Vec<_> = axes
         .iter()
         .map(|axis| exp_vector(&axis_rotation(&Vector3::z_axis(), axis).vector_rad))
         .collect();
@@ -277,7 +277,7 @@ fn corrections(
         task.step(start, all)?;
         let some = start..(start + READINGS).min(all);
         let mut sums = vec![zero(); some.len()];
-        for turn in &turns {
+        for turn in &rotations {
             let measured: Vec<Pose> = some
                 .clone()
                 .map(|i| Vector3::new(xs[i % nx], ys[i / nx % ny], zs[i / (nx * ny)]))
@@ -301,8 +301,8 @@ fn corrections(
             }
         }
         for sum in &mut sums {
-            sum.error.position_mm /= turns.len() as f64;
-            sum.error.rotation_rad /= turns.len() as f64;
+            sum.error.position_mm /= rotations.len() as f64;
+            sum.error.rotation_rad /= rotations.len() as f64;
         }
         corrections.append(&mut sums);
     }

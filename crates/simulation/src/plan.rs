@@ -92,34 +92,35 @@ impl Block {
     /// positions, and as many of them as fit.
     fn all(plan: &Plan) -> impl Iterator<Item = Self> {
         let trials = plan.len();
-        let turns = match plan {
+        let orientations = match plan {
             Plan::Motion(grid) => grid.orientations(),
             Plan::Single | Plan::Input(_) => trials,
         };
-        let run = (BLOCK / turns).min(trials / turns);
-        let (len, is_grouped) = if run >= MIN_RUN { (run * turns, true) } else { (BLOCK, false) };
+        let run = (BLOCK / orientations).min(trials / orientations);
+        let (len, is_grouped) =
+            if run >= MIN_RUN { (run * orientations, true) } else { (BLOCK, false) };
         (0..trials).step_by(len).map(move |start| {
             let len = len.min(trials - start);
-            let run = if is_grouped { len / turns } else { 1 };
+            let run = if is_grouped { len / orientations } else { 1 };
             Self { start, len, run }
         })
     }
 
     /// The number of the trial that is computed at a place.
     fn trial(&self, place: usize) -> usize {
-        let turns = self.len / self.run;
+        let orientations = self.len / self.run;
         match self.run {
             1 => self.start + place,
-            run => self.start + place % run * turns + place / run,
+            run => self.start + place % run * orientations + place / run,
         }
     }
 
     /// Where a trial is computed, by its number in the block.
     fn place(&self, offset: usize) -> usize {
-        let turns = self.len / self.run;
+        let orientations = self.len / self.run;
         match self.run {
             1 => offset,
-            run => offset % turns * run + offset / turns,
+            run => offset % orientations * run + offset / orientations,
         }
     }
 
@@ -187,18 +188,18 @@ mod tests {
     use crate::motion::{AxisRange, Motion};
     use trackwright_geometry::pose::Pose;
 
-    fn grid(positions: usize, turns: usize) -> Plan {
+    fn grid(positions: usize, orientations: usize) -> Plan {
         // Steps that add up exactly, so small that no turn is beyond ten.
         let axis = |count: usize| {
             Some(AxisRange { min: 0.0, max: (count as f64 - 1.0) / 64.0, step: 1.0 / 64.0 })
         };
-        let motion = Motion { y: axis(positions), rz: axis(turns), ..Motion::default() };
+        let motion = Motion { y: axis(positions), rz: axis(orientations), ..Motion::default() };
         Plan::Motion(Box::new(motion.grid(&Pose::identity()).unwrap()))
     }
 
     #[test]
     fn every_trial_is_computed_once_and_found_again() {
-        for (positions, turns) in [
+        for (positions, orientations) in [
             (1, 1),
             (1, 70_000),
             (70_000, 1),
@@ -209,7 +210,7 @@ mod tests {
             (1000, 1000),
             (5, 2049),
         ] {
-            let plan = grid(positions, turns);
+            let plan = grid(positions, orientations);
             let mut next = 0;
             for block in Block::all(&plan) {
                 assert_eq!(block.start, next);
@@ -230,7 +231,7 @@ mod tests {
                     assert_eq!(block.trial(place), block.start + offset);
                 }
             }
-            assert_eq!(next, positions * turns);
+            assert_eq!(next, positions * orientations);
         }
     }
 

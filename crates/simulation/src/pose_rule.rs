@@ -29,9 +29,10 @@ impl PoseRule {
 
     /// Every pose of the grid.
     pub fn whole(grid: &MotionGrid) -> Self {
-        let (trials, turns) = (grid.trials(), grid.orientations());
-        let places = trials / turns;
-        let order = (0..turns).flat_map(|turn| (0..places).map(move |place| place * turns + turn));
+        let (trials, orientations) = (grid.trials(), grid.orientations());
+        let places = trials / orientations;
+        let order = (0..orientations)
+            .flat_map(|turn| (0..places).map(move |place| place * orientations + turn));
         Self {
             poses: order.map(|trial| grid.pose(trial)).collect(),
             weights: vec![1.0 / trials as f64; trials],

@@ -1,4 +1,4 @@
-//! What a slice may show: the field's error, what it does to the tool, its model validity.
+//! What a slice may show: the field's error, what it does to the tool, the model validity.
 
 use super::requirement::Requirement;
 use serde::{Deserialize, Serialize};

@@ -75,8 +75,8 @@ pub struct UsableRegion {
     /// Likewise in the room's own field.
     pub own_fraction: f64,
     /// Orientations visited at each point, and how many the motion has.
-    pub turns: usize,
-    pub all_turns: usize,
+    pub orientations: usize,
+    pub all_orientations: usize,
     pub work: Work,
 }
 
@@ -117,7 +117,7 @@ pub fn usable_region(
     }
     check(scenario)?;
     task.step(0, 1)?;
-    let (turns, all_turns) = rotations(scenario)?;
+    let (orientations, all_orientations) = rotations(scenario)?;
     let environment = &scenario.environment;
     let bounds: Bounds =
         environment.volume.map_or(*environment.model.bounds(), |volume| volume.bounds());
@@ -137,7 +137,7 @@ pub fn usable_region(
             let piece: Vec<_> =
                 places.iter().map(|place| share.point_mm(share.index(*place))).collect();
             buffers.poses.clear();
-            for turn in &turns {
+            for turn in &orientations {
                 let poses = piece.iter().map(|tip| simulator.crf_from_tool_with_tip_at(tip, turn));
                 buffers.poses.extend(poses);
             }
@@ -165,7 +165,7 @@ pub fn usable_region(
     }
     let open = match basis {
         RegionBasis::OwnField => None,
-        RegionBasis::Interval => OpenPart::find(scenario, &simulator, &turns, bounds, task)?,
+        RegionBasis::Interval => OpenPart::find(scenario, &simulator, &orientations, bounds, task)?,
     };
     let upper_share = open.as_ref().map(|open| {
         let each = share.values.iter().enumerate();
@@ -197,8 +197,8 @@ pub fn usable_region(
         interval_points: open.map_or(0, |open| open.points),
         is_inside,
         surface,
-        turns: turns.len(),
-        all_turns,
+        orientations: orientations.len(),
+        all_orientations,
         work: Work { region_evaluations: work.study_evaluations, study_evaluations: 0, ..work },
     })
 }
@@ -251,16 +251,16 @@ pub fn rotations(scenario: &Scenario) -> Result<(Vec<UnitQuaternion<f64>>, usize
         (0..few).map(value).collect()
     });
     let [rx, ry, rz] = &angles;
-    let mut turns = Vec::new();
+    let mut orientations = Vec::new();
     for &x in rx {
         for &y in ry {
             for &z in rz {
                 let values = [0.0, 0.0, 0.0, x, y, z];
-                turns.push(moved(&scenario.crf_from_tool, values).rotation);
+                orientations.push(moved(&scenario.crf_from_tool, values).rotation);
             }
         }
     }
-    Ok((turns, grid.orientations()))
+    Ok((orientations, grid.orientations()))
 }
 
 /// The largest share of a bound that the trials at one point use up, and whether all of them are

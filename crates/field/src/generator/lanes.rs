@@ -64,8 +64,8 @@ pub fn read_axes(
     let mut is_active = [true; LANES];
     let mut is_found = [false; LANES];
     for step in 0..MAX_STEPS {
-        let turns = tangents(&n);
-        let moves = turns.map(|turn| turn.cross(&n) / Lanes::splat(LEVER_MM));
+        let rotation_axes = tangents(&n);
+        let moves = rotation_axes.map(|turn| turn.cross(&n) / Lanes::splat(LEVER_MM));
         let mut normal = Normal::default();
         for (i, dipole) in dipoles.iter().enumerate() {
             let (signal, row) = dipole.signal_and_slopes(&p, &n, &moves);
@@ -85,7 +85,8 @@ pub fn read_axes(
         let [x, y, z, a, b] = unknowns.map(|v| v * part);
         let moved = p + Vector3::new(x, y, z);
         let lever = Lanes::splat(LEVER_MM);
-        let turned = rotated(&n, &(turns[0] * (a / lever) + turns[1] * (b / lever)));
+        let turned =
+            rotated(&n, &(rotation_axes[0] * (a / lever) + rotation_axes[1] * (b / lever)));
         let active = simba::simd::AutoSimd(is_active);
         p = p.zip_map(&moved, |old, new| new.select(active, old));
         n = n.zip_map(&turned, |old, new| new.select(active, old));

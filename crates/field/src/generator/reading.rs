@@ -179,8 +179,8 @@ pub(crate) fn for_rows<const AXES: usize, const ROTATIONS: usize, const UNKNOWNS
 {
     const { assert!(UNKNOWNS == 3 + ROTATIONS) };
     let axes = orientation.axes();
-    let turns = orientation.rotation_axes();
-    let moves = axes.map(|n| turns.map(|turn| turn.cross(&n) / LEVER_MM));
+    let rotation_axes = orientation.rotation_axes();
+    let moves = axes.map(|n| rotation_axes.map(|turn| turn.cross(&n) / LEVER_MM));
     for (index, coil) in generator.coils.iter().enumerate() {
         let mut one = |axis: usize, field: &Vector3<f64>, slope: &Vector3<f64>| {
             let mut row = [0.0; UNKNOWNS];
@@ -209,8 +209,8 @@ fn rotation_vector<const AXES: usize, const ROTATIONS: usize, O>(
 where
     O: Orientation<AXES, ROTATIONS>,
 {
-    let turns = orientation.rotation_axes();
-    let parts = turns.iter().zip(lengths_mm);
+    let rotation_axes = orientation.rotation_axes();
+    let parts = rotation_axes.iter().zip(lengths_mm);
     parts.map(|(turn, length)| turn * (length / LEVER_MM)).sum()
 }
 

@@ -37,7 +37,7 @@ impl OpenPart {
     pub fn find(
         scenario: &Scenario,
         simulator: &Simulator,
-        turns: &[UnitQuaternion<f64>],
+        orientations: &[UnitQuaternion<f64>],
         bounds: Bounds,
         task: &Task,
     ) -> Result<Option<Self>, Cancelled> {
@@ -54,7 +54,7 @@ impl OpenPart {
         let found: Result<Vec<Option<f64>>, Cancelled> = at
             .par_iter()
             .map(|tip| match is_near(tip) {
-                true => open_square(scenario, simulator, turns, tip, task),
+                true => open_square(scenario, simulator, orientations, tip, task),
                 false => Ok(Some(0.0)),
             })
             .collect();
@@ -75,14 +75,14 @@ impl OpenPart {
 fn open_square(
     scenario: &Scenario,
     simulator: &Simulator,
-    turns: &[UnitQuaternion<f64>],
+    orientations: &[UnitQuaternion<f64>],
     tip: &Point3<f64>,
     task: &Task,
 ) -> Result<Option<f64>, Cancelled> {
     if task.cancel.is_cancelled() {
         return Err(Cancelled);
     }
-    let trials = turns.iter().map(|turn| InputTrial {
+    let trials = orientations.iter().map(|turn| InputTrial {
         tracker_from_crf: None,
         crf_from_tool: simulator.crf_from_tool_with_tip_at(tip, turn),
     });

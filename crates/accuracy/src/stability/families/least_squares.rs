@@ -11,7 +11,7 @@ const EXACT_CONDITION_UNKNOWNS: usize = 27;
 const RCOND: f64 = 1e-10;
 
 /// Where a position of the unit cube is moved, by its number.
-type Place = fn(usize, Vector3<f64>) -> Vector3<f64>;
+type Placement = fn(usize, Vector3<f64>) -> Vector3<f64>;
 
 /// A system as the solver gets it.
 #[derive(Clone)]
@@ -42,7 +42,7 @@ pub(super) fn family(extent: Extent) -> Family {
     cases.push(case("order 2, seven clusters of 0.02, a field of order 2", || {
         reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02))
     }));
-    let placed: [(&str, usize, f64, Place); 6] = [
+    let placed: [(&str, usize, f64, Placement); 6] = [
         ("positions in a slab of 1e-9", 1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z)),
         ("seven clusters of 0.02", 2, 3.0, |i, u| cluster_center(i) + u * 0.02),
         ("40 positions, each repeated 5 times", 2, 200.0 / 27.0, |i, _| {
