@@ -101,8 +101,8 @@ fn resident_kb(process: u32) -> u64 {
 fn print(load: &Load, outcome: &Outcome, closing: &str) {
     let all = u64::from(load.tools * outcome.frames);
     let missing = |gaps: &[Gap]| -> u32 { gaps.iter().map(|gap| gap.last - gap.first + 1).sum() };
-    println!("{load:?}; nobody heard frames {:?}", outcome.away);
-    for (client, heard) in outcome.heard.iter().enumerate() {
+    println!("{load:?}; no client received frames {:?}", outcome.away);
+    for (client, received) in outcome.received.iter().enumerate() {
         let away = outcome.away;
         let outside = received
             .gaps

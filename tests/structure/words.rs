@@ -35,18 +35,29 @@ const WORDS: &[(&str, &str)] = &[
     ("leads astray", "biases"),
     ("be believed", "model validity"),
     ("what it is worth", "model validity"),
-    ("fn hear", "receive"),
-    ("fn tell", "report"),
-    ("fn told", "reported"),
-    ("fn say", "report"),
-    ("fn ask", "request"),
+    ("hear", "receive"),
+    ("heard", "received"),
+    ("tells", "reports"),
+    ("told", "reported"),
+    ("says", "states or shows"),
+    ("said", "reported"),
+    ("say", "report"),
+    ("asks", "requests"),
+    ("asked", "requested"),
+    ("ask", "request"),
+    ("worth", "fit quality"),
+    ("believed", "reported"),
+    ("desk", "state"),
 ];
 
-/// A word or a phrase in a line, not as a part of a longer word in lower case.
+/// A value in files, which stays.
+const FILE_VALUE: &str = "\"not_told\"";
+
+/// A word or a phrase in a line, not as a part of a longer word.
 fn has(line: &str, word: &str) -> bool {
     let is_letter = |c: char| c.is_ascii_lowercase();
     let inside = |at: usize| {
-        let begins = word.starts_with(is_letter) && line[..at].ends_with(is_letter);
+        let begins = word.starts_with(is_letter) && line[..at].ends_with(char::is_alphabetic);
         let ends = word.ends_with(is_letter) && line[at + word.len()..].starts_with(is_letter);
         begins || ends
     };
@@ -73,7 +84,7 @@ fn names_and_texts_use_plain_words() {
         let path = path.strip_prefix(root()).unwrap().display();
         for (number, line) in text.lines().enumerate() {
             for (left, (word, _)) in left.iter_mut().zip(WORDS) {
-                if has(line, word) {
+                if has(line, word) && !line.contains(FILE_VALUE) {
                     left.push(format!("  {path}:{} {}", number + 1, line.trim()));
                 }
             }

@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ghost_turns_20_degrees_at_most_and_says_so() {
+    fn a_ghost_turns_20_degrees_at_most_and_is_marked() {
         let (truth, measured, tip) = poses(0.01);
         let ghost = magnified_ghost(&truth, &measured, &tip, 50.0);
         let turn = ghost.world_from_body.rotation * truth.rotation.inverse();

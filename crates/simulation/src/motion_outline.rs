@@ -16,7 +16,7 @@ use trackwright_geometry::surface::Ray;
 const LEAST_ARM_MM: f64 = 10.0;
 
 /// What a turn that moves no point of the tool is drawn with.
-const STAND_IN_ARM_MM: f64 = 40.0;
+const PLACEHOLDER_ARM_MM: f64 = 40.0;
 
 /// Chords of an arc are no longer than this.
 const CHORD_DEG: f64 = 3.0;
@@ -258,7 +258,7 @@ impl Drawn<'_> {
             .filter(|point| arm_mm(point) >= LEAST_ARM_MM)
             .unwrap_or_else(|| {
                 let across = Vector3::ith_axis((axis + 1) % 3).into_inner();
-                Point3::from(tool_from_crf * across * STAND_IN_ARM_MM)
+                Point3::from(tool_from_crf * across * PLACEHOLDER_ARM_MM)
             })
     }
 }

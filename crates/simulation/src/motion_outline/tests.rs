@@ -133,7 +133,7 @@ fn a_fan_of_a_fixed_tip_shows_the_farthest_sensor() {
     tool.sensors.clear();
     let outline = outline_of(&motion, &tool);
     let [pivot, end] = outline.fans[0].spokes[0];
-    assert!(((end - pivot).norm() - STAND_IN_ARM_MM).abs() < 1e-9);
+    assert!(((end - pivot).norm() - PLACEHOLDER_ARM_MM).abs() < 1e-9);
 }
 
 /// From somewhere to a point.
