@@ -102,11 +102,13 @@ impl Bounds {
     }
 
     /// Lengths of the edges.
+    #[inline]
     pub fn size_mm(&self) -> Vector3<f64> {
         self.max_mm - self.min_mm
     }
 
     /// Middle of the box.
+    #[inline]
     pub fn center_mm(&self) -> Point3<f64> {
         nalgebra::center(&self.min_mm, &self.max_mm)
     }
@@ -117,12 +119,14 @@ impl Bounds {
     }
 
     /// Position in the unit cube; an axis without extent maps to 0.
+    #[inline]
     pub fn to_unit(&self, point_mm: &Point3<f64>) -> Vector3<f64> {
         let size = self.size_mm();
         (point_mm - self.min_mm).zip_map(&size, |d, s| if s > 0.0 { d / s } else { 0.0 })
     }
 
     /// The nearest point of the closed box; what is not a number stays that.
+    #[inline]
     pub fn clamp(&self, point_mm: &Point3<f64>) -> Point3<f64> {
         Point3::from(Vector3::from_fn(|k, _| {
             let (x, min, max) = (point_mm[k], self.min_mm[k], self.max_mm[k]);
@@ -138,6 +142,7 @@ impl Bounds {
     }
 
     /// Whether the point is in the box, give or take [`INSIDE_TOLERANCE`] of its size.
+    #[inline]
     pub fn contains(&self, point_mm: &Point3<f64>) -> bool {
         let slack = self.size_mm() * INSIDE_TOLERANCE;
         (0..3).all(|k| {

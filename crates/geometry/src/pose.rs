@@ -9,6 +9,7 @@ pub type Pose = Isometry3<f64>;
 pub const MIN_NORM: f64 = 1e-12;
 
 /// A pose from a position in millimetres and a unit quaternion, scalar first.
+#[inline]
 pub fn pose_from_parts(position_mm: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Pose {
     Isometry3::from_parts(Translation3::from(position_mm), rotation)
 }

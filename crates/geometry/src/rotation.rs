@@ -1,7 +1,7 @@
 //! Rotation vectors: logarithm, exponential, and the smallest rotation between two axes.
 //!
 //! A rotation vector (Rodrigues vector in the paper's sense, equation 1) is the unit axis times
-//! the angle in radians.
+//! the angle in radians. What other crates call once a pose is `#[inline]`.
 
 use nalgebra::{Matrix3, Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -25,6 +25,7 @@ const ANTIPODAL_SINE: f64 = 1e-12;
 /// ```
 ///
 /// The angle comes from `atan2`, so it is accurate at both ends, near 0 and near π.
+#[inline]
 pub fn log_quaternion(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
     let (w, v) = if q.w < 0.0 { (-q.w, -q.imag()) } else { (q.w, q.imag()) };
@@ -44,6 +45,7 @@ pub fn log_matrix(rotation: &Matrix3<f64>) -> Vector3<f64> {
 /// The rotation of a rotation vector in radians.
 ///
 /// nalgebra's exponential takes turns below 4e-16 rad for none; here they keep all digits.
+#[inline]
 pub fn exp_vector(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
     let angle = vector.norm();
     let (sine, cosine) = (0.5 * angle).sin_cos();
@@ -53,6 +55,7 @@ pub fn exp_vector(vector: &Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 /// Angle of a rotation in radians, `[0, π]`, accurate at both ends.
+#[inline]
 pub fn rotation_angle_rad(rotation: &UnitQuaternion<f64>) -> f64 {
     let q = rotation.quaternion();
     2.0 * q.imag().norm().atan2(q.w.abs())
@@ -71,6 +74,7 @@ pub struct AxisRotation {
 ///
 /// The cross product is taken with what the axes differ by, which is exact where they are nearly
 /// the same or nearly opposite; with the axes themselves it would cancel there.
+#[inline]
 pub fn axis_rotation(from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> AxisRotation {
     let cosine = from.dot(to);
     let (a, b) = (from.as_ref(), to.as_ref());
@@ -87,6 +91,7 @@ pub fn axis_rotation(from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> Axis
 }
 
 /// A unit vector perpendicular to `axis`, the same one each time.
+#[inline]
 pub fn perpendicular(axis: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     let smallest = axis.iamin();
     let mut helper = Vector3::zeros();

@@ -51,6 +51,7 @@ impl Volume {
     }
 
     /// Whether the point is within, give or take round-off.
+    #[inline]
     pub fn contains(&self, point_mm: &Point3<f64>) -> bool {
         match self.shape() {
             Shape::Box(bounds) => bounds.contains(point_mm),
