@@ -167,7 +167,7 @@ fn a_trial_is_shown_in_numbers_with_units() {
     let pose = trial_pose(&scenario, &Mode::Motion, 3).unwrap();
     let detail = simulate_pose(&Scenario { crf_from_tool: pose.crf_from_tool, ..scenario });
     for (form, turn) in [
-        (RotationForm::Turns, 45.0),
+        (RotationForm::EulerAngles, 45.0),
         (RotationForm::Rodrigues, log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees()),
     ] {
         let (mut harness, requests) = harness([276.0, 400.0], |ui| {

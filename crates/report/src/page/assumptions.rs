@@ -25,7 +25,7 @@ pub fn section(report: &Report) -> Markup {
         section id="assumptions" {
             h2 { "What this rests on" }
             p {
-                "Every figure is computed, not measured: sensors of a virtual tool and reference are displaced as the model of a measured room gives it, both are fitted again, and the tip is compared (Fischer and Taylor, MICCAI 2005). "
+                "Every figure is computed, not measured: sensors of a virtual tool and reference are displaced by the errors that the model of a measured room gives, both are fitted again, and the tip is compared (Fischer and Taylor, MICCAI 2005). "
                 "The tracker's own scatter from one reading to the next is not in them."
             }
             h3 { "Room" }

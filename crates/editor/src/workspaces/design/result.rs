@@ -127,12 +127,26 @@ fn expected_ui(ui: &mut Ui, expected: &Expected) {
     for figure in Metric::bounded() {
         let (value, interval) = expected.of(figure);
         ui.horizontal(|ui| {
-            quiet_ui(ui, figure.label());
+            quiet_ui(ui, fitting_label(ui, figure)).on_hover_text(figure.label());
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 quiet_ui(ui, interval_text(interval)).on_hover_text(INTERVAL);
                 ui.label(with_unit(&format!("{value:.2}"), figure.unit()));
             });
         });
+    }
+}
+
+/// Width of a value with its interval, points.
+const VALUE_WIDTH: f32 = 110.0;
+
+/// The label of a figure, or the short one where a value and its interval leave no room for it.
+fn fitting_label(ui: &Ui, figure: Metric) -> String {
+    let label = figure.label().to_owned();
+    let painted =
+        ui.painter().layout_no_wrap(label.clone(), theme::label_font(), egui::Color32::WHITE);
+    match painted.size().x + VALUE_WIDTH <= ui.available_width() {
+        true => label,
+        false => figure.short_label(),
     }
 }
 

@@ -24,9 +24,9 @@ pub const PLAY_RATES: [f64; 4] = [5.0, 25.0, 100.0, 500.0];
 /// How the panel writes a rotation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RotationForm {
-    /// Turns about x, y and z, in this order.
+    /// Rotations about x, y and z, in this order.
     #[default]
-    Turns,
+    EulerAngles,
     /// Axis times angle.
     Rodrigues,
 }

@@ -54,7 +54,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             let position = |pose: &Pose| pose.translation.vector;
             row_ui(ui, ["x", "y", "z"], poses.map(|p| position(p).into()), length);
             let names = match view.rotation {
-                RotationForm::Turns => ["rx", "ry", "rz"],
+                RotationForm::EulerAngles => ["rx", "ry", "rz"],
                 RotationForm::Rodrigues => ["rotation x", "rotation y", "rotation z"],
             };
             let rotation = poses.map(|pose| degrees(pose, view.rotation));
@@ -79,9 +79,9 @@ fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<StudyRequest>) {
         ui.spacing_mut().button_padding.x = 4.0;
         for (form, name, about) in [
             (
-                RotationForm::Turns,
-                "turns",
-                "Rotations as turns rx, ry, rz about the axes x, y and z, in this order",
+                RotationForm::EulerAngles,
+                "Euler",
+                "Rotations as Euler angles rx, ry, rz about the axes x, y and z, in this order",
             ),
             (
                 RotationForm::Rodrigues,
@@ -147,7 +147,7 @@ fn row_ui(ui: &mut Ui, names: [&str; 3], values: [[f64; 3]; 2], text: impl Fn(f6
 
 fn degrees(pose: &Pose, form: RotationForm) -> [f64; 3] {
     match form {
-        RotationForm::Turns => {
+        RotationForm::EulerAngles => {
             let (rx, ry, rz) = pose.rotation.euler_angles();
             [rx, ry, rz].map(f64::to_degrees)
         }
