@@ -370,7 +370,7 @@ fn eleven_hundred_clients_are_served_or_refused() {
         match client.next().map(|message| message.content) {
             Some(Content::Transform(_)) => served_clients += 1,
             Some(Content::Status(status)) if status.name == "TOO_MANY_CLIENTS" => {
-                refused_clients += 1
+                refused_clients += 1;
             }
             other => panic!("{other:?}"),
         }
