@@ -4,7 +4,7 @@ use super::prelude::*;
 use trackwright_accuracy::stability::case::{Extent, Methods, Row};
 use trackwright_accuracy::stability::{families, page, run as run_battery};
 
-/// Check the program's own numbers in stiff and extreme cases against 192 bits, for some minutes;
+/// Check the program's own numbers in stiff and extreme cases against 192 bits;
 /// exit status 1 where a bound is broken
 #[derive(Debug, Args)]
 pub struct StabilityArgs {
