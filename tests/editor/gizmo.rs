@@ -195,13 +195,7 @@ fn escape_leaves_the_design_to_the_bit_and_lets_go() {
     pointer.drag(at, by, PointerButton::Primary);
     assert_ne!(pointer.design(), before);
     assert_eq!(*pointer.resource::<ActiveDrag>(), ActiveDrag(true));
-    pointer.escape();
-    assert_eq!(pointer.design(), before);
-    pointer.move_to(at + by * 2.0);
-    pointer.app.update();
-    pointer.release(at + by * 2.0, PointerButton::Primary);
-    assert_eq!(pointer.design(), before);
-    assert_eq!(pointer.undo_label(), None);
+    pointer.assert_escape_restores(&before, at + by * 2.0);
     assert_eq!(*pointer.resource::<ActiveDrag>(), ActiveDrag(false));
 }
 

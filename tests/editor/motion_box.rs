@@ -133,13 +133,7 @@ fn escape_leaves_the_motion_as_it_was_to_the_bit() {
     let (_, at, by) = upper_end(&mut pointer, 0..3, 2.2 * SHIFT_STEP_MM);
     pointer.drag(at, by, PointerButton::Primary);
     assert_ne!(pointer.design(), before);
-    pointer.escape();
-    assert_eq!(pointer.design(), before);
-    pointer.move_to(at + by * 2.0);
-    pointer.app.update();
-    pointer.release(at + by * 2.0, PointerButton::Primary);
-    assert_eq!(pointer.design(), before);
-    assert_eq!(pointer.undo_label(), None);
+    pointer.assert_escape_restores(&before, at + by * 2.0);
 }
 
 #[test]

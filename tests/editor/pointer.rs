@@ -117,6 +117,17 @@ impl SimulatedPointer {
         self.app.world_mut().run_schedule(Update);
     }
 
+    /// Escape lets go: the design is as before, and the pointer moves and releases nothing more.
+    pub fn assert_escape_restores(&mut self, before: &Design, at: Vec2) {
+        self.escape();
+        assert_eq!(self.design(), *before);
+        self.move_to(at);
+        self.app.update();
+        self.release(at, PointerButton::Primary);
+        assert_eq!(self.design(), *before);
+        assert_eq!(self.undo_label(), None);
+    }
+
     pub fn resource<R: Resource>(&self) -> &R {
         self.app.world().resource::<R>()
     }

@@ -38,7 +38,7 @@ pub struct PathReport {
     pub offset_s: f64,
     /// Standard error, the frames held.
     pub offset_std_error_s: f64,
-    /// The effective number of the path's seconds for it, neighbours not being independent.
+    /// How many independent seconds the path has for it: neighbours are not independent.
     pub offset_effective_size: EffectiveSize,
     /// RMS errors if both recordings had begun in the same moment, and at the offset.
     pub before: Spread,

@@ -25,7 +25,7 @@ pub struct LayoutPlugin;
 
 impl Plugin for LayoutPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<Theme>().init_resource::<Panels>().add_systems(
+        app.init_resource::<Panels>().add_systems(
             EguiPrimaryContextPass,
             (set_style, lay_out).chain().in_set(UiSystems::Panels),
         );

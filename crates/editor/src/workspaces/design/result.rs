@@ -127,7 +127,7 @@ fn expected_ui(ui: &mut Ui, expected: &Expected) {
     for figure in Metric::bounded() {
         let (value, interval) = expected.of(figure);
         ui.horizontal(|ui| {
-            quiet_ui(ui, fitting_label(ui, figure)).on_hover_text(figure.label());
+            figure_label_ui(ui, figure);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 quiet_ui(ui, interval_text(interval)).on_hover_text(INTERVAL);
                 ui.label(with_unit(&format!("{value:.2}"), figure.unit()));
@@ -140,14 +140,14 @@ fn expected_ui(ui: &mut Ui, expected: &Expected) {
 const VALUE_WIDTH: f32 = 110.0;
 
 /// The label of a figure, or the short one where a value and its interval leave no room for it.
-fn fitting_label(ui: &Ui, figure: Metric) -> String {
+fn figure_label_ui(ui: &mut Ui, figure: Metric) {
     let label = figure.label().to_owned();
-    let painted =
-        ui.painter().layout_no_wrap(label.clone(), theme::label_font(), egui::Color32::WHITE);
+    let color = palette::TEXT_QUIET.color32();
+    let painted = ui.painter().layout_no_wrap(label, theme::label_font(), color);
     match painted.size().x + VALUE_WIDTH <= ui.available_width() {
-        true => label,
-        false => figure.short_label(),
-    }
+        true => quiet_ui(ui, figure.label()),
+        false => quiet_ui(ui, figure.short_label()).on_hover_text(figure.label()),
+    };
 }
 
 /// What an interval is.

@@ -1,4 +1,4 @@
-//! Requests to the Live workspace.
+//! The Live workspace as the shell registers it, and the requests to it.
 
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;

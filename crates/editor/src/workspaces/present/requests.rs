@@ -1,4 +1,4 @@
-//! Requests to the Present workspace, and which slide it shows.
+//! The Present workspace as the shell registers it, the requests to it, and which slide it shows.
 
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;

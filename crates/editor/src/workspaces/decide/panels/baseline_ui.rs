@@ -162,7 +162,7 @@ fn table_ui(
     Grid::new("baseline figures").num_columns(5).spacing([7.0, 3.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         for head in ["baseline", "this", "change", ""] {
-            right_ui(ui, head, palette::TEXT_QUIET.color32());
+            right_text_ui(ui, head, palette::TEXT_QUIET.color32());
         }
         ui.end_row();
         for (index, figure) in METRICS.iter().enumerate() {
@@ -173,18 +173,18 @@ fn table_ui(
             let name = format!("{}, {}", figure.short_label(), figure.unit());
             ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
             let text = |value: f64| decimal(value, 3);
-            right_ui(ui, &text(before[index]), palette::BASELINE.color32());
-            right_ui(ui, &text(now[index]), palette::TEXT_STRONG.color32());
+            right_text_ui(ui, &text(before[index]), palette::BASELINE.color32());
+            right_text_ui(ui, &text(now[index]), palette::TEXT_STRONG.color32());
             let change = signed(now[index] - before[index], 3);
             match differences.and_then(|all| all.get(index)) {
                 None => {
-                    right_ui(ui, &change, palette::TEXT_QUIET.color32());
+                    right_text_ui(ui, &change, palette::TEXT_QUIET.color32());
                     quiet_ui(ui, "");
                 }
                 Some(difference) => {
                     let (word, color) = verdict(difference.verdict);
                     let about = with_minus_signs(&difference_words(difference, "the baseline"));
-                    right_ui(ui, &change, color);
+                    right_text_ui(ui, &change, color);
                     ui.label(RichText::new(word).color(color)).on_hover_text(about);
                 }
             }
@@ -205,7 +205,7 @@ pub fn verdict(verdict: Verdict) -> (&'static str, Color32) {
     }
 }
 
-pub(crate) fn right_ui(ui: &mut Ui, text: &str, color: Color32) -> Response {
+pub(crate) fn right_text_ui(ui: &mut Ui, text: &str, color: Color32) -> Response {
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         ui.label(RichText::new(text).color(color))
     })

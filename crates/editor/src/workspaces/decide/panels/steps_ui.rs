@@ -10,7 +10,7 @@ use crate::widgets::basic::{
 use crate::widgets::theme;
 use crate::widgets::verdict::verdict_mark;
 use crate::workspaces::decide::panels::DecideView;
-use crate::workspaces::decide::panels::baseline_ui::right_ui;
+use crate::workspaces::decide::panels::baseline_ui::right_text_ui;
 use crate::workspaces::decide::panels::recorded_ui::recorded_ui;
 use crate::workspaces::decide::requests::DecideRequest;
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
@@ -144,7 +144,7 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
     Grid::new(("status", id)).num_columns(4).spacing([8.0, 2.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         for head in ["RMS", "max", ""] {
-            right_ui(ui, head, palette::TEXT_QUIET.color32());
+            right_text_ui(ui, head, palette::TEXT_QUIET.color32());
         }
         ui.end_row();
         let mut last_room = None;
@@ -170,8 +170,8 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
             match &row.studied {
                 Err(why) => {
                     ui.add(label).on_hover_text(format!("{about}\n{why}"));
-                    right_ui(ui, "none", palette::MISSED.color32());
-                    right_ui(ui, "none", palette::MISSED.color32());
+                    right_text_ui(ui, "none", palette::MISSED.color32());
+                    right_text_ui(ui, "none", palette::MISSED.color32());
                 }
                 Ok(studied) => {
                     let figures = &studied.figures;
@@ -191,7 +191,7 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
                         let found = studied.expected.as_ref().map(|e| e.of(metric));
                         let value = found.map_or(figures.value(metric), |(value, _)| value);
                         let text = with_unit(&decimal(value, 2), "mm");
-                        right_ui(ui, &text, palette::TEXT_STRONG.color32());
+                        right_text_ui(ui, &text, palette::TEXT_STRONG.color32());
                     }
                 }
             }

@@ -7,7 +7,7 @@ use crate::widgets::basic::{
 };
 use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::decide::panels::DecideView;
-use crate::workspaces::decide::panels::baseline_ui::{right_ui, verdict};
+use crate::workspaces::decide::panels::baseline_ui::{right_text_ui, verdict};
 use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::decide::table::{Compare, Compared};
 use crate::workspaces::design::result::interval_text;
@@ -112,7 +112,7 @@ fn rows_ui(ui: &mut Ui, compared: &Compared, requests: &mut Vec<DecideRequest>) 
             for (head, is_number) in &heads {
                 match is_number {
                     false => quiet_ui(ui, head),
-                    true => right_ui(ui, head, palette::TEXT_QUIET.color32()),
+                    true => right_text_ui(ui, head, palette::TEXT_QUIET.color32()),
                 };
             }
             ui.end_row();
@@ -160,7 +160,7 @@ fn row_ui(
     let figures = &measured.figures;
     for metric in Metric::bounded() {
         let text = with_unit(&decimal(figures.value(metric), 3), metric.unit());
-        right_ui(ui, &text, palette::TEXT.color32());
+        right_text_ui(ui, &text, palette::TEXT.color32());
     }
     match &measured.expected {
         Some(expected) => expected_ui(ui, expected),
@@ -179,7 +179,7 @@ fn row_ui(
             format!("{} {value} {}", row.label(), row.interval_words())
         })
         .collect();
-    let required = right_ui(ui, &word, color);
+    let required = right_text_ui(ui, &word, color);
     if !expected.is_empty() {
         required.on_hover_text(expected.join("\n"));
     }
@@ -213,7 +213,7 @@ fn expected_ui(ui: &mut Ui, expected: &Expected) {
     let (value, ends) = expected.of(Metric::TIP_RMS);
     let value = with_unit(&decimal(value, 2), "mm");
     let text = format!("{value}, {}", interval_text(ends));
-    right_ui(ui, &text, palette::TEXT.color32());
+    right_text_ui(ui, &text, palette::TEXT.color32());
 }
 
 /// What a click on a row does.
