@@ -17,11 +17,11 @@ pub enum Opened {
 }
 
 /// Opens the editor and stays until its window closes. With `explain` it reports what is drawn and
-/// computed on standard error.
+/// computed on standard error, with `controls` also where each control is.
 ///
 /// # Errors
 /// A design that cannot be opened; that the editor failed.
-pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
+pub fn run(design: Option<&Path>, explain: bool, controls: bool) -> anyhow::Result<Opened> {
     let world = match design {
         Some(path) => trackwright_project::open_design(path)?,
         None => trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)?,
@@ -31,7 +31,7 @@ pub fn run(design: Option<&Path>, explain: bool) -> anyhow::Result<Opened> {
         Err(missing) => return Ok(Opened::Missing(missing)),
     };
     let explain: Option<ExplainLine> = explain.then(|| Box::new(output::note) as ExplainLine);
-    app::edit(world, explain)?;
+    app::edit(world, explain, controls)?;
     Ok(Opened::Closed)
 }
 

@@ -65,6 +65,11 @@ pub struct Cli {
     #[arg(long)]
     explain: bool,
 
+    /// With --explain, print name and place of each control too, for scripts that operate the window
+    #[cfg(feature = "editor")]
+    #[arg(long, requires = "explain")]
+    controls: bool,
+
     /// Measure what a hand waits for in the editor, in a window that closes by itself, and print it
     #[cfg(feature = "editor")]
     #[arg(long, conflicts_with_all = ["design", "explain"])]
@@ -167,7 +172,7 @@ pub fn run() -> anyhow::Result<Ending> {
 /// Opens the editor; where there can be none, reports why in one line and does the main job.
 fn open_editor(cli: &Cli, files: &Files) -> anyhow::Result<()> {
     #[cfg(feature = "editor")]
-    let missing = match edit::run(cli.design.as_deref(), cli.explain)? {
+    let missing = match edit::run(cli.design.as_deref(), cli.explain, cli.controls)? {
         edit::Opened::Closed => return Ok(()),
         edit::Opened::Missing(missing) => missing,
     };

@@ -11,6 +11,7 @@ use trackwright_editor::app::picture::{ComparedDesigns, PictureSetup, StudyTrial
 use trackwright_editor::app::{picture, preflight};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::palette::Theme;
+use trackwright_editor::shell::preferences::InterfaceScale;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::{self, field::state::TableRole};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
@@ -34,6 +35,9 @@ pub struct RenderArgs {
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
+    /// Size of panels and labels in percent, as the window's preference
+    #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(50..=300))]
+    pub scale: u32,
     /// With the panels of this workspace around it, or the writing of a slide
     #[arg(long, value_parser = WORKSPACE, value_name = "NAME")]
     pub workspace: Option<Workspace>,
@@ -196,6 +200,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     let setup = PictureSetup {
         slide,
         has_panels: args.window || args.workspace.is_some(),
+        scale: InterfaceScale(f64::from(args.scale) / 100.0),
         workspace: args.workspace.unwrap_or_default(),
         tables: tables.into_iter().filter_map(|(role, file)| Some((role, file.clone()?))).collect(),
         compared: ComparedDesigns {

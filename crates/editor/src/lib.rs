@@ -58,6 +58,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::light_drawing::LightDrawingPlugin`] | less is drawn in software while something moves |
 /// | [`layers::probe::ProbePlugin`] | the value under the pointer |
 /// | [`shell::egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
+/// | [`shell::explain_controls::ExplainControlsPlugin`] | names and places of controls, on request |
 /// | [`shell::ShellPlugin`] | what is drawn around the 3D view, and its commands |
 /// | [`viewport::overlay::OverlayPlugin`] | labels and legends over the scene |
 /// | [`shell::shortcuts::ShortcutsPlugin`] | keys |
@@ -107,6 +108,7 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::light_drawing::LightDrawingPlugin)
             .add(layers::probe::ProbePlugin)
             .add(shell::egui_camera::EguiCameraPlugin)
+            .add(shell::explain_controls::ExplainControlsPlugin)
             .add(shell::ShellPlugin)
             .add(viewport::overlay::OverlayPlugin)
             .add(shell::shortcuts::ShortcutsPlugin)

@@ -16,6 +16,7 @@ use crate::document::requests::OpenWorld;
 use crate::runner::diagnostics::{Explain, ExplainLine};
 use crate::runner::results::Results;
 use crate::shell::egui_camera::EguiTarget;
+use crate::shell::explain_controls::ExplainControls;
 use crate::shell::preferences::Recalled;
 use crate::shell::window::{Presentation, ViewportRect};
 use crate::viewport::camera::SceneTarget;
@@ -57,11 +58,16 @@ pub enum EditorError {
 }
 
 /// Opens the editor and stays until its window closes. Call
-/// [`preflight::window`] first: Bevy panics without a display.
+/// [`preflight::window`] first: Bevy panics without a display. `explain` gets what is drawn and
+/// computed, with names and places of the controls if requested.
 ///
 /// # Errors
 /// See [`EditorError`].
-pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorError> {
+pub fn edit(
+    world: World,
+    explain: Option<ExplainLine>,
+    do_explain_controls: bool,
+) -> Result<(), EditorError> {
     let file = match world.document.origin() {
         Origin::File(file) => Some(file.clone()),
         Origin::BuiltIn(_) => None,
@@ -91,6 +97,9 @@ pub fn edit(world: World, explain: Option<ExplainLine>) -> Result<(), EditorErro
         }
         if let Some(line) = explain {
             app.insert_resource(Explain(line));
+        }
+        if do_explain_controls {
+            app.init_resource::<ExplainControls>();
         }
     }))
 }

@@ -9,6 +9,7 @@ use crate::runner::results::Results;
 use crate::runner::solve::SolverHandle;
 use crate::runner::wake::Waker;
 use crate::schedule::UiSystems;
+use crate::shell::preferences::InterfaceScale;
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::decide::{self, DecideRequest};
@@ -44,9 +45,11 @@ const NAP: Duration = Duration::from_millis(20);
 const READBACK_FRAMES: usize = 20;
 
 /// What stands around the 3D view, and what is shown in it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PictureSetup {
     pub has_panels: bool,
+    /// Of the panels and labels.
+    pub scale: InterfaceScale,
     pub workspace: Workspace,
     /// Open in the Field workspace.
     pub tables: Vec<(TableRole, PathBuf)>,
@@ -211,6 +214,7 @@ fn start(world: World, size: [u32; 2], setup: PictureSetup) -> (App, Handle<Imag
     setup.theme.apply();
     let (mut app, target) = offscreen(world, UVec2::from(size), setup.has_panels, |app| {
         app.insert_resource(setup.theme)
+            .insert_resource(setup.scale)
             .insert_resource(setup.workspace)
             .insert_resource(Selection::of(setup.selected))
             .insert_resource(Presenter { slide: setup.slide, ..Presenter::default() })

@@ -6,6 +6,7 @@ pub mod commands;
 pub mod dialogs;
 pub mod drop_plate;
 pub mod egui_camera;
+pub mod explain_controls;
 pub mod keys;
 pub mod layout;
 pub mod preferences;
