@@ -91,11 +91,19 @@ fn panels_ui(world: &mut World, root: &mut Ui) -> Result {
             .show(root, |ui| draw(world, panel, ui));
     }
     let unfolded = *world.resource::<PanelsShown>();
-    for (side, is_unfolded) in [(Side::Left, unfolded.left), (Side::Right, unfolded.right)] {
-        let of_side: Vec<Registered> =
-            shown.iter().filter(|panel| panel.info.side == side).copied().collect();
-        if !of_side.is_empty() && (is_unfolded || workspace.is_presentation) {
-            side_ui(world, root, workspace, side, &of_side);
+    let sides = [(Side::Left, unfolded.left), (Side::Right, unfolded.right)];
+    let sides = sides.map(|(side, is_unfolded)| {
+        let of_side = shown.iter().filter(|panel| panel.info.side == side).copied();
+        let of_side: Vec<Registered> = of_side.collect();
+        let is_shown = !of_side.is_empty() && (is_unfolded || workspace.is_presentation);
+        let wanted = is_shown.then(|| wanted_width(world, workspace, side));
+        (side, of_side, wanted)
+    });
+    let wanted = [sides[0].2, sides[1].2];
+    let widths = fitted_widths(wanted, root.ctx().viewport_rect().width());
+    for ((side, of_side, _), width) in sides.iter().zip(widths) {
+        if let Some(width) = width {
+            side_ui(world, root, workspace, *side, width, of_side);
         }
     }
     for panel in shown.iter().filter(|panel| panel.info.side == Side::Stage) {
@@ -113,21 +121,54 @@ fn draw(world: &mut World, panel: &Registered, ui: &mut Ui) {
 const LEAST_WIDTH: f32 = 200.0;
 const MOST_PART: f32 = 0.45;
 
+/// Part of the window's width that is left for the 3D view.
+const LEAST_SCENE_PART: f32 = 0.4;
+
+/// What the preferences know a side's width by.
+fn width_key(workspace: Workspace, side: Side) -> String {
+    let name = if side == Side::Left { "left" } else { "right" };
+    format!("{} {name}", workspace.name)
+}
+
+/// As it was dragged last, or as the workspace has it.
+fn wanted_width(world: &World, workspace: Workspace, side: Side) -> f32 {
+    let [left, right] = workspace.side_widths;
+    let own = if side == Side::Left { left } else { right };
+    let dragged = world.resource::<SideWidths>().0.get(&width_key(workspace, side)).copied();
+    dragged.map_or(own, |dragged| dragged as f32)
+}
+
+/// Widths of the left and the right side in a window of this width, from those that are wanted.
+/// Where they leave too little for the 3D view both are narrowed, and where they would be too narrow
+/// to be read the left one goes: it is there again once the right one is folded.
+fn fitted_widths([left, right]: [Option<f32>; 2], window: f32) -> [Option<f32>; 2] {
+    let most = (window * MOST_PART).max(LEAST_WIDTH);
+    let for_both = window * (1.0 - LEAST_SCENE_PART);
+    let alone = |width: f32| width.clamp(LEAST_WIDTH, most).min(for_both.max(LEAST_WIDTH));
+    let (Some(left), Some(right)) = (left, right) else {
+        return [left.map(alone), right.map(alone)];
+    };
+    if for_both < 2.0 * LEAST_WIDTH {
+        return [None, Some(alone(right))];
+    }
+    let [left, right] = [alone(left), alone(right)];
+    let over = (left + right - for_both).max(0.0);
+    let spare = (left + right - 2.0 * LEAST_WIDTH).max(1.0);
+    let narrowed = |width: f32| width - over * (width - LEAST_WIDTH) / spare;
+    [Some(narrowed(left)), Some(narrowed(right))]
+}
+
 fn side_ui(
     world: &mut World,
     root: &mut Ui,
     workspace: Workspace,
     side: Side,
+    width: f32,
     panels: &[Registered],
 ) {
     let is_left = side == Side::Left;
-    let name = if is_left { "left" } else { "right" };
-    let key = format!("{} {name}", workspace.name);
-    let [left, right] = workspace.side_widths;
-    let own = if is_left { left } else { right };
-    let dragged = world.resource::<SideWidths>().0.get(&key).copied();
+    let key = width_key(workspace, side);
     let most = (root.ctx().viewport_rect().width() * MOST_PART).max(LEAST_WIDTH);
-    let width = dragged.map_or(own, |dragged| (dragged as f32).clamp(LEAST_WIDTH, most));
     let id = Id::new(("side", &key));
     // The panel is as wide as it is, whatever is in it.
     let panel = if is_left { Panel::left(id) } else { Panel::right(id) };
@@ -173,4 +214,32 @@ fn drag_ui(root: &Ui, id: Id, side: Rect, is_left: bool) -> Option<f32> {
     root.painter().vline(x, side.y_range(), stroke);
     let at = response.interact_pointer_pos().filter(|_| response.dragged())?;
     Some(if is_left { at.x - side.min.x } else { side.max.x - at.x })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wide_window_has_sides_as_wanted() {
+        assert_eq!(fitted_widths([Some(240.0), Some(300.0)], 1440.0), [Some(240.0), Some(300.0)]);
+        assert_eq!(fitted_widths([None, Some(300.0)], 1440.0), [None, Some(300.0)]);
+        assert_eq!(fitted_widths([Some(5000.0), None], 1000.0), [Some(450.0), None]);
+    }
+
+    #[test]
+    fn sides_leave_two_fifths_of_a_narrow_window() {
+        for window in [667.0, 683.0, 720.0, 800.0, 900.0_f32] {
+            let [left, right] = fitted_widths([Some(240.0), Some(360.0)], window);
+            let (left, right) = (left.unwrap(), right.unwrap());
+            assert!(left >= LEAST_WIDTH && right >= left, "{window}: {left} {right}");
+            assert!(left + right <= 0.6 * window + 1e-3, "{window}: {left} {right}");
+        }
+    }
+
+    #[test]
+    fn one_side_stands_where_two_do_not_fit() {
+        assert_eq!(fitted_widths([Some(240.0), Some(300.0)], 512.0), [None, Some(230.4)]);
+        assert_eq!(fitted_widths([Some(240.0), None], 512.0), [Some(230.4), None]);
+    }
 }

@@ -3,8 +3,10 @@
 use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};
 use bevy_egui::egui::{
-    self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, TextStyle, Visuals, vec2,
+    self, Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Margin, Stroke,
+    TextStyle, Visuals, vec2,
 };
+use std::sync::Arc;
 
 /// Height of the bar at the top, logical pixels.
 pub const TOP_BAR_HEIGHT: f32 = 36.0;
@@ -54,6 +56,7 @@ pub fn apply(ctx: &egui::Context) {
         Theme::Dark => egui::Theme::Dark,
         Theme::Light => egui::Theme::Light,
     });
+    ctx.set_fonts(fonts());
     ctx.all_styles_mut(|style| {
         style.text_styles = [
             (TextStyle::Small, label_font()),
@@ -74,6 +77,16 @@ pub fn apply(ctx: &egui::Context) {
         style.animation_time = 0.0;
         style.interaction.selectable_labels = false;
     });
+}
+
+/// The program's own font before egui's, which have the signs that it lacks.
+fn fonts() -> FontDefinitions {
+    const ROBOTO: &[u8] = include_bytes!("../../../../assets/fonts/Roboto-Regular.ttf");
+    let mut fonts = FontDefinitions::default();
+    let name = "Roboto".to_owned();
+    fonts.font_data.insert(name.clone(), Arc::new(FontData::from_static(ROBOTO)));
+    fonts.families.entry(FontFamily::Proportional).or_default().insert(0, name);
+    fonts
 }
 
 fn visuals() -> Visuals {
