@@ -59,6 +59,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`layers::probe::ProbePlugin`] | the value under the pointer |
 /// | [`shell::egui_camera::EguiCameraPlugin`] | the camera above the scene that egui is painted with |
 /// | [`shell::explain_controls::ExplainControlsPlugin`] | names and places of controls, on request |
+/// | [`shell::painted_text::PaintedTextPlugin`] | what is written and where, on request |
 /// | [`shell::ShellPlugin`] | what is drawn around the 3D view, and its commands |
 /// | [`viewport::overlay::OverlayPlugin`] | labels and legends over the scene |
 /// | [`shell::shortcuts::ShortcutsPlugin`] | keys |
@@ -109,6 +110,7 @@ impl PluginGroup for EditorPlugins {
             .add(layers::probe::ProbePlugin)
             .add(shell::egui_camera::EguiCameraPlugin)
             .add(shell::explain_controls::ExplainControlsPlugin)
+            .add(shell::painted_text::PaintedTextPlugin)
             .add(shell::ShellPlugin)
             .add(viewport::overlay::OverlayPlugin)
             .add(shell::shortcuts::ShortcutsPlugin)

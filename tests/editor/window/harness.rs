@@ -67,8 +67,17 @@ impl Window {
 
     /// The same, beside other windows of a test whose turn it is.
     pub fn open_beside(_: &Turn, design: &Path, state: &Path) -> Self {
+        Self::start(&["--explain"], design, state)
+    }
+
+    /// The same, in a window whose controls can be found by their names.
+    pub fn open_with_controls(_: &Turn, design: &Path, state: &Path) -> Self {
+        Self::start(&["--explain", "--controls"], design, state)
+    }
+
+    fn start(options: &[&str], design: &Path, state: &Path) -> Self {
         let screen = Screen::start();
-        let mut program = trackwright(&["--explain", &text(design)])
+        let mut program = trackwright(&[options, &[&text(design)]].concat())
             .env("DISPLAY", &screen.name)
             .env(trackwright_project::STATE_VARIABLE, state)
             .env_remove("WAYLAND_DISPLAY")
@@ -168,6 +177,22 @@ impl Window {
         self.settle();
         modifiers.reverse();
         self.hold("keyup", &modifiers);
+    }
+
+    /// The middle of a control that is shown with this name; the last of several. Needs
+    /// [`Self::open_with_controls`].
+    #[track_caller]
+    pub fn control(&self, name: &str) -> [f64; 2] {
+        let from = self.printed.iter().rposition(|line| line == "controls").unwrap_or(0);
+        let places = self.printed[from..].iter().filter_map(|line| control_of(line));
+        let found = places.filter(|(own, _)| *own == name).last();
+        found.unwrap_or_else(|| panic!("no control {name}; {}", self.newest())).1
+    }
+
+    /// Clicks a control.
+    #[track_caller]
+    pub fn click_control(&mut self, name: &str) {
+        self.click(self.control(name));
     }
 
     /// Presses modifiers or lets go of them.
@@ -325,6 +350,14 @@ impl Drop for Window {
         let _ = self.program.kill();
         let _ = self.program.wait();
     }
+}
+
+/// Name and middle from `control X Y WIDTH HEIGHT ROLE NAME`.
+fn control_of(line: &str) -> Option<(&str, [f64; 2])> {
+    let mut words = line.strip_prefix("control ")?.splitn(6, ' ');
+    let mut number = || words.next()?.parse::<f64>().ok();
+    let [x, y, width, height] = [number()?, number()?, number()?, number()?];
+    Some((words.nth(1)?, [x + width / 2.0, y + height / 2.0]))
 }
 
 fn last_of<'a>(printed: &'a [String], word: &str) -> Option<&'a str> {

@@ -9,6 +9,7 @@ use crate::runner::results::Results;
 use crate::runner::solve::SolverHandle;
 use crate::runner::wake::Waker;
 use crate::schedule::UiSystems;
+use crate::shell::painted_text::{PaintedText, PaintedTexts};
 use crate::shell::preferences::InterfaceScale;
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::state::DecideState;
@@ -115,6 +116,23 @@ struct Captured(Option<Image>);
 /// See [`PictureError`].
 pub fn png(world: World, size: [u32; 2], setup: PictureSetup) -> Result<Vec<u8>, PictureError> {
     Studio::open(world, size, setup)?.picture()?.png()
+}
+
+/// What is written in the picture that [`png`] paints.
+///
+/// # Errors
+/// See [`PictureError`].
+pub fn texts(
+    world: World,
+    size: [u32; 2],
+    setup: PictureSetup,
+) -> Result<Vec<PaintedText>, PictureError> {
+    let mut studio = Studio::open(world, size, setup)?;
+    studio.app.init_resource::<PaintedTexts>();
+    for _ in 0..SETTLING_FRAMES {
+        frame(&mut studio.app);
+    }
+    Ok(std::mem::take(&mut studio.app.world_mut().resource_mut::<PaintedTexts>().0))
 }
 
 /// The editor without a window, with all results, from which pictures are taken.

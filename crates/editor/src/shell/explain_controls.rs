@@ -37,7 +37,9 @@ fn report_controls(
     let scale = f64::from(ctx.zoom_factor());
     let outputs = outputs.iter().filter_map(|output| output.0.as_ref());
     let updates = outputs.filter_map(|output| output.platform_output.accesskit_update.as_ref());
-    let lines: Vec<String> = updates.flat_map(|update| lines_of(update, scale)).collect();
+    let mut lines: Vec<String> = updates.flat_map(|update| lines_of(update, scale)).collect();
+    // They come in another order each time.
+    lines.sort();
     if !lines.is_empty() && lines != controls.last {
         explain.line("controls");
         for line in &lines {

@@ -9,6 +9,7 @@ pub mod egui_camera;
 pub mod explain_controls;
 pub mod keys;
 pub mod layout;
+pub mod painted_text;
 pub mod preferences;
 pub mod registry;
 pub mod requests;
