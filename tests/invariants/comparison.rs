@@ -16,7 +16,7 @@ use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::body::SensorOrientation;
 use trackwright_simulation::comparison::{
-    Comparison, NoFigures, Pair, Plan, Settings, Verdict, compare,
+    Comparison, NoFigures, Pair, Plan, Settings, Verdict, compare, difference_words,
 };
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{
@@ -340,6 +340,25 @@ fn in_rooms_of_their_own_nothing_cancels() {
     // The very same model twice: but two rooms would have been measured with two noises.
     assert_eq!(rms.difference, 0.0);
     assert!(rms.model_std.unwrap() > 0.01, "{rms:?}");
+}
+
+#[test]
+fn a_smaller_error_in_another_room_is_no_verdict() {
+    let [rough, smooth] = [truth([3.0, 0.03]), truth([0.003, 3e-5])];
+    let rooms = [measured_room(&rough, 2), measured_room(&smooth, 2)];
+    let pairs = rooms.iter().enumerate().map(|(number, environment)| Pair {
+        design: number,
+        room: number,
+        scenario: scenario(pointer(60.0, 150.0), environment),
+    });
+    let plan = Plan { pairs: pairs.collect(), rooms: rooms.to_vec(), baseline: 0 };
+    let found = compared(&plan, &quick());
+    let against = found.rows[1].against_baseline.as_ref().unwrap();
+    let rms = against.differences[RMS];
+    assert!(rms.high < 0.0, "its error is far smaller: {rms:?}");
+    assert!(against.differences.iter().all(|d| d.verdict == Verdict::OtherRoom));
+    let words = difference_words(&rms, "the baseline");
+    assert!(words.contains("another room") && !words.contains("better"), "{words}");
 }
 
 #[test]

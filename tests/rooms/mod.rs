@@ -364,9 +364,11 @@ fn compared(cases: &[Case], figure: Metric) -> Compared {
         let side = match difference.verdict {
             Verdict::Better => -1.0,
             Verdict::Worse => 1.0,
-            Verdict::NotTold | Verdict::Negligible | Verdict::RoomUnknown | Verdict::Unsettled => {
-                continue;
-            }
+            Verdict::NotTold
+            | Verdict::Negligible
+            | Verdict::RoomUnknown
+            | Verdict::Unsettled
+            | Verdict::OtherRoom => continue,
         };
         found.named += 1;
         found.wrong += usize::from(side * truth < 0.0);

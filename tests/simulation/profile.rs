@@ -1,7 +1,7 @@
 //! Trials charted over a design's range of motion.
 use trackwright_simulation::profile::*;
 use trackwright_simulation::scenario::{Mode, Scenario};
-use trackwright_simulation::{AxisRange, Motion};
+use trackwright_simulation::{AxisRange, Metric, Motion};
 use trackwright_simulation::{Outcome, run};
 use trackwright_task::CancelToken;
 
@@ -131,4 +131,30 @@ fn a_single_pose_has_a_profile_of_one() {
     assert_eq!(profile.tip_error_mm, [outcome.figures.position_mm.max()]);
     assert!(profile.axes.is_empty());
     assert_eq!(profile.cumulative(10).len(), 3);
+}
+
+#[test]
+fn the_curve_along_the_shaft_is_that_of_other_tips() {
+    let scenario = scenario();
+    let (outcome, profile) = profiled(&Mode::Motion);
+    let along = profile.along_shaft.unwrap();
+    let at_tip_mm = along.rms_mm(0.0);
+    assert!((at_tip_mm - outcome.figures.value(Metric::TIP_RMS)).abs() < 1e-12);
+    // The frame fits do not depend on the tip: a study of another point has the curve's value.
+    let tip = scenario.tool.judged_tip_in_body();
+    for part in [0.3, 0.8, 1.0] {
+        let from_tip_mm = part * along.length_mm;
+        let mut other = scenario.clone();
+        other.tool.tip_in_body = Some(tip + along.axis_in_tool.as_ref() * from_tip_mm);
+        let study = run(&other, &Mode::Motion, &CancelToken::default(), None).unwrap();
+        let difference = study.figures.value(Metric::TIP_RMS) - along.rms_mm(from_tip_mm);
+        assert!(difference.abs() < 1e-9, "{part}: {difference:e}");
+    }
+    let rearmost = along.sensors_mm.iter().copied().fold(0.0, f64::max);
+    assert_eq!(along.length_mm, rearmost);
+    // The target registration error is least near the sensors, not at the tip.
+    let curve = along.curve(50);
+    let least = curve.iter().copied().reduce(|a, b| if b.1 < a.1 { b } else { a }).unwrap();
+    assert!(least.0 > 0.5 * along.length_mm, "{least:?}");
+    assert_eq!((curve[0].0, curve[49].0), (0.0, along.length_mm));
 }

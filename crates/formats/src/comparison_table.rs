@@ -145,6 +145,7 @@ fn verdict(verdict: Verdict) -> &'static str {
         Verdict::NotTold => "not_told",
         Verdict::Negligible => "negligible",
         Verdict::RoomUnknown => "room_unknown",
+        Verdict::OtherRoom => "other_room",
         Verdict::Unsettled => "unsettled",
     }
 }

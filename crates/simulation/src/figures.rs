@@ -32,7 +32,7 @@ pub struct Figures {
 /// The trial with the largest position error, the first of equals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Worst {
-    /// Its row in the log, from 0.
+    /// Its row in the log, from 0; [`trial_number`] for a person.
     pub trial: usize,
     pub position_mm: f64,
     pub angle_deg: f64,
@@ -199,9 +199,9 @@ pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
             row(RowOf::Determined(m), label, determined.get(m.summary), m.unit())
         }));
     }
+    let before_counts = rows.len();
     let mut counts = vec![
         ("trials", figures.trials),
-        ("worst trial", figures.worst.trial),
         ("trials with a sensor outside the model's box", figures.outside),
         ("trials with a sensor out of the volume", figures.out_of_volume),
     ];
@@ -209,7 +209,24 @@ pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
         counts.push(("trials left out", figures.rejected));
     }
     rows.extend(counts.into_iter().map(|(label, value)| FigureRow::count(label, value)));
+    let worst = FigureRow {
+        of: RowOf::Other,
+        label: "worst trial".to_owned(),
+        value: trial_number(figures.worst.trial),
+        unit: "",
+    };
+    rows.insert(before_counts + 1, worst);
     rows
+}
+
+/// The number of a trial for a person, counted from 1 everywhere that one reads it: `1,203` of
+/// index 1202. Files and JSON have the index.
+///
+/// ```
+/// assert_eq!(trackwright_simulation::figures::trial_number(1202), "1,203");
+/// ```
+pub fn trial_number(index: usize) -> String {
+    with_separators(index + 1)
 }
 
 impl FigureRow {

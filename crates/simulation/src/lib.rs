@@ -46,12 +46,14 @@
 //! # Ok::<(), StudyError>(())
 //! ```
 
+pub mod along_shaft;
 pub mod arrows;
 pub mod body;
 pub mod body_compensation;
 pub mod body_prediction;
 pub mod comparison;
 pub mod distinct;
+pub mod error_sources;
 pub mod expected;
 mod explain;
 pub mod field_lattice;
@@ -89,8 +91,10 @@ pub mod uncertainty;
 pub mod usable_region;
 pub mod work;
 
+pub use along_shaft::{AlongShaft, shaft_in_body};
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
+pub use error_sources::{ErrorSources, error_sources};
 pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
 };

@@ -169,14 +169,19 @@ impl MotionGrid {
     /// How far a trial is from the design's own pose along x, y, z in mm and about rx, ry, rz in
     /// degrees.
     pub fn offsets(&self, trial: usize) -> [f64; 6] {
-        let mut values = [0.0; 6];
+        let (indices, axes) = (self.indices(trial), self.motion.axes());
+        std::array::from_fn(|k| axes[k].1.map_or(0.0, |r| r.min + indices[k] as f64 * r.step))
+    }
+
+    /// Which of the values of each axis a trial has.
+    pub fn indices(&self, trial: usize) -> [usize; 6] {
+        let mut indices = [0; 6];
         let mut rest = trial;
-        for (k, (_, range)) in self.motion.axes().into_iter().enumerate().rev() {
-            let index = rest % self.counts[k];
-            rest /= self.counts[k];
-            values[k] = range.map_or(0.0, |r| r.min + index as f64 * r.step);
+        for (index, count) in indices.iter_mut().zip(self.counts).rev() {
+            *index = rest % count;
+            rest /= count;
         }
-        values
+        indices
     }
 }
 

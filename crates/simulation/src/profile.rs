@@ -1,9 +1,10 @@
 //! A study trial by trial: what a timeline, a histogram and the error along each axis are drawn
 //! from.
 
+use super::along_shaft::{AlongShaft, AlongShaftSums};
 use super::motion::MotionGrid;
 use super::requirement::{Requirement, Within};
-use super::run::{Outcome, StudyError, run};
+use super::run::{Outcome, StudyError, is_rejected, run};
 use super::scenario::{InputTrial, Mode, Scenario};
 use trackwright_geometry::number::round_above;
 use trackwright_geometry::pose::Pose;
@@ -29,6 +30,8 @@ pub struct Profile {
     /// Along each axis of the range of motion that has more than one value; none for other modes.
     /// Where both positions and orientations are many, by each of them too.
     pub axes: Vec<AxisProfile>,
+    /// The error along the tool's long axis; `None` of a tool without one.
+    pub along_shaft: Option<AlongShaft>,
 }
 
 /// How the tip error goes with one axis of the range of motion, over all values of the others.
@@ -83,13 +86,18 @@ pub fn run_profiled(
     }
     let mut tip_error_mm = Vec::with_capacity(trials);
     let mut angle_error_deg = Vec::with_capacity(trials);
+    let mut along_shaft = AlongShaftSums::new(&scenario.tool);
     let mut log = |trial: &super::trial::Trial| {
         tip_error_mm.push(trial.tip_error_mm);
         angle_error_deg.push(trial.angle_error_deg);
+        if let Some(sums) = along_shaft.as_mut().filter(|_| !is_rejected(trial, scenario.outside)) {
+            sums.add(trial);
+        }
     };
     let outcome = run(scenario, mode, cancel, Some(&mut log))?;
     let axes = grid.map_or_else(Vec::new, |grid| axes(&grid, &tip_error_mm));
-    let profile = Profile { tip_error_mm, angle_error_deg, axes };
+    let along_shaft = along_shaft.and_then(AlongShaftSums::finish);
+    let profile = Profile { tip_error_mm, angle_error_deg, axes, along_shaft };
     Ok((outcome, Some(profile)))
 }
 

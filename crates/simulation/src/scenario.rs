@@ -1,5 +1,6 @@
 //! What a study is made of: plain data, every file read and every default decided.
 
+use super::metric::Metric;
 use super::motion::Motion;
 use super::requirement::Requirement;
 use crate::body::RigidBody;
@@ -19,6 +20,15 @@ pub struct Scenario {
     pub orientation_weight_mm: f64,
     pub requirement: Option<Requirement>,
     pub outside: OutsidePolicy,
+}
+
+impl Scenario {
+    /// Whether a mode's study is judged against a bound on a figure: one pose of a range of motion has no
+    /// RMS and no percentile to be held against one.
+    pub fn judges(&self, mode: &Mode, metric: Metric) -> bool {
+        let is_one_pose = matches!(mode, Mode::Single) && self.motion.is_some();
+        !is_one_pose || metric.is_extreme()
+    }
 }
 
 /// A reference body and where it is.

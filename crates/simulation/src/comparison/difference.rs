@@ -36,6 +36,8 @@ pub enum Verdict {
     RoomUnknown,
     /// A study of the two leaves a rotation open or left trials out: its figures may be any others.
     Unsettled,
+    /// The two are in different rooms: a smaller error in another room is no better design.
+    OtherRoom,
 }
 
 /// A figure less the baseline's, in the figure's unit.
@@ -88,6 +90,12 @@ impl Default for Least {
 pub(super) fn differences(design: Side<'_>, baseline: Side<'_>, least: Least) -> Vec<Difference> {
     let each = METRICS.iter().enumerate();
     each.map(|(index, metric)| difference(index, *metric, design, baseline, least)).collect()
+}
+
+/// The same of two that are in different rooms: differences without a verdict on the designs.
+pub(super) fn between_rooms(differences: Vec<Difference>) -> Vec<Difference> {
+    let each = differences.into_iter();
+    each.map(|difference| Difference { verdict: Verdict::OtherRoom, ..difference }).collect()
 }
 
 fn difference(

@@ -19,7 +19,7 @@ use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
 use super::run::StudyError;
 use super::scenario::{InputTrial, Scenario};
-use difference::{Side, differences};
+use difference::{Side, between_rooms, differences};
 use measured_fields::MeasuredFields;
 use rayon::prelude::*;
 use sampled::{Drawn, DrawnAt, DrawnFrom, Sampled, range_trials};
@@ -213,12 +213,17 @@ fn against_baseline(
     if own.room == theirs.room && design.drawn_baseline.is_some() {
         baseline_side.drawn = design.drawn_baseline.as_ref();
     }
+    let room_differs = own.room != theirs.room;
+    let differences = differences(design.side(&a), baseline_side, least);
     Some(AgainstBaseline {
         row,
-        differences: differences(design.side(&a), baseline_side, least),
+        differences: match room_differs {
+            true => between_rooms(differences),
+            false => differences,
+        },
         motion_differs: own.scenario.motion != theirs.scenario.motion,
         requirement_differs: own.scenario.requirement != theirs.scenario.requirement,
-        room_differs: own.room != theirs.room,
+        room_differs,
     })
 }
 

@@ -3,7 +3,7 @@
 use super::difference::{Difference, Verdict};
 use super::{AgainstBaseline, Measured};
 use crate::expected::BoundVerdict;
-use crate::figures::{signed_offset, with_separators};
+use crate::figures::{signed_offset, trial_number};
 use crate::own_study::study_notes;
 
 /// Whether the requirement is met, as far as the room determines it.
@@ -27,17 +27,21 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
             format!("{size} {side} than {baseline} (95 %: {from} to {to})")
         }
         Verdict::NotTold => format!(
-            "no difference that the model and the sampling can resolve ({}; 95 %: {} to {})",
+            "not significant ({}; 95 %: {} to {})",
             signed(difference.difference, unit),
             signed(difference.low, unit),
             signed(difference.high, unit)
         ),
         Verdict::Negligible => {
-            format!("no difference that matters ({})", signed(difference.difference, unit))
+            format!("negligible ({})", signed(difference.difference, unit))
         }
         Verdict::RoomUnknown => format!(
             "{size} {side} than {baseline} as the room stands ({from} to {to} for the sampling); how far the \
              room may be off is not known, so this is no verdict"
+        ),
+        Verdict::OtherRoom => format!(
+            "{} from {baseline}, which is in another room, so this is no verdict",
+            signed(difference.difference, unit)
         ),
         Verdict::Unsettled => format!(
             "{size} {side} than {baseline} as far as the figures go; {}, so this is no verdict",
@@ -83,7 +87,7 @@ pub fn worst_place_words(measured: &Measured) -> String {
     match places.is_empty() {
         true => "its own pose".to_owned(),
         false => {
-            let trial = with_separators(measured.figures.worst.trial);
+            let trial = trial_number(measured.figures.worst.trial);
             format!("{} (trial {trial})", places.join(", "))
         }
     }

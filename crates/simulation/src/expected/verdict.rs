@@ -64,7 +64,44 @@ impl JudgedBound {
             (verdict, _) => verdict.label().to_owned(),
         }
     }
+
+    /// By how much a bound is missed, with this before the unit: `Not met: 0.44 mm, limit 0.30 mm, 0.14 mm
+    /// over`; `None` where it is not missed. There are two decimals, and as many more as show that the
+    /// figure is over.
+    ///
+    /// ```
+    /// use trackwright_simulation::Metric;
+    /// use trackwright_simulation::expected::judged_checks;
+    /// use trackwright_simulation::requirement::Check;
+    /// let check = Check { metric: Metric::TIP_RMS, value: 0.44, limit: 0.3, met: false };
+    /// let bound = judged_checks(&[check], None, None)[0];
+    /// assert_eq!(bound.missed_words(" ").unwrap(), "Not met: 0.44 mm, limit 0.30 mm, 0.14 mm over");
+    /// ```
+    pub fn missed_words(&self, space: &str) -> Option<String> {
+        let over = self.over_words(space)?;
+        let [value, limit] = [self.value, self.limit].map(|value| self.amount(value, space));
+        Some(format!("Not met: {value}, limit {limit}, {over} over"))
+    }
+
+    /// By how much a figure is over its bound, with the same digits; `None` where it is not missed.
+    pub fn over_words(&self, space: &str) -> Option<String> {
+        let is_missed = self.verdict == BoundVerdict::Missed;
+        is_missed.then(|| self.amount(self.value - self.limit, space))
+    }
+
+    fn amount(&self, value: f64, space: &str) -> String {
+        let over = (self.value - self.limit).abs();
+        let decimals = (LEAST_DECIMALS..MOST_DECIMALS)
+            .find(|decimals| over >= 0.5 * 0.1_f64.powi(*decimals as i32))
+            .unwrap_or(MOST_DECIMALS);
+        let space = if self.metric.of == ErrorOf::Angle { "" } else { space };
+        format!("{value:.decimals$}{space}{}", self.metric.unit())
+    }
 }
+
+/// Decimals of a figure and its limit: where they are nearly equal there are more.
+const LEAST_DECIMALS: usize = 2;
+const MOST_DECIMALS: usize = 6;
 
 /// Each bound, in the order of its checks: against the interval of its figure where there is one, else
 /// against the figure of the room's own field. None is met that an undetermined rotation or a trial

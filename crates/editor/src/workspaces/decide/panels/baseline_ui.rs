@@ -198,8 +198,9 @@ pub fn verdict(verdict: Verdict) -> (&'static str, Color32) {
     match verdict {
         Verdict::Better => ("better", palette::MET.color32()),
         Verdict::Worse => ("worse", palette::MISSED.color32()),
-        Verdict::NotTold => ("cannot tell", palette::TEXT_QUIET.color32()),
-        Verdict::Negligible => ("no matter", palette::TEXT_QUIET.color32()),
+        Verdict::NotTold => ("not significant", palette::TEXT_QUIET.color32()),
+        Verdict::Negligible => ("negligible", palette::TEXT_QUIET.color32()),
+        Verdict::OtherRoom => ("another room", palette::TEXT_QUIET.color32()),
         Verdict::RoomUnknown => ("room unsure", palette::TEXT_QUIET.color32()),
         Verdict::Unsettled => ("undetermined", palette::TEXT_QUIET.color32()),
     }
