@@ -65,7 +65,7 @@ fn a_missing_file_is_named() {
         fs::rename(&path, &away).unwrap();
         for mode in ["single", "motion"] {
             let line = format!("{SIMULATE} {mode}");
-            scratch.fail_with(line, &[file, "found no such file", expected]);
+            scratch.fail_with(line, &[file, "File not found", expected]);
         }
         fs::rename(&away, &path).unwrap();
     }

@@ -248,7 +248,7 @@ fn unusable_recordings_are_refused() {
     refused(&["empty.tsv".into()], &reference[..1], &["empty.tsv: line 1: found \"\""]);
     scratch.write("header.tsv", format!("Tools\tPort 1\t{COLUMNS}\n"));
     refused(&em[..1], &["header.tsv".into()], &["header.tsv: found no rows"]);
-    refused(&["none.tsv".into()], &reference[..1], &["none.tsv: found no such file"]);
+    refused(&["none.tsv".into()], &reference[..1], &["none.tsv: File not found"]);
 }
 
 #[test]

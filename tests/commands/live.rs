@@ -273,7 +273,7 @@ fn wrong_arguments_fail_before_anything_runs() {
     let used = fail(&["live", "--connect", "localhost:1", "--serve", &port]);
     assert!(used.contains(&format!("port {port} of 127.0.0.1 is in use")), "{used}");
     let missing = fail(&["live", "--connect", "localhost:1", "--environment", "no.env.ron"]);
-    assert!(missing.contains("no.env.ron: found no such file"), "{missing}");
+    assert!(missing.contains("no.env.ron: File not found"), "{missing}");
     for empty in ["", " "] {
         let room = ["--environment", "no.env.ron", "--frame", empty];
         let error = fail(&[&["live", "--connect", "localhost:1"][..], &room].concat());

@@ -173,7 +173,7 @@ fn decisions_stay_in_the_design() {
     fs::write(&design, loose).unwrap();
     let words = scratch.succeed(format!("procedure {design}"));
     assert!(words.contains("required position_rms was 0.01, is 0.5"), "{words}");
-    assert!(words.contains("built.csv: found no such file"), "{words}");
+    assert!(words.contains("built.csv: File not found"), "{words}");
 
     let found = scratch.json(format!("procedure {design} --withdraw tool --remove-room {ward}"));
     assert_ne!(step(&found, "tool")["state"], outdated);
@@ -217,7 +217,7 @@ fn an_unusable_room_is_a_row_with_its_reason() {
     let rows = list(step(&found, "tool"), "rows");
     assert_eq!(rows[0], list(step(&alone, "tool"), "rows")[0]);
     let why = |row: &Value| row["no_figures"].as_str().unwrap().to_owned();
-    assert!(why(&rows[1]).contains("ward.env.ron: found no such file"), "{}", rows[1]);
+    assert!(why(&rows[1]).contains("ward.env.ron: File not found"), "{}", rows[1]);
     assert!(why(&rows[2]).contains("the room does not reach"), "{}", rows[2]);
     let words = scratch.succeed(format!("procedure {design} --environment away.env.ron"));
     assert!(words.contains("2 have no figures"), "{words}");
@@ -226,7 +226,7 @@ fn an_unusable_room_is_a_row_with_its_reason() {
     let gone = scratch.fail(format!("procedure {design} --remove-room {ward}"));
     assert!(gone.contains("it has no further rooms"), "{gone}");
     let missing = scratch.fail(format!("procedure {design} --add-room {ward}"));
-    assert!(missing.contains("no such file"), "{missing}");
+    assert!(missing.contains("File not found"), "{missing}");
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn impossible_decisions_write_nothing() {
         ("--withdraw tool", "nothing is decided on the tool"),
         ("--note x", "--decide"),
         ("--crf x.csv", "--built"),
-        ("--decide built --built none.csv", "none.csv: found no such file"),
+        ("--decide built --built none.csv", "none.csv: File not found"),
         ("--decide tool --environment x", "cannot be used with"),
     ] {
         let error = scratch.fail(format!("procedure {design} {args}"));

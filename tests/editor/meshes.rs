@@ -180,7 +180,7 @@ fn an_invalid_mesh_leaves_the_design() {
     let gone = folder.path().join("gone.stl");
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, gone));
     assert!(
-        matches!(dialog(&app), Some(ErrorDialog { text, .. }) if text.contains("no such file"))
+        matches!(dialog(&app), Some(ErrorDialog { text, .. }) if text.contains("File not found"))
     );
     assert_eq!(reference(&app), before);
     assert_eq!(world(&app).document.undo_label(), None);
@@ -243,7 +243,7 @@ fn a_lost_mesh_keeps_its_reference() {
     app.world_mut().write_message(FileRequest::Reload);
     app.update();
     assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
-    assert_shown(&app, "no such file");
+    assert_shown(&app, "File not found");
     let (mut harness, requests) = section(&app);
     harness.get_by_label("Find it…").click();
     harness.run_steps(2);

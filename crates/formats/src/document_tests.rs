@@ -3,8 +3,8 @@
 
 use super::ron_tokens::{Token, Tokens, place};
 use super::{
-    FormatError, body, computed_model, design_file, environment, generator, preferences_file,
-    recent_file, recovery_file,
+    FormatError, baseline_file, body, computed_model, design_file, environment, generator,
+    preferences_file, recent_file, recovery_file,
 };
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -199,6 +199,9 @@ fn documents() -> Vec<Document> {
         }),
         document("recovery", String::from_utf8(recovery_file::tests::good()).unwrap(), |bytes| {
             recovery_file::parse(bytes).map(drop)
+        }),
+        document("baseline", baseline_file::tests::good(), |bytes| {
+            baseline_file::parse(bytes).map(drop)
         }),
     ]
 }

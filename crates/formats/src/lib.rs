@@ -15,6 +15,7 @@
 //! ```
 
 pub mod agreement_log;
+pub mod baseline_file;
 pub mod body;
 pub mod characterised;
 pub mod comparison_table;

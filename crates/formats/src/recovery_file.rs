@@ -125,7 +125,10 @@ pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
     })
 }
 
-fn part<T>(part: &'static str, parsed: Result<T, FormatError>) -> Result<T, FormatError> {
+pub(super) fn part<T>(
+    part: &'static str,
+    parsed: Result<T, FormatError>,
+) -> Result<T, FormatError> {
     parsed.map_err(|cause| FormatError::Part { part, cause: Box::new(cause) })
 }
 

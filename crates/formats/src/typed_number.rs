@@ -65,6 +65,28 @@ pub enum TypedNumberError {
     TooDeep { column: usize },
 }
 
+/// What is expected where a number may begin.
+const A_NUMBER: &str = "a number";
+
+/// Most letters of a refused text that are shown.
+const MOST_SHOWN: usize = 40;
+
+impl TypedNumberError {
+    /// Why a text is refused, for who typed it: `"a0" is not a number`, or where in an expression it
+    /// goes wrong.
+    pub fn words(&self, typed: &str) -> String {
+        let begins_at =
+            |column: usize| typed.chars().take(column.saturating_sub(1)).all(char::is_whitespace);
+        match self {
+            Self::Unexpected { column, expected: A_NUMBER, .. } if begins_at(*column) => {
+                let shown: String = typed.trim().chars().take(MOST_SHOWN).collect();
+                format!("\"{shown}\" is not a number")
+            }
+            other => other.to_string(),
+        }
+    }
+}
+
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -253,7 +275,7 @@ impl Parser {
             Some(c) if c.is_ascii_digit() || is_decimal_mark(c) => {
                 Value { number: self.number()?, dimension: Dimension::Plain }
             }
-            _ => return Err(self.unexpected("a number")),
+            _ => return Err(self.unexpected(A_NUMBER)),
         };
         if let Some((name, column)) = self.name() {
             value = self.with_unit(value, &name, column)?;

@@ -13,7 +13,7 @@ use trackwright_task::Cancelled;
 /// The message is whole: what lies behind it is part of it, and no source to be printed again.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    #[error("{}: found {}, expected {expected}", file.display(), what_happened(cause))]
+    #[error("{}: {}, expected {expected}", file.display(), what_was_read(cause))]
     Read { file: PathBuf, expected: &'static str, cause: io::Error },
     #[error("{}: {cause}", file.display())]
     Format { file: PathBuf, cause: FormatError },
@@ -69,6 +69,14 @@ impl StoreError {
             return false;
         };
         matches!(cause, FormatError::Version { .. })
+    }
+}
+
+/// What there was in the place of a file.
+fn what_was_read(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "File not found".to_owned(),
+        _ => format!("found {}", what_happened(error)),
     }
 }
 

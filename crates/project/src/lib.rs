@@ -16,6 +16,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod baseline;
 mod body_export;
 mod built_tool;
 mod builtin;
@@ -43,6 +44,9 @@ mod video;
 mod watch;
 mod write;
 
+pub use baseline::{
+    KeptBaseline, baseline_file_of, read_baseline, remove_baseline, write_baseline,
+};
 pub use body_export::{BodyExport, definition_name};
 pub use built_tool::{BuiltTool, BuiltToolFailure, BuiltToolNote, BuiltToolTables, built_tool};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names};

@@ -34,6 +34,8 @@ impl Kind {
     pub const GENERATOR: Self = Self::new("a field generator", MIB);
     /// A design and its two bodies, with each of their quotes escaped.
     pub const RECOVERY: Self = Self::new("a recovery file", 64 * MIB);
+    /// Likewise.
+    pub const BASELINE: Self = Self::new("a baseline", 64 * MIB);
     pub const PREFERENCES: Self = Self::new("preferences", MIB);
     pub const RECENT: Self = Self::new("a list of designs", MIB);
 
@@ -199,6 +201,7 @@ mod tests {
             Kind::ENVIRONMENT,
             Kind::GENERATOR,
             Kind::RECOVERY,
+            Kind::BASELINE,
             Kind::PREFERENCES,
             Kind::RECENT,
             Kind::from("a poses table"),

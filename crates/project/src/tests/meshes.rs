@@ -13,7 +13,7 @@ fn a_design_opens_without_an_unusable_mesh() {
     let file = folder.path().join("pointer.glb");
     let before = fs::read(&file).unwrap();
     for (content, part, z_mm) in [
-        (None, "found no such file or folder, expected a mesh", 80.0),
+        (None, "File not found, expected a mesh", 80.0),
         (Some(&b"glTF"[..]), "found no glTF", 81.0),
         (Some(b""), "found no glTF", 82.0),
     ] {

@@ -255,7 +255,7 @@ fn another_environment_is_read_after_its_edit() {
     let edit = Edit::SetEnvironment("nowhere.env.ron".into());
     world.document.apply(edit).unwrap();
     let error = refresh_environment(&mut world).unwrap_err().to_string();
-    assert!(error.ends_with("found no such file or folder, expected an environment"), "{error}");
+    assert!(error.ends_with("File not found, expected an environment"), "{error}");
     assert_eq!(world.environment.name, "Operating table");
 }
 
@@ -266,7 +266,7 @@ fn every_file_that_cannot_be_used_is_named() {
     for (name, content, part) in [
         ("head-crf.body.ron", Some(&b"(version: 2)"[..]), "version is 2, expected 1"),
         ("pointer.body.ron", Some(b"\xff"), "line 1, column 1: found a byte that is not UTF-8"),
-        ("operating-table.env.ron", None, "found no such file or folder, expected an environment"),
+        ("operating-table.env.ron", None, "File not found, expected an environment"),
         ("operating-table.env.ron", Some(b""), "line 1, column 1: found the end of the file"),
         ("a.design.ron", Some(b"(version: 1,"), "line 1, column 13: found"),
     ] {
