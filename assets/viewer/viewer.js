@@ -82,7 +82,7 @@
     figure.classList.add('turns');
     canvas.hidden = false;
     seen.hidden = false;
-    figure.querySelector('.turning-words').hidden = false;
+    for (const words of figure.querySelectorAll('.turning-words')) words.hidden = false;
     figure.querySelector('.still-words').hidden = true;
     fit();
     remember();

@@ -84,22 +84,20 @@ pub(super) fn rows(expected: &Expected) -> Vec<output::Row> {
     .collect()
 }
 
-/// Each bound against the interval of its figure.
-pub(super) fn requirement_lines(expected: &Expected, figures: &Figures) -> Vec<String> {
-    let bounds = judged(figures, Some(expected)).into_iter();
-    bounds
-        .map(|bound| {
-            let unit = bound.metric.unit();
-            let [low, high] = bound.interval.unwrap_or([bound.value; 2]);
-            format!(
-                "requirement {}: {}, at most {} {unit}, expected {:.4} {unit} (95 %: {low:.4} to {high:.4})",
-                bound.metric.name(),
-                bound.label(),
-                bound.limit,
-                bound.value
-            )
-        })
-        .collect()
+/// A bound against the interval of its figure.
+pub(super) fn requirement_line(bound: &JudgedBound, [low, high]: [f64; 2]) -> String {
+    let (name, unit) = (bound.metric.name(), bound.metric.unit());
+    if let Some(missed) = bound.missed_words(" ") {
+        return format!(
+            "requirement {name}: {missed} (expected; 95 %: {low:.4} to {high:.4} {unit})"
+        );
+    }
+    format!(
+        "requirement {name}: {}, at most {} {unit}, expected {:.4} {unit} (95 %: {low:.4} to {high:.4})",
+        bound.label(),
+        bound.limit,
+        bound.value
+    )
 }
 
 /// The measurements that would decide the bounds that cannot be decided now.

@@ -6,7 +6,7 @@ use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use std::ffi::{OsStr, OsString};
 use trackwright_project::World;
 use trackwright_report::page::{
-    Extras, Report, ReportedStudy, Slide, TableSection, workshop_section,
+    Extras, Report, ReportedStudy, SceneLegend, Slide, TableSection, workshop_section,
 };
 use trackwright_scene::{Ground, SceneWish};
 use trackwright_simulation::CancelToken;
@@ -64,12 +64,14 @@ pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
     }
     let study = ReportedStudy::run(&world, mode, &CancelToken::default())
         .with_context(|| args.design.display().to_string())?;
+    let (scene_glb, scene_legend) = scene(&world).unzip();
     let extras = Extras {
         design_file: name_of(&args.design),
         input_file: args.input.as_deref().and_then(name_of),
         date: Some(date),
         slides: slides(&world)?,
-        scene_glb: scene_glb(&world),
+        scene_glb,
+        scene_legend,
         manufacturing: workshop(&study)?,
     };
     let html = Report { world: &world, study: &study, extras }.to_html();
@@ -82,12 +84,16 @@ fn name_of(file: &Path) -> Option<String> {
     file.file_name().map(|name| name.to_string_lossy().into_owned())
 }
 
-/// The scene that turns. Without one the page has its drawing.
-fn scene_glb(world: &World) -> Option<Vec<u8>> {
+/// The scene that turns, and what it shows. Without one the page has its drawing.
+fn scene(world: &World) -> Option<(Vec<u8>, SceneLegend)> {
     let wish = SceneWish { ground: Ground::Light, ..SceneWish::default() };
     let shown = Shown::new("computing what the layers show");
     match trackwright_scene::glb(world, &wish, &shown.task) {
-        Ok(scene) => Some(scene.glb),
+        Ok(scene) => {
+            let keys = scene.legend.into_iter().map(|key| (key.color, key.text)).collect();
+            let (magnification, maps) = (scene.magnification, scene.colors);
+            Some((scene.glb, SceneLegend { magnification, keys, maps }))
+        }
         Err(error) => {
             output::note(&format!("note: no view that turns: {error}"));
             None
@@ -107,6 +113,7 @@ fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
 fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
     use trackwright_editor::app::picture::{self, PictureSetup};
     use trackwright_editor::app::preflight;
+    use trackwright_editor::palette::Theme;
     use trackwright_editor::workspaces;
 
     let slides = &world.document.design().slides;
@@ -123,6 +130,8 @@ fn slides(world: &World) -> anyhow::Result<Vec<Slide>> {
             has_panels: true,
             workspace: workspaces::present::WORKSPACE,
             slide: index,
+            // A page is read on paper too: slides have its ground.
+            theme: Theme::Light,
             ..PictureSetup::default()
         };
         let png = picture::png(world.clone(), SLIDE_PX, setup)?;

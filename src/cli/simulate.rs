@@ -12,7 +12,8 @@ use trackwright_project::{Output, World};
 use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
-    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, figure_rows,
+    self, CancelToken, ErrorOf, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
+    error_sources, figure_rows,
 };
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -137,7 +138,11 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         Format::Text => {
             let title = title(&world);
             let (single, expected) = (single.as_ref(), expected.as_ref());
-            let mut text = study_text(&title, &outcome, single, expected);
+            let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
+            for line in missed_lines(&scenario, &mode, figures, expected).with_context(named)? {
+                text.push('\n');
+                text.push_str(&line);
+            }
             for line in expected::needed_lines(&needed) {
                 text.push('\n');
                 text.push_str(&line);
@@ -196,9 +201,15 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
         let name = &crf.body.rigid.name;
         let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
         let expected = expected::of(&scenario, &mode)?;
-        texts.push(study_text(&title, &outcome, single.as_ref(), expected.as_ref()));
-        let mut value = as_json(&outcome.figures, single.as_ref());
-        if let Some(expected) = &expected {
+        let (single, expected) = (single.as_ref(), expected.as_ref());
+        let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
+        for line in missed_lines(&scenario, &mode, &outcome.figures, expected)? {
+            text.push('\n');
+            text.push_str(&line);
+        }
+        texts.push(text);
+        let mut value = as_json(&outcome.figures, single);
+        if let Some(expected) = expected {
             let bounds = judged(&outcome.figures, Some(expected));
             expected::add_json(&mut value, expected, &bounds);
         }
@@ -268,8 +279,33 @@ pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let single = last.filter(|_| matches!(mode, Mode::Single));
     let expected = expected::of(&scenario, &mode)?;
     let title = title(&world);
-    let text = study_text(&title, &outcome, single.as_ref(), expected.as_ref());
+    let (single, expected) = (single.as_ref(), expected.as_ref());
+    let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
+    for line in missed_lines(&scenario, &mode, &outcome.figures, expected)? {
+        text.push('\n');
+        text.push_str(&line);
+    }
     output::print(&text)
+}
+
+/// Why bounds are missed: where the error comes from, of each kind of error that misses one.
+fn missed_lines(
+    scenario: &Scenario,
+    mode: &Mode,
+    figures: &Figures,
+    expected: Option<&Expected>,
+) -> anyhow::Result<Vec<String>> {
+    let bounds = judged(figures, expected);
+    let is_missed = |of: &ErrorOf| {
+        let mut missed = bounds.iter().filter(|bound| bound.verdict == BoundVerdict::Missed);
+        missed.any(|bound| bound.metric.of == *of && scenario.judges(mode, bound.metric))
+    };
+    let kinds: Vec<ErrorOf> = ErrorOf::ALL.into_iter().filter(is_missed).collect();
+    if kinds.is_empty() {
+        return Ok(Vec::new());
+    }
+    let sources = error_sources(scenario, mode, &CancelToken::default())?;
+    Ok(kinds.into_iter().flat_map(|of| sources.words(of, " ")).collect())
 }
 
 /// What a person has to know of a design before its figures: a body of a size that no instrument has,
@@ -356,11 +392,12 @@ fn title(world: &World) -> String {
 /// where there is one, else against the figure of the room's own field.
 fn study_text(
     title: &str,
+    of: (&Scenario, &Mode),
     outcome: &Outcome,
     single: Option<&Trial>,
     expected: Option<&Expected>,
 ) -> String {
-    let mut text = as_text(title, &outcome.figures, single, expected);
+    let mut text = as_text(title, of, &outcome.figures, single, expected);
     if let Some(expected) = expected {
         text.push('\n');
         text.push_str(&expected::as_text(expected));
@@ -370,6 +407,7 @@ fn study_text(
 
 fn as_text(
     title: &str,
+    (scenario, mode): (&Scenario, &Mode),
     figures: &Figures,
     single: Option<&Trial>,
     expected: Option<&Expected>,
@@ -391,10 +429,13 @@ fn as_text(
             "{name:<15} ({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"
         ));
     }
-    match expected {
-        Some(expected) => lines.extend(expected::requirement_lines(expected, figures)),
-        None => lines.extend(judged(figures, None).iter().map(bound_line)),
-    }
+    lines.extend(judged(figures, expected).iter().map(|bound| {
+        match (scenario.judges(mode, bound.metric), bound.interval) {
+            (false, _) => unjudged_line(bound),
+            (true, Some(interval)) => expected::requirement_line(bound, interval),
+            (true, None) => bound_line(bound),
+        }
+    }));
     lines.extend(figures.free_axis.map(|free| free.statement()));
     if figures.poorly_determined {
         lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
@@ -402,12 +443,23 @@ fn as_text(
     lines.join("\n")
 }
 
+/// A bound that one pose of a range of motion is not held against.
+fn unjudged_line(bound: &JudgedBound) -> String {
+    let (name, unit) = (bound.metric.name(), bound.metric.unit());
+    format!(
+        "requirement {name}: at most {} {unit} over the range of motion; one pose is not judged",
+        bound.limit
+    )
+}
+
 /// A bound against the figure of the room's own field.
 fn bound_line(bound: &JudgedBound) -> String {
+    if let Some(missed) = bound.missed_words(" ") {
+        return format!("requirement {}: {missed}", bound.metric.name());
+    }
     let relation = match bound.verdict {
         BoundVerdict::Met => "≤",
-        BoundVerdict::Missed => ">",
-        BoundVerdict::CannotTell => "against",
+        BoundVerdict::Missed | BoundVerdict::CannotTell => "against",
     };
     let unit = bound.metric.unit();
     format!(

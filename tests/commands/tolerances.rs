@@ -46,7 +46,7 @@ fn the_sheet_is_the_same_in_every_format() {
         "in the direction +z",
         "shaft – grip",
         "tool, every sensor",
-        "nearest to missing the requirement: position RMS",
+        "Worst allowed combination: position RMS",
         "all 20 drawn tools meet the requirement",
     ] {
         assert!(text.contains(part), "{part}: {text}");

@@ -2,13 +2,16 @@
 
 use super::plot::{Axis, Chart, Series, SeriesStyle};
 use trackwright_simulation::profile::AxisProfile;
-use trackwright_simulation::{Metric, Profile, Requirement};
+use trackwright_simulation::{AlongShaft, Metric, Profile, Requirement};
 
 /// Columns of a timeline: more would be a solid band.
 const MOST_COLUMNS: usize = 200;
 
 /// Points of the cumulative curve.
 const CURVE_POINTS: usize = 200;
+
+/// Points of the curve along the shaft.
+const SHAFT_POINTS: usize = 60;
 
 /// The charts of a study, with the requirement as a line; none of a single pose.
 pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart> {
@@ -45,7 +48,26 @@ pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart
         charts.push(over_trials(profile));
     }
     charts.push(spread(profile, &requirement));
+    charts.extend(profile.along_shaft.as_ref().map(|along| along_shaft(along, &requirement)));
     charts
+}
+
+/// The error of every point of the tool's long axis: it grows away from the sensors.
+fn along_shaft(along: &AlongShaft, requirement: &Requirement) -> Chart {
+    let sensors = along.sensors_mm.iter().map(|&at_mm| (at_mm, along.rms_mm(at_mm)));
+    let mut series = vec![
+        Series::new("RMS", SeriesStyle::Line, along.curve(SHAFT_POINTS)),
+        Series::new("sensors", SeriesStyle::Points, sensors.collect()),
+        bound(0.0, ""),
+    ];
+    let limit_mm = requirement.bound(Metric::TIP_RMS);
+    series.extend(limit_mm.map(|limit_mm| bound(limit_mm, "required at the tip")));
+    Chart {
+        title: "RMS error along the shaft".to_owned(),
+        x: Axis::linear("from the tip along the shaft, mm"),
+        y: Axis::linear("error, mm"),
+        series,
+    }
 }
 
 /// One line an axis of the motion, and the level that is allowed.
@@ -74,10 +96,12 @@ fn over_trials(profile: &Profile) -> Chart {
     let columns = profile.columns(MOST_COLUMNS);
     let each = profile.len().div_ceil(columns.len().max(1));
     let label = match each {
-        0 | 1 => "pose".to_owned(),
-        _ => format!("pose; of each {each} the one with the largest error"),
+        0 | 1 => "trial".to_owned(),
+        _ => format!("trial; of each {each} the one with the largest error"),
     };
-    let points = columns.iter().map(|column| (column.worst_trial as f64, column.max_mm)).collect();
+    // Counted from 1, as everywhere that a person reads it.
+    let number = |trial: usize| trial as f64 + 1.0;
+    let points = columns.iter().map(|column| (number(column.worst_trial), column.max_mm)).collect();
     Chart {
         title: "Tip error pose by pose".to_owned(),
         x: Axis::linear(label),
@@ -142,7 +166,7 @@ mod tests {
         let has_bound = |chart: &Chart| chart.series.iter().any(|s| s.name == "required");
         assert_eq!(
             charts.iter().map(has_bound).collect::<Vec<_>>(),
-            [true, false, true, false, false]
+            [true, false, true, false, false, false]
         );
         // The largest over each axis is the largest of all.
         let largest = profile.tip_error_mm.iter().copied().fold(0.0, f64::max);
@@ -151,6 +175,32 @@ mod tests {
             let top = series.points.iter().map(|p| p.1).fold(0.0, f64::max);
             assert_eq!(top, largest);
         }
+    }
+
+    #[test]
+    fn the_shaft_has_a_chart_that_begins_at_the_tip() {
+        let (profile, requirement) = profile(&Mode::Motion);
+        let charts = charts(&profile, Some(&requirement));
+        let chart = charts.last().unwrap();
+        assert!(chart.x.label.ends_with("mm") && chart.y.label.ends_with("mm"));
+        let squares: f64 = profile.tip_error_mm.iter().map(|e| e * e).sum();
+        let rms_mm = (squares / profile.len() as f64).sqrt();
+        let (from_tip_mm, at_tip_mm) = chart.series[0].points[0];
+        assert!(from_tip_mm == 0.0 && (at_tip_mm - rms_mm).abs() < 1e-9, "{at_tip_mm} {rms_mm}");
+        assert!(chart.series.iter().any(|s| s.name == "required at the tip"));
+    }
+
+    #[test]
+    fn trials_are_counted_from_one() {
+        let (profile, _) = profile(&Mode::Motion);
+        let given = Profile { axes: Vec::new(), ..profile };
+        let chart = over_trials(&given);
+        let first = chart.series[0].points.first().unwrap().0;
+        assert!(first >= 1.0, "{first}");
+        let last = chart.series[0].points.iter().map(|p| p.0).fold(0.0, f64::max);
+        assert!(last <= given.len() as f64, "{last}");
+        let worst = given.worst().unwrap() as f64 + 1.0;
+        assert!(chart.series[0].points.iter().any(|p| p.0 == worst), "{worst}");
     }
 
     #[test]

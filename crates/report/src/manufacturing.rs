@@ -12,6 +12,9 @@ use trackwright_simulation::tolerance::{
     Tolerances, stated_decimals,
 };
 
+/// Of all deviations that are allowed at once, those nearest to missing the requirement.
+pub const WORST_ALLOWED: &str = "Worst allowed combination";
+
 /// Further from an axis than this a direction is not described as along it.
 const ALONG_DEG: f64 = 30.0;
 
@@ -295,10 +298,7 @@ fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
     }));
     lines.extend(table(&rows));
     if !sheet.together_worst.is_empty() {
-        lines.push(format!(
-            "  the case of that nearest to missing the requirement: {}",
-            checks_words(&sheet.together_worst)
-        ));
+        lines.push(format!("  {WORST_ALLOWED}: {}", checks_words(&sheet.together_worst)));
     }
     let mut rows = vec![head("one sensor alone, one of the two", false)];
     for body in each_body() {

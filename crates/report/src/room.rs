@@ -23,19 +23,25 @@ pub fn map_name(map: MapKind) -> &'static str {
     }
 }
 
+/// How far a room's model is off where it was not fitted, for a person: its held-out error.
+pub const MODEL_ERROR: &str = "Model error on unseen data";
+
+/// `Model error on unseen data: 1.34 mm RMS`.
+pub fn model_error(held_out_rms_mm: Option<f64>) -> String {
+    match held_out_rms_mm {
+        Some(rms_mm) => format!("{MODEL_ERROR}: {rms_mm:.2}\u{2009}mm RMS"),
+        None => format!("{MODEL_ERROR}: not known"),
+    }
+}
+
 /// Where what is predicted in a room comes from, to stand under it.
 pub fn caption(environment: &Environment) -> String {
     let from = match &environment.provenance {
         None => "an ideal room".to_owned(),
         Some(from) => {
             let samples = with_separators(from.samples);
-            match &from.holdout {
-                Some(holdout) => format!(
-                    "{samples} samples, held-out error {:.2}\u{2009}mm",
-                    holdout.after.position_rms_mm
-                ),
-                None => format!("{samples} samples, no held-out error"),
-            }
+            let held_out = from.holdout.as_ref().map(|holdout| holdout.after.position_rms_mm);
+            format!("{samples} samples. {}", model_error(held_out))
         }
     };
     let name = &environment.name;

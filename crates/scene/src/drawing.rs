@@ -287,7 +287,8 @@ impl Drawing<'_> {
         let glb = self.writer.finish(&design.name, &[root, camera], &extras)?;
         let mut notes = self.stage.notes.clone();
         notes.extend(self.sampled.missing.iter().cloned());
-        Ok(Scene { glb, magnification: self.times, colors: self.colors, notes })
+        let (magnification, legend) = (self.times, self.stage.legend());
+        Ok(Scene { glb, magnification, legend, colors: self.colors, notes })
     }
 }
 

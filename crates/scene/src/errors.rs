@@ -3,7 +3,7 @@
 
 use super::arrow_style::ArrowStyle;
 use super::drawing::{Drawing, transform_of};
-use super::palette::{ERROR_VECTOR, GHOST, MET, MISSED};
+use super::palette::{ERROR_VECTOR, GHOST, MET, MISSED, MODEL_BOX};
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde_json::json;
 use std::f64::consts::TAU;
@@ -103,9 +103,11 @@ impl Drawing<'_> {
         if radius_px >= LARGEST_SHARE * self.eye.view_px[1] {
             return None;
         }
-        let (word, color) = match self.tool.error_mm().norm() <= limit_mm {
-            true => ("met", MET),
-            false => ("missed", MISSED),
+        // One pose has no verdict against a bound on an RMS.
+        let (word, color) = match requirement.met_by_single(self.tool.error_mm().norm()) {
+            Some(true) => ("met", MET),
+            Some(false) => ("missed", MISSED),
+            None => ("not judged at one pose", MODEL_BOX),
         };
         let material = self.unlit(&format!("requirement {word}"), color, 0.8);
         let circles = [0, 1, 2].map(|axis| {

@@ -25,6 +25,7 @@ mod drawing;
 mod errors;
 pub mod field_arrows;
 pub mod ground;
+mod legend;
 pub mod opening_view;
 pub mod painted;
 pub mod palette;
@@ -37,6 +38,7 @@ pub mod slice;
 mod tests;
 
 pub use anatomy::color_of as color_of_anatomy;
+pub use legend::LegendKey;
 pub use palette::Ground;
 pub use sampled::{PaintedBody, Sampled};
 
@@ -90,7 +92,9 @@ pub struct Scene {
     pub glb: Vec<u8>,
     /// How many times larger than life errors are.
     pub magnification: f64,
-    /// What colours mean, one line a map.
+    /// What the colours of things and lines mean.
+    pub legend: Vec<LegendKey>,
+    /// What the colours of maps mean, one line a map.
     pub colors: Vec<String>,
     /// What is not as one may expect: layers with nothing to show, bodies that are drawn coarser.
     pub notes: Vec<String>,

@@ -282,6 +282,21 @@ fn layers_and_hidden_things_decide_what_is_there() {
 }
 
 #[test]
+fn the_legend_names_what_is_drawn() {
+    let world = world(trackwright_project::DEFAULT_BUILTIN);
+    let texts = |list: &str| -> Vec<String> {
+        let (scene, _) = scene(&world, &with_layers(list));
+        scene.legend.into_iter().map(|key| key.text).collect()
+    };
+    let with = texts("tip-error,ghost");
+    assert!(with.contains(&"errors of tip".to_owned()), "{with:?}");
+    assert!(with.contains(&"the tool as the tracker reports it".to_owned()), "{with:?}");
+    let without = texts("volume");
+    assert!(without.iter().all(|text| !text.starts_with("errors")), "{without:?}");
+    assert_ne!(with, without);
+}
+
+#[test]
 fn placements_paint_their_body() {
     let world = world("pointer-on-head");
     let wish = SceneWish { painted: Some((BodyRole::Crf, 1)), ..with_layers("placement") };

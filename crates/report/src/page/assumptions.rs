@@ -1,7 +1,7 @@
 //! Everything that the figures rest on: the room and its model, how the study was run, versions.
 
 use super::{Report, file_name, table_of};
-use crate::room::{map_name, method_name};
+use crate::room::{MODEL_ERROR, map_name, method_name};
 use maud::{Markup, html};
 use trackwright_field::computed::{FieldSource, ModelKind};
 use trackwright_field::environment::{Environment, HoldoutProvenance, Provenance};
@@ -135,8 +135,8 @@ fn of_measurements(from: &Provenance, kind: ModelKind) -> Vec<Fact> {
         ),
     ];
     facts.push(match &from.holdout {
-        None => fact("held-out error", "not known: no measurements were held out"),
-        Some(holdout) => fact("held-out error", held_out(holdout)),
+        None => fact(MODEL_ERROR, "not known: no measurements were held out"),
+        Some(holdout) => fact(MODEL_ERROR, held_out(holdout)),
     });
     facts
 }

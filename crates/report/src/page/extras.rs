@@ -37,6 +37,35 @@ impl Slide {
     }
 }
 
+/// What the scene that turns shows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneLegend {
+    /// How many times larger than life errors are drawn.
+    pub magnification: f64,
+    /// sRGB colours, and what has them.
+    pub keys: Vec<([u8; 3], String)>,
+    /// What the colours of maps mean, each a line.
+    pub maps: Vec<String>,
+}
+
+/// A legend as a list of swatches.
+pub fn legend(legend: &SceneLegend) -> Markup {
+    html! {
+        p class="legend" {
+            strong { "Errors drawn " (legend.magnification) "× larger" }
+            @for ([red, green, blue], text) in &legend.keys {
+                span class="key" {
+                    svg viewBox="0 0 10 10" aria-hidden="true" {
+                        rect width="10" height="10" rx="2" fill=(format!("#{red:02x}{green:02x}{blue:02x}")) {}
+                    }
+                    (text)
+                }
+            }
+        }
+        @for map in &legend.maps { p class="note" { (map) } }
+    }
+}
+
 /// A section that is a table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TableSection {

@@ -4,7 +4,7 @@ use super::Report;
 use crate::error_charts::charts;
 use crate::words::length;
 use maud::{Markup, PreEscaped, html};
-use trackwright_simulation::figures::{signed_offset, with_separators};
+use trackwright_simulation::figures::{signed_offset, trial_number, with_separators};
 use trackwright_simulation::profile::MAX_PROFILED;
 use trackwright_simulation::{expected_rows, figure_rows, trial_offsets, trial_pose};
 
@@ -105,7 +105,7 @@ pub fn table(report: &Report) -> Markup {
             (worst(report))
             p class="note" {
                 "Tip error: distance between the tip where it is and where the tracker would show it, in the frame of the reference. "
-                "Angle error: the turn between both. RMS: root of the mean of squares. Counted from 0, as rows of the log are."
+                "Angle error: the turn between both. RMS: root of the mean of squares. Trials are counted from 1, as the rows of the log are below its head."
             }
         }
     }
@@ -130,7 +130,7 @@ fn worst(report: &Report) -> Markup {
     html! {
         @if study.figures.trials > 1 {
             p {
-                "The worst trial is number " (with_separators(trial)) ", "
+                "The worst trial is number " (trial_number(trial)) " of " (with_separators(study.figures.trials)) ", "
                 (length(study.figures.worst.position_mm, None))
                 @if !along.is_empty() { ", at " (along) " from the design's pose" }
                 @if let Some(tip) = tip {

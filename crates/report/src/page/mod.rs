@@ -22,12 +22,13 @@ use trackwright_formats::printable::printable;
 use trackwright_formats::printable::printable_lines;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_project::World;
-use trackwright_simulation::expected::expected_where_measured;
+use trackwright_simulation::expected::{expected_where_measured, study_verdict};
 use trackwright_simulation::{
-    CancelToken, Expected, Figures, Mode, Profile, Scenario, StudyError, run_profiled,
+    BoundVerdict, CancelToken, ErrorSources, Expected, Figures, Mode, Profile, Scenario,
+    StudyError, error_sources, run_profiled,
 };
 
-pub use extras::{Slide, SlideError, TableSection};
+pub use extras::{SceneLegend, Slide, SlideError, TableSection};
 pub use workshop::workshop_section;
 
 /// Everything that a page is made from.
@@ -58,6 +59,8 @@ pub struct ReportedStudy {
     pub expected: Option<Expected>,
     /// `None` of a study of more trials than are kept one by one.
     pub profile: Option<Profile>,
+    /// Where the error comes from, where it misses the requirement.
+    pub sources: Option<ErrorSources>,
     pub words: PlainWords,
 }
 
@@ -74,6 +77,8 @@ pub struct Extras {
     pub slides: Vec<Slide>,
     /// The scene as binary glTF, with the colours of the editor.
     pub scene_glb: Option<Vec<u8>>,
+    /// What is drawn there and how large.
+    pub scene_legend: Option<SceneLegend>,
     /// The manufacturing sheet.
     pub manufacturing: Option<TableSection>,
 }
@@ -89,8 +94,10 @@ impl ReportedStudy {
         let figures = outcome.figures;
         let expected =
             expected_where_measured(&scenario, &mode, cancel).map_err(|_| StudyError::Cancelled)?;
+        let is_missed = study_verdict(&figures, expected.as_ref()) == Some(BoundVerdict::Missed);
+        let sources = is_missed.then(|| error_sources(&scenario, &mode, cancel)).transpose()?;
         let words = plain_words(&scenario, &mode, (&figures, expected.as_ref()), profile.as_ref());
-        Ok(Self { scenario, mode, figures, expected, profile, words })
+        Ok(Self { scenario, mode, figures, expected, profile, sources, words })
     }
 }
 

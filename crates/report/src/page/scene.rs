@@ -1,7 +1,7 @@
 //! The set-up in three dimensions: a drawing that stands still, and where there is a scene and a
 //! browser that can, the same scene turned by the hand.
 
-use super::Report;
+use super::{Report, extras};
 use crate::drawing::{SetUp, setup_drawing};
 use data_encoding::BASE64;
 use maud::{Markup, PreEscaped, html};
@@ -48,6 +48,9 @@ impl<'a> Scene<'a> {
                         img class="seen" alt="The scene as it was last turned" hidden;
                     }
                     figcaption {
+                        @if let Some(legend) = &self.report.extras.scene_legend {
+                            div class="turning-words" hidden { (extras::legend(legend)) }
+                        }
                         @if self.glb.is_some() {
                             p class="still-words" { "The scene stands still here: it turns in a browser that runs scripts and draws in three dimensions (WebGL)." }
                             p class="turning-words" hidden { "Drag to turn, scroll to come nearer, drag with the right button to shift; double click for the first view." }

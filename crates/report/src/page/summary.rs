@@ -29,12 +29,14 @@ pub fn head(report: &Report) -> Markup {
 /// The study in words and large figures.
 pub fn section(report: &Report) -> Markup {
     let study = report.study;
-    let bounds = judged(&study.figures, study.expected.as_ref());
+    let mut bounds = judged(&study.figures, study.expected.as_ref());
+    bounds.retain(|bound| study.scenario.judges(&study.mode, bound.metric));
     let verdict = verdict_of(&bounds);
     html! {
         section id="summary" {
             p class="headline" { (study.words.headline) "." }
             p class=(verdict_class(verdict)) { (verdict_mark(verdict)) (study.words.verdict) }
+            (reasons(study, &bounds))
             @if study.figures.trials > 1 {
                 div class="large" {
                     @match &study.expected {
@@ -48,6 +50,18 @@ pub fn section(report: &Report) -> Markup {
                 ul class="cautions" { @for caution in &study.words.cautions { li { (caution) } } }
             }
             (requirement(&bounds))
+        }
+    }
+}
+
+/// Why the requirement is missed, of the first bound that is.
+fn reasons(study: &ReportedStudy, bounds: &[JudgedBound]) -> Markup {
+    let missed = bounds.iter().find(|bound| bound.verdict == BoundVerdict::Missed);
+    let words = missed.zip(study.sources.as_ref());
+    let words = words.map(|(bound, sources)| sources.words(bound.metric.of, "\u{2009}"));
+    html! {
+        @if let Some(words) = words {
+            ul class="reasons" { @for reason in &words { li { (reason) "." } } }
         }
     }
 }

@@ -51,7 +51,12 @@ fn figures_are_those_of_the_command_line() {
             .collect();
         assert_eq!(found, expected, "{name}");
         assert!(html.len() < 15_000_000, "{name}: {}", html.len());
-        assert_eq!(all(&parsed, "#error svg").len(), 5, "{name}");
+        // Four over position and orientation, the spread, and the shaft.
+        assert_eq!(all(&parsed, "#error svg").len(), 6, "{name}");
+        let worst = trackwright_simulation::figures::trial_number(study.figures.worst.trial);
+        let texts: Vec<String> = all(&parsed, "#figures p").iter().map(words).collect();
+        let sentence = format!("The worst trial is number {worst} of ");
+        assert!(texts.iter().any(|text| text.starts_with(&sentence)), "{texts:?}");
     }
 }
 
@@ -138,6 +143,11 @@ fn markup_in_any_name_is_text_everywhere() {
             slides: vec![Slide::new(evil(), evil(), png()).unwrap()],
             // What a scene is called goes in as bytes that no parser of HTML takes for its own.
             scene_glb: Some(EVIL.as_bytes().to_vec()),
+            scene_legend: Some(SceneLegend {
+                magnification: 200.0,
+                keys: vec![([1, 2, 3], evil())],
+                maps: vec![evil()],
+            }),
             manufacturing: Some(TableSection {
                 title: evil(),
                 lead: vec![evil()],
@@ -162,6 +172,7 @@ fn markup_in_any_name_is_text_everywhere() {
         "#slides span",
         "#manufacturing td",
         "#geometry h3",
+        "#setup .legend .key",
     ] {
         assert!(words(&all(&parsed, place)[0]).contains(EVIL), "{place}");
     }

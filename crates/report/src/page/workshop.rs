@@ -2,7 +2,8 @@
 
 use super::TableSection;
 use crate::manufacturing::{
-    check_words, expected_words, frame_words, role_name, tolerance_value, tolerance_words,
+    WORST_ALLOWED, check_words, expected_words, frame_words, role_name, tolerance_value,
+    tolerance_words,
 };
 use trackwright_simulation::figures::{capitalised, with_minus_signs};
 use trackwright_simulation::tolerance::{
@@ -34,7 +35,7 @@ pub fn workshop_section(sheet: &ManufacturingSheet) -> TableSection {
         lead.push(format!("{}. {frame}", body.name));
     }
     TableSection {
-        title: "Built by a workshop".to_owned(),
+        title: "For the workshop".to_owned(),
         lead,
         head: head.map(str::to_owned).to_vec(),
         rows: sheet.bodies.iter().flat_map(of_body).collect(),
@@ -85,10 +86,7 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
     }
     if !sheet.together_worst.is_empty() {
         let checks: Vec<String> = sheet.together_worst.iter().map(check_words).collect();
-        notes.push(format!(
-            "The case of that nearest to missing the requirement: {}.",
-            checks.join(", ")
-        ));
+        notes.push(format!("{WORST_ALLOWED}: {}.", checks.join(", ")));
     }
     if !sheet.as_drawn.is_empty() {
         let checks: Vec<String> = sheet.as_drawn.iter().map(check_words).collect();

@@ -21,6 +21,9 @@ const MAX_UNLABELLED_DECADES: i32 = 5;
 /// A non-negative quantity starts at zero where its least value is below this part of its largest.
 const START_AT_ZERO: f64 = 0.4;
 
+/// Two ticks lie within any extent of this many steps; smaller steps are tried up to then.
+const MOST_TRIES: usize = 8;
+
 /// Part of an axis that zero's own lane takes, and where in the axis zero then lies.
 const ZERO_LANE: f64 = 0.09;
 const ZERO_AT: f64 = 0.035;
@@ -91,9 +94,15 @@ fn linear(values: &[f64], wanted: usize) -> Ticks {
         min = 0.0;
     }
     let counts_things = max - min >= 2.0 && values.iter().all(|v| v.fract() == 0.0);
-    let step = nice_step((max - min) / wanted.max(1) as f64, counts_things);
-    let first = (min / step).ceil();
-    let count = ((max / step).floor() - first).max(0.0) as usize;
+    // One number alone gives no scale: steps are smaller until there are two.
+    let mut ticks = wanted.max(1)..=wanted.max(1) + MOST_TRIES;
+    let found = ticks.find_map(|wanted| {
+        let step = nice_step((max - min) / wanted as f64, counts_things);
+        let first = (min / step).ceil();
+        let steps = (max / step).floor() - first;
+        (steps >= 1.0).then_some((step, first, steps as usize))
+    });
+    let (step, first, count) = found.unwrap_or((max - min, min / (max - min), 1));
     let labelled =
         (0..=count).map(|i| (first + i as f64) * step).map(|v| (v, decimal(v, step))).collect();
     Ticks { scale: Scale::Linear, min, max, labelled, minor: Vec::new(), zero_lane: 0.0 }
@@ -199,6 +208,19 @@ mod tests {
         assert_eq!(labels(&t), ["0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         let t = Ticks::new(Scale::Linear, [-30.0, 41.0], 6);
         assert_eq!(labels(&t), ["−20", "0", "20", "40"]);
+    }
+
+    #[test]
+    fn no_linear_axis_has_a_single_tick() {
+        // Turns to either side on a chart that is narrow: steps of 100 would leave 0 alone.
+        for reach in [1.0, 10.0, 30.0, 45.0, 50.0, 60.0, 90.0, 180.0] {
+            for wanted in 1..12 {
+                let t = Ticks::new(Scale::Linear, [-reach, reach], wanted);
+                assert!(t.labelled.len() >= 2, "{reach} {wanted} {t:?}");
+                let t = Ticks::new(Scale::Linear, [0.37 * reach, 0.41 * reach], wanted);
+                assert!(t.labelled.len() >= 2, "{reach} {wanted} {t:?}");
+            }
+        }
     }
 
     #[test]

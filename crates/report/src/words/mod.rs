@@ -61,7 +61,12 @@ pub fn plain_words(
             Some(expected) => expected_headline(figures, expected, limit_mm),
             None => headline(figures, profile, limit_mm, pose.as_ref()),
         },
-        verdict: verdict(&judged(figures, expected)),
+        verdict: match judged(figures, expected) {
+            bounds if bounds.iter().any(|bound| !scenario.judges(mode, bound.metric)) => {
+                one_pose_verdict(scenario, mode, bounds)
+            }
+            bounds => verdict(&bounds),
+        },
         worst: pose.map(|pose| {
             let worst_mm = length(figures.worst.position_mm, limit_mm);
             let held = pose.in_full();
@@ -110,6 +115,31 @@ fn headline(
         None => format!("{part}; worst {worst_mm}"),
         Some(held) => format!("{part}; worst {worst_mm} with the tool {held}"),
     }
+}
+
+/// What an audience that designs no tools calls a CRF.
+pub const PATIENT_REFERENCE: &str = "patient reference";
+
+/// A text as an audience reads it.
+///
+/// ```
+/// use trackwright_report::words::for_audience;
+/// assert_eq!(for_audience("Pointer on a CRF"), "Pointer on a patient reference");
+/// assert_eq!(for_audience("CRF-2, CRFs"), "patient reference-2, CRFs");
+/// ```
+pub fn for_audience(text: &str) -> String {
+    const CRF: &str = "CRF";
+    let mut found = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find(CRF) {
+        let (before, after) = (&rest[..at], &rest[at + CRF.len()..]);
+        let is_word =
+            !before.ends_with(char::is_alphanumeric) && !after.starts_with(char::is_alphanumeric);
+        found.push_str(before);
+        found.push_str(if is_word { PATIENT_REFERENCE } else { CRF });
+        rest = after;
+    }
+    found + rest
 }
 
 /// A part of the positions, in a slide's words.
@@ -215,6 +245,17 @@ fn verdict(bounds: &[JudgedBound]) -> String {
     }
 }
 
+/// Of one pose of a range of motion, which bounds on an RMS and a percentile are not about.
+fn one_pose_verdict(scenario: &Scenario, mode: &Mode, mut bounds: Vec<JudgedBound>) -> String {
+    const ONE_POSE: &str =
+        "One pose is not judged against what is required over the range of motion.";
+    bounds.retain(|bound| scenario.judges(mode, bound.metric));
+    match bounds.is_empty() {
+        true => ONE_POSE.to_owned(),
+        false => format!("{} {ONE_POSE}", verdict(&bounds)),
+    }
+}
+
 fn bound_words(bound: &JudgedBound) -> String {
     let limit = Some(bound.limit);
     let digits = |value: f64| match bound.metric.of {
@@ -223,10 +264,12 @@ fn bound_words(bound: &JudgedBound) -> String {
     };
     let required = as_set(bound.limit, bound.metric.unit());
     let (name, value) = (bound.metric.label(), digits(bound.value));
+    let over = bound.over_words(&THIN_SPACE.to_string());
+    let over = over.map_or_else(String::new, |over| format!(", which is {over} less"));
     match bound.interval {
-        None => format!("{name} is {value}, and {required} is required"),
+        None => format!("{name} is {value}, and {required} is required{over}"),
         Some([low, high]) => format!(
-            "{name} is expected to be {value}, between {} and {}, and {required} is required",
+            "{name} is expected to be {value}, between {} and {}, and {required} is required{over}",
             digits(low),
             digits(high)
         ),

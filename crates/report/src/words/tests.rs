@@ -144,6 +144,33 @@ fn one_position_is_one_distance_and_has_no_worst() {
 }
 
 #[test]
+fn one_pose_of_many_is_not_judged_by_an_rms() {
+    let mut scenario = scenario();
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e-3)]));
+    let of = |scenario: &Scenario, mode| words(scenario, mode).verdict;
+    assert!(of(&scenario, &Mode::Single).starts_with("One pose is not judged"));
+    assert!(of(&scenario, &Mode::Motion).starts_with("The requirement is missed"));
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_MAX, 1e-3)]));
+    assert!(of(&scenario, &Mode::Single).starts_with("The requirement is missed"));
+    // A design that does not move is judged where it is.
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e-3)]));
+    scenario.motion = None;
+    assert!(of(&scenario, &Mode::Single).starts_with("The requirement is missed"));
+}
+
+#[test]
+fn a_missed_bound_states_by_how_much() {
+    let mut scenario = scenario();
+    let found = run_profiled(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
+    let rms_mm = found.0.figures.value(Metric::TIP_RMS);
+    let limit_mm = (50.0 * rms_mm).floor() / 100.0;
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, limit_mm)]));
+    let verdict = words(&scenario, &Mode::Motion).verdict;
+    let over = format!("which is {:.2}\u{2009}mm less", rms_mm - limit_mm);
+    assert!(verdict.contains(&over), "{verdict} {over}");
+}
+
+#[test]
 fn a_plate_of_sensors_has_no_shaft() {
     let mut scenario = scenario();
     scenario.tool.tip_in_body = None;

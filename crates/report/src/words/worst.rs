@@ -1,11 +1,9 @@
 //! How the tool is held in one trial, compared with its pose in the design and with the field
 //! generator: measured first, then put into words that hold for these numbers.
 
-use nalgebra::{Unit, Vector3};
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::RigidBody;
 use trackwright_simulation::scenario::InputTrial;
-use trackwright_simulation::{Mode, Scenario};
+use trackwright_simulation::{Mode, Scenario, shaft_in_body};
 
 /// Turns and tilts below this are no more than a hand's own unrest.
 const LEAST_TURN_DEG: f64 = 5.0;
@@ -16,13 +14,6 @@ const LEAST_SHIFT_MM: f64 = 1.0;
 /// A shaft this close to parallel with the generator's front is called flat to it, and one this
 /// close to upright on it points at it.
 const FLAT_DEG: f64 = 15.0;
-
-/// Sensors whose mean is nearer to the tip determine no direction of a shaft.
-const LEAST_SHAFT_MM: f64 = 10.0;
-
-/// Tools are drawn along an axis of their frame; sensors stand beside it on either side. A line
-/// from tip to sensors that is this close to an axis of the frame means that axis.
-const ALONG_AXIS_DEG: f64 = 20.0;
 
 /// Where the tool is in a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +49,7 @@ pub fn worst_pose(scenario: &Scenario, mode: &Mode, trial: &InputTrial) -> Worst
     let trial_tip = trial_crf * trial.crf_from_tool * tip;
     let shift = trial_tip - design_tip;
     let turn = trial.crf_from_tool.rotation * scenario.crf_from_tool.rotation.inverse();
-    let shaft = shaft_in_tool(&scenario.tool);
+    let shaft = shaft_in_body(&scenario.tool);
     let (tilt_rad, twist_rad) = match &shaft {
         None => (turn.angle(), 0.0),
         Some(shaft) => {
@@ -97,19 +88,6 @@ fn axes_that_move(scenario: &Scenario) -> (bool, bool) {
         let orientations = grid.orientations();
         (grid.trials() > orientations, orientations > 1)
     })
-}
-
-/// From the tip along the shaft; `None` where the sensors do not determine it.
-fn shaft_in_tool(tool: &RigidBody) -> Option<Unit<Vector3<f64>>> {
-    let tip = tool.judged_tip_in_body();
-    let sum: Vector3<f64> = tool.sensors.iter().map(|s| s.position_in_body - tip).sum();
-    let mean = sum / tool.sensors.len().max(1) as f64;
-    let line = Unit::try_new(mean, LEAST_SHAFT_MM)?;
-    let longest = line.iamax();
-    let mut axis = Vector3::zeros();
-    axis[longest] = line[longest].signum();
-    let is_along = line.angle(&axis).to_degrees() <= ALONG_AXIS_DEG;
-    Some(if is_along { Unit::new_unchecked(axis) } else { line })
 }
 
 /// An angle as one from minus to plus half a turn.

@@ -1,0 +1,49 @@
+//! What the colours of a drawn scene mean, for the page or program that shows it.
+
+use super::Stage;
+use super::palette::{self, Rgb};
+use trackwright_design::BodyRole;
+
+/// A colour on the scene's ground, and what has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LegendKey {
+    /// sRGB.
+    pub color: [u8; 3],
+    pub text: String,
+}
+
+impl Stage<'_> {
+    /// The colours of what is drawn: bodies and sensors, errors, lines. Maps have their own lines in
+    /// [`Scene::colors`](super::Scene::colors).
+    pub(super) fn legend(&self) -> Vec<LegendKey> {
+        let (design, layers) = (self.design(), self.view.layers);
+        let mut keys = Vec::new();
+        let mut add = |is_drawn: bool, color: Rgb, text: String| {
+            if is_drawn {
+                keys.push(LegendKey { color: color.on(self.wish.ground), text });
+            }
+        };
+        for (role, body) in design.bodies() {
+            let color = match role {
+                BodyRole::Tool => palette::TOOL,
+                BodyRole::Crf => palette::CRF,
+            };
+            add(true, color, body.rigid.name.clone());
+        }
+        add(true, palette::SENSOR, "sensors".to_owned());
+        let of = match (layers.sensor_errors, layers.tip_error) {
+            (true, true) => "sensors and tip",
+            (true, false) => "sensors",
+            (false, _) => "tip",
+        };
+        let has_errors = layers.sensor_errors || layers.tip_error;
+        add(has_errors, palette::ERROR_VECTOR, format!("errors of {of}"));
+        let as_tracked = "the tool as the tracker reports it".to_owned();
+        add(layers.ghost, palette::GHOST, as_tracked);
+        let moves = layers.motion && design.motion.is_some();
+        add(moves, palette::MOTION, "range of motion".to_owned());
+        let volume = self.world.environment.volume.map(|volume| volume.name().to_owned());
+        add(layers.volume && volume.is_some(), palette::VOLUME, volume.unwrap_or_default());
+        keys
+    }
+}
