@@ -209,6 +209,7 @@ fn a_fit_shows_both_errors_and_warnings() {
         },
         |harness| {
             harness.get_by_label("present");
+            harness.get_by_label("Another room: no verdict on the design");
             harness.get_by_label_contains("has changed since");
         },
     );

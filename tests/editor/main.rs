@@ -19,6 +19,7 @@ mod gizmo;
 mod layer_settings;
 mod live;
 mod meshes;
+mod missed;
 mod motion_box;
 mod new_design;
 mod overlay;

@@ -26,7 +26,7 @@ fn every_picture_states_the_source_of_its_figures() {
     });
     assert_eq!(
         caption(&room),
-        "Predicted in room Test room, 2,304 samples, held-out error 1.34\u{2009}mm; \
-         not for clinical use"
+        "Predicted in room Test room, 2,304 samples. Model error on unseen data: \
+         1.34\u{2009}mm RMS; not for clinical use"
     );
 }

@@ -20,10 +20,11 @@ use trackwright_editor::runner::solved::Extent;
 use trackwright_editor::shell::commands::Situation;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
 use trackwright_editor::shell::top_bar::{TopBarAction, TopBarView, top_bar_ui};
-use trackwright_editor::shell::window::PanelsShown;
+use trackwright_editor::shell::window::{PanelsShown, Workspace};
 use trackwright_editor::widgets::basic::signed;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::actions::DesignAction;
+use trackwright_editor::workspaces::design::baseline::Change;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::motion_ui::motion_ui;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
@@ -177,7 +178,8 @@ fn the_result_shows_the_commands_digits() {
     let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
     let rows = figure_rows(&outcome.figures);
     let is_met = outcome.figures.within_bounds().unwrap();
-    let change = signed(outcome.figures.position_mm.rms() - 9.0, 2);
+    let by_mm = outcome.figures.position_mm.rms() - 9.0;
+    let change = signed(by_mm, 2);
     let results = Results {
         study: Some(Stamped { revision: 0, value: outcome, took: Duration::from_millis(4) }),
         ..Results::default()
@@ -185,7 +187,9 @@ fn the_result_shows_the_commands_digits() {
     let (harness, _) = harness(|ui| {
         let view = ResultView {
             results: &results,
-            before: Some(9.0),
+            change: Some(Change::By(by_mm)),
+            is_one_pose: false,
+            reasons: vec!["Sensor shaft of the tool carries all".to_owned()],
             has_expected: false,
             is_computing: false,
             is_short: false,
@@ -202,10 +206,61 @@ fn the_result_shows_the_commands_digits() {
         };
         assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
     }
-    let sign = if is_met { "✔ met" } else { "✖ missed" };
+    let sign = if is_met { "✔ met" } else { "✖ Not met: " };
     assert_eq!(harness.query_all_by_label_contains(sign).count(), 1);
+    harness.get_by_label("Sensor shaft of the tool carries all");
     harness.get_by_label(&format!("{change}\u{2009}mm"));
     harness.get_by_label("15 trials");
+}
+
+/// The texts of the result of a mode whose requirement is a bound on an RMS that no study keeps.
+fn result_texts(change: Option<Change>, is_one_pose: bool, texts: &[&str]) -> Vec<usize> {
+    let world = world();
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e-3)]));
+    let results = Results {
+        study: Some(Stamped {
+            revision: 0,
+            value: run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap(),
+            took: Duration::from_millis(4),
+        }),
+        ..Results::default()
+    };
+    let (harness, _) = harness(|ui| {
+        let view = ResultView {
+            results: &results,
+            change,
+            is_one_pose,
+            reasons: Vec::new(),
+            has_expected: false,
+            is_computing: false,
+            is_short: false,
+        };
+        result_ui(ui, &view);
+        Vec::new()
+    });
+    texts.iter().map(|text| harness.query_all_by_label_contains(text).count()).collect()
+}
+
+#[test]
+fn a_change_of_nothing_shows_nothing() {
+    assert_eq!(result_texts(Some(Change::By(0.001)), false, &["±", "+", "−"]), [0, 0, 0]);
+    assert_eq!(result_texts(Some(Change::By(-0.21)), false, &["−0.21\u{2009}mm"]), [1]);
+}
+
+#[test]
+fn a_change_of_the_room_has_no_sign() {
+    let texts = ["another room", "+", "−"];
+    assert_eq!(result_texts(Some(Change::OtherRoom), false, &texts), [1, 0, 0]);
+    let texts = ["another range of motion", "+", "−"];
+    assert_eq!(result_texts(Some(Change::OtherMotion), false, &texts), [1, 0, 0]);
+}
+
+#[test]
+fn one_pose_of_many_has_no_verdict_on_an_rms() {
+    let texts = ["✖ Not met: ", "one pose is not judged"];
+    assert_eq!(result_texts(None, false, &texts), [1, 0]);
+    assert_eq!(result_texts(None, true, &texts), [0, 1]);
 }
 
 #[test]
@@ -238,7 +293,9 @@ fn an_interval_around_the_bound_is_undecided() {
         let (harness, _) = harness(|ui| {
             let view = ResultView {
                 results,
-                before: None,
+                change: None,
+                is_one_pose: false,
+                reasons: Vec::new(),
                 has_expected: true,
                 is_computing: false,
                 is_short: false,
@@ -279,7 +336,9 @@ fn a_preview_shows_its_share_of_all_trials() {
         let (harness, _) = harness(|ui| {
             let view = ResultView {
                 results,
-                before: None,
+                change: None,
+                is_one_pose: false,
+                reasons: Vec::new(),
                 has_expected: false,
                 is_computing: false,
                 is_short: false,
@@ -382,6 +441,47 @@ fn the_menu_names_what_undo_takes_back() {
     harness.get_by_label_contains("Undo move sensor shaft").click();
     harness.run_steps(3);
     assert_eq!(*requests.borrow(), [TopBarAction::Run(UNDO.name)]);
+}
+
+/// Where tabs, a menu and the file's name begin in a bar.
+fn places_in_the_bar(file: &str, is_dirty: bool, shown: Workspace) -> Vec<egui::Rect> {
+    let world = OpenWorld(world());
+    let harness = Harness::builder().with_size(egui::vec2(900.0, 40.0)).build_ui(|ui| {
+        trackwright_editor::widgets::theme::apply(ui.ctx());
+        let bar = TopBarView {
+            file,
+            is_dirty,
+            builtins: &[],
+            recent: &[],
+            workspaces: &[workspaces::design::WORKSPACE, workspaces::study::WORKSPACE],
+            commands: &[UNDO, REDO],
+            situation: Situation {
+                world: Some(&world),
+                selection: &Selection::default(),
+                is_dragging: false,
+                workspace: shown,
+                panels: PanelsShown::default(),
+            },
+        };
+        top_bar_ui(ui, &bar);
+    });
+    let mut places: Vec<egui::Rect> =
+        ["Design", "Study", "Edit"].map(|label| harness.get_by_label(label).rect()).into();
+    let name = harness.get_by_label_contains(&file[..3]).rect();
+    places.push(egui::Rect::from_min_size(name.min, egui::Vec2::ZERO));
+    places
+}
+
+#[test]
+fn no_text_of_the_top_bar_moves_another() {
+    let [design, study] = [workspaces::design::WORKSPACE, workspaces::study::WORKSPACE];
+    let short = places_in_the_bar("needle.design.ron", false, design);
+    assert_eq!(short, places_in_the_bar("needle.design.ron", true, design));
+    assert_eq!(short, places_in_the_bar("needle.design.ron", false, study));
+    let name = format!("needle{}.design.ron", "-with-a-very-long-name".repeat(12));
+    assert_eq!(short, places_in_the_bar(&name, true, design));
+    let [design, study, ..] = short[..] else { panic!("{short:?}") };
+    assert!(design.right() <= study.left() && study.right() <= 900.0, "{short:?}");
 }
 
 #[test]

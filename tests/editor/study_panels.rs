@@ -21,8 +21,8 @@ use trackwright_editor::workspaces::study::timeline_ui::{
 use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Mode, Scenario, run_profiled, simulate_pose, trial_offsets,
-    trial_pose,
+    CancelToken, ChartedProfile, Metric, Mode, Requirement, Scenario, run_profiled, simulate_pose,
+    trial_offsets, trial_pose,
 };
 
 type Requests<T> = Rc<RefCell<Vec<T>>>;
@@ -177,7 +177,7 @@ fn a_trial_is_shown_in_numbers_with_units() {
                 columns: ["true", "simulated"],
                 rotation: form,
                 has_crf: true,
-                limit_mm: Some(1.0),
+                requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
             };
             trial_ui(ui, &view)
         });
@@ -193,6 +193,44 @@ fn a_trial_is_shown_in_numbers_with_units() {
         let show = StudyRequest::ShowRotation(RotationForm::Rodrigues);
         assert_eq!(*requests.borrow(), [show]);
     }
+}
+
+#[test]
+fn a_single_trial_has_no_verdict_against_an_rms() {
+    let scenario = scenario();
+    let detail = simulate_pose(&scenario);
+    let error = format!("{:.2}\u{2009}mm", detail.trial.tip_error_mm);
+    let texts = [Metric::TIP_RMS, Metric::TIP_P95, Metric::TIP_MAX].map(|metric| {
+        let (harness, _) = harness([276.0, 400.0], |ui| {
+            let view = TrialView {
+                trial: Some(&detail.trial),
+                title: "Trial 1".to_owned(),
+                columns: ["true", "simulated"],
+                rotation: RotationForm::EulerAngles,
+                has_crf: true,
+                requirement: Some(Requirement::at_most([(metric, 1e-3)])),
+            };
+            trial_ui(ui, &view)
+        });
+        ["", "✖ "].map(|sign| harness.query_all_by_label(&format!("{sign}{error}")).count() > 0)
+    });
+    assert_eq!(texts, [[true, false], [true, false], [false, true]]);
+}
+
+#[test]
+fn the_error_along_the_shaft_has_a_chart() {
+    let charted = charted(&scenario());
+    let mut bare = charted.clone();
+    bare.profile.along_shaft = None;
+    let shown = [charted, bare].map(|charted| {
+        let (mut harness, _) = harness([276.0, 700.0], |ui| {
+            let view = StudyChartsView { charted: &charted, axis: "x", shown: None };
+            study_charts_ui(ui, &view)
+        });
+        harness.run_steps(2);
+        harness.query_all_by_label("RMS error along the shaft").count()
+    });
+    assert_eq!(shown, [1, 0]);
 }
 
 #[test]

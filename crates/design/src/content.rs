@@ -97,6 +97,23 @@ impl Design {
         }
     }
 
+    /// Whether every study of both is the same, in the same rooms. Names, what is shown, and what was
+    /// decided are in no figure.
+    pub fn has_studies_of(&self, other: &Self) -> bool {
+        let of_crf = |crf: &CrfPlacement| {
+            let CrfPlacement { body, tracker_from_crf, targets, motion, requirement } = crf.clone();
+            (body.rigid, tracker_from_crf, targets, motion, requirement)
+        };
+        self.environment == other.environment
+            && self.crf.as_ref().map(of_crf) == other.crf.as_ref().map(of_crf)
+            && self.tool.body.rigid == other.tool.body.rigid
+            && self.tool.crf_from_tool == other.tool.crf_from_tool
+            && self.motion == other.motion
+            && self.orientation_weight_mm == other.orientation_weight_mm
+            && self.requirement == other.requirement
+            && self.procedure.further_rooms == other.procedure.further_rooms
+    }
+
     /// The body of a role; `None` for the CRF of a design without one.
     pub fn body(&self, role: BodyRole) -> Option<&DesignBody> {
         match role {

@@ -14,6 +14,7 @@ use crate::shell::preferences::InterfaceScale;
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::decide::{self, DecideRequest};
+use crate::workspaces::design::missed::Missed;
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::present::Presenter;
@@ -303,6 +304,7 @@ fn is_idle(world: &bevy::prelude::World) -> bool {
     world.get_resource::<SolverHandle>().is_none_or(|handle| handle.solver.is_idle())
         && layers::registry::are_idle(world)
         && decide::is_idle(world)
+        && world.get_resource::<Missed>().is_none_or(Missed::is_idle)
 }
 
 fn is_complete(world: &bevy::prelude::World) -> bool {
@@ -315,7 +317,11 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
     let is_read = !is_reading(world)
         && world.resource::<Messages<FieldRequest>>().is_empty()
         && world.resource::<Messages<DecideRequest>>().is_empty();
-    is_read && is_idle(world) && (results.problem.is_some() || has_figures && has_slice)
+    let is_answered = world.get_resource::<Missed>().is_none_or(Missed::is_answered);
+    is_read
+        && is_answered
+        && is_idle(world)
+        && (results.problem.is_some() || has_figures && has_slice)
 }
 
 fn frame(app: &mut App) {

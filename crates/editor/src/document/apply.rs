@@ -3,7 +3,7 @@
 use crate::document::autosave::Leftovers;
 use crate::document::dialog::DesignDialog;
 use crate::document::file_names::{
-    default_file_name, file_folder, file_name, with_extension, working_folder,
+    default_file_name, file_folder, file_name, saved_words, with_extension, working_folder,
 };
 use crate::document::recent::RecentDesigns;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice, ViewRequest};
@@ -359,9 +359,9 @@ impl FileState<'_> {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
             Ok(report) => {
-                let name = file_name(world.0.document.origin());
+                let saved = saved_words(world.0.document.origin(), &report.written);
                 let kept = report.kept.iter().map(|kept| format!("; {kept}"));
-                *self.notice = Notice::Done(format!("Saved {name}{}", kept.collect::<String>()));
+                *self.notice = Notice::Done(format!("{saved}{}", kept.collect::<String>()));
                 self.remember();
                 if let Some(then) = self.after_save.0.take() {
                     self.go_on(then);

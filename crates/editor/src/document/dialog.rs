@@ -239,7 +239,7 @@ impl DesignDialog {
             Self::Recover { text, is_usable } => {
                 title_ui(ui, "Recover unsaved changes?");
                 text_ui(ui, text);
-                let drop = ("Give them up", request(FileRequest::DropLeftover));
+                let drop = ("Discard", request(FileRequest::DropLeftover));
                 let later = ("Decide next time", DialogAnswer::Close);
                 match is_usable {
                     true => {
@@ -257,7 +257,7 @@ impl DesignDialog {
                     let elsewhere = ("Save as…", request(FileRequest::ShowSaveAs));
                     let over = ("Write over them", request(FileRequest::SaveOver));
                     let drop = request(FileRequest::Discard(Box::new(reload)));
-                    buttons_ui(ui, &[elsewhere, cancel, ("Drop my changes", drop), over])
+                    buttons_ui(ui, &[elsewhere, cancel, ("Discard my changes", drop), over])
                 } else {
                     let keep = ("Keep what is open", request(FileRequest::KeepMine));
                     buttons_ui(ui, &[("Read them again", request(reload)), keep])

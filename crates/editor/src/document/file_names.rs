@@ -18,6 +18,16 @@ pub fn file_name(origin: &Origin) -> String {
     }
 }
 
+/// `Saved needle.design.ron, tool.body.ron, operating-table.env.ron`: the design, then every other file
+/// that was written with it.
+pub fn saved_words(origin: &Origin, written: &[PathBuf]) -> String {
+    let design = file_name(origin);
+    let others = written.iter().filter_map(|path| path.file_name());
+    let others = others.map(|name| name.to_string_lossy().into_owned());
+    let names = std::iter::once(design.clone()).chain(others.filter(|name| *name != design));
+    format!("Saved {}", names.collect::<Vec<_>>().join(", "))
+}
+
 /// What the file of a design is called, or would be.
 pub fn default_file_name(origin: &Origin) -> String {
     match origin {
@@ -57,6 +67,16 @@ pub(crate) fn working_folder() -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn saving_names_every_file_the_design_first() {
+        let origin = Origin::File("a/needle.design.ron".into());
+        let written = ["tool.body.ron", "operating-table.env.ron", "needle.design.ron"];
+        let written = written.map(|name| Path::new("a").join(name));
+        let words = "Saved needle.design.ron, tool.body.ron, operating-table.env.ron";
+        assert_eq!(saved_words(&origin, &written), words);
+        assert_eq!(saved_words(&origin, &[]), "Saved needle.design.ron");
+    }
 
     #[test]
     fn a_name_without_extension_becomes_a_design() {

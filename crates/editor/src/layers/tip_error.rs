@@ -46,7 +46,7 @@ struct TipArrow;
 /// The sphere, and whether it was drawn for a tip inside it.
 #[derive(Component)]
 struct RequirementSphere {
-    is_met: bool,
+    is_met: Option<bool>,
 }
 
 impl Plugin for TipErrorPlugin {
@@ -127,7 +127,7 @@ fn show_sphere(
         return;
     };
     let reported = tip.tracker_from_tool_reported * tip.tip_in_tool;
-    let is_met = (reported - tip.tip_mm()).norm() <= radius_mm;
+    let is_met = requirement.and_then(|r| r.met_by_single((reported - tip.tip_mm()).norm()));
     let place = Transform::from_translation(convert::point(&tip.tip_mm()))
         .with_scale(Vec3::splat(convert::length(radius_mm * times)));
     if let Some((entity, mut transform, sphere)) = drawn.iter_mut().next() {
@@ -137,7 +137,12 @@ fn show_sphere(
         }
         commands.entity(entity).despawn();
     }
-    let color = if is_met { palette::MET } else { palette::MISSED };
+    // One pose has no verdict against a bound on an RMS.
+    let color = match is_met {
+        Some(true) => palette::MET,
+        Some(false) => palette::MISSED,
+        None => palette::TEXT_QUIET,
+    };
     let material = GlowMaterial::translucent(color, SPHERE_ALPHA, SPHERE_RIM_ALPHA)
         .rim(SPHERE_RIM)
         .order(100.0);

@@ -13,10 +13,17 @@ use crate::shell::requests::Requests;
 use crate::shell::window::Workspace;
 use crate::widgets::basic::quiet_ui;
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, vec2};
+use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, UiBuilder, vec2};
 use trackwright_project::RecentDesign;
 
 const TAB_WIDTH: f32 = 62.0;
+const TAB_HEIGHT: f32 = 24.0;
+
+/// Right of the tabs.
+const EDGE: f32 = 8.0;
+
+/// Room for "not saved", whether it stands there or not.
+const MARK_WIDTH: f32 = 64.0;
 
 /// Wide enough for the longest name with its key.
 const MENU_WIDTH: f32 = 220.0;
@@ -73,7 +80,13 @@ pub(crate) fn top_bar(
 /// Draws the bar.
 pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<TopBarAction> {
     let mut actions = Vec::new();
-    ui.horizontal_centered(|ui| {
+    // Tabs, menus and the file's name have places of their own: no text moves another.
+    let whole = ui.available_rect_before_wrap();
+    let tab_width = TAB_WIDTH + ui.spacing().item_spacing.x;
+    let tabs_width = bar.workspaces.len() as f32 * tab_width + EDGE;
+    let (left, tabs) = whole.split_left_right_at_x((whole.right() - tabs_width).max(whole.left()));
+    let left_to_right = Layout::left_to_right(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(left).layout(left_to_right), |ui| {
         ui.add_space(4.0);
         ui.label(RichText::new("trackwright").strong().color(palette::TEXT_STRONG.color32()));
         ui.add_space(6.0);
@@ -82,26 +95,42 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<TopBarAction> {
                 ui.menu_button(group.name, |ui| menu_ui(ui, bar, group, &mut actions));
             }
             ui.add_space(14.0);
-            ui.label(RichText::new(bar.file).color(palette::TEXT.color32()));
+            file_ui(ui, bar);
+        });
+    });
+    let right_to_left = Layout::right_to_left(Align::Center);
+    ui.scope_builder(UiBuilder::new().max_rect(tabs).layout(right_to_left), |ui| {
+        ui.add_space(EDGE);
+        for workspace in bar.workspaces.iter().rev() {
+            tab_ui(ui, workspace, bar.situation.workspace, &mut actions);
+        }
+    });
+    actions
+}
+
+/// The file's name, as much of it as there is room for, and whether it is saved at the right end.
+fn file_ui(ui: &mut Ui, bar: &TopBarView) {
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let mark = vec2(MARK_WIDTH, ui.available_height());
+        ui.allocate_ui_with_layout(mark, Layout::left_to_right(Align::Center), |ui| {
+            ui.set_min_width(MARK_WIDTH);
             if bar.is_dirty {
                 quiet_ui(ui, "not saved");
             }
         });
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.add_space(8.0);
-            for workspace in bar.workspaces.iter().rev() {
-                tab_ui(ui, workspace, bar.situation.workspace, &mut actions);
-            }
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            let name = RichText::new(bar.file).color(palette::TEXT.color32());
+            ui.add(egui::Label::new(name).truncate());
         });
     });
-    actions
 }
 
 fn tab_ui(ui: &mut Ui, tab: &Workspace, shown: Workspace, actions: &mut Vec<TopBarAction>) {
     let command = tab.command();
     let about = format!("{} ({})", command.about, command.shown_keys());
-    let tab_button = Button::selectable(*tab == shown, tab.name).min_size(vec2(TAB_WIDTH, 24.0));
-    if ui.add(tab_button).on_hover_text(about).clicked() && *tab != shown {
+    let tab_button = Button::selectable(*tab == shown, tab.name);
+    let size = vec2(TAB_WIDTH, TAB_HEIGHT);
+    if ui.add_sized(size, tab_button).on_hover_text(about).clicked() && *tab != shown {
         actions.push(TopBarAction::Run(command.name));
     }
 }

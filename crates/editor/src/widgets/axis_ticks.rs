@@ -14,12 +14,19 @@ pub fn axis_ticks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
         if !(extent > 0.0 && extent.is_finite()) {
             return Vec::new();
         }
-        let step_size = nice_step(extent / most as f64, false);
-        let (first, last) = ((low / step_size).ceil(), (high / step_size).floor());
-        let steps = (last - first).max(0.0) as usize;
+        // One number alone gives no scale: steps are smaller until there are two.
+        let found = (most.max(1)..=most + MOST_TRIES).find_map(|most| {
+            let step_size = nice_step(extent / most as f64, false);
+            let (first, last) = ((low / step_size).ceil(), (high / step_size).floor());
+            (last - first >= 1.0).then(|| (step_size, first, (last - first) as usize))
+        });
+        let Some((step_size, first, steps)) = found else { return Vec::new() };
         (0..=steps).map(|k| GridMark { value: (first + k as f64) * step_size, step_size }).collect()
     }
 }
+
+/// Two marks lie within any extent of this many steps; smaller steps are tried up to then.
+const MOST_TRIES: usize = 8;
 
 /// The value of a mark with as many decimals as its step needs.
 pub fn mark_text(mark: GridMark) -> String {
@@ -52,5 +59,14 @@ mod tests {
         assert_eq!(marks((0.0, 430.0), 3), ["0", "200", "400"]);
         assert_eq!(marks((-21.0, 21.0), 4), ["\u{2212}20", "0", "20"]);
         assert!(marks((1.0, 1.0), 3).is_empty());
+    }
+
+    #[test]
+    fn no_axis_has_a_single_mark() {
+        for reach in [10.0, 45.0, 52.5, 60.0, 90.0] {
+            for most in 1..6 {
+                assert!(marks((-reach, reach), most).len() >= 2, "{reach} {most}");
+            }
+        }
     }
 }

@@ -64,16 +64,19 @@ pub fn counted(value: usize, one: &str, many: &str) -> String {
     format!("{} {}", count(value), if value == 1 { one } else { many })
 }
 
-/// A change with its sign: `−0.08`, `+0.31`, `±0.00`.
+/// A change with its sign: `−0.08`, `+0.31`. What rounds to nothing has none, `0.00`: a ± stands
+/// before what a figure is uncertain by, and before nothing else.
 pub fn signed(value: f64, decimals: usize) -> String {
     let text = decimal(value, decimals);
-    if text.starts_with(MINUS) {
-        text
-    } else if text.bytes().all(|b| matches!(b, b'0' | b'.')) {
-        format!("±{text}")
-    } else {
-        format!("+{text}")
+    match text.starts_with(MINUS) || is_zero(&text) {
+        true => text,
+        false => format!("+{text}"),
     }
+}
+
+/// Whether a decimal has no digit but zeros.
+pub fn is_zero(text: &str) -> bool {
+    text.bytes().all(|b| matches!(b, b'0' | b'.'))
 }
 
 /// What a number field takes.
@@ -137,7 +140,7 @@ impl<'a> NumberField<'a> {
     /// What is typed into the field, in its unit; why not, in words.
     fn read(&self, text: &str) -> Result<f64, String> {
         let value =
-            typed_number::parse(text, self.number_unit()).map_err(|error| error.to_string())?;
+            typed_number::parse(text, self.number_unit()).map_err(|error| error.words(text))?;
         if (self.min..=self.max).contains(&value) {
             return Ok(value);
         }
@@ -430,7 +433,8 @@ mod tests {
         assert_eq!(decimal(-0.001, 2), "0.00");
         assert_eq!(signed(-0.08, 2), "−0.08");
         assert_eq!(signed(0.31, 2), "+0.31");
-        assert_eq!(signed(0.001, 2), "±0.00");
+        assert_eq!(signed(0.001, 2), "0.00");
+        assert_eq!(signed(-0.001, 2), "0.00");
     }
 
     #[test]
@@ -454,7 +458,8 @@ mod tests {
         assert_eq!(length.read("12.5+3"), Ok(15.5));
         assert_eq!(length.read("1 in"), Ok(25.4));
         assert!(length.read("12°").is_err());
-        assert!(length.read("twelve").is_err());
+        assert_eq!(length.read("a0"), Err("\"a0\" is not a number".to_owned()));
+        assert_eq!(length.read(" twelve "), Err("\"twelve\" is not a number".to_owned()));
         let angle = NumberField::angle("rx");
         assert_eq!(angle.read(" 12.5° "), Ok(12.5));
         let turned = angle.read("0.2 rad").unwrap();

@@ -2,7 +2,7 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{MET_SIGN, MISSED_SIGN, with_unit};
+use crate::widgets::basic::{MET_SIGN, MISSED_SIGN, THIN_SPACE, with_unit};
 use crate::widgets::theme;
 use bevy_egui::egui::Color32;
 use trackwright_simulation::BoundVerdict;
@@ -25,8 +25,11 @@ pub fn verdict_text(verdict: BoundVerdict) -> String {
     format!("{} {}", verdict_mark(verdict).0, verdict.label())
 }
 
-/// `✔ met: at most 1.00 mm`.
+/// `✔ met: at most 1.00 mm`, `✖ Not met: 0.44 mm, limit 0.30 mm, 0.14 mm over`.
 pub fn bound_text(bound: &JudgedBound, unit: &str) -> String {
+    if let Some(missed) = bound.missed_words(&THIN_SPACE.to_string()) {
+        return format!("{} {missed}", verdict_mark(bound.verdict).0);
+    }
     let limit = with_unit(&format!("{:.2}", bound.limit), unit);
     format!("{} {}: at most {limit}", verdict_mark(bound.verdict).0, bound.label())
 }

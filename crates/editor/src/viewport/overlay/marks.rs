@@ -15,6 +15,7 @@ use trackwright_formats::printable::printable;
 use trackwright_geometry::orbit::Axis;
 use trackwright_geometry::outline::DimensionKind;
 use trackwright_geometry::volume::Volume;
+use trackwright_report::words::for_audience;
 use trackwright_simulation::SensorOrientation;
 
 /// Where the letters of the tracker's axes stand: just beyond the arrows.
@@ -213,7 +214,8 @@ fn body_troubles(view: &OverlayView, labels: &mut Vec<Label>) {
         let Some(at) = far_end(view, *role).and_then(|far| view.project(&far)) else {
             continue;
         };
-        labels.push(Label { at, text: trouble.clone(), color: palette::MISSED, is_needed: true });
+        let text = if view.is_plain { for_audience(trouble) } else { trouble.clone() };
+        labels.push(Label { at, text, color: palette::MISSED, is_needed: true });
     }
 }
 
@@ -242,8 +244,11 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
         };
         let name = &body.rigid.name;
         let is_named = name.to_lowercase().contains(&kind.to_lowercase());
-        let text =
-            if is_named || view.is_plain { name.clone() } else { format!("{name} ({kind})") };
+        let text = match (view.is_plain, is_named) {
+            (true, _) => for_audience(name),
+            (false, true) => name.clone(),
+            (false, false) => format!("{name} ({kind})"),
+        };
         labels.push(Label {
             at,
             text,

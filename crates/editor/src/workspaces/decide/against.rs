@@ -10,6 +10,7 @@ use crate::workspaces::decide::requests::is_shown;
 use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_design::Design;
 use trackwright_field::OutsidePolicy;
 use trackwright_simulation::comparison::{Comparison, Settings, compare};
 use trackwright_simulation::{PoseDetail, simulate_pose};
@@ -35,6 +36,8 @@ pub struct Key {
 pub struct Found {
     /// Row 0 is the baseline, row 1 the design.
     pub comparison: Comparison,
+    /// The design as it was compared.
+    pub design: Arc<Design>,
     /// The baseline at its own pose.
     pub pose: PoseDetail,
 }
@@ -111,7 +114,8 @@ fn request(
             OutsidePolicy::default(),
         );
         let comparison = compare(&plan, &Settings::default(), task).ok()?;
-        Some(Found { comparison, pose })
+        let [_, design] = designs;
+        Some(Found { comparison, design, pose })
     });
 }
 

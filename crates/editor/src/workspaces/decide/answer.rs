@@ -215,7 +215,6 @@ impl DecideParams<'_> {
             environment: Arc::clone(&world.0.environment),
             rooms: trackwright_project::further_rooms(&world.0).unwrap_or_default(),
             generation: self.generation.0,
-            revision: world.0.document.revision(),
         };
         self.state.counts.tables += 1;
         let job = Job::start("compare", &self.waker, move |task| compared(wanted, task));

@@ -20,7 +20,6 @@ pub struct Wanted {
     pub environment: Arc<Environment>,
     pub rooms: Vec<RoomSource>,
     pub generation: u64,
-    pub revision: u64,
 }
 
 /// What a design of the table is.
@@ -43,7 +42,7 @@ pub struct Compared {
     pub missing: Vec<String>,
     /// What the open design was.
     pub generation: u64,
-    pub revision: u64,
+    pub open: Arc<Design>,
 }
 
 /// How work ended without a table.
@@ -63,6 +62,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
     if let Some(pinned) = wanted.pinned {
         designs.push((Compare::Pinned, pinned));
     }
+    let open = Arc::clone(&wanted.open);
     designs.push((Compare::Open, wanted.open));
     for file in wanted.files {
         match trackwright_project::read_compared_designs(
@@ -115,6 +115,6 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
         rooms: rooms.into_iter().map(|(place, _)| place).collect(),
         missing,
         generation: wanted.generation,
-        revision: wanted.revision,
+        open,
     })
 }

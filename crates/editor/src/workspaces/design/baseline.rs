@@ -5,21 +5,51 @@ use crate::document::state::WorldGeneration;
 use crate::document::trials::TrialChoice;
 use crate::runner::results::Results;
 use bevy::prelude::*;
-use trackwright_simulation::{Headline, headline};
+use std::sync::Arc;
+use trackwright_field::Environment;
+use trackwright_project::World as OpenFiles;
+use trackwright_simulation::{Headline, Motion, headline};
 
-/// The large figure before the last edit or drag began, of the room's own field and as it was to be
-/// expected: while something is dragged the one is shown, and then the other.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-pub struct Baseline(pub Option<[Headline; 2]>);
+/// The large figure before the last edit or drag began.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct Baseline(Option<Before>);
+
+/// A figure, and what it was of beside the design.
+#[derive(Clone, Debug)]
+struct Before {
+    /// Of the room's own field and as it was to be expected: while something is dragged the one is
+    /// shown, and then the other.
+    headlines: [Headline; 2],
+    room: Arc<Environment>,
+    motion: Option<Motion>,
+}
+
+/// What the large figure differs by from what it was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Change {
+    /// The design changed: mm or degrees more than before.
+    By(f64),
+    /// A smaller error in another room is no better design.
+    OtherRoom,
+    /// Nor is a smaller error over another range of motion.
+    OtherMotion,
+}
 
 impl Baseline {
-    /// The value that a large figure is a change from, if there is one of its kind.
-    pub fn before(&self, now: &Headline) -> Option<f64> {
+    /// The change of a large figure of the open design, where there was one of its kind.
+    pub fn change(&self, world: &OpenFiles, now: &Headline) -> Option<Change> {
+        let before = self.0.as_ref()?;
+        if !Arc::ptr_eq(&before.room, &world.environment) {
+            return Some(Change::OtherRoom);
+        }
+        if before.motion != world.document.design().motion {
+            return Some(Change::OtherMotion);
+        }
         let is_of_kind = |then: &&Headline| {
             then.metric == now.metric && then.interval.is_some() == now.interval.is_some()
         };
-        let then = self.0.as_ref()?.iter().find(is_of_kind)?;
-        Some(then.value)
+        let then = before.headlines.iter().find(is_of_kind)?;
+        Some(Change::By(now.value - then.value))
     }
 }
 
@@ -35,14 +65,12 @@ pub(crate) fn note_baseline(
 ) {
     // Figures of another mode are no change of the design.
     let serial = choice.map_or(0, |choice| choice.serial());
-    if *last_serial != serial {
-        *last_serial = serial;
-        baseline.set_if_neq(Baseline(None));
+    let are_trials_others = *last_serial != serial;
+    *last_serial = serial;
+    if (are_trials_others || generation.is_some_and(|g| g.is_changed())) && baseline.0.is_some() {
+        baseline.0 = None;
     }
-    if generation.is_some_and(|g| g.is_changed()) {
-        baseline.set_if_neq(Baseline(None));
-    }
-    let mut is_in_step = world.is_some_and(|w| w.0.document.is_in_step());
+    let mut is_in_step = world.as_ref().is_some_and(|w| w.0.document.is_in_step());
     for request in requests.read() {
         let begins = match request {
             EditRequest::Begin(_) => {
@@ -57,11 +85,15 @@ pub(crate) fn note_baseline(
             EditRequest::Undo | EditRequest::Redo | EditRequest::JumpTo(_) => true,
         };
         if begins {
-            let now = results.study.as_ref().map(|study| {
+            let now = world.as_ref().zip(results.study.as_ref()).map(|(world, study)| {
                 let of = |expected| headline(&study.value.figures, expected);
-                [of(None), of(results.expected_of_study())]
+                Before {
+                    headlines: [of(None), of(results.expected_of_study())],
+                    room: Arc::clone(&world.0.environment),
+                    motion: world.0.document.design().motion,
+                }
             });
-            baseline.set_if_neq(Baseline(now));
+            baseline.0 = now;
         }
     }
 }

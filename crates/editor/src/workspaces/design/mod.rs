@@ -8,6 +8,7 @@ pub mod crf_study_ui;
 pub mod history_ui;
 pub mod inspector;
 pub mod mesh_ui;
+pub mod missed;
 pub mod motion_ui;
 pub mod outliner;
 pub mod panels;
@@ -23,6 +24,7 @@ use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::{PanelsShown, Workspace};
 use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
 use crate::workspaces::design::baseline::{Baseline, note_baseline};
+use crate::workspaces::design::missed::MissedPlugin;
 use crate::workspaces::design::panels::{
     history_panel, inspector_panel, outliner_panel, result_panel,
 };
@@ -45,7 +47,7 @@ impl Plugin for DesignPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Baseline>()
             .init_resource::<HoveredRow>()
-            .add_plugins((row_page::plugin, scene_menu::plugin))
+            .add_plugins((MissedPlugin, row_page::plugin, scene_menu::plugin))
             .add_workspace(WORKSPACE)
             .add_panel(
                 PanelInfo::new(WORKSPACE, Side::Left).fixed().shown_if(is_history_shown),

@@ -6,7 +6,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::viewport::commands::ADD_SENSOR;
 use crate::viewport::troubles::{detail, sensor_trouble};
-use crate::widgets::basic::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
+use crate::widgets::basic::{Mark, Row, counted, quiet_ui, row_ui, section_ui};
 use crate::widgets::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use crate::widgets::theme;
 use crate::workspaces::design::actions::DesignAction;
@@ -17,6 +17,7 @@ use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Thing, Things};
 use trackwright_field::environment::Environment;
 use trackwright_formats::printable::printable;
+use trackwright_report::room::model_error;
 use trackwright_simulation::PoseDetail;
 use trackwright_simulation::SensorOrientation;
 
@@ -231,10 +232,7 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
             Some(from) => {
                 quiet_ui(ui, counted(from.samples, "sample", "samples"));
                 if let Some(holdout) = &from.holdout {
-                    quiet_ui(
-                        ui,
-                        format!("held-out error {}", length(holdout.after.position_rms_mm)),
-                    );
+                    quiet_ui(ui, model_error(Some(holdout.after.position_rms_mm)));
                 }
             }
         }

@@ -5,17 +5,19 @@ use crate::document::body_files::BodyLoading;
 use crate::document::meshes::MeshLoading;
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Hovered, Selected, Selection};
-use crate::document::trials::TrialChoice;
+use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
 use crate::shell::commands::{Availability, Command};
 use crate::shell::requests::Requests;
 use crate::shell::window::Workspace;
+use crate::widgets::basic::THIN_SPACE;
 use crate::workspaces::design::actions::{DesignRequests, HoveredRow};
 use crate::workspaces::design::baseline::Baseline;
 use crate::workspaces::design::body_file_ui::{BodyFileView, body_file_ui};
 use crate::workspaces::design::history_ui::history_ui;
 use crate::workspaces::design::inspector::{InspectorView, inspector_ui};
 use crate::workspaces::design::mesh_ui::{MeshView, mesh_ui};
+use crate::workspaces::design::missed::Missed;
 use crate::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use crate::workspaces::design::result::{
     self, ResultView, are_figures_old, brief_result_ui, result_ui,
@@ -25,7 +27,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{Panel, Ui};
 use trackwright_project::MeshOwner;
-use trackwright_simulation::headline;
+use trackwright_simulation::{BoundVerdict, headline};
 
 /// Bodies with their sensors and tips, the anatomy, the room.
 pub(crate) fn outliner_panel(
@@ -99,6 +101,7 @@ pub(crate) struct ShownResult<'w> {
     world: Res<'w, OpenWorld>,
     results: Res<'w, Results>,
     baseline: Option<Res<'w, Baseline>>,
+    missed: Option<Res<'w, Missed>>,
     choice: Res<'w, TrialChoice>,
     state: Option<Res<'w, StudyState>>,
     workspace: Res<'w, Workspace>,
@@ -108,12 +111,22 @@ impl ShownResult<'_> {
     fn view(&self) -> ResultView<'_> {
         let (document, results) = (&self.world.0.document, &*self.results);
         let study = results.study.as_ref();
-        let before = study.zip(self.baseline.as_ref()).and_then(|(study, baseline)| {
-            baseline.before(&headline(&study.value.figures, results.expected_of_study()))
-        });
+        let now = study.map(|study| headline(&study.value.figures, results.expected_of_study()));
+        let change = now.as_ref().zip(self.baseline.as_ref());
+        let change = change.and_then(|(now, baseline)| baseline.change(&self.world.0, now));
+        // While something is dragged what was found is of the design as it was.
+        let sources = self.missed.as_ref().and_then(|missed| missed.sources());
+        let sources = sources.filter(|_| results.is_whole());
+        let is_missed = now.and_then(|now| now.bound).filter(|b| b.verdict == BoundVerdict::Missed);
+        let reasons = is_missed
+            .zip(sources)
+            .map(|(bound, sources)| sources.words(bound.metric.of, &THIN_SPACE.to_string()));
+        let has_motion = document.design().motion.is_some();
         ResultView {
             results,
-            before,
+            change,
+            is_one_pose: has_motion && results.mode == Some(ModeKind::Single),
+            reasons: reasons.unwrap_or_default(),
             has_expected: self.world.0.environment.process.is_some(),
             is_computing: study.is_some() && are_figures_old(document, results, &self.choice),
             is_short: self.workspace.charts_trials

@@ -5,10 +5,11 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::runner::results::Results;
 use crate::runner::solved::Extent;
-use crate::widgets::basic::{counted, quiet_ui, signed, warning_ui, with_unit};
+use crate::widgets::basic::{counted, is_zero, quiet_ui, signed, warning_ui, with_unit};
 use crate::widgets::theme;
 use crate::widgets::verdict::{bound_text, figure_color};
-use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
+use crate::workspaces::design::baseline::Change;
+use bevy_egui::egui::{self, Align, Label, Layout, RichText, Ui};
 use trackwright_design::Document;
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::{
@@ -18,8 +19,12 @@ use trackwright_simulation::{
 /// What the panel shows.
 pub struct ResultView<'a> {
     pub results: &'a Results,
-    /// The large figure as it was before the last change, of the same kind.
-    pub before: Option<f64>,
+    /// What the large figure differs by from what it was before the last change.
+    pub change: Option<Change>,
+    /// One pose of a design that is to be judged over its range of motion.
+    pub is_one_pose: bool,
+    /// Why the large figure misses its bound, in sentences.
+    pub reasons: Vec<String>,
     /// The room keeps measurements, so that its figures have expected ones.
     pub has_expected: bool,
     /// The design changed and its figures are on their way.
@@ -169,8 +174,9 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
         }
     });
     let unit = headline.metric.unit();
-    // What is not known for certain yet has no verdict.
-    let bound = headline.bound.filter(|_| !is_pending);
+    // What is not known for certain yet has no verdict, nor has one pose against an RMS of many.
+    let is_judged = !result.is_one_pose || headline.metric.is_extreme();
+    let bound = headline.bound.filter(|_| !is_pending && is_judged);
     ui.horizontal(|ui| {
         let color = figure_color(bound.map(|bound| bound.verdict));
         let value = with_unit(&format!("{:.2}", headline.value), unit);
@@ -179,16 +185,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
             let text = RichText::new(interval_text(interval)).color(palette::TEXT.color32());
             ui.label(text).on_hover_text(INTERVAL);
         }
-        if let Some(before) = result.before {
-            let change = headline.value - before;
-            let text = with_unit(&signed(change, 2), unit);
-            let color = if text.starts_with('±') {
-                palette::TEXT_QUIET
-            } else if change < 0.0 {
-                palette::MET
-            } else {
-                palette::MISSED
-            };
+        if let Some((text, color)) = result.change.and_then(|change| change_text(change, unit)) {
             ui.label(RichText::new(text).color(color.color32()))
                 .on_hover_text("Change since the last edit began");
         }
@@ -199,6 +196,26 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     if let Some(bound) = &bound {
         let text = bound_text(bound, unit);
         ui.label(RichText::new(text).color(figure_color(Some(bound.verdict))));
+    }
+    for reason in result.reasons.iter().filter(|_| bound.is_some() && !result.is_short) {
+        ui.add(Label::new(RichText::new(reason).color(palette::TEXT.color32())).wrap());
+    }
+    if let (Some(bound), false) = (&headline.bound, is_judged) {
+        let limit = with_unit(&format!("{:.2}", bound.limit), unit);
+        quiet_ui(ui, format!("at most {limit} over the range of motion; one pose is not judged"));
+    }
+}
+
+/// A change of the large figure and its colour; none where it rounds to nothing.
+fn change_text(change: Change, unit: &str) -> Option<(String, palette::Rgb)> {
+    match change {
+        Change::OtherRoom => Some(("another room".to_owned(), palette::TEXT_QUIET)),
+        Change::OtherMotion => Some(("another range of motion".to_owned(), palette::TEXT_QUIET)),
+        Change::By(by) => {
+            let text = signed(by, 2);
+            let color = if by < 0.0 { palette::MET } else { palette::MISSED };
+            (!is_zero(&text)).then(|| (with_unit(&text, unit), color))
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use trackwright_design::view::{Layers, View};
 use trackwright_design::{Document, Slide, SlideFigure};
+use trackwright_report::words::for_audience;
 
 /// A slide that shows the design as it is looked at, with what an engineer has to explain left out.
 pub fn slide_of(document: &Document) -> Slide {
@@ -13,7 +14,7 @@ pub fn slide_of(document: &Document) -> Slide {
     figures.extend([SlideFigure::TypicalTipError, SlideFigure::LargestTipError]);
     let own = document.own_view();
     Slide {
-        title: design.name.clone(),
+        title: for_audience(&design.name),
         caption: String::new(),
         figures,
         view: View { layers: plain(own.layers), ..own.clone() },
@@ -34,5 +35,20 @@ fn plain(layers: Layers) -> Layers {
         placement: false,
         support: false,
         ..layers
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_audience_reads_patient_reference() {
+        let world =
+            trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
+                .unwrap();
+        assert!(world.document.design().name.contains("CRF"));
+        let title = slide_of(&world.document).title;
+        assert!(title.contains("patient reference") && !title.contains("CRF"), "{title}");
     }
 }

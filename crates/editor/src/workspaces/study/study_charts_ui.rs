@@ -13,7 +13,7 @@ use egui_plot::{
 };
 use std::ops::RangeInclusive;
 use trackwright_simulation::profile::{AxisProfile, ORIENTATION, POSITION};
-use trackwright_simulation::{ChartedProfile, Within};
+use trackwright_simulation::{AlongShaft, ChartedProfile, Metric, Within};
 
 const HEIGHT: f32 = 92.0;
 
@@ -48,6 +48,11 @@ pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<StudyRequest>
     small_marks(ui, |ui| histogram_ui(ui, view, &mut actions));
     if !view.charted.profile.axes.is_empty() {
         axes_ui(ui, view, &mut actions);
+    }
+    if let Some(along) = &view.charted.profile.along_shaft {
+        let limit = view.charted.within.filter(|within| within.metric == Metric::TIP_RMS);
+        section_ui(ui, "RMS error along the shaft");
+        small_marks(ui, |ui| shaft_ui(ui, along, limit.map(|within| within.limit_mm)));
     }
     actions
 }
@@ -249,6 +254,49 @@ fn axis_ui(
     }
 }
 
+/// Points of the curve along the shaft: more than it has bends.
+const SHAFT_POINTS: usize = 60;
+
+/// How far off each point of the tool's long axis is, from the tip to the rearmost sensor.
+fn shaft_ui(ui: &mut Ui, along: &AlongShaft, limit_mm: Option<f64>) {
+    let curve: Vec<[f64; 2]> =
+        along.curve(SHAFT_POINTS).into_iter().map(|(at_mm, rms_mm)| [at_mm, rms_mm]).collect();
+    let sensors = along.sensors_mm.iter().map(|&at_mm| [at_mm, along.rms_mm(at_mm)]);
+    let sensors: Vec<[f64; 2]> = sensors.collect();
+    let largest = curve.iter().map(|[_, rms_mm]| *rms_mm).fold(0.0, f64::max);
+    let top = largest.max(limit_mm.unwrap_or(0.0)).max(1e-6) * HEADROOM;
+    let margin = 0.02 * along.length_mm;
+    plain("along the shaft")
+        .y_axis_min_width(38.0)
+        .x_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+        .label_formatter(|at| {
+            let (HoverPosition::NearDataPoint { position, .. }
+            | HoverPosition::Elsewhere { position }) = at;
+            let at_mm = position.x.clamp(0.0, along.length_mm);
+            Some(format!("{} from the tip\nRMS {}", length(at_mm), length(along.rms_mm(at_mm))))
+        })
+        .show(ui, |plot| {
+            plot.set_plot_bounds_x(-margin..=along.length_mm + margin);
+            plot.set_plot_bounds_y(0.0..=top);
+            let line = Line::new("RMS", PlotPoints::from(curve));
+            plot.line(line.color(palette::SERIES[0].color32()).width(1.2));
+            plot.points(
+                Points::new("sensors", PlotPoints::from(sensors))
+                    .shape(MarkerShape::Circle)
+                    .radius(3.0)
+                    .color(palette::SENSOR.color32()),
+            );
+            if let Some(limit_mm) = limit_mm {
+                let line = HLine::new("requirement", limit_mm).color(palette::MET.color32());
+                plot.hline(line.style(LineStyle::dashed_dense()).width(1.0));
+            }
+        });
+    quiet_ui(ui, "mm, over mm from the tip; points: sensors").on_hover_text(
+        "The error at each point of the tool's long axis: it grows away from the sensors",
+    );
+}
+
 /// What stands along x.
 fn along(axis: &AxisProfile) -> String {
     match axis.axis {
@@ -276,7 +324,6 @@ fn whole(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackwright_simulation::Metric;
 
     #[test]
     fn a_share_is_whole_only_where_it_is() {

@@ -7,7 +7,6 @@ use crate::runner::results::Results;
 use crate::shell::commands::RunCommand;
 use crate::shell::requests::Requests;
 use crate::shell::window::{StatusNote, Workspace};
-use crate::widgets::basic::count;
 use crate::widgets::theme;
 use crate::workspaces::design::result::are_figures_old;
 use crate::workspaces::study::log::LogJob;
@@ -20,6 +19,7 @@ use crate::workspaces::study::trial_ui::{TrialView, trial_ui};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{Button, Margin, Panel, Ui};
+use trackwright_simulation::figures::trial_number;
 
 /// What the panels show.
 #[derive(SystemParam)]
@@ -73,13 +73,13 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
     let view = TrialView {
         trial: results.pose.as_ref().map(|pose| &pose.value.trial),
         title: match results.pose_trial.filter(|number| *number < LIVE) {
-            Some(number) => format!("Trial {}", count(number + 1)),
+            Some(number) => format!("Trial {}", trial_number(number)),
             None => "The design's own pose".to_owned(),
         },
         columns: ["true", "simulated"],
         rotation: shown.state.rotation,
         has_crf: design.crf.is_some(),
-        limit_mm: design.requirement.and_then(|r| Some(r.single_position_mm()?.1)),
+        requirement: design.requirement,
     };
     requests.write_all(trial_ui(&mut ui, &view));
     let Some(profile) = &results.profile else { return };

@@ -21,6 +21,7 @@ use egui_plot::{
     Points, VLine,
 };
 use std::ops::RangeInclusive;
+use trackwright_simulation::figures::trial_number;
 use trackwright_simulation::profile::{Column, MAX_PROFILED};
 use trackwright_simulation::{ChartedProfile, InputTrial};
 
@@ -99,7 +100,7 @@ fn why_empty(view: &TimelineView) -> String {
 
 /// `trial 1,203 of 3,375: x −20 mm, rz 45°`.
 pub fn trial_words(trial: &ShownTrial) -> String {
-    let number = format!("trial {} of {}", count(trial.number + 1), count(trial.of));
+    let number = format!("trial {} of {}", trial_number(trial.number), count(trial.of));
     let place: Vec<String> = match trial.kind {
         ModeKind::Motion => trial
             .offsets
@@ -343,7 +344,8 @@ fn chart_ui(
             let (HoverPosition::NearDataPoint { position, .. }
             | HoverPosition::Elsewhere { position }) = at;
             let trial = chosen(position.x)?;
-            Some(format!("trial {}\ntip error {}", count(trial + 1), length(error_mm(trial)?)))
+            let number = trial_number(trial);
+            Some(format!("trial {number}\ntip error {}", length(error_mm(trial)?)))
         })
         .show(ui, |plot| {
             plot.set_plot_bounds_x(0.5..=trials as f64 + 0.5);

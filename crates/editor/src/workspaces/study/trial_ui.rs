@@ -2,12 +2,14 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{decimal, length, quiet_ui, section_ui, with_unit};
+use crate::widgets::basic::{
+    MET_SIGN, MISSED_SIGN, decimal, length, quiet_ui, section_ui, with_unit,
+};
 use crate::workspaces::study::state::{RotationForm, StudyRequest};
 use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_geometry::rotation::log_quaternion;
-use trackwright_simulation::Trial;
+use trackwright_simulation::{Requirement, Trial};
 
 /// What the panel shows.
 pub struct TrialView<'a> {
@@ -20,8 +22,8 @@ pub struct TrialView<'a> {
     pub rotation: RotationForm,
     /// Poses are relative to the CRF, or to the tracker where there is none.
     pub has_crf: bool,
-    /// The bound that holds for each trial.
-    pub limit_mm: Option<f64>,
+    /// What the trial is held against, as far as it is about single trials.
+    pub requirement: Option<Requirement>,
 }
 
 const COLUMN_WIDTH: f32 = 84.0;
@@ -68,7 +70,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             view.columns[1],
             quaternion(poses[1])
         ));
-    errors_ui(ui, trial, view.limit_mm);
+    errors_ui(ui, trial, view.requirement.as_ref());
     actions
 }
 
@@ -98,20 +100,15 @@ fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<StudyRequest>) {
     });
 }
 
-fn errors_ui(ui: &mut Ui, trial: &Trial, limit_mm: Option<f64>) {
+fn errors_ui(ui: &mut Ui, trial: &Trial, requirement: Option<&Requirement>) {
     ui.add_space(4.0);
     let e = trial.tip_error_in_crf_mm;
     let axes = [e.x, e.y, e.z].map(|v| decimal(v, 2)).join(", ");
     figure_ui(ui, "tip error x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
-    let color = match limit_mm.map(|limit| trial.tip_error_mm <= limit) {
-        Some(true) => palette::MET,
-        Some(false) => palette::MISSED,
-        None => palette::TEXT_STRONG,
-    };
-    let sign = match limit_mm.map(|limit| trial.tip_error_mm <= limit) {
-        Some(true) => format!("{} ", crate::widgets::basic::MET_SIGN),
-        Some(false) => format!("{} ", crate::widgets::basic::MISSED_SIGN),
-        None => String::new(),
+    let (sign, color) = match requirement.and_then(|r| r.met_by_single(trial.tip_error_mm)) {
+        Some(true) => (format!("{MET_SIGN} "), palette::MET),
+        Some(false) => (format!("{MISSED_SIGN} "), palette::MISSED),
+        None => (String::new(), palette::TEXT_STRONG),
     };
     let error = format!("{sign}{}", length(trial.tip_error_mm));
     figure_ui(ui, "tip error", &error, color);

@@ -46,8 +46,8 @@ impl<'a> DecideView<'a> {
     /// The newest comparison with the baseline, and whether it is of the design as it is now.
     fn found(&self, pinned: &Pinned) -> Option<(&'a Found, bool)> {
         let (key, found) = self.against?.found(pinned.serial)?;
-        let is_current =
-            key.generation == self.generation && key.revision == self.document.revision();
+        let is_current = key.generation == self.generation
+            && found.design.has_studies_of(self.document.design());
         Some((found, is_current))
     }
 }

@@ -40,8 +40,9 @@ pub fn table_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
         }
         return requests;
     };
-    let is_current =
-        compared.generation == view.generation && compared.revision == view.document.revision();
+    // A decision is an edit that no figure depends on.
+    let is_current = compared.generation == view.generation
+        && compared.open.has_studies_of(view.document.design());
     ScrollArea::both().auto_shrink(false).show(ui, |ui| {
         if !is_current {
             warning_ui(ui, "This design has changed since; compare again");

@@ -4,12 +4,12 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{
-    count, fact_ui, main_button, quiet_ui, section_ui, warning_ui, with_unit,
+    count, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
 use crate::widgets::theme;
 use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::field::kind::FieldKind;
-use crate::workspaces::field::panels::{cell_ui, change_ui, good_ui, head_ui};
+use crate::workspaces::field::panels::{cell_ui, good_ui, head_ui};
 use crate::workspaces::field::requests::{FieldRequest, RoomToSave};
 use crate::workspaces::field::state::FieldState;
 use crate::workspaces::field::state::{Comparison, Fitted};
@@ -20,6 +20,9 @@ use trackwright_report::room::{fit_warnings, harmonic_text, method_name};
 use trackwright_report::selection::{candidate_text, reason};
 use trackwright_simulation::Metric;
 use trackwright_simulation::own_study::OwnStudy;
+
+/// Every coefficient is determined by its samples.
+const ENOUGH_SAMPLES: &str = "Enough samples for this model";
 
 /// Draws the quality of the newest fit, and what can be done with it.
 pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
@@ -36,7 +39,7 @@ pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
     ui.add_space(2.0);
     figures_ui(ui, fitted);
     if fitted.held_out_quality.is_none() {
-        quiet_ui(ui, "Open held-out measurements to judge it on what it has not seen");
+        quiet_ui(ui, "Open held-out measurements for its model error on unseen data");
     }
     ui.add_space(4.0);
     if fitted.field_settings.kind.is_polynomial() {
@@ -47,7 +50,7 @@ pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
         warning_ui(ui, warning);
     }
     if warnings.is_empty() && fitted.settings.order > 0 {
-        good_ui(ui, "every coefficient is determined by its samples");
+        good_ui(ui, ENOUGH_SAMPLES);
     }
     ui.add_space(6.0);
     ui.horizontal(|ui| {
@@ -130,7 +133,7 @@ fn figures_ui(ui: &mut Ui, fitted: &Fitted) {
         quiet_ui(ui, "fitted");
         head_ui(ui, "");
         if qualities[1].is_some() {
-            quiet_ui(ui, "held out");
+            quiet_ui(ui, "unseen data");
             head_ui(ui, "");
         }
         ui.end_row();
@@ -186,7 +189,7 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
     }
     Grid::new("comparison").num_columns(4).spacing([10.0, 3.0]).show(ui, |ui| {
         quiet_ui(ui, "");
-        for head in ["present", "fitted", "change"] {
+        for head in ["present", "fitted", "difference"] {
             head_ui(ui, head);
         }
         ui.end_row();
@@ -206,7 +209,9 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
             }
             // An expected value and one of a room's own field are no change of each other.
             if present.1.is_some() == tried.1.is_some() {
-                change_ui(ui, tried.0 - present.0, 2);
+                // No colour: a smaller error in another room is no better design.
+                let difference = signed(tried.0 - present.0, 2);
+                cell_ui(ui, difference, palette::TEXT_QUIET.color32());
             }
             ui.end_row();
         }
@@ -218,6 +223,7 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
             ui.end_row();
         }
     });
+    quiet_ui(ui, "Another room: no verdict on the design");
 }
 
 /// The expected figure with its interval, where the room has uncertainty; otherwise that of the

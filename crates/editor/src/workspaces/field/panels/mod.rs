@@ -9,7 +9,7 @@ pub mod table;
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{MET_SIGN, quiet_ui, signed};
+use crate::widgets::basic::{MET_SIGN, quiet_ui};
 use crate::widgets::theme;
 use bevy_egui::egui::{self, Color32, RichText, Ui, vec2};
 
@@ -43,24 +43,6 @@ fn cell_ui(ui: &mut Ui, text: impl Into<String>, color: Color32) -> egui::Respon
         ui.label(RichText::new(text).color(color))
     })
     .inner
-}
-
-/// The colour of a change: less error is better. A sign stands beside it.
-fn change_color(text: &str) -> Color32 {
-    if text.starts_with('±') {
-        palette::TEXT_QUIET.color32()
-    } else if text.starts_with('+') {
-        palette::MISSED.color32()
-    } else {
-        palette::MET.color32()
-    }
-}
-
-/// A change of a figure with its sign and colour.
-fn change_ui(ui: &mut Ui, change: f64, decimals: usize) {
-    let text = signed(change, decimals);
-    let color = change_color(&text);
-    cell_ui(ui, text, color);
 }
 
 /// Something that is as it should be, with a sign before it.

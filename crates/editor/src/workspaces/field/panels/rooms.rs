@@ -1,17 +1,19 @@
-//! The rooms that the design could be put in, each with its held-out error.
+//! The rooms that the design could be put in, each with the error of its model on unseen data.
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{Mark, Row, THIN_SPACE, counted, length, quiet_ui, row_ui, section_ui};
+use crate::widgets::basic::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
 use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::FieldState;
 use bevy_egui::egui::Ui;
 use trackwright_project::{RoomListing, RoomSource};
+use trackwright_report::room::{MODEL_ERROR, model_error};
 
 /// Draws the list; a click puts the design into the room.
 pub fn rooms_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
     let mut requests = Vec::new();
-    section_ui(ui, "Rooms, held-out error");
+    section_ui(ui, "Rooms");
+    quiet_ui(ui, MODEL_ERROR);
     if state.rooms.is_empty() {
         quiet_ui(ui, if state.listing.is_some() { "reading…" } else { "none" });
     }
@@ -52,10 +54,7 @@ fn about(room: &RoomListing, is_own: bool) -> String {
         None => "never measured".to_owned(),
         Some(samples) => counted(samples, "sample", "samples"),
     };
-    let held_out = match room.summary.held_out_rms_mm {
-        None => "no held-out error".to_owned(),
-        Some(rms_mm) => format!("held-out error {rms_mm:.2}{THIN_SPACE}mm RMS"),
-    };
+    let error = model_error(room.summary.held_out_rms_mm);
     let verb = if is_own { "The design is in this room" } else { "Puts the design into this room" };
-    format!("{verb}\n{place}\n{samples}, {held_out}")
+    format!("{verb}\n{place}\n{samples}\n{error}")
 }

@@ -10,6 +10,8 @@ use bevy_egui::egui::{self, Align, Context, Grid, Label, Layout, RichText, Scrol
 use trackwright_report::selection::{head, notes, reason, rows};
 use trackwright_report::selection_chart::chart;
 
+const CHART_TITLE: &str = "Model error on unseen data, by order (Fig. 3)";
+
 const PANEL_HEIGHT: f32 = 210.0;
 const WINDOW_WIDTH: f32 = 760.0;
 const WINDOW_CHART_HEIGHT: f32 = 300.0;
@@ -22,7 +24,7 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     let Some(chosen) = &fitted.chosen else {
         return requests;
     };
-    section_ui(ui, "Held-out error against order (Fig. 3)");
+    section_ui(ui, CHART_TITLE);
     let mut figure = chart(&fitted.training.name(), &chosen.selection);
     // The axes' names take a third of a panel's width; they stand in the window.
     figure.x.label = "order".to_owned();
@@ -39,15 +41,14 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
 pub fn selection_window(ctx: &Context, fitted: &Fitted) -> (Vec<FieldRequest>, Option<egui::Rect>) {
     let mut requests = Vec::new();
     let mut is_open = true;
-    let window =
-        egui::Window::new(RichText::new("Held-out error against order (Fig. 3)").size(TITLE_SIZE))
-            .id(egui::Id::new("selection window"))
-            .open(&mut is_open)
-            .default_width(WINDOW_WIDTH)
-            .resizable(false)
-            .collapsible(false)
-            .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
-            .show(ctx, |ui| page_ui(ui, fitted));
+    let window = egui::Window::new(RichText::new(CHART_TITLE).size(TITLE_SIZE))
+        .id(egui::Id::new("selection window"))
+        .open(&mut is_open)
+        .default_width(WINDOW_WIDTH)
+        .resizable(false)
+        .collapsible(false)
+        .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
+        .show(ctx, |ui| page_ui(ui, fitted));
     if !is_open {
         requests.push(FieldRequest::ShowSelection(false));
     }
