@@ -11,6 +11,7 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use trackwright_design::{BodyRole, Edit};
+use trackwright_editor::document::autosave::RecoveryFolder;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::state::WorldGeneration;
 use trackwright_editor::runner::results::Results;
@@ -270,7 +271,7 @@ fn a_deleted_baseline_stays_with_a_warning() {
     request_and_wait(&mut app, DecideRequest::Compare);
     use_panel(&app, baseline_ui, |harness| {
         harness.get_by_label_contains("has been deleted or moved");
-        harness.get_by_label_contains("no difference that matters");
+        harness.get_by_label_contains("negligible (");
     });
     let requests = use_panel(&app, table_ui, |harness| {
         // Both designs are the same, and the room holds the same of them.
@@ -283,6 +284,40 @@ fn a_deleted_baseline_stays_with_a_warning() {
     // Without a file there is nothing to open.
     request_and_wait(&mut app, DecideRequest::Pin(file));
     assert!(decide_state(&app).pinned.is_some(), "the one that was there stays");
+}
+
+#[test]
+fn the_baseline_stays_with_the_design() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = saved(folder.path(), trackwright_project::DEFAULT_BUILTIN);
+    let kept = || trackwright_project::read_baseline(&file).unwrap();
+    let session = |is_kept: bool| {
+        let mut app = create_app();
+        if is_kept {
+            app.insert_resource(RecoveryFolder(folder.path().join("recovery")));
+        }
+        app.add_plugins(DecidePlugin);
+        app.insert_resource(OpenWorld(trackwright_project::open_design(&file).unwrap()));
+        app.insert_resource(workspaces::decide::WORKSPACE);
+        rest(&mut app);
+        app
+    };
+    // A picture leaves nothing on the disk.
+    request_and_wait(&mut session(false), DecideRequest::PinHere);
+    assert!(kept().is_none());
+    let mut app = session(true);
+    assert!(decide_state(&app).pinned.is_none() && kept().is_none());
+    request_and_wait(&mut app, DecideRequest::PinHere);
+    let pinned = Arc::clone(&decide_state(&app).pinned.as_ref().unwrap().design);
+    assert_eq!(kept().unwrap().design, *pinned);
+    // It is what it was when it was pinned, in the next session too.
+    move_sensor(&mut app, 30.0);
+    drop(app);
+    let mut app = session(true);
+    assert_eq!(decide_state(&app).pinned.as_ref().unwrap().design, pinned);
+    request_and_wait(&mut app, DecideRequest::Unpin);
+    assert!(kept().is_none());
+    assert!(decide_state(&session(true)).pinned.is_none());
 }
 
 #[test]
@@ -349,6 +384,32 @@ fn a_missed_step_needs_a_reason() {
     assert_eq!(requests, [DecideRequest::Withdraw(Step::Crf)]);
     request_and_wait(&mut app, DecideRequest::Withdraw(Step::Crf));
     assert!(document(&app).procedure.is_empty());
+}
+
+#[test]
+fn a_decision_leaves_the_comparison_as_it_is() {
+    let mut app = decide_app();
+    let loose = Requirement::at_most([(Metric::TIP_MAX, 100.0)]);
+    request(&mut app, EditRequest::Apply(Edit::SetRequirement(Some(loose))));
+    rest(&mut app);
+    request_and_wait(&mut app, DecideRequest::PinHere);
+    request_and_wait(&mut app, DecideRequest::Compare);
+    let changed = |app: &App| {
+        let mut count = 0;
+        use_panel(app, table_ui, |harness| {
+            count = harness.query_all_by_label_contains("has changed since").count();
+        });
+        count
+    };
+    assert_eq!(changed(&app), 0);
+    let document = |app: &App| app.world().resource::<OpenWorld>().0.document.clone();
+    let before = document(&app).revision();
+    request_and_wait(&mut app, DecideRequest::Decide(Step::Tool));
+    assert!(document(&app).design().procedure.tool.is_some());
+    assert!(document(&app).revision() > before, "a decision is an edit");
+    assert_eq!(changed(&app), 0);
+    move_sensor(&mut app, 1.0);
+    assert_eq!(changed(&app), 1);
 }
 
 #[test]

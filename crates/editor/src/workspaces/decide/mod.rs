@@ -6,6 +6,7 @@
 //! | `answer` | carries out the panels' requests, or starts the thread that does |
 //! | [`against`] | keeps the design's figures beside the baseline's, once edits rest |
 //! | [`baseline_ghost`] | draws the baseline's tool as the tracker reports it |
+//! | `kept_baseline` | keeps the baseline beside the design's file |
 //! | [`judged`] | keeps where the design stands in its procedure, once edits rest |
 //! | [`table`] | what the table's thread does |
 
@@ -14,6 +15,7 @@ pub mod answer;
 pub mod baseline_ghost;
 pub mod dialog;
 pub mod judged;
+mod kept_baseline;
 pub mod panels;
 pub mod requests;
 pub mod state;
@@ -55,7 +57,7 @@ impl Plugin for DecidePlugin {
             .add_message::<DecideRequest>()
             .add_message::<FieldRequest>()
             .add_message::<StudyRequest>()
-            .add_plugins((against::AgainstPlugin, judged::JudgedPlugin))
+            .add_plugins((against::AgainstPlugin, judged::JudgedPlugin, kept_baseline::plugin))
             .add_workspace(WORKSPACE)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Bottom).high(table_height), table_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), steps_panel)
