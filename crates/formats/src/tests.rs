@@ -50,6 +50,7 @@ fn parse_all(bytes: &[u8]) {
     let _ = recording::parse(bytes);
     let _ = pivot_recording::parse(bytes);
     let _ = recovery_file::parse(bytes);
+    let _ = baseline_file::parse(bytes);
     let _ = recent_file::parse(bytes);
     for extension in ["glb", "stl", "obj", ""] {
         let _ = mesh::read(bytes, extension, None);
@@ -72,6 +73,7 @@ fn good_files() -> Vec<Vec<u8>> {
     files.push(gltf::tests::triangle());
     files.push(recovery_file::tests::good());
     files.push(recent_file::write(&["/a".into()]).into_bytes());
+    files.push(baseline_file::tests::good().into_bytes());
     files.extend(mesh::tests::good_files());
     files
 }
@@ -102,7 +104,8 @@ fn the_good_files_are_good() {
     assert!(gltf::parse(&files[8], 1000.0).is_ok());
     assert!(recovery_file::parse(&files[9]).is_ok());
     assert!(recent_file::parse(&files[10]).is_ok());
-    for file in &files[11..] {
+    assert!(baseline_file::parse(&files[11]).is_ok());
+    for file in &files[12..] {
         assert!(mesh::read(file, "", None).is_ok());
     }
 }

@@ -68,7 +68,8 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
     };
     let figures = &study.value.figures;
     let expected = result.results.expected_of_study();
-    headline_ui(ui, &headline(figures, expected), result);
+    let headline = headline(figures, expected);
+    headline_ui(ui, &headline, result);
     if result.is_short {
         quiet_ui(ui, in_short(figures, expected));
         counts_ui(ui, figures, result.results);
@@ -76,7 +77,7 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
     }
     ui.add_space(6.0);
     if let Some(expected) = expected {
-        expected_ui(ui, expected);
+        expected_ui(ui, expected, headline.metric);
         ui.add_space(4.0);
         quiet_ui(ui, OWN_FIELD);
     }
@@ -127,9 +128,9 @@ pub(crate) fn interval_text([low, high]: [f64; 2]) -> String {
     format!("{low:.2}–{high:.2}")
 }
 
-/// The expected figures with their intervals.
-fn expected_ui(ui: &mut Ui, expected: &Expected) {
-    for figure in Metric::bounded() {
+/// The expected figures with their intervals, but for the large one.
+fn expected_ui(ui: &mut Ui, expected: &Expected, large: Metric) {
+    for figure in Metric::bounded().filter(|figure| *figure != large) {
         let (value, interval) = expected.of(figure);
         ui.horizontal(|ui| {
             figure_label_ui(ui, figure);

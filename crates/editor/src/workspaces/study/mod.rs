@@ -26,7 +26,7 @@ use crate::workspaces::design::panels::{
 use crate::workspaces::layers_panel::layers_panel;
 use crate::workspaces::study::state::StudyState;
 use crate::workspaces::study::study_panels::{
-    note_trial, sides_panel, timeline_panel, trials_panel,
+    clear_note, sides_panel, timeline_panel, trials_panel,
 };
 use bevy::prelude::*;
 
@@ -51,7 +51,7 @@ impl Plugin for StudyPlugin {
             .add_panel(right.fixed(), result_panel)
             .add_panel(right.shown_if(is_trials), trials_panel)
             .add_panel(right.shown_if(is_inspector), inspector_panel)
-            .add_systems(Update, note_trial.in_set(EditorSystems::Draw));
+            .add_systems(Update, clear_note.in_set(EditorSystems::Draw));
     }
 }
 

@@ -7,8 +7,6 @@ pub mod settings;
 pub mod systems;
 pub mod table;
 
-use crate::palette;
-use crate::palette::ThemedColor;
 use crate::widgets::basic::{MET_SIGN, quiet_ui};
 use crate::widgets::theme;
 use bevy_egui::egui::{self, Color32, RichText, Ui, vec2};
