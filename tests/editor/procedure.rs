@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, Document, Edit, Target};
 use trackwright_editor::app::picture::{self, ComparedDesigns, PictureSetup};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice};
+use trackwright_editor::document::trials::TrialChoice;
+use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::decide::DecideRequest;
@@ -285,6 +287,20 @@ fn a_crf_recording_judges_in_the_crf() {
     );
     // The poses were shaken by at most 0.05 mm along each axis.
     assert!(found.residual_rms_mm < 0.05 * 3f64.sqrt());
+    // Pose by pose, the study is of the recorded poses, and what was measured is beside it.
+    request_and_wait(&mut app, DecideRequest::ShowPoses);
+    rest(&mut app);
+    assert!(*app.world().resource::<Workspace>() == workspaces::study::WORKSPACE);
+    let study = &app.world().resource::<Results>().study.as_ref().unwrap().value.figures;
+    assert_eq!(study.trials, in_crf.len());
+    assert!((study.value(Metric::TIP_RMS) - rms_mm).abs() < 1e-9 * rms_mm);
+    let choice = app.world().resource::<TrialChoice>();
+    let measured = choice.measured(true).unwrap();
+    let squares: f64 = measured.iter().map(|m| m.tip_error_in_crf_mm.norm_squared()).sum();
+    let measured_mm = (squares / measured.len() as f64).sqrt();
+    assert!((measured_mm - found.measured_rms_mm).abs() < 1e-9 * measured_mm);
+    app.insert_resource(workspaces::decide::WORKSPACE);
+    rest(&mut app);
     // Saved elsewhere, it is still that recording.
     let elsewhere = tempfile::tempdir().unwrap();
     let saved = |folder: &Path| FileRequest::SaveAs(folder.join("needle.design.ron"));

@@ -20,6 +20,7 @@ use trackwright_editor::workspaces::study::timeline_ui::{
 };
 use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
+use trackwright_project::MeasuredError;
 use trackwright_simulation::{
     CancelToken, ChartedProfile, Metric, Mode, Requirement, Scenario, run_profiled, simulate_pose,
     trial_offsets, trial_pose,
@@ -69,6 +70,7 @@ fn timeline<'a>(charted: &'a ChartedProfile, shown: Option<&'a ShownTrial>) -> T
         trials: 15,
         shown,
         profile: Some(charted),
+        measured: None,
         is_computing: false,
         is_playing: false,
         rate_per_s: 25.0,
@@ -177,6 +179,7 @@ fn a_trial_is_shown_in_numbers_with_units() {
                 columns: ["true", "simulated"],
                 rotation: form,
                 has_crf: true,
+                measured: None,
                 requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
             };
             trial_ui(ui, &view)
@@ -208,6 +211,7 @@ fn a_single_trial_has_no_verdict_against_an_rms() {
                 columns: ["true", "simulated"],
                 rotation: RotationForm::EulerAngles,
                 has_crf: true,
+                measured: None,
                 requirement: Some(Requirement::at_most([(metric, 1e-3)])),
             };
             trial_ui(ui, &view)
@@ -215,6 +219,30 @@ fn a_single_trial_has_no_verdict_against_an_rms() {
         ["", "✖ "].map(|sign| harness.query_all_by_label(&format!("{sign}{error}")).count() > 0)
     });
     assert_eq!(texts, [[true, false], [true, false], [false, true]]);
+}
+
+#[test]
+fn a_recorded_pose_shows_what_was_measured() {
+    let detail = simulate_pose(&scenario());
+    let measured = MeasuredError {
+        tip_error_in_crf_mm: nalgebra::Vector3::new(0.3, 0.0, -0.4),
+        angle_error_deg: Some(0.125),
+    };
+    let (harness, _) = harness([276.0, 400.0], |ui| {
+        let view = TrialView {
+            trial: Some(&detail.trial),
+            title: "Trial 1".to_owned(),
+            columns: ["true", "simulated"],
+            rotation: RotationForm::EulerAngles,
+            has_crf: true,
+            measured: Some(&measured),
+            requirement: None,
+        };
+        trial_ui(ui, &view)
+    });
+    harness.get_by_label("measured tip error");
+    harness.get_by_label("0.50\u{2009}mm");
+    harness.get_by_label("0.125°");
 }
 
 #[test]

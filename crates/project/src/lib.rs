@@ -62,7 +62,10 @@ pub use open::{
     World, generator_mesh, open_builtin, open_builtin_without_meshes, open_design,
     open_design_without_meshes, refresh_environment,
 };
-pub use procedure::{ProcedureRequest, further_room, procedure, reference_to_file};
+pub use procedure::{
+    MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,
+    recorded_poses, reference_to_file,
+};
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
 pub use resolve::{
     ComparedDesign, ComparedRoom, ComparedRooms, CrfScenario, comparison_plan,

@@ -9,6 +9,7 @@ use super::paths::absolute;
 use super::read::Storage;
 use super::resolve::{resolve, resolve_crf};
 use super::rooms::{RoomSource, reference_to_room};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use trackwright_procedure::{
     DecidedRecording, DecidedStudies, DecisionBasis, Plan, Recording, Room, RoomName, RoomStudies,
     Step, StepStatus, step_status,
 };
+use trackwright_simulation::InputTrial;
 use trackwright_task::Task;
 
 /// What is looked at beside what the design holds.
@@ -198,6 +200,78 @@ fn recorded(
         settings: wanted.settings(),
     };
     built_tool(files, scenario, &tables, task, note).map_err(|error| error.to_string())
+}
+
+/// A recording pose by pose: where the tool was, and what was measured of it there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedPoses {
+    pub trials: Vec<InputTrial>,
+    /// Of each of them.
+    pub measured: Vec<MeasuredError>,
+}
+
+/// What was measured of the built tool at one pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredError {
+    /// Of the tip, in the CRF's axes; in the tracker's without a CRF.
+    pub tip_error_in_crf_mm: Vector3<f64>,
+    pub angle_error_deg: Option<f64>,
+}
+
+/// Why a recording has no poses to be looked at beside the design's trials.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RecordedPosesError {
+    /// In the words of the procedure.
+    #[error("{0}")]
+    Unusable(String),
+    #[error(
+        "the CRF was not recorded, so that measured errors are in the tracker's frame and the design's in the CRF's"
+    )]
+    WithoutCrf,
+    #[error(
+        "the true poses were registered to this recording, which took up a part of every measured error"
+    )]
+    Registered,
+}
+
+/// Reads a recording of the built tool pose by pose, with errors that those of the design's trials can be
+/// held against.
+///
+/// # Errors
+/// See [`RecordedPosesError`].
+pub fn recorded_poses(
+    files: &Files,
+    world: &World,
+    wanted: &BuiltRecording,
+    task: &Task,
+) -> Result<RecordedPoses, RecordedPosesError> {
+    if wanted.is_registered {
+        return Err(RecordedPosesError::Registered);
+    }
+    let (storage, file) = home(world.document.origin())
+        .map_err(|error| RecordedPosesError::Unusable(error.to_string()))?;
+    let found = recorded(files, world, (storage, &file), wanted, task, &|_| {})
+        .map_err(RecordedPosesError::Unusable)?;
+    if found.has_crf != world.document.design().crf.is_some() {
+        return Err(RecordedPosesError::WithoutCrf);
+    }
+    let rows = &found.agreement.rows;
+    Ok(RecordedPoses {
+        trials: rows
+            .iter()
+            .map(|row| InputTrial {
+                tracker_from_crf: row.tracker_from_crf,
+                crf_from_tool: row.crf_from_tool,
+            })
+            .collect(),
+        measured: rows
+            .iter()
+            .map(|row| MeasuredError {
+                tip_error_in_crf_mm: row.measured_mm,
+                angle_error_deg: row.measured_rad.map(|turn| turn.norm().to_degrees()),
+            })
+            .collect(),
+    })
 }
 
 fn decided_on(found: BuiltTool, recording: &BuiltRecording, room: RoomName) -> Recording {

@@ -3,6 +3,7 @@
 
 use bevy::prelude::*;
 use std::sync::Arc;
+use trackwright_project::{MeasuredError, RecordedPoses};
 use trackwright_simulation::{InputTrial, Mode, Scenario};
 
 /// Which of the three modes, without what it takes.
@@ -33,6 +34,8 @@ pub struct InputData {
     /// The file's name.
     pub name: String,
     pub trials: Arc<[InputTrial]>,
+    /// What was measured at each, where they are a recording of the built tool.
+    pub measured: Option<Arc<[MeasuredError]>>,
 }
 
 /// The mode of the study, and the trial that is wanted of it.
@@ -93,8 +96,22 @@ impl TrialChoice {
 
     /// Input data is studied as soon as it is there.
     pub fn take_input(&mut self, name: String, trials: Arc<[InputTrial]>) {
-        self.input = Some(InputData { name, trials });
+        self.input = Some(InputData { name, trials, measured: None });
         self.choose(ModeKind::Input);
+    }
+
+    /// A recording of the built tool is studied pose by pose.
+    pub fn take_recording(&mut self, name: String, poses: RecordedPoses) {
+        let RecordedPoses { trials, measured } = poses;
+        let measured = Some(measured.into());
+        self.input = Some(InputData { name, trials: trials.into(), measured });
+        self.choose(ModeKind::Input);
+    }
+
+    /// What was measured at each trial, where the studied trials are a recording.
+    pub fn measured(&self, has_motion: bool) -> Option<&[MeasuredError]> {
+        let input = self.input.as_ref().filter(|_| self.kind(has_motion) == ModeKind::Input)?;
+        input.measured.as_deref()
     }
 
     /// Another design was opened: its trials are others, and input data may not be about it.

@@ -3,6 +3,7 @@
 use crate::document::file_names::file_folder;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld};
 use crate::document::state::{Notice, WorldGeneration};
+use crate::document::trials::TrialChoice;
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::scene::bodies::shown_mesh;
@@ -23,7 +24,7 @@ use std::sync::Arc;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
 use trackwright_procedure::Step;
-use trackwright_project::RoomSource;
+use trackwright_project::{Files, RoomSource};
 
 pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut params: DecideParams) {
     for request in requests.read() {
@@ -78,6 +79,7 @@ impl DecideParams<'_> {
             DecideRequest::Recorded(body, file) => self.recorded(body, &file),
             DecideRequest::SetRecorded(recorded) => self.state.recorded = Some(recorded),
             DecideRequest::CloseRecorded => self.state.recorded = None,
+            DecideRequest::ShowPoses => self.show_poses(),
             DecideRequest::SetNote(step, note) => self.state.notes[step.number() - 1] = note,
             DecideRequest::Decide(step) => self.decide(step),
             DecideRequest::Withdraw(step) => self.edit(ProcedureEdit::Withdraw { step }),
@@ -174,6 +176,16 @@ impl DecideParams<'_> {
             }
             (BodyRole::Crf, None) => {}
         }
+    }
+
+    /// Reads the recording that is looked at; the Study workspace shows it once it is there.
+    fn show_poses(&mut self) {
+        let Some(world) = &self.world else { return };
+        let Some(recorded) = self.state.recorded.clone() else { return };
+        let world = world.0.clone();
+        self.state.reading_poses = Some(Job::start("poses", &self.waker, move |task| {
+            trackwright_project::recorded_poses(&Files::default(), &world, &recorded, task)
+        }));
     }
 
     /// On what is shown, and only where that is of the design as it is.
@@ -322,8 +334,10 @@ pub(crate) fn follow_to_folder(
 pub(crate) fn receive_results(
     mut state: ResMut<DecideState>,
     mut dialogs: ResMut<Dialogs>,
+    (mut choice, mut workspace): (ResMut<TrialChoice>, ResMut<Workspace>),
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
+    const NO_POSES: &str = "The recording cannot be shown pose by pose";
     const NO_COMPARISON: &str = "There is no comparison";
     const NOT_PINNED: &str = "The design cannot be pinned";
     let state = state.bypass_change_detection();
@@ -334,6 +348,21 @@ pub(crate) fn receive_results(
             Ok(Ok(found)) => state.compared = Some(found),
             Ok(Err(Failure::Cancelled(_))) => {}
             Err(lost) => dialogs.show(ErrorDialog::new(NO_COMPARISON, &lost)),
+        }
+    }
+    if let Some(answer) = state.reading_poses.as_ref().and_then(Job::answer) {
+        state.reading_poses = None;
+        redraw.write(RequestRedraw);
+        match answer {
+            Ok(Ok(poses)) => {
+                let table = state.recorded.as_ref().map(|recorded| recorded.table.as_str());
+                let name = table.and_then(|table| Path::new(table).file_name());
+                let name = name.map_or_else(String::new, |name| name.to_string_lossy().into());
+                choice.take_recording(name, poses);
+                *workspace = study::WORKSPACE;
+            }
+            Ok(Err(error)) => dialogs.show(ErrorDialog::new(NO_POSES, &error)),
+            Err(lost) => dialogs.show(ErrorDialog::new(NO_POSES, &lost)),
         }
     }
     if let Some(answer) = state.pinning.as_ref().and_then(Job::answer) {

@@ -45,6 +45,8 @@ pub enum DecideRequest {
     /// How the recording is to be taken.
     SetRecorded(BuiltRecording),
     CloseRecorded,
+    /// Shows the recording pose by pose in the Study workspace.
+    ShowPoses,
     /// What is typed as the reason of a decision.
     SetNote(Step, String),
     Decide(Step),

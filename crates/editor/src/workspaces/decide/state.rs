@@ -9,7 +9,7 @@ use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::Design;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_procedure::Step;
-use trackwright_project::{RoomSource, StoreError};
+use trackwright_project::{RecordedPoses, RecordedPosesError, RoomSource, StoreError};
 
 /// What is compared, and what it came to.
 #[derive(Resource, Default)]
@@ -24,6 +24,8 @@ pub struct DecideState {
     pub designs: Vec<PathBuf>,
     /// Recorded poses of the built tool.
     pub recorded: Option<BuiltRecording>,
+    /// A recording that is read to be looked at pose by pose.
+    pub reading_poses: Option<Job<Result<RecordedPoses, RecordedPosesError>>>,
     /// Reasons as they are typed, of each step.
     pub notes: [String; 3],
     pub comparing: Option<Job<Result<Compared, Failure>>>,
@@ -63,7 +65,7 @@ impl DecideState {
     }
 
     pub fn is_busy(&self) -> bool {
-        self.pinning.is_some() || self.comparing.is_some()
+        self.pinning.is_some() || self.comparing.is_some() || self.reading_poses.is_some()
     }
 }
 

@@ -12,13 +12,12 @@ use crate::workspaces::design::result::are_figures_old;
 use crate::workspaces::study::log::LogJob;
 use crate::workspaces::study::state::{Side, StudyRequest, StudyState};
 use crate::workspaces::study::study_charts_ui::{StudyChartsView, study_charts_ui};
-use crate::workspaces::study::timeline_ui::{
-    TimelineAction, TimelineView, timeline_ui, trial_words,
-};
+use crate::workspaces::study::timeline_ui::{TimelineAction, TimelineView, timeline_ui};
 use crate::workspaces::study::trial_ui::{TrialView, trial_ui};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{Button, Margin, Panel, Ui};
+use trackwright_project::MeasuredError;
 use trackwright_simulation::figures::trial_number;
 
 /// What the panels show.
@@ -29,6 +28,13 @@ pub(crate) struct Shown<'w> {
     choice: Res<'w, TrialChoice>,
     state: Res<'w, StudyState>,
     trial: Option<Res<'w, ShownDesign>>,
+}
+
+impl Shown<'_> {
+    /// What was measured at each trial, where they are a recording of the built tool.
+    fn measured(&self) -> Option<&[MeasuredError]> {
+        self.choice.measured(self.world.0.document.design().motion.is_some())
+    }
 }
 
 /// The modes, the buttons that go through trials, and a chart of all of them.
@@ -54,6 +60,7 @@ pub(crate) fn timeline_panel(
         trials: figures.map_or(0, |study| study.value.figures.trials),
         shown: shown.trial.as_ref().and_then(|shown| shown.trial.as_ref()),
         profile: profile.map(|profile| &profile.value),
+        measured: shown.measured(),
         is_computing: results.problem.is_none() && are_old,
         is_playing: choice.is_playing(),
         rate_per_s: shown.state.rate_per_s,
@@ -79,6 +86,7 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
         columns: ["true", "simulated"],
         rotation: shown.state.rotation,
         has_crf: design.crf.is_some(),
+        measured: shown.measured().zip(results.pose_trial).and_then(|(all, trial)| all.get(trial)),
         requirement: design.requirement,
     };
     requests.write_all(trial_ui(&mut ui, &view));
@@ -117,14 +125,9 @@ pub(crate) fn sides_panel(
     });
 }
 
-/// The status line names the trial that the scene shows.
-pub(crate) fn note_trial(
-    shown: Option<Res<ShownDesign>>,
-    workspace: Res<Workspace>,
-    mut note: ResMut<StatusNote>,
-) {
+/// The timeline names the trial that the scene shows; the status line does not repeat it.
+pub(crate) fn clear_note(workspace: Res<Workspace>, mut note: ResMut<StatusNote>) {
     if !workspace.shows_live {
-        let trial = shown.as_ref().and_then(|shown| shown.trial.as_ref());
-        note.set_if_neq(StatusNote(trial.map(trial_words)));
+        note.set_if_neq(StatusNote(None));
     }
 }

@@ -21,6 +21,7 @@ use egui_plot::{
     Points, VLine,
 };
 use std::ops::RangeInclusive;
+use trackwright_project::MeasuredError;
 use trackwright_simulation::figures::trial_number;
 use trackwright_simulation::profile::{Column, MAX_PROFILED};
 use trackwright_simulation::{ChartedProfile, InputTrial};
@@ -41,6 +42,8 @@ pub struct TimelineView<'a> {
     pub trials: usize,
     pub shown: Option<&'a ShownTrial>,
     pub profile: Option<&'a ChartedProfile>,
+    /// What was measured at each trial, where they are a recording of the built tool.
+    pub measured: Option<&'a [MeasuredError]>,
     /// The design changed, and its profile is on its way.
     pub is_computing: bool,
     pub is_playing: bool,
@@ -320,7 +323,11 @@ fn chart_ui(
     let profile = &charted.profile;
     let columns = profile.columns(ui.available_width().max(1.0) as usize);
     let limit_mm = charted.within.map(|within| within.limit_mm);
+    let measured: Vec<[f64; 2]> = (view.measured.into_iter().flatten().enumerate())
+        .map(|(k, measured)| [k as f64 + 1.0, measured.tip_error_in_crf_mm.norm()])
+        .collect();
     let largest = columns.iter().map(|c| c.max_mm).fold(0.0, f64::max);
+    let largest = measured.iter().map(|[_, error_mm]| *error_mm).fold(largest, f64::max);
     let top = largest.max(limit_mm.unwrap_or(0.0)).max(1e-6) * HEADROOM;
     let trials = profile.len();
     let error_mm = |trial: usize| profile.tip_error_mm.get(trial).copied();
@@ -366,6 +373,14 @@ fn chart_ui(
                         .color(color.color32()),
                 );
             }
+            if !measured.is_empty() {
+                plot.points(
+                    Points::new("measured", PlotPoints::from(measured.clone()))
+                        .shape(MarkerShape::Circle)
+                        .radius(2.5)
+                        .color(palette::SERIES[1].color32()),
+                );
+            }
             if let Some(limit_mm) = limit_mm {
                 plot.hline(
                     HLine::new("requirement", limit_mm)
@@ -394,7 +409,10 @@ fn chart_ui(
     caption(
         rect.left_top() + vec2(6.0, 2.0),
         egui::Align2::LEFT_TOP,
-        "tip error over the trials".to_owned(),
+        match measured.is_empty() {
+            true => "tip error over the trials".to_owned(),
+            false => "tip error over the trials; points: measured".to_owned(),
+        },
         palette::TEXT_QUIET,
     );
     if let Some(within) = charted.within {

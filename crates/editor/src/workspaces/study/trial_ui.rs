@@ -9,6 +9,7 @@ use crate::workspaces::study::state::{RotationForm, StudyRequest};
 use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_geometry::rotation::log_quaternion;
+use trackwright_project::MeasuredError;
 use trackwright_simulation::{Requirement, Trial};
 
 /// What the panel shows.
@@ -22,6 +23,8 @@ pub struct TrialView<'a> {
     pub rotation: RotationForm,
     /// Poses are relative to the CRF, or to the tracker where there is none.
     pub has_crf: bool,
+    /// What was measured there, where the trials are a recording of the built tool.
+    pub measured: Option<&'a MeasuredError>,
     /// What the trial is held against, as far as it is about single trials.
     pub requirement: Option<Requirement>,
 }
@@ -71,6 +74,9 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             quaternion(poses[1])
         ));
     errors_ui(ui, trial, view.requirement.as_ref());
+    if let Some(measured) = view.measured {
+        measured_ui(ui, measured);
+    }
     actions
 }
 
@@ -114,6 +120,18 @@ fn errors_ui(ui: &mut Ui, trial: &Trial, requirement: Option<&Requirement>) {
     figure_ui(ui, "tip error", &error, color);
     let angle = with_unit(&decimal(trial.angle_error_deg, 3), "°");
     figure_ui(ui, "angle error", &angle, palette::TEXT);
+}
+
+/// What the built tool was off there, in the same axes.
+fn measured_ui(ui: &mut Ui, measured: &MeasuredError) {
+    let e = measured.tip_error_in_crf_mm;
+    let axes = [e.x, e.y, e.z].map(|v| decimal(v, 2)).join(", ");
+    figure_ui(ui, "measured x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
+    figure_ui(ui, "measured tip error", &length(e.norm()), palette::SERIES[1]);
+    if let Some(angle_deg) = measured.angle_error_deg {
+        let angle = with_unit(&decimal(angle_deg, 3), "°");
+        figure_ui(ui, "measured angle error", &angle, palette::TEXT);
+    }
 }
 
 fn figure_ui(ui: &mut Ui, name: &str, value: &str, color: palette::Rgb) {

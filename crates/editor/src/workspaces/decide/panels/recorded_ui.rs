@@ -23,6 +23,13 @@ pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<Dec
         if recorded.is_some() && ui.button("Close").clicked() {
             requests.push(DecideRequest::CloseRecorded);
         }
+        if recorded.is_some() {
+            let about = "Shows the tool at each recorded pose in the Study workspace, with the error that \
+                         was measured beside the one that is predicted";
+            if ui.button("Pose by pose").on_hover_text(about).clicked() {
+                requests.push(DecideRequest::ShowPoses);
+            }
+        }
     });
     let Some(recorded) = recorded else { return };
     quiet_ui(ui, short_path(&recorded.table)).on_hover_text(&recorded.table);

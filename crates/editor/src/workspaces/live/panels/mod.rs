@@ -55,6 +55,7 @@ pub(crate) fn pose_panel(
         columns: ["compensated", "measured"],
         rotation: study.rotation,
         has_crf: design.crf.is_some(),
+        measured: None,
         requirement: None,
     };
     requests.write_all(trial_ui(&mut ui, &view));
