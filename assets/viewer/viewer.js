@@ -82,7 +82,7 @@
     figure.classList.add('turns');
     canvas.hidden = false;
     seen.hidden = false;
-    for (const words of figure.querySelectorAll('.turning-words')) words.hidden = false;
+    for (const words of figure.querySelectorAll('.turning-words, .scene-legend')) words.hidden = false;
     figure.querySelector('.still-words').hidden = true;
     fit();
     remember();
@@ -133,7 +133,7 @@
     figure.classList.remove('turns');
     canvas.hidden = true;
     seen.hidden = true;
-    figure.querySelector('.turning-words').hidden = true;
+    for (const words of figure.querySelectorAll('.turning-words, .scene-legend')) words.hidden = true;
     figure.querySelector('.still-words').hidden = false;
   });
 

@@ -49,7 +49,7 @@ impl<'a> Scene<'a> {
                     }
                     figcaption {
                         @if let Some(legend) = &self.report.extras.scene_legend {
-                            div class="turning-words" hidden { (extras::legend(legend)) }
+                            div class="scene-legend" hidden { (extras::legend(legend)) }
                         }
                         @if self.glb.is_some() {
                             p class="still-words" { "The scene stands still here: it turns in a browser that runs scripts and draws in three dimensions (WebGL)." }

@@ -5,7 +5,7 @@ use scraper::{ElementRef, Html, Selector};
 use std::sync::Arc;
 use trackwright_design::{Decision, Document, Origin};
 use trackwright_procedure::{DecidedRow, DecidedStudies, DecisionBasis, RoomName};
-use trackwright_simulation::figure_rows;
+use trackwright_simulation::{Metric, Requirement, figure_rows};
 
 const EVIL: &str =
     "</script></title><script>alert('x')</script><img src=x onerror=alert(1)>&amp;\"'";
@@ -199,6 +199,48 @@ fn nothing_in_the_page_leads_out_of_it() {
     assert!(!html.contains("url(") && !html.contains("@import"));
     let policy = all(&parsed, "meta[http-equiv]")[0].attr("content").unwrap();
     assert!(policy.starts_with("default-src 'none'; script-src 'sha256-"), "{policy}");
+}
+
+#[test]
+fn the_scene_states_how_large_errors_are_drawn() {
+    let world = world(trackwright_project::DEFAULT_BUILTIN);
+    let legend = SceneLegend {
+        magnification: 200.0,
+        keys: vec![([0xC4, 0x10, 0x8F], "errors of tip".to_owned())],
+        maps: Vec::new(),
+    };
+    let extras = Extras {
+        scene_glb: Some(b"glTF".to_vec()),
+        scene_legend: Some(legend),
+        ..Extras::default()
+    };
+    let html = page(&world, Mode::Motion, extras);
+    let parsed = Html::parse_document(&html);
+    let text = words(&all(&parsed, "#setup .legend")[0]);
+    assert!(text.contains("Errors drawn 200× larger") && text.contains("errors of tip"), "{text}");
+    assert!(html.contains("#c4108f"));
+    let without = page(&world, Mode::Motion, Extras::default());
+    assert!(all(&Html::parse_document(&without), "#setup .legend").is_empty());
+}
+
+#[test]
+fn a_missed_requirement_has_its_reasons() {
+    let opened = world(trackwright_project::DEFAULT_BUILTIN);
+    let reasons = |limit_mm: f64| {
+        let mut design = opened.document.design().clone();
+        design.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, limit_mm)]));
+        let origin = Origin::File("x".into());
+        let document = Document::new(design, opened.document.view().clone(), origin);
+        let world = World::new(document, opened.environment.clone(), None, None);
+        let html = page(&world, Mode::Motion, Extras::default());
+        let parsed = Html::parse_document(&html);
+        all(&parsed, "#summary .reasons li").iter().map(words).collect::<Vec<_>>()
+    };
+    let missed = reasons(1e-3);
+    assert_eq!(missed.len(), 2, "{missed:?}");
+    assert!(missed[0].starts_with("Sensor ") && missed[0].contains(" of the tip error"));
+    assert!(missed[1].contains("of the trials"), "{missed:?}");
+    assert!(reasons(1e3).is_empty());
 }
 
 #[test]
