@@ -17,7 +17,12 @@ use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, UiBui
 use trackwright_project::RecentDesign;
 
 const TAB_WIDTH: f32 = 62.0;
+const LEAST_TAB_WIDTH: f32 = 40.0;
 const TAB_HEIGHT: f32 = 24.0;
+
+/// The menus, and what there has to be left of the tabs for the program's name beside them.
+const MENUS_WIDTH: f32 = 200.0;
+const NAMED_WIDTH: f32 = 300.0;
 
 /// Right of the tabs.
 const EDGE: f32 = 8.0;
@@ -82,14 +87,19 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<TopBarAction> {
     let mut actions = Vec::new();
     // Tabs, menus and the file's name have places of their own: no text moves another.
     let whole = ui.available_rect_before_wrap();
-    let tab_width = TAB_WIDTH + ui.spacing().item_spacing.x;
-    let tabs_width = bar.workspaces.len() as f32 * tab_width + EDGE;
+    let (count, gap) = (bar.workspaces.len().max(1) as f32, ui.spacing().item_spacing.x);
+    // In a narrow or enlarged window tabs are as narrow as leaves the menus their place.
+    let room = (whole.width() - MENUS_WIDTH - EDGE) / count - gap;
+    let tab_width = room.clamp(LEAST_TAB_WIDTH, TAB_WIDTH);
+    let tabs_width = count * (tab_width + gap) + EDGE;
     let (left, tabs) = whole.split_left_right_at_x((whole.right() - tabs_width).max(whole.left()));
     let left_to_right = Layout::left_to_right(Align::Center);
     ui.scope_builder(UiBuilder::new().max_rect(left).layout(left_to_right), |ui| {
         ui.add_space(4.0);
-        ui.label(RichText::new("trackwright").strong().color(palette::TEXT_STRONG.color32()));
-        ui.add_space(6.0);
+        if left.width() > NAMED_WIDTH {
+            ui.label(RichText::new("trackwright").strong().color(palette::TEXT_STRONG.color32()));
+            ui.add_space(6.0);
+        }
         egui::MenuBar::new().ui(ui, |ui| {
             for group in [FILE, EDIT, VIEW, HELP] {
                 ui.menu_button(group.name, |ui| menu_ui(ui, bar, group, &mut actions));
@@ -102,7 +112,7 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<TopBarAction> {
     ui.scope_builder(UiBuilder::new().max_rect(tabs).layout(right_to_left), |ui| {
         ui.add_space(EDGE);
         for workspace in bar.workspaces.iter().rev() {
-            tab_ui(ui, workspace, bar.situation.workspace, &mut actions);
+            tab_ui(ui, workspace, (bar.situation.workspace, tab_width), &mut actions);
         }
     });
     actions
@@ -125,11 +135,16 @@ fn file_ui(ui: &mut Ui, bar: &TopBarView) {
     });
 }
 
-fn tab_ui(ui: &mut Ui, tab: &Workspace, shown: Workspace, actions: &mut Vec<TopBarAction>) {
+fn tab_ui(
+    ui: &mut Ui,
+    tab: &Workspace,
+    (shown, width): (Workspace, f32),
+    actions: &mut Vec<TopBarAction>,
+) {
     let command = tab.command();
     let about = format!("{} ({})", command.about, command.shown_keys());
-    let tab_button = Button::selectable(*tab == shown, tab.name);
-    let size = vec2(TAB_WIDTH, TAB_HEIGHT);
+    let tab_button = Button::selectable(*tab == shown, tab.name).truncate();
+    let size = vec2(width, TAB_HEIGHT);
     if ui.add_sized(size, tab_button).on_hover_text(about).clicked() && *tab != shown {
         actions.push(TopBarAction::Run(command.name));
     }
