@@ -22,6 +22,8 @@ pub struct World {
     pub environment: Arc<Environment>,
     pub(super) meshes: Meshes,
     environment_reference: String,
+    /// The further rooms whose files are watched.
+    watched_rooms: Vec<String>,
     pub(super) stamps: Stamps,
 }
 
@@ -44,6 +46,7 @@ impl World {
     ) -> Self {
         Self {
             environment_reference: document.design().environment.clone(),
+            watched_rooms: Vec::new(),
             document,
             environment,
             meshes,
@@ -59,6 +62,27 @@ impl World {
 
     fn environment_is_current(&mut self) {
         self.environment_reference = self.document.design().environment.clone();
+    }
+
+    /// Keeps what the further rooms' files are, for those that are not known yet. One that cannot
+    /// be read is missed where the design is judged in it.
+    fn watch_further_rooms(&mut self) -> Result<(), StoreError> {
+        let rooms = &self.document.design().procedure.further_rooms;
+        if *rooms == self.watched_rooms {
+            return Ok(());
+        }
+        let (storage, own_file) = home(self.document.origin())?;
+        for room in rooms {
+            let file = storage.resolve(&own_file, room);
+            if !is_on_disk(storage, &file) || self.stamps.knows(&file) {
+                continue;
+            }
+            if let Ok(bytes) = storage.read(&file, Kind::ENVIRONMENT) {
+                self.stamps.take(&file, &bytes);
+            }
+        }
+        self.watched_rooms.clone_from(rooms);
+        Ok(())
     }
 }
 
@@ -100,8 +124,9 @@ pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
 }
 
 /// Reads the environment again where the design now refers to another one; whether it did. After an
-/// error it is as it was.
+/// error it is as it was. Further rooms that the design now names are watched from then on.
 pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
+    world.watch_further_rooms()?;
     let reference = &world.document.design().environment;
     if *reference == world.environment_reference {
         return Ok(false);
@@ -112,6 +137,11 @@ pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
     world.stamps.extend(reader.stamps);
     world.environment_is_current();
     Ok(true)
+}
+
+/// Whether a file can be changed by others: one of the built-in world cannot.
+pub(super) fn is_on_disk(storage: Storage, file: &Path) -> bool {
+    storage == Storage::Disk || file.is_absolute()
 }
 
 /// Where a document's files are, and its own file there.
@@ -138,6 +168,7 @@ fn open(
     let document = Document::new(design, view, origin);
     let mut world = World::with_meshes(document, environment, meshes);
     world.stamps = reader.stamps;
+    world.watch_further_rooms()?;
     Ok(world)
 }
 
@@ -187,7 +218,7 @@ impl Reader {
         parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
     ) -> Result<T, StoreError> {
         read(self.storage, file, kind, |bytes| {
-            if self.storage == Storage::Disk || file.is_absolute() {
+            if is_on_disk(self.storage, file) {
                 self.stamps.take(file, bytes);
             }
             parse(bytes)

@@ -23,9 +23,10 @@ pub(super) fn without_dots(path: &Path) -> PathBuf {
     out
 }
 
-/// How a file in `folder` refers to `target`: relative with slashes, absolute on another drive.
+/// How a file in `folder` refers to `target`: relative with slashes, absolute on another drive. A
+/// link is referred to by its own name, wherever it leads.
 pub(super) fn relative(folder: &Path, target: &Path) -> String {
-    let (folder, target) = (absolute(folder), absolute(target));
+    let (folder, target) = (absolute(folder), in_real_folder(target));
     let mut from = folder.components().peekable();
     let mut to = target.components().peekable();
     while from.peek().is_some() && from.peek() == to.peek() {
@@ -49,6 +50,17 @@ pub(super) fn absolute(path: &Path) -> PathBuf {
     match (path.parent(), path.file_name()) {
         (Some(parent), Some(name)) => absolute(parent).join(name),
         _ => path,
+    }
+}
+
+/// The file's name in its folder's real place, which is the same whether or not the file exists.
+pub(super) fn in_real_folder(file: &Path) -> PathBuf {
+    match (file.parent(), file.file_name()) {
+        (Some(folder), Some(name)) if folder == Path::new("") => {
+            absolute(Path::new(".")).join(name)
+        }
+        (Some(folder), Some(name)) => absolute(folder).join(name),
+        _ => absolute(file),
     }
 }
 
@@ -142,5 +154,17 @@ mod tests {
         assert_eq!(relative("/nowhere/a/b", "/nowhere/a/b/x.ron"), "x.ron");
         assert_eq!(relative("/nowhere/a/b", "/nowhere/c/x.ron"), "../../c/x.ron");
         assert_eq!(relative("/nowhere", "/nowhere/c/x.ron"), "c/x.ron");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_referred_to_by_its_own_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let (here, far) = (folder.path().join("here"), folder.path().join("far"));
+        fs::create_dir(&here).unwrap();
+        fs::create_dir(&far).unwrap();
+        fs::write(far.join("scan-7.obj"), "").unwrap();
+        std::os::unix::fs::symlink(far.join("scan-7.obj"), here.join("head.obj")).unwrap();
+        assert_eq!(relative(&here, &here.join("head.obj")), "head.obj");
     }
 }

@@ -138,9 +138,9 @@ fn save_moved(
 
 /// Saves a design as another file, which is the document's own from then on.
 ///
-/// What came from the disk stays where it is and is referred to from the new place, except for
-/// bodies that changed: those are saved beside the new design, so that the old one stays as it
-/// is. From the built-in world everything is saved beside the new design.
+/// What came from the disk stays where it is and is referred to from the new place by a relative
+/// path, except for bodies that changed: those are saved beside the new design, so that the old one
+/// stays as it is. From the built-in world everything is saved beside the new design.
 ///
 /// # Errors
 /// A file that could not be read or written, or [`StoreError::InUse`]; the document is then as
@@ -381,17 +381,20 @@ impl Mover {
             return;
         }
         body.reference = file_name(&old_file);
-        if self.storage == Storage::Disk {
-            reach_mesh(&mut body.mesh, &old_file, &self.folder.join(&body.reference));
+        if let Some(mesh) = &mut body.mesh
+            && self.is_on_disk(&mesh.file)
+        {
+            mesh.file = relative(&self.folder, &Storage::Disk.resolve(&old_file, &mesh.file));
         }
     }
 
     /// What a mesh of a body, a past one too, is referred to by from where the body is now.
     fn mesh_from(&self, body: &MovedBody, mesh: &str) -> String {
-        match (&body.copied_mesh, self.storage) {
-            (Some((old, copy)), _) if old == mesh => copy.clone(),
-            (_, Storage::Disk) if body.is_copied && !Path::new(mesh).is_absolute() => {
-                relative(&self.folder, &self.storage.resolve(&body.old_file, mesh))
+        match &body.copied_mesh {
+            Some((old, copy)) if old == mesh => copy.clone(),
+            // On the disk, and its body's file is written anew.
+            _ if body.is_copied && self.is_on_disk(mesh) => {
+                relative(&self.folder, &Storage::Disk.resolve(&body.old_file, mesh))
             }
             // It stayed where it is, or it is only ever undone to.
             _ => mesh.to_owned(),
@@ -406,7 +409,7 @@ impl Mover {
         reference: &str,
         kind: &'static str,
     ) -> Result<Option<String>, StoreError> {
-        if self.storage == Storage::Disk || Path::new(reference).is_absolute() {
+        if self.is_on_disk(reference) {
             return Ok(None);
         }
         let file = self.storage.resolve(from, reference);
@@ -439,14 +442,17 @@ impl Mover {
 
     /// What a reference of the old design's is from the new folder.
     fn reference(&self, reference: &str) -> String {
-        match self.storage {
-            _ if Path::new(reference).is_absolute() => reference.to_owned(),
-            Storage::Disk => {
-                relative(&self.folder, &self.storage.resolve(&self.old_file, reference))
-            }
+        match self.is_on_disk(reference) {
+            true => relative(&self.folder, &Storage::Disk.resolve(&self.old_file, reference)),
             // Only ever undone to; nothing else of the built-in world is copied.
-            Storage::BuiltIn => reference.to_owned(),
+            false => reference.to_owned(),
         }
+    }
+
+    /// Whether a reference leads to a file of the disk. The built-in world is on no disk: what it
+    /// refers to there, it refers to by the whole path, until it has a folder of its own.
+    fn is_on_disk(&self, reference: &str) -> bool {
+        self.storage == Storage::Disk || Path::new(reference).is_absolute()
     }
 }
 

@@ -1,7 +1,7 @@
 //! What files were when they were read or written, and whether they still are.
 
 use super::error::StoreError;
-use super::paths::absolute;
+use super::paths::in_real_folder;
 use super::read::{ReadFailure, Storage};
 use std::collections::BTreeMap;
 use std::fs;
@@ -40,11 +40,11 @@ impl Stamps {
             taken_ns: nanoseconds(SystemTime::now()),
             hash: fnv1a(bytes),
         };
-        self.0.insert(key(file), stamp);
+        self.0.insert(in_real_folder(file), stamp);
     }
 
     pub(super) fn forget(&mut self, file: &Path) {
-        self.0.remove(&key(file));
+        self.0.remove(&in_real_folder(file));
     }
 
     /// Adds what others know; theirs counts.
@@ -72,7 +72,7 @@ impl Stamps {
 
     /// Whether a file was read or written.
     pub(super) fn knows(&self, file: &Path) -> bool {
-        self.0.contains_key(&key(file))
+        self.0.contains_key(&in_real_folder(file))
     }
 
     /// Whether a file was read and is what it was then.
@@ -81,7 +81,7 @@ impl Stamps {
     }
 
     pub(super) fn change_of(&self, file: &Path) -> Option<FileChange> {
-        let stamp = self.0.get(&key(file))?;
+        let stamp = self.0.get(&in_real_folder(file))?;
         match differs(file, stamp) {
             Ok(false) => None,
             Ok(true) => Some(FileChange::Content),
@@ -105,17 +105,6 @@ fn differs(file: &Path, stamp: &FileStamp) -> io::Result<bool> {
         Err(ReadFailure::Io(error)) => Err(error),
         // It was no larger when it was read.
         Err(ReadFailure::TooLarge) => Ok(true),
-    }
-}
-
-/// The file's name in its folder's real place, which is the same whether or not the file exists.
-fn key(file: &Path) -> PathBuf {
-    match (file.parent(), file.file_name()) {
-        (Some(folder), Some(name)) if folder == Path::new("") => {
-            absolute(Path::new(".")).join(name)
-        }
-        (Some(folder), Some(name)) => absolute(folder).join(name),
-        _ => absolute(file),
     }
 }
 

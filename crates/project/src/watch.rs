@@ -1,6 +1,6 @@
 //! Which files of an open design were changed by somebody else since they were read or written.
 
-use super::open::{World, home};
+use super::open::{World, home, is_on_disk};
 use super::read::Storage;
 use super::stamps::FileChange;
 use std::path::PathBuf;
@@ -19,6 +19,8 @@ pub struct ChangedFile {
 pub enum WatchedPart {
     Design,
     Environment,
+    /// Another room that the design is judged in.
+    FurtherRoom,
     Body(BodyRole),
     Mesh(BodyRole),
     /// A mesh of it.
@@ -30,6 +32,7 @@ impl std::fmt::Display for WatchedPart {
         match self {
             Self::Design => f.write_str("design"),
             Self::Environment => f.write_str("environment"),
+            Self::FurtherRoom => f.write_str("further room"),
             Self::Body(role) => write!(f, "{role}"),
             Self::Mesh(role) => write!(f, "{role} mesh"),
             Self::Anatomy => f.write_str("anatomy"),
@@ -74,6 +77,13 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
     }
     let environment = storage.resolve(&own_file, &design.environment);
     files.push((WatchedPart::Environment, environment));
+    for room in &design.procedure.further_rooms {
+        let file = storage.resolve(&own_file, room);
+        // It may be the design's own room by another name.
+        if files.iter().all(|(_, other)| *other != file) {
+            files.push((WatchedPart::FurtherRoom, file));
+        }
+    }
     for (role, body) in design.bodies() {
         let file = storage.resolve(&own_file, &body.reference);
         if let Some(mesh) = &body.mesh {
@@ -88,19 +98,21 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
             files.push((WatchedPart::Anatomy, file));
         }
     }
-    files.retain(|(_, file)| storage == Storage::Disk || file.is_absolute());
+    files.retain(|(_, file)| is_on_disk(storage, file));
     files
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::stamps::tests::change_secretly;
-    use super::super::{StoreError, open_design, save, save_as, save_with_copies};
+    use super::super::{
+        StoreError, open_design, refresh_environment, save, save_as, save_with_copies,
+    };
     use super::*;
     use crate::tests::saved_world;
     use std::fs::{self, File};
     use std::time::UNIX_EPOCH;
-    use trackwright_design::Edit;
+    use trackwright_design::{Edit, ProcedureEdit};
 
     fn found(world: &World) -> Vec<(WatchedPart, FileChange)> {
         changes(world).into_iter().map(|c| (c.part, c.change)).collect()
@@ -154,6 +166,30 @@ mod tests {
         assert_eq!(found(&world), [(WatchedPart::Design, FileChange::Gone)]);
         save(&mut world).unwrap();
         assert_eq!(found(&world), []);
+    }
+
+    #[test]
+    fn further_rooms_are_watched_like_the_first() {
+        let (folder, mut world) = saved_world();
+        let at = |name: &str| folder.path().join(name);
+        fs::copy(at("operating-table.env.ron"), at("ward.env.ron")).unwrap();
+        let add = Edit::Procedure(ProcedureEdit::AddRoom("ward.env.ron".into()));
+        world.document.apply(add).unwrap();
+        refresh_environment(&mut world).unwrap();
+        save(&mut world).unwrap();
+        let mut opened = open_design(&at("a.design.ron")).unwrap();
+        change_secretly(&at("ward.env.ron"));
+        let is_changed = [(WatchedPart::FurtherRoom, FileChange::Content)];
+        assert_eq!((found(&world), found(&opened)), (is_changed.to_vec(), is_changed.to_vec()));
+        accept_changes(&mut opened);
+        assert_eq!(found(&opened), []);
+        // One that no state of the design names any more is nobody's.
+        world.document.undo();
+        refresh_environment(&mut world).unwrap();
+        assert_eq!(found(&world), []);
+        // Missing from the start, it is missed where the design is judged.
+        fs::remove_file(at("ward.env.ron")).unwrap();
+        assert_eq!(found(&open_design(&at("a.design.ron")).unwrap()), []);
     }
 
     #[test]

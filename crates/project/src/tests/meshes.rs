@@ -2,7 +2,7 @@
 
 use super::*;
 use std::sync::Arc;
-use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame};
+use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, ProcedureEdit};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
 
@@ -115,7 +115,7 @@ fn past_meshes_are_found_again_after_the_design_moved() {
 }
 
 #[test]
-fn a_built_in_designs_mesh_stays_where_it_is() {
+fn a_built_in_designs_mesh_is_saved_relative() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("hook.obj");
     fs::write(&file, HOOK).unwrap();
@@ -123,14 +123,66 @@ fn a_built_in_designs_mesh_stays_where_it_is() {
     let reference = mesh_reference_to(&world, BodyRole::Tool, &file).unwrap();
     set_mesh(&mut world, Some(MeshReference::new(reference.clone())));
     assert_eq!(length_mm(&world), Some(7.0));
+    set_mesh(&mut world, None);
+    world.document.undo();
+    refresh_meshes(&mut world).unwrap();
     save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
-    assert_eq!(mesh_file(&world), Some(reference.as_str()));
+    assert_eq!(mesh_file(&world), Some("hook.obj"));
+    assert!(!refresh_meshes(&mut world).unwrap());
     assert_eq!(length_mm(&open_design(&folder.path().join("a.design.ron")).unwrap()), Some(7.0));
     // One that is not there is no reason not to save.
     let mut world = open_builtin("pointer-on-head").unwrap();
     set_mesh(&mut world, Some(MeshReference::new("nowhere.stl")));
     save_as(&mut world, &folder.path().join("b.design.ron")).unwrap();
     assert_eq!(mesh_file(&world), Some("nowhere.stl"));
+}
+
+#[test]
+fn every_path_is_relative_after_the_first_save() {
+    let (folder, _) = saved_world();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["mine", "other"] {
+        fs::create_dir(at(name)).unwrap();
+    }
+    fs::write(at("mine/hook.obj"), HOOK).unwrap();
+    for name in ["ward.env.ron", "attic.env.ron"] {
+        fs::copy(at("operating-table.env.ron"), at(name)).unwrap();
+    }
+    let mut world = open_builtin("pointer-on-head").unwrap();
+    let mesh = mesh_reference_to(&world, BodyRole::Tool, &at("mine/hook.obj")).unwrap();
+    let room = |world: &World, name: &str| reference_to_file(world, &at(name)).unwrap();
+    let (ward, attic) = (room(&world, "ward.env.ron"), room(&world, "attic.env.ron"));
+    for whole in [&mesh, &ward, &attic] {
+        assert!(Path::new(whole).is_absolute(), "the built-in world is on no disk: {whole}");
+    }
+    set_mesh(&mut world, Some(MeshReference::new(mesh.clone())));
+    add(&mut world, anatomy("hook", &mesh));
+    world.document.apply(Edit::SetEnvironment(ward)).unwrap();
+    let add_room = Edit::Procedure(ProcedureEdit::AddRoom(attic));
+    world.document.apply(add_room).unwrap();
+    refresh_environment(&mut world).unwrap();
+    let paths = |world: &World| {
+        let design = world.document.design();
+        let anatomy = design.anatomy[0].mesh.file.clone();
+        let further = design.procedure.further_rooms[0].clone();
+        [design.tool.body.mesh.clone().unwrap().file, anatomy, design.environment.clone(), further]
+    };
+    save_as(&mut world, &at("mine/a.design.ron")).unwrap();
+    assert_eq!(paths(&world), ["hook.obj", "hook.obj", "../ward.env.ron", "../attic.env.ron"]);
+    // Elsewhere they are computed anew, and all are found once the folder itself has moved.
+    save_as(&mut world, &at("other/b.design.ron")).unwrap();
+    let expected = ["hook.obj", "../mine/hook.obj", "../ward.env.ron", "../attic.env.ron"];
+    assert_eq!(paths(&world), expected);
+    assert_eq!(world.document.design().tool.body.reference, "../mine/pointer.body.ron");
+    let moved = tempfile::tempdir().unwrap();
+    let moved = moved.path().join("project");
+    fs::rename(folder.path(), &moved).unwrap();
+    for name in ["mine/a.design.ron", "other/b.design.ron"] {
+        let opened = open_design(&moved.join(name)).unwrap();
+        assert!(opened.mesh_problems().is_empty(), "{:?}", opened.mesh_problems());
+        assert_eq!(further_rooms(&opened).unwrap().len(), 1);
+        assert!(further_rooms(&opened).unwrap()[0].read().is_ok());
+    }
 }
 
 fn give(world: &mut World, reference: &MeshReference) {
@@ -322,7 +374,7 @@ fn a_moved_design_finds_its_anatomy() {
     let file =
         |world: &World, index: usize| world.document.design().anatomy[index].mesh.file.clone();
     assert_eq!(file(&world, 0), "../scans/head.obj");
-    assert_eq!(file(&world, 1), whole.to_string_lossy());
+    assert_eq!(file(&world, 1), "../scans/head.obj");
     assert_eq!((size_mm(&world, 0), size_mm(&world, 1)), (Some(100.0), Some(100.0)));
     assert!(!refresh_meshes(&mut world).unwrap());
     let opened = open_design(&far.join("b.design.ron")).unwrap();
