@@ -9,7 +9,7 @@ use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_design::view::CameraView;
-use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure};
+use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::runner::results::Results;
@@ -126,7 +126,8 @@ fn changes_without_slides_make_the_first_slide() {
     assert_eq!(shown.title, "Test design");
     let mut shown = shown.into_owned();
     shown.title = "For the ward".to_owned();
-    request_and_wait(&mut app, PresentRequest::Set(Box::new(shown.clone())));
+    let title = shown.title.clone();
+    request_and_wait(&mut app, PresentRequest::SetTitle { slide: 0, title });
     assert_eq!(document(&app).design().slides, [shown]);
     request_and_wait(&mut app, PresentRequest::Add);
     let titles = |app: &App| {
@@ -216,13 +217,99 @@ fn text_on_a_slide_is_one_step() {
     assert!(requests.borrow().is_empty(), "it is still being written");
     harness.get_by_label("Done").click();
     harness.run_steps(3);
-    let expected = Slide { title: "one <b>& only".to_owned(), ..slide("one", 0.1) };
-    let requests = requests.borrow();
-    let set = requests.iter().find_map(|action| match action {
-        PresentRequest::Set(slide) => Some(Slide::clone(slide)),
-        _ => None,
-    });
-    assert_eq!(set, Some(expected));
+    let title = "one <b>& only".to_owned();
+    let written = [PresentRequest::SetTitle { slide: 0, title }, PresentRequest::ToggleEditing];
+    assert_eq!(*requests.borrow(), written);
+}
+
+/// An app in which the first slide is edited, and looked at otherwise than it is kept.
+fn editing_app(slides: &[Slide]) -> (App, View) {
+    let mut app = present_app(slides);
+    go_to(&mut app, workspaces::present::WORKSPACE);
+    request_and_wait(&mut app, PresentRequest::ToggleEditing);
+    let mut around = document(&app).view().clone();
+    around.layers.ghost = !around.layers.ghost;
+    around.camera = slide("around", 1.3).view.camera;
+    app.world_mut().write_message(ViewRequest::Set(around.clone()));
+    settle(&mut app);
+    (app, around)
+}
+
+/// What is requested by writing into the caption and then doing this.
+fn written(app: &App, then: impl Fn(&mut Harness)) -> Vec<PresentRequest> {
+    let presenter = app.world().resource::<Presenter>().clone();
+    let (mut harness, requests) = harness(app, &presenter);
+    harness.run_steps(2);
+    harness.get_by_role(Role::MultilineTextInput).focus();
+    harness.run_steps(2);
+    harness.get_by_role(Role::MultilineTextInput).type_text(", and more");
+    harness.run_steps(2);
+    then(&mut harness);
+    harness.run_steps(3);
+    drop(harness);
+    requests.take()
+}
+
+#[test]
+fn escape_keeps_what_was_written_on_a_slide() {
+    let (app, _) = editing_app(&[slide("one", 0.1)]);
+    let requests = written(&app, |harness| harness.key_press(egui::Key::Escape));
+    let caption = "one, in a sentence, and more".to_owned();
+    assert_eq!(requests, [PresentRequest::SetCaption { slide: 0, caption }]);
+}
+
+#[test]
+fn one_click_ends_writing_and_keeps_the_view() {
+    let slides = [slide("one", 0.1)];
+    let (mut app, around) = editing_app(&slides);
+    let requests = written(&app, |harness| harness.get_by_label("Keep this view").click());
+    let caption = "one, in a sentence, and more".to_owned();
+    let set = PresentRequest::SetCaption { slide: 0, caption: caption.clone() };
+    assert_eq!(requests, [set, PresentRequest::KeepView]);
+    // In one frame, in whichever order the panels are drawn.
+    for request in requests.into_iter().rev() {
+        app.world_mut().write_message(request);
+    }
+    settle(&mut app);
+    let expected = Slide { caption, view: around, ..slides[0].clone() };
+    assert_eq!(document(&app).design().slides, [expected]);
+}
+
+#[test]
+fn the_first_click_makes_one_slide() {
+    let (mut app, around) = editing_app(&[]);
+    let place = |app: &App| {
+        let presenter = app.world().resource::<Presenter>().clone();
+        let (mut harness, _) = harness(app, &presenter);
+        harness.run_steps(2);
+        harness.get_by_label("Keep this view").rect()
+    };
+    let before = place(&app);
+    let caption = "first".to_owned();
+    app.world_mut().write_message(PresentRequest::KeepView);
+    app.world_mut().write_message(PresentRequest::SetCaption { slide: 0, caption });
+    settle(&mut app);
+    let [first] = document(&app).design().slides.as_slice() else {
+        panic!("{:?}", document(&app).design().slides);
+    };
+    assert_eq!((first.caption.as_str(), &first.view), ("first", &around));
+    // Nothing moves away from under the pointer when it is made.
+    assert_eq!(place(&app), before);
+}
+
+#[test]
+fn what_was_written_stays_on_its_own_slide() {
+    let slides = [slide("one", 0.1), slide("two", 0.7)];
+    let (mut app, _) = editing_app(&slides);
+    let caption = "of the first".to_owned();
+    let set = PresentRequest::SetCaption { slide: 0, caption: caption.clone() };
+    for request in [PresentRequest::Show(1), set] {
+        app.world_mut().write_message(request);
+    }
+    settle(&mut app);
+    let expected = [Slide { caption, ..slides[0].clone() }, slides[1].clone()];
+    assert_eq!(document(&app).design().slides, expected);
+    assert_eq!(app.world().resource::<Presenter>().slide, 1);
 }
 
 /// The slide of a file that turns on what this program does not have and what this design cannot show.

@@ -81,6 +81,38 @@ fn a_text_that_is_no_number_shows_why() {
 }
 
 #[test]
+fn escape_leaves_the_value_of_a_number_field() {
+    let field = NumberField::length("length");
+    let (mut harness, requests) = harness(move |ui| number_ui(ui, &field, 2.0));
+    harness.get_by_label("length").click();
+    harness.run_steps(2);
+    harness.get_by_label("length").type_text("7");
+    harness.run_steps(1);
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(4);
+    assert!(requests.borrow().is_empty(), "{:?}", requests.borrow());
+    // It opens again, and a press elsewhere is the end of what is typed then.
+    harness.get_by_label("length").click();
+    harness.run_steps(2);
+    harness.get_by_label("length").type_text("9");
+    harness.run_steps(1);
+    press_at(&harness, egui::pos2(150.0, 900.0));
+    harness.run_steps(3);
+    assert_eq!(*requests.borrow(), [NumberChange::Set(9.0)]);
+}
+
+/// The button goes down and stays down.
+fn press_at(harness: &Harness, pos: egui::Pos2) {
+    harness.event(egui::Event::PointerMoved(pos));
+    harness.event(egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed: true,
+        modifiers: egui::Modifiers::default(),
+    });
+}
+
+#[test]
 fn control_adds_a_row_and_opens_its_menu() {
     let (design, environment, view) = (design(), environment(), View::default());
     let selection = Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0)));

@@ -7,6 +7,7 @@ use bevy::window::RequestRedraw;
 use bevy::winit::{EventLoopProxyWrapper, WinitUserEvent};
 use bevy_egui::{EguiInput, EguiPostUpdateSet, EguiPreUpdateSet, EguiRenderOutput, egui};
 use std::sync::{Arc, OnceLock};
+use std::time::Instant;
 
 /// How a thread in the background requests the frame that shows what it found; does nothing where
 /// frames are driven by hand.
@@ -60,6 +61,10 @@ impl FromWorld for Waker {
 /// whenever it receives input, and that repaint sends the state of the modifier keys again: the
 /// window would never come to rest.
 ///
+/// egui reads the time from the renderer, which keeps that of its last frame. After a rest the frame
+/// of a press would have the time of that frame, and the release, one frame later, that of the clock:
+/// every click would be taken for a long hold, until the pointer moves.
+///
 /// The other way round, letters that were never drawn before reach the graphics adapter a frame
 /// late; without another frame they stay missing until the next input.
 pub struct WakePlugin;
@@ -68,7 +73,7 @@ impl Plugin for WakePlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             PreUpdate,
-            drop_repeated_modifiers
+            (drop_repeated_modifiers, keep_time)
                 .after(EguiPreUpdateSet::ProcessInput)
                 .before(EguiPreUpdateSet::BeginPass),
         )
@@ -95,6 +100,14 @@ fn drop_repeated_modifiers(
             }
             _ => true,
         });
+    }
+}
+
+/// Gives egui the time of the clock, in seconds since the first frame.
+fn keep_time(mut inputs: Query<&mut EguiInput>, mut first: Local<Option<Instant>>) {
+    let elapsed = first.get_or_insert_with(Instant::now).elapsed();
+    for mut input in &mut inputs {
+        input.time = Some(elapsed.as_secs_f64());
     }
 }
 

@@ -4,7 +4,8 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::theme;
 use bevy_egui::egui::{
-    self, Color32, DragValue, Pos2, Response, RichText, Sense, Shape, Stroke, StrokeKind, Ui, vec2,
+    self, Color32, DragValue, Id, Key, Pos2, Response, RichText, Sense, Shape, Stroke, StrokeKind,
+    Ui, vec2,
 };
 use std::cell::RefCell;
 use trackwright_formats::printable::printable;
@@ -164,7 +165,7 @@ impl<'a> NumberField<'a> {
 ///
 /// What is typed may be an expression with units, see [`typed_number::parse`]. A text that is no
 /// number leaves the value as it is; the reason is shown below the field until the next key or
-/// click.
+/// click. Escape leaves the field with the value that it had.
 pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChange> {
     let mut changes = Vec::new();
     let mut edited = value;
@@ -172,8 +173,9 @@ pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChan
     let suffix = with_unit("", field.unit);
     let refusal = RefCell::new(None);
     let shown = decimal(value, decimals);
+    let is_given_up = is_just_given_up(ui);
     let read = |text: &str| {
-        if text.trim() == shown {
+        if is_given_up || text.trim() == shown {
             return None;
         }
         let read = field.read(text);
@@ -210,6 +212,16 @@ pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChan
     }
     refusal_ui(ui, &response, refusal.into_inner());
     changes
+}
+
+/// Whether Escape was pressed in this pass or the one before. egui takes a field for left in both, and
+/// reads in the second what was typed into it.
+fn is_just_given_up(ui: &Ui) -> bool {
+    let (id, now) = (Id::new("pass of the last Escape"), ui.ctx().cumulative_pass_nr());
+    if ui.input(|input| input.key_pressed(Key::Escape)) {
+        ui.data_mut(|data| data.insert_temp(id, now));
+    }
+    ui.data(|data| data.get_temp::<u64>(id)).is_some_and(|pass| pass + 1 >= now)
 }
 
 /// Shows why what was typed is no number, until the next key or click.

@@ -4,7 +4,7 @@ use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};
 use bevy_egui::egui::{
     self, Color32, CornerRadius, FontData, FontDefinitions, FontFamily, FontId, Margin, Stroke,
-    TextStyle, Visuals, vec2,
+    SurrenderFocusOn, TextStyle, Visuals, vec2,
 };
 use std::sync::Arc;
 
@@ -76,6 +76,11 @@ pub fn apply(ctx: &egui::Context) {
         // A fading panel draws frames; a precision instrument answers at once.
         style.animation_time = 0.0;
         style.interaction.selectable_labels = false;
+    });
+    // A field is left when the button goes down elsewhere, not when it goes up: what was written is
+    // in the design by then, and the same click does what it is for.
+    ctx.options_mut(|options| {
+        options.input_options.surrender_focus_on = SurrenderFocusOn::Presses;
     });
 }
 

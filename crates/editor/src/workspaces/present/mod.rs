@@ -24,7 +24,7 @@ use crate::workspaces::present::stage::Stage;
 use crate::workspaces::study::state::StudyRequest;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
-use trackwright_design::{Edit, Slide, SlideEdit, View};
+use trackwright_design::{Document, Edit, Slide, SlideEdit, View};
 
 const PRESENT: Group = Group { order: 4, name: "Present", workspace: Some(WORKSPACE.name) };
 
@@ -110,6 +110,52 @@ fn begin_or_leave(mut shown: ResMut<Workspace>, mut requests: MessageWriter<Pres
     }
 }
 
+/// The slides as the requests of a frame leave them, and the edits that do it: the document applies
+/// those only afterwards.
+struct Writing<'a, 'w> {
+    document: &'a Document,
+    slides: Vec<Slide>,
+    edits: &'a mut MessageWriter<'w, EditRequest>,
+}
+
+impl Writing<'_, '_> {
+    /// The last of the slides that has this number at most.
+    fn nearest(&self, slide: usize) -> usize {
+        slide.min(self.slides.len().saturating_sub(1))
+    }
+
+    /// A slide; of a design without slides, the one that it is shown with.
+    fn slide(&self, index: usize) -> Slide {
+        self.slides.get(index).cloned().unwrap_or_else(|| first::slide_of(self.document))
+    }
+
+    /// Changes a slide; the first change of a design without slides makes its first one.
+    fn change(&mut self, index: usize, change: impl FnOnce(&mut Slide)) {
+        let index = self.nearest(index);
+        let mut slide = Box::new(self.slide(index));
+        change(&mut slide);
+        self.edit(match self.slides.is_empty() {
+            true => SlideEdit::Add { index: 0, slide },
+            false => SlideEdit::Set { index, slide },
+        });
+    }
+
+    fn edit(&mut self, edit: SlideEdit) {
+        match &edit {
+            SlideEdit::Add { index, slide } => self.slides.insert(*index, Slide::clone(slide)),
+            SlideEdit::Set { index, slide } => self.slides[*index].clone_from(slide),
+            SlideEdit::Remove { index } => {
+                self.slides.remove(*index);
+            }
+            SlideEdit::Move { from, to } => {
+                let moved = self.slides.remove(*from);
+                self.slides.insert(*to, moved);
+            }
+        }
+        self.edits.write(EditRequest::Apply(Edit::Slides(edit)));
+    }
+}
+
 fn answer(
     mut requests: MessageReader<PresentRequest>,
     world: Option<Res<OpenWorld>>,
@@ -124,30 +170,18 @@ fn answer(
         return;
     };
     let document = &world.0.document;
-    let slides = &document.design().slides;
-    for request in requests.read() {
-        let shown = presenter.slide.min(slides.len().saturating_sub(1));
-        let last = slides.len().saturating_sub(1);
-        // The first change of a design without slides makes its first one.
-        let current = || {
-            let slide = slides.get(shown).cloned();
-            slide.unwrap_or_else(|| first::slide_of(document))
-        };
-        let mut edit = |edit| {
-            edits.write(EditRequest::Apply(Edit::Slides(edit)));
-        };
-        let mut set = |slide: Slide| {
-            let (index, slide) = (shown, Box::new(slide));
-            edit(match slides.is_empty() {
-                true => SlideEdit::Add { index: 0, slide },
-                false => SlideEdit::Set { index, slide },
-            });
-        };
+    let slides = document.design().slides.clone();
+    let mut writing = Writing { document, slides, edits: &mut edits };
+    // What was written comes first: one click may end the writing and begin something else.
+    let (written, others): (Vec<_>, Vec<_>) =
+        requests.read().cloned().partition(PresentRequest::is_writing);
+    for request in written.into_iter().chain(others) {
+        let shown = writing.nearest(presenter.slide);
         match request {
             PresentRequest::Step(by) => {
-                presenter.slide = shown.saturating_add_signed(*by).min(last);
+                presenter.slide = writing.nearest(shown.saturating_add_signed(by));
             }
-            PresentRequest::Show(slide) => presenter.slide = (*slide).min(last),
+            PresentRequest::Show(slide) => presenter.slide = writing.nearest(slide),
             PresentRequest::ToggleEditing => presenter.is_editing = !presenter.is_editing,
             PresentRequest::Leave => {
                 presenter.is_editing = false;
@@ -159,31 +193,35 @@ fn answer(
                 });
             }
             PresentRequest::Add => {
-                let index = (shown + 1).min(slides.len());
-                let slide = Slide { view: document.view().clone(), ..current() };
-                let slide = Box::new(slide);
-                edit(SlideEdit::Add { index, slide });
+                let index = (shown + 1).min(writing.slides.len());
+                let slide = Slide { view: document.view().clone(), ..writing.slide(shown) };
+                writing.edit(SlideEdit::Add { index, slide: Box::new(slide) });
                 presenter.slide = index;
             }
-            PresentRequest::Remove if !slides.is_empty() => {
-                edit(SlideEdit::Remove { index: shown });
+            PresentRequest::Remove if !writing.slides.is_empty() => {
+                writing.edit(SlideEdit::Remove { index: shown });
             }
             PresentRequest::Remove => {}
             PresentRequest::Move(by) => {
-                let to = shown.saturating_add_signed(*by).min(last);
+                let to = writing.nearest(shown.saturating_add_signed(by));
                 if to != shown {
-                    edit(SlideEdit::Move { from: shown, to });
+                    writing.edit(SlideEdit::Move { from: shown, to });
                     presenter.slide = to;
                 }
             }
-            PresentRequest::Set(slide) => set(Slide::clone(slide)),
-            PresentRequest::KeepView => set(Slide {
-                view: View {
-                    // Who keeps the view has seen it.
-                    unknown_layers: Vec::new(),
-                    ..document.view().clone()
-                },
-                ..current()
+            PresentRequest::SetTitle { slide, title } => {
+                writing.change(slide, |slide| slide.title = title);
+            }
+            PresentRequest::SetCaption { slide, caption } => {
+                writing.change(slide, |slide| slide.caption = caption);
+            }
+            PresentRequest::SetFigure(figure, is_on) => writing.change(shown, |slide| {
+                slide.figures.retain(|other| *other != figure);
+                slide.figures.extend(is_on.then_some(figure));
+            }),
+            PresentRequest::KeepView => writing.change(shown, |slide| {
+                // Who keeps the view has seen it.
+                slide.view = View { unknown_layers: Vec::new(), ..document.view().clone() };
             }),
             PresentRequest::BackToView => stage.forget(),
         }

@@ -3,7 +3,7 @@
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
 use bevy::prelude::*;
-use trackwright_design::Slide;
+use trackwright_design::SlideFigure;
 
 pub const WORKSPACE: Workspace = Workspace {
     name: "Present",
@@ -32,12 +32,29 @@ pub enum PresentRequest {
     Remove,
     /// The shown slide so many places on, or back.
     Move(isize),
-    /// The shown slide, changed.
-    Set(Box<Slide>),
+    /// What is written on a slide: its number is that of the slide on which the writing began, since
+    /// the click that ends it may lead to another one.
+    SetTitle {
+        slide: usize,
+        title: String,
+    },
+    SetCaption {
+        slide: usize,
+        caption: String,
+    },
+    /// Whether the shown slide has a figure.
+    SetFigure(SlideFigure, bool),
     /// The shown slide is looked at as it is now.
     KeepView,
     /// As the slide has it, after one has looked around.
     BackToView,
+}
+
+impl PresentRequest {
+    /// Whether it is what was written on a slide.
+    pub(crate) fn is_writing(&self) -> bool {
+        matches!(self, Self::SetTitle { .. } | Self::SetCaption { .. })
+    }
 }
 
 /// Which slide is shown, and whether it is written on.

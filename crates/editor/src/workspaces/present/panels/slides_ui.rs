@@ -19,13 +19,12 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
                 requests.push(PresentRequest::Show(number));
             }
         }
+        // A row for the first slide before there is one: what is below it must not move when the
+        // first change makes it, between the press and the release of a click.
+        if slides.is_empty() {
+            row_ui(ui, &Row { note: "not made yet", ..row_of(&slide, true) });
+        }
     });
-    if slides.is_empty() {
-        quiet_ui(
-            ui,
-            "The design has no slides yet: it is shown with this one until the first is made.",
-        );
-    }
     ui.horizontal(|ui| {
         let about = "Another slide after this one, looked at as now";
         if ui.button("Add").on_hover_text(about).clicked() {
@@ -64,17 +63,19 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     for figure in SlideFigure::ALL {
         let mut is_on = slide.figures.contains(&figure);
         if ui.checkbox(&mut is_on, figure.name()).changed() {
-            let mut changed = Slide::clone(&slide);
-            changed.figures.retain(|other| *other != figure);
-            if is_on {
-                changed.figures.push(figure);
-            }
-            requests.push(PresentRequest::Set(Box::new(changed)));
+            requests.push(PresentRequest::SetFigure(figure, is_on));
         }
     }
     ui.add_space(6.0);
     if ui.button("Done").on_hover_text("As others see it").clicked() {
         requests.push(PresentRequest::ToggleEditing);
+    }
+    if slides.is_empty() {
+        ui.add_space(6.0);
+        quiet_ui(
+            ui,
+            "The design has no slides yet: it is shown with this one until the first is made.",
+        );
     }
     requests
 }

@@ -7,11 +7,10 @@ use crate::widgets::verdict::{figure_color, verdict_mark};
 use crate::workspaces::present::panels::StageView;
 use crate::workspaces::present::requests::PresentRequest;
 use bevy_egui::egui::{
-    Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Key, Margin, Order, Painter, Pos2,
-    Rect, TextEdit, Ui, pos2, vec2,
+    Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Margin, Order, Painter, Pos2, Rect,
+    TextEdit, Ui, pos2, vec2,
 };
 use std::sync::Arc;
-use trackwright_design::Slide;
 use trackwright_report::words::{PlainFigure, plain_figure};
 
 // In points of a stage that is some 560 points high.
@@ -56,7 +55,7 @@ pub fn stage_ui(
             },
             &slide.title,
         );
-        actions.extend(changed.map(|title| set(&slide, |slide| slide.title = title)));
+        actions.extend(changed.map(|title| PresentRequest::SetTitle { slide: index, title }));
         y = rect.bottom();
     } else if !slide.title.trim().is_empty() {
         let color = palette::TEXT_STRONG.color32();
@@ -84,7 +83,7 @@ pub fn stage_ui(
             },
             &slide.caption,
         );
-        actions.extend(changed.map(|caption| set(&slide, |slide| slide.caption = caption)));
+        actions.extend(changed.map(|caption| PresentRequest::SetCaption { slide: index, caption }));
     } else if !slide.caption.trim().is_empty() {
         let color = palette::TEXT_STRONG.color32();
         let text = laid(&painter, &slide.caption, CAPTION_SIZE, color, caption_width);
@@ -99,13 +98,6 @@ pub fn stage_ui(
         painter.galley(covered[covered.len() - 1].min, text, color);
     }
     actions
-}
-
-/// The slide with one thing changed.
-fn set(slide: &Slide, change: impl FnOnce(&mut Slide)) -> PresentRequest {
-    let mut slide = slide.clone();
-    change(&mut slide);
-    PresentRequest::Set(Box::new(slide))
 }
 
 fn laid(painter: &Painter, text: &str, size: f32, color: Color32, width: f32) -> Arc<Galley> {
@@ -164,8 +156,7 @@ struct Field {
     rows: usize,
 }
 
-/// What was written once it is left or Enter is pressed, not where Escape gave it up, and where the
-/// field is. The words belong
+/// What was written once the field is left, by Escape too, and where the field is. The words belong
 /// to the field while it is written in, so that undo has one step for them.
 fn field_ui(ctx: &Context, field: Field, text: &str) -> (Option<String>, Rect) {
     let area = Area::new(field.id)
@@ -199,11 +190,11 @@ fn draft_ui(ui: &mut Ui, field: &Field, text: &str) -> Option<String> {
         .desired_width(field.width - 16.0)
         .frame(Frame::NONE);
     let response = ui.add(edit);
-    if response.has_focus() {
+    // Whether or not the window itself has the focus: what is written is not lost by another window.
+    if ui.memory(|memory| memory.has_focus(response.id)) {
         ui.data_mut(|data| data.insert_temp(draft_id, draft));
         return None;
     }
     ui.data_mut(|data| data.remove::<String>(draft_id));
-    let is_given_up = ui.input(|input| input.key_pressed(Key::Escape));
-    (response.lost_focus() && !is_given_up && draft != text).then_some(draft)
+    (response.lost_focus() && draft != text).then_some(draft)
 }
