@@ -5,7 +5,7 @@ use super::definition::DefinitionFile;
 use super::procedure::Procedure;
 use super::slides::Slide;
 use super::things::BodyRole;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
@@ -80,6 +80,9 @@ pub struct Target {
     pub position_in_crf: Point3<f64>,
 }
 
+/// How far from the tool a new CRF is, as in the design that a new one begins as.
+const BESIDE_MM: f64 = 60.0;
+
 impl Design {
     /// A design of a tool alone, at the tracker's origin, of which nothing is required.
     pub fn of_tool(name: &str, environment: &str, body: DesignBody) -> Self {
@@ -152,6 +155,14 @@ impl Design {
             };
         }
         design
+    }
+
+    /// Where a CRF is put that the design gains, in the tracker frame: beside the tool, and turned as
+    /// the tracker is, so that the range of motion has the axes that it had.
+    pub fn pose_of_new_crf(&self) -> Pose {
+        let tracker_from_tool = self.tracker_from_body(BodyRole::Tool);
+        let at = tracker_from_tool.map_or_else(Vector3::zeros, |pose| pose.translation.vector);
+        Pose::translation(at.x - BESIDE_MM, at.y, at.z)
     }
 
     /// The body's pose in the tracker frame; the tool's goes by way of the CRF where there is one.

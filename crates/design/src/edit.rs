@@ -1,5 +1,6 @@
 //! Edits: the only ways in which a design changes, each checked before it is applied.
 
+use super::anatomy::AnatomyFrame;
 use super::arrange::{Arrangement, as_set};
 use super::check::{
     check_body, check_length, check_mesh, check_motion, check_not_empty, check_pose,
@@ -95,6 +96,9 @@ pub enum Edit {
         body: BodyRole,
         content: Box<DesignBody>,
     },
+    /// A CRF for a design without one. Nothing moves: tool and anatomy are where they were in the
+    /// tracker's frame.
+    AddCrf(Box<CrfPlacement>),
     Anatomy(AnatomyEdit),
     Slides(SlideEdit),
     Procedure(ProcedureEdit),
@@ -203,6 +207,7 @@ impl Edit {
                 check_body(body, &content)?;
                 *old = *content;
             }
+            Self::AddCrf(crf) => add_crf(design, *crf)?,
             Self::Anatomy(edit) => edit.apply_to(&mut design.anatomy)?,
             Self::Slides(edit) => edit.apply_to(&mut design.slides)?,
             Self::Procedure(edit) => edit.apply_to(design)?,
@@ -265,6 +270,7 @@ impl Edit {
             Self::SetBody { body, content } => {
                 format!("Use {} as the {body}", content.rigid.name)
             }
+            Self::AddCrf(crf) => format!("Add {} as the CRF", crf.body.rigid.name),
             Self::Anatomy(edit) => edit.label_for(&design.anatomy),
             Self::Slides(edit) => edit.label_for(&design.slides),
             Self::Procedure(edit) => edit.label(),
@@ -278,6 +284,24 @@ fn body_of(design: &mut Design, role: BodyRole) -> Result<&mut DesignBody, EditE
 
 fn crf_of(design: &mut Design) -> Result<&mut CrfPlacement, EditError> {
     design.crf.as_mut().ok_or(EditError::NoCrf)
+}
+
+fn add_crf(design: &mut Design, crf: CrfPlacement) -> Result<(), EditError> {
+    if design.crf.is_some() {
+        return Err(EditError::HasCrf);
+    }
+    check_body(BodyRole::Crf, &crf.body)?;
+    check_pose(&crf.tracker_from_crf)?;
+    check_motion(crf.motion.as_ref()).map_err(EditError::CrfMotion)?;
+    check_requirement(crf.requirement.as_ref())?;
+    let crf_from_tracker = crf.tracker_from_crf.inverse();
+    design.tool.crf_from_tool = crf_from_tracker * design.tool.crf_from_tool;
+    // Without a CRF, what is on it is in the tracker's frame.
+    for anatomy in design.anatomy.iter_mut().filter(|own| own.on == AnatomyFrame::Crf) {
+        anatomy.frame_from_mesh = crf_from_tracker * anatomy.frame_from_mesh;
+    }
+    design.crf = Some(crf);
+    Ok(())
 }
 
 fn set_sensors(

@@ -24,6 +24,8 @@ pub const MAX_FURTHER_ROOMS: usize = 32;
 pub enum EditError {
     #[error("the design has no CRF")]
     NoCrf,
+    #[error("the design has a CRF already")]
+    HasCrf,
     #[error("the {body} has no sensor {index}, it has {count}")]
     NoSuchSensor { body: BodyRole, index: usize, count: usize },
     #[error("the CRF has no target {index}, it has {count}")]

@@ -21,7 +21,8 @@ pub struct BodyImport {
     file: PathBuf,
     storage: Storage,
     design_file: PathBuf,
-    present: DesignBody,
+    /// `None` where the design is to gain a CRF.
+    present: Option<DesignBody>,
     other_reference: Option<String>,
 }
 
@@ -36,28 +37,25 @@ pub struct ImportedBody {
 }
 
 impl BodyImport {
-    /// A file for a body; `None` where the design has no such body.
+    /// A file for a body, in the place of the present one if there is one.
     pub fn of_file(
         world: &World,
         role: BodyRole,
         file: &Path,
         on_mismatch: OnMismatch,
-    ) -> Result<Option<Self>, StoreError> {
+    ) -> Result<Self, StoreError> {
         let (storage, design_file) = home(world.document.origin())?;
         let design = world.document.design();
-        let Some(present) = design.body(role) else {
-            return Ok(None);
-        };
         let mut others = design.bodies().filter(|(other, _)| *other != role);
-        Ok(Some(Self {
+        Ok(Self {
             role,
             on_mismatch,
             file: file.to_owned(),
             storage,
             design_file,
-            present: present.clone(),
+            present: design.body(role).cloned(),
             other_reference: others.next().map(|(_, body)| body.reference.clone()),
-        }))
+        })
     }
 
     /// The file that is read.
@@ -103,12 +101,11 @@ impl BodyImport {
         };
         self.reach_mesh(&mut body);
         // What is there already is not another one because its file would be called otherwise.
-        let mut again = body.clone();
-        again.reference.clone_from(&self.present.reference);
-        if body_text(&again) == body_text(&self.present) {
-            return self.present.clone();
-        }
-        body
+        let is_same = |present: &&DesignBody| {
+            let reference = present.reference.clone();
+            body_text(&DesignBody { reference, ..body.clone() }) == body_text(present)
+        };
+        self.present.as_ref().filter(is_same).cloned().unwrap_or(body)
     }
 
     /// The design's reference: the file itself beside the design, else a free name there.
@@ -121,7 +118,8 @@ impl BodyImport {
         let is_free = |path: &PathBuf| {
             let name = file_name(path);
             let exists = self.storage == Storage::Disk && path.exists();
-            !exists && !is_others(&name) && self.present.reference != name
+            let is_own = self.present.as_ref().is_some_and(|present| present.reference == name);
+            !exists && !is_others(&name) && !is_own
         };
         file_name(&free_name(&folder.join(name), is_free))
     }

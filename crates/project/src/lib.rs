@@ -60,7 +60,7 @@ pub use meshes::{
 };
 pub use open::{
     World, generator_mesh, open_builtin, open_builtin_without_meshes, open_design,
-    open_design_without_meshes, refresh_environment,
+    open_design_to_show, open_design_without_meshes, refresh_environment,
 };
 pub use procedure::{
     MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,
@@ -86,4 +86,4 @@ pub use state::{
 pub use tool::{ReadTool, body_format_of, is_same_file};
 pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, WatchedPart, accept_changes, changes};
-pub use write::KeptFile;
+pub use write::{KeptFile, check_place};

@@ -6,11 +6,12 @@
 //! and undo comes back to one. None of them is read twice.
 
 use super::error::StoreError;
-use super::open::{Reader, World, home};
+use super::open::{Reader, World, home, is_on_disk};
 use super::paths::{absolute, extension_of, folder_of, relative};
 use super::read::{Storage, read};
 use super::stamps::Stamps;
 use std::fmt;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use trackwright_design::{BodyRole, Design, DesignBody, Origin};
@@ -21,6 +22,19 @@ use trackwright_geometry::mesh_report::MeshReport;
 
 /// Meshes that are cached; a million triangles take some 100 MB.
 const MOST_CACHED: usize = 4;
+
+/// A larger file is read by a thread where a window waits for the design: this much is read and made
+/// a surface within a frame or two.
+const LARGE_BYTES: u64 = 1 << 20;
+
+/// Which meshes are read with a design.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum WhichMeshes {
+    All,
+    /// Those that are read at once; the others are [`World::awaited_meshes`].
+    Small,
+    None,
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MeshOwner {
@@ -100,6 +114,8 @@ struct LoadedMesh {
     /// Made on first use.
     report: OnceLock<Arc<MeshReport>>,
     cause: Option<Arc<StoreError>>,
+    /// Whether it is left to be read by a thread.
+    is_awaited: bool,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -136,12 +152,27 @@ impl LoadedMesh {
         Self { source: Some(source), surface, cause, ..Self::default() }
     }
 
+    /// Leaves a large file of the disk to be read later.
+    fn read_if_small(reader: &mut Reader, design_file: &Path, source: MeshSource) -> Self {
+        let from = source.referring_file(reader.storage, design_file);
+        let file = source.mesh.as_ref().map(|mesh| reader.storage.resolve(&from, &mesh.file));
+        let is_large = file.is_some_and(|file| {
+            is_on_disk(reader.storage, &file)
+                && fs::metadata(&file)
+                    .is_ok_and(|found| found.is_file() && found.len() > LARGE_BYTES)
+        });
+        match is_large {
+            true => Self { source: Some(source), is_awaited: true, ..Self::default() },
+            false => Self::read(reader, design_file, source),
+        }
+    }
+
     fn imported(source: MeshSource, mesh: &ImportedMesh) -> Self {
         Self {
             source: Some(source),
             surface: Some(Arc::clone(&mesh.surface)),
             report: Arc::clone(&mesh.report).into(),
-            cause: None,
+            ..Self::default()
         }
     }
 
@@ -180,16 +211,26 @@ impl Meshes {
         meshes
     }
 
-    pub(super) fn read(reader: &mut Reader, design_file: &Path, design: &Design) -> Self {
+    pub(super) fn read(
+        reader: &mut Reader,
+        design_file: &Path,
+        design: &Design,
+        which: WhichMeshes,
+    ) -> Self {
+        let read = match which {
+            WhichMeshes::All => LoadedMesh::read,
+            WhichMeshes::Small => LoadedMesh::read_if_small,
+            WhichMeshes::None => return Self::default(),
+        };
         let mut meshes = Self::default();
         for (role, body) in design.bodies() {
             let source = MeshSource::of_body(body);
-            meshes.bodies[place(role)] = LoadedMesh::read(reader, design_file, source);
+            meshes.bodies[place(role)] = read(reader, design_file, source);
         }
         for anatomy in &design.anatomy {
             if meshes.find_anatomy(&anatomy.mesh).is_none() {
                 let source = MeshSource::of_anatomy(&anatomy.mesh);
-                meshes.anatomy.push(LoadedMesh::read(reader, design_file, source));
+                meshes.anatomy.push(read(reader, design_file, source));
             }
         }
         meshes
@@ -307,6 +348,41 @@ impl World {
         }
         self.meshes.cache(mesh);
         is_used
+    }
+
+    /// The meshes that are left to be read by a thread, which [`World::keep_mesh`] or
+    /// [`World::miss_mesh`] then gets.
+    pub fn awaited_meshes(&self) -> Vec<MeshImport> {
+        let design = self.document.design();
+        let bodies = design.bodies().filter_map(|(role, body)| {
+            let is_awaited = self.meshes.bodies[place(role)].is_awaited;
+            Some((role.into(), body.mesh.clone().filter(|_| is_awaited)?))
+        });
+        let anatomy = design.anatomy.iter().enumerate().filter_map(|(index, own)| {
+            let is_awaited = self.meshes.find_anatomy(&own.mesh)?.is_awaited;
+            is_awaited.then(|| (MeshOwner::Anatomy(Some(index)), own.mesh.clone()))
+        });
+        let import = |(whose, reference)| MeshImport::of_reference(self, whose, reference);
+        bodies.chain(anatomy).filter_map(|awaited| import(awaited).ok().flatten()).collect()
+    }
+
+    /// States that an awaited mesh could not be read; whether it was still awaited.
+    pub fn miss_mesh(&mut self, missed: &MeshImport, cause: StoreError) -> bool {
+        if !self.awaited_meshes().contains(missed) {
+            return false;
+        }
+        let mesh = match missed.whose {
+            MeshOwner::Body(role) => Some(&mut self.meshes.bodies[place(role)]),
+            MeshOwner::Anatomy(_) => {
+                let mut all = self.meshes.anatomy.iter_mut();
+                all.find(|mesh| mesh.reference() == Some(&missed.reference))
+            }
+        };
+        if let Some(mesh) = mesh {
+            mesh.is_awaited = false;
+            mesh.cause = Some(Arc::new(cause));
+        }
+        true
     }
 
     /// The meshes that could not be read, and why.

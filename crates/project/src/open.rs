@@ -2,7 +2,7 @@
 
 use super::builtin;
 use super::error::StoreError;
-use super::meshes::Meshes;
+use super::meshes::{Meshes, WhichMeshes};
 use super::paths::extension_of;
 use super::read::{Kind, Storage, read};
 use super::stamps::Stamps;
@@ -92,6 +92,12 @@ pub fn open_design(path: &Path) -> Result<World, StoreError> {
     open(Storage::Disk, path, Origin::File(path.to_owned()), WhichMeshes::All)
 }
 
+/// Opens a design from the disk for a window that waits for it: large meshes are left to be read by a
+/// thread, see [`World::awaited_meshes`].
+pub fn open_design_to_show(path: &Path) -> Result<World, StoreError> {
+    open(Storage::Disk, path, Origin::File(path.to_owned()), WhichMeshes::Small)
+}
+
 /// Opens a design from the disk for its numbers alone: no mesh is read or missed.
 pub fn open_design_without_meshes(path: &Path) -> Result<World, StoreError> {
     open(Storage::Disk, path, Origin::File(path.to_owned()), WhichMeshes::None)
@@ -107,12 +113,6 @@ pub fn open_builtin(name: &str) -> Result<World, StoreError> {
 pub fn open_builtin_without_meshes(name: &str) -> Result<World, StoreError> {
     let (name, file) = builtin::design_file(name)?;
     open(Storage::BuiltIn, &file, Origin::BuiltIn(name), WhichMeshes::None)
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum WhichMeshes {
-    All,
-    None,
 }
 
 /// The field generator, in the tracker frame. Fails only if the embedded mesh is none.
@@ -161,10 +161,7 @@ fn open(
     let mut reader = Reader::new(storage);
     let (design, view) = reader.design(file)?;
     let environment = reader.environment(file, &design.environment)?;
-    let meshes = match meshes {
-        WhichMeshes::All => Meshes::read(&mut reader, file, &design),
-        WhichMeshes::None => Meshes::default(),
-    };
+    let meshes = Meshes::read(&mut reader, file, &design, meshes);
     let document = Document::new(design, view, origin);
     let mut world = World::with_meshes(document, environment, meshes);
     world.stamps = reader.stamps;

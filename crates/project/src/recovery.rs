@@ -11,7 +11,7 @@
 
 use super::builtin;
 use super::error::StoreError;
-use super::meshes::Meshes;
+use super::meshes::{Meshes, WhichMeshes};
 use super::open::{Reader, World, home};
 use super::read::{Kind, Storage, read};
 use super::stamps::Stamps;
@@ -237,7 +237,8 @@ impl Leftover {
         let design = document.design();
         let mut reader = Reader::new(storage);
         let environment = reader.environment(&own_file, &design.environment)?;
-        let meshes = Meshes::read(&mut reader, &own_file, design);
+        // A window waits for it.
+        let meshes = Meshes::read(&mut reader, &own_file, design, WhichMeshes::Small);
         let mut world = World::with_meshes(document, environment, meshes);
         // Of design and bodies, what the session knew: what was changed since is then reported.
         world.stamps = Stamps::from_pairs(content.stamps);

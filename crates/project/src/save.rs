@@ -185,17 +185,20 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         moved.map_or_else(|| mover.reference(old), |(_, now)| now.clone())
     };
     let rewrite = |design: &mut Design| {
-        for (role, old_reference, moved) in &moved {
-            let Some(body) = design.body_mut(*role) else {
+        for role in BodyRole::ALL {
+            let Some(body) = design.body_mut(role) else {
                 continue;
             };
-            if body.reference != *old_reference {
+            let is_it = |(own, old, _): &&(BodyRole, String, MovedBody)| {
+                *own == role && *old == body.reference
+            };
+            let Some((_, _, moved)) = moved.iter().find(is_it) else {
                 mover.move_past_body(body);
-            } else {
-                body.reference.clone_from(&moved.reference);
-                if let Some(mesh) = &mut body.mesh {
-                    mesh.file = mover.mesh_from(moved, &mesh.file);
-                }
+                continue;
+            };
+            body.reference.clone_from(&moved.reference);
+            if let Some(mesh) = &mut body.mesh {
+                mesh.file = mover.mesh_from(moved, &mesh.file);
             }
         }
         for anatomy in &mut design.anatomy {

@@ -24,6 +24,19 @@ pub(super) fn write_bytes(file: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     draft.and_then(Draft::place).map_err(|cause| write_error(file, cause))
 }
 
+/// Whether a file can be written at a place: its folder is there and takes new files. Nothing is
+/// left there.
+///
+/// # Errors
+/// [`StoreError::Write`] with what stands in the way.
+pub fn check_place(file: &Path) -> Result<(), StoreError> {
+    let real = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    if fs::metadata(&real).is_ok_and(|found| !found.is_file()) {
+        return Ok(());
+    }
+    Temporary::next_to(&real, ".tmp").map(drop).map_err(|cause| write_error(file, cause))
+}
+
 pub(super) fn write_error(file: &Path, cause: io::Error) -> StoreError {
     StoreError::Write { file: file.to_owned(), cause }
 }

@@ -48,6 +48,43 @@ fn set_body(content: DesignBody) -> Edit {
 }
 
 #[test]
+fn a_new_crf_moves_nothing() {
+    let mut design = design();
+    let crf = design.crf.take().unwrap();
+    // What was on the CRF is in the tracker's frame without one.
+    design.tool.crf_from_tool = Pose::translation(1.0, 2.0, -250.0);
+    let mesh = MeshReference::new("head.stl");
+    for (name, on) in [("head", AnatomyFrame::Crf), ("table", AnatomyFrame::Tracker)] {
+        design.anatomy.push(Anatomy {
+            name: name.to_owned(),
+            mesh: mesh.clone(),
+            on,
+            frame_from_mesh: Pose::translation(5.0, 0.0, -200.0),
+            color: None,
+        });
+    }
+    let places = |design: &Design| {
+        let tool = design.tracker_from_body(BodyRole::Tool).unwrap();
+        let anatomy = design.anatomy.iter().map(|own| own.tracker_from_mesh(design));
+        std::iter::once(tool).chain(anatomy).collect::<Vec<_>>()
+    };
+    let before = places(&design);
+    let at = design.pose_of_new_crf();
+    assert_eq!(at.rotation.angle(), 0.0, "the axes of motion are as they were");
+    let add = Edit::AddCrf(Box::new(CrfPlacement { tracker_from_crf: at, ..crf }));
+    let mut document = Document::new(design.clone(), View::default(), Origin::BuiltIn("x"));
+    assert!(document.apply(add.clone()).unwrap());
+    assert!(document.undo_label().is_some_and(|label| label.ends_with(" as the CRF")));
+    for (before, after) in before.iter().zip(places(document.design())) {
+        assert!((before.translation.vector - after.translation.vector).norm() < 1e-12);
+        assert!(before.rotation.angle_to(&after.rotation) < 1e-12);
+    }
+    assert_eq!(document.apply(add), Err(EditError::HasCrf));
+    document.undo();
+    assert_eq!(*document.design(), design);
+}
+
+#[test]
 fn a_replaced_body_is_restored_exactly() {
     let mut document = document();
     let mesh = set_mesh(MeshReference::new("a.stl"));

@@ -3,7 +3,7 @@
 use super::*;
 use crate::paths::file_name;
 use crate::tool::read_tool;
-use trackwright_design::DesignBody;
+use trackwright_design::{CrfPlacement, DesignBody};
 use trackwright_formats::tool_definition::{OnMismatch, ToolDefinition};
 use trackwright_geometry::mesh_reference::MeshReference;
 
@@ -23,7 +23,7 @@ fn saved() -> (TempDir, World, PathBuf) {
 
 fn take(world: &mut World, role: BodyRole, file: &Path) -> bool {
     let wanted = BodyImport::of_file(world, role, file, OnMismatch::Refuse);
-    let taken = wanted.unwrap().unwrap().read().unwrap();
+    let taken = wanted.unwrap().read().unwrap();
     world.keep_body(&taken);
     let is_changed =
         world.document.apply(Edit::SetBody { body: role, content: Box::new(taken.body) });
@@ -68,6 +68,44 @@ fn an_imported_file_is_saved_beside_the_design() {
     world.document.redo();
     assert_eq!(written(&mut world), ["a.design.ron"]);
     assert_eq!(changes(&world), []);
+}
+
+#[test]
+fn a_design_gains_a_crf_from_a_file() {
+    let (folder, _) = saved_design("endoscope");
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("makers")).unwrap();
+    fs::write(at("makers/head.obj"), tetrahedron(9.0)).unwrap();
+    let text = "(version: 1, name: \"head\", mesh: \"head.obj\", sensors: [(name: \"a\", kind: Marker, position: (1, 2, 3))])";
+    fs::write(at("makers/head.body.ron"), text).unwrap();
+    let mut world = open_design(&at("a.design.ron")).unwrap();
+    let wanted =
+        BodyImport::of_file(&world, BodyRole::Crf, &at("makers/head.body.ron"), OnMismatch::Refuse);
+    let taken = wanted.unwrap().read().unwrap();
+    world.keep_body(&taken);
+    let crf = CrfPlacement {
+        body: taken.body,
+        tracker_from_crf: world.document.design().pose_of_new_crf(),
+        targets: Vec::new(),
+        motion: None,
+        requirement: None,
+    };
+    world.document.apply(Edit::AddCrf(Box::new(crf))).unwrap();
+    refresh_meshes(&mut world).unwrap();
+    assert!(world.mesh(BodyRole::Crf).is_some());
+    assert_eq!(written(&mut world), ["head.body.ron", "a.design.ron"]);
+    let opened = open_design(&at("a.design.ron")).unwrap();
+    assert_eq!(opened.document.design(), world.document.design());
+    assert!(opened.mesh(BodyRole::Crf).is_some());
+    // Undone while the design is saved elsewhere, it leads to its own file when it is done again.
+    world.document.undo();
+    fs::create_dir(at("deep")).unwrap();
+    save_as(&mut world, &at("deep/b.design.ron")).unwrap();
+    world.document.redo();
+    assert!(refresh_meshes(&mut world).unwrap());
+    let crf = world.document.design().body(BodyRole::Crf).unwrap();
+    assert_eq!(crf.reference, "../head.body.ron");
+    assert!(world.mesh(BodyRole::Crf).is_some(), "{:?}", world.mesh_problems());
 }
 
 #[test]
@@ -158,7 +196,7 @@ fn a_wrong_checksum_is_kept_on_request() {
     fs::write(&rom, &bytes).unwrap();
     let wanted = |on_mismatch| {
         let wanted = BodyImport::of_file(&world, BodyRole::Tool, &rom, on_mismatch);
-        wanted.unwrap().unwrap().read()
+        wanted.unwrap().read()
     };
     assert!(wanted(OnMismatch::Refuse).unwrap_err().is_checksum());
     let taken = wanted(OnMismatch::Accept).unwrap();

@@ -385,6 +385,48 @@ fn a_moved_design_finds_its_anatomy() {
     assert!(world.mesh_problems().is_empty());
 }
 
+/// A tetrahedron, and comments that make its file a large one.
+fn large_tetrahedron(size: f64) -> String {
+    tetrahedron(size) + &"# nothing\n".repeat(200_000)
+}
+
+#[test]
+fn a_window_does_not_wait_for_large_meshes() {
+    let (folder, mut world) = saved_world();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["tool.obj", "head.obj"] {
+        fs::write(at(name), large_tetrahedron(80.0)).unwrap();
+    }
+    set_mesh(&mut world, Some(MeshReference::new("tool.obj")));
+    for name in ["head", "again"] {
+        add(&mut world, anatomy(name, "head.obj"));
+    }
+    save(&mut world).unwrap();
+    let mut opened = open_design_to_show(&at("a.design.ron")).unwrap();
+    // The small one is there, and none of the others is missed.
+    assert!(opened.mesh(BodyRole::Crf).is_some() && opened.mesh(BodyRole::Tool).is_none());
+    assert!(opened.mesh_problems().is_empty() && opened.mesh_doubts().is_empty());
+    let awaited = opened.awaited_meshes();
+    let whose: Vec<MeshOwner> = awaited.iter().map(|it| it.whose).collect();
+    let [head, again] = [0, 1].map(|index| MeshOwner::Anatomy(Some(index)));
+    assert_eq!(whose, [BodyRole::Tool.into(), head, again]);
+    // An edit of something else reads nothing.
+    opened.document.apply(Edit::SetName("Other".into())).unwrap();
+    assert!(!refresh_meshes(&mut opened).unwrap());
+    assert_eq!(opened.awaited_meshes(), awaited);
+    assert!(opened.keep_mesh(awaited[0].read().unwrap()));
+    assert_eq!(length_mm(&opened), Some(80.0));
+    // Two of the anatomy are one file.
+    fs::remove_file(at("head.obj")).unwrap();
+    let error = awaited[1].read().unwrap_err();
+    assert!(opened.miss_mesh(&awaited[1], error));
+    assert_eq!((opened.awaited_meshes().len(), opened.mesh_problems().len()), (0, 2));
+    let late = StoreError::NoBodyFormat { file: at("head.obj") };
+    assert!(!opened.miss_mesh(&awaited[1], late), "it is not awaited any more");
+    opened.document.undo();
+    assert!(!opened.document.is_dirty());
+}
+
 #[test]
 fn a_mesh_that_somebody_else_rewrites_is_reported() {
     let (folder, world) = world_with_head();
