@@ -15,15 +15,18 @@ use trackwright_editor::document::autosave::RecoveryFolder;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::state::WorldGeneration;
 use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::decide::against::{Against, Found};
 use trackwright_editor::workspaces::decide::baseline_ghost::BaselineGhostPlugin;
+use trackwright_editor::workspaces::decide::dialog::DecideDialog;
 use trackwright_editor::workspaces::decide::judged::Judged;
 use trackwright_editor::workspaces::decide::panels::DecideView;
 use trackwright_editor::workspaces::decide::panels::baseline_ui::baseline_ui;
 use trackwright_editor::workspaces::decide::panels::steps_ui::steps_ui;
 use trackwright_editor::workspaces::decide::panels::table_ui::table_ui;
 use trackwright_editor::workspaces::decide::state::DecideState;
+use trackwright_editor::workspaces::decide::table::AddedDesign;
 use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
 use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
@@ -186,6 +189,67 @@ fn the_table_has_every_design_in_every_room() {
         (Err(NoFigures::NoOverlap { .. }), _) => {}
         (found, expected) => panic!("{found:?} {expected:?}"),
     }
+}
+
+#[test]
+fn built_in_designs_are_compared_too() {
+    let mut app = decide_app();
+    let (own, other) = (trackwright_project::DEFAULT_BUILTIN, "endoscope");
+    for request in [
+        DecideRequest::AddBuiltIn(other),
+        DecideRequest::AddBuiltIn(own),
+        DecideRequest::AddBuiltIn(other),
+        DecideRequest::Compare,
+    ] {
+        request_and_wait(&mut app, request);
+    }
+    assert_eq!(decide_state(&app).designs, [AddedDesign::BuiltIn(other)], "each once");
+    let compared = decide_state(&app).compared.as_ref().unwrap();
+    assert_eq!((compared.comparison.rows.len(), compared.missing.len()), (2, 0));
+    let world = trackwright_project::open_builtin_without_meshes(other).unwrap();
+    let room = Arc::clone(&app.world().resource::<OpenWorld>().0.environment);
+    let scenario = trackwright_project::resolve(world.document.design(), &room);
+    let expected = run(&scenario, &mode_of(&scenario), &CancelToken::default(), None).unwrap();
+    let found = compared.comparison.rows[1].measured.as_ref().unwrap();
+    assert_eq!(found.figures, expected.figures);
+    let requests = use_panel(&app, table_ui, |harness| {
+        harness.get_by_label("Add built-in").click();
+        harness.run_steps(2);
+        harness.get_by_label("shaver-on-head").click();
+    });
+    assert_eq!(requests, [DecideRequest::AddBuiltIn("shaver-on-head")]);
+    let opened = collect_messages::<FileRequest>(&mut app);
+    request_and_wait(&mut app, DecideRequest::OpenRow(1));
+    assert_eq!(*opened.lock().unwrap(), [FileRequest::OpenBuiltIn(other.to_owned())]);
+}
+
+#[test]
+fn dialogs_begin_where_their_files_were_chosen_last() {
+    let folder = tempfile::tempdir().unwrap();
+    let [designs, recordings] = ["designs", "recordings"].map(|name| folder.path().join(name));
+    for folder in [&designs, &recordings] {
+        std::fs::create_dir(folder).unwrap();
+    }
+    let mut app = decide_app();
+    let folder_of = |app: &mut App, request: DecideRequest| {
+        request_and_wait(app, request);
+        let dialog = app.world().resource::<Dialogs>().get::<DecideDialog>().cloned();
+        let mut dialog = dialog.expect("a dialog");
+        app.world_mut().resource_mut::<Dialogs>().current = None;
+        dialog.files().unwrap().folder.clone()
+    };
+    let before = folder_of(&mut app, DecideRequest::ShowAddDesign);
+    let chosen = vec![designs.join("a.design.ron"), designs.join("b.design.ron")];
+    request_and_wait(&mut app, DecideRequest::AddDesigns(chosen));
+    let table = DecideRequest::Recorded(BodyRole::Tool, recordings.join("poses.csv"));
+    request_and_wait(&mut app, table);
+    assert_eq!(folder_of(&mut app, DecideRequest::ShowAddDesign), designs);
+    assert_eq!(folder_of(&mut app, DecideRequest::ShowPin), designs);
+    let show = DecideRequest::ShowRecorded(BodyRole::Tool);
+    assert_eq!(folder_of(&mut app, show), recordings);
+    // Beside the open design again once it is gone.
+    std::fs::remove_dir(&designs).unwrap();
+    assert_eq!(folder_of(&mut app, DecideRequest::ShowAddDesign), before);
 }
 
 #[test]

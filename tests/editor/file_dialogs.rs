@@ -13,6 +13,8 @@ use trackwright_editor::document::meshes::MeshRequest;
 use trackwright_editor::document::requests::FileRequest;
 use trackwright_editor::shell::dialogs::file_dialog::SystemChoice;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
+use trackwright_editor::workspaces::decide::DecideRequest;
+use trackwright_editor::workspaces::decide::dialog::DecideDialog;
 use trackwright_project::Starter;
 
 type Answers<D> = Rc<RefCell<Vec<DialogAnswer<D>>>>;
@@ -54,6 +56,8 @@ fn the_system_dialogs_choice_is_used() {
     let load = MeshRequest::load(BodyRole::Crf, file.clone());
     assert_eq!(*answers.borrow(), [DialogAnswer::Request(load)]);
     // Replacing an existing file needs confirmation, wherever it was chosen.
+    let file = folder.path().join("b.design.ron");
+    std::fs::write(&file, "").unwrap();
     let save = DesignDialog::save_as(folder.path().to_owned(), "a.design.ron");
     let (mut harness, dialog, answers) = shown(save);
     choose(&dialog, SystemChoice::Chosen(file.clone()));
@@ -71,7 +75,7 @@ fn the_list_follows_the_typed_folder() {
     let (mut harness, _, answers) = shown(load);
     harness.run_steps(2);
     assert!(harness.query_by_label("grip.stl").is_none());
-    // The field has the keys from the start, with the folder in it.
+    // The field has the keys from the start.
     for (typed, is_listed) in [("mes", false), ("hes/", true), ("nothing/", true)] {
         harness.get_by_label("path").type_text(typed);
         harness.run_steps(2);
@@ -79,6 +83,159 @@ fn the_list_follows_the_typed_folder() {
         assert_eq!(row.is_some(), is_listed, "{typed}");
     }
     assert!(answers.borrow().is_empty());
+}
+
+fn type_text(harness: &mut Harness, text: &str) {
+    harness.get_by_label("path").type_text(text);
+    harness.run_steps(2);
+}
+
+fn press(harness: &mut Harness, key: egui::Key) {
+    harness.key_press(key);
+    harness.run_steps(3);
+}
+
+fn text_of(dialog: &Rc<RefCell<impl Dialog>>) -> String {
+    dialog.borrow_mut().files().expect("a file dialog").text.clone()
+}
+
+#[test]
+fn the_name_without_its_ending_is_selected() {
+    let folder = tempfile::tempdir().unwrap();
+    let save = |name: &str| DesignDialog::save_as(folder.path().to_owned(), name);
+    let (mut harness, dialog, _) = shown(save("mine.design.ron"));
+    harness.run_steps(2);
+    type_text(&mut harness, "other");
+    assert_eq!(text_of(&dialog), "other.design.ron");
+    // The same when it is opened once more, wherever the caret was left.
+    *dialog.borrow_mut() = save("a-longer-name.design.ron");
+    harness.run_steps(2);
+    type_text(&mut harness, "x");
+    assert_eq!(text_of(&dialog), "x.design.ron");
+    assert!(harness.query_by_label_contains(&folder.path().display().to_string()).is_some());
+}
+
+/// A folder with designs of these names, and in it another folder.
+fn designs(names: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("scans")).unwrap();
+    for name in names {
+        std::fs::write(folder.path().join(format!("{name}.design.ron")), "").unwrap();
+    }
+    folder
+}
+
+#[test]
+fn typing_narrows_the_list() {
+    let folder = designs(&["pointer", "probe"]);
+    let (mut harness, _, _) = shown(DesignDialog::open(folder.path().to_owned()));
+    harness.run_steps(2);
+    let is_listed = |harness: &Harness, name: &str| harness.query_by_label(name).is_some();
+    for name in ["pointer.design.ron", "probe.design.ron", "scans", ".."] {
+        assert!(is_listed(&harness, name), "{name}");
+    }
+    type_text(&mut harness, "INT");
+    assert!(is_listed(&harness, "pointer.design.ron") && is_listed(&harness, ".."));
+    assert!(!is_listed(&harness, "probe.design.ron") && !is_listed(&harness, "scans"));
+    // A name that is only suggested narrows nothing.
+    let save = DesignDialog::save_as(folder.path().to_owned(), "pointer.design.ron");
+    let (mut harness, _, _) = shown(save);
+    harness.run_steps(2);
+    assert!(is_listed(&harness, "probe.design.ron"));
+}
+
+#[test]
+fn tab_completes_a_name_and_then_goes_through_all() {
+    let folder = designs(&["pointer", "pointing", "probe"]);
+    let (mut harness, dialog, answers) = shown(DesignDialog::open(folder.path().to_owned()));
+    harness.run_steps(2);
+    type_text(&mut harness, "po");
+    for expected in ["point", "pointer.design.ron", "pointing.design.ron", "pointer.design.ron"] {
+        press(&mut harness, egui::Key::Tab);
+        assert_eq!(text_of(&dialog), expected);
+    }
+    // The caret is behind the name, and Enter opens it.
+    press(&mut harness, egui::Key::Enter);
+    let open = FileRequest::Open(folder.path().join("pointer.design.ron"));
+    assert_eq!(*answers.borrow(), [DialogAnswer::Request(open)]);
+}
+
+#[test]
+fn tab_goes_into_a_folder() {
+    let folder = designs(&["pointer"]);
+    std::fs::write(folder.path().join("scans/head.design.ron"), "").unwrap();
+    let (mut harness, dialog, _) = shown(DesignDialog::open(folder.path().to_owned()));
+    harness.run_steps(2);
+    type_text(&mut harness, "sc");
+    press(&mut harness, egui::Key::Tab);
+    assert_eq!(text_of(&dialog), format!("scans{}", std::path::MAIN_SEPARATOR));
+    assert!(harness.query_by_label("head.design.ron").is_some());
+    type_text(&mut harness, "h");
+    press(&mut harness, egui::Key::Tab);
+    assert!(text_of(&dialog).ends_with("head.design.ron"), "{}", text_of(&dialog));
+}
+
+#[test]
+fn a_place_that_takes_no_file_is_named_in_the_dialog() {
+    let folder = designs(&["pointer"]);
+    let save = DesignDialog::save_as(folder.path().to_owned(), "mine.design.ron");
+    let (mut harness, dialog, answers) = shown(save);
+    harness.run_steps(2);
+    for (typed, why) in [
+        ("nowhere/mine", "no such file or folder"),
+        ("pointer.design.ron/mine", "a file where a folder should be"),
+    ] {
+        harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
+        harness.run_steps(1);
+        type_text(&mut harness, typed);
+        press(&mut harness, egui::Key::Enter);
+        assert!(harness.query_by_label_contains(why).is_some(), "{why} is not shown");
+        assert!(answers.borrow().is_empty());
+        assert_eq!(text_of(&dialog), typed);
+    }
+    let nowhere = folder.path().join("nowhere");
+    std::fs::create_dir(&nowhere).unwrap();
+    harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
+    harness.run_steps(1);
+    type_text(&mut harness, "nowhere/mine");
+    press(&mut harness, egui::Key::Enter);
+    let saved = FileRequest::SaveAs(nowhere.join("mine.design.ron"));
+    assert_eq!(*answers.borrow(), [DialogAnswer::Request(saved)]);
+    assert_eq!(std::fs::read_dir(nowhere).unwrap().count(), 0, "trying leaves nothing");
+}
+
+#[test]
+fn a_name_without_its_ending_replaces_nothing_unasked() {
+    let folder = designs(&["pointer"]);
+    let save = DesignDialog::save_as(folder.path().to_owned(), "mine.design.ron");
+    let (mut harness, _, answers) = shown(save);
+    harness.run_steps(2);
+    harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
+    harness.run_steps(1);
+    type_text(&mut harness, "pointer");
+    press(&mut harness, egui::Key::Enter);
+    let path = folder.path().join("pointer.design.ron");
+    let then = FileRequest::SaveAs(path.clone());
+    let replace = DesignDialog::Overwrite { path, then };
+    assert_eq!(*answers.borrow(), [DialogAnswer::Become(replace)]);
+}
+
+#[test]
+fn several_designs_are_added_at_once() {
+    let folder = designs(&["pointer", "probe", "shaver"]);
+    let (mut harness, _, answers) = shown(DecideDialog::add_design(folder.path().to_owned()));
+    harness.run_steps(2);
+    // A second click on one takes it back.
+    for name in ["probe", "pointer", "shaver", "probe"] {
+        harness.get_by_label(&format!("{name}.design.ron")).click();
+        harness.run_steps(2);
+    }
+    assert!(answers.borrow().is_empty());
+    harness.get_by_label("Add 2").click();
+    harness.run_steps(2);
+    let files = ["pointer", "shaver"].map(|name| folder.path().join(format!("{name}.design.ron")));
+    let add = DecideRequest::AddDesigns(files.to_vec());
+    assert_eq!(*answers.borrow(), [DialogAnswer::Request(add)]);
 }
 
 #[test]

@@ -60,7 +60,7 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
             Some(verb) => format!("{verb} {name}"),
             None => format!("{name}: tables are dropped in the Field or Study workspace"),
         },
-        Some(FileKind::Page) | None => {
+        _ => {
             format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}")
         }
     }
@@ -145,7 +145,7 @@ impl Receivers<'_> {
                      them, or in the Study workspace to study their poses"
                 ));
             }
-            Some(FileKind::Page) | None => {
+            _ => {
                 let name = name_of(file);
                 *self.notice =
                     Notice::Refused(format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}"));

@@ -1,7 +1,7 @@
 //! Names of design files, and the folder in which dialogs begin.
 
 use std::path::{Path, PathBuf};
-use trackwright_design::Origin;
+use trackwright_design::{Document, Origin};
 use trackwright_project::Starter;
 
 /// What design files are called.
@@ -28,16 +28,29 @@ pub fn saved_words(origin: &Origin, written: &[PathBuf]) -> String {
     format!("Saved {}", names.collect::<Vec<_>>().join(", "))
 }
 
-/// What the file of a design is called, or would be.
-pub fn default_file_name(origin: &Origin) -> String {
-    match origin {
+/// What the file of a design is called; of one that was never saved, after the design's own name.
+pub fn default_file_name(document: &Document) -> String {
+    match document.origin() {
         Origin::File(path) => {
             path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
         }
-        Origin::BuiltIn(_) if Starter::of(origin).is_some() => {
-            format!("untitled{DESIGN_EXTENSION}")
-        }
-        Origin::BuiltIn(name) => format!("{name}{DESIGN_EXTENSION}"),
+        Origin::BuiltIn(_) => format!("{}{DESIGN_EXTENSION}", stem_of(&document.design().name)),
+    }
+}
+
+/// Longest name that is made of a design's, in letters: file systems take some 250 bytes.
+const MOST_LETTERS: usize = 60;
+
+/// A name as one that every file system and every shell takes: lower case, with hyphens between its
+/// words.
+fn stem_of(name: &str) -> String {
+    let lower = name.to_lowercase();
+    let words = lower.split(|letter: char| !letter.is_alphanumeric());
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    let stem: String = words.join("-").chars().take(MOST_LETTERS).collect();
+    match stem.trim_end_matches('-') {
+        "" => "untitled".to_owned(),
+        stem => stem.to_owned(),
     }
 }
 
@@ -76,6 +89,14 @@ mod tests {
         let words = "Saved needle.design.ron, tool.body.ron, operating-table.env.ron";
         assert_eq!(saved_words(&origin, &written), words);
         assert_eq!(saved_words(&origin, &[]), "Saved needle.design.ron");
+    }
+
+    #[test]
+    fn a_design_that_was_never_saved_suggests_its_name() {
+        assert_eq!(stem_of("Pointer on a head-mounted CRF"), "pointer-on-a-head-mounted-crf");
+        assert_eq!(stem_of(" ../Ärzte: 2 "), "ärzte-2");
+        assert_eq!(stem_of("…"), "untitled");
+        assert_eq!(stem_of(&"x".repeat(500)).len(), MOST_LETTERS);
     }
 
     #[test]

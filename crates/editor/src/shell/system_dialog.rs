@@ -16,7 +16,7 @@ pub struct SystemDialogPlugin;
 /// The dialog that is open outside of the window, if any. One that nobody waits for any more is
 /// left to the person to close.
 #[derive(Resource, Default)]
-struct Outside(Option<Job<Option<PathBuf>>>);
+struct Outside(Option<Job<Option<Vec<PathBuf>>>>);
 
 impl Plugin for SystemDialogPlugin {
     fn build(&self, app: &mut App) {
@@ -53,7 +53,7 @@ fn follow(
     };
     outside.0 = None;
     wish.system = match answer {
-        Ok(Some(path)) => SystemChoice::Chosen(path),
+        Ok(Some(paths)) => SystemChoice::ChosenSeveral(paths),
         Ok(None) => SystemChoice::Nothing(NOTHING.to_owned()),
         Err(lost) => SystemChoice::Nothing(format!("this system's dialog: {lost}")),
     };
@@ -63,7 +63,7 @@ fn follow(
 /// The system does not distinguish the two.
 const NOTHING: &str = "the system dialog was closed without a choice, or this system has none";
 
-fn start(wish: &FileDialog, waker: &Waker) -> Job<Option<PathBuf>> {
+fn start(wish: &FileDialog, waker: &Waker) -> Job<Option<Vec<PathBuf>>> {
     let extensions: Vec<String> =
         wish.kind.extensions().iter().map(|end| end.trim_start_matches('.').to_owned()).collect();
     let dialog = rfd::FileDialog::new()
@@ -71,9 +71,10 @@ fn start(wish: &FileDialog, waker: &Waker) -> Job<Option<PathBuf>> {
         .set_directory(&wish.folder)
         .set_file_name(wish.name())
         .add_filter(wish.kind.note(), &extensions);
-    let is_saving = wish.is_saving;
-    Job::start("system dialog", waker, move |_| match is_saving {
-        true => dialog.save_file(),
-        false => dialog.pick_file(),
+    let (is_saving, takes_several) = (wish.is_saving, wish.takes_several);
+    Job::start("system dialog", waker, move |_| match (is_saving, takes_several) {
+        (true, _) => dialog.save_file().map(|file| vec![file]),
+        (false, true) => dialog.pick_files(),
+        (false, false) => dialog.pick_file().map(|file| vec![file]),
     })
 }

@@ -13,7 +13,7 @@ use crate::workspaces::decide::dialog::DecideDialog;
 use crate::workspaces::decide::judged::Judged;
 use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::decide::state::{DecideState, Pinned};
-use crate::workspaces::decide::table::{Compare, Failure, Wanted, compared};
+use crate::workspaces::decide::table::{AddedDesign, Compare, Failure, Wanted, compared};
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::study::{self, state::StudyRequest};
 use bevy::ecs::system::SystemParam;
@@ -56,7 +56,7 @@ impl DecideParams<'_> {
         match request {
             DecideRequest::PinHere => self.pin_here(),
             DecideRequest::ShowPin => {
-                let folder = self.folder();
+                let folder = self.folder(self.state.designs_folder.as_deref());
                 self.dialogs.show(DecideDialog::pin(folder));
             }
             DecideRequest::Pin(file) => self.pin(file),
@@ -65,18 +65,25 @@ impl DecideParams<'_> {
                 self.state.pinning = None;
             }
             DecideRequest::ShowAddDesign => {
-                let folder = self.folder();
+                let folder = self.folder(self.state.designs_folder.as_deref());
                 self.dialogs.show(DecideDialog::add_design(folder));
             }
-            DecideRequest::AddDesign(file) => self.add_design(file),
-            DecideRequest::RemoveDesign(file) => self.state.designs.retain(|other| *other != file),
+            DecideRequest::AddDesign(file) => self.add_designs(vec![file]),
+            DecideRequest::AddDesigns(files) => self.add_designs(files),
+            DecideRequest::AddBuiltIn(name) => self.add(vec![AddedDesign::BuiltIn(name)]),
+            DecideRequest::RemoveDesign(added) => {
+                self.state.designs.retain(|other| *other != added);
+            }
             DecideRequest::AddRoom(place) => self.add_room(place),
             DecideRequest::RemoveRoom(file) => self.edit(ProcedureEdit::RemoveRoom(file)),
             DecideRequest::ShowRecorded(body) => {
-                let folder = self.folder();
+                let folder = self.folder(self.state.recordings_folder.as_deref());
                 self.dialogs.show(DecideDialog::open_recorded(folder, body));
             }
-            DecideRequest::Recorded(body, file) => self.recorded(body, &file),
+            DecideRequest::Recorded(body, file) => {
+                self.state.recordings_folder = file.parent().map(Path::to_path_buf);
+                self.recorded(body, &file);
+            }
             DecideRequest::SetRecorded(recorded) => self.state.recorded = Some(recorded),
             DecideRequest::CloseRecorded => self.state.recorded = None,
             DecideRequest::ShowPoses => self.show_poses(),
@@ -109,6 +116,7 @@ impl DecideParams<'_> {
 
     /// The baseline that is there stays until the new one is.
     fn pin(&mut self, file: PathBuf) {
+        self.state.designs_folder = file.parent().map(Path::to_path_buf);
         self.state.serial += 1;
         let serial = self.state.serial;
         self.state.pinning = Some(Job::start("pin", &self.waker, move |_| {
@@ -123,16 +131,37 @@ impl DecideParams<'_> {
         }));
     }
 
-    fn add_design(&mut self, file: PathBuf) {
-        let is_known = (self.state.designs.iter())
-            .any(|other| trackwright_project::is_same_file(other, &file));
-        let is_open = (self.world.as_ref()).is_some_and(|world| {
-            matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file))
-        });
-        if is_known || is_open {
-            *self.notice = Notice::Refused(format!("{} is in the table already", file.display()));
-        } else {
-            self.state.designs.push(file);
+    fn add_designs(&mut self, files: Vec<PathBuf>) {
+        if let Some(folder) = files.first().and_then(|file| file.parent()) {
+            self.state.designs_folder = Some(folder.to_path_buf());
+        }
+        self.add(files.into_iter().map(AddedDesign::File).collect());
+    }
+
+    /// Adds those that are not in the table, which the open one always is; names the others.
+    fn add(&mut self, designs: Vec<AddedDesign>) {
+        let mut known = Vec::new();
+        for added in designs {
+            let is_same = |other: &AddedDesign| match (other, &added) {
+                (AddedDesign::File(a), AddedDesign::File(b)) => {
+                    trackwright_project::is_same_file(a, b)
+                }
+                (other, added) => other == added,
+            };
+            let is_open =
+                self.world.as_ref().is_some_and(|world| added.is_open(world.0.document.origin()));
+            match is_open || self.state.designs.iter().any(is_same) {
+                true => known.push(added.to_string()),
+                false => self.state.designs.push(added),
+            }
+        }
+        match known.as_slice() {
+            [] => {}
+            [one] => *self.notice = Notice::Refused(format!("{one} is in the table already")),
+            many => {
+                let names = many.join(", ");
+                *self.notice = Notice::Refused(format!("these are in the table already: {names}"));
+            }
         }
     }
 
@@ -223,7 +252,7 @@ impl DecideParams<'_> {
         let wanted = Wanted {
             open: Arc::new(world.0.document.design().clone()),
             pinned: (self.state.pinned.as_ref()).map(|pinned| Arc::clone(&pinned.design)),
-            files: self.state.designs.clone(),
+            added: self.state.designs.clone(),
             environment: Arc::clone(&world.0.environment),
             rooms: trackwright_project::further_rooms(&world.0).unwrap_or_default(),
             generation: self.generation.0,
@@ -243,11 +272,11 @@ impl DecideParams<'_> {
             return;
         };
         let room = compared.rooms.get(row.room).cloned().flatten();
-        let file = match compared.designs.get(row.design) {
-            Some(Compare::File(file)) => file.clone(),
+        let design = match compared.designs.get(row.design) {
+            Some(Compare::Added(added)) => added.clone(),
             Some(Compare::Pinned) => {
                 match self.state.pinned.as_ref().and_then(|p| p.file.clone()) {
-                    Some(file) => file,
+                    Some(file) => AddedDesign::File(file),
                     None => {
                         *self.notice = Notice::Refused(
                             "the baseline is an earlier state of the open design: undo leads to it"
@@ -271,12 +300,18 @@ impl DecideParams<'_> {
             }
             None => return,
         };
-        self.state.then_assign = room.map(|room| (file.clone(), room));
-        self.files.write(FileRequest::Open(file));
+        self.state.then_assign = room.map(|room| (design.clone(), room));
+        self.files.write(match design {
+            AddedDesign::File(file) => FileRequest::Open(file),
+            AddedDesign::BuiltIn(name) => FileRequest::OpenBuiltIn(name.to_owned()),
+        });
     }
 
-    /// Where the dialog for designs begins: beside the open one.
-    fn folder(&self) -> PathBuf {
+    /// Where a dialog begins: where its files were chosen last, else beside the open design.
+    fn folder(&self, last: Option<&Path>) -> PathBuf {
+        if let Some(last) = last.filter(|last| last.is_dir()) {
+            return last.to_path_buf();
+        }
         let beside = self.world.as_ref().and_then(|world| {
             let Origin::File(file) = world.0.document.origin() else {
                 return None;
@@ -297,27 +332,28 @@ pub(crate) fn turn_to_opened(
 ) {
     state.recorded = None;
     state.notes = Default::default();
-    let Some((file, room)) = state.then_assign.take() else {
+    let Some((design, room)) = state.then_assign.take() else {
         return;
     };
-    let is_it = matches!(world.0.document.origin(), Origin::File(open) if trackwright_project::is_same_file(open, &file));
+    let is_it = design.is_open(world.0.document.origin());
     if is_it && trackwright_project::own_room(&world.0).ok().as_ref() != Some(&room) {
         fields.write(FieldRequest::Assign(room));
     }
 }
 
-/// The design was saved elsewhere: the recording stays the one that it was.
+/// The design was saved for the first time, or elsewhere: the recording stays the one that it was.
 pub(crate) fn follow_to_folder(
     mut state: ResMut<DecideState>,
     world: Res<OpenWorld>,
-    mut last: Local<PathBuf>,
+    mut last: Local<Option<(Origin, PathBuf)>>,
 ) {
-    let folder = file_folder(&world.0);
-    if folder == *last {
+    let origin = world.0.document.origin();
+    if last.as_ref().is_some_and(|(last, _)| last == origin) {
         return;
     }
-    let old = std::mem::replace(&mut *last, folder);
-    let Some(recorded) = &state.recorded else {
+    let now = (origin.clone(), file_folder(&world.0));
+    let old = last.replace(now);
+    let (Some((_, old)), Some(recorded)) = (old, &state.recorded) else {
         return;
     };
     let mut moved = recorded.clone();

@@ -11,7 +11,7 @@ use trackwright_design::BodyRole;
 pub enum DecideDialog {
     /// Chooses the baseline.
     Pin(FileDialog),
-    /// Chooses a design for the table.
+    /// Chooses designs for the table.
     AddDesign(FileDialog),
     /// Chooses a recording of the built tool, or of its CRF.
     OpenRecorded { files: FileDialog, body: BodyRole },
@@ -25,7 +25,7 @@ impl DecideDialog {
 
     pub fn add_design(folder: PathBuf) -> Self {
         let files = FileDialog::new(FileKind::Design, folder, "");
-        Self::AddDesign(files.titled("Add a design to the table", "Add"))
+        Self::AddDesign(files.titled("Add designs to the table", "Add").several())
     }
 
     pub fn open_recorded(folder: PathBuf, body: BodyRole) -> Self {
@@ -59,7 +59,7 @@ impl Dialog for DecideDialog {
         match self {
             Self::Pin(files) => files.ui(ui, |path, _| request(DecideRequest::Pin(path))),
             Self::AddDesign(files) => {
-                files.ui(ui, |path, _| request(DecideRequest::AddDesign(path)))
+                files.several_ui(ui, |paths| request(DecideRequest::AddDesigns(paths)))
             }
             Self::OpenRecorded { files, body } => {
                 files.ui(ui, |path, _| request(DecideRequest::Recorded(*body, path)))

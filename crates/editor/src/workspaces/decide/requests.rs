@@ -3,6 +3,7 @@
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
 use crate::widgets::theme;
+use crate::workspaces::decide::table::AddedDesign;
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_calibration::agreement::BuiltRecording;
@@ -31,10 +32,12 @@ pub enum DecideRequest {
     ShowPin,
     Pin(PathBuf),
     Unpin,
-    /// Shows the dialog that chooses a design for the table.
+    /// Shows the dialog that chooses designs for the table.
     ShowAddDesign,
     AddDesign(PathBuf),
-    RemoveDesign(PathBuf),
+    AddDesigns(Vec<PathBuf>),
+    AddBuiltIn(&'static str),
+    RemoveDesign(AddedDesign),
     /// Judges the design in a further room, which is kept in the design.
     AddRoom(RoomSource),
     /// By how the design refers to it.

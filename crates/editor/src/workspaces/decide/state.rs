@@ -1,7 +1,7 @@
 //! The state of the Decide workspace.
 
 use crate::runner::jobs::Job;
-use crate::workspaces::decide::table::{Compared, Failure};
+use crate::workspaces::decide::table::{AddedDesign, Compared, Failure};
 use bevy::prelude::Resource;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,7 +21,10 @@ pub struct DecideState {
     /// Pins so far, so that two of them are never taken for one.
     pub serial: u64,
     /// Designs of the table, beside the open one and the baseline.
-    pub designs: Vec<PathBuf>,
+    pub designs: Vec<AddedDesign>,
+    /// Where designs were chosen last, and recordings: beside the open design before the first.
+    pub designs_folder: Option<PathBuf>,
+    pub recordings_folder: Option<PathBuf>,
     /// Recorded poses of the built tool.
     pub recorded: Option<BuiltRecording>,
     /// A recording that is read to be looked at pose by pose.
@@ -32,8 +35,8 @@ pub struct DecideState {
     /// The newest table.
     pub compared: Option<Compared>,
     pub shows_all_figures: bool,
-    /// The room that a design is put into once it is open, and the design's file.
-    pub(crate) then_assign: Option<(PathBuf, RoomSource)>,
+    /// The room that a design is put into once it is open, and the design.
+    pub(crate) then_assign: Option<(AddedDesign, RoomSource)>,
     pub counts: DecideCounts,
 }
 

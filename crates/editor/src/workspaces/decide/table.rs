@@ -1,11 +1,12 @@
 //! What the table's thread does: reads designs and rooms, and holds each design against the baseline.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
-use trackwright_design::Design;
+use trackwright_design::{Design, Origin};
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_formats::comparison_table::Names;
-use trackwright_project::{Files, RoomSource};
+use trackwright_project::{Files, RoomSource, StoreError};
 use trackwright_simulation::comparison::{Comparison, Settings, compare};
 use trackwright_task::{Cancelled, Task};
 
@@ -15,11 +16,54 @@ pub struct Wanted {
     pub open: Arc<Design>,
     /// What the others are held against; without one, the open design.
     pub pinned: Option<Arc<Design>>,
-    pub files: Vec<PathBuf>,
+    pub added: Vec<AddedDesign>,
     /// The open design's room.
     pub environment: Arc<Environment>,
     pub rooms: Vec<RoomSource>,
     pub generation: u64,
+}
+
+/// A design of the table, beside the open one and the baseline.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AddedDesign {
+    File(PathBuf),
+    BuiltIn(&'static str),
+}
+
+impl AddedDesign {
+    fn read(&self) -> Result<Design, StoreError> {
+        match self {
+            Self::File(file) => {
+                let files = Files::default();
+                let file = std::slice::from_ref(file);
+                let mut read = trackwright_project::read_compared_designs(&files, file)?;
+                Ok(read.remove(0).design)
+            }
+            Self::BuiltIn(name) => {
+                let world = trackwright_project::open_builtin_without_meshes(name)?;
+                Ok(world.document.design().clone())
+            }
+        }
+    }
+
+    /// Whether it is what is open.
+    pub fn is_open(&self, origin: &Origin) -> bool {
+        match (self, origin) {
+            (Self::File(file), Origin::File(open)) => trackwright_project::is_same_file(file, open),
+            (Self::BuiltIn(name), Origin::BuiltIn(open)) => name == open,
+            _ => false,
+        }
+    }
+}
+
+/// Where it is, for people.
+impl fmt::Display for AddedDesign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(file) => file.display().fmt(f),
+            Self::BuiltIn(name) => write!(f, "{name}, built in"),
+        }
+    }
 }
 
 /// What a design of the table is.
@@ -27,7 +71,7 @@ pub struct Wanted {
 pub enum Compare {
     Open,
     Pinned,
-    File(PathBuf),
+    Added(AddedDesign),
 }
 
 /// A table, and what its rows are of.
@@ -64,14 +108,9 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
     }
     let open = Arc::clone(&wanted.open);
     designs.push((Compare::Open, wanted.open));
-    for file in wanted.files {
-        match trackwright_project::read_compared_designs(
-            &Files::default(),
-            std::slice::from_ref(&file),
-        ) {
-            Ok(read) => designs.extend(
-                read.into_iter().map(|read| (Compare::File(read.file), Arc::new(read.design))),
-            ),
+    for added in wanted.added {
+        match added.read() {
+            Ok(design) => designs.push((Compare::Added(added), Arc::new(design))),
             Err(error) => missing.push(error.to_string()),
         }
     }
@@ -96,7 +135,7 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
         let place = match what {
             Compare::Open => "open".to_owned(),
             Compare::Pinned => "baseline".to_owned(),
-            Compare::File(file) => file.display().to_string(),
+            Compare::Added(added) => added.to_string(),
         };
         (place, design.name.as_str())
     });

@@ -78,7 +78,7 @@ fn answer(
 
 /// `pointer-on-head.log.csv` for `pointer-on-head.design.ron`.
 fn log_name(world: &trackwright_project::World) -> String {
-    let name = crate::document::file_names::default_file_name(world.document.origin());
+    let name = crate::document::file_names::default_file_name(&world.document);
     let stem = name.strip_suffix(crate::document::file_names::DESIGN_EXTENSION).unwrap_or(&name);
     format!("{stem}.log.csv")
 }

@@ -9,7 +9,7 @@ use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::{right_text_ui, verdict};
 use crate::workspaces::decide::requests::DecideRequest;
-use crate::workspaces::decide::table::{Compare, Compared};
+use crate::workspaces::decide::table::{AddedDesign, Compare, Compared};
 use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
@@ -62,13 +62,25 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
         if ui.button("Add design…").clicked() {
             requests.push(DecideRequest::ShowAddDesign);
         }
-        for file in &view.state.designs {
-            let name = short_name(&file_stem(file), MOST_CHARS);
+        ui.menu_button("Add built-in", |ui| {
+            for name in trackwright_project::builtin_names() {
+                if ui.button(name).clicked() {
+                    requests.push(DecideRequest::AddBuiltIn(name));
+                    ui.close();
+                }
+            }
+        });
+        for added in &view.state.designs {
+            let name = match added {
+                AddedDesign::File(file) => file_stem(file),
+                AddedDesign::BuiltIn(name) => (*name).to_owned(),
+            };
+            let name = short_name(&name, MOST_CHARS);
             let chip = ui
                 .button(format!("{name}  ×"))
-                .on_hover_text(format!("{}\nTakes it out of the table", file.display()));
+                .on_hover_text(format!("{added}\nTakes it out of the table"));
             if chip.clicked() {
-                requests.push(DecideRequest::RemoveDesign(file.clone()));
+                requests.push(DecideRequest::RemoveDesign(added.clone()));
             }
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
