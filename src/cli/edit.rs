@@ -23,7 +23,7 @@ pub enum Opened {
 /// A design that cannot be opened; that the editor failed.
 pub fn run(design: Option<&Path>, explain: bool, controls: bool) -> anyhow::Result<Opened> {
     let world = match design {
-        Some(path) => trackwright_project::open_design(path)?,
+        Some(path) => trackwright_project::open_design_to_show(path)?,
         None => trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)?,
     };
     let _display = match preflight::window() {

@@ -13,7 +13,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use tempfile::TempDir;
-use trackwright_design::{BodyRole, Edit};
+use trackwright_design::{BodyRole, Edit, View};
 use trackwright_editor::document::body_dialogs::BodyDialog;
 use trackwright_editor::document::body_files::{BodyFileRequest, BodyLoading};
 use trackwright_editor::document::commands::{OPEN_CRF, OPEN_TOOL};
@@ -26,6 +26,7 @@ use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::body_file_ui::{BodyFileView, body_file_ui};
+use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
 use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
@@ -297,6 +298,24 @@ fn losses_are_listed_before_writing() {
 }
 
 #[test]
+fn the_next_definition_is_looked_for_beside_the_last() {
+    let (folder, mut app) = app();
+    let begins_in = |app: &mut App| {
+        request_and_wait(app, BodyFileRequest::ShowOpen(BodyRole::Crf));
+        let Some(BodyDialog::Open { files, .. }) = dialog(app) else {
+            panic!("no dialog");
+        };
+        let folder = files.folder.canonicalize().unwrap();
+        app.world_mut().resource_mut::<Dialogs>().current = None;
+        folder
+    };
+    assert_eq!(begins_in(&mut app), folder.path().canonicalize().unwrap());
+    let rom = write(&folder, "roms/8700339.rom", &coils());
+    request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
+    assert_eq!(begins_in(&mut app), folder.path().join("roms").canonicalize().unwrap());
+}
+
+#[test]
 fn an_unchanged_file_is_written_to_the_byte() {
     let (folder, mut app) = app();
     for (name, bytes) in [("coils.rom", coils()), ("markers.rom", markers())] {
@@ -359,7 +378,7 @@ fn the_inspector_shows_a_definitions_facts() {
 }
 
 #[test]
-fn only_bodies_of_the_open_design_are_opened() {
+fn a_body_read_for_another_design_is_dropped() {
     let (folder, mut app) = app();
     let rom = write(&folder, "8700339.rom", &coils());
     let open = |role| match role {
@@ -383,10 +402,48 @@ fn only_bodies_of_the_open_design_are_opened() {
     app.world_mut().write_message(other);
     finish(&mut app);
     assert_eq!(world(&app).document.undo_label(), None);
-    assert!(is_available(&app, open(BodyRole::Tool)));
-    assert!(!is_available(&app, open(BodyRole::Crf)));
+    // A design without a CRF can gain one.
+    assert!(is_available(&app, open(BodyRole::Tool)) && is_available(&app, open(BodyRole::Crf)));
     // With one body there is nothing to choose.
     drop_file(&mut app, &rom);
     let label = world(&app).document.undo_label();
     assert_eq!(label, Some("Use 8700339 as the tool"));
+}
+
+#[test]
+fn a_design_gains_a_crf_from_a_file() {
+    let (folder, mut app) = app();
+    let rom = write(&folder, "8700339.rom", &coils());
+    app.world_mut().write_message(FileRequest::OpenBuiltIn("endoscope".into()));
+    app.update();
+    let tool = |app: &App| world(app).document.design().tracker_from_body(BodyRole::Tool).unwrap();
+    let before = tool(&app);
+    let (design, environment, view) = {
+        let world = world(&app);
+        (world.document.design().clone(), &world.environment, View::default())
+    };
+    let selection = Selection::default();
+    let actions = Rc::new(RefCell::new(Vec::new()));
+    let sink = Rc::clone(&actions);
+    let mut harness = Harness::builder().with_size(egui::vec2(260.0, 700.0)).build_ui(|ui| {
+        trackwright_editor::widgets::theme::apply(ui.ctx());
+        let outliner = OutlinerView::new(&design, environment, &view, &selection);
+        sink.borrow_mut().extend(outliner_ui(ui, &outliner));
+    });
+    harness.get_by_label("Add from a file…").click();
+    harness.run_steps(2);
+    drop(harness);
+    assert!(actions.borrow().contains(&DesignAction::Run(OPEN_CRF.name)), "{actions:?}");
+    request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
+    let document = &world(&app).document;
+    assert_eq!(document.undo_label(), Some("Add 8700339 as the CRF"));
+    assert_eq!(document.design().body(BodyRole::Crf).unwrap().rigid.sensors.len(), 2);
+    let selected = app.world().resource::<Selection>().primary();
+    assert_eq!(selected, Some(Selected::Body(BodyRole::Crf)));
+    assert!((tool(&app).translation.vector - before.translation.vector).norm() < 1e-12);
+    assert!(tool(&app).rotation.angle_to(&before.rotation) < 1e-12);
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert!(world(&app).document.design().crf.is_none());
+    assert!(!world(&app).document.is_dirty());
 }

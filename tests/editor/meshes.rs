@@ -16,6 +16,7 @@ use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
+use trackwright_editor::document::awaited_meshes::AwaitedMeshes;
 use trackwright_editor::document::body_dialogs::MeshDialog;
 use trackwright_editor::document::body_files::{BodyFilesPlugin, BodyLoading};
 use trackwright_editor::document::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
@@ -288,4 +289,36 @@ fn a_mesh_of_a_closed_design_is_dropped() {
     finish(&mut app);
     assert_eq!(world(&app).document.undo_label(), None);
     assert!(!world(&app).document.is_dirty());
+}
+
+#[test]
+fn a_large_mesh_is_read_after_its_design_is_open() {
+    let (folder, mut app) = saved_app();
+    let large = "# nothing\n".repeat(200_000);
+    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], &large));
+    request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
+    app.world_mut().write_message(FileRequest::Save);
+    app.update();
+    app.world_mut().write_message(FileRequest::Reload);
+    app.update();
+    // The design is there and can be edited, with a rod in the place of the tool.
+    assert!(world(&app).mesh(BodyRole::Tool).is_none());
+    assert!(world(&app).mesh(BodyRole::Crf).is_some());
+    assert_shown(&app, "Being read");
+    let name = Edit::SetName("while it is read".into());
+    request(&mut app, EditRequest::Apply(name));
+    app.update();
+    assert_eq!(world(&app).document.design().name, "while it is read");
+    while app.world().resource::<AwaitedMeshes>().is_reading() {
+        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
+        // The thread may have sent its wake before anybody waited for it.
+        let _ = receiver.recv_timeout(Duration::from_millis(50));
+        drop(receiver);
+        app.update();
+    }
+    assert!(world(&app).mesh(BodyRole::Tool).is_some());
+    assert_shown(&app, "150.0 × 8.0 × 6.0\u{2009}mm, 12 triangles");
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert!(!world(&app).document.is_dirty(), "reading is no change of the design");
 }

@@ -17,7 +17,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
-use trackwright_design::{BodyRole, Edit, Origin};
+use trackwright_design::{BodyRole, CrfPlacement, Design, DesignBody, Edit, Origin};
 use trackwright_formats::tool_definition::OnMismatch;
 use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError};
 
@@ -60,7 +60,11 @@ impl BodyFileRequest {
 
 /// The file that is being read, if any.
 #[derive(Resource, Default)]
-pub struct BodyLoading(Option<Loading>);
+pub struct BodyLoading {
+    reading: Option<Loading>,
+    /// Where a file was chosen last: makers' files are rarely beside the design.
+    folder: Option<PathBuf>,
+}
 
 struct Loading {
     file: PathBuf,
@@ -74,13 +78,13 @@ struct Loading {
 impl BodyLoading {
     /// The body that a file is read for, and the file.
     pub fn of(&self) -> Option<(BodyRole, &Path)> {
-        let loading = self.0.as_ref()?;
+        let loading = self.reading.as_ref()?;
         Some((loading.body, &loading.file))
     }
 }
 
 fn is_loading(loading: Res<BodyLoading>) -> bool {
-    loading.0.is_some()
+    loading.reading.is_some()
 }
 
 impl Plugin for BodyFilesPlugin {
@@ -122,11 +126,11 @@ fn answer(mut requests: MessageReader<BodyFileRequest>, mut requested: Requested
 
 fn receive(mut requested: Requested) {
     // Receiving alone is no change.
-    let loading = &mut requested.loading.bypass_change_detection().0;
+    let loading = &mut requested.loading.bypass_change_detection().reading;
     let Some(answer) = loading.as_ref().and_then(|it| it.job.answer()) else {
         return;
     };
-    if let Some(loading) = requested.loading.0.take() {
+    if let Some(loading) = requested.loading.reading.take() {
         requested.take(loading, answer);
     }
     requested.redraw.write(RequestRedraw);
@@ -138,7 +142,8 @@ impl Requested<'_> {
         let design = world.0.document.design();
         match request {
             BodyFileRequest::ShowOpen(body) => {
-                let folder = file_folder(&world.0);
+                let last = self.loading.folder.clone().filter(|folder| folder.is_dir());
+                let folder = last.unwrap_or_else(|| file_folder(&world.0));
                 self.dialogs.show(BodyDialog::open(folder, body));
             }
             BodyFileRequest::Drop(file) => {
@@ -150,7 +155,7 @@ impl Requested<'_> {
             }
             BodyFileRequest::Open { body, file, on_mismatch } => self.open(body, file, on_mismatch),
             BodyFileRequest::GiveUp => {
-                self.loading.0 = None;
+                self.loading.reading = None;
                 *self.notice = Notice::Nothing;
             }
             BodyFileRequest::ShowSave(body) => {
@@ -170,13 +175,16 @@ impl Requested<'_> {
     /// What was being read before is given up.
     fn open(&mut self, body: BodyRole, file: PathBuf, on_mismatch: OnMismatch) {
         let Some(world) = &self.world else { return };
-        let wanted = BodyImport::of_file(&world.0, body, &file, on_mismatch);
-        let Ok(Some(wanted)) = wanted else {
-            *self.notice = Notice::Refused(NO_SUCH_BODY.to_owned());
-            return;
+        let wanted = match BodyImport::of_file(&world.0, body, &file, on_mismatch) {
+            Ok(wanted) => wanted,
+            Err(error) => {
+                self.dialogs.show(ErrorDialog::new(NOT_USABLE, &error));
+                return;
+            }
         };
         *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
-        self.loading.0 = Some(Loading {
+        self.loading.folder = file.parent().map(Path::to_path_buf);
+        self.loading.reading = Some(Loading {
             file,
             body,
             job: Job::start("body", &self.waker, move |_| wanted.read()),
@@ -219,8 +227,8 @@ impl Requested<'_> {
         } else {
             // Nothing that is shown changes before the edit does it.
             world.bypass_change_detection().0.keep_body(&taken);
-            self.edits
-                .write(EditRequest::Apply(Edit::SetBody { body, content: Box::new(taken.body) }));
+            let edit = edit_of(world.0.document.design(), body, taken.body);
+            self.edits.write(EditRequest::Apply(edit));
         }
         let selected = Selection::of(Some(Selected::Body(body)));
         self.selection.set_if_neq(selected);
@@ -259,6 +267,20 @@ impl Requested<'_> {
             Err(error) => self.dialogs.show(ErrorDialog::new(NOT_WRITTEN, &error)),
         }
     }
+}
+
+/// Puts a body in the place of the present one, or gives the design the CRF that it lacks.
+fn edit_of(design: &Design, role: BodyRole, body: DesignBody) -> Edit {
+    if design.body(role).is_some() {
+        return Edit::SetBody { body: role, content: Box::new(body) };
+    }
+    Edit::AddCrf(Box::new(CrfPlacement {
+        body,
+        tracker_from_crf: design.pose_of_new_crf(),
+        targets: Vec::new(),
+        motion: None,
+        requirement: None,
+    }))
 }
 
 const NO_SUCH_BODY: &str = "the design has no such body";

@@ -1,6 +1,7 @@
 //! Meshes for bodies and the anatomy: read by a thread of its own, confirmed where their size is
 //! doubtful, and given to the design as one undo step.
 
+use crate::document::awaited_meshes;
 use crate::document::body_dialogs::MeshDialog;
 use crate::document::file_names::file_folder;
 use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
@@ -24,7 +25,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError};
 
 /// Gives bodies meshes, and the design its anatomy, on [`MeshRequest`], in
-/// [`EditorSystems::Input`].
+/// [`EditorSystems::Input`]; reads what an opened design leaves to be read.
 pub struct MeshesPlugin;
 
 /// A request about a mesh.
@@ -96,6 +97,7 @@ fn is_loading(loading: Res<MeshLoading>) -> bool {
 
 impl Plugin for MeshesPlugin {
     fn build(&self, app: &mut App) {
+        app.add_plugins(awaited_meshes::plugin);
         app.init_resource::<MeshLoading>().add_message::<MeshRequest>().add_systems(
             Update,
             (

@@ -24,6 +24,8 @@ pub struct MeshView<'a> {
     pub problem: Option<String>,
     /// The file that is being read for it.
     pub reading: Option<&'a Path>,
+    /// Whether it is still to be read, since the design was opened.
+    pub is_awaited: bool,
 }
 
 impl<'a> MeshView<'a> {
@@ -54,6 +56,7 @@ impl<'a> MeshView<'a> {
             read_in: mesh.map(|mesh| MeshUnit::of_mm(mesh.reading.mm_per_unit)),
             problem: problem.map(|problem| problem.cause.to_string()),
             reading: loading.of().filter(|(of, _)| *of == whose).map(|(_, file)| file),
+            is_awaited: world.awaited_meshes().iter().any(|mesh| mesh.whose == whose),
         })
     }
 }
@@ -73,6 +76,9 @@ pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<DesignAction> {
         size_ui(ui, report);
         unit_ui(ui, view, reference, &mut actions);
         findings_ui(ui, report);
+    }
+    if view.is_awaited {
+        quiet_ui(ui, "Being read; a rod through the sensors stands in for a body until then");
     }
     if let Some(problem) = &view.problem {
         warning_ui(ui, problem);

@@ -1,5 +1,6 @@
 //! What is in the design: bodies with their sensors and tips, the anatomy, the room.
 
+use crate::document::commands::OPEN_CRF;
 use crate::document::requests::ViewRequest;
 use crate::document::selection::{Selected, Selection};
 use crate::palette;
@@ -68,9 +69,20 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<DesignAction> {
     }
     section_ui(ui, "Tool");
     body_ui(ui, outliner, BodyRole::Tool, &mut actions);
-    if outliner.design.crf.is_some() {
-        section_ui(ui, "Coordinate reference frame");
-        body_ui(ui, outliner, BodyRole::Crf, &mut actions);
+    section_ui(ui, "Coordinate reference frame");
+    match outliner.design.crf.is_some() {
+        true => body_ui(ui, outliner, BodyRole::Crf, &mut actions),
+        false => {
+            let add = Row {
+                label: "Add from a file…",
+                indent: 1,
+                mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
+                ..Row::default()
+            };
+            if row_ui(ui, &add).on_hover_text(OPEN_CRF.about).clicked() {
+                actions.push(DesignAction::Run(OPEN_CRF.name));
+            }
+        }
     }
     anatomy_rows_ui(ui, outliner, &mut actions);
     section_ui(ui, "Room");
