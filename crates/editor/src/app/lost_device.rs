@@ -7,26 +7,57 @@ use bevy::app::AppExit;
 use bevy::prelude::*;
 use bevy::render::error_handler::{ErrorType, RenderError, RenderErrorHandler, RenderErrorPolicy};
 use std::any::Any;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Ends the program when the adapter fails, and reports to [`Failure`] why.
 pub struct LostDevicePlugin;
 
 /// Why the program ended by itself, for whoever started it: kept beyond the app.
 #[derive(Resource, Clone, Debug, Default)]
-pub struct Failure(Arc<Mutex<Option<String>>>);
+pub struct Failure {
+    reason: Arc<Mutex<Option<String>>>,
+    /// The last panic of a thread that renders.
+    panic: Arc<Mutex<Option<String>>>,
+}
 
 impl Failure {
     /// The first thing that went wrong.
     pub fn reason(&self) -> Option<String> {
-        let reason = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        reason.clone()
+        locked(&self.reason).clone()
+    }
+
+    /// How the renderer ended, where it did without its own error handler.
+    pub(crate) fn panic(&self) -> Option<String> {
+        locked(&self.panic).clone()
     }
 
     fn report(&self, reason: String) {
-        let mut first = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        first.get_or_insert(reason);
+        locked(&self.reason).get_or_insert(reason);
     }
+
+    /// Keeps the panics of threads that render from now on.
+    ///
+    /// A device that goes away within a frame ends the thread that renders, and with it the frame:
+    /// all that the app gets of that is an exit code.
+    pub(crate) fn keep_panics(&self) {
+        let panic = Arc::clone(&self.panic);
+        let before = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            let is_renderer =
+                std::thread::current().name().is_none_or(|name| name.starts_with(TASK_POOL));
+            if is_renderer {
+                *locked(&panic) = Some(panic_in_words(info.payload()));
+            }
+            before(info);
+        }));
+    }
+}
+
+/// What the threads are called that run systems; the thread that renders has no name.
+const TASK_POOL: &str = "Compute Task Pool";
+
+fn locked(text: &Mutex<Option<String>>) -> MutexGuard<'_, Option<String>> {
+    text.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Plugin for LostDevicePlugin {
@@ -114,6 +145,26 @@ mod tests {
             }
         }
         panic!("it went on");
+    }
+
+    /// Bevy ends with a code and nothing else once its thread that renders has panicked.
+    fn panic_within_a_frame(_: App) -> AppExit {
+        let render = std::thread::spawn(|| panic!("wgpu error: the device is lost"));
+        assert!(render.join().is_err());
+        AppExit::error()
+    }
+
+    #[test]
+    fn an_adapter_lost_within_a_frame_is_named() {
+        let mut app = App::new();
+        app.set_runner(panic_within_a_frame);
+        let message = app::run(app).unwrap_err().to_string();
+        let expected = "the graphics adapter failed (wgpu error: the device is lost)";
+        assert!(message.starts_with(expected), "{message}");
+        // Another end has its code.
+        let mut app = App::new();
+        app.set_runner(|_| AppExit::from_code(3));
+        assert_eq!(app::run(app), Err(app::EditorError::Code(3)));
     }
 
     #[test]

@@ -107,9 +107,11 @@ pub fn edit(
 /// Runs until the window closes.
 ///
 /// A device that goes away within a frame makes the renderer panic before its own error handler
-/// receives it. The app is dropped on the way here, which writes what is unsaved.
+/// receives it, on a thread of its own where frames overlap. The app is dropped on the way here,
+/// which writes what is unsaved.
 pub(crate) fn run(mut app: App) -> Result<(), EditorError> {
     let failure = app.world_mut().get_resource_or_init::<Failure>().clone();
+    failure.keep_panics();
     let failed = match app.world().contains_resource::<RecoveryFolder>() {
         true => EditorError::Failed,
         false => EditorError::FailedUnkept,
@@ -118,7 +120,10 @@ pub(crate) fn run(mut app: App) -> Result<(), EditorError> {
     match (exit, failure.reason()) {
         (Ok(AppExit::Success), _) => Ok(()),
         (_, Some(reason)) => Err(failed(reason)),
-        (Ok(AppExit::Error(code)), None) => Err(EditorError::Code(code.get())),
+        (Ok(AppExit::Error(code)), None) => Err(match failure.panic() {
+            Some(reason) => failed(reason),
+            None => EditorError::Code(code.get()),
+        }),
         (Err(panic), None) => Err(failed(lost_device::panic_in_words(&*panic))),
     }
 }
