@@ -36,6 +36,8 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`workspaces::decide::baseline_ghost::BaselineGhostPlugin`] | the baseline in the scene |
 /// | [`workspaces::present::PresentPlugin`] | the Present workspace: slides instead of panels |
 /// | [`document::report::ReportPlugin`] | the design's report, by a process of its own |
+/// | [`document::exports::ExportsPlugin`] | files for 3D Slicer, ParaView and others, likewise |
+/// | [`document::open_outside::OpenOutsidePlugin`] | files that other programs show |
 /// | [`document::meshes::MeshesPlugin`] | meshes for bodies |
 /// | [`document::body_files::BodyFilesPlugin`] | bodies from makers' files and back |
 /// | [`document::drops::DropsPlugin`] | files dropped onto the window |
@@ -88,6 +90,8 @@ impl PluginGroup for EditorPlugins {
             .add(workspaces::decide::baseline_ghost::BaselineGhostPlugin)
             .add(workspaces::present::PresentPlugin)
             .add(document::report::ReportPlugin)
+            .add(document::exports::ExportsPlugin)
+            .add(document::open_outside::OpenOutsidePlugin)
             .add(document::meshes::MeshesPlugin)
             .add(document::body_files::BodyFilesPlugin)
             .add(document::drops::DropsPlugin)

@@ -259,7 +259,7 @@ impl FileState<'_> {
                 let folder = self.folder();
                 self.dialogs.show(DesignDialog::open(folder));
             }
-            FileRequest::Open(path) => self.open(trackwright_project::open_design(&path)),
+            FileRequest::Open(path) => self.open(trackwright_project::open_design_to_show(&path)),
             FileRequest::OpenBuiltIn(name) => self.open(trackwright_project::open_builtin(&name)),
             FileRequest::Quit => {
                 self.exit.write(AppExit::Success);
@@ -313,7 +313,7 @@ impl FileState<'_> {
     fn reload(&mut self) {
         let Some(world) = &self.world else { return };
         match world.0.document.origin().clone() {
-            Origin::File(path) => self.open(trackwright_project::open_design(&path)),
+            Origin::File(path) => self.open(trackwright_project::open_design_to_show(&path)),
             Origin::BuiltIn(name) => self.open(trackwright_project::open_builtin(name)),
         }
     }
@@ -387,7 +387,7 @@ impl FileState<'_> {
 
     fn show_save_as(&mut self) {
         let Some(world) = &self.world else { return };
-        let name = default_file_name(world.0.document.origin());
+        let name = default_file_name(&world.0.document);
         let folder = self.folder();
         self.dialogs.show(DesignDialog::save_as(folder, &name));
     }

@@ -2,7 +2,7 @@
 
 use crate::document::body_files::BodyFileRequest;
 use crate::document::meshes::{MeshRequest, body_of_selection};
-use crate::document::requests::{EditRequest, FileRequest, OpenWorld, ViewRequest};
+use crate::document::requests::{EditRequest, Export, FileRequest, OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
 use crate::shell::commands::{AddCommand, Command, EDIT, FILE, Situation, VIEW, write};
 use crate::shell::keys::Keys;
@@ -33,9 +33,13 @@ pub const OPEN_CRF: Command = Command::new(
     FILE,
     11,
     "Open tool definition as CRF…",
-    "Uses an NDI ROM, an Atracsys or SAW geometry or a body file as the CRF",
+    "Uses an NDI ROM, an Atracsys or SAW geometry or a body file as the CRF; adds a CRF to a design \
+     without one",
 )
-.available_if(|now| has_body(now, BodyRole::Crf));
+.labelled(|now| match has_body(now, BodyRole::Crf) {
+    true => "Open tool definition as CRF…".to_owned(),
+    false => "Add a CRF from a file…".to_owned(),
+});
 pub const SAVE_BODY: Command = Command::new(
     FILE,
     12,
@@ -59,6 +63,30 @@ pub const REPORT: Command = Command::new(
     30,
     "Report…",
     "Writes the design, its figures, slides and manufacturing sheet as one page for a browser",
+);
+pub const OPEN_REPORT: Command = Command::new(
+    FILE,
+    31,
+    "Open report",
+    "Shows the report that was written last in the browser of this system",
+);
+pub const EXPORT_FIELD: Command = Command::new(
+    FILE,
+    32,
+    "Export field…",
+    "Writes the room's error on a lattice: for 3D Slicer (.nrrd, .mha), ParaView (.vti) or as a table",
+);
+pub const EXPORT_TIPS: Command = Command::new(
+    FILE,
+    33,
+    "Export tips…",
+    "Writes the study's tips, true and simulated: as points for 3D Slicer (.mrk.json) or as a table",
+);
+pub const EXPORT_SCENE: Command = Command::new(
+    FILE,
+    34,
+    "Export 3D view…",
+    "Writes bodies, sensors, errors and layers as glTF (.glb), for other programs",
 );
 pub const QUIT: Command = Command::new(
     FILE,
@@ -105,6 +133,10 @@ impl Plugin for DocumentCommandsPlugin {
             .add_command(LOAD_MESH, load_mesh)
             .add_command(ADD_ANATOMY, write(MeshRequest::ShowLoad(MeshOwner::Anatomy(None))))
             .add_command(REPORT, write(FileRequest::ShowWriteReport))
+            .add_command(OPEN_REPORT, write(FileRequest::OpenReport))
+            .add_command(EXPORT_FIELD, write(FileRequest::ShowExport(Export::Field)))
+            .add_command(EXPORT_TIPS, write(FileRequest::ShowExport(Export::Tips)))
+            .add_command(EXPORT_SCENE, write(FileRequest::ShowExport(Export::Scene)))
             .add_command(QUIT, write(FileRequest::Quit))
             .add_command(UNDO, write(EditRequest::Undo))
             .add_command(REDO, write(EditRequest::Redo))

@@ -1,6 +1,6 @@
 //! Dialogs about designs and their files.
 
-use crate::document::requests::{FileRequest, SharedChoice};
+use crate::document::requests::{Export, FileRequest, SharedChoice};
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, overwrite_ui, text_ui, title_ui};
 use crate::widgets::basic::quiet_ui;
@@ -19,6 +19,11 @@ pub enum DesignDialog {
     SaveAs(FileDialog),
     /// Chooses where a report goes.
     Report(FileDialog),
+    /// Chooses where something goes for other programs.
+    Export {
+        files: FileDialog,
+        export: Export,
+    },
     Unsaved {
         file: String,
         then: FileRequest,
@@ -60,6 +65,17 @@ impl DesignDialog {
     pub fn write_report(folder: PathBuf, name: &str) -> Self {
         let files = FileDialog::new(FileKind::Page, folder, name);
         Self::Report(files.titled("Write the report", "Write").saving())
+    }
+
+    pub fn export(folder: PathBuf, stem: &str, export: Export) -> Self {
+        let (kind, what) = match export {
+            Export::Field => (FileKind::Lattice, "the room's error field"),
+            Export::Tips => (FileKind::Tips, "the tips of the study"),
+            Export::Scene => (FileKind::Scene, "the 3D view"),
+        };
+        let name = format!("{stem}-{}{}", export.name(), kind.extensions()[0]);
+        let files = FileDialog::new(kind, folder, &name);
+        Self::Export { files: files.titled(&format!("Export {what}"), "Export").saving(), export }
     }
 
     /// What is open is not lost by it, which is reported.
@@ -142,6 +158,7 @@ impl Dialog for DesignDialog {
             Self::Open(_) => "open",
             Self::SaveAs(_) => "save as",
             Self::Report(_) => "write report",
+            Self::Export { .. } => "export",
             Self::Unsaved { .. } => "unsaved changes",
             Self::NotSaved { .. } => "not saved",
             Self::SharedBodies { .. } => "shared bodies",
@@ -154,6 +171,7 @@ impl Dialog for DesignDialog {
     fn files(&mut self) -> Option<&mut FileDialog> {
         match self {
             Self::Open(files) | Self::SaveAs(files) | Self::Report(files) => Some(files),
+            Self::Export { files, .. } => Some(files),
             _ => None,
         }
     }
@@ -174,6 +192,10 @@ impl Dialog for DesignDialog {
             Self::Report(files) => {
                 files.ui(ui, |path, exists| write_to(path, exists, FileRequest::WriteReport))
             }
+            Self::Export { files, export } => {
+                let request = |path| FileRequest::Export(*export, path);
+                files.ui(ui, |path, exists| write_to(path, exists, request))
+            }
             Self::Overwrite { path, then } => overwrite_ui(ui, path, then.clone()),
             question => question.question_ui(ui),
         }
@@ -185,7 +207,7 @@ fn request(request: FileRequest) -> Answer {
 }
 
 /// What is there already is overwritten only after confirmation.
-fn write_to(path: PathBuf, exists: bool, write: fn(PathBuf) -> FileRequest) -> Answer {
+fn write_to(path: PathBuf, exists: bool, write: impl Fn(PathBuf) -> FileRequest) -> Answer {
     let then = write(path.clone());
     match exists {
         true => DialogAnswer::Become(DesignDialog::Overwrite { path, then }),
@@ -263,7 +285,11 @@ impl DesignDialog {
                     buttons_ui(ui, &[("Read them again", request(reload)), keep])
                 }
             }
-            Self::Open(_) | Self::SaveAs(_) | Self::Report(_) | Self::Overwrite { .. } => None,
+            Self::Open(_)
+            | Self::SaveAs(_)
+            | Self::Report(_)
+            | Self::Export { .. }
+            | Self::Overwrite { .. } => None,
         }
     }
 }

@@ -2,13 +2,17 @@
 
 pub mod apply;
 pub mod autosave;
+pub mod awaited_meshes;
 pub mod body_dialogs;
 pub mod body_files;
 pub mod commands;
 pub mod dialog;
 pub mod drops;
+pub mod exports;
 pub mod file_names;
 pub mod meshes;
+pub mod open_outside;
+pub mod own_program;
 pub mod recent;
 pub mod report;
 pub mod requests;

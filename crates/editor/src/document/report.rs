@@ -1,11 +1,10 @@
-//! The report of the open design, made by this program in a process of its own: pictures are painted
-//! there, and the window stays as it is.
-//!
-//! What is reported is the design as it is, saved or not: a copy of it in a folder that lives as long as
-//! the work.
+//! The report of the open design, made by this program in a process of its own, since pictures are
+//! painted there; and shown in the browser.
 
 use crate::document::dialog::DesignDialog;
 use crate::document::file_names::{DESIGN_EXTENSION, default_file_name};
+use crate::document::open_outside::OpenOutside;
+use crate::document::own_program::{OwnProgram, OwnProgramError, write_by};
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::state::Notice;
 use crate::runner::jobs::Job;
@@ -15,39 +14,19 @@ use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
 use trackwright_design::Origin;
 use trackwright_task::Task;
 
 /// Writes a report on [`FileRequest::WriteReport`].
 pub struct ReportPlugin;
 
-/// A report that is being made.
+/// A report that is being made, and its file.
 #[derive(Resource, Default)]
-pub struct ReportJob(Option<Job<Result<String, ReportError>>>);
+pub struct ReportJob(Option<(PathBuf, Job<Result<String, OwnProgramError>>)>);
 
-/// The program that makes reports: this one.
-#[derive(Resource, Clone, Debug, PartialEq, Eq)]
-pub struct ReportProgram(pub PathBuf);
-
-impl Default for ReportProgram {
-    fn default() -> Self {
-        // Without a path, starting it reports the error.
-        Self(std::env::current_exe().unwrap_or_default())
-    }
-}
-
-/// Why there is no report.
-#[derive(Debug, thiserror::Error)]
-pub enum ReportError {
-    #[error(transparent)]
-    Copy(#[from] trackwright_project::StoreError),
-    #[error("the report cannot be begun: {0}")]
-    Start(std::io::Error),
-    /// In the words of the command line.
-    #[error("{0}")]
-    Program(String),
-}
+/// The report that was written last.
+#[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
+pub struct LastReport(pub Option<PathBuf>);
 
 impl ReportJob {
     pub fn is_writing(&self) -> bool {
@@ -61,23 +40,28 @@ fn is_writing(job: Res<ReportJob>) -> bool {
 
 impl Plugin for ReportPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<ReportJob>().init_resource::<ReportProgram>().add_systems(
-            Update,
-            (
-                answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Solve),
-                receive.run_if(is_writing).in_set(EditorSystems::Solve),
-            ),
-        );
+        app.init_resource::<ReportJob>()
+            .init_resource::<LastReport>()
+            .init_resource::<OwnProgram>()
+            .add_message::<OpenOutside>()
+            .add_systems(
+                Update,
+                (
+                    answer.run_if(on_message::<FileRequest>).in_set(EditorSystems::Solve),
+                    receive.run_if(is_writing).in_set(EditorSystems::Solve),
+                ),
+            );
     }
 }
 
 fn answer(
     mut requests: MessageReader<FileRequest>,
     world: Option<Res<OpenWorld>>,
-    (mut writing, program): (ResMut<ReportJob>, Res<ReportProgram>),
+    (mut writing, program, last): (ResMut<ReportJob>, Res<OwnProgram>, Res<LastReport>),
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
     waker: Res<Waker>,
+    mut outside: MessageWriter<OpenOutside>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
     let Some(world) = world else {
@@ -94,31 +78,43 @@ fn answer(
                 *notice = Notice::Refused("another report is being written".to_owned());
             }
             FileRequest::WriteReport(file) => {
-                let (file, open) = (file.clone(), world.0.clone());
-                let program = program.0.clone();
-                let work = move |_: &Task| write(open, &file, &program);
-                writing.0 = Some(Job::start("report", &waker, work));
+                let (to, open, program) = (file.clone(), world.0.clone(), program.0.clone());
+                let job = Job::start("report", &waker, move |_: &Task| {
+                    write_by(&program, open, &to, |_, copy| Ok(vec!["report".into(), copy.into()]))
+                });
+                writing.0 = Some((file.clone(), job));
                 *notice = Notice::Done("Writing the report…".to_owned());
             }
+            FileRequest::OpenReport => match &last.0 {
+                Some(report) => {
+                    outside.write(OpenOutside(report.clone()));
+                }
+                None => *notice = Notice::Refused(NO_REPORT.to_owned()),
+            },
             _ => continue,
         }
         redraw.write(RequestRedraw);
     }
 }
 
+const NO_REPORT: &str = "no report was written since the program was started: File › Report…";
+
 fn receive(
-    mut writing: ResMut<ReportJob>,
+    (mut writing, mut last): (ResMut<ReportJob>, ResMut<LastReport>),
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
-    let answer = (writing.bypass_change_detection().0.as_ref()).and_then(Job::answer);
-    let Some(answer) = answer else { return };
-    writing.0 = None;
+    let job = writing.bypass_change_detection().0.as_ref();
+    let Some(answer) = job.and_then(|(_, job)| job.answer()) else {
+        return;
+    };
+    let file = writing.0.take().map(|(file, _)| file);
     redraw.write(RequestRedraw);
     let why = match answer {
         Ok(Ok(report)) => {
-            *notice = Notice::Done(format!("Wrote {report}"));
+            *notice = Notice::Done(format!("Wrote {report}; File › Open report shows it"));
+            last.0 = file;
             return;
         }
         Ok(Err(error)) => error.to_string(),
@@ -130,37 +126,18 @@ fn receive(
 
 /// Beside the design, under its name.
 fn default_folder_and_name(world: &trackwright_project::World) -> (PathBuf, String) {
+    let (folder, stem) = folder_and_stem(world);
+    (folder, format!("{stem}.html"))
+}
+
+/// The design's folder, and its file's name without the ending.
+pub(crate) fn folder_and_stem(world: &trackwright_project::World) -> (PathBuf, String) {
     let origin = world.document.origin();
     let folder = match origin {
         Origin::File(file) => file.parent().filter(|f| !f.as_os_str().is_empty()),
         _ => None,
     };
-    let name = default_file_name(origin);
+    let name = default_file_name(&world.document);
     let stem = name.strip_suffix(DESIGN_EXTENSION).unwrap_or(&name);
-    (folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf), format!("{stem}.html"))
-}
-
-/// The command line's output about the page.
-fn write(
-    mut world: trackwright_project::World,
-    file: &Path,
-    program: &Path,
-) -> Result<String, ReportError> {
-    let folder = tempfile::tempdir().map_err(ReportError::Start)?;
-    let copy = folder.path().join(default_file_name(world.document.origin()));
-    trackwright_project::save_as(&mut world, &copy)?;
-    let output = Command::new(program)
-        .arg("report")
-        .arg(&copy)
-        .arg("--output")
-        .arg(file)
-        .stdin(Stdio::null())
-        .output()
-        .map_err(ReportError::Start)?;
-    let [result, complaint] = [output.stdout, output.stderr]
-        .map(|bytes| String::from_utf8_lossy(&bytes).trim().to_owned());
-    match output.status.success() {
-        true => Ok(result),
-        false => Err(ReportError::Program(complaint.trim_start_matches("error: ").to_owned())),
-    }
+    (folder.map_or_else(|| PathBuf::from("."), Path::to_path_buf), stem.to_owned())
 }

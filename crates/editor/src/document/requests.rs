@@ -88,6 +88,33 @@ pub enum FileRequest {
     /// Shows the dialog that chooses where the design's report goes.
     ShowWriteReport,
     WriteReport(PathBuf),
+    /// Opens the report that was written last, in the browser.
+    OpenReport,
+    /// Shows the dialog that chooses where something goes for other programs.
+    ShowExport(Export),
+    Export(Export, PathBuf),
+}
+
+/// What is written for other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Export {
+    /// The error of the room on a lattice.
+    Field,
+    /// The tips of the design's study, true and simulated.
+    Tips,
+    /// The 3D view.
+    Scene,
+}
+
+impl Export {
+    /// The command of the program that writes it, and the end of the file's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Field => "field",
+            Self::Tips => "tips",
+            Self::Scene => "scene",
+        }
+    }
 }
 
 /// What becomes of a changed body that other designs use too.

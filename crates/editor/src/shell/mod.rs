@@ -7,6 +7,7 @@ pub mod dialogs;
 pub mod drop_plate;
 pub mod egui_camera;
 pub mod explain_controls;
+pub mod help;
 pub mod keys;
 pub mod layout;
 pub mod painted_text;

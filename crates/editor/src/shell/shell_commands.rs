@@ -3,6 +3,7 @@
 use crate::palette::Theme;
 use crate::shell::command_palette::{self, CommandPages};
 use crate::shell::commands::{AddCommand, Command, HELP, VIEW};
+use crate::shell::help;
 use crate::shell::keys::Keys;
 use crate::shell::preferences::InterfaceScale;
 use crate::shell::window::PanelsShown;
@@ -55,7 +56,7 @@ pub struct ShellCommandsPlugin;
 
 impl Plugin for ShellCommandsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins(command_palette::plugin)
+        app.add_plugins((command_palette::plugin, help::plugin))
             .add_command(FOLD_LEFT, |mut shown: ResMut<PanelsShown>| shown.left = !shown.left)
             .add_command(FOLD_RIGHT, |mut shown: ResMut<PanelsShown>| shown.right = !shown.right)
             .add_command(SHOW_HISTORY, |mut shown: ResMut<PanelsShown>| {
