@@ -221,6 +221,19 @@ fn a_name_without_its_ending_replaces_nothing_unasked() {
 }
 
 #[test]
+fn a_name_without_its_ending_is_found() {
+    let folder = designs(&["pointer"]);
+    for (typed, file) in [("pointer", "pointer.design.ron"), ("none", "none")] {
+        let (mut harness, _, answers) = shown(DesignDialog::open(folder.path().to_owned()));
+        harness.run_steps(2);
+        type_text(&mut harness, typed);
+        press(&mut harness, egui::Key::Enter);
+        let open = FileRequest::Open(folder.path().join(file));
+        assert_eq!(*answers.borrow(), [DialogAnswer::Request(open)]);
+    }
+}
+
+#[test]
 fn several_designs_are_added_at_once() {
     let folder = designs(&["pointer", "probe", "shaver"]);
     let (mut harness, _, answers) = shown(DecideDialog::add_design(folder.path().to_owned()));

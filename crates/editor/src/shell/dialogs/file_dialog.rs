@@ -13,7 +13,7 @@ use bevy_egui::egui::{
     TextEdit, Ui, vec2,
 };
 use std::ops::Range;
-use std::path::{PathBuf, is_separator};
+use std::path::{Path, PathBuf, is_separator};
 use trackwright_formats::printable::printable;
 use trackwright_project::ENVIRONMENT_EXTENSION;
 
@@ -124,11 +124,16 @@ impl FileKind {
             Self::Design => with_extension(&file),
             Self::Body => file,
             _ if file.extension().is_some() => file,
-            _ => {
-                let mut name = file.into_os_string();
-                name.push(self.extensions()[0]);
-                name.into()
-            }
+            _ => ending_with(&file, self.extensions()[0]),
+        }
+    }
+
+    /// A file to open: one of this kind, where a person left its ending out.
+    fn found(self, file: PathBuf) -> PathBuf {
+        let mut others = self.extensions().iter().map(|end| ending_with(&file, end));
+        match file.exists() {
+            true => file,
+            false => others.find(|other| other.exists()).unwrap_or(file),
         }
     }
 
@@ -141,6 +146,12 @@ impl FileKind {
         let first_dot = name.chars().position(|letter| letter == '.').filter(|dot| *dot > 0);
         0..ending.map_or(first_dot.unwrap_or(all), |ending| all - ending)
     }
+}
+
+fn ending_with(file: &Path, end: &str) -> PathBuf {
+    let mut name = file.as_os_str().to_owned();
+    name.push(end);
+    name.into()
 }
 
 /// What is typed, as a folder's part with its separator and a name.
@@ -356,10 +367,11 @@ impl FileDialog {
             return None;
         }
         self.problem = None;
-        let files: Vec<PathBuf> = match self.is_saving {
-            true => files.into_iter().map(|file| self.kind.named(file)).collect(),
-            false => files,
+        let whole = |file| match self.is_saving {
+            true => self.kind.named(file),
+            false => self.kind.found(file),
         };
+        let files: Vec<PathBuf> = files.into_iter().map(whole).collect();
         if files.is_empty() {
             self.problem =
                 Some(format!("no name, expected that of a {} file", self.kind.pattern()));
@@ -512,7 +524,6 @@ fn list_ui(ui: &mut Ui, files: &mut FileDialog) -> Option<Vec<PathBuf>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
 
     #[test]
     fn the_stem_is_what_a_person_would_change() {
