@@ -99,6 +99,7 @@ fn a_design_gains_a_crf_from_a_file() {
     assert!(opened.mesh(BodyRole::Crf).is_some());
     // Undone while the design is saved elsewhere, it leads to its own file when it is done again.
     world.document.undo();
+    assert!(refresh_meshes(&mut world).unwrap());
     fs::create_dir(at("deep")).unwrap();
     save_as(&mut world, &at("deep/b.design.ron")).unwrap();
     world.document.redo();
