@@ -14,7 +14,7 @@ use trackwright_editor::widgets::theme;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_field::Environment;
 use trackwright_geometry::colormap::ColorMap;
-use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 
 fn camera() -> OrbitCamera {
     OrbitCamera {
@@ -22,6 +22,7 @@ fn camera() -> OrbitCamera {
         distance_mm: 900.0,
         azimuth_rad: 0.6,
         elevation_rad: 0.3,
+        projection: Projection::Perspective,
     }
 }
 

@@ -36,6 +36,7 @@ fn slide(title: &str, azimuth_rad: f64) -> Slide {
         distance_mm: 600.0,
         azimuth_rad,
         elevation_rad: 0.2,
+        is_orthographic: false,
     });
     slide
 }

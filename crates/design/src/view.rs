@@ -9,7 +9,7 @@ pub use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::limits::{
     angle_problem, length_above_zero_problem, position_problem, short,
 };
-use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_simulation::SlicePlane;
 pub use trackwright_simulation::{AxisRule, Quantity};
 
@@ -57,6 +57,9 @@ pub struct CameraView {
     pub distance_mm: f64,
     pub azimuth_rad: f64,
     pub elevation_rad: f64,
+    /// Left out by a file, it is in perspective.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub is_orthographic: bool,
 }
 
 impl From<OrbitCamera> for CameraView {
@@ -66,6 +69,7 @@ impl From<OrbitCamera> for CameraView {
             distance_mm: camera.distance_mm,
             azimuth_rad: camera.azimuth_rad,
             elevation_rad: camera.elevation_rad,
+            is_orthographic: camera.projection == Projection::Orthographic,
         }
     }
 }
@@ -77,6 +81,10 @@ impl From<CameraView> for OrbitCamera {
             distance_mm: view.distance_mm,
             azimuth_rad: view.azimuth_rad,
             elevation_rad: view.elevation_rad,
+            projection: match view.is_orthographic {
+                true => Projection::Orthographic,
+                false => Projection::Perspective,
+            },
         }
     }
 }
@@ -366,6 +374,7 @@ mod tests {
             distance_mm: 800.0,
             azimuth_rad: 0.7,
             elevation_rad: 0.4,
+            projection: Projection::Perspective,
         };
         let mut view = View::default();
         view.slice.face(&camera, &bounds);

@@ -2,7 +2,7 @@
 //! screen. Where they are, which is under the pointer, and how far a drag has brought it.
 
 use super::movement::Movement;
-use super::orbit::{Axis, OrbitCamera};
+use super::orbit::{Axis, OrbitCamera, Projection};
 use super::pose::Pose;
 use super::surface::Ray;
 use nalgebra::{Point3, Unit, Vector2, Vector3};
@@ -43,6 +43,15 @@ impl Eye {
         self.camera
             .mm_per_px(point_mm, self.view_px)
             .unwrap_or_else(|| self.camera.view_height_mm() / self.view_px[1])
+    }
+
+    /// Millimetres a pixel spans so far along a ray of the view.
+    pub fn mm_per_px_along(&self, along_mm: f64) -> f64 {
+        let at_focus = self.camera.view_height_mm() / self.view_px[1].max(1.0);
+        match self.camera.projection {
+            Projection::Perspective => at_focus * along_mm / self.camera.distance_mm,
+            Projection::Orthographic => at_focus,
+        }
     }
 }
 
@@ -117,7 +126,7 @@ impl Gizmo {
         match handle.kind {
             HandleKind::Ring => true,
             HandleKind::Arrow => {
-                let sight = self.pivot_mm() - eye.position_mm();
+                let sight = eye.camera.sight(&self.pivot_mm());
                 let sine = sight.cross(&self.axis(handle.axis)).norm() / sight.norm();
                 sine > LEAST_ARROW_SINE
             }
@@ -211,12 +220,6 @@ impl Gizmo {
     fn on_ring(&self, axis: Axis, angle_rad: f64, radius_mm: f64) -> Point3<f64> {
         let [u, v] = axis.others().map(|other| self.axis(other).into_inner());
         self.pivot_mm() + (u * angle_rad.cos() + v * angle_rad.sin()) * radius_mm
-    }
-}
-
-impl Eye {
-    fn position_mm(&self) -> Point3<f64> {
-        Point3::from(self.camera.tracker_from_camera().translation.vector)
     }
 }
 

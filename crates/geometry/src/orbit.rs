@@ -1,4 +1,5 @@
-//! A camera that orbits a point of the tracker frame, screen-up along tracker -z.
+//! A camera that orbits a point of the tracker frame, screen-up along tracker -z, in perspective or
+//! in orthographic projection.
 
 use super::pose::Pose;
 use super::surface::Ray;
@@ -15,6 +16,10 @@ const TURN_PER_HEIGHT_RAD: f64 = std::f64::consts::PI;
 
 /// One notch of a wheel brings the camera nearer by this factor.
 const ZOOM_PER_STEP: f64 = 0.88;
+
+/// How far an orthographic camera stands from its focus: behind everything, since what it sees does
+/// not depend on it.
+pub const ORTHOGRAPHIC_EYE_MM: f64 = 10_000.0;
 
 /// Nearest and farthest that a camera goes, in millimetres.
 const DISTANCE_MM: std::ops::RangeInclusive<f64> = 10.0..=8000.0;
@@ -61,6 +66,68 @@ impl Axis {
     }
 }
 
+/// One end of a frame's axis: a camera looks from there towards the other end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct AxisEnd {
+    pub axis: Axis,
+    pub is_positive: bool,
+}
+
+impl AxisEnd {
+    /// Both ends of x, then of y, then of z, the positive one first.
+    pub const ALL: [Self; 6] = [
+        Self::new(Axis::X, true),
+        Self::new(Axis::X, false),
+        Self::new(Axis::Y, true),
+        Self::new(Axis::Y, false),
+        Self::new(Axis::Z, true),
+        Self::new(Axis::Z, false),
+    ];
+
+    /// The end of an axis where its coordinate is positive, or the other one.
+    pub const fn new(axis: Axis, is_positive: bool) -> Self {
+        Self { axis, is_positive }
+    }
+
+    /// `+X`, or `−X` with a true minus sign.
+    pub const fn name(self) -> &'static str {
+        match (self.axis, self.is_positive) {
+            (Axis::X, true) => "+X",
+            (Axis::X, false) => "\u{2212}X",
+            (Axis::Y, true) => "+Y",
+            (Axis::Y, false) => "\u{2212}Y",
+            (Axis::Z, true) => "+Z",
+            (Axis::Z, false) => "\u{2212}Z",
+        }
+    }
+
+    /// Unit vector from the origin to this end.
+    pub fn unit(self) -> Unit<Vector3<f64>> {
+        if self.is_positive { self.axis.unit() } else { -self.axis.unit() }
+    }
+}
+
+/// How depth is seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Projection {
+    /// What is farther away is smaller.
+    #[default]
+    Perspective,
+    /// One scale at every depth, so that lengths across the view can be compared.
+    Orthographic,
+}
+
+impl Projection {
+    /// The one of the two that this is not.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Perspective => Self::Orthographic,
+            Self::Orthographic => Self::Perspective,
+        }
+    }
+}
+
 /// Where the camera is, by what it looks at. Lengths in millimetres, angles in radians, tracker
 /// frame; elevation is positive above, towards -z.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,9 +136,20 @@ pub struct OrbitCamera {
     pub distance_mm: f64,
     pub azimuth_rad: f64,
     pub elevation_rad: f64,
+    /// In orthographic projection the distance is that at which a perspective camera sees as much at
+    /// the focus.
+    pub projection: Projection,
 }
 
 impl OrbitCamera {
+    /// How far the eye is from the focus.
+    pub fn eye_distance_mm(&self) -> f64 {
+        match self.projection {
+            Projection::Perspective => self.distance_mm,
+            Projection::Orthographic => ORTHOGRAPHIC_EYE_MM,
+        }
+    }
+
     /// The camera's pose in the tracker frame: x right, y up, z backwards, as cameras have it.
     pub fn tracker_from_camera(&self) -> Pose {
         let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
@@ -81,7 +159,7 @@ impl OrbitCamera {
         let up = back.cross(&right);
         let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, up, back]));
         Pose::from_parts(
-            Translation3::from(self.focus_mm.coords + back * self.distance_mm),
+            Translation3::from(self.focus_mm.coords + back * self.eye_distance_mm()),
             UnitQuaternion::from_rotation_matrix(&rotation),
         )
     }
@@ -135,11 +213,20 @@ impl OrbitCamera {
     pub fn refocus(&mut self, point_mm: &Point3<f64>) {
         let pose = self.tracker_from_camera();
         let depth = -(pose.inverse() * point_mm).z;
-        if depth > 0.0 {
-            let distance_mm = clamped_distance(depth);
-            let back = pose.rotation * Vector3::z();
-            self.focus_mm = Point3::from(pose.translation.vector - back * distance_mm);
-            self.distance_mm = distance_mm;
+        if depth <= 0.0 {
+            return;
+        }
+        let back = pose.rotation * Vector3::z();
+        match self.projection {
+            Projection::Perspective => {
+                let distance_mm = clamped_distance(depth);
+                self.focus_mm = Point3::from(pose.translation.vector - back * distance_mm);
+                self.distance_mm = distance_mm;
+            }
+            // The scale is the same at every depth.
+            Projection::Orthographic => {
+                self.focus_mm += back * (point_mm - self.focus_mm).dot(&back)
+            }
         }
     }
 
@@ -149,16 +236,46 @@ impl OrbitCamera {
         let half_height = (VERTICAL_FOV_RAD / 2.0).tan();
         let half_angle = half_height.min(half_height * aspect).atan();
         self.focus_mm = center_mm;
-        self.distance_mm = clamped_distance(radius_mm * FRAME_MARGIN / half_angle.sin());
+        // Rays that touch the sphere start at the eye, or are parallel.
+        let per_radius = match self.projection {
+            Projection::Perspective => half_angle.sin(),
+            Projection::Orthographic => half_angle.tan(),
+        };
+        self.distance_mm = clamped_distance(radius_mm * FRAME_MARGIN / per_radius);
     }
 
-    /// Turns to look along a tracker axis; along z from above.
+    /// Turns to look along a tracker axis: x and y from their positive ends, z from above.
     pub fn look_along(&mut self, axis: Axis) {
-        (self.azimuth_rad, self.elevation_rad) = match axis {
-            Axis::X => (0.0, 0.0),
-            Axis::Y => (std::f64::consts::FRAC_PI_2, 0.0),
-            Axis::Z => (std::f64::consts::FRAC_PI_2, MAX_ELEVATION_RAD),
+        self.look_from(AxisEnd::new(axis, axis != Axis::Z));
+    }
+
+    /// Turns to look from an end of a tracker axis towards the other one.
+    pub fn look_from(&mut self, end: AxisEnd) {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        (self.azimuth_rad, self.elevation_rad) = match (end.axis, end.is_positive) {
+            (Axis::X, true) => (0.0, 0.0),
+            (Axis::X, false) => (PI, 0.0),
+            (Axis::Y, true) => (FRAC_PI_2, 0.0),
+            (Axis::Y, false) => (-FRAC_PI_2, 0.0),
+            // Elevation is towards -z.
+            (Axis::Z, true) => (FRAC_PI_2, -FRAC_PI_2),
+            (Axis::Z, false) => (FRAC_PI_2, FRAC_PI_2),
         };
+    }
+
+    /// A direction of the tracker frame as it is on the screen: right, down, towards the viewer.
+    pub fn on_screen(&self, direction: &Unit<Vector3<f64>>) -> [f64; 3] {
+        let in_camera = self.tracker_from_camera().rotation.inverse() * direction.into_inner();
+        [in_camera.x, -in_camera.y, in_camera.z]
+    }
+
+    /// Direction in which a point is seen, of any length.
+    pub fn sight(&self, point_mm: &Point3<f64>) -> Vector3<f64> {
+        let pose = self.tracker_from_camera();
+        match self.projection {
+            Projection::Perspective => point_mm.coords - pose.translation.vector,
+            Projection::Orthographic => pose.rotation * -Vector3::z(),
+        }
     }
 
     /// Height of what is seen at the focus, in millimetres.
@@ -168,17 +285,25 @@ impl OrbitCamera {
 
     /// The ray under a pixel (from the view's top left, y down), in the tracker frame.
     pub fn ray(&self, pixel: [f64; 2], view_px: [f64; 2]) -> Ray {
-        let half_height = (VERTICAL_FOV_RAD / 2.0).tan();
-        let per_px = 2.0 * half_height / view_px[1].max(1.0);
-        let in_camera = Vector3::new(
-            (pixel[0] - view_px[0] / 2.0) * per_px,
-            (view_px[1] / 2.0 - pixel[1]) * per_px,
-            -1.0,
-        );
-        let tracker_from_camera = self.tracker_from_camera();
-        Ray {
-            origin_mm: Point3::from(tracker_from_camera.translation.vector),
-            direction: Unit::new_normalize(tracker_from_camera.rotation * in_camera),
+        let right_px = pixel[0] - view_px[0] / 2.0;
+        let up_px = view_px[1] / 2.0 - pixel[1];
+        let eye = self.tracker_from_camera();
+        match self.projection {
+            Projection::Perspective => {
+                let per_px = 2.0 * (VERTICAL_FOV_RAD / 2.0).tan() / view_px[1].max(1.0);
+                let in_camera = Vector3::new(right_px * per_px, up_px * per_px, -1.0);
+                Ray {
+                    origin_mm: Point3::from(eye.translation.vector),
+                    direction: Unit::new_normalize(eye.rotation * in_camera),
+                }
+            }
+            Projection::Orthographic => {
+                let per_px = self.view_height_mm() / view_px[1].max(1.0);
+                Ray {
+                    origin_mm: eye * Point3::new(right_px * per_px, up_px * per_px, 0.0),
+                    direction: eye.rotation * -Vector3::z_axis(),
+                }
+            }
         }
     }
 
@@ -188,10 +313,15 @@ impl OrbitCamera {
         if in_camera.z >= 0.0 {
             return None;
         }
-        let px_per = view_px[1] / (2.0 * (VERTICAL_FOV_RAD / 2.0).tan());
+        let px_per_mm = match self.projection {
+            Projection::Perspective => {
+                view_px[1] / (2.0 * (VERTICAL_FOV_RAD / 2.0).tan() * -in_camera.z)
+            }
+            Projection::Orthographic => view_px[1] / self.view_height_mm(),
+        };
         Some([
-            view_px[0] / 2.0 + in_camera.x / -in_camera.z * px_per,
-            view_px[1] / 2.0 - in_camera.y / -in_camera.z * px_per,
+            view_px[0] / 2.0 + in_camera.x * px_per_mm,
+            view_px[1] / 2.0 - in_camera.y * px_per_mm,
         ])
     }
 
@@ -214,10 +344,14 @@ impl OrbitCamera {
     /// Millimetres that a pixel spans at the depth of a point; `None` behind the camera.
     pub fn mm_per_px(&self, point_mm: &Point3<f64>, view_px: [f64; 2]) -> Option<f64> {
         let depth = -(self.tracker_from_camera().inverse() * point_mm).z;
-        (depth > 0.0).then(|| 2.0 * depth * (VERTICAL_FOV_RAD / 2.0).tan() / view_px[1].max(1.0))
+        let height_mm = match self.projection {
+            Projection::Perspective => 2.0 * depth * (VERTICAL_FOV_RAD / 2.0).tan(),
+            Projection::Orthographic => self.view_height_mm(),
+        };
+        (depth > 0.0).then(|| height_mm / view_px[1].max(1.0))
     }
 
-    /// Part of the way to another camera, the short way round.
+    /// Part of the way to another camera, the short way round, in its projection.
     pub fn towards(&self, other: &Self, fraction: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
         Self {
@@ -226,6 +360,7 @@ impl OrbitCamera {
             azimuth_rad: self.azimuth_rad
                 + wrap_angle(other.azimuth_rad - self.azimuth_rad) * fraction,
             elevation_rad: mix(self.elevation_rad, other.elevation_rad),
+            projection: other.projection,
         }
     }
 }
@@ -241,140 +376,4 @@ fn wrap_angle(angle_rad: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const VIEW: [f64; 2] = [900.0, 600.0];
-
-    fn camera() -> OrbitCamera {
-        OrbitCamera {
-            focus_mm: Point3::new(20.0, -10.0, -300.0),
-            distance_mm: 800.0,
-            azimuth_rad: 0.7,
-            elevation_rad: 0.3,
-        }
-    }
-
-    #[test]
-    fn tracker_minus_z_is_up_on_the_screen() {
-        let pose = camera().tracker_from_camera();
-        let m = pose.rotation.to_rotation_matrix();
-        assert!((m.matrix().determinant() - 1.0).abs() < 1e-12);
-        let above = camera().project(&Point3::new(20.0, -10.0, -350.0), VIEW).unwrap();
-        assert!((above[0] - 450.0).abs() < 1e-9 && above[1] < 300.0, "{above:?}");
-    }
-
-    #[test]
-    fn projection_inverts_rays() {
-        let point = Point3::new(60.0, 40.0, -250.0);
-        let pixel = camera().project(&point, VIEW).unwrap();
-        let ray = camera().ray(pixel, VIEW);
-        let off = (point - ray.origin_mm).cross(&ray.direction).norm();
-        assert!(off < 1e-9, "{off}");
-        let behind = camera().tracker_from_camera() * Point3::new(0.0, 0.0, 1.0);
-        assert!(camera().project(&behind, VIEW).is_none());
-    }
-
-    #[test]
-    fn panning_keeps_the_focus_under_the_pointer() {
-        let mut moved = camera();
-        moved.pan([120.0, -45.0], VIEW);
-        let pixel = moved.project(&camera().focus_mm, VIEW).unwrap();
-        assert!((pixel[0] - 570.0).abs() < 1e-6 && (pixel[1] - 255.0).abs() < 1e-6, "{pixel:?}");
-    }
-
-    #[test]
-    fn zooming_keeps_the_point_under_the_pointer() {
-        let pointer = [700.0, 140.0];
-        let normal = camera().tracker_from_camera().rotation * Vector3::z();
-        let ray = camera().ray(pointer, VIEW);
-        let point = ray.meets_plane(&camera().focus_mm, &normal).unwrap();
-        let mut nearer = camera();
-        nearer.zoom(4.0, pointer, VIEW);
-        let pixel = nearer.project(&point, VIEW).unwrap();
-        assert!(nearer.distance_mm < 500.0);
-        assert!((pixel[0] - 700.0).abs() < 1e-6 && (pixel[1] - 140.0).abs() < 1e-6, "{pixel:?}");
-    }
-
-    #[test]
-    fn focusing_on_another_depth_changes_no_pixel() {
-        let point = Point3::new(90.0, -60.0, -380.0);
-        let pixel = camera().project(&point, VIEW).unwrap();
-        let mut refocused = camera();
-        refocused.refocus(&point);
-        let same = refocused.project(&point, VIEW).unwrap();
-        assert!((pixel[0] - same[0]).abs() < 1e-9 && (pixel[1] - same[1]).abs() < 1e-9);
-        let depth = -(camera().tracker_from_camera().inverse() * point).z;
-        assert!((refocused.distance_mm - depth).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_framed_sphere_fills_the_view_and_no_more() {
-        let mut framed = camera();
-        framed.frame_sphere(Point3::new(0.0, 0.0, -200.0), 50.0, VIEW);
-        let rotation = framed.tracker_from_camera().rotation;
-        let top = framed.focus_mm + rotation * Vector3::y() * 50.0;
-        let y = framed.project(&top, VIEW).unwrap()[1];
-        assert!((15.0..60.0).contains(&y), "{y}");
-    }
-
-    #[test]
-    fn orbiting_stops_at_the_poles() {
-        let mut turned = camera();
-        turned.orbit([600.0, 0.0], VIEW);
-        assert!((wrap_angle(turned.azimuth_rad - 0.7).abs() - std::f64::consts::PI).abs() < 1e-9);
-        turned.orbit([0.0, 5000.0], VIEW);
-        assert_eq!(turned.elevation_rad, MAX_ELEVATION_RAD);
-    }
-
-    #[test]
-    fn a_whole_turn_is_exact() {
-        let camera = camera();
-        assert_eq!(camera.turned(1.0), camera.turned(0.0));
-        assert_eq!(camera.turned(0.0), camera);
-        let eye_mm = |camera: &OrbitCamera| camera.tracker_from_camera().translation.vector;
-        let (front, back) = (eye_mm(&camera), eye_mm(&camera.turned(0.5)));
-        // As high as before, and mirrored in the vertical through the focus.
-        let focus_mm = camera.focus_mm.coords;
-        let expected = 2.0 * focus_mm - front;
-        assert!((back.xy() - expected.xy()).norm() < 1e-9 && (back.z - front.z).abs() < 1e-9);
-        let quarter = camera.turned(0.25).turned(0.25);
-        assert!((eye_mm(&quarter) - back).norm() < 1e-9);
-    }
-
-    #[test]
-    fn a_pixel_spans_what_the_projection_gives() {
-        let point = Point3::new(60.0, 40.0, -250.0);
-        let right = camera().tracker_from_camera().rotation * Vector3::x();
-        let step = camera().mm_per_px(&point, VIEW).unwrap() * 10.0;
-        let a = camera().project(&point, VIEW).unwrap();
-        let b = camera().project(&(point + right * step), VIEW).unwrap();
-        assert!((b[0] - a[0] - 10.0).abs() < 1e-9);
-    }
-
-    #[test]
-    fn screen_distances_are_to_the_segment() {
-        let [a, b] = [Point3::new(20.0, 0.0, -300.0), Point3::new(60.0, 40.0, -250.0)];
-        let [pa, pb] = [a, b].map(|p| camera().project(&p, VIEW).unwrap());
-        let at = |t: f64| [pa[0] + (pb[0] - pa[0]) * t, pa[1] + (pb[1] - pa[1]) * t];
-        let length = ((pb[0] - pa[0]).powi(2) + (pb[1] - pa[1]).powi(2)).sqrt();
-        assert!(camera().distance_px(at(0.3), [a, b], VIEW).unwrap() < 1e-9);
-        let beyond = camera().distance_px(at(1.5), [a, b], VIEW).unwrap();
-        assert!((beyond - length / 2.0).abs() < 1e-9);
-        assert!(camera().distance_px(pa, [a, a], VIEW).unwrap() < 1e-9);
-    }
-
-    #[test]
-    fn a_glide_takes_the_short_way_round() {
-        let from = OrbitCamera { azimuth_rad: 3.0, ..camera() };
-        let to = OrbitCamera { azimuth_rad: -3.0, ..camera() };
-        let middle = from.towards(&to, 0.5);
-        assert!((middle.azimuth_rad.abs() - std::f64::consts::PI).abs() < 1e-9);
-        assert!(
-            (from.towards(&to, 1.0).project(&Point3::origin(), VIEW).unwrap()[0]
-                - to.project(&Point3::origin(), VIEW).unwrap()[0])
-                .abs()
-                < 1e-9
-        );
-    }
-}
+mod tests;

@@ -14,7 +14,7 @@ use trackwright_geometry::color::linear;
 use trackwright_geometry::gizmo::Eye;
 use trackwright_geometry::magnification::{Ghost, automatic_magnification, magnified_ghost};
 use trackwright_geometry::mesh::MeshPart;
-use trackwright_geometry::orbit::VERTICAL_FOV_RAD;
+use trackwright_geometry::orbit::{OrbitCamera, Projection, VERTICAL_FOV_RAD};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::solid::Solid;
 
@@ -262,7 +262,9 @@ impl Drawing<'_> {
             ..Node::default()
         });
         // Beside it: programs differ in what a scaled camera sees.
-        let seen = self.eye.camera.tracker_from_camera();
+        // In perspective, which shows as much at the focus: viewers turn about such a camera.
+        let perspective = OrbitCamera { projection: Projection::Perspective, ..self.eye.camera };
+        let seen = perspective.tracker_from_camera();
         let focus = gltf_from_tracker * self.eye.camera.focus_mm * METRES_PER_MM;
         let camera = self.writer.node(Node {
             name: "opening view".to_owned(),

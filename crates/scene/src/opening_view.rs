@@ -3,7 +3,7 @@
 use nalgebra::Point3;
 use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_project::World;
 
 /// What a single sensor or tip is framed with, millimetres around it.
@@ -69,6 +69,7 @@ pub fn usual_camera() -> OrbitCamera {
         distance_mm: 1200.0,
         azimuth_rad: FIRST_AZIMUTH_RAD,
         elevation_rad: FIRST_ELEVATION_RAD,
+        projection: Projection::Perspective,
     }
 }
 

@@ -9,7 +9,7 @@ use trackwright_design::BodyRole;
 use trackwright_design::view::{ColorMap, Quantity, SliceAxis, SliceView};
 use trackwright_editor::runner::solve::slice_plan;
 use trackwright_geometry::colormap::{NO_VALUE_LINE_SRGB, NO_VALUE_SRGB};
-use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_project::World;
 
 const SIZE: [u32; 2] = [640, 480];
@@ -51,6 +51,7 @@ fn camera() -> OrbitCamera {
         distance_mm: 1000.0,
         azimuth_rad: 0.15,
         elevation_rad: 0.1,
+        projection: Projection::Perspective,
     }
 }
 
@@ -149,6 +150,7 @@ fn a_facing_slice_is_hatched_outside_the_box() {
         distance_mm: 1000.0,
         azimuth_rad: 0.75,
         elevation_rad: 0.5,
+        projection: Projection::Perspective,
     };
     let bounds = {
         let world = trackwright_project::open_design(&copy.design).unwrap();

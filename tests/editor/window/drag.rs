@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use trackwright_design::view::Magnification;
 use trackwright_editor::palette;
 use trackwright_editor::palette::ThemedColor;
-use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 
 /// How far the sensor is dragged, pixels.
 const WAY_PX: u32 = 60;
@@ -27,8 +27,13 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
     let copy = Copied::new("pointer-on-head");
     let world = trackwright_project::open_design(&copy.design).unwrap();
     let (_, shaft) = tool_sensor(&world, "shaft");
-    let camera =
-        OrbitCamera { focus_mm: shaft, distance_mm: 450.0, azimuth_rad: -0.5, elevation_rad: 0.25 };
+    let camera = OrbitCamera {
+        focus_mm: shaft,
+        distance_mm: 450.0,
+        azimuth_rad: -0.5,
+        elevation_rad: 0.25,
+        projection: Projection::Perspective,
+    };
     copy.change_view(|view| {
         view.camera = Some(camera.into());
         // The map's colours run through the ghost's; vectors and labels that move with the sensor

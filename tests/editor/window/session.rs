@@ -10,7 +10,7 @@ use trackwright_design::{BodyRole, HandleAxes};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::viewport::gizmo::gizmo_of;
 use trackwright_geometry::gizmo::{Eye, Handle};
-use trackwright_geometry::orbit::{Axis, OrbitCamera};
+use trackwright_geometry::orbit::{Axis, OrbitCamera, Projection};
 use trackwright_project::World;
 
 /// From the shaft's sensor to where another one is added, along the shaft.
@@ -33,6 +33,7 @@ fn pointer_on_head() -> (Copied, OrbitCamera) {
         distance_mm: 600.0,
         azimuth_rad: -0.5,
         elevation_rad: 0.25,
+        projection: Projection::Perspective,
     };
     copy.change_view(|view| {
         view.camera = Some(camera.into());

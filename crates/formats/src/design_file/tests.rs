@@ -92,6 +92,7 @@ fn what_is_written_reads_back() {
         distance_mm: 300.0,
         azimuth_rad: 0.1 + 0.2,
         elevation_rad: -1.0,
+        is_orthographic: true,
     });
     design.view.magnification = Magnification::Times(50.0);
     design.view.layers.ghost = false;

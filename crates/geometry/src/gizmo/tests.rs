@@ -1,4 +1,5 @@
 use super::*;
+use crate::orbit::Projection;
 use crate::pose::pose_from_parts;
 use nalgebra::UnitQuaternion;
 
@@ -9,6 +10,7 @@ fn eye() -> Eye {
             distance_mm: 800.0,
             azimuth_rad: 0.7,
             elevation_rad: 0.3,
+            projection: Projection::Perspective,
         },
         view_px: [900.0, 600.0],
     }
