@@ -32,6 +32,7 @@ use trackwright_editor::scene::materials::paint::PaintMaterial;
 use trackwright_editor::shell::window::ViewportRect;
 use trackwright_editor::viewport::ball_handle::HandlePlugin;
 use trackwright_editor::viewport::camera::CameraPlugin;
+use trackwright_editor::viewport::camera_gestures::CameraGesturesPlugin;
 use trackwright_editor::viewport::gizmo::GizmoPlugin;
 use trackwright_editor::viewport::overlay::OverlayPlugin;
 use trackwright_editor::viewport::picking::PickPlugin;
@@ -210,7 +211,7 @@ pub fn create_scene_app_with(add: impl FnOnce(&mut App)) -> App {
         StatePlugin,
         DocumentPlugin,
         SolverPlugin,
-        CameraPlugin,
+        (CameraPlugin, CameraGesturesPlugin),
         PickPlugin,
         DragPlugin,
         (GizmoPlugin, ToolPlugin, PointerHintPlugin),

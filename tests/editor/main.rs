@@ -5,6 +5,7 @@ mod app;
 mod autosave;
 mod bad_places;
 mod body_files;
+mod camera;
 mod commands;
 mod copied;
 mod decide;

@@ -44,7 +44,8 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`shell::system_dialog::SystemDialogPlugin`] | the system's own file dialog |
 /// | [`shell::preferences::PreferencesPlugin`] | window and layout as they were left |
 /// | [`workspaces::field::samples::SamplesPlugin`] | the measurements in the scene |
-/// | [`viewport::camera::CameraPlugin`] | the 3D camera and its gestures |
+/// | [`viewport::camera::CameraPlugin`] | the 3D camera |
+/// | [`viewport::camera_gestures::CameraGesturesPlugin`] | what the mouse and a trackpad do to it |
 /// | [`viewport::picking::PickPlugin`] | what is under the pointer |
 /// | [`viewport::sensor_drag::DragPlugin`] | hovering, selecting, dragging sensors |
 /// | [`viewport::gizmo::GizmoPlugin`] | handles that move and turn what is selected |
@@ -63,6 +64,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`shell::explain_controls::ExplainControlsPlugin`] | names and places of controls, on request |
 /// | [`shell::painted_text::PaintedTextPlugin`] | what is written and where, on request |
 /// | [`shell::ShellPlugin`] | what is drawn around the 3D view, and its commands |
+/// | [`viewport::view_axes::ViewAxesPlugin`] | the axes in the corner that turn the view |
 /// | [`viewport::overlay::OverlayPlugin`] | labels and legends over the scene |
 /// | [`shell::shortcuts::ShortcutsPlugin`] | keys |
 /// | [`runner::wake::WakePlugin`] | rest while nothing changes |
@@ -98,6 +100,7 @@ impl PluginGroup for EditorPlugins {
             .add(shell::system_dialog::SystemDialogPlugin)
             .add(shell::preferences::PreferencesPlugin)
             .add(viewport::camera::CameraPlugin)
+            .add(viewport::camera_gestures::CameraGesturesPlugin)
             .add(viewport::picking::PickPlugin)
             .add(viewport::sensor_drag::DragPlugin)
             .add(viewport::gizmo::GizmoPlugin)
@@ -116,6 +119,7 @@ impl PluginGroup for EditorPlugins {
             .add(shell::explain_controls::ExplainControlsPlugin)
             .add(shell::painted_text::PaintedTextPlugin)
             .add(shell::ShellPlugin)
+            .add(viewport::view_axes::ViewAxesPlugin)
             .add(viewport::overlay::OverlayPlugin)
             .add(shell::shortcuts::ShortcutsPlugin)
             .add(runner::wake::WakePlugin)

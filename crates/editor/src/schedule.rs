@@ -23,6 +23,8 @@ pub enum EditorSystems {
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum UiSystems {
     Panels,
+    /// What is clicked over the 3D view.
+    SceneControls,
     Overlay,
     Dialogs,
 }
@@ -46,7 +48,8 @@ impl Plugin for SchedulePlugin {
         );
         app.configure_sets(
             EguiPrimaryContextPass,
-            (UiSystems::Panels, UiSystems::Overlay, UiSystems::Dialogs).chain(),
+            (UiSystems::Panels, UiSystems::SceneControls, UiSystems::Overlay, UiSystems::Dialogs)
+                .chain(),
         );
     }
 }

@@ -7,7 +7,7 @@ use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::Edit;
 use trackwright_design::view::View;
-pub use trackwright_geometry::orbit::Axis;
+use trackwright_geometry::orbit::AxisEnd;
 use trackwright_project::{RoomSource, Starter, World as StoreWorld};
 
 /// The one open document with its room and meshes.
@@ -41,7 +41,16 @@ pub enum ViewRequest {
     Set(View),
     /// The camera glides to what is selected, or to everything.
     FrameSelection,
-    LookAlong(Axis),
+    /// The camera glides to where it sees both bodies.
+    FrameAll,
+    /// Turns to look from the end of a tracker axis.
+    LookFrom(AxisEnd),
+    /// Between perspective and orthographic projection.
+    SwitchProjection,
+    /// Turns by a drag in pixels.
+    Orbit([f64; 2]),
+    /// What turned it has let go: the view is kept.
+    EndOrbit,
 }
 
 /// Requests work with files; what may lose something is confirmed by the person first.

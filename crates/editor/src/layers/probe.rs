@@ -89,7 +89,7 @@ fn text_under(world: &World, registry: &LayerRegistry, sight: &Sight, at: Vec2) 
     let view_px = sight.rig.view_px[1].max(1.0);
     let probe = ProbeRay {
         ray: sight.ray(at)?,
-        reach_rad: REACH_PX * camera.view_height_mm() / (view_px * camera.distance_mm),
+        reach_rad: REACH_PX * camera.view_height_mm() / (view_px * camera.eye_distance_mm()),
         design: sight.design()?,
     };
     let is_on = registry.probes.iter().filter(|of| (of.is_on)(world));

@@ -4,8 +4,9 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::schedule::UiSystems;
 use crate::shell::commands::{Availability, Command, CommandRegistry, Group, RunCommand};
+use crate::shell::mouse::{MouseAction, MouseActions};
 use crate::shell::requests::Requests;
-use crate::widgets::basic::quiet_ui;
+use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::widgets::theme;
 use bevy::prelude::*;
 use bevy_egui::egui::{
@@ -23,6 +24,7 @@ const DROP: f32 = 72.0;
 
 pub(crate) fn plugin(app: &mut App) {
     app.init_resource::<CommandPages>()
+        .init_resource::<MouseActions>()
         .add_systems(EguiPrimaryContextPass, pages.run_if(is_open).in_set(UiSystems::Dialogs));
 }
 
@@ -34,6 +36,7 @@ fn pages(
     mut contexts: EguiContexts,
     mut pages: ResMut<CommandPages>,
     commands: Res<CommandRegistry>,
+    mouse: Res<MouseActions>,
     available: Availability,
     mut requests: Requests<RunCommand>,
 ) -> Result {
@@ -41,7 +44,8 @@ fn pages(
     let pages = pages.bypass_change_detection();
     let situation = available.situation();
     let is_available = |command: &Command| situation.allows(command);
-    let chosen = command_pages_ui(contexts.ctx_mut()?, pages, commands.all(), is_available);
+    let chosen =
+        command_pages_ui(contexts.ctx_mut()?, pages, commands.all(), &mouse.0, is_available);
     requests.write_all(chosen.map(RunCommand));
     Ok(())
 }
@@ -118,12 +122,13 @@ pub fn command_pages_ui(
     ctx: &Context,
     pages: &mut CommandPages,
     commands: &[Command],
+    mouse: &[MouseAction],
     is_available: impl Fn(&Command) -> bool,
 ) -> Option<&'static str> {
     let page = pages.open?;
     let title = match page {
         Page::Palette => "All commands",
-        Page::Shortcuts => "Keyboard shortcuts",
+        Page::Shortcuts => "Keyboard and mouse",
     };
     let mut chosen = None;
     let area =
@@ -135,7 +140,7 @@ pub fn command_pages_ui(
             ui.set_width(WIDTH);
             match page {
                 Page::Palette => chosen = palette_ui(ui, pages, commands, &is_available),
-                Page::Shortcuts => shortcuts_ui(ui, pages, commands),
+                Page::Shortcuts => shortcuts_ui(ui, pages, commands, mouse),
             }
         });
     if modal.should_close() || chosen.is_some() {
@@ -210,8 +215,13 @@ fn command_row_ui(ui: &mut Ui, info: &Command, is_chosen: bool, is_available: bo
     ui.add(button).on_hover_text(info.about)
 }
 
-fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages, commands: &[Command]) {
-    search_ui(ui, pages, "key or command");
+fn shortcuts_ui(
+    ui: &mut Ui,
+    pages: &mut CommandPages,
+    commands: &[Command],
+    mouse: &[MouseAction],
+) {
+    search_ui(ui, pages, "key, gesture or command");
     ui.add_space(6.0);
     let commands = found(commands, &pages.text);
     ScrollArea::vertical().max_height(LIST_HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
@@ -226,7 +236,7 @@ fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages, commands: &[Command]) {
             if with_keys.is_empty() {
                 continue;
             }
-            crate::widgets::basic::section_ui(ui, group.name);
+            section_ui(ui, group.name);
             Grid::new(("shortcuts", group.name))
                 .num_columns(2)
                 .spacing([18.0, 4.0])
@@ -239,11 +249,30 @@ fn shortcuts_ui(ui: &mut Ui, pages: &mut CommandPages, commands: &[Command]) {
                     }
                 });
         }
+        mouse_ui(ui, mouse, &pages.text);
     });
     ui.add_space(6.0);
     ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
         quiet_ui(ui, "Esc closes");
     });
+}
+
+/// What the mouse does, as far as it has the words that are searched for.
+fn mouse_ui(ui: &mut Ui, mouse: &[MouseAction], text: &str) {
+    let text = text.to_lowercase();
+    let is_found = |action: &&MouseAction| {
+        let all = format!("mouse {} {}", action.gesture, action.effect).to_lowercase();
+        text.split_whitespace().all(|word| all.contains(word))
+    };
+    let found: Vec<&MouseAction> = mouse.iter().filter(is_found).collect();
+    if found.is_empty() {
+        return;
+    }
+    section_ui(ui, "Mouse in the scene");
+    for action in found {
+        ui.label(RichText::new(action.gesture).color(palette::TEXT_STRONG.color32()));
+        ui.indent(action.gesture, |ui| quiet_ui(ui, action.effect));
+    }
 }
 
 fn keys_ui(ui: &mut Ui, info: &Command) {

@@ -6,6 +6,7 @@ use crate::document::selection::Selection;
 use crate::schedule::EditorSystems;
 use crate::shell::keys::Keys;
 use crate::shell::window::{PanelsShown, Workspace};
+use crate::widgets::tooltip::with_keys;
 use bevy::ecs::system::{SystemId, SystemParam, SystemState};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -101,6 +102,11 @@ impl Command {
     /// Whether its menu lists it.
     pub fn is_in_menu(&self) -> bool {
         self.order < 100
+    }
+
+    /// What it does, and the key that does it.
+    pub fn tooltip(&self) -> String {
+        with_keys(self.about, &self.shown_keys())
     }
 
     /// Its first key as people write it; empty without one.

@@ -10,6 +10,7 @@ pub mod explain_controls;
 pub mod help;
 pub mod keys;
 pub mod layout;
+pub mod mouse;
 pub mod painted_text;
 pub mod preferences;
 pub mod registry;

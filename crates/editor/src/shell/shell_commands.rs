@@ -47,9 +47,13 @@ const PLAIN_SIZE: Command = Command::new(
 const SHOW_PALETTE: Command =
     Command::new(HELP, 0, "All commands…", "Finds a command by a part of its name")
         .keys(&[Keys::control_shift("p")]);
-const SHOW_SHORTCUTS: Command =
-    Command::new(HELP, 1, "Keyboard shortcuts…", "Lists every key, with a field to search in")
-        .keys(&[Keys::plain("f1")]);
+const SHOW_SHORTCUTS: Command = Command::new(
+    HELP,
+    1,
+    "Keyboard and mouse…",
+    "Lists every key and what the mouse does, with a field to search in",
+)
+.keys(&[Keys::plain("f1")]);
 
 /// Registers the commands, and draws the pages of commands.
 pub struct ShellCommandsPlugin;

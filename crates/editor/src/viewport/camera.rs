@@ -1,8 +1,8 @@
-//! The 3D camera: gestures into an orbit, the orbit into the document's view and the entity.
+//! The 3D camera: requests into an orbit, the orbit into the document's view and the entity.
 //!
-//! Middle or right drag orbits, Shift with it pans, the wheel zooms to the pointer.
+//! What the mouse and a trackpad do to it is in a file of its own.
 
-use crate::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
+use crate::document::requests::{OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
 use crate::document::shown::ShownDesign;
 use crate::document::state::WorldGeneration;
@@ -11,12 +11,13 @@ use crate::palette::ThemedColor;
 use crate::scene::extent;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{Presentation, ViewportRect};
-use crate::viewport::surfaces::Surfaces;
 use crate::{convert, palette};
-use bevy::camera::{ClearColorConfig, PerspectiveProjection, RenderTarget, Viewport};
+use bevy::camera::{
+    ClearColorConfig, OrthographicProjection, PerspectiveProjection, RenderTarget, ScalingMode,
+    Viewport,
+};
 use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::ecs::system::SystemParam;
-use bevy::input::mouse::{MouseScrollUnit, MouseWheel};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, RequestRedraw};
 use bevy_egui::input::EguiWantsInput;
@@ -25,7 +26,7 @@ use std::time::Duration;
 use trackwright_design::Design;
 use trackwright_design::view::CameraView;
 use trackwright_geometry::gizmo::Eye;
-use trackwright_geometry::orbit::{OrbitCamera, VERTICAL_FOV_RAD};
+use trackwright_geometry::orbit::{self, OrbitCamera, VERTICAL_FOV_RAD};
 use trackwright_geometry::surface::Ray;
 pub use trackwright_scene::opening_view::opening_camera;
 use trackwright_scene::opening_view::{first_camera, usual_camera};
@@ -33,8 +34,8 @@ use trackwright_scene::opening_view::{first_camera, usual_camera};
 /// How long the camera glides to where it was sent.
 const GLIDE: Duration = Duration::from_millis(250);
 
-/// Pixels of a trackpad's scrolling that count as a notch of a wheel.
-const PIXELS_PER_NOTCH: f32 = 40.0;
+/// Nearest and farthest that is drawn, in millimetres from the eye.
+const DEPTH_MM: [f32; 2] = [5.0, 20_000.0];
 
 /// The scene's 3D camera.
 #[derive(Component, Clone, Copy, Debug, Default)]
@@ -66,30 +67,11 @@ struct Glide {
     elapsed: Duration,
 }
 
-/// Turns the camera by itself: how far the pointer of an orbiting hand would move between two
-/// frames, pixels.
-#[derive(Resource, Clone, Copy, Debug, Default, PartialEq)]
-pub struct Turntable(pub Option<[f64; 2]>);
-
-/// A drag that moves the camera.
-#[derive(Resource, Default)]
-pub struct Gesture(Option<(MouseButton, Vec2)>);
-
 impl Plugin for CameraPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<OrbitRig>()
-            .init_resource::<Gesture>()
-            .init_resource::<Turntable>()
             .add_systems(PreStartup, spawn)
             .add_systems(Update, clear_in_theme.run_if(resource_changed::<Theme>))
-            .add_systems(
-                Update,
-                (drag_camera, zoom)
-                    .chain()
-                    .run_if(resource_exists::<ButtonInput<MouseButton>>)
-                    .in_set(EditorSystems::Input),
-            )
-            .add_systems(Update, turn.run_if(is_turning).in_set(EditorSystems::Input))
             .add_systems(
                 Update,
                 (measure_view, follow_document, answer_requests, glide, place)
@@ -112,12 +94,6 @@ impl Default for OrbitRig {
     }
 }
 
-impl Gesture {
-    pub fn is_on(&self) -> bool {
-        self.0.is_some()
-    }
-}
-
 impl OrbitRig {
     /// Whether it is on its way to where it was sent.
     pub fn is_gliding(&self) -> bool {
@@ -133,6 +109,18 @@ impl OrbitRig {
     pub fn return_to(&mut self, camera: OrbitCamera) {
         start_glide(self, camera);
         self.known = Some(camera.into());
+    }
+
+    /// Is where it was sent, which becomes the document's view.
+    fn arrive(&mut self) {
+        let (from, to) = (self.camera, self.camera);
+        self.glide = Some(Glide { from, to, elapsed: GLIDE });
+    }
+
+    /// Moves by hand: what it glided to no longer counts.
+    pub fn by_hand(&mut self, change: impl FnOnce(&mut OrbitCamera, [f64; 2])) {
+        self.glide = None;
+        change(&mut self.camera, self.view_px);
     }
 
     pub fn eye(&self) -> Eye {
@@ -151,12 +139,7 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
         MainCamera,
         Camera3d::default(),
         Camera { clear_color: ClearColorConfig::Custom(palette::BACKGROUND.color()), ..default() },
-        Projection::Perspective(PerspectiveProjection {
-            fov: convert::length(VERTICAL_FOV_RAD),
-            near: 5.0,
-            far: 20_000.0,
-            ..default()
-        }),
+        projection(&usual_camera()),
         // Maps have to keep the colours of their colour bar.
         Tonemapping::None,
         DebandDither::Disabled,
@@ -165,6 +148,40 @@ fn spawn(mut commands: Commands, target: Option<Res<SceneTarget>>) {
     if let Some(target) = target {
         camera.insert(target.0.clone());
     }
+}
+
+/// How the renderer projects what the camera sees.
+fn projection(camera: &OrbitCamera) -> Projection {
+    let [near, far] = DEPTH_MM;
+    match camera.projection {
+        orbit::Projection::Perspective => Projection::Perspective(PerspectiveProjection {
+            fov: convert::length(VERTICAL_FOV_RAD),
+            near,
+            far,
+            ..default()
+        }),
+        orbit::Projection::Orthographic => {
+            let viewport_height = convert::length(camera.view_height_mm());
+            Projection::Orthographic(OrthographicProjection {
+                near,
+                far,
+                scaling_mode: ScalingMode::FixedVertical { viewport_height },
+                ..OrthographicProjection::default_3d()
+            })
+        }
+    }
+}
+
+/// Whether two projections are of one kind and scale.
+fn is_same_projection(a: &Projection, b: &Projection) -> bool {
+    let height = |projection: &Projection| match projection {
+        Projection::Orthographic(orthographic) => match orthographic.scaling_mode {
+            ScalingMode::FixedVertical { viewport_height } => Some(viewport_height),
+            _ => None,
+        },
+        _ => None,
+    };
+    height(a) == height(b)
 }
 
 fn clear_in_theme(mut cameras: Query<&mut Camera, With<MainCamera>>) {
@@ -211,15 +228,14 @@ impl Sight<'_> {
 
 /// Keeps the camera in the document's view.
 #[derive(SystemParam)]
-struct ViewKeeper<'w> {
+pub(crate) struct ViewKeeper<'w> {
     world: Option<Res<'w, OpenWorld>>,
-    shown: Option<Res<'w, ShownDesign>>,
     views: MessageWriter<'w, ViewRequest>,
 }
 
 impl ViewKeeper<'_> {
     /// Done at the end of a gesture.
-    fn keep(&mut self, rig: &mut OrbitRig) {
+    pub fn keep(&mut self, rig: &mut OrbitRig) {
         let Some(world) = &self.world else { return };
         let camera = CameraView::from(rig.camera);
         if rig.known != Some(camera) {
@@ -251,96 +267,6 @@ impl ScenePointer<'_, '_> {
         let view = self.view.as_ref()?;
         let is_egui = self.egui.as_ref().is_some_and(|egui| egui.wants_any_pointer_input());
         (view.contains(at) && !is_egui).then_some(at)
-    }
-}
-
-fn drag_camera(
-    buttons: Res<ButtonInput<MouseButton>>,
-    keys: Res<ButtonInput<KeyCode>>,
-    pointer: ScenePointer,
-    active: Res<ActiveDrag>,
-    mut gesture: ResMut<Gesture>,
-    mut rig: ResMut<OrbitRig>,
-    mut keeper: ViewKeeper,
-) {
-    if gesture.0.is_none() && !active.0 {
-        let pressed = [MouseButton::Middle, MouseButton::Right]
-            .into_iter()
-            .find(|button| buttons.just_pressed(*button));
-        if let (Some(button), Some(at)) = (pressed, pointer.over_scene()) {
-            gesture.0 = Some((button, at));
-        }
-    }
-    let Some((button, last)) = gesture.0 else {
-        return;
-    };
-    if let Some(at) = pointer.in_window()
-        && at != last
-    {
-        let view_px = rig.view_px;
-        let drag_px = convert::pixel(at - last);
-        rig.glide = None;
-        if keys.any_pressed([KeyCode::ShiftLeft, KeyCode::ShiftRight]) {
-            rig.camera.pan(drag_px, view_px);
-        } else {
-            rig.camera.orbit(drag_px, view_px);
-        }
-        gesture.0 = Some((button, at));
-    }
-    if !buttons.pressed(button) {
-        gesture.0 = None;
-        keeper.keep(&mut rig);
-    }
-}
-
-fn is_turning(turntable: Res<Turntable>) -> bool {
-    turntable.0.is_some()
-}
-
-fn turn(
-    turntable: Res<Turntable>,
-    mut rig: ResMut<OrbitRig>,
-    mut redraws: MessageWriter<RequestRedraw>,
-) {
-    if let Some(way_px) = turntable.0 {
-        let view_px = rig.view_px;
-        rig.glide = None;
-        rig.camera.orbit(way_px, view_px);
-        redraws.write(RequestRedraw);
-    }
-}
-
-fn zoom(
-    mut wheel: MessageReader<MouseWheel>,
-    pointer: ScenePointer,
-    view: Option<Res<ViewportRect>>,
-    surfaces: Res<Surfaces>,
-    mut rig: ResMut<OrbitRig>,
-    mut keeper: ViewKeeper,
-) {
-    let notches: f32 = wheel
-        .read()
-        .map(|event| match event.unit {
-            MouseScrollUnit::Line => event.y,
-            MouseScrollUnit::Pixel => event.y / PIXELS_PER_NOTCH,
-        })
-        .sum();
-    let (Some(at), Some(view)) = (pointer.over_scene(), view) else {
-        return;
-    };
-    if notches != 0.0 {
-        let view_px = rig.view_px;
-        rig.glide = None;
-        // What lies under the pointer stays there, at its own depth.
-        if let Some(point) = keeper
-            .shown
-            .as_ref()
-            .and_then(|s| surfaces.under(&s.design, &rig.camera.ray(view.pixel(at), view_px)))
-        {
-            rig.camera.refocus(&point);
-        }
-        rig.camera.zoom(f64::from(notches), view.pixel(at), view_px);
-        keeper.keep(&mut rig);
     }
 }
 
@@ -387,21 +313,33 @@ fn answer_requests(
     selection: Res<Selection>,
     mut rig: ResMut<OrbitRig>,
 ) {
+    let sphere_of = |selection: &Selection| {
+        let (world, shown) = world.as_ref().zip(shown.as_ref())?;
+        extent::of_selection(&world.0, &shown.design, selection)
+    };
     for request in requests.read() {
         let mut to = rig.destination();
         match request {
             ViewRequest::Set(_) => continue,
-            ViewRequest::FrameSelection => {
-                let Some(sphere) = world
-                    .as_ref()
-                    .zip(shown.as_ref())
-                    .and_then(|(w, s)| extent::of_selection(&w.0, &s.design, &selection))
-                else {
-                    continue;
+            ViewRequest::FrameSelection | ViewRequest::FrameAll => {
+                let sphere = match request {
+                    ViewRequest::FrameAll => sphere_of(&Selection::default()),
+                    _ => sphere_of(&selection),
                 };
+                let Some(sphere) = sphere else { continue };
                 to.frame_sphere(sphere.center_mm, sphere.radius_mm, rig.view_px);
             }
-            ViewRequest::LookAlong(axis) => to.look_along(*axis),
+            ViewRequest::LookFrom(end) => to.look_from(*end),
+            ViewRequest::SwitchProjection => to.projection = to.projection.other(),
+            ViewRequest::Orbit(drag_px) => {
+                rig.by_hand(|camera, view_px| camera.orbit(*drag_px, view_px));
+                continue;
+            }
+            // It is there already: the view is kept.
+            ViewRequest::EndOrbit => {
+                rig.arrive();
+                continue;
+            }
         }
         start_glide(&mut rig, to);
     }
@@ -443,14 +381,18 @@ fn place(
     rig: Res<OrbitRig>,
     view: Option<Res<ViewportRect>>,
     window: Option<Single<&Window, With<PrimaryWindow>>>,
-    camera: Option<Single<(&mut Transform, &mut Camera), With<MainCamera>>>,
+    camera: Option<Single<(&mut Transform, &mut Camera, &mut Projection), With<MainCamera>>>,
 ) {
     let (Some(view), Some(camera)) = (view, camera) else {
         return;
     };
-    let (mut transform, mut camera) = camera.into_inner();
+    let (mut transform, mut camera, mut own) = camera.into_inner();
     if rig.is_changed() {
         transform.set_if_neq(convert::camera_transform(&rig.camera));
+        let wanted = projection(&rig.camera);
+        if !is_same_projection(&own, &wanted) {
+            *own = wanted;
+        }
     }
     let scale = window.as_ref().map_or(1.0, |w| w.scale_factor());
     let most = window.as_ref().map(|w| w.physical_size());

@@ -1,15 +1,17 @@
 //! Commands of the 3D view: the camera, tools, handles, and what is done to the selected sensors.
 
-use crate::document::requests::{Axis, EditRequest, OpenWorld, ViewRequest};
+use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
 use crate::shell::commands::{AddCommand, Command, EDIT, Situation, VIEW, write};
 use crate::shell::keys::Keys;
+use crate::shell::mouse::{AddMouseActions, MouseAction};
 use crate::viewport::gizmo::GizmoAxes;
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::{SceneTool, add_sensor_beside};
 use bevy::prelude::*;
 use trackwright_design::MirrorPlane;
+use trackwright_geometry::orbit::{Axis, AxisEnd};
 
 pub const ADD_SENSOR: Command = Command::new(
     EDIT,
@@ -41,28 +43,77 @@ const FRAME_SELECTION: Command = Command::new(
     "Moves the camera to what is selected, or to everything",
 )
 .keys(&[Keys::plain("f")]);
-const LOOK_ALONG: [(Axis, Command); 3] = [
+const FRAME_ALL: Command =
+    Command::new(VIEW, 1, "Frame all", "Moves the camera to where it sees both bodies")
+        .keys(&[Keys::plain("home")]);
+
+/// The views along the tracker's axes, in the order of [`AxisEnd::ALL`].
+pub const LOOK_FROM: [(AxisEnd, Command); 6] = [
     (
-        Axis::X,
-        Command::new(VIEW, 1, "Look along x", "Looks along the tracker's x axis")
-            .keys(&[Keys::plain("1")]),
+        AxisEnd::new(Axis::X, true),
+        Command::new(
+            VIEW,
+            2,
+            "View from +X",
+            "Looks along the tracker's x axis, from its positive end",
+        )
+        .keys(&[Keys::plain("1")]),
     ),
     (
-        Axis::Y,
-        Command::new(VIEW, 2, "Look along y", "Looks along the tracker's y axis")
-            .keys(&[Keys::plain("3")]),
-    ),
-    (
-        Axis::Z,
+        AxisEnd::new(Axis::X, false),
         Command::new(
             VIEW,
             3,
-            "Look along z",
-            "Looks along the tracker's z axis, which points from volume to generator",
+            "View from \u{2212}X",
+            "Looks along the tracker's x axis, from its negative end",
+        ),
+    ),
+    (
+        AxisEnd::new(Axis::Y, true),
+        Command::new(
+            VIEW,
+            4,
+            "View from +Y",
+            "Looks along the tracker's y axis, from its positive end",
+        )
+        .keys(&[Keys::plain("3")]),
+    ),
+    (
+        AxisEnd::new(Axis::Y, false),
+        Command::new(
+            VIEW,
+            5,
+            "View from \u{2212}Y",
+            "Looks along the tracker's y axis, from its negative end",
+        ),
+    ),
+    (
+        AxisEnd::new(Axis::Z, true),
+        Command::new(
+            VIEW,
+            6,
+            "View from +Z",
+            "Looks along the tracker's z axis from below, where the generator is",
+        ),
+    ),
+    (
+        AxisEnd::new(Axis::Z, false),
+        Command::new(
+            VIEW,
+            7,
+            "View from \u{2212}Z",
+            "Looks along the tracker's z axis from above, towards the generator",
         )
         .keys(&[Keys::plain("7")]),
     ),
 ];
+pub const SWITCH_PROJECTION: Command = Command::new(
+    VIEW,
+    8,
+    "Perspective or orthographic",
+    "Orthographic shows everything at one scale, so that lengths across the view can be compared",
+)
+.keys(&[Keys::plain("5")]);
 const TURN_GIZMO: Command = Command::new(
     VIEW,
     11,
@@ -70,6 +121,18 @@ const TURN_GIZMO: Command = Command::new(
     "Handles along the tracker's axes, or again along those of what is selected",
 )
 .available_if(|now| now.workspace.has_gizmo);
+
+/// What the mouse does to things in the scene.
+const MOUSE: [MouseAction; 8] = [
+    MouseAction::new("left click; left drag", "select; move what is under the pointer"),
+    MouseAction::new("Ctrl or Shift + click on a sensor", "select it with the others, or not"),
+    MouseAction::new("right click on a sensor", "what can be done to it"),
+    MouseAction::new("Shift during a drag", "move finely"),
+    MouseAction::new("Ctrl during a drag", "snap (handles: whole millimetres and 5°)"),
+    MouseAction::new("Alt during a drag of a sensor", "leave the surface"),
+    MouseAction::new("Esc during a drag", "cancel it"),
+    MouseAction::new("Shift + click after A", "add one sensor with every click"),
+];
 
 /// What is done to the selected sensors, in the order of menus.
 pub const SENSOR_COMMANDS: [(SensorCommand, Command); 14] = [
@@ -230,13 +293,16 @@ pub struct ViewportCommandsPlugin;
 
 impl Plugin for ViewportCommandsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_command(ADD_SENSOR, take(SceneTool::AddSensor))
+        app.add_mouse_actions(&MOUSE)
+            .add_command(ADD_SENSOR, take(SceneTool::AddSensor))
             .add_command(ADD_SENSOR_BESIDE, add_beside)
             .add_command(SET_TIP, take(SceneTool::SetTip))
             .add_command(FRAME_SELECTION, write(ViewRequest::FrameSelection))
+            .add_command(FRAME_ALL, write(ViewRequest::FrameAll))
+            .add_command(SWITCH_PROJECTION, write(ViewRequest::SwitchProjection))
             .add_command(TURN_GIZMO, |mut axes: ResMut<GizmoAxes>| axes.0 = axes.0.other());
-        for (axis, command) in LOOK_ALONG {
-            app.add_command(command, write(ViewRequest::LookAlong(axis)));
+        for (end, command) in LOOK_FROM {
+            app.add_command(command, write(ViewRequest::LookFrom(end)));
         }
         for (own, command) in SENSOR_COMMANDS {
             if own != SensorCommand::Row {

@@ -6,7 +6,8 @@ use crate::scene::body_meshes::{LightDrawing, Shapes, paints_in_software};
 use crate::schedule::EditorSystems;
 use crate::shell::egui_camera::{EguiCamera, share_a_picture};
 use crate::viewport::camera::MainCamera;
-use crate::viewport::camera::{Gesture, OrbitRig, Turntable};
+use crate::viewport::camera::OrbitRig;
+use crate::viewport::camera_gestures::{Gesture, Turntable};
 use bevy::prelude::*;
 
 /// Draws less while something moves, where no graphics card does the work.

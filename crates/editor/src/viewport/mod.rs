@@ -2,6 +2,7 @@
 
 pub mod ball_handle;
 pub mod camera;
+pub mod camera_gestures;
 pub mod commands;
 pub mod drag_edits;
 pub mod fine_pointer;
@@ -16,3 +17,4 @@ pub mod sensor_drag;
 pub mod surfaces;
 pub mod tool;
 pub mod troubles;
+pub mod view_axes;

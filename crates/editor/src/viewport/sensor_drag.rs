@@ -9,6 +9,7 @@ use crate::scene::{BodyRoot, SensorMark};
 use crate::schedule::EditorSystems;
 use crate::shell::window::ViewportRect;
 use crate::viewport::camera::Sight;
+use crate::viewport::camera_gestures::Gesture;
 use crate::viewport::drag_edits::DragEdits;
 use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
 use crate::viewport::gizmo::GizmoHandle;
@@ -145,12 +146,14 @@ struct Clicks<'w> {
     view: Option<Res<'w, ViewportRect>>,
     keys: Option<Res<'w, ButtonInput<KeyCode>>>,
     drag: Res<'w, ActiveDrag>,
+    camera: Option<Res<'w, Gesture>>,
 }
 
 impl Clicks<'_> {
-    /// Whether it is one in the 3D view, and not the end of a drag.
+    /// Whether it is one in the 3D view, and not the end of a drag of something or of the camera.
     fn counts(&self, at: Vec2) -> bool {
-        self.view.as_ref().is_some_and(|view| view.contains(at)) && !self.drag.0
+        let has_turned = self.camera.as_ref().is_some_and(|camera| camera.has_moved());
+        self.view.as_ref().is_some_and(|view| view.contains(at)) && !self.drag.0 && !has_turned
     }
 
     fn adds(&self) -> bool {

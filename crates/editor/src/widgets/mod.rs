@@ -5,4 +5,5 @@ pub mod basic;
 pub mod chart;
 pub mod switch;
 pub mod theme;
+pub mod tooltip;
 pub mod verdict;

@@ -12,7 +12,7 @@ use crate::layers::slice_picture;
 use crate::runner::results::Results;
 use crate::runner::solve::SolverHandle;
 use crate::runner::wake::Waker;
-use crate::viewport::camera::Turntable;
+use crate::viewport::camera_gestures::Turntable;
 use bevy::diagnostic::DiagnosticsStore;
 use bevy::prelude::*;
 use bevy::render::diagnostic::RenderDiagnosticsPlugin;

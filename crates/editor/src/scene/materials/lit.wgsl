@@ -44,7 +44,10 @@ fn lamp(
 fn fragment(in: VertexOutput, @builtin(front_facing) is_front: bool) -> @location(0) vec4<f32> {
     let outward = normalize(in.world_normal);
     let normal = select(-outward, outward, is_front);
-    let to_viewer = normalize(view.world_position.xyz - in.world_position.xyz);
+    // In orthographic projection every point is seen from the same direction.
+    let to_eye = view.world_position.xyz - in.world_position.xyz;
+    let is_orthographic = view.clip_from_view[3].w == 1.0;
+    let to_viewer = normalize(select(to_eye, view.world_from_view[2].xyz, is_orthographic));
     let axes = mat3x3<f32>(
         view.world_from_view[0].xyz,
         view.world_from_view[1].xyz,

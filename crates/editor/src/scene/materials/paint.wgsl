@@ -5,7 +5,10 @@
 
 @fragment
 fn fragment(in: VertexOutput) -> @location(0) vec4<f32> {
-    let to_viewer = normalize(view.world_position.xyz - in.world_position.xyz);
+    // In orthographic projection every point is seen from the same direction.
+    let to_eye = view.world_position.xyz - in.world_position.xyz;
+    let is_orthographic = view.clip_from_view[3].w == 1.0;
+    let to_viewer = normalize(select(to_eye, view.world_from_view[2].xyz, is_orthographic));
     let facing = abs(dot(normalize(in.world_normal), to_viewer));
     let shade = mix(rim.x, 1.0, facing);
 #ifdef VERTEX_COLORS
