@@ -38,6 +38,14 @@ impl ErrorOf {
         }
     }
 
+    /// What it is, in a sentence without its full stop.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Position => "Distance of the tip from where the tracker measures it",
+            Self::Angle => "Angle between the tool and the tool as the tracker measures it",
+        }
+    }
+
     /// For a person.
     pub fn unit(self) -> &'static str {
         match self {
@@ -76,6 +84,8 @@ struct SummaryRow {
     /// Within sentences, and in the heads of tables.
     label: &'static str,
     short: &'static str,
+    /// What it is, after a colon.
+    about: &'static str,
     value: fn(&mut Sample) -> f64,
     /// Parts of the sample, in order of size, whose values it grows with.
     ranks: [f64; 2],
@@ -83,22 +93,53 @@ struct SummaryRow {
 
 const fn summary(
     summary: Summary,
-    [key, label, short]: [&'static str; 3],
+    [key, label, short, about]: [&'static str; 4],
     ranks: [f64; 2],
     value: fn(&mut Sample) -> f64,
 ) -> SummaryRow {
-    SummaryRow { summary, key, label, short, value, ranks }
+    SummaryRow { summary, key, label, short, about, value, ranks }
 }
 
 /// In the order of files; sums before what reorders the sample.
 const SUMMARIES: [SummaryRow; 7] = [
-    summary(Summary::Rms, ["rms", "RMS", "RMS"], [0.0, 1.0], |s| s.rms()),
-    summary(Summary::Mean, ["mean", "mean", "mean"], [0.0, 1.0], |s| s.mean()),
-    summary(Summary::Std, ["std", "std", "std"], [0.0, 1.0], |s| s.std()),
-    summary(Summary::Min, ["min", "min", "min"], [0.0, 0.0], |s| s.min()),
-    summary(Summary::Median, ["median", "median", "median"], [0.47, 0.53], |s| s.percentile(0.5)),
-    summary(Summary::P95, ["p95", "95th percentile", "95 %"], [0.92, 0.98], |s| s.percentile(0.95)),
-    summary(Summary::Max, ["max", "max", "max"], [1.0, 1.0], |s| s.max()),
+    summary(
+        Summary::Rms,
+        [
+            "rms",
+            "RMS",
+            "RMS",
+            "root of the mean square over all trials, in which large errors count more",
+        ],
+        [0.0, 1.0],
+        |s| s.rms(),
+    ),
+    summary(Summary::Mean, ["mean", "mean", "mean", "mean over all trials"], [0.0, 1.0], |s| {
+        s.mean()
+    }),
+    summary(
+        Summary::Std,
+        ["std", "std", "std", "standard deviation over all trials"],
+        [0.0, 1.0],
+        |s| s.std(),
+    ),
+    summary(Summary::Min, ["min", "min", "min", "the least of all trials"], [0.0, 0.0], |s| {
+        s.min()
+    }),
+    summary(
+        Summary::Median,
+        ["median", "median", "median", "half of all trials are below"],
+        [0.47, 0.53],
+        |s| s.percentile(0.5),
+    ),
+    summary(
+        Summary::P95,
+        ["p95", "95th percentile", "95 %", "95 % of all trials are below"],
+        [0.92, 0.98],
+        |s| s.percentile(0.95),
+    ),
+    summary(Summary::Max, ["max", "max", "max", "the largest of all trials"], [1.0, 1.0], |s| {
+        s.max()
+    }),
 ];
 
 impl Summary {
@@ -119,6 +160,11 @@ impl Summary {
     /// In the heads of tables.
     pub fn short(self) -> &'static str {
         SUMMARIES[self.index()].short
+    }
+
+    /// What it is, after a colon.
+    pub fn about(self) -> &'static str {
+        SUMMARIES[self.index()].about
     }
 
     /// Of at least one value; reorders them.
@@ -412,6 +458,11 @@ impl Metric {
         self.row().label
     }
 
+    /// What it is, in a sentence: for whoever rests the pointer on it.
+    pub fn about(self) -> String {
+        format!("{}: {}", self.of.about(), self.summary.about())
+    }
+
     /// For the head of a column: `tip RMS`, `angle 95 %`.
     pub fn short_label(self) -> String {
         let of = match self.of {
@@ -601,6 +652,16 @@ impl Visitor<'_> for FieldSeed {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_figure_is_explained_in_a_sentence() {
+        for metric in METRICS {
+            let about = metric.about();
+            assert!(about.split_whitespace().count() >= 8, "{about}");
+            let others = METRICS.into_iter().filter(|other| other.about() == about);
+            assert_eq!(others.count(), 1, "{about}");
+        }
+    }
 
     #[test]
     fn every_figure_has_its_own_names() {
