@@ -8,6 +8,7 @@ use crate::shell::mouse::{MouseAction, MouseActions};
 use crate::shell::requests::Requests;
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy_egui::egui::{
     self, Align, Align2, Context, Grid, Id, Key, Layout, Modifiers, Response, RichText, ScrollArea,
@@ -212,7 +213,7 @@ fn command_row_ui(ui: &mut Ui, info: &Command, is_chosen: bool, is_available: bo
         egui::Button::selectable(is_chosen, RichText::new(info.name).color(color.color32()))
             .min_size(vec2(ui.available_width(), ROW_HEIGHT))
             .shortcut_text(info.shown_keys());
-    ui.add(button).on_hover_text(info.about)
+    ui.add(button).explained(info.about)
 }
 
 fn shortcuts_ui(

@@ -33,6 +33,13 @@ pub struct Group {
     pub workspace: Option<&'static str>,
 }
 
+impl Group {
+    /// What its menu has.
+    pub fn about(&self) -> String {
+        format!("Commands of the group {}, with their keys", self.name)
+    }
+}
+
 pub const FILE: Group = Group { order: 0, name: "File", workspace: None };
 pub const EDIT: Group = Group { order: 1, name: "Edit", workspace: None };
 pub const VIEW: Group = Group { order: 2, name: "View", workspace: None };

@@ -12,6 +12,7 @@ use crate::shell::registry::Workspaces;
 use crate::shell::requests::Requests;
 use crate::shell::window::Workspace;
 use crate::widgets::basic::quiet_ui;
+use crate::widgets::tooltip::{Explain, button_ui};
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, UiBuilder, vec2};
 use trackwright_project::RecentDesign;
@@ -102,7 +103,8 @@ pub fn top_bar_ui(ui: &mut Ui, bar: &TopBarView) -> Vec<TopBarAction> {
         }
         egui::MenuBar::new().ui(ui, |ui| {
             for group in [FILE, EDIT, VIEW, HELP] {
-                ui.menu_button(group.name, |ui| menu_ui(ui, bar, group, &mut actions));
+                let menu = ui.menu_button(group.name, |ui| menu_ui(ui, bar, group, &mut actions));
+                menu.response.explained(group.about());
             }
             ui.add_space(14.0);
             file_ui(ui, bar);
@@ -142,10 +144,10 @@ fn tab_ui(
     actions: &mut Vec<TopBarAction>,
 ) {
     let command = tab.command();
-    let about = format!("{} ({})", command.about, command.shown_keys());
+    let about = command.tooltip();
     let tab_button = Button::selectable(*tab == shown, tab.name).truncate();
     let size = vec2(width, TAB_HEIGHT);
-    if ui.add_sized(size, tab_button).on_hover_text(about).clicked() && *tab != shown {
+    if ui.add_sized(size, tab_button).explained(about).clicked() && *tab != shown {
         actions.push(TopBarAction::Run(command.name));
     }
 }
@@ -154,7 +156,7 @@ fn tab_ui(
 pub fn item_ui(ui: &mut Ui, text: &str, command: &Command, is_enabled: bool) -> Response {
     ui.set_min_width(MENU_WIDTH);
     let button = Button::new(text).shortcut_text(command.shown_keys());
-    let response = ui.add_enabled(is_enabled, button).on_hover_text(command.about);
+    let response = ui.add_enabled(is_enabled, button).explained(command.tooltip());
     if response.clicked() {
         ui.close();
     }
@@ -203,7 +205,7 @@ fn designs_ui(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<TopBarAction>) {
     ui.separator();
     quiet_ui(ui, "Built-in designs");
     for name in bar.builtins {
-        if ui.button(*name).clicked() {
+        if button_ui(ui, name, "Opens a design that comes with the program").clicked() {
             ui.close();
             let open = FileRequest::OpenBuiltIn((*name).to_owned());
             actions.push(TopBarAction::File(open));

@@ -136,7 +136,7 @@ fn end_ui(ui: &mut Ui, placed: &Placed, middle: Pos2, actions: &mut Vec<ViewAxes
         painter.circle_stroke(*at, END_RADIUS, stroke);
     }
     name(painter, *at, end.name(), ink);
-    if response.explained(&command.tooltip()).clicked() {
+    if response.explained(command.tooltip()).clicked() {
         actions.push(ViewAxesAction::Run(command.name));
     }
 }
@@ -156,7 +156,7 @@ fn middle_ui(ui: &mut Ui, projection: Projection, at: Pos2, actions: &mut Vec<Vi
     };
     ui.painter().circle_stroke(at, MIDDLE_RADIUS, Stroke::new(1.0, color.color32()));
     name(ui.painter(), at, name_of, color.color32());
-    if response.explained(&format!("{now} {}", command.tooltip())).clicked() {
+    if response.explained(format!("{now} {}", command.tooltip())).clicked() {
         actions.push(ViewAxesAction::Run(command.name));
     }
 }

@@ -3,6 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use bevy_egui::egui::{
     self, Color32, DragValue, Id, Key, Pos2, Response, RichText, Sense, Shape, Stroke, StrokeKind,
     Ui, vec2,
@@ -19,6 +20,10 @@ pub const MINUS: char = '\u{2212}';
 /// The signs of a requirement that is met, and of one that is missed; egui's fonts have these two.
 pub const MET_SIGN: char = '✔';
 pub const MISSED_SIGN: char = '✖';
+/// How a number is entered.
+const ENTERING: &str = "Drag it, or click and type: a number, a sum, or one with a unit";
+/// What a field shows that stands for values that differ.
+pub const MIXED: &str = "mixed";
 /// Width of the fields in rows of numbers.
 pub const FIELD_WIDTH: f32 = 76.0;
 
@@ -96,6 +101,8 @@ pub enum NumberChange {
 pub struct NumberField<'a> {
     /// For people who cannot see the field, and for tests.
     pub name: &'a str,
+    /// What it is, in a sentence; empty where the name states it.
+    pub about: &'a str,
     pub unit: &'static str,
     pub decimals: usize,
     /// Change of the value a pixel of dragging.
@@ -108,7 +115,16 @@ pub struct NumberField<'a> {
 impl<'a> NumberField<'a> {
     /// A length in millimetres.
     pub fn length(name: &'a str) -> Self {
-        Self { name, unit: "mm", decimals: 2, speed: 0.1, min: -1e6, max: 1e6, width: FIELD_WIDTH }
+        Self {
+            name,
+            about: "",
+            unit: "mm",
+            decimals: 2,
+            speed: 0.1,
+            min: -1e6,
+            max: 1e6,
+            width: FIELD_WIDTH,
+        }
     }
 
     /// An angle in degrees.
@@ -119,6 +135,19 @@ impl<'a> NumberField<'a> {
     /// A number without a unit.
     pub fn plain(name: &'a str) -> Self {
         Self { unit: "", decimals: 3, speed: 0.01, min: -1.0, max: 1.0, ..Self::length(name) }
+    }
+
+    /// With what it is, in a sentence.
+    pub fn about(self, about: &'a str) -> Self {
+        Self { about, ..self }
+    }
+
+    /// What it is, and how a number is entered.
+    fn tooltip(&self) -> String {
+        let about = if self.about.is_empty() { self.name } else { self.about };
+        let mut letters = about.chars();
+        let first: String = letters.next().into_iter().flat_map(char::to_uppercase).collect();
+        format!("{first}{}. {ENTERING}", letters.as_str())
     }
 
     pub fn positive(self) -> Self {
@@ -166,13 +195,27 @@ impl<'a> NumberField<'a> {
 /// What is typed may be an expression with units, see [`typed_number::parse`]. A text that is no
 /// number leaves the value as it is; the reason is shown below the field until the next key or
 /// click. Escape leaves the field with the value that it had.
-pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChange> {
+///
+/// `None` stands for values that differ: the field shows that, can be typed in and not dragged.
+pub fn number_ui(
+    ui: &mut Ui,
+    field: &NumberField,
+    value: impl Into<Option<f64>>,
+) -> Vec<NumberChange> {
     let mut changes = Vec::new();
+    let own: Option<f64> = value.into();
+    // What is typed is another number than this one.
+    let value = own.unwrap_or(f64::INFINITY);
     let mut edited = value;
     let decimals = field.decimals;
-    let suffix = with_unit("", field.unit);
+    let suffix = own.map_or_else(String::new, |_| with_unit("", field.unit));
+    let speed = own.map_or(0.0, |_| field.speed);
     let refusal = RefCell::new(None);
-    let shown = decimal(value, decimals);
+    let text_of = move |value: f64| match value.is_finite() {
+        true => decimal(value, decimals),
+        false => MIXED.to_owned(),
+    };
+    let shown = text_of(value);
     let is_given_up = is_just_given_up(ui);
     let read = |text: &str| {
         if is_given_up || text.trim() == shown {
@@ -187,13 +230,13 @@ pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChan
             ui.add_sized(
                 vec2(field.width, ui.spacing().interact_size.y),
                 DragValue::new(&mut edited)
-                    .speed(field.speed)
+                    .speed(speed)
                     .range(field.min..=field.max)
                     .clamp_existing_to_range(false)
                     .suffix(suffix)
                     .update_while_editing(false)
                     .max_decimals(decimals)
-                    .custom_formatter(move |v, _| decimal(v, decimals))
+                    .custom_formatter(move |v, _| text_of(v))
                     .custom_parser(read),
             )
         })
@@ -201,13 +244,19 @@ pub fn number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Vec<NumberChan
     ui.ctx().accesskit_node_builder(response.id, |node| {
         node.set_label(field.name.to_owned());
     });
-    if response.drag_started() {
+    let is_refused = refusal.borrow().is_some();
+    let response = match response.has_focus() || is_refused {
+        // The reason for a refusal stands there.
+        true => response,
+        false => response.explained(field.tooltip()),
+    };
+    if own.is_some() && response.drag_started() {
         changes.push(NumberChange::Begin);
     }
     if response.changed() && edited.is_finite() && edited != value {
         changes.push(NumberChange::Set(edited));
     }
-    if response.drag_stopped() {
+    if own.is_some() && response.drag_stopped() {
         changes.push(NumberChange::Commit);
     }
     refusal_ui(ui, &response, refusal.into_inner());

@@ -4,6 +4,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use bevy_egui::egui::{
     self, Color32, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, vec2,
 };
@@ -63,7 +64,7 @@ pub fn switch_ui(ui: &mut Ui, switch: Switch, is_on: bool, is_near: bool, name: 
     if let Some(color) = color.filter(|_| ui.is_rect_visible(rect)) {
         paint(ui.painter(), switch, is_on, rect, color.color32());
     }
-    response.on_hover_text(format!("{label}. {}", switch.about()))
+    response.explained(format!("{label}. {}", switch.about()))
 }
 
 fn paint(painter: &Painter, switch: Switch, is_on: bool, rect: Rect, color: Color32) {
