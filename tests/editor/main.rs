@@ -44,6 +44,7 @@ mod study_panels;
 #[allow(dead_code, reason = "the tests of the program use the rest")]
 #[path = "../support/mod.rs"]
 mod support;
+mod tip;
 mod tip_scatter;
 mod tools;
 mod uploads;

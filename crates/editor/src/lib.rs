@@ -50,6 +50,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::sensor_drag::DragPlugin`] | hovering, selecting, dragging sensors |
 /// | [`viewport::gizmo::GizmoPlugin`] | handles that move and turn what is selected |
 /// | [`viewport::tool::ToolPlugin`] | what a click in the scene does beside selecting |
+/// | [`viewport::tip_drag::TipDragPlugin`] | the ball by which a selected tip is dragged |
 /// | [`viewport::pointer_hint::PointerHintPlugin`] | what the pointer can do now, in words |
 /// | [`scene::materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
@@ -105,6 +106,7 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::sensor_drag::DragPlugin)
             .add(viewport::gizmo::GizmoPlugin)
             .add(viewport::tool::ToolPlugin)
+            .add(viewport::tip_drag::TipDragPlugin)
             .add(viewport::pointer_hint::PointerHintPlugin)
             .add(scene::materials::MaterialsPlugin)
             .add(scene::ScenePlugin)

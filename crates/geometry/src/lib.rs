@@ -37,6 +37,7 @@ pub mod placeholder;
 pub mod pointing;
 pub mod pose;
 pub mod rotation;
+pub mod snap;
 pub mod solid;
 pub mod spread;
 pub mod surface;

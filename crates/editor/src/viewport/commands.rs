@@ -32,7 +32,7 @@ pub const SET_TIP: Command = Command::new(
     EDIT,
     12,
     "Set the tip by click",
-    "Puts the tip of a body where the next click meets it",
+    "Puts the tip of a body where the next click meets it; near corners and shaft ends it snaps",
 )
 .keys(&[Keys::plain("t")])
 .available_if(is_edited);
@@ -123,13 +123,17 @@ const TURN_GIZMO: Command = Command::new(
 .available_if(|now| now.workspace.has_gizmo);
 
 /// What the mouse does to things in the scene.
-const MOUSE: [MouseAction; 8] = [
+const MOUSE: [MouseAction; 9] = [
     MouseAction::new("left click; left drag", "select; move what is under the pointer"),
     MouseAction::new("Ctrl or Shift + click on a sensor", "select it with the others, or not"),
     MouseAction::new("right click on a sensor", "what can be done to it"),
     MouseAction::new("Shift during a drag", "move finely"),
     MouseAction::new("Ctrl during a drag", "snap (handles: whole millimetres and 5°)"),
     MouseAction::new("Alt during a drag of a sensor", "leave the surface"),
+    MouseAction::new(
+        "Alt while the tip is set or dragged",
+        "no snapping to corners and shaft ends",
+    ),
     MouseAction::new("Esc during a drag", "cancel it"),
     MouseAction::new("Shift + click after A", "add one sensor with every click"),
 ];

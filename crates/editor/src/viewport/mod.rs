@@ -15,6 +15,7 @@ pub mod scene_menu;
 pub mod sensor_commands;
 pub mod sensor_drag;
 pub mod surfaces;
+pub mod tip_drag;
 pub mod tool;
 pub mod troubles;
 pub mod view_axes;

@@ -136,7 +136,14 @@ fn with_tool(tool: SceneTool, aim: &ToolAim) -> String {
     };
     match &aim.0 {
         None => format!("{} · Esc ends", what(None)),
-        Some(Ok(point)) => format!("{} · Esc ends", what(Some(point.body))),
+        Some(Ok(point)) => match (tool, point.snap) {
+            (SceneTool::SetTip, Some(snap)) => format!(
+                "Click puts the tip of the {} on this {} · Alt frees it · Esc ends",
+                point.body,
+                snap.name()
+            ),
+            _ => format!("{} · Esc ends", what(Some(point.body))),
+        },
         Some(Err(miss)) => format!("Nothing to click on here: {miss} · Esc ends"),
     }
 }

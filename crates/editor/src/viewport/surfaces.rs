@@ -3,22 +3,34 @@
 use crate::document::requests::OpenWorld;
 use bevy::prelude::*;
 use nalgebra::Point3;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::snap::SnapPoints;
 use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 
 /// The surfaces of both bodies, made once a mesh.
 #[derive(Resource, Default)]
 pub struct Surfaces([Option<MeshSurface>; 2]);
 
-/// A mesh and its surface; none where the mesh has no area.
-type MeshSurface = (Arc<SurfaceMesh>, Option<Arc<Surface>>);
+struct MeshSurface {
+    mesh: Arc<SurfaceMesh>,
+    /// `None` where the mesh has no area.
+    surface: Option<Arc<Surface>>,
+    /// Made when a pointer first snaps to them.
+    snap_points: OnceLock<SnapPoints>,
+}
 
 impl Surfaces {
     /// The surface of a body; `None` where it has no mesh with an area.
     pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
-        self.0[role as usize].as_ref()?.1.as_ref()
+        self.0[role as usize].as_ref()?.surface.as_ref()
+    }
+
+    /// What a pointer snaps to on a body; `None` where it has no mesh.
+    pub fn snap_points(&self, role: BodyRole) -> Option<&SnapPoints> {
+        let own = self.0[role as usize].as_ref()?;
+        Some(own.snap_points.get_or_init(|| SnapPoints::of(&own.mesh)))
     }
 
     /// The nearest point of a body on a ray of the tracker frame.
@@ -49,15 +61,18 @@ impl Surfaces {
 pub(crate) fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
     for role in BodyRole::ALL {
         let mesh = world.0.mesh(role);
-        let has = surfaces.0[role as usize].as_ref().map(|(mesh, _)| mesh);
+        let has = surfaces.0[role as usize].as_ref().map(|own| &own.mesh);
         let is_current = match (has, mesh) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (None, None) => true,
             _ => false,
         };
         if !is_current {
-            surfaces.0[role as usize] =
-                mesh.map(|mesh| (Arc::clone(mesh), Surface::new(mesh).map(Arc::new)));
+            surfaces.0[role as usize] = mesh.map(|mesh| MeshSurface {
+                mesh: Arc::clone(mesh),
+                surface: Surface::new(mesh).map(Arc::new),
+                snap_points: OnceLock::new(),
+            });
         }
     }
 }

@@ -9,11 +9,11 @@ use crate::document::selection::{Hovered, Selected, Selection};
 use crate::document::state::Notice;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::RunCommand;
-use crate::shell::window::Workspace;
+use crate::shell::window::{DragReadout, DragText, Workspace};
 use crate::viewport::camera::Sight;
 use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys};
 use crate::viewport::surfaces::Surfaces;
-use crate::viewport::tool::aim::{AimedPoint, Miss, aim_at};
+use crate::viewport::tool::aim::{AimedPoint, Miss, aim_at, aim_tip};
 use bevy::ecs::system::SystemParam;
 use bevy::picking::pointer::{
     PointerAction, PointerButton, PointerId, PointerInput, PointerLocation,
@@ -23,6 +23,7 @@ use bevy::window::RequestRedraw;
 use bevy_egui::input::EguiWantsInput;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
 use trackwright_design::{BodyRole, Design, Edit, sensor_beside_last, sensor_on_surface};
+use trackwright_geometry::snap::SnapKind;
 use trackwright_simulation::Sensor;
 
 /// What the pointer has in hand in the 3D view.
@@ -54,6 +55,13 @@ pub struct AimSystems;
 /// What is under the pointer; `None` without a tool, or where the pointer is elsewhere.
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct ToolAim(pub Option<Result<AimedPoint, Miss>>);
+
+impl ToolAim {
+    /// What the pointer snapped to.
+    pub fn snap(&self) -> Option<SnapKind> {
+        self.0.as_ref()?.as_ref().ok()?.snap
+    }
+}
 
 impl Plugin for ToolPlugin {
     fn build(&self, app: &mut App) {
@@ -140,8 +148,9 @@ struct Scene<'w> {
 }
 
 impl Scene<'_> {
-    /// What a tool finds at a place in the window; `None` where that is not its own.
-    fn aim(&self, tool: SceneTool, at: Vec2) -> Option<Result<AimedPoint, Miss>> {
+    /// What a tool finds at a place in the window; `None` where that is not its own. The tip snaps to
+    /// points of a body unless it is free.
+    fn aim(&self, tool: SceneTool, at: Vec2, is_free: bool) -> Option<Result<AimedPoint, Miss>> {
         let is_egui = (self.egui.as_ref()).is_some_and(|egui| egui.wants_any_pointer_input());
         if tool == SceneTool::Select || is_egui || !self.sight.contains(at) {
             return None;
@@ -149,7 +158,10 @@ impl Scene<'_> {
         let world = &self.sight.world.as_ref()?.0;
         let design = self.sight.design()?;
         let ray = self.sight.ray(at)?;
-        Some(aim_at(world, design, &self.surfaces, &ray))
+        Some(match tool == SceneTool::SetTip && !is_free {
+            true => aim_tip(world, design, &self.surfaces, &ray, &self.sight.eye()),
+            false => aim_at(world, design, &self.surfaces, &ray),
+        })
     }
 
     /// What a click on a point does.
@@ -189,7 +201,7 @@ fn answer_clicks(
                 let Some(click) = pressed.take().filter(is_click) else {
                     continue;
                 };
-                let Some(Ok(point)) = scene.aim(*tool, click) else {
+                let Some(Ok(point)) = scene.aim(*tool, click, keys.is_off()) else {
                     continue;
                 };
                 if *tool == SceneTool::SetTip {
@@ -211,11 +223,19 @@ fn aim(
     tool: Res<SceneTool>,
     pointers: Query<(&PointerId, &PointerLocation)>,
     scene: Scene,
+    keys: DragKeys,
     mut aim: ResMut<ToolAim>,
+    mut readout: ResMut<DragReadout>,
 ) {
     let mouse = pointers.iter().find(|(id, _)| **id == PointerId::Mouse);
     let at = mouse.and_then(|(_, at)| Some(at.location()?.position));
-    aim.set_if_neq(ToolAim(at.and_then(|at| scene.aim(*tool, at))));
+    let found = ToolAim(at.and_then(|at| scene.aim(*tool, at, keys.is_off())));
+    let name = found.snap().zip(at).map(|(snap, at)| DragText { at, text: snap.name().to_owned() });
+    // Nothing is dragged while a tool is in hand.
+    if name.is_some() || aim.snap().is_some() {
+        readout.set_if_neq(DragReadout(name));
+    }
+    aim.set_if_neq(found);
 }
 
 fn show_cursor(mut contexts: EguiContexts) -> Result {

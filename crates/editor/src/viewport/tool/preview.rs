@@ -22,6 +22,8 @@ const COIL_ALPHA: [f32; 2] = [0.6, 0.85];
 /// The axis through the coil and the mark of the tip, in pixels.
 const AXIS_PX: [f64; 2] = [2.0, 64.0];
 const TIP_RADIUS_PX: f64 = 5.5;
+/// Larger where it snapped to a point of the body.
+const SNAPPED_RADIUS_PX: f64 = 8.5;
 
 /// When the preview follows the pointer.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -130,7 +132,10 @@ fn placed(aim: &ToolAim, tool: SceneTool, shown: &ShownDesign) -> Vec<Placed> {
         }
         SceneTool::SetTip => {
             let at = tracker_from_body * point.at.position_mm;
-            let radius = px(TIP_RADIUS_PX);
+            let radius = px(match point.snap {
+                Some(_) => SNAPPED_RADIUS_PX,
+                None => TIP_RADIUS_PX,
+            });
             vec![Placed {
                 part: Part::Tip,
                 tracker_from_part: Pose::from_parts(

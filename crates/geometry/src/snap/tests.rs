@@ -1,0 +1,121 @@
+use super::*;
+use crate::mesh::MeshPart;
+use crate::orbit::{AxisEnd, OrbitCamera, Projection};
+use std::f64::consts::TAU;
+
+const RADIUS_MM: f64 = 1.5;
+const LENGTH_MM: f64 = 80.0;
+const SIDES: u32 = 24;
+
+/// A round shaft along z from the origin, beside z by `at_mm`, with a fan at each end.
+fn shaft(at_mm: Vector3<f64>) -> SurfaceMesh {
+    let mut positions_mm =
+        vec![Point3::from(at_mm), Point3::from(at_mm) + Vector3::z() * LENGTH_MM];
+    for k in 0..SIDES {
+        let (sin, cos) = (TAU * f64::from(k) / f64::from(SIDES)).sin_cos();
+        let rim = Point3::from(at_mm) + Vector3::new(cos, sin, 0.0) * RADIUS_MM;
+        positions_mm.extend([rim, rim + Vector3::z() * LENGTH_MM]);
+    }
+    let rim = |k: u32, end: u32| 2 + 2 * (k % SIDES) + end;
+    let triangles = (0..SIDES)
+        .flat_map(|k| {
+            let [a, b, c, d] = [rim(k, 0), rim(k + 1, 0), rim(k, 1), rim(k + 1, 1)];
+            [[0, b, a], [1, c, d], [a, b, d], [a, d, c]]
+        })
+        .collect();
+    let part = MeshPart {
+        name: "shaft".to_owned(),
+        normals: vec![Vector3::z(); positions_mm.len()],
+        positions_mm,
+        triangles,
+        ..MeshPart::default()
+    };
+    SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
+}
+
+fn eye(end: AxisEnd, projection: Projection) -> Eye {
+    let mut camera = OrbitCamera {
+        focus_mm: Point3::new(0.0, 0.0, LENGTH_MM / 2.0),
+        distance_mm: 400.0,
+        azimuth_rad: 0.0,
+        elevation_rad: 0.0,
+        projection,
+    };
+    camera.look_from(end);
+    Eye { camera, view_px: [900.0, 600.0] }
+}
+
+const SIDE: AxisEnd = AxisEnd::new(crate::orbit::Axis::X, true);
+
+/// What a pointer so far from the pixel of a point snaps to.
+fn snapped(mesh: &SurfaceMesh, eye: &Eye, at: Point3<f64>, by_px: [f64; 2]) -> Option<SnapPoint> {
+    let [x, y] = eye.camera.project(&at, eye.view_px).unwrap();
+    let ray = eye.camera.ray([x + by_px[0], y + by_px[1]], eye.view_px);
+    SnapPoints::of(mesh).under(&ray, eye, &Surface::new(mesh).unwrap())
+}
+
+#[test]
+fn the_shaft_end_is_the_end_of_its_axis() {
+    let at_mm = Vector3::new(3.0, -2.0, 0.0);
+    let points = SnapPoints::of(&shaft(at_mm));
+    let ends: Vec<_> = points.iter().filter(|p| p.kind == SnapKind::ShaftEnd).collect();
+    assert_eq!(ends.len(), 2);
+    for (end, z) in ends.iter().zip([LENGTH_MM, 0.0]) {
+        let off_mm = (end.at_mm - Point3::from(at_mm) - Vector3::z() * z).norm();
+        assert!(off_mm < 1e-12, "{off_mm}");
+    }
+}
+
+#[test]
+fn each_place_is_one_point() {
+    let mut mesh = shaft(Vector3::zeros());
+    mesh.parts.push(mesh.parts[0].clone());
+    let points = SnapPoints::of(&mesh);
+    assert_eq!(points.iter().count(), 2 + 2 + 2 * SIDES as usize);
+}
+
+#[test]
+fn rims_are_edges_and_the_middle_of_a_face_is_none() {
+    let mesh = shaft(Vector3::zeros());
+    for point in SnapPoints::of(&mesh).iter() {
+        let is_rim = (point.at_mm.coords.xy().norm() - RADIUS_MM).abs() < 1e-9;
+        assert_eq!(point.kind == SnapKind::EdgeEnd, is_rim, "{point:?}");
+    }
+}
+
+#[test]
+fn a_pointer_near_the_end_snaps_to_it() {
+    let mesh = shaft(Vector3::zeros());
+    let end = Point3::new(0.0, 0.0, LENGTH_MM);
+    for projection in [Projection::Perspective, Projection::Orthographic] {
+        let eye = eye(SIDE, projection);
+        let found = snapped(&mesh, &eye, end, [6.0, -4.0]).unwrap();
+        assert_eq!(found.kind, SnapKind::ShaftEnd);
+        assert!((found.at_mm - end).norm() < 1e-12);
+        assert_eq!(snapped(&mesh, &eye, end, [40.0, 40.0]), None);
+        let middle = Point3::new(0.0, 0.0, LENGTH_MM / 2.0);
+        assert_eq!(snapped(&mesh, &eye, middle, [0.0, 0.0]), None);
+    }
+}
+
+#[test]
+fn a_hidden_corner_is_left_out() {
+    let mesh = shaft(Vector3::zeros());
+    for projection in [Projection::Perspective, Projection::Orthographic] {
+        let eye = eye(SIDE, projection);
+        let surface = Surface::new(&mesh).unwrap();
+        let ray = eye.camera.ray([450.0, 300.0], eye.view_px);
+        // In the middle of a side's width, clear of the triangles' edges.
+        let (sin, cos) = (TAU / f64::from(2 * SIDES)).sin_cos();
+        let [x, y] = [cos, sin].map(|part| part * cos * RADIUS_MM);
+        assert!(is_seen(&Point3::new(x, y, 47.0), &ray, &eye, &surface));
+        assert!(!is_seen(&Point3::new(-x, y, 47.0), &ray, &eye, &surface));
+    }
+}
+
+#[test]
+fn a_vertex_between_smooth_faces_has_less_reach() {
+    assert!(SnapKind::Vertex.reach_px() < SnapKind::EdgeEnd.reach_px());
+    assert!(SnapKind::EdgeEnd.reach_px() < SnapKind::ShaftEnd.reach_px());
+    assert!(SnapPoints::of(&SurfaceMesh::default()).iter().next().is_none());
+}
