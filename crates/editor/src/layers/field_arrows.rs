@@ -17,6 +17,7 @@ use crate::scene::body_meshes::{Shapes, paints_in_software};
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::widgets::basic::{NumberField, decimal, with_unit};
+use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use bevy_egui::egui::{Slider, Ui};
@@ -114,9 +115,13 @@ impl FromWorld for ArrowLayer {
     }
 }
 
+/// What it shows.
+const ABOUT: &str =
+    "Arrows on a lattice: direction and size of the field's position error in the room";
+
 impl Plugin for ArrowsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER)
+        app.add_layer(LAYER, ABOUT)
             .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
             .init_resource::<ArrowLayer>()
             .add_systems(
@@ -318,7 +323,7 @@ fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
             (true, "the tool's", "The mean of the tool's own sensors, turned as the tool is seen"),
         ] {
             let label = ui.selectable_label(view.arrows.of_tool == of_tool, name);
-            if label.on_hover_text(about).clicked() {
+            if label.explained(about).clicked() {
                 view.arrows.of_tool = of_tool;
             }
         }
@@ -330,7 +335,8 @@ fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
         ui.spacing_mut().slider_width = 70.0;
         let mut per_side = view.arrows.per_side();
         let slider = Slider::new(&mut per_side, ArrowsView::PER_SIDE);
-        let response = ui.add(slider);
+        let about = "How many arrows stand along each side of the lattice";
+        let response = ui.add(slider).explained(about);
         ui.ctx().accesskit_node_builder(response.id, |node| {
             node.set_label("arrows per side".to_owned());
         });

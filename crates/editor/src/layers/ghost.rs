@@ -38,9 +38,12 @@ pub struct GhostPlugin;
 #[require(Transform, Visibility)]
 struct GhostRoot(Arc<SurfaceMesh>);
 
+/// What it shows.
+const ABOUT: &str = "The tool where the tracker measures it, magnified as the errors are";
+
 impl Plugin for GhostPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );

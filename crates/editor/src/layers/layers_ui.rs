@@ -6,6 +6,8 @@ use crate::layers::legend::Legends;
 use crate::layers::registry::{LayerInfo, LayerRegistry, SettingsContext};
 use crate::viewport::camera::OrbitRig;
 use crate::widgets::basic::section_ui;
+use crate::widgets::tooltip::Explain;
+
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::Res;
 use bevy_egui::egui::{Checkbox, Ui};
@@ -91,8 +93,8 @@ fn layer_ui(ui: &mut Ui, layer: &LayerInfo, panel: &LayersView, view: &mut View)
     ui.horizontal(|ui| {
         ui.add_space(6.0);
         let switch = Checkbox::new((layer.switch)(&mut view.layers), layer.name);
-        ui.add_enabled(why_not.is_none(), switch)
-            .on_disabled_hover_text(why_not.unwrap_or_default());
+        let switch = ui.add_enabled(why_not.is_none(), switch);
+        let _ = switch.explained(layer.tooltip(panel.environment));
     });
     let Some(settings) = layer.settings.filter(|_| is_on) else {
         return;

@@ -72,9 +72,12 @@ struct Held {
     has_begun: bool,
 }
 
+/// What it shows.
+const ABOUT: &str = "What the range of motion runs through, with balls that set where it ends";
+
 impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER)
+        app.add_layer(LAYER, ABOUT)
             .init_resource::<MotionDrag>()
             .add_observer(on_drag_start)
             .add_observer(on_drag)

@@ -20,6 +20,7 @@ use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::viewport::surfaces::Surfaces;
 use crate::widgets::basic::{NumberField, decimal, quiet_ui, with_unit};
+use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy_egui::egui::{ComboBox, Ui};
 use std::sync::Arc;
@@ -121,9 +122,13 @@ impl FromWorld for PlacementLayer {
     }
 }
 
+/// What it shows.
+const ABOUT: &str =
+    "The body's surface, coloured by the tip error that the selected sensor would give there";
+
 impl Plugin for PlacementPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER)
+        app.add_layer(LAYER, ABOUT)
             .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
             .init_resource::<PlacementLayer>()
             .add_systems(
@@ -334,7 +339,7 @@ fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
                 }
             })
             .response
-            .on_hover_text("Which way the sensor points where it is imagined");
+            .explained("Which way the sensor points where it is imagined");
     });
     let field = NumberField::length("placement's colour range in mm");
     let range = &mut view.placement_range_mm;

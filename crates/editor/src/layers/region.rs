@@ -57,9 +57,12 @@ impl FromWorld for RegionLayer {
     }
 }
 
+/// What it shows.
+const ABOUT: &str = "Where in the volume the design meets its requirement";
+
 impl Plugin for RegionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER)
+        app.add_layer(LAYER, ABOUT)
             .init_resource::<RegionLayer>()
             .add_systems(
                 Update,

@@ -2,9 +2,11 @@
 //! into the legend and its value under the pointer. The list of switches, the legend and the probe
 //! iterate over what was registered.
 
-use crate::document::requests::OpenWorld;
+use crate::document::requests::{OpenWorld, ViewRequest};
+use crate::document::state::Notice;
 use crate::layers::legend::StrokeKey;
-use bevy::prelude::{App, Resource, World};
+use crate::shell::commands::{AddCommand, Command, Group};
+use bevy::prelude::{App, MessageWriter, Res, ResMut, Resource, World};
 use bevy_egui::egui::Ui;
 use trackwright_design::Design;
 use trackwright_design::view::{Layers, View};
@@ -12,10 +14,18 @@ use trackwright_field::environment::Environment;
 use trackwright_geometry::orbit::OrbitCamera;
 use trackwright_geometry::surface::Ray;
 
+/// The layers, in lists of commands.
+pub const LAYERS: Group = Group { order: 3, name: "Layers", workspace: None };
+
+/// From here on commands are in lists only.
+const LIST_ONLY: u16 = 100;
+
 /// A layer as the list of switches and the legend know it.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerInfo {
     pub name: &'static str,
+    /// What it shows, in a sentence: set where it is registered.
+    pub about: &'static str,
     /// Where it stands in the list, and in the legend.
     pub order: u32,
     pub switch: fn(&mut Layers) -> &mut bool,
@@ -35,6 +45,7 @@ impl LayerInfo {
     pub const fn new(name: &'static str, order: u32, switch: fn(&mut Layers) -> &mut bool) -> Self {
         Self {
             name,
+            about: "",
             order,
             switch,
             is_of_room: false,
@@ -47,6 +58,34 @@ impl LayerInfo {
 
     pub fn is_on(&self, mut layers: Layers) -> bool {
         *(self.switch)(&mut layers)
+    }
+
+    /// What it shows, and why it cannot be turned on in a room.
+    pub fn tooltip(&self, environment: &Environment) -> String {
+        match (self.why_not)(environment) {
+            Some(why_not) => format!("{}. Not now: {why_not}", self.about),
+            None => self.about.to_owned(),
+        }
+    }
+
+    /// The command that switches it.
+    fn command(&self) -> Command {
+        // Names of commands live as long as the program, and so do these.
+        let name = format!("Show layer: {}", self.name).leak();
+        let order = LIST_ONLY + u16::try_from(self.order).unwrap_or(u16::MAX - LIST_ONLY);
+        Command::new(LAYERS, order, name, self.about).available_if(|now| now.world.is_some())
+    }
+
+    /// Turns it on or off; why it cannot be turned on.
+    fn toggle(&self, view: &mut View, environment: &Environment) -> Result<(), &'static str> {
+        let is_on = (self.switch)(&mut view.layers);
+        match (self.why_not)(environment) {
+            Some(why_not) if !*is_on => Err(why_not),
+            _ => {
+                *is_on = !*is_on;
+                Ok(())
+            }
+        }
     }
 }
 
@@ -97,12 +136,15 @@ pub struct LayerRegistry {
 
 /// Registers layers with an [`App`].
 pub trait AddLayer {
-    fn add_layer(&mut self, layer: LayerInfo) -> &mut Self;
+    /// Adds a layer with a sentence that explains it, and the command that switches it.
+    fn add_layer(&mut self, layer: LayerInfo, about: &'static str) -> &mut Self;
     fn add_probe(&mut self, probe: ProbeInfo) -> &mut Self;
 }
 
 impl AddLayer for App {
-    fn add_layer(&mut self, layer: LayerInfo) -> &mut Self {
+    fn add_layer(&mut self, layer: LayerInfo, about: &'static str) -> &mut Self {
+        let layer = LayerInfo { about, ..layer };
+        self.add_command(layer.command(), switch(layer));
         let layers = &mut self.world_mut().get_resource_or_init::<LayerRegistry>().layers;
         let at = layers.partition_point(|other| other.order <= layer.order);
         layers.insert(at, layer);
@@ -112,6 +154,24 @@ impl AddLayer for App {
     fn add_probe(&mut self, probe: ProbeInfo) -> &mut Self {
         self.world_mut().get_resource_or_init::<LayerRegistry>().probes.push(probe);
         self
+    }
+}
+
+/// Carries out the command of a layer.
+fn switch(
+    layer: LayerInfo,
+) -> impl FnMut(Option<Res<OpenWorld>>, MessageWriter<ViewRequest>, ResMut<Notice>) {
+    move |world: Option<Res<OpenWorld>>,
+          mut views: MessageWriter<ViewRequest>,
+          mut notice: ResMut<Notice>| {
+        let Some(world) = world else { return };
+        let mut view = world.0.document.view().clone();
+        match layer.toggle(&mut view, &world.0.environment) {
+            Ok(()) => {
+                views.write(ViewRequest::Set(view));
+            }
+            Err(why_not) => *notice = Notice::Refused(format!("{}: {why_not}", layer.name)),
+        }
     }
 }
 
@@ -135,7 +195,7 @@ mod tests {
     fn layers_are_listed_by_their_order() {
         let mut app = App::new();
         for (name, order) in [("b", 20), ("c", 30), ("a", 10), ("also b", 20)] {
-            app.add_layer(LayerInfo::new(name, order, |layers| &mut layers.grid));
+            app.add_layer(LayerInfo::new(name, order, |layers| &mut layers.grid), "A layer");
         }
         let layers = &app.world().resource::<LayerRegistry>().layers;
         let names: Vec<_> = layers.iter().map(|layer| layer.name).collect();

@@ -25,9 +25,12 @@ pub struct SensorErrorsPlugin;
 #[derive(Component, Default)]
 struct SensorErrors;
 
+/// What it shows.
+const ABOUT: &str = "The position error of each sensor as an arrow, magnified";
+
 impl Plugin for SensorErrorsPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );

@@ -1,6 +1,7 @@
 //! What settings of several layers are made of.
 
 use crate::widgets::basic::{NumberChange, NumberField, number_ui, quiet_ui};
+use crate::widgets::tooltip::Explain;
 use bevy_egui::egui::{self, ComboBox, Ui};
 use trackwright_design::view::ColorMap;
 
@@ -41,7 +42,7 @@ pub fn color_map_ui(ui: &mut Ui, color_map: &mut ColorMap) {
                 }
             })
             .response
-            .on_hover_text("Of every coloured layer");
+            .explained("Of every coloured layer");
     });
 }
 
@@ -58,7 +59,7 @@ pub fn range_ui(ui: &mut Ui, field: &NumberField, largest: Option<f64>, range: &
         let mut is_automatic = range.is_none();
         // Beside a number there is no room for the word.
         let name = if is_automatic { "automatic" } else { "" };
-        let automatic = ui.checkbox(&mut is_automatic, name).on_hover_text(AUTOMATIC);
+        let automatic = ui.checkbox(&mut is_automatic, name).explained(AUTOMATIC);
         ui.ctx().accesskit_node_builder(automatic.id, |node| {
             node.set_label("automatic".to_owned());
         });

@@ -20,6 +20,7 @@ use crate::shell::window::{DragReadout, DragText, Workspace};
 use crate::viewport::ball_handle::{self, BallHandle};
 use crate::viewport::camera::Sight;
 use crate::widgets::basic::{NumberField, decimal, number_ui, with_unit};
+use crate::widgets::tooltip::Explain;
 use crate::{convert, palette};
 use bevy::asset::RenderAssetUsages;
 use bevy::ecs::system::SystemParam;
@@ -77,9 +78,12 @@ struct HeldSlice {
     grabbed_at_mm: f64,
 }
 
+/// What it shows.
+const ABOUT: &str = "A plane through the room, coloured by its error or by the model validity";
+
 impl Plugin for SlicePlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER)
+        app.add_layer(LAYER, ABOUT)
             .add_probe(ProbeInfo { is_on: |world| is_layer_on(world, &LAYER), value: value_at })
             .init_resource::<SliceDrag>()
             .insert_resource(ColorScale { map: ColorMap::default(), max_mm: 0.0 })
@@ -425,7 +429,7 @@ fn plane_ui(ui: &mut Ui, context: &SettingsContext, slice: &mut SliceView) {
             }
         }
         let name = egui::Button::selectable(slice.free.is_some(), "the view");
-        let face = ui.add_enabled(context.camera.is_some(), name).on_hover_text(FACE);
+        let face = ui.add_enabled(context.camera.is_some(), name).explained(FACE);
         if let Some(camera) = context.camera.filter(|_| face.clicked()) {
             slice.face(&camera, context.environment.model.bounds());
         }
@@ -434,7 +438,7 @@ fn plane_ui(ui: &mut Ui, context: &SettingsContext, slice: &mut SliceView) {
 
 fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
     row_ui(ui, "shows", |ui| {
-        ComboBox::from_id_salt("slice quantity")
+        let choice = ComboBox::from_id_salt("slice quantity")
             .selected_text(short_name(slice.quantity))
             .width(110.0)
             .show_ui(ui, |ui| {
@@ -444,7 +448,7 @@ fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
                     let name = egui::Button::selectable(is_shown, short_name(quantity));
                     let choice = ui
                         .add_enabled(is_known, name)
-                        .on_hover_text(quantity.label())
+                        .explained(quantity.label())
                         .on_disabled_hover_text(NO_SUPPORT);
                     if choice.clicked() && !is_shown {
                         slice.quantity = quantity;
@@ -453,6 +457,7 @@ fn quantity_ui(ui: &mut Ui, has_support: bool, slice: &mut SliceView) {
                     }
                 }
             });
+        choice.response.explained("What the slice is coloured by");
     });
     if !has_support && slice.quantity.needs_support() {
         crate::widgets::basic::warning_ui(ui, NO_SUPPORT);
@@ -488,7 +493,7 @@ fn position_ui(ui: &mut Ui, bounds: &Bounds, slice: &mut SliceView) {
             .show_value(false)
             .clamping(SliderClamping::Never)
             .step_by(1.0);
-        if ui.add(slider).changed() {
+        if ui.add(slider).explained("Where the slice stands along its axis").changed() {
             slice.set_offset_mm(offset_mm);
         }
     });

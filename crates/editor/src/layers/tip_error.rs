@@ -49,9 +49,13 @@ struct RequirementSphere {
     is_met: Option<bool>,
 }
 
+/// What it shows.
+const ABOUT: &str =
+    "The error of the tip as an arrow, magnified, from where it is to where it is measured";
+
 impl Plugin for TipErrorPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             (
                 (show_arrow, show_sphere).run_if(anything_moved),

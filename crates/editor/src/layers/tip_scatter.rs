@@ -32,9 +32,12 @@ pub struct TipScatterPlugin;
 #[derive(Component)]
 struct TipScatter;
 
+/// What it shows.
+const ABOUT: &str = "Where the tracker's jitter puts the tip, magnified as the errors are";
+
 impl Plugin for TipScatterPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             show.run_if(crate::layers::tip_error::anything_moved).in_set(EditorSystems::Draw),
         );

@@ -69,9 +69,12 @@ impl FromWorld for SupportLayer {
     }
 }
 
+/// What it shows.
+const ABOUT: &str = "Where in its box the room's model is valid, judged by its measurements";
+
 impl Plugin for SupportPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER)
+        app.add_layer(LAYER, ABOUT)
             .init_resource::<SupportLayer>()
             .add_systems(
                 Update,

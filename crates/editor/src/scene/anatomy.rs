@@ -39,9 +39,12 @@ struct MadeFrom {
 #[derive(Resource, Default)]
 struct AnatomyShapes(Vec<(Arc<SurfaceMesh>, Vec<Shapes>)>);
 
+/// What it shows.
+const ABOUT: &str = "The patient's anatomy, translucent, for orientation: no figure depends on it";
+
 impl Plugin for AnatomyPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).init_resource::<AnatomyShapes>().add_systems(
+        app.add_layer(LAYER, ABOUT).init_resource::<AnatomyShapes>().add_systems(
             Update,
             draw_anatomy
                 .run_if(resource_exists_and_changed::<ShownDesign>)

@@ -22,9 +22,12 @@ struct Ground(Theme);
 #[derive(Component)]
 struct TrackerAxes(Theme);
 
+/// What it shows.
+const ABOUT: &str = "A grid on the ground, which shows distances at a glance";
+
 impl Plugin for AxesPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             (show_axes, show_grid)
                 .run_if(resource_exists::<OpenWorld>)

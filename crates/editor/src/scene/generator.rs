@@ -16,9 +16,13 @@ pub struct GeneratorPlugin;
 #[derive(Component)]
 struct Generator;
 
+/// What it shows.
+const ABOUT: &str =
+    "The field generator at the origin of the tracker frame, with the tracker's axes";
+
 impl Plugin for GeneratorPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             show.run_if(resource_exists_and_changed::<OpenWorld>).in_set(EditorSystems::Draw),
         );

@@ -36,9 +36,13 @@ struct VolumeLines {
 #[derive(Component)]
 struct VolumePart;
 
+/// What it shows.
+const ABOUT: &str =
+    "The tracker's measurement volume with its lengths, and the box that the room's model covers";
+
 impl Plugin for VolumePlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER).add_systems(
+        app.add_layer(LAYER, ABOUT).add_systems(
             Update,
             show.run_if(resource_exists::<OpenWorld>).run_if(is_due).in_set(EditorSystems::Draw),
         );

@@ -40,9 +40,12 @@ const LABELS: LayerInfo = LayerInfo::new("Labels", 150, |layers| &mut layers.lab
 /// Paints over the 3D view, in [`UiSystems::Overlay`].
 pub struct OverlayPlugin;
 
+/// What it shows.
+const ABOUT: &str = "Names, lengths and letters of axes beside what they belong to";
+
 impl Plugin for OverlayPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LABELS)
+        app.add_layer(LABELS, ABOUT)
             .init_resource::<BodyTroubles>()
             .add_systems(EguiPrimaryContextPass, draw.in_set(UiSystems::Overlay));
     }
