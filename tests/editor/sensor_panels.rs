@@ -8,7 +8,9 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_design::view::View;
-use trackwright_design::{Arrangement, BodyRole, Document, Edit, MirrorPlane, Origin, Thing};
+use trackwright_design::{
+    Arrangement, BodyRole, Design, Document, Edit, MirrorPlane, Origin, Thing,
+};
 use trackwright_editor::document::requests::{EditRequest, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::viewport::commands::ADD_SENSOR;
@@ -19,6 +21,7 @@ use trackwright_editor::workspaces::design::history_ui::history_ui;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_editor::workspaces::design::row_page::{RowPage, row_page_ui};
+use trackwright_simulation::Coil;
 
 type Requests<T> = Rc<RefCell<Vec<T>>>;
 
@@ -261,4 +264,90 @@ fn the_history_shows_the_current_step() {
                 .any(|row| row.accesskit_node().toggled() == Some(egui::accesskit::Toggled::True))
         );
     }
+}
+
+/// Both sensors of the tool in the inspector: one at 120 mm, one at 150 mm along z.
+fn both_sensors(design: &Design) -> (Harness<'_>, Requests<DesignAction>) {
+    harness(move |ui| {
+        let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
+        let room = environment();
+        let view = InspectorView {
+            design,
+            selection: &selection,
+            is_available: &|_| true,
+            pose: None,
+            derived_weight: room.orientation_weight(None),
+        };
+        inspector_ui(ui, &view)
+    })
+}
+
+fn type_into(harness: &mut Harness, name: &str, text: &str) {
+    harness.get_by_label(name).click();
+    harness.run_steps(2);
+    harness.get_by_label(name).type_text(text);
+    harness.run_steps(1);
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(3);
+}
+
+#[test]
+fn fields_of_several_sensors_show_what_they_share() {
+    let design = design();
+    let (mut harness, requests) = both_sensors(&design);
+    harness.run_steps(2);
+    let shown = |name: &str| harness.get_by_label(name).value();
+    assert_eq!(shown("position y in mm").as_deref(), Some("0.00\u{2009}mm"));
+    assert_eq!(shown("position z in mm").as_deref(), Some("mixed"));
+    assert_eq!(shown("axis y").as_deref(), Some("0.000"));
+    assert_eq!(shown("axis z").as_deref(), Some("mixed"));
+    assert!(requests.borrow().is_empty(), "{:?}", requests.borrow());
+}
+
+#[test]
+fn a_number_is_set_for_all_selected_sensors() {
+    let design = design();
+    let sensors = &design.tool.body.rigid.sensors;
+    for (name, text, k, value_mm) in
+        [("position z in mm", "140", 2, 140.0), ("position y in mm", "3 cm", 1, 30.0)]
+    {
+        let (mut harness, requests) = both_sensors(&design);
+        type_into(&mut harness, name, text);
+        let wanted = sensors.iter().cloned().enumerate().map(|(index, mut sensor)| {
+            sensor.position_in_body[k] = value_mm;
+            (index, sensor)
+        });
+        let edit = Edit::SetSensors { body: BodyRole::Tool, sensors: wanted.collect() };
+        assert_eq!(*requests.borrow(), [DesignAction::apply(edit)], "{name}");
+    }
+    // Escape leaves a mixed value mixed.
+    let (mut harness, requests) = both_sensors(&design);
+    harness.get_by_label("position z in mm").click();
+    harness.run_steps(2);
+    harness.key_press(egui::Key::Escape);
+    harness.run_steps(3);
+    assert!(requests.borrow().is_empty(), "{:?}", requests.borrow());
+}
+
+#[test]
+fn coils_of_several_sensors_are_set_in_one_step() {
+    let mut design = design();
+    for (sensor, length_mm) in design.tool.body.rigid.sensors.iter_mut().zip([9.0, 11.0]) {
+        sensor.coil = Some(Coil { diameter_mm: 0.8, length_mm });
+    }
+    let (mut harness, requests) = both_sensors(&design);
+    harness.run_steps(2);
+    assert_eq!(harness.get_by_label("coil length in mm").value().as_deref(), Some("mixed"));
+    type_into(&mut harness, "coil length in mm", "10");
+    let [DesignAction::Edit(EditRequest::Apply(edit))] = &requests.borrow()[..] else {
+        panic!("{:?}", requests.borrow());
+    };
+    let mut document = Document::new(design.clone(), View::default(), Origin::BuiltIn("test"));
+    document.apply(edit.clone()).unwrap();
+    let coils = document.design().tool.body.rigid.sensors.iter().map(|sensor| sensor.coil);
+    let coil = Coil { diameter_mm: 0.8, length_mm: 10.0 };
+    assert!(coils.into_iter().all(|own| own == Some(coil)));
+    assert_eq!(document.undo_label(), Some("Change 2 sensors"));
+    document.undo();
+    assert_eq!(*document.design(), design);
 }

@@ -229,7 +229,14 @@ impl Edit {
             }
             Self::SetSensors { body, sensors } => match &sensors[..] {
                 [(index, sensor)] => change_of_sensor(design, *body, *index, sensor),
-                sensors => format!("Move {} sensors", sensors.len()),
+                sensors => {
+                    let before = |index: usize| sensor_at(design, *body, index);
+                    let is_retyped = sensors.iter().any(|(index, after)| {
+                        before(*index).is_some_and(|before| is_retyped(before, after))
+                    });
+                    let verb = if is_retyped { "Change" } else { "Move" };
+                    format!("{verb} {} sensors", sensors.len())
+                }
             },
             Self::AddSensor { sensor, .. } => format!("Add sensor {}", sensor.name),
             Self::AddSensors { sensors, .. } => match &sensors[..] {

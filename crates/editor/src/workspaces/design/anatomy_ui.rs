@@ -5,6 +5,7 @@ use crate::document::selection::Selected;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{Mark, Row, quiet_ui, row_ui, section_ui};
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::outliner::OutlinerView;
 use crate::workspaces::design::rows::{right_ui, rotation_ui, text_row_ui, vector_ui};
@@ -48,7 +49,7 @@ pub(crate) fn anatomy_rows_ui(
         mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
         ..Row::default()
     };
-    if row_ui(ui, &add).on_hover_text(ADD_ANATOMY.about).clicked() {
+    if row_ui(ui, &add).explained(ADD_ANATOMY.about).clicked() {
         actions.push(DesignAction::Run(ADD_ANATOMY.name));
     }
 }
@@ -68,7 +69,7 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
     quiet_ui(ui, "Shown translucent; no figure depends on it");
     ui.horizontal(|ui| {
         ui.label("moves with")
-            .on_hover_text("The patient goes with the CRF, what stands in the room does not");
+            .explained("The patient goes with the CRF, what stands in the room does not");
         right_ui(ui, |ui| frame_ui(ui, design, anatomy, actions, &set));
     });
     ui.horizontal(|ui| {
@@ -95,7 +96,8 @@ pub fn anatomy_ui(ui: &mut Ui, design: &Design, index: usize, actions: &mut Vec<
         moved(pose.translation.vector, rotation)
     });
     ui.add_space(6.0);
-    if ui.button("Remove anatomy").clicked() {
+    let about = "Takes the mesh out of the design; no figure depends on it";
+    if button_ui(ui, "Remove anatomy", about).clicked() {
         let remove = AnatomyEdit::Remove { index };
         actions.push(DesignAction::apply(Edit::Anatomy(remove)));
     }
@@ -119,9 +121,10 @@ fn frame_ui(
                 }
             }
         });
+    let response = response.response;
     response
-        .response
         .widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::ComboBox, true, "moves with"));
+    response.explained("What the anatomy moves with: the CRF, or nothing");
 }
 
 /// Colours to choose from: bone, which is no colour of its own, and some that differ from what the
@@ -147,7 +150,7 @@ fn color_ui(
             .fill(fill)
             .stroke(egui::Stroke::new(1.5, stroke))
             .min_size(egui::vec2(SWATCH, SWATCH));
-        let response = ui.add(button).on_hover_text(name);
+        let response = ui.add(button).explained(name);
         response
             .widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::Button, true, is, name));
         if response.clicked() && !is {

@@ -3,6 +3,7 @@
 use crate::document::body_files::{BodyFileRequest, BodyLoading};
 use crate::document::meshes::name_of;
 use crate::widgets::basic::{quiet_ui, section_ui, warning_ui, with_unit};
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
 use bevy_egui::egui::{self, Align, CollapsingHeader, Label, Layout, TextStyle, Ui};
 use std::path::Path;
@@ -93,20 +94,20 @@ fn fact_ui(ui: &mut Ui, fact: &Fact) {
 fn buttons_ui(ui: &mut Ui, view: &BodyFileView, actions: &mut Vec<DesignAction>) {
     if let Some(file) = view.reading {
         ui.label(format!("Reading {}…", name_of(file)));
-        if ui.button("Cancel").clicked() {
+        if button_ui(ui, "Cancel", "Stops reading the file").clicked() {
             actions.push(DesignAction::BodyFile(BodyFileRequest::GiveUp));
         }
         return;
     }
     let body = view.body;
-    let open = ui.button("Open definition…").on_hover_text(format!(
+    let open = ui.button("Open definition…").explained(format!(
         "Uses another file as the {body}: an NDI ROM (.rom, .tool), an Atracsys .ini, a SAW \
              .json or a .body.ron; one can also be dropped onto the window"
     ));
     if open.clicked() {
         actions.push(DesignAction::BodyFile(BodyFileRequest::ShowOpen(body)));
     }
-    let save = ui.button("Save definition as…").on_hover_text(format!(
+    let save = ui.button("Save definition as…").explained(format!(
         "Writes the {body} as a file of one of these kinds; what it cannot hold is listed first"
     ));
     if save.clicked() {

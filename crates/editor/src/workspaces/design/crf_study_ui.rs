@@ -2,6 +2,7 @@
 //! requirement there.
 
 use crate::widgets::basic::{quiet_ui, section_ui};
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
 use crate::workspaces::design::rows::{text_row_ui, vector_ui};
@@ -23,7 +24,7 @@ pub fn crf_study_ui(ui: &mut Ui, crf: &CrfPlacement, actions: &mut Vec<DesignAct
     }
     if ui
         .button("Add target")
-        .on_hover_text("A place on the patient, fixed to the CRF, where its error is judged")
+        .explained("A place on the patient, fixed to the CRF, where its error is judged")
         .clicked()
     {
         actions.push(DesignAction::apply(Edit::AddTarget(new_target(crf))));
@@ -43,7 +44,8 @@ fn target_ui(ui: &mut Ui, index: usize, target: &Target, actions: &mut Vec<Desig
     vector_ui(ui, &target.name, at, actions, &label, |v| {
         Some(set(Target { position_in_crf: v.into(), ..target.clone() }))
     });
-    if ui.button(format!("Remove {}", printable(&target.name))).clicked() {
+    let remove = format!("Remove {}", printable(&target.name));
+    if button_ui(ui, &remove, "Takes the target out of the design").clicked() {
         actions.push(DesignAction::apply(Edit::RemoveTarget { index }));
     }
     ui.add_space(4.0);

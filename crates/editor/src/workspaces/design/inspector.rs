@@ -1,26 +1,24 @@
 //! Numbers of what is selected, each of which can be typed.
 
 use crate::document::selection::{Selected, Selection};
-use crate::viewport::sensor_commands::SensorCommand;
 use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
-use crate::widgets::basic::{
-    FIELD_WIDTH, NumberField, length, number_ui, quiet_ui, section_ui, warning_ui,
-};
+use crate::widgets::basic::{NumberField, length, number_ui, quiet_ui, section_ui, warning_ui};
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::design::actions::{DesignAction, number_edits};
 use crate::workspaces::design::anatomy_ui::anatomy_ui;
+use crate::workspaces::design::chosen_sensors::ChosenSensors;
 use crate::workspaces::design::crf_study_ui::crf_study_ui;
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
-use crate::workspaces::design::rows::{
-    axis_ui, right_ui, rotation_ui, row_ui, text_row_ui, vector_ui,
-};
+use crate::workspaces::design::rows::{right_ui, rotation_ui, row_ui, text_row_ui, vector_ui};
+use crate::workspaces::design::sensor_numbers::sensor_numbers_ui;
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_buttons_ui};
-use bevy_egui::egui::{ComboBox, Ui};
+use bevy_egui::egui::Ui;
 use nalgebra::Point3;
 use trackwright_design::{BodyRole, Design, DesignBody, Edit};
 use trackwright_field::environment::{OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_simulation::Determination;
 use trackwright_simulation::{BodyDetail, PoseDetail};
-use trackwright_simulation::{Coil, Determination, Sensor, SensorOrientation};
 
 /// What the inspector shows.
 pub struct InspectorView<'a> {
@@ -31,9 +29,6 @@ pub struct InspectorView<'a> {
     /// The weight that counts where the design states none.
     pub derived_weight: OrientationWeight,
 }
-
-/// The coil that a sensor gets when a person gives it one, mm: a common 5-DOF coil.
-const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// Draws what is selected, or the design where nothing is.
 pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<DesignAction> {
@@ -67,7 +62,7 @@ fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAct
         let mut is_set = weight_mm.is_some();
         let box_ = ui
             .checkbox(&mut is_set, "orientation weight")
-            .on_hover_text("How much an axis counts against a position in frame fitting");
+            .explained("How much an axis counts against a position in frame fitting");
         if box_.changed() {
             let weight = is_set.then_some(inspector.derived_weight.value_mm);
             actions.push(DesignAction::apply(Edit::SetOrientationWeight(weight)));
@@ -153,7 +148,7 @@ fn tip_of_body_ui(ui: &mut Ui, role: BodyRole, body: &DesignBody, actions: &mut 
     let mut has_tip = body.rigid.tip_in_body.is_some();
     if ui
         .checkbox(&mut has_tip, "judged at a tip")
-        .on_hover_text("Without a tip the body is judged at its origin")
+        .explained("Without a tip the body is judged at its origin")
         .changed()
     {
         actions.push(DesignAction::apply(Edit::SetTip {
@@ -195,109 +190,18 @@ fn sensor_ui(
     index: usize,
     actions: &mut Vec<DesignAction>,
 ) {
-    let body = inspector.design.body(role);
-    let Some(sensor) = body.and_then(|b| b.rigid.sensors.get(index)) else {
+    let selected = inspector.selection.sensors();
+    let indices = selected.map_or_else(|| vec![index], |(_, indices)| indices);
+    let Some(chosen) = ChosenSensors::new(inspector.design, role, &indices) else {
         return;
     };
-    let set = |sensor: Sensor| Edit::SetSensor { body: role, index, sensor };
-    let changed = |orientation| set(Sensor { orientation, ..sensor.clone() });
-    section_ui(ui, &format!("Sensor on the {}", role.name()));
-    let selected = inspector.selection.all().count();
-    if selected > 1 {
-        quiet_ui(
-            ui,
-            format!(
-                "{selected} selected: the numbers are those of {}, arranging is done to all",
-                sensor.name
-            ),
-        );
-    }
-    if let Some(name) = text_row_ui(ui, "name", &sensor.name) {
-        actions.push(DesignAction::apply(set(Sensor { name, ..sensor.clone() })));
-    }
-    kind_ui(ui, &sensor.orientation, actions);
-    section_ui(ui, "Place in the body");
-    let label = format!("Move sensor {}", sensor.name);
-    let at = &sensor.position_in_body.coords;
-    vector_ui(ui, "position", at, actions, &label, |v| {
-        Some(set(Sensor { position_in_body: v.into(), ..sensor.clone() }))
-    });
-    match &sensor.orientation {
-        SensorOrientation::Marker => {}
-        SensorOrientation::FiveDof(axis) => {
-            axis_ui(ui, axis, actions, &label, |axis| changed(SensorOrientation::FiveDof(axis)));
-        }
-        SensorOrientation::SixDof(rotation) => {
-            rotation_ui(ui, rotation, actions, &label, |rotation| {
-                changed(SensorOrientation::SixDof(rotation))
-            });
-        }
-    }
-    if sensor.orientation != SensorOrientation::Marker {
-        coil_ui(ui, sensor, actions, set);
-    }
-    if let Some(detail) = detail(inspector.pose, role) {
+    sensor_numbers_ui(ui, role, &chosen, actions);
+    if chosen.single().is_some()
+        && let Some(detail) = detail(inspector.pose, role)
+    {
         reading_ui(ui, detail, index);
     }
     sensor_buttons_ui(ui, inspector.is_available, actions);
-}
-
-/// A choice is made for all selected sensors.
-fn kind_ui(ui: &mut Ui, orientation: &SensorOrientation, actions: &mut Vec<DesignAction>) {
-    let own = orientation.degrees_of_freedom();
-    row_ui(ui, "measures", |ui| {
-        ComboBox::from_id_salt("kind")
-            .selected_text(kind_name(own))
-            .width(2.0 * FIELD_WIDTH)
-            .show_ui(ui, |ui| {
-                for (kind, command) in [
-                    (5, SensorCommand::MakeFiveDof),
-                    (6, SensorCommand::MakeSixDof),
-                    (3, SensorCommand::MakeMarker),
-                ] {
-                    let choice = ui.selectable_label(own == kind, kind_name(kind));
-                    if choice.clicked() && own != kind {
-                        actions.push(DesignAction::Run(command.command().name));
-                    }
-                }
-            });
-    });
-}
-
-fn kind_name(degrees_of_freedom: u8) -> &'static str {
-    match degrees_of_freedom {
-        3 => "position, a marker",
-        5 => "5 DOF, one axis",
-        _ => "6 DOF, full rotation",
-    }
-}
-
-fn coil_ui(
-    ui: &mut Ui,
-    sensor: &Sensor,
-    actions: &mut Vec<DesignAction>,
-    set: impl Fn(Sensor) -> Edit,
-) {
-    section_ui(ui, "Coil");
-    let with = |coil| set(Sensor { coil, ..sensor.clone() });
-    let mut is_known = sensor.coil.is_some();
-    if ui.checkbox(&mut is_known, "size is known").changed() {
-        actions.push(DesignAction::apply(with(is_known.then_some(NEW_COIL))));
-    }
-    let Some(coil) = sensor.coil else { return };
-    let label = format!("Change sensor {}", sensor.name);
-    type SetSize = fn(Coil, f64) -> Coil;
-    let sizes: [(&str, f64, SetSize); 2] = [
-        ("diameter", coil.diameter_mm, |coil, v| Coil { diameter_mm: v, ..coil }),
-        ("length", coil.length_mm, |coil, v| Coil { length_mm: v, ..coil }),
-    ];
-    for (name, value, change) in sizes {
-        row_ui(ui, name, |ui| {
-            let field = NumberField { min: 0.01, speed: 0.01, ..NumberField::length(name) };
-            let changes = number_ui(ui, &field, value);
-            number_edits(&changes, actions, &label, |v| Some(with(Some(change(coil, v)))));
-        });
-    }
 }
 
 /// What the tracker makes of a sensor at the design's own pose.

@@ -3,6 +3,7 @@
 use crate::document::meshes::{MeshLoading, MeshRequest, name_of};
 use crate::widgets::basic::{NumberChange, NumberField, counted, decimal, number_ui, quiet_ui};
 use crate::widgets::basic::{section_ui, warning_ui, with_unit};
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
 use std::path::Path;
@@ -68,7 +69,7 @@ pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<DesignAction> {
     if let Some(reference) = view.reference {
         let name = name_of(Path::new(&reference.file));
         let label = egui::Label::new(name).truncate();
-        ui.add(label).on_hover_text(&reference.file);
+        ui.add(label).explained(&reference.file);
     } else {
         quiet_ui(ui, "none: a rod through the sensors stands in for it");
     }
@@ -108,7 +109,7 @@ fn size_ui(ui: &mut Ui, report: &MeshReport) {
         }
         None => triangles,
     };
-    quiet_ui(ui, text).on_hover_text("Length × width × height");
+    quiet_ui(ui, text).explained("Length × width × height");
 }
 
 fn findings_ui(ui: &mut Ui, report: &MeshReport) {
@@ -131,7 +132,7 @@ fn unit_ui(
     let set = |unit| DesignAction::Mesh(MeshRequest::SetUnit { whose: view.whose, unit });
     let is_other = matches!(reference.unit, Some(MeshUnit::Factor(_)));
     ui.horizontal(|ui| {
-        ui.label("unit").on_hover_text(
+        ui.label("unit").explained(
             "The unit of the numbers in the file; glTF is in metres, STL and OBJ state no unit \
              and are taken for millimetres",
         );
@@ -141,9 +142,10 @@ fn unit_ui(
                 Some(MeshUnit::Factor(_)) => OTHER.to_owned(),
                 Some(unit) => unit.to_string(),
             };
-            ComboBox::from_id_salt("mesh unit").selected_text(shown).width(UNIT_WIDTH).show_ui(
-                ui,
-                |ui| {
+            let choice = ComboBox::from_id_salt("mesh unit")
+                .selected_text(shown)
+                .width(UNIT_WIDTH)
+                .show_ui(ui, |ui| {
                     let mut choice = |ui: &mut Ui, text: &str, unit: Option<MeshUnit>, is: bool| {
                         if ui.selectable_label(is, text).clicked() && !is {
                             actions.push(set(unit));
@@ -158,8 +160,8 @@ fn unit_ui(
                     // Begins as what it is now.
                     let other = MeshUnit::Factor(read_in.mm_per_unit());
                     choice(ui, OTHER, Some(other), is_other);
-                },
-            );
+                });
+            choice.response.explained("The unit of the numbers in the file");
         });
     });
     if is_other {
@@ -191,7 +193,7 @@ const UNIT_WIDTH: f32 = 130.0;
 fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<DesignAction>) {
     if let Some(file) = view.reading {
         ui.label(RichText::new(format!("Reading {}…", name_of(file))));
-        if ui.button("Cancel").clicked() {
+        if button_ui(ui, "Cancel", "Stops reading the mesh").clicked() {
             actions.push(DesignAction::Mesh(MeshRequest::GiveUp));
         }
         return;
@@ -200,16 +202,16 @@ fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<DesignAction>) {
         Some(_) => "Find it…",
         None => "Load mesh…",
     };
-    let load = ui
-        .button(load)
-        .on_hover_text("glTF, STL or OBJ; a file can also be dropped onto the window");
+    let load =
+        ui.button(load).explained("glTF, STL or OBJ; a file can also be dropped onto the window");
     if load.clicked() {
         let show = MeshRequest::ShowLoad(view.whose);
         actions.push(DesignAction::Mesh(show));
     }
     if let MeshOwner::Body(body) = view.whose
         && view.reference.is_some()
-        && ui.button("No mesh").clicked()
+        && button_ui(ui, "No mesh", "Takes the mesh off the body; no figure depends on it")
+            .clicked()
     {
         actions.push(DesignAction::apply(Edit::SetMesh { body, mesh: None }));
     }

@@ -4,6 +4,7 @@ pub mod actions;
 pub mod anatomy_ui;
 pub mod baseline;
 pub mod body_file_ui;
+pub mod chosen_sensors;
 pub mod crf_study_ui;
 pub mod history_ui;
 pub mod inspector;
@@ -16,6 +17,7 @@ pub mod result;
 pub mod row_page;
 pub(crate) mod rows;
 pub mod scene_menu;
+pub mod sensor_numbers;
 pub mod sensor_ui;
 
 use crate::schedule::EditorSystems;

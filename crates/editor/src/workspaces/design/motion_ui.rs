@@ -1,6 +1,7 @@
 //! The range of motion with its count of poses, and the requirement.
 
 use crate::widgets::basic::{NumberField, counted, number_ui, quiet_ui, section_ui, warning_ui};
+use crate::widgets::tooltip::checkbox_ui;
 use crate::workspaces::design::actions::{DesignAction, number_edits};
 use bevy_egui::egui::{self, Ui, vec2};
 use trackwright_design::{BodyRole, Edit};
@@ -80,7 +81,11 @@ fn axis_ui(
         let size = vec2(AXIS_WIDTH, ui.spacing().interact_size.y);
         ui.allocate_ui_with_layout(size, egui::Layout::left_to_right(egui::Align::Center), |ui| {
             ui.set_min_width(AXIS_WIDTH);
-            if ui.checkbox(&mut is_on, name).changed() {
+            let about = match is_shift {
+                true => "Shifts along the axis, from, to, and in steps of so many mm",
+                false => "Turns about the axis, from, to, and in steps of so many degrees",
+            };
+            if checkbox_ui(ui, &mut is_on, name, about).changed() {
                 let new = if is_shift { NEW_SHIFT } else { NEW_TURN };
                 actions.push(DesignAction::apply(with(is_on.then_some(new))));
             }
@@ -137,7 +142,7 @@ pub fn requirement_ui(
         let bound = before.bound(metric);
         ui.horizontal(|ui| {
             let mut is_on = bound.is_some();
-            if ui.checkbox(&mut is_on, name).changed() {
+            if checkbox_ui(ui, &mut is_on, name, metric.about()).changed() {
                 let new = metric.first_bound().filter(|_| is_on);
                 actions.push(DesignAction::apply(with(new)));
             }

@@ -10,6 +10,7 @@ use crate::viewport::troubles::{detail, sensor_trouble};
 use crate::widgets::basic::{Mark, Row, counted, quiet_ui, row_ui, section_ui};
 use crate::widgets::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::anatomy_ui::anatomy_rows_ui;
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_menu_ui};
@@ -162,7 +163,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         mark: Some((Mark::Plus, palette::TEXT_QUIET.color32())),
         ..Row::default()
     };
-    if row_ui(ui, &add).on_hover_text(ADD_SENSOR.about).clicked() {
+    if row_ui(ui, &add).explained(ADD_SENSOR.about).clicked() {
         actions.push(DesignAction::Run(ADD_SENSOR.name));
     }
 }

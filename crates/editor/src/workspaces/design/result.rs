@@ -7,6 +7,7 @@ use crate::runner::results::Results;
 use crate::runner::solved::Extent;
 use crate::widgets::basic::{counted, is_zero, quiet_ui, signed, warning_ui, with_unit};
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use crate::widgets::verdict::{bound_text, figure_color};
 use crate::workspaces::design::baseline::Change;
 use bevy_egui::egui::{self, Align, Label, Layout, RichText, Ui};
@@ -135,7 +136,7 @@ fn expected_ui(ui: &mut Ui, expected: &Expected, large: Metric) {
         ui.horizontal(|ui| {
             figure_label_ui(ui, figure);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                quiet_ui(ui, interval_text(interval)).on_hover_text(INTERVAL);
+                quiet_ui(ui, interval_text(interval)).explained(INTERVAL);
                 ui.label(with_unit(&format!("{value:.2}"), figure.unit()));
             });
         });
@@ -151,8 +152,11 @@ fn figure_label_ui(ui: &mut Ui, figure: Metric) {
     let color = palette::TEXT_QUIET.color32();
     let painted = ui.painter().layout_no_wrap(label, theme::label_font(), color);
     match painted.size().x + VALUE_WIDTH <= ui.available_width() {
-        true => quiet_ui(ui, figure.label()),
-        false => quiet_ui(ui, figure.short_label()).on_hover_text(figure.label()),
+        true => quiet_ui(ui, figure.label()).explained(figure.about()),
+        false => {
+            let about = format!("{}. {}", capitalised(figure.label()), figure.about());
+            quiet_ui(ui, figure.short_label()).explained(about)
+        }
     };
 }
 
@@ -164,10 +168,11 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     let is_pending = result.has_expected && headline.interval.is_none();
     ui.horizontal(|ui| {
         let name = headline.metric.label();
-        match headline.interval {
+        let label = match headline.interval {
             Some(_) => quiet_ui(ui, format!("expected {name}")),
             None => quiet_ui(ui, name),
         };
+        label.explained(headline.metric.about());
         if result.is_computing {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 quiet_ui(ui, "computing…");
@@ -184,11 +189,11 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
         ui.label(RichText::new(value).font(theme::figure_font()).color(color));
         if let Some(interval) = headline.interval {
             let text = RichText::new(interval_text(interval)).color(palette::TEXT.color32());
-            ui.label(text).on_hover_text(INTERVAL);
+            ui.label(text).explained(INTERVAL);
         }
         if let Some((text, color)) = result.change.and_then(|change| change_text(change, unit)) {
             ui.label(RichText::new(text).color(color.color32()))
-                .on_hover_text("Change since the last edit began");
+                .explained("Change since the last edit began");
         }
     });
     if is_pending {
@@ -222,7 +227,10 @@ fn change_text(change: Change, unit: &str) -> Option<(String, palette::Rgb)> {
 
 fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new(&row.label).color(palette::TEXT_QUIET.color32()));
+        let label = ui.label(RichText::new(&row.label).color(palette::TEXT_QUIET.color32()));
+        if let RowOf::Metric(metric) = row.of {
+            label.explained(metric.about());
+        }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.label(with_unit(&row.value, row.unit));
         });

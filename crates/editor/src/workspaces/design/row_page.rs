@@ -11,6 +11,7 @@ use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::{
     FIELD_WIDTH, NumberChange, NumberField, number_ui, quiet_ui, warning_ui,
 };
+use crate::widgets::tooltip::{Explain, button_ui};
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align, ComboBox, Context, Id, Key, Layout, RichText, Ui};
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
@@ -177,7 +178,7 @@ pub fn row_page_ui(
         }
     });
     line_ui(ui, "along", |ui| {
-        ComboBox::from_id_salt("row direction")
+        let choice = ComboBox::from_id_salt("row direction")
             .selected_text(page.direction.name())
             .width(2.0 * FIELD_WIDTH)
             .show_ui(ui, |ui| {
@@ -185,6 +186,7 @@ pub fn row_page_ui(
                     ui.selectable_value(&mut page.direction, direction, direction.name());
                 }
             });
+        choice.response.explained("In which direction the row goes on from each sensor");
     });
     ui.add_space(4.0);
     let rows = selection.sensors().map_or(0, |(_, indices)| indices.len());
@@ -203,11 +205,12 @@ pub fn row_page_ui(
     ui.add_space(10.0);
     let mut request = None;
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        if ui.button("Cancel").clicked() {
+        if button_ui(ui, "Cancel", "Closes the page; nothing is changed").clicked() {
             page.is_open = false;
         }
         let is_entered = !was_typing && ui.input(|input| input.key_pressed(Key::Enter));
         let make = ui.add_enabled(can_be_made, egui::Button::new("Make row"));
+        let make = make.explained("Adds the sensors of the row in one step");
         if make.clicked() || (is_entered && can_be_made) {
             request = edit.map(EditRequest::Apply);
         }

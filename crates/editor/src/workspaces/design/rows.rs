@@ -1,12 +1,12 @@
 //! Rows of the inspector: a name at the left, fields at the right.
 
-use crate::widgets::basic::{NumberChange, NumberField, number_ui};
+use crate::widgets::basic::{NumberField, number_ui};
 use crate::workspaces::design::actions::{DesignAction, number_edits};
 use bevy_egui::egui::{self, TextEdit, Ui};
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use trackwright_design::Edit;
 
-const AXES: [&str; 3] = ["x", "y", "z"];
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// What stands at the right end of a row, the last of it first.
 pub(crate) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
@@ -63,28 +63,6 @@ pub(crate) fn rotation_ui(
                 angles[k] = v.to_radians();
                 let [rx, ry, rz] = angles;
                 Some(edit(UnitQuaternion::from_euler_angles(rx, ry, rz)))
-            });
-        });
-    }
-}
-
-/// A direction by its three components; what is typed is normalised.
-pub(crate) fn axis_ui(
-    ui: &mut Ui,
-    axis: &Unit<Vector3<f64>>,
-    actions: &mut Vec<DesignAction>,
-    label: &str,
-    edit: impl Fn(Unit<Vector3<f64>>) -> Edit,
-) {
-    for (k, name) in AXES.into_iter().enumerate() {
-        row_ui(ui, &format!("axis {name}"), |ui| {
-            let name = format!("axis {name}");
-            let changes: Vec<NumberChange> = number_ui(ui, &NumberField::plain(&name), axis[k]);
-            number_edits(&changes, actions, label, |v| {
-                let mut direction = axis.into_inner();
-                direction[k] = v;
-                // Three zeros are no direction; the field then shows the axis as it was.
-                Unit::try_new(direction, 1e-9).map(&edit)
             });
         });
     }

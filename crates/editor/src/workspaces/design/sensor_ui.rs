@@ -5,6 +5,7 @@ use crate::shell::top_bar::item_ui;
 use crate::viewport::commands::SENSOR_COMMANDS;
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::section_ui;
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::design::actions::DesignAction;
 use bevy_egui::egui::{self, Button, Ui};
 use trackwright_design::MirrorPlane;
@@ -67,7 +68,7 @@ fn button_ui(
 ) {
     let command = command.command();
     let button = ui.add_enabled(is_available(command), Button::new(text));
-    let button = button.on_hover_text(command.about);
+    let button = button.explained(command.tooltip());
     // Short names are ambiguous: the whole one is for people who cannot see the row.
     ui.ctx().accesskit_node_builder(button.id, |node| {
         node.set_label(command.name.to_owned());
