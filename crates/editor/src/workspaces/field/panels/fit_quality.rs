@@ -7,6 +7,7 @@ use crate::widgets::basic::{
     count, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
 use crate::widgets::theme;
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::panels::{cell_ui, good_ui, head_ui};
@@ -56,13 +57,13 @@ pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
     ui.horizontal(|ui| {
         let use_it = ui
             .add(main_button("Use in this design…"))
-            .on_hover_text("Saves the room to a file and puts the design into it");
+            .explained("Saves the room to a file and puts the design into it");
         if use_it.clicked() {
             requests.push(FieldRequest::ShowSave(RoomToSave::Fitted));
         }
         match &state.comparing {
             Some(_) => {
-                if ui.button("Cancel").clicked() {
+                if button_ui(ui, "Cancel", "Stops trying the room").clicked() {
                     requests.push(FieldRequest::CancelTry);
                 }
                 quiet_ui(ui, "computing…");
@@ -70,7 +71,7 @@ pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
             None => {
                 let try_it = ui
                     .button("Try")
-                    .on_hover_text("Shows the design's figures in this room; the design stays");
+                    .explained("Shows the design's figures in this room; the design stays");
                 if try_it.clicked() {
                     requests.push(FieldRequest::Try);
                 }
@@ -204,7 +205,7 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
             {
                 let cell = cell_ui(ui, text(value), color.color32());
                 if let Some([low, high]) = interval {
-                    cell.on_hover_text(format!("expected; 95 %: {} to {}", text(low), text(high)));
+                    cell.explained(format!("expected; 95 %: {} to {}", text(low), text(high)));
                 }
             }
             // An expected value and one of a room's own field are no change of each other.

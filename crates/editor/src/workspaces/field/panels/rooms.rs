@@ -3,6 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{Mark, Row, counted, length, quiet_ui, row_ui, section_ui};
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::FieldState;
 use bevy_egui::egui::Ui;
@@ -36,7 +37,7 @@ pub fn rooms_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
             mark: Some(mark.unwrap_or((Mark::Dot, palette::LINE.color32()))),
             ..Row::default()
         };
-        let response = row_ui(ui, &row).on_hover_text(about(room, is_own));
+        let response = row_ui(ui, &row).explained(about(room, is_own));
         if response.clicked() && !is_own {
             requests.push(FieldRequest::Assign(room.place.clone()));
         }

@@ -4,6 +4,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{quiet_ui, section_ui};
 use crate::widgets::chart::chart_ui;
+use crate::widgets::tooltip::button_ui;
 use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::Fitted;
 use bevy_egui::egui::{self, Align, Context, Grid, Label, Layout, RichText, ScrollArea, Ui};
@@ -30,7 +31,7 @@ pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     figure.x.label = "order".to_owned();
     figure.y.label = "position RMS, mm".to_owned();
     chart_ui(ui, &figure, PANEL_HEIGHT);
-    if ui.button("Figure and table…").clicked() {
+    if button_ui(ui, "Figure and table…", "Shows the figure large, with its numbers").clicked() {
         requests.push(FieldRequest::ShowSelection(true));
     }
     requests

@@ -3,6 +3,7 @@
 use crate::widgets::basic::{
     NumberChange, NumberField, main_button, number_ui, quiet_ui, section_ui,
 };
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::panels::named_ui;
 use crate::workspaces::field::requests::FieldRequest;
@@ -186,7 +187,7 @@ fn choice_ui<T: Copy + PartialEq>(
             .response;
         let id = response.id;
         ui.ctx().accesskit_node_builder(id, |node| node.set_label(name));
-        response.on_hover_text(about);
+        response.explained(about);
     });
 }
 
@@ -194,7 +195,7 @@ fn jitter_ui(ui: &mut Ui, jitter: &mut Option<Jitter>) {
     let mut is_known = jitter.is_some();
     named_ui(ui, "jitter", |ui| {
         let switch = ui.checkbox(&mut is_known, "known");
-        switch.on_hover_text("What a still sensor's readings scatter by, a standard deviation");
+        switch.explained("What a still sensor's readings scatter by, a standard deviation");
     });
     if !is_known {
         *jitter = None;
@@ -233,7 +234,7 @@ fn growth_ui(ui: &mut Ui, known: &mut Jitter) {
     named_ui(ui, "   grows", |ui| {
         let mut is_growing = known.growth.is_some();
         let switch = ui.checkbox(&mut is_growing, "");
-        switch.on_hover_text(
+        switch.explained(
             "Grows away from the generator as a dipole's field fades: by √2 at this distance",
         );
         let mut distance_mm = match (is_growing, known.growth) {
@@ -276,7 +277,7 @@ fn fit_ui(ui: &mut Ui, state: &FieldState, requests: &mut Vec<FieldRequest>) {
             let width = ui.available_width() - 62.0;
             let bar = ProgressBar::new(part as f32).desired_width(width);
             ui.add(bar.text(format!("{doing} {:.0}\u{2009}%", part * 100.0)));
-            if ui.button("Cancel").clicked() {
+            if button_ui(ui, "Cancel", "Stops the fit; the room stays as it was").clicked() {
                 requests.push(FieldRequest::CancelFit);
             }
         });
@@ -285,7 +286,8 @@ fn fit_ui(ui: &mut Ui, state: &FieldState, requests: &mut Vec<FieldRequest>) {
     let hindrance = state.hindrance();
     let text = if state.settings.is_open() { "Select and fit" } else { "Fit" };
     ui.horizontal(|ui| {
-        let button = ui.add_enabled(hindrance.is_none(), main_button(text));
+        let about = "Fits a model of the room to the measurements, as set above";
+        let button = ui.add_enabled(hindrance.is_none(), main_button(text)).explained(about);
         if button.clicked() {
             requests.push(FieldRequest::Fit);
         }

@@ -7,6 +7,7 @@ use crate::widgets::basic::{
     THIN_SPACE, count, counted, decimal, fact_ui, length, quiet_ui, section_ui, warning_ui,
 };
 use crate::widgets::theme;
+use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
 use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::samples::{SampleScale, stride};
 use crate::workspaces::field::state::{FieldState, SamplesShown, TableRole};
@@ -73,11 +74,14 @@ fn table_ui(ui: &mut Ui, state: &FieldState, role: TableRole, requests: &mut Vec
         ui.horizontal(|ui| {
             let part = reading.job.progress() as f32;
             ui.add(ProgressBar::new(part).desired_width(ui.available_width() - 62.0));
-            if ui.button("Cancel").clicked() {
+            if button_ui(ui, "Cancel", "Stops reading the table").clicked() {
                 requests.push(FieldRequest::Close(role));
             }
         });
-    } else if slot.table.is_none() && ui.button(button).clicked() {
+    } else if slot.table.is_none()
+        && button_ui(ui, button, "Opens a table of measurements; one can also be dropped here")
+            .clicked()
+    {
         requests.push(FieldRequest::ShowOpen(role));
     }
 }
@@ -89,11 +93,11 @@ fn quiet(text: &str) -> RichText {
 fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, requests: &mut Vec<FieldRequest>) {
     ui.horizontal(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let close = ui.small_button("✖").on_hover_text("Puts the table away");
+            let close = ui.small_button("✖").explained("Puts the table away");
             if close.clicked() {
                 requests.push(FieldRequest::Close(role));
             }
-            let other = ui.small_button("…").on_hover_text("Opens another table");
+            let other = ui.small_button("…").explained("Opens another table");
             if other.clicked() {
                 requests.push(FieldRequest::ShowOpen(role));
             }
@@ -101,7 +105,7 @@ fn facts_ui(ui: &mut Ui, table: &Table, role: TableRole, requests: &mut Vec<Fiel
                 let name =
                     RichText::new(printable(&table.name())).color(palette::TEXT_STRONG.color32());
                 ui.add(egui::Label::new(name).truncate())
-                    .on_hover_text(table.file.display().to_string());
+                    .explained(table.file.display().to_string());
             });
         });
     });
@@ -151,7 +155,7 @@ fn as_is_ui(ui: &mut Ui, table: &Table, mut is_taken: bool, requests: &mut Vec<F
     }
     let switch = ui
         .checkbox(&mut is_taken, "take it as it stands")
-        .on_hover_text("Fits it although no tracker's table is like it");
+        .explained("Fits it although no tracker's table is like it");
     if switch.changed() {
         requests.push(FieldRequest::TakeAsIs(table.file.clone(), is_taken));
     }
@@ -177,10 +181,11 @@ fn samples_ui(
     let mut shown = before;
     ui.horizontal(|ui| {
         ui.add_enabled_ui(has(TableRole::Training), |ui| {
-            ui.checkbox(&mut shown.training, "fitted");
+            checkbox_ui(ui, &mut shown.training, "fitted", "Draws the samples that are fitted");
         });
         ui.add_enabled_ui(has(TableRole::HeldOut), |ui| {
-            ui.checkbox(&mut shown.held_out, "held out");
+            let about = "Draws the samples that are held out to judge the fit";
+            checkbox_ui(ui, &mut shown.held_out, "held out", about);
         });
     });
     let can_be_left = state.fitted.as_ref().is_some_and(|fitted| {
@@ -210,7 +215,7 @@ fn value_ui(ui: &mut Ui, can_be_left: bool, shown: &mut SamplesShown) {
         true => shown.value,
         false => SampleValue::Measured,
     };
-    ComboBox::from_id_salt("sample value")
+    let choice = ComboBox::from_id_salt("sample value")
         .selected_text(name(is_shown))
         .width(ui.available_width() - 8.0)
         .show_ui(ui, |ui| {
@@ -224,6 +229,7 @@ fn value_ui(ui: &mut Ui, can_be_left: bool, shown: &mut SamplesShown) {
                     .on_disabled_hover_text("Fit these measurements first");
             });
         });
+    choice.response.explained("What the colour and the length of a sample's arrow show");
 }
 
 /// The colours with the values at their ends.
