@@ -4,6 +4,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{quiet_ui, warning_ui};
 use crate::widgets::chart::chart_ui;
+use crate::widgets::tooltip::button_ui;
 use crate::workspaces::study::precision::{PrecisionPage, PrecisionRequest};
 use bevy_egui::egui::{self, Align, Context, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui};
 use trackwright_accuracy::precision::{Family, Row, page};
@@ -82,7 +83,7 @@ fn head_ui(
         };
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| match shown.part() {
             Some(part) => {
-                if ui.button("Cancel").clicked() {
+                if button_ui(ui, "Cancel", "Stops measuring").clicked() {
                     requests.push(PrecisionRequest::Cancel);
                 }
                 ui.add(ProgressBar::new(part as f32).desired_width(180.0));
@@ -92,7 +93,8 @@ fn head_ui(
                     true => "Measure",
                     false => "Measure again",
                 };
-                if ui.button(text).clicked() {
+                let about = "Computes the study in each way, with its error and its run time";
+                if button_ui(ui, text, about).clicked() {
                     requests.push(PrecisionRequest::Measure);
                 }
             }

@@ -5,6 +5,7 @@ use crate::palette::ThemedColor;
 use crate::widgets::axis_ticks::{axis_ticks, mark_text, small_marks};
 use crate::widgets::basic::{count, counted, decimal, length, quiet_ui, section_ui, with_unit};
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::study::state::StudyRequest;
 use bevy_egui::egui::{self, Response, RichText, Sense, Ui};
 use egui_plot::{
@@ -139,7 +140,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequ
         });
     let hint = "Bars: trials by tip error. Curve: the part of the trials with at most so much. A \
                 click shows the worst trial of a bar";
-    quiet_ui(ui, "mm; curve: part of the trials with at most so much").on_hover_text(hint);
+    quiet_ui(ui, "mm; curve: part of the trials with at most so much").explained(hint);
     let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
     if let Some(trial) = clicked.and_then(|x| charted.worst_of_bar(bar_at(x))) {
         actions.push(StudyRequest::Show(Some(trial)));
@@ -159,7 +160,7 @@ fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>)
         ui.spacing_mut().item_spacing.x = 2.0;
         for axis in axes {
             let label = egui::Button::selectable(axis.axis == chosen.axis, axis.axis);
-            let response = ui.add(label).on_hover_text(match axis.axis {
+            let response = ui.add(label).explained(match axis.axis {
                 POSITION => "Each position with all its orientations",
                 ORIENTATION => "Each orientation at all positions",
                 _ => "Each value of this axis with all values of the others",
@@ -245,7 +246,7 @@ fn axis_ui(
         };
         legend(ui, "max", palette::SERIES[1]);
         legend(ui, "RMS", palette::SERIES[0]);
-        quiet_ui(ui, along(axis)).on_hover_text("A click shows the worst trial of a value");
+        quiet_ui(ui, along(axis)).explained("A click shows the worst trial of a value");
     });
     let clicked = clicked_at(&plot.response, |at| plot.transform.value_from_position(at).x);
     if let Some(k) = clicked.and_then(nearest) {

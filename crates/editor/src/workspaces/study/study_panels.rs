@@ -8,6 +8,7 @@ use crate::shell::commands::RunCommand;
 use crate::shell::requests::Requests;
 use crate::shell::window::{StatusNote, Workspace};
 use crate::widgets::theme;
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::design::result::are_figures_old;
 use crate::workspaces::study::log::LogJob;
 use crate::workspaces::study::state::{Side, StudyRequest, StudyState};
@@ -117,7 +118,7 @@ pub(crate) fn sides_panel(
                 (Side::Inspector, "Inspector", "What is selected, to be edited"),
             ] {
                 let tab = Button::selectable(side == state.side, name);
-                if ui.add(tab).on_hover_text(about).clicked() && side != state.side {
+                if ui.add(tab).explained(about).clicked() && side != state.side {
                     requests.write(StudyRequest::ShowSide(side));
                 }
             }

@@ -8,6 +8,7 @@ use crate::shell::commands::Command;
 use crate::widgets::axis_ticks::{axis_ticks, mark_text, small_marks};
 use crate::widgets::basic::{count, decimal, length, quiet_ui, with_unit};
 use crate::widgets::theme;
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::study::commands::{
     NEXT, OWN_POSE, PLAY, PREVIOUS, READ_INPUT, WORST, WRITE_LOG, choose,
 };
@@ -151,14 +152,14 @@ fn modes_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>)
         let button = Button::selectable(kind == view.kind, text);
         let response = ui
             .add_enabled(is_possible, button)
-            .on_hover_text(command.about)
+            .explained(command.about)
             .on_disabled_hover_text("The design has no range of motion");
         if response.clicked() && (kind != view.kind || command.name == READ_INPUT.name) {
             actions.push(TimelineAction::Run(command.name));
         }
     }
     if view.input.is_some() {
-        let open = ui.button("…").on_hover_text(READ_INPUT.about);
+        let open = ui.button("…").explained(READ_INPUT.about);
         if open.clicked() {
             actions.push(TimelineAction::Run(READ_INPUT.name));
         }
@@ -207,7 +208,7 @@ fn buttons_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction
                 }
             })
             .response
-            .on_hover_text("How fast trials play");
+            .explained("How fast trials play");
         text_button(ui, "Worst", &WORST, true, actions);
     });
     text_button(ui, "Own pose", &OWN_POSE, view.shown.is_some(), actions);
@@ -224,7 +225,7 @@ fn text_button(
     is_enabled: bool,
     actions: &mut Vec<TimelineAction>,
 ) {
-    let response = ui.add_enabled(is_enabled, Button::new(text)).on_hover_text(about(command));
+    let response = ui.add_enabled(is_enabled, Button::new(text)).explained(about(command));
     if response.clicked() {
         actions.push(TimelineAction::Run(command.name));
     }
@@ -258,7 +259,7 @@ fn icon_ui(ui: &mut Ui, icon: Icon, command: &Command) -> Response {
         };
         paint_icon(ui.painter(), icon, rect.center(), color);
     }
-    response.on_hover_text(about(command))
+    response.explained(about(command))
 }
 
 fn paint_icon(painter: &egui::Painter, icon: Icon, at: Pos2, color: egui::Color32) {
@@ -293,7 +294,7 @@ fn paint_icon(painter: &egui::Painter, icon: Icon, at: Pos2, color: egui::Color3
 fn log_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>) {
     match view.log_part {
         Some(part) => {
-            if ui.button("Cancel").clicked() {
+            if button_ui(ui, "Cancel", "Stops writing the log").clicked() {
                 actions.push(TimelineAction::Study(StudyRequest::CancelLog));
             }
             ui.add(ProgressBar::new(part as f32).desired_width(90.0));

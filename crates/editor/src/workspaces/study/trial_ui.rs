@@ -5,6 +5,7 @@ use crate::palette::ThemedColor;
 use crate::widgets::basic::{
     MET_SIGN, MISSED_SIGN, decimal, length, quiet_ui, section_ui, with_unit,
 };
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::study::state::{RotationForm, StudyRequest};
 use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
 use trackwright_geometry::pose::{Pose, pose_to_array};
@@ -52,7 +53,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             form_ui(ui, view.rotation, &mut actions);
             for (name, pose) in view.columns.into_iter().zip(poses) {
                 right_ui(ui, |ui| {
-                    quiet_ui(ui, name).on_hover_text(quaternion(pose));
+                    quiet_ui(ui, name).explained(quaternion(pose));
                 });
             }
             ui.end_row();
@@ -66,7 +67,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             row_ui(ui, names, rotation, |v| with_unit(&decimal(v, 3), "°"));
         })
         .response
-        .on_hover_text(format!(
+        .explained(format!(
             "{} {}\n{} {}",
             view.columns[0],
             quaternion(poses[0]),
@@ -99,7 +100,7 @@ fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<StudyRequest>) {
         ] {
             let name = RichText::new(name).font(crate::widgets::theme::label_font());
             let label = egui::Button::selectable(form == shown, name);
-            if ui.add(label).on_hover_text(about).clicked() {
+            if ui.add(label).explained(about).clicked() {
                 actions.push(StudyRequest::ShowRotation(form));
             }
         }
