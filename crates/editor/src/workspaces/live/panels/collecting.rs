@@ -3,6 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{THIN_SPACE, count, decimal, fact_ui, quiet_ui, section_ui, state_ui};
+use crate::widgets::tooltip::button_ui;
 use crate::workspaces::live::collected::Collected;
 use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
@@ -43,7 +44,7 @@ pub fn collecting_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
     }
     missing_ui(ui, collected);
     ui.add_space(4.0);
-    if ui.button("Start over").clicked() {
+    if button_ui(ui, "Start over", "Forgets the samples that were collected").clicked() {
         requests.push(LiveRequest::StartOver);
     }
     requests

@@ -3,6 +3,7 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{quiet_ui, section_ui, state_ui};
+use crate::widgets::tooltip::Explain;
 use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, ComboBox, RichText, Ui};
@@ -27,7 +28,7 @@ pub fn tools_ui(ui: &mut Ui, state: &LiveState, design: &Design) -> Vec<LiveRequ
         ui.horizontal(|ui| {
             let shown = printable(base_name(name)).into_owned();
             let label = RichText::new(shown).color(palette::TEXT_STRONG.color32());
-            ui.add(egui::Label::new(label).truncate()).on_hover_text(printable(name).into_owned());
+            ui.add(egui::Label::new(label).truncate()).explained(printable(name).into_owned());
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 requests.extend(role_ui(ui, name, view.role, assigned, design));
             });
@@ -77,7 +78,7 @@ fn role_ui(
     };
     let mut request = None;
     let combo = ComboBox::from_id_salt(("role", tool)).width(84.0).selected_text(shown);
-    combo.show_ui(ui, |ui| {
+    let combo = combo.show_ui(ui, |ui| {
         let choices = [Some(BodyRole::Tool), Some(BodyRole::Crf), None];
         for choice in choices {
             if choice == Some(BodyRole::Crf) && design.crf.is_none() {
@@ -92,5 +93,6 @@ fn role_ui(
             request = Some(LiveRequest::Assign(tool.to_owned(), None));
         }
     });
+    combo.response.explained("Which body of the design the tracker's tool is");
     request
 }

@@ -3,8 +3,9 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{
-    THIN_SPACE, count, counted, fact_ui, main_button, quiet_ui, section_ui, state_ui, warning_ui,
+    THIN_SPACE, count, counted, fact_ui, quiet_ui, section_ui, state_ui, warning_ui,
 };
+use crate::widgets::tooltip::{Explain, button_ui, main_button_ui};
 use crate::workspaces::design::rows::text_row_ui;
 use crate::workspaces::live::requests::LiveRequest;
 use crate::workspaces::live::state::LiveState;
@@ -28,10 +29,10 @@ pub fn tracker_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
     });
     ui.add_space(4.0);
     if is_connected {
-        if ui.button("Disconnect").clicked() {
+        if button_ui(ui, "Disconnect", "Receives no more poses").clicked() {
             requests.push(LiveRequest::Disconnect);
         }
-    } else if ui.add(main_button("Connect")).clicked() {
+    } else if main_button_ui(ui, "Connect", "Receives poses from the server").clicked() {
         requests.push(LiveRequest::Connect);
     }
     if let Some(problem) = &state.problem {
@@ -51,12 +52,13 @@ fn port_ui(ui: &mut Ui, port: Option<u16>) -> Option<LiveRequest> {
     let mut request = None;
     ui.horizontal(|ui| {
         let about = "Compensated poses for 3D Slicer or any other client on this machine";
-        if ui.checkbox(&mut is_sent, "send on at port").on_hover_text(about).changed() {
+        if ui.checkbox(&mut is_sent, "send on at port").explained(about).changed() {
             request = Some(LiveRequest::SetPort(is_sent.then_some(FIRST_PORT)));
         }
         let mut number = port.unwrap_or(FIRST_PORT);
         let field = DragValue::new(&mut number).range(1024..=u16::MAX).speed(0.2);
-        if ui.add_enabled(is_sent, field).changed() {
+        let about = "The port of this machine at which clients find the poses";
+        if ui.add_enabled(is_sent, field).explained(about).changed() {
             request = Some(LiveRequest::SetPort(Some(number)));
         }
     });
@@ -84,7 +86,7 @@ fn link_ui(ui: &mut Ui, seen: &SessionState) {
             })
             .collect();
         let fact = ui.scope(|ui| fact_ui(ui, "poses that were not good", &count(dropped)));
-        fact.response.on_hover_text(reasons.join("\n"));
+        fact.response.explained(reasons.join("\n"));
     }
     if let Some((address, clients)) = &seen.serving {
         let clients = counted(*clients, "client", "clients");
@@ -108,13 +110,13 @@ pub fn recording_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
         .filter(|_| state.is_connected());
     let is_growing = recording.is_some_and(|recording| recording.failed.is_none());
     if is_growing {
-        if ui.button("Stop recording").clicked() {
+        if button_ui(ui, "Stop recording", "Closes the file").clicked() {
             requests.push(LiveRequest::StopRecording);
         }
     } else {
         ui.add_enabled_ui(state.is_connected(), |ui| {
             let about = "Poses as they are measured, a line each, whole whatever happens";
-            if ui.button("Record…").on_hover_text(about).clicked() {
+            if ui.button("Record…").explained(about).clicked() {
                 requests.push(LiveRequest::ShowRecord);
             }
         });
@@ -129,7 +131,7 @@ pub fn recording_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
             ui.painter().circle_filled(rect.center(), 4.0, palette::MISSED.color32());
         }
         ui.add(egui::Label::new(name.as_ref()).truncate())
-            .on_hover_text(recording.file.display().to_string());
+            .explained(recording.file.display().to_string());
     });
     let samples = usize::try_from(recording.samples).unwrap_or(usize::MAX);
     fact_ui(ui, "samples", &count(samples));
