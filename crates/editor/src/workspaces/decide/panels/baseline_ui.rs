@@ -5,6 +5,7 @@ use crate::palette::ThemedColor;
 use crate::widgets::basic::{
     decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
 };
+use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
 use crate::widgets::verdict::verdict_text;
 use crate::workspaces::decide::against::Found;
 use crate::workspaces::decide::panels::DecideView;
@@ -39,7 +40,7 @@ pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
                 Some(file) => file.display().to_string(),
                 None => "A state of the open design".to_owned(),
             };
-            ui.add(Label::new(name.strong()).wrap()).on_hover_text(about);
+            ui.add(Label::new(name.strong()).wrap()).explained(about);
             if pinned.is_gone {
                 warning_ui(
                     ui,
@@ -52,15 +53,17 @@ pub fn baseline_ui(ui: &mut Ui, view: &DecideView) -> Vec<DecideRequest> {
     ui.horizontal(|ui| {
         let here = ui
             .add(main_button("Pin this state"))
-            .on_hover_text("Holds the design against what it is now");
+            .explained("Holds the design against what it is now");
         if here.clicked() {
             requests.push(DecideRequest::PinHere);
         }
-        let file = ui.button("Pin a file…").on_hover_text("Holds the design against another one");
+        let file = ui.button("Pin a file…").explained("Holds the design against another one");
         if file.clicked() {
             requests.push(DecideRequest::ShowPin);
         }
-        if view.state.pinned.is_some() && ui.button("Unpin").clicked() {
+        if view.state.pinned.is_some()
+            && button_ui(ui, "Unpin", "Holds the design against nothing").clicked()
+        {
             requests.push(DecideRequest::Unpin);
         }
     });
@@ -117,7 +120,8 @@ fn found_ui(
     table_ui(ui, view.state.shows_all_figures, [&before.figures, now], differences);
     ui.add_space(4.0);
     let mut all = view.state.shows_all_figures;
-    if ui.checkbox(&mut all, "All figures").changed() {
+    let about = "Shows every figure, not only those that a requirement can bound";
+    if checkbox_ui(ui, &mut all, "All figures", about).changed() {
         requests.push(DecideRequest::ShowAllFigures(all));
     }
     ui.add_space(4.0);
@@ -185,7 +189,7 @@ fn table_ui(
                     let (word, color) = verdict(difference.verdict);
                     let about = with_minus_signs(&difference_words(difference, "the baseline"));
                     right_text_ui(ui, &change, color);
-                    ui.label(RichText::new(word).color(color)).on_hover_text(about);
+                    ui.label(RichText::new(word).color(color)).explained(about);
                 }
             }
             ui.end_row();

@@ -1,6 +1,7 @@
 //! Which recording of the built tool is looked at, and what its tables do not state themselves.
 
 use crate::widgets::basic::{NumberChange, NumberField, number_ui, quiet_ui};
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::requests::DecideRequest;
 use bevy_egui::egui::{Align, Layout, Ui};
@@ -14,13 +15,13 @@ const MOST_READINGS: f64 = 1e6;
 pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
     let recorded = view.state.recorded.as_ref();
     ui.horizontal(|ui| {
-        let open = ui.button("Recorded poses…").on_hover_text(
+        let open = ui.button("Recorded poses…").explained(
             "A table of the built tool's true and measured poses, as `characterize` writes it",
         );
         if open.clicked() {
             requests.push(DecideRequest::ShowRecorded(BodyRole::Tool));
         }
-        if recorded.is_some() && ui.button("Close").clicked() {
+        if recorded.is_some() && button_ui(ui, "Close", "Puts the recording away").clicked() {
             requests.push(DecideRequest::CloseRecorded);
         }
         if recorded.is_some() {
@@ -32,13 +33,13 @@ pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<Dec
         }
     });
     let Some(recorded) = recorded else { return };
-    quiet_ui(ui, short_path(&recorded.table)).on_hover_text(&recorded.table);
+    quiet_ui(ui, short_path(&recorded.table)).explained(&recorded.table);
     let mut changed = recorded.clone();
     if view.document.design().crf.is_some() {
         frame_ui(ui, &mut changed, requests);
     }
     ui.checkbox(&mut changed.is_registered, "registered to these poses")
-        .on_hover_text(
+        .explained(
             "The true poses were registered to this very recording, which took up a part of the error: the same \
              part is taken out of the prediction",
         );
@@ -70,16 +71,16 @@ pub(crate) fn recorded_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<Dec
 fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, requests: &mut Vec<DecideRequest>) {
     if let Some(table) = changed.crf_table.clone() {
         ui.horizontal(|ui| {
-            quiet_ui(ui, format!("CRF: {}", short_path(&table))).on_hover_text(&table);
+            quiet_ui(ui, format!("CRF: {}", short_path(&table))).explained(&table);
             let about = "Without it errors are in the tracker's frame";
-            if ui.small_button("×").on_hover_text(about).clicked() {
+            if ui.small_button("×").explained(about).clicked() {
                 changed.crf_table = None;
             }
         });
         return;
     }
     let mut is_in_crf = changed.frame == RecordedFrame::Crf;
-    ui.checkbox(&mut is_in_crf, "in the CRF's frame").on_hover_text("Else in the tracker's");
+    ui.checkbox(&mut is_in_crf, "in the CRF's frame").explained("Else in the tracker's");
     changed.frame = match is_in_crf {
         true => RecordedFrame::Crf,
         false => RecordedFrame::Tracker,
@@ -87,7 +88,7 @@ fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, requests: &mut Vec<Decide
     if !is_in_crf {
         let about = "The same table of the CRF, with a row for every row of the tool's: errors are then those \
                      of the tool in the CRF";
-        if ui.button("CRF's poses…").on_hover_text(about).clicked() {
+        if ui.button("CRF's poses…").explained(about).clicked() {
             requests.push(DecideRequest::ShowRecorded(BodyRole::Crf));
         }
     }
@@ -96,7 +97,7 @@ fn frame_ui(ui: &mut Ui, changed: &mut BuiltRecording, requests: &mut Vec<Decide
 /// A number behind what it is; what it becomes.
 fn labelled_ui(ui: &mut Ui, field: &NumberField, about: &str, value: f64) -> Option<f64> {
     let row = ui.horizontal(|ui| {
-        quiet_ui(ui, field.name).on_hover_text(about);
+        quiet_ui(ui, field.name).explained(about);
         let right = Layout::right_to_left(Align::Center);
         ui.with_layout(right, |ui| number_ui(ui, field, value)).inner
     });

@@ -8,6 +8,7 @@ use crate::widgets::basic::{
     warning_ui, with_unit,
 };
 use crate::widgets::theme;
+use crate::widgets::tooltip::{Explain, button_ui};
 use crate::widgets::verdict::verdict_mark;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::right_text_ui;
@@ -94,7 +95,7 @@ fn badge(state: State) -> (Option<char>, Color32) {
 
 /// The design's own room, and the further ones that it is judged in.
 fn rooms_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
-    ui.add(Label::new(printable(view.environment)).wrap()).on_hover_text("The design's own room");
+    ui.add(Label::new(printable(view.environment)).wrap()).explained("The design's own room");
     for file in &view.document.design().procedure.further_rooms {
         ui.horizontal(|ui| {
             let named = view.status().and_then(|status| {
@@ -103,16 +104,16 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
             });
             let name = named.map_or(file.as_str(), |row| row.room.name.as_str());
             let name = if name.is_empty() { file } else { name };
-            ui.add(Label::new(printable(name)).truncate()).on_hover_text(printable(file));
+            ui.add(Label::new(printable(name)).truncate()).explained(printable(file));
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                let remove = ui.small_button("×").on_hover_text("No longer judged in it");
+                let remove = ui.small_button("×").explained("No longer judged in it");
                 if remove.clicked() {
                     requests.push(DecideRequest::RemoveRoom(file.clone()));
                 }
             });
         });
     }
-    ui.menu_button("Add room…", |ui| {
+    let menu = ui.menu_button("Add room…", |ui| {
         if view.rooms.is_empty() {
             quiet_ui(
                 ui,
@@ -128,12 +129,13 @@ fn rooms_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
                 RoomSource::File(file) => file.display().to_string(),
             };
             let name = printable(&room.summary.name);
-            if ui.button(name).on_hover_text(about).clicked() {
+            if ui.button(name).explained(about).clicked() {
                 requests.push(DecideRequest::AddRoom(room.place.clone()));
                 ui.close();
             }
         }
     });
+    menu.response.explained("Judges the design in a further room as well");
 }
 
 fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
@@ -169,7 +171,7 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
             );
             match &row.studied {
                 Err(why) => {
-                    ui.add(label).on_hover_text(format!("{about}\n{why}"));
+                    ui.add(label).explained(format!("{about}\n{why}"));
                     right_text_ui(ui, "none", palette::MISSED.color32());
                     right_text_ui(ui, "none", palette::MISSED.color32());
                 }
@@ -182,7 +184,7 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
                         let (label, unit) = (row.label(), row.metric.unit());
                         format!("\n{label} {} {unit} {}", row.value, row.interval_words())
                     });
-                    ui.add(label).on_hover_text(format!(
+                    ui.add(label).explained(format!(
                         "{about}\n{} {angle}{}",
                         rms.label(),
                         expected.collect::<String>()
@@ -201,7 +203,7 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
                 }
                 Some(verdict) => {
                     let (sign, color) = verdict_mark(verdict);
-                    ui.label(RichText::new(sign).color(color)).on_hover_text(verdict.label());
+                    ui.label(RichText::new(sign).color(color)).explained(verdict.label());
                 }
             }
             ui.end_row();
@@ -278,15 +280,17 @@ fn decision_ui(
         let button = ui.add_enabled(hindrance.is_none(), main_button(name));
         let button = match &hindrance {
             Some(Hindrance::Note(objection)) => {
-                button.on_disabled_hover_text(format!("A reason is needed: {objection}"))
+                button.explained(format!("A reason is needed: {objection}"))
             }
-            _ => button
-                .on_hover_text("Keeps these figures, their rooms and today's date in the design"),
+            _ => {
+                button.explained("Keeps these figures, their rooms and today's date in the design")
+            }
         };
         if button.clicked() {
             requests.push(DecideRequest::Decide(step));
         }
-        if is_decided && ui.button("Withdraw").clicked() {
+        if is_decided && button_ui(ui, "Withdraw", "Takes the decision out of the design").clicked()
+        {
             requests.push(DecideRequest::Withdraw(step));
         }
     });

@@ -2,9 +2,8 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{
-    decimal, main_button, quiet_ui, short_name, signed, warning_ui, with_unit,
-};
+use crate::widgets::basic::{decimal, quiet_ui, short_name, signed, warning_ui, with_unit};
+use crate::widgets::tooltip::{Explain, button_ui, main_button_ui};
 use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::panels::baseline_ui::{right_text_ui, verdict};
@@ -59,7 +58,7 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("Compare").strong().color(palette::TEXT_STRONG.color32()));
         ui.add_space(6.0);
-        if ui.button("Add design…").clicked() {
+        if button_ui(ui, "Add design…", "Adds another design to the table").clicked() {
             requests.push(DecideRequest::ShowAddDesign);
         }
         ui.menu_button("Add built-in", |ui| {
@@ -78,7 +77,8 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
             let name = short_name(&name, MOST_CHARS);
             let chip = ui
                 .button(format!("{name}  ×"))
-                .on_hover_text(format!("{added}\nTakes it out of the table"));
+                .explained(format!("{added}
+Takes it out of the table"));
             if chip.clicked() {
                 requests.push(DecideRequest::RemoveDesign(added.clone()));
             }
@@ -87,12 +87,13 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
             ui.add_space(4.0);
             match &view.state.comparing {
                 None => {
-                    if ui.add(main_button("Compare")).clicked() {
+                    let about = "Studies each design in each room; differences get intervals";
+                    if main_button_ui(ui, "Compare", about).clicked() {
                         requests.push(DecideRequest::Compare);
                     }
                 }
                 Some(job) => {
-                    if ui.button("Cancel").clicked() {
+                    if button_ui(ui, "Cancel", "Stops comparing").clicked() {
                         requests.push(DecideRequest::CancelCompare);
                     }
                     let bar = ProgressBar::new(job.progress() as f32);
@@ -157,16 +158,16 @@ fn row_ui(
     let about = about(what, compared.rooms.get(row.room).is_some_and(Option::is_some));
     let button = Button::new(RichText::new(name).color(color)).frame(false);
     let opened =
-        ui.add(button).on_hover_text(format!("{}\n{about}", Names::of(&names.designs, row.design)));
+        ui.add(button).explained(format!("{}\n{about}", Names::of(&names.designs, row.design)));
     if opened.clicked() {
         requests.push(DecideRequest::OpenRow(number));
     }
-    ui.label(short_name(room, MOST_CHARS)).on_hover_text(room);
+    ui.label(short_name(room, MOST_CHARS)).explained(room);
     let measured = match &row.measured {
         Ok(measured) => measured,
         Err(why) => {
             ui.label(RichText::new("no figures").color(palette::MISSED.color32()))
-                .on_hover_text(why.to_string());
+                .explained(why.to_string());
             return;
         }
     };
@@ -194,7 +195,7 @@ fn row_ui(
         .collect();
     let required = right_text_ui(ui, &word, color);
     if !expected.is_empty() {
-        required.on_hover_text(expected.join("\n"));
+        required.explained(expected.join("\n"));
     }
     let rms = (row.against_baseline.as_ref()).and_then(|against| against.differences.first());
     match rms {
@@ -206,7 +207,7 @@ fn row_ui(
             let text = format!("{} {word}", with_unit(&signed(difference.difference, 3), "mm"));
             let baseline = Names::of(&names.designs, compared.comparison.baseline);
             ui.label(RichText::new(text).color(color))
-                .on_hover_text(with_minus_signs(&difference_words(difference, baseline)));
+                .explained(with_minus_signs(&difference_words(difference, baseline)));
         }
     }
     // Its size is that of the largest tip error.
@@ -218,7 +219,7 @@ fn row_ui(
         false => format!("{place}  ({} to note)", notes.len()),
     };
     ui.label(RichText::new(text).color(palette::TEXT_QUIET.color32()))
-        .on_hover_text([&[worst], notes.as_slice()].concat().join("\n"));
+        .explained([&[worst], notes.as_slice()].concat().join("\n"));
 }
 
 /// The expected tip RMS and its interval.
