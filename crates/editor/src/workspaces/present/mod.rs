@@ -34,7 +34,8 @@ const PREVIOUS: Command =
     Command::new(PRESENT, 101, "Previous slide", "Goes back to the slide before")
         .keys(&[Keys::plain("left"), Keys::plain("pageup")]);
 const FIRST: Command =
-    Command::new(PRESENT, 102, "First slide", "Begins again").keys(&[Keys::plain("home")]);
+    Command::new(PRESENT, 102, "First slide", "Begins again with the first slide")
+        .keys(&[Keys::plain("home")]);
 const PLAY: Command = Command::new(
     PRESENT,
     103,

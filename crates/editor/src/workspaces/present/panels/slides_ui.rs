@@ -1,6 +1,7 @@
 //! The panel in which slides are made.
 
 use crate::widgets::basic::{Row, main_button, quiet_ui, row_ui, section_ui, warning_ui};
+use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
 use crate::workspaces::present::panels::StageView;
 use crate::workspaces::present::requests::PresentRequest;
 use bevy_egui::egui::Ui;
@@ -27,17 +28,17 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     });
     ui.horizontal(|ui| {
         let about = "Another slide after this one, looked at as now";
-        if ui.button("Add").on_hover_text(about).clicked() {
+        if ui.button("Add").explained(about).clicked() {
             requests.push(PresentRequest::Add);
         }
         ui.add_enabled_ui(!slides.is_empty(), |ui| {
-            if ui.button("Remove").clicked() {
+            if button_ui(ui, "Remove", "Takes the slide out of the design").clicked() {
                 requests.push(PresentRequest::Remove);
             }
         });
         for (sign, by, is_possible) in [("⏶", -1, index > 0), ("⏷", 1, index + 1 < count)] {
             ui.add_enabled_ui(is_possible && !slides.is_empty(), |ui| {
-                if ui.button(sign).on_hover_text("Moves it among the slides").clicked() {
+                if ui.button(sign).explained("Moves it among the slides").clicked() {
                     requests.push(PresentRequest::Move(by));
                 }
             });
@@ -48,10 +49,10 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     ui.horizontal(|ui| {
         ui.add_enabled_ui(!is_kept, |ui| {
             let about = "The slide is looked at as now: camera, layers, slice, magnification";
-            if ui.add(main_button("Keep this view")).on_hover_text(about).clicked() {
+            if ui.add(main_button("Keep this view")).explained(about).clicked() {
                 requests.push(PresentRequest::KeepView);
             }
-            if ui.button("Back").on_hover_text("As the slide is looked at").clicked() {
+            if ui.button("Back").explained("As the slide is looked at").clicked() {
                 requests.push(PresentRequest::BackToView);
             }
         });
@@ -62,12 +63,13 @@ pub fn slides_ui(ui: &mut Ui, view: &StageView) -> Vec<PresentRequest> {
     section_ui(ui, "Figures");
     for figure in SlideFigure::ALL {
         let mut is_on = slide.figures.contains(&figure);
-        if ui.checkbox(&mut is_on, figure.name()).changed() {
+        let about = "Shows the figure on the slide, in words for people who do not design";
+        if checkbox_ui(ui, &mut is_on, figure.name(), about).changed() {
             requests.push(PresentRequest::SetFigure(figure, is_on));
         }
     }
     ui.add_space(6.0);
-    if ui.button("Done").on_hover_text("As others see it").clicked() {
+    if ui.button("Done").explained("As others see it").clicked() {
         requests.push(PresentRequest::ToggleEditing);
     }
     if slides.is_empty() {
