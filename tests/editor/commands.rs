@@ -20,8 +20,8 @@ use trackwright_editor::workspaces::present::PresentPlugin;
 use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_editor::workspaces::study::precision::PrecisionPlugin;
 
-/// Every plugin that registers commands.
-fn app() -> App {
+/// An App with every plugin that registers commands.
+pub fn app_with_commands() -> App {
     let mut app = create_app();
     app.add_plugins((
         (CommandsPlugin, ShellCommandsPlugin, DocumentCommandsPlugin, ViewportCommandsPlugin),
@@ -44,7 +44,7 @@ fn of_key(
 
 #[test]
 fn shift_distinguishes_redo_from_undo() {
-    let app = app();
+    let app = app_with_commands();
     let design = workspaces::design::WORKSPACE;
     for (key, modifiers, command) in [
         ("z", [true, false], Some(UNDO.name)),
@@ -58,7 +58,7 @@ fn shift_distinguishes_redo_from_undo() {
 
 #[test]
 fn a_workspaces_own_keys_go_first() {
-    let app = app();
+    let app = app_with_commands();
     for (key, workspace, command) in [
         ("right", workspaces::study::WORKSPACE, Some("Next trial")),
         ("right", workspaces::present::WORKSPACE, Some("Next slide")),
@@ -73,7 +73,7 @@ fn a_workspaces_own_keys_go_first() {
 
 #[test]
 fn no_two_commands_share_a_name_or_a_key() {
-    let app = app();
+    let app = app_with_commands();
     let all = app.world().resource::<CommandRegistry>().all();
     assert!(all.len() > 70, "{}", all.len());
     for (i, a) in all.iter().enumerate() {
@@ -91,7 +91,7 @@ fn no_two_commands_share_a_name_or_a_key() {
 
 #[test]
 fn commands_are_found_by_their_words() {
-    let app = app();
+    let app = app_with_commands();
     let all = app.world().resource::<CommandRegistry>().all();
     for (text, first) in [
         ("sa", Some("Save")),
@@ -110,7 +110,7 @@ fn a_stranger_registers_a_workspace() {
         Workspace { name: "Mine", order: 9, command: "My workspace", ..Workspace::NONE };
     #[derive(Resource, Default)]
     struct Runs(usize);
-    let mut app = app();
+    let mut app = app_with_commands();
     let count = |mut runs: ResMut<Runs>| runs.0 += 1;
     app.init_resource::<Runs>()
         .add_workspace(MINE)

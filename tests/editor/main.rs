@@ -47,6 +47,7 @@ mod support;
 mod tip;
 mod tip_scatter;
 mod tools;
+mod tooltips;
 mod uploads;
 mod wake;
 mod window;
