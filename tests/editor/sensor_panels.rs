@@ -190,7 +190,7 @@ fn inspector_buttons_run_commands() {
             },
         )
     });
-    harness.get_by_label_contains("2 selected");
+    harness.get_by_label_contains("2 sensors on the tool");
     harness.get_by_label("Delete sensors").click();
     harness.run_steps(2);
     assert!(requests.borrow().is_empty(), "{:?}", requests.borrow());
