@@ -69,7 +69,9 @@ fn weight_ui(ui: &mut Ui, inspector: &InspectorView, actions: &mut Vec<DesignAct
         }
         match weight_mm {
             Some(weight_mm) => {
-                let field = NumberField::length("orientation weight in mm").positive();
+                let field = NumberField::length("orientation weight in mm")
+                    .about("What an axis counts against a position in frame fitting")
+                    .positive();
                 let changes = right_ui(ui, |ui| number_ui(ui, &field, weight_mm));
                 number_edits(&changes, actions, "Change orientation weight", |v| {
                     Some(Edit::SetOrientationWeight(Some(v)))

@@ -194,14 +194,23 @@ fn coil_ui(ui: &mut Ui, chosen: &ChosenSensors, actions: &mut Vec<DesignAction>)
         return;
     }
     let label = format!("Change {}", chosen.name());
-    type Size = (&'static str, fn(&Coil) -> f64, fn(&mut Coil) -> &mut f64);
+    type Size = ([&'static str; 2], fn(&Coil) -> f64, fn(&mut Coil) -> &mut f64);
     let sizes: [Size; 2] = [
-        ("diameter", |coil| coil.diameter_mm, |coil| &mut coil.diameter_mm),
-        ("length", |coil| coil.length_mm, |coil| &mut coil.length_mm),
+        (
+            ["diameter", "Outer diameter of the coil, across its axis"],
+            |coil| coil.diameter_mm,
+            |coil| &mut coil.diameter_mm,
+        ),
+        (
+            ["length", "Length of the coil, along its axis"],
+            |coil| coil.length_mm,
+            |coil| &mut coil.length_mm,
+        ),
     ];
-    for (name, read, write) in sizes {
+    for ([name, about], read, write) in sizes {
         let long_name = format!("coil {name} in mm");
-        let field = NumberField { min: 0.01, speed: 0.01, ..NumberField::length(&long_name) };
+        let field =
+            NumberField { min: 0.01, speed: 0.01, ..NumberField::length(&long_name).about(about) };
         let value = chosen.common_number(|sensor| sensor.coil.as_ref().map(read));
         number_row_ui(ui, name, &field, value, &label, actions, |v| {
             chosen.edit(|sensor| {
