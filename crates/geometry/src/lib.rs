@@ -21,6 +21,7 @@ pub mod colormap;
 mod direction_search;
 pub mod directions;
 pub mod domed_cylinder;
+mod finer;
 pub mod gizmo;
 pub mod isosurface;
 pub mod limits;

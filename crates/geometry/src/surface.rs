@@ -8,6 +8,8 @@
 //! from behind too, and brings a second library of vectors; `bvh` 0.13 took at least twice the time a
 //! query and twice the memory. `docs/developing/measurements.md` has the figures.
 
+mod thickness;
+
 use super::bounds::Bounds;
 use super::mesh::SurfaceMesh;
 use nalgebra::{Point3, Unit, Vector3};

@@ -1,0 +1,148 @@
+//! How thick a body is below a point of its surface, and whether a point is inside of it. Parts of a
+//! mesh may overlap: they are counted as a ray enters and leaves them.
+
+use super::{NodeContent, Ray, STACK, Surface, SurfacePoint, Triangle, box_distance_along};
+use crate::rotation::perpendicular;
+use nalgebra::{Point3, Unit, Vector3};
+
+/// What is nearer to where an inward ray begins is the surface that it begins on.
+const SKIN_MM: f64 = 1e-4;
+
+/// Crossings of one kind nearer than this are one.
+const SAME_CROSSING_MM: f64 = 1e-7;
+
+/// How far a ray is turned so that it misses edges: straight through a round part it would meet the
+/// vertex on the other side. It changes a thickness by a millionth.
+const OFF_EDGES: f64 = 1e-3;
+
+/// Where a ray meets a triangle, from its front or from behind.
+#[derive(Clone, Copy, Debug)]
+struct Crossing {
+    distance_mm: f64,
+    is_entry: bool,
+}
+
+impl Surface {
+    /// How far it is through the body from a point of its surface, straight inward. Parts that
+    /// overlap count as one. `None` where the ray never leaves, as in an open mesh.
+    ///
+    /// ```
+    /// use nalgebra::{Point3, Vector3};
+    /// use trackwright_geometry::placeholder::placeholder;
+    /// use trackwright_geometry::surface::{Surface, SurfacePoint};
+    ///
+    /// // A rod of 1.5 mm from the origin along z.
+    /// let mesh = placeholder(&Point3::origin(), &[Point3::new(0.0, 0.0, 100.0)]);
+    /// let surface = Surface::new(&mesh).unwrap();
+    /// let position_mm = Point3::new(1.5, 0.0, 50.0);
+    /// let at = SurfacePoint { position_mm, normal: Vector3::x_axis() };
+    /// // A polygon of 24 sides is a little narrower than its circle.
+    /// assert!((surface.thickness_mm(&at).unwrap() - 3.0).abs() < 0.03);
+    /// ```
+    pub fn thickness_mm(&self, at: &SurfacePoint) -> Option<f64> {
+        let crossings = self.crossings(&generic_ray(&at.position_mm, -at.normal));
+        let mut parts = 1;
+        let mut beyond = crossings.iter().filter(|crossing| crossing.distance_mm > SKIN_MM);
+        let end = beyond.find(|crossing| {
+            parts += if crossing.is_entry { 1 } else { -1 };
+            parts == 0
+        });
+        end.map(|crossing| crossing.distance_mm)
+    }
+
+    /// Whether a point of the surface is hidden in another part of the body.
+    pub fn is_covered(&self, at: &SurfacePoint) -> bool {
+        let crossings = self.crossings(&generic_ray(&at.position_mm, at.normal));
+        let mut beyond = crossings.iter().filter(|crossing| crossing.distance_mm > SKIN_MM);
+        let out = |crossing: &Crossing| if crossing.is_entry { -1 } else { 1 };
+        beyond.by_ref().map(out).sum::<i32>() > 0
+    }
+
+    /// Whether a point lies in one of the body's parts.
+    pub fn contains(&self, point_mm: &Point3<f64>) -> bool {
+        let out = |crossing: &Crossing| if crossing.is_entry { -1 } else { 1 };
+        // In no direction of a drawing.
+        let towards = Unit::new_normalize(Vector3::new(0.36, 0.48, 0.8));
+        self.crossings(&generic_ray(point_mm, towards)).iter().map(out).sum::<i32>() > 0
+    }
+
+    /// Where a ray enters and leaves parts, the nearest first.
+    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let inverse = ray.direction.map(|component| 1.0 / component);
+        let mut found = Vec::new();
+        let mut stack = Vec::with_capacity(STACK);
+        stack.push(0);
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index];
+            if !box_distance_along(&node.bounds, ray, &inverse, f64::INFINITY).is_finite() {
+                continue;
+            }
+            match node.content {
+                NodeContent::Inner { right } => stack.extend([index + 1, index + right as usize]),
+                NodeContent::Leaf { first, len } => {
+                    for triangle in self.leaf(first, len) {
+                        for (is_entry, side) in [(true, *triangle), (false, turned_over(triangle))]
+                        {
+                            let met = side.meets(ray);
+                            let crossing =
+                                met.map(|(distance_mm, _)| Crossing { distance_mm, is_entry });
+                            found.extend(crossing);
+                        }
+                    }
+                }
+            }
+        }
+        found.sort_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
+        // A ray through an edge meets both its triangles.
+        found.dedup_by(|next, last| {
+            next.is_entry == last.is_entry && next.distance_mm - last.distance_mm < SAME_CROSSING_MM
+        });
+        found
+    }
+}
+
+/// A triangle seen from its other side.
+fn turned_over(triangle: &Triangle) -> Triangle {
+    let ([a, b, c], [na, nb, nc]) = (triangle.corners, triangle.normals);
+    Triangle { corners: [a, c, b], normals: [na, nc, nb] }
+}
+
+/// A ray that is turned a little, so that it meets no edge but by chance.
+fn generic_ray(origin_mm: &Point3<f64>, towards: Unit<Vector3<f64>>) -> Ray {
+    let u = perpendicular(&towards).into_inner();
+    let v = towards.cross(&u);
+    let direction = towards.into_inner() + u * OFF_EDGES + v * (0.618 * OFF_EDGES);
+    Ray { origin_mm: *origin_mm, direction: Unit::new_normalize(direction) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::cylinder;
+    use super::*;
+
+    fn side(radius_mm: f64, z_mm: f64) -> SurfacePoint {
+        SurfacePoint { position_mm: Point3::new(radius_mm, 0.0, z_mm), normal: Vector3::x_axis() }
+    }
+
+    #[test]
+    fn a_round_shaft_is_as_thick_as_its_diameter() {
+        let surface = Surface::new(&cylinder(2.5, 100.0, 32)).unwrap();
+        // From a vertex to the one on the other side.
+        let found = surface.thickness_mm(&side(2.5, 100.0 / 3.0)).unwrap();
+        assert!((found - 5.0).abs() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn parts_that_overlap_are_one_body() {
+        let mut mesh = cylinder(7.0, 100.0, 32);
+        mesh.parts.extend(cylinder(2.5, 100.0, 32).parts);
+        let surface = Surface::new(&mesh).unwrap();
+        let outer = side(7.0, 40.0);
+        let found = surface.thickness_mm(&outer).unwrap();
+        assert!((found - 14.0).abs() < 1e-3, "{found}");
+        assert!(!surface.is_covered(&outer) && surface.is_covered(&side(2.5, 40.0)));
+        for (x_mm, is_inside) in [(0.0, true), (5.0, true), (7.5, false)] {
+            assert_eq!(surface.contains(&Point3::new(x_mm, 0.0, 40.0)), is_inside, "{x_mm}");
+        }
+    }
+}
