@@ -5,7 +5,8 @@ use trackwright_simulation::placement::*;
 use trackwright_simulation::StudyError;
 use trackwright_simulation::scenario::Scenario;
 
-use trackwright_geometry::surface::SurfacePoint;
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::surface::{Ray, SurfacePoint};
 use trackwright_simulation::work::Work;
 use trackwright_task::Task;
 
@@ -101,6 +102,78 @@ fn marker_placement_is_the_same_under_every_axis_rule() {
     }
 }
 
+/// A sensor of a built-in tool imagined below every vertex, and the tool's mesh for that.
+fn imagined(name: &str, sensor: usize, depth: CoilDepth) -> (Scenario, PlacementPlan, SurfaceMesh) {
+    let world = trackwright_project::open_builtin(name).unwrap();
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let mesh = world.mesh(BodyRole::Tool).unwrap();
+    let mesh = placement_mesh(mesh).unwrap_or_else(|| SurfaceMesh::clone(mesh));
+    let candidates = depth.places(&mesh, &scenario.tool.sensors[sensor].position_in_body).into();
+    let (body, rule) = (PlacedBody::Tool, AxisRule::Keep);
+    (scenario, PlacementPlan { body, sensor, rule, candidates }, mesh)
+}
+
+#[test]
+fn in_the_bore_the_map_shows_the_figure() {
+    // Of each sensor of the pointer, beside which side of the body it is.
+    for (sensor, out) in [(0, -Vector3::y_axis()), (1, -Vector3::y_axis()), (2, Vector3::y_axis())]
+    {
+        let off = |depth: CoilDepth| {
+            let (scenario, plan, mesh) = imagined("pointer-on-head", sensor, depth);
+            let outcome = placed(&scenario, &plan);
+            // What is painted on the body there.
+            let at = scenario.tool.sensors[sensor].position_in_body;
+            let surface = trackwright_geometry::surface::Surface::new(&mesh).unwrap();
+            let ray = Ray { origin_mm: at + out.into_inner() * 50.0, direction: -out };
+            let hit = surface.hit(&ray).unwrap();
+            let shown_mm = outcome.between(hit.corners, hit.weights).unwrap();
+            let corners = hit.corners.into_iter().zip(hit.weights);
+            let own_mm: f64 = corners
+                .map(|(corner, weight)| outcome.places[corner].tip_rms_mm.unwrap() * weight)
+                .sum();
+            let figure = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
+            let part = |shown_mm: f64, is_mm: f64| (shown_mm - is_mm).abs() / is_mm;
+            let own = part(own_mm, figure.own_of(Metric::TIP_RMS));
+            (own, part(shown_mm, figure.of(Metric::TIP_RMS).0))
+        };
+        let (own, shown) = off(CoilDepth::Own);
+        // A sensor that moves by half a millimetre changes its own figure by a thousandth, and the
+        // expected one, a mean over some drawn fields, by two hundredths.
+        assert!(own < 0.01 && shown < 0.04, "{sensor}: {own} {shown}");
+        if sensor == 2 {
+            let (_, on_surface) = off(CoilDepth::Surface);
+            assert!(on_surface > 0.05, "{on_surface}: three millimetres above the sensor");
+        }
+    }
+}
+
+#[test]
+fn the_best_place_is_a_study_with_the_sensor_there() {
+    for (name, depth) in [("pointer-on-head", CoilDepth::Own), ("endoscope", CoilDepth::Surface)] {
+        let (mut scenario, plan, _) = imagined(name, 1, depth);
+        let outcome = placed(&scenario, &plan);
+        let best = outcome.best.clone().unwrap();
+        assert_eq!(best.placement, outcome.places[best.candidate]);
+        assert!(best.placement.basis == Basis::Full && !best.placement.is_outside);
+        let own = scenario.tool.sensors[1].clone();
+        let at = &plan.candidates[best.candidate];
+        assert_eq!(best.sensor, plan.rule.placed(&own, at));
+        scenario.tool.sensors[1] = best.sensor;
+        let cancel = CancelToken::default();
+        let own_mm =
+            run(&scenario, &Mode::Motion, &cancel, None).unwrap().figures.position_mm.rms();
+        let promised_mm = best.placement.tip_rms_mm.unwrap();
+        assert!((own_mm - promised_mm).abs() < 1e-12 * own_mm, "{own_mm} {promised_mm}");
+        let (figure_mm, ends_mm) =
+            expected(&scenario, &Mode::Motion, &cancel).unwrap().of(Metric::TIP_RMS);
+        let promised = best.placement.expected.unwrap();
+        assert_eq!((figure_mm, ends_mm), (promised.rms_mm, promised.interval_mm));
+        // No place that the map shows as better was left out.
+        let least = outcome.range_mm().unwrap()[0];
+        assert!(figure_mm <= least * 1.05, "{figure_mm} {least}");
+    }
+}
+
 #[test]
 fn values_between_vertices_are_linear_on_the_triangle() {
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
@@ -120,6 +193,7 @@ fn values_between_vertices_are_linear_on_the_triangle() {
             .collect(),
         full: 0,
         trials: 1,
+        best: None,
         is_final: true,
         work: Work::default(),
     };

@@ -104,7 +104,8 @@ pub use frame_fit::Determination;
 pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
 pub use placement::{
-    AxisRule, Basis, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan, place,
+    AxisRule, Basis, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
+    PlacementPlan, place,
 };
 pub use profile::{ChartedProfile, Profile, run_profiled, trial_count, trial_offsets, trial_pose};
 pub use requirement::{Requirement, Within};

@@ -29,13 +29,17 @@
 //! is nearly along the others' and the tool's roll is poorly determined: few poses do not show
 //! that. Vertices are therefore also distinguished by how much their trials vary.
 
+mod best;
 mod crf;
+mod depth;
 mod interval;
 mod known;
 mod outcome;
 mod rule;
 mod tool;
 
+pub use best::BestPlace;
+pub use depth::{CoilDepth, placement_mesh};
 pub use outcome::{
     Basis, ExpectedTip, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan,
 };
@@ -45,6 +49,7 @@ use super::refit::RefitBuffers;
 use super::run::check;
 use super::scenario::Scenario;
 use super::work::Work;
+use best::find_best;
 use crf::CrfAt;
 use interval::OpenParts;
 use known::Known;
@@ -130,6 +135,7 @@ pub fn place(
         }
         outcome.is_final = true;
     }
+    outcome.best = find_best(scenario, plan, &candidates, &mut outcome, task)?;
     deliver(&outcome);
     task.step(1, 1)?;
     Ok(outcome)

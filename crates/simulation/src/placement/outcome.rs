@@ -1,5 +1,6 @@
 //! Places of a sensor: what is wanted, what one comes to, and what is known of all.
 
+use super::best::BestPlace;
 use super::rule::AxisRule;
 use crate::body::Sensor;
 use crate::metric::Metric;
@@ -103,6 +104,8 @@ pub struct PlacementOutcome {
     pub full: usize,
     /// Poses of the study.
     pub trials: usize,
+    /// The best of them as a study of its own; `None` before the last picture.
+    pub best: Option<BestPlace>,
     /// Whether nothing better follows.
     pub is_final: bool,
     /// So far.
@@ -233,6 +236,16 @@ pub(super) struct Candidates {
     pub places: Vec<Position>,
     /// Of each candidate, which of them it is.
     pub place_of: Vec<usize>,
+    /// Where the sensor is now.
+    present: Position,
+}
+
+/// A sensor in one length.
+fn position_of(sensor: &Sensor) -> Position {
+    let axis = sensor.axis_in_body();
+    let axis = axis.map_or_else(Vector3::zeros, |axis| axis.into_inner() * RADIAN_MM);
+    let at = sensor.position_in_body;
+    [at.x, at.y, at.z, axis.x, axis.y, axis.z, 0.0]
 }
 
 impl Candidates {
@@ -245,11 +258,7 @@ impl Candidates {
             .iter()
             .map(|candidate| {
                 let placed = plan.rule.placed(&nameless, candidate);
-                let axis = placed
-                    .axis_in_body()
-                    .map_or_else(Vector3::zeros, |axis| axis.into_inner() * RADIAN_MM);
-                let at = placed.position_in_body;
-                let place = [at.x, at.y, at.z, axis.x, axis.y, axis.z, 0.0];
+                let place = position_of(&placed);
                 *known.entry(place.map(f64::to_bits)).or_insert_with(|| {
                     sensors.push(placed);
                     places.push(place);
@@ -257,7 +266,16 @@ impl Candidates {
                 })
             })
             .collect();
-        Self { sensors, places, place_of }
+        Self { sensors, places, place_of, present: position_of(sensor) }
+    }
+
+    /// The place that is nearest to where the sensor is now.
+    pub fn nearest_to_present(&self) -> Option<usize> {
+        let away = |place: &Position| -> f64 {
+            place.iter().zip(&self.present).map(|(a, b)| (a - b) * (a - b)).sum()
+        };
+        let finite = (0..self.places.len()).filter(|place| self.is_finite(*place));
+        finite.min_by(|a, b| away(&self.places[*a]).total_cmp(&away(&self.places[*b])))
     }
 
     pub fn is_finite(&self, place: usize) -> bool {
@@ -277,6 +295,7 @@ impl Candidates {
             full: places.iter().filter(|p| p.basis == Basis::Full).count(),
             places,
             trials,
+            best: None,
             is_final,
             work: Work {
                 placement_evaluations: work.study_evaluations,

@@ -1,0 +1,120 @@
+//! How deep below the surface a sensor is imagined: a coil lies in a bore as often as on the outside.
+
+use super::vertices;
+use nalgebra::Point3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::surface::{Surface, SurfacePoint};
+
+/// A place's value stands for what is nearer than this.
+const LONGEST_EDGE_MM: f64 = 6.0;
+
+/// Edges across the diagonal of a large body.
+const EDGES_ACROSS: f64 = 100.0;
+
+/// A body's mesh with as many vertices as placement needs: a shaft may be one triangle long. `None`
+/// where it has them.
+pub fn placement_mesh(mesh: &SurfaceMesh) -> Option<SurfaceMesh> {
+    let diagonal_mm = mesh.body_bounds()?.diagonal_mm();
+    mesh.finer(LONGEST_EDGE_MM.max(diagonal_mm / EDGES_ACROSS))
+}
+
+/// How deep below the surface a sensor is put.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum CoilDepth {
+    /// Its middle on the surface.
+    #[default]
+    Surface,
+    /// As deep as it lies now; where the body is thinner than that on both sides, in its middle.
+    Own,
+}
+
+impl CoilDepth {
+    pub const ALL: [Self; 2] = [Self::Surface, Self::Own];
+
+    /// What a person calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Surface => "on the surface",
+            Self::Own => "as deep as it is",
+        }
+    }
+
+    /// Where a sensor is imagined below each vertex of an instrument, in the order of [`vertices`];
+    /// the normals are those of the surface.
+    pub fn places(self, mesh: &SurfaceMesh, sensor_in_body: &Point3<f64>) -> Vec<SurfacePoint> {
+        let mut places = vertices(mesh);
+        let surface = match self {
+            Self::Surface => None,
+            Self::Own => Surface::new(mesh),
+        };
+        let Some(surface) = surface else {
+            return places;
+        };
+        let depth_mm = depth_mm(&places, &surface, sensor_in_body);
+        if depth_mm > 0.0 {
+            places.par_iter_mut().for_each(|place| {
+                let half_mm = surface.thickness_mm(place).map_or(f64::INFINITY, |all| all / 2.0);
+                let below = place.position_mm - place.normal.into_inner() * depth_mm.min(half_mm);
+                // Below a wall that faces the wrong way there is no body.
+                if surface.contains(&below) {
+                    place.position_mm = below;
+                }
+            });
+        }
+        places
+    }
+}
+
+/// How deep a point is below the nearest vertex that no other part of the body covers, of those that
+/// have it behind them; zero outside.
+fn depth_mm(vertices: &[SurfacePoint], surface: &Surface, point: &Point3<f64>) -> f64 {
+    if !surface.contains(point) {
+        return 0.0;
+    }
+    let away = |vertex: &SurfacePoint| (vertex.position_mm - point).norm();
+    let depth = |vertex: &SurfacePoint| (vertex.position_mm - point).dot(&vertex.normal);
+    let mut nearest: Vec<&SurfacePoint> =
+        vertices.iter().filter(|v| away(v).is_finite() && depth(v) > 0.0).collect();
+    nearest.sort_by(|a, b| away(a).total_cmp(&away(b)));
+    nearest.into_iter().find(|vertex| !surface.is_covered(vertex)).map_or(0.0, depth)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use trackwright_geometry::placeholder::placeholder;
+
+    /// A rod of 1.5 mm along z.
+    fn rod() -> SurfaceMesh {
+        let sensors = [Point3::new(0.0, 0.0, 100.0), Point3::new(0.0, 0.0, 60.0)];
+        placeholder(&Point3::origin(), &sensors)
+    }
+
+    #[test]
+    fn a_coil_in_the_bore_stays_in_the_bore() {
+        let mesh = rod();
+        let places = CoilDepth::Own.places(&mesh, &Point3::new(0.0, 0.0, 60.0));
+        let all = vertices(&mesh);
+        assert_eq!(places.len(), all.len());
+        for (place, vertex) in places.iter().zip(&all) {
+            assert_eq!(place.normal, vertex.normal);
+            // Along the rod, and not at its rounded ends.
+            if vertex.normal.dot(&Vector3::z()).abs() < 1e-9 {
+                let off_mm = place.position_mm.coords.xy().norm();
+                // Half of the thickness of a polygon is a little less than the radius of its circle.
+                assert!(off_mm < 0.02, "{off_mm}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_coil_on_the_surface_stays_on_the_surface() {
+        let mesh = rod();
+        let own = CoilDepth::Own.places(&mesh, &Point3::new(1.6, 0.0, 60.0));
+        assert_eq!(own, vertices(&mesh));
+        assert_eq!(CoilDepth::Surface.places(&mesh, &Point3::origin()), own);
+    }
+}
