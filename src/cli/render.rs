@@ -76,8 +76,8 @@ pub struct RenderArgs {
     #[arg(long)]
     pub facing_slice: bool,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
-    /// tip-error, ghost, motion, tip-scatter, slice, arrows, placement (of the selected sensor),
-    /// region, support, labels; or all, or none
+    /// tip-error, requirement, ghost, motion, tip-scatter, slice, arrows, placement (of the selected
+    /// sensor), region, support, labels; or all, or none
     #[arg(long, value_name = "LIST")]
     pub layers: Option<LayerList>,
     #[command(flatten)]

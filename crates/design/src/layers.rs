@@ -16,6 +16,8 @@ pub struct Layers {
     pub sensor_errors: bool,
     /// Error vector of the tip.
     pub tip_error: bool,
+    /// The sphere that the tip's error vector should end in.
+    pub requirement: bool,
     /// The tool as the tracker reports it.
     pub ghost: bool,
     /// What the tool's range of motion runs through.
@@ -35,17 +37,19 @@ pub struct Layers {
 }
 
 impl Default for Layers {
+    /// The opening view: what is grasped in five seconds. Bodies and sensors have no layer.
     fn default() -> Self {
         Self {
-            volume: true,
-            generator: true,
-            grid: true,
+            volume: false,
+            generator: false,
+            grid: false,
             anatomy: true,
-            sensor_errors: true,
+            sensor_errors: false,
             tip_error: true,
+            requirement: false,
             ghost: true,
-            motion: true,
-            tip_scatter: true,
+            motion: false,
+            tip_scatter: false,
             slice: true,
             arrows: false,
             placement: false,
@@ -60,13 +64,14 @@ impl Default for Layers {
 type Switch = fn(&mut Layers) -> &mut bool;
 
 /// Every layer, in the order in which they are listed to a person.
-const NAMES: [(&str, Switch); 15] = [
+const NAMES: [(&str, Switch); 16] = [
     ("volume", |l| &mut l.volume),
     ("generator", |l| &mut l.generator),
     ("grid", |l| &mut l.grid),
     ("anatomy", |l| &mut l.anatomy),
     ("sensor-errors", |l| &mut l.sensor_errors),
     ("tip-error", |l| &mut l.tip_error),
+    ("requirement", |l| &mut l.requirement),
     ("ghost", |l| &mut l.ghost),
     ("motion", |l| &mut l.motion),
     ("tip-scatter", |l| &mut l.tip_scatter),
@@ -148,6 +153,12 @@ mod tests {
         }
         assert_eq!(Layers::named("all,none,"), Ok(Layers::none()));
         assert_eq!(Layers::named("sliec"), Err("no layer sliec".to_owned()));
+    }
+
+    #[test]
+    fn the_opening_view_is_bodies_errors_and_a_slice() {
+        let names = Layers::default().names();
+        assert_eq!(names, ["anatomy", "tip-error", "ghost", "slice", "labels"]);
     }
 
     #[test]

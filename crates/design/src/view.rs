@@ -11,7 +11,7 @@ use trackwright_geometry::limits::{
 };
 use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_simulation::SlicePlane;
-pub use trackwright_simulation::{AxisRule, Quantity};
+pub use trackwright_simulation::{AxisRule, CoilDepth, Quantity};
 
 /// Largest factor that errors are drawn by: a picometre as a metre.
 const MAX_MAGNIFICATION: f64 = 1e12;
@@ -44,6 +44,9 @@ pub struct View {
     /// How a sensor is imagined to be turned where its body is painted by placement.
     #[serde(skip_serializing_if = "is_default")]
     pub placement_rule: AxisRule,
+    /// How deep below the surface it is imagined there.
+    #[serde(skip_serializing_if = "is_default")]
+    pub placement_depth: CoilDepth,
     /// Upper end of the colours of placement; `None` takes the 95th percentile.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placement_range_mm: Option<f64>,
@@ -92,7 +95,8 @@ impl From<CameraView> for OrbitCamera {
 /// How many times larger than life errors are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Magnification {
-    /// 1, 2 or 5 times a power of ten, so that the tip's error is easy to see.
+    /// 1, 2 or 5 times a power of ten, so that the tip's error is easy to see when the design is
+    /// opened; kept from then on.
     #[default]
     Auto,
     Times(f64),
@@ -117,6 +121,7 @@ pub struct SliceView {
     /// of the slice.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range_mm: Option<f64>,
+    /// Of the first coloured layer; see [`View::color_maps`].
     pub color_map: ColorMap,
 }
 
@@ -250,6 +255,16 @@ impl SliceAxis {
     }
 }
 
+/// The map of each coloured layer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ColorMaps {
+    pub slice: ColorMap,
+    pub arrows: ColorMap,
+    pub placement: ColorMap,
+    /// One that none of the layers that are on has, as far as there are as many.
+    pub spare: ColorMap,
+}
+
 /// A number of a view that cannot be drawn.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ViewError {
@@ -262,6 +277,45 @@ impl View {
     pub fn is_to_be_written(&self) -> bool {
         let default = Self { unknown_layers: self.unknown_layers.clone(), ..Self::default() };
         *self != default
+    }
+
+    /// Whether the arrows have the slice's scale: both show position errors.
+    pub fn arrows_share_scale(&self) -> bool {
+        let layers = &self.layers;
+        layers.slice && layers.arrows && self.slice.quantity == Quantity::PositionErrorMm
+    }
+
+    /// Upper end of the slice's colours, which the arrows may share; `None` is automatic.
+    pub fn slice_range(&self) -> Option<f64> {
+        let shared = self.arrows.range_mm.filter(|_| self.arrows_share_scale());
+        self.slice.range_mm.or(shared)
+    }
+
+    /// Sets that end; what the arrows were set to counts no longer where they share it.
+    pub fn set_slice_range(&mut self, range: Option<f64>) {
+        if range != self.slice_range() {
+            self.slice.range_mm = range;
+            if self.arrows_share_scale() {
+                self.arrows.range_mm = None;
+            }
+        }
+    }
+
+    /// The maps of the layers that are on: of two scales each has its own map. The chosen one is
+    /// that of the first layer.
+    pub fn color_maps(&self) -> ColorMaps {
+        let all = ColorMap::ALL;
+        let chosen = self.slice.color_map;
+        let first = all.iter().position(|map| *map == chosen).unwrap_or(0);
+        let mut rest = (0..all.len()).map(|k| all[(first + k) % all.len()]);
+        let mut of = |is_on: bool| if is_on { rest.next().unwrap_or(chosen) } else { chosen };
+        let slice = of(self.layers.slice);
+        let arrows = match self.arrows_share_scale() {
+            true => slice,
+            false => of(self.layers.arrows),
+        };
+        let placement = of(self.layers.placement);
+        ColorMaps { slice, arrows, placement, spare: of(true) }
     }
 
     /// Whether it can be drawn.
@@ -364,6 +418,51 @@ mod tests {
         free.offset_mm = f64::INFINITY;
         view.slice.free = Some(free);
         assert!(view.check().is_err());
+    }
+
+    #[test]
+    fn two_scales_never_share_a_colour_map() {
+        for quantity in Quantity::ALL {
+            for on in 0..8 {
+                let mut view = View::default();
+                view.slice.quantity = quantity;
+                view.slice.color_map = ColorMap::ALL[on % 3];
+                view.layers.slice = on & 1 > 0;
+                view.layers.arrows = on & 2 > 0;
+                view.layers.placement = on & 4 > 0;
+                let maps = view.color_maps();
+                let is_shared = maps.slice == maps.arrows;
+                if view.layers.slice && view.layers.arrows {
+                    assert_eq!(is_shared, quantity == Quantity::PositionErrorMm, "{view:?}");
+                }
+                if view.layers.placement {
+                    assert!(!view.layers.slice || maps.placement != maps.slice, "{view:?}");
+                    assert!(!view.layers.arrows || maps.placement != maps.arrows, "{view:?}");
+                }
+                // What is on alone has the map that a person chose.
+                let first = match on & 1 > 0 {
+                    true => Some(maps.slice),
+                    false if on & 2 > 0 => Some(maps.arrows),
+                    false => (on & 4 > 0).then_some(maps.placement),
+                };
+                assert!(first.is_none_or(|map| map == view.slice.color_map), "{view:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_quantity_has_one_range() {
+        let mut view = View::default();
+        view.layers.arrows = true;
+        view.arrows.range_mm = Some(1.5);
+        assert_eq!(view.slice_range(), Some(1.5));
+        view.set_slice_range(Some(1.5));
+        assert_eq!((view.slice.range_mm, view.arrows.range_mm), (None, Some(1.5)), "no change");
+        view.set_slice_range(None);
+        assert_eq!(view.slice_range(), None);
+        view.set_slice_range(Some(2.0));
+        view.slice = SliceView { quantity: Quantity::OrientationErrorDeg, ..SliceView::default() };
+        assert_eq!(view.slice_range(), None);
     }
 
     #[test]

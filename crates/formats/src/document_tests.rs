@@ -117,7 +117,7 @@ const DESIGN: &str = r#"(
     )],
     view: (
         camera: (focus_mm: (0.0, 0.0, -300.0), distance_mm: 900.0, azimuth_rad: 0.7, elevation_rad: 0.3),
-        layers: (volume: true, generator: true, grid: true, anatomy: true, sensor_errors: true, tip_error: true, ghost: true, motion: true, tip_scatter: true, slice: true, arrows: true, placement: true, region: true, support: true, labels: true),
+        layers: (volume: true, generator: true, grid: true, anatomy: true, sensor_errors: true, tip_error: true, requirement: true, ghost: true, motion: true, tip_scatter: true, slice: true, arrows: true, placement: true, region: true, support: true, labels: true),
         hidden: [ToolSensor("shaft")],
         locked: [Crf],
         magnification: Times(50.0),
@@ -132,6 +132,7 @@ const DESIGN: &str = r#"(
         ),
         arrows: (per_side: 7, of_tool: true, range_mm: 3.0),
         placement_rule: Normal,
+        placement_depth: Own,
         placement_range_mm: 4.0,
     ),
 )

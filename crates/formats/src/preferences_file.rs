@@ -25,6 +25,8 @@ pub struct Preferences {
     pub workspace: String,
     /// Widths of panels as a person dragged them, logical pixels, by the panel's name.
     pub widths: BTreeMap<String, f64>,
+    /// Whether a person folded the legend or unfolded it; `None` leaves it to the size of the view.
+    pub is_legend_folded: Option<bool>,
 }
 
 /// The panels that are unfolded.
@@ -46,6 +48,7 @@ impl Default for Preferences {
             panels: ShownPanels { left: true, right: true, history: false },
             workspace: "Design".to_owned(),
             widths: BTreeMap::new(),
+            is_legend_folded: None,
         }
     }
 }
@@ -64,6 +67,8 @@ struct PreferencesEntry {
     workspace: String,
     #[serde(default)]
     widths: BTreeMap<String, f64>,
+    #[serde(default)]
+    is_legend_folded: Option<bool>,
 }
 
 /// Reads preferences.
@@ -95,6 +100,7 @@ pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
         panels: entry.panels,
         workspace: entry.workspace,
         widths: entry.widths,
+        is_legend_folded: entry.is_legend_folded,
     })
 }
 
@@ -116,6 +122,9 @@ pub fn write(preferences: &Preferences) -> String {
                 widths.map(|(name, px)| format!("{}: {px:?}", ron_text::string(name))).collect();
             out.field("widths", format_args!("{{{}}}", widths.join(", ")));
         }
+        if let Some(is_folded) = preferences.is_legend_folded {
+            out.field("is_legend_folded", is_folded);
+        }
     })
 }
 
@@ -136,6 +145,7 @@ mod tests {
             widths: [("Design left", 312.0), ("a \"name\"", 200.5)]
                 .map(|(name, width)| (name.to_owned(), width))
                 .into(),
+            is_legend_folded: Some(true),
         };
         for preferences in [Preferences::default(), other] {
             let text = write(&preferences);
