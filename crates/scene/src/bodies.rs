@@ -92,13 +92,15 @@ impl Drawing<'_> {
             return None;
         }
         let [min, max] = placement_range(&painted.outcome, self.stage.view.placement_range_mm)?;
-        let map = self.stage.view.slice.color_map;
+        let map = self.stage.view.color_maps().placement;
         let body = self.stage.design().body(role)?;
         let sensor = body.rigid.sensors.get(painted.sensor)?;
         self.colors.push(format!(
-            "{role}: {} with the sensor {} there, {min:.2} to {max:.2} mm, {}",
+            "{role}: {} with the sensor {} there ({}, axis {}), {min:.2} to {max:.2} mm, {}",
             painted.outcome.figure_label(),
             sensor.name,
+            self.stage.view.placement_depth.name(),
+            self.stage.view.placement_rule.name(),
             map.name()
         ));
         let places = painted.outcome.places.iter();

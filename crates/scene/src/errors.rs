@@ -3,7 +3,7 @@
 
 use super::arrow_style::ArrowStyle;
 use super::drawing::{Drawing, transform_of};
-use super::palette::{ERROR_VECTOR, GHOST, MET, MISSED, MODEL_BOX};
+use super::palette::{ERROR_VECTOR, REQUIREMENT, SCATTER};
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde_json::json;
 use std::f64::consts::TAU;
@@ -35,6 +35,8 @@ impl Drawing<'_> {
         }
         if layers.tip_error {
             nodes.extend(self.tip_error());
+        }
+        if layers.requirement {
             nodes.extend(self.requirement());
         }
         nodes.extend(self.scatter());
@@ -104,12 +106,12 @@ impl Drawing<'_> {
             return None;
         }
         // One pose has no verdict against a bound on an RMS.
-        let (word, color) = match requirement.met_by_single(self.tool.error_mm().norm()) {
-            Some(true) => ("met", MET),
-            Some(false) => ("missed", MISSED),
-            None => ("not judged at one pose", MODEL_BOX),
+        let word = match requirement.met_by_single(self.tool.error_mm().norm()) {
+            Some(true) => "met",
+            Some(false) => "missed",
+            None => "not judged at one pose",
         };
-        let material = self.unlit(&format!("requirement {word}"), color, 0.8);
+        let material = self.unlit("requirement", REQUIREMENT, 0.8);
         let circles = [0, 1, 2].map(|axis| {
             let point = |k: usize| {
                 let (sine, cosine) = (k as f64 / CHORDS as f64 * TAU).sin_cos();
@@ -134,7 +136,7 @@ impl Drawing<'_> {
         let (turn, lengths_mm) = axes_of(&scatter.ellipsoid, &tracker_from_crf);
         let sphere = Solid::sphere(1.0);
         let shape = self.solid("tip scatter", &sphere)?;
-        let material = self.veil("tip scatter", GHOST, SCATTER_ALPHA);
+        let material = self.veil("tip scatter", SCATTER, SCATTER_ALPHA);
         let mesh = self.writer.mesh("tip scatter", [(shape, material)])?;
         let transform = NodeTransform {
             rotation: quaternion_from_matrix(&turn),

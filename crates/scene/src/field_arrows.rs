@@ -37,7 +37,8 @@ pub struct Scale {
     /// Larger than life: 1, 2 or 5 times a power of ten, such that all but the longest twentieth
     /// stay within a cell of the lattice.
     pub times: f64,
-    longest_mm: f64,
+    /// Longer arrows are cut.
+    pub longest_mm: f64,
 }
 
 impl Scale {

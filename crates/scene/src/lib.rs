@@ -51,6 +51,7 @@ use trackwright_geometry::gizmo::Eye;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::placeholder::placeholder;
 use trackwright_project::{StoreError, World};
+use trackwright_simulation::placement::placement_mesh;
 use trackwright_task::{Cancelled, Task};
 
 /// The picture that glyphs of a size on the screen are measured by: `render`'s own.
@@ -165,8 +166,12 @@ impl<'a> Stage<'a> {
             }
             mesh
         };
+        let (painted, _) = wish.painted.unwrap_or((BodyRole::Tool, 0));
         let meshes = BodyRole::ALL.map(|role| {
-            let mesh = shown_mesh(world, role)?;
+            let mut mesh = shown_mesh(world, role)?;
+            if view.layers.placement && role == painted {
+                mesh = placement_mesh(&mesh).map_or(mesh, Arc::new);
+            }
             Some(drawn(mesh, &format!("the {role}'s mesh")))
         });
         let anatomy = world.document.design().anatomy.iter();

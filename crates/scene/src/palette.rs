@@ -47,30 +47,38 @@ const fn channels(code: u32) -> [u8; 3] {
     [(code >> 16) as u8, (code >> 8) as u8, code as u8]
 }
 
+// No two things that are drawn together share a colour; a test of the editor compares them.
+
 // What a figure means; a sign always stands beside the colour.
 pub const MET: Rgb = Rgb::pair(0x3FB37F, 0x1B7F52);
 pub const MISSED: Rgb = Rgb::pair(0xF2994A, 0xB15A00);
 
 pub const TOOL: Rgb = Rgb::pair(0xB9B4AC, 0x4E4A44);
-pub const CRF: Rgb = Rgb::pair(0x4F8C8A, 0x1F5F5D);
+pub const CRF: Rgb = Rgb::pair(0x4F8C8A, 0x14555F);
 pub const BONE: Rgb = Rgb::pair(0xE3D9C6, 0xA8997C);
 pub const SENSOR: Rgb = Rgb::pair(0xF2B134, 0x9A5B00);
 pub const SENSOR_AXIS: Rgb = Rgb::pair(0xFFD88A, 0xA86A00);
-pub const OUTSIDE: Rgb = Rgb::pair(0xE04F4F, 0xC8282A);
+pub const OUTSIDE: Rgb = Rgb::pair(0xFF3B30, 0xD00000);
 pub const ERROR_VECTOR: Rgb = Rgb::pair(0xE63FB8, 0xC4108F);
 pub const GHOST: Rgb = Rgb::pair(0x45D3E8, 0x0B8DA3);
+/// The sphere that the tip's error vector should end in.
+pub const REQUIREMENT: Rgb = Rgb::pair(0xF4EE8C, 0x6B7A00);
+/// Where the tracker's jitter puts the tip.
+pub const SCATTER: Rgb = Rgb::pair(0x4A7BFF, 0x0040C0);
 /// What the tool's range of motion runs through.
-pub const MOTION: Rgb = Rgb::pair(0xB9A6E8, 0x8A56F0);
+pub const MOTION: Rgb = Rgb::pair(0xD9A07A, 0x7A3B2E);
+/// The best place that was found for a sensor.
+pub const BEST_PLACE: Rgb = Rgb::pair(0xB8F53D, 0x86A800);
 pub const AXIS_X: Rgb = Rgb::pair(0xE06C6C, 0xC23B3B);
-pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x2F8A3A);
+pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x4C8F1E);
 pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);
 /// Of x, y, z.
 pub const AXES: [Rgb; 3] = [AXIS_X, AXIS_Y, AXIS_Z];
-pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x3A66A8);
-pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x6B7683);
+pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x4A78A0);
+pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x7C8796);
 /// Where the room's model is valid.
-pub const SUPPORT: Rgb = Rgb::pair(0xA98BF0, 0x6B45C6);
-pub const GRID: Rgb = Rgb::pair(0x4A5360, 0xA9B2BD);
+pub const SUPPORT: Rgb = Rgb::pair(0x8C6CF0, 0x6B45C6);
+pub const GRID: Rgb = Rgb::pair(0x5A6675, 0xA9B2BD);
 
 /// Between these, parts are distinguishable from the background and from glare.
 const DARKEST: f64 = 0.03;

@@ -211,7 +211,11 @@ impl Drawing<'_> {
     pub(super) fn field_arrows(&mut self) -> Option<NodeId> {
         let found = self.sampled.arrows.as_ref()?;
         let view = &self.stage.view;
-        let (map, max_mm) = (view.slice.color_map, view.arrows.range_mm.unwrap_or(found.p95_mm));
+        // As the slice's, where it shows the same.
+        let of_slice = self.sampled.slice.as_ref().filter(|_| view.arrows_share_scale());
+        let own_mm = view.arrows.range_mm.unwrap_or(found.p95_mm);
+        let max_mm = of_slice.map_or(own_mm, |slice| view.slice_range().unwrap_or(slice.p95));
+        let map = view.color_maps().arrows;
         let scale = Scale::of(found);
         let (mut positions, mut colors, mut triangles) = (Vec::new(), Vec::new(), Vec::new());
         for (from, error) in found.arrows() {

@@ -3,8 +3,8 @@
 use super::field_arrows::arrow_plan;
 use super::slice::slice_plan;
 use super::{SceneError, Stage};
+use nalgebra::Point3;
 use trackwright_design::BodyRole;
-use trackwright_simulation::placement::vertices;
 use trackwright_simulation::uncertainty::{TipUncertainty, first_order};
 use trackwright_simulation::{
     ArrowOutcome, PlacedBody, PlacementOutcome, PlacementPlan, PoseDetail, RegionBasis, Scenario,
@@ -126,6 +126,8 @@ impl Stage<'_> {
     fn placement(&self, scenario: &Scenario, task: &Task) -> Result<PaintedBody, String> {
         let (body, sensor) = self.wish.painted.unwrap_or((BodyRole::Tool, 0));
         let mesh = self.mesh(body).ok_or("the design has no CRF")?;
+        let own = self.design().body(body).and_then(|body| body.rigid.sensors.get(sensor));
+        let own_mm = own.map_or_else(Point3::origin, |own| own.position_in_body);
         let plan = PlacementPlan {
             body: match body {
                 BodyRole::Tool => PlacedBody::Tool,
@@ -133,7 +135,7 @@ impl Stage<'_> {
             },
             sensor,
             rule: self.view.placement_rule,
-            candidates: vertices(mesh).into(),
+            candidates: self.view.placement_depth.places(mesh, &own_mm).into(),
         };
         let outcome = place(scenario, &plan, task, &mut |_| ());
         Ok(PaintedBody { body, sensor, outcome: outcome.map_err(|error| error.to_string())? })

@@ -120,8 +120,8 @@ impl Drawing<'_> {
         let Some(slice) = &self.sampled.slice else {
             return Vec::new();
         };
-        let view = &self.stage.view.slice;
-        let (map, max) = (view.color_map, view.range_mm.unwrap_or(slice.p95));
+        let max = self.stage.view.slice_range().unwrap_or(slice.p95);
+        let map = self.stage.view.color_maps().slice;
         let cells = Cells::of(slice);
         let (colored, empty): (Vec<_>, Vec<_>) =
             cells.all().partition(|cell| cells.has_values(*cell));

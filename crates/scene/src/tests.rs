@@ -258,7 +258,7 @@ fn names_of_any_letters_stay_as_they_are() {
 }
 
 /// All layers but those that take seconds.
-const MOST: &str = "volume,generator,grid,anatomy,sensor-errors,tip-error,ghost,motion,tip-scatter,slice,arrows,\
+const MOST: &str = "volume,generator,grid,anatomy,sensor-errors,tip-error,requirement,ghost,motion,tip-scatter,slice,arrows,\
                     support";
 
 #[test]
@@ -304,7 +304,7 @@ fn placements_paint_their_body() {
     let sampled = stage.sample(&Task::default()).unwrap();
     let file = File::of(&stage.draw(&sampled).unwrap().glb);
     let found = &sampled.placement.as_ref().unwrap().outcome;
-    let mesh = world.mesh(BodyRole::Crf).unwrap();
+    let mesh = stage.mesh(BodyRole::Crf).unwrap();
     let mut first = 0;
     for part in mesh.body_parts() {
         let colors = file.attribute(file.node(&part.name), "COLOR_0");
