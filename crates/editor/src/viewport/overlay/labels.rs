@@ -7,7 +7,7 @@ use bevy_egui::egui::{Pos2, Rect, Vec2, pos2, vec2};
 pub struct Wanted {
     pub anchor: Pos2,
     pub size: Vec2,
-    /// It is placed even where it covers something.
+    /// Room is looked for in all of the view.
     pub is_needed: bool,
 }
 
@@ -26,10 +26,14 @@ const DIRECTIONS: [(f32, f32); 8] = [
     (0.0, 1.0),
 ];
 
+/// Between the places in the view that are tried for a label that is needed.
+const STEP: f32 = 12.0;
+
 /// Half the side of the square around an anchor that other labels leave free.
 const GLYPH_HALF: f32 = 7.0;
 
-/// A place for each label, in order; `None` where there is no room or the anchor is out of view.
+/// A place for each label, in order: none over another, none over an obstacle. `None` where there is no
+/// room or the anchor is out of view.
 pub fn place(wanted: &[Wanted], obstacles: &[Rect], view: Rect) -> Vec<Option<Rect>> {
     let glyphs: Vec<Rect> = wanted
         .iter()
@@ -69,10 +73,19 @@ fn place_one(
                 .any(|(other, glyph)| other != index && glyph.intersects(*rect))
     };
     candidates().find(is_free).or_else(|| {
-        label.is_needed.then(|| {
-            let rect = candidate(label, DIRECTIONS[0], DISTANCES[0]);
-            rect.translate(inwards(rect, view))
-        })
+        let anywhere = grid(view, label.size).filter(is_free);
+        let away = |rect: &Rect| rect.distance_sq_to_pos(label.anchor);
+        let nearest = || anywhere.min_by(|a, b| away(a).total_cmp(&away(b)));
+        label.is_needed.then(nearest).flatten()
+    })
+}
+
+/// Places all over the view.
+fn grid(view: Rect, size: Vec2) -> impl Iterator<Item = Rect> {
+    let steps = |space: f32| (0..=(space.max(0.0) / STEP) as usize).map(|k| k as f32 * STEP);
+    let free = view.size() - size;
+    steps(free.y).flat_map(move |y| {
+        steps(free.x).map(move |x| Rect::from_min_size(view.min + vec2(x, y), size))
     })
 }
 
@@ -82,23 +95,6 @@ fn candidate(label: &Wanted, (x, y): (f32, f32), distance: f32) -> Rect {
     let shift = |d: f32, half: f32| d * distance + d.signum() * half * f32::from(d != 0.0);
     let center = label.anchor + vec2(shift(x, half.x), shift(y, half.y));
     Rect::from_center_size(center, label.size)
-}
-
-/// The shift that brings a rectangle into view.
-fn inwards(rect: Rect, view: Rect) -> Vec2 {
-    let by = |min: f32, max: f32, low: f32, high: f32| {
-        if max > high {
-            high - max
-        } else if min < low {
-            low - min
-        } else {
-            0.0
-        }
-    };
-    vec2(
-        by(rect.left(), rect.right(), view.left(), view.right()),
-        by(rect.top(), rect.bottom(), view.top(), view.bottom()),
-    )
 }
 
 /// Where a line from the anchor meets the label; `None` where the label is near enough without.
@@ -141,11 +137,27 @@ mod tests {
     }
 
     #[test]
-    fn only_needed_labels_may_cover_legends() {
-        let mut label = wanted(200.0, 150.0);
-        assert_eq!(place(&[label], &[VIEW], VIEW), [None]);
+    fn a_label_without_room_is_left_out() {
+        for is_needed in [false, true] {
+            let label = Wanted { is_needed, ..wanted(200.0, 150.0) };
+            assert_eq!(place(&[label], &[VIEW], VIEW), [None]);
+        }
+    }
+
+    #[test]
+    fn a_needed_label_finds_the_room_that_is_left() {
+        // A legend over all but a strip at the left.
+        let legend = Rect::from_min_max(pos2(80.0, 0.0), VIEW.max);
+        let mut label = wanted(300.0, 150.0);
+        assert_eq!(place(&[label], &[legend], VIEW), [None]);
         label.is_needed = true;
-        assert!(place(&[label], &[VIEW], VIEW)[0].is_some());
+        let several = [label; 3];
+        let places: Vec<Rect> = place(&several, &[legend], VIEW).into_iter().flatten().collect();
+        assert_eq!(places.len(), 3);
+        for (i, a) in places.iter().enumerate() {
+            assert!(VIEW.contains_rect(*a) && !a.intersects(legend), "{a:?}");
+            assert!(places[i + 1..].iter().all(|b| !a.intersects(*b)), "{places:?}");
+        }
     }
 
     #[test]

@@ -51,12 +51,15 @@ pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
         targets(view, &mut labels);
         bodies(view, &mut labels);
         if !view.is_plain {
-            axis_letters(painter, view);
             sensors(view, &mut labels);
         }
         room(view, &mut labels);
     }
     let mut covered = covered.to_vec();
+    if view.layers.labels && !view.is_plain && has_axes(view) {
+        let letters = axis_letters(painter, view, &covered);
+        covered.extend(letters);
+    }
     covered.extend(gizmo_letters(painter, view));
     if let Some((at, text)) = view.readout {
         covered.push(readout(painter, view.rect, at, text));
@@ -275,19 +278,28 @@ fn room(view: &OverlayView, labels: &mut Vec<Label>) {
     }
 }
 
-/// Letters at the ends of the tracker's axes.
-fn axis_letters(painter: &Painter, view: &OverlayView) {
+/// The tracker's axes are drawn with its generator and with the ground.
+fn has_axes(view: &OverlayView) -> bool {
+    view.layers.generator || view.layers.grid
+}
+
+/// Letters at the ends of the tracker's axes, where no legend is; what they cover.
+fn axis_letters(painter: &Painter, view: &OverlayView, covered: &[Rect]) -> Vec<Rect> {
+    let mut letters = Vec::new();
     for (axis, letter, color) in [
         (Vector3::x(), "x", palette::AXIS_X),
         (Vector3::y(), "y", palette::AXIS_Y),
         (Vector3::z(), "z", palette::AXIS_Z),
     ] {
         let end = Point3::from(axis * AXIS_LETTER_MM);
-        if let Some(at) = view.project(&end) {
+        let Some(at) = view.project(&end) else { continue };
+        let room = Rect::from_center_size(at, vec2(2.0, 2.0) * LETTER_PX);
+        if !covered.iter().any(|other| other.intersects(room)) {
             let font = theme::body_font();
-            painter.text(at, Align2::CENTER_CENTER, letter, font, color.color32());
+            letters.push(painter.text(at, Align2::CENTER_CENTER, letter, font, color.color32()));
         }
     }
+    letters
 }
 
 /// Letters beyond the arrows of the gizmo. Labels leave both free.
