@@ -4,6 +4,7 @@ use crate::document::body_files::BodyFileRequest;
 use crate::document::meshes::{MeshRequest, body_of_selection};
 use crate::document::requests::{EditRequest, Export, FileRequest, OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
+use crate::document::state::WorldGeneration;
 use crate::shell::commands::{AddCommand, Command, EDIT, FILE, Situation, VIEW, write};
 use crate::shell::keys::Keys;
 use bevy::prelude::*;
@@ -165,13 +166,22 @@ fn load_mesh(selection: Res<Selection>, mut requests: MessageWriter<MeshRequest>
     requests.write(MeshRequest::ShowLoad(body_of_selection(&selection).into()));
 }
 
-/// Errors at true size, or magnified again where they were at true size.
-fn magnify(world: Option<Res<OpenWorld>>, mut requests: MessageWriter<ViewRequest>) {
+/// Errors at true size, or magnified again as they were before in this design.
+fn magnify(
+    world: Option<Res<OpenWorld>>,
+    generation: Res<WorldGeneration>,
+    mut requests: MessageWriter<ViewRequest>,
+    mut before: Local<(WorldGeneration, Magnification)>,
+) {
     let Some(world) = world else { return };
     let view = world.0.document.view();
     let magnification = match view.magnification {
+        Magnification::Times(1.0) if before.0 == *generation => before.1,
         Magnification::Times(1.0) => Magnification::Auto,
-        _ => Magnification::Times(1.0),
+        other => {
+            *before = (*generation, other);
+            Magnification::Times(1.0)
+        }
     };
     requests.write(ViewRequest::Set(View { magnification, ..view.clone() }));
 }
