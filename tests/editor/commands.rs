@@ -3,6 +3,7 @@
 use super::app::create_app;
 use bevy::prelude::*;
 use trackwright_editor::document::commands::{CANCEL_DRAG, DocumentCommandsPlugin, REDO, UNDO};
+use trackwright_editor::layers::commands::LayersCommandsPlugin;
 use trackwright_editor::shell::command_palette::found;
 use trackwright_editor::shell::commands::{
     AddCommand, Command, CommandRegistry, CommandsPlugin, RunCommand, VIEW,
@@ -26,7 +27,7 @@ pub fn app_with_commands() -> App {
     app.add_plugins((
         (CommandsPlugin, ShellCommandsPlugin, DocumentCommandsPlugin, ViewportCommandsPlugin),
         (DesignPlugin, FieldPlugin, StudyPlugin, PrecisionPlugin),
-        (LivePlugin, DecidePlugin, PresentPlugin),
+        (LivePlugin, DecidePlugin, PresentPlugin, LayersCommandsPlugin),
     ));
     app
 }

@@ -204,10 +204,14 @@ fn layers_that_are_off_have_no_entities() {
         "slice",
     ];
     let mut pointer = SimulatedPointer::new();
+    let mut view = pointer.app.world().resource::<OpenWorld>().0.document.view().clone();
+    let on = "volume,generator,grid,sensor-errors,tip-error,ghost,slice";
+    view.layers = Layers::named(on).unwrap();
+    pointer.app.world_mut().write_message(ViewRequest::Set(view.clone()));
+    settle(&mut pointer.app);
     for name in LAYERS {
         assert!(named(&mut pointer.app, name) > 0, "{name}");
     }
-    let mut view = pointer.app.world().resource::<OpenWorld>().0.document.view().clone();
     view.layers = Layers::none();
     pointer.app.world_mut().write_message(ViewRequest::Set(view));
     settle(&mut pointer.app);

@@ -2,6 +2,7 @@
 
 use super::app::{create_scene_app_with, named, request, settle};
 use bevy::prelude::*;
+use nalgebra::{Translation3, UnitQuaternion};
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
@@ -9,13 +10,14 @@ use trackwright_design::view::Layers;
 use trackwright_design::{BodyRole, Edit, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::document::shown::ShownDesign;
+use trackwright_editor::document::shown::{LivePoses, ShownDesign};
 use trackwright_editor::layers::legend::Legends;
 use trackwright_editor::layers::registry::are_idle;
 use trackwright_editor::layers::{LayersPlugin, field_arrows, placement, region, validity};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
+use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::state::StudyRequest;
 use trackwright_geometry::colormap::ColorMap;
@@ -90,7 +92,7 @@ fn view(app: &mut App, change: impl FnOnce(&mut View)) {
 }
 
 /// Shows a trial of the study.
-fn show_trial(app: &mut App, trial: Option<usize>) {
+pub fn show_trial(app: &mut App, trial: Option<usize>) {
     app.insert_resource(workspaces::study::WORKSPACE);
     app.world_mut().write_message(StudyRequest::Show(trial));
     rest(app);
@@ -219,6 +221,50 @@ fn tool_arrows_follow_the_shown_trial() {
     let before = work(&app).arrow_evaluations;
     show_trial(&mut app, Some(9));
     assert_eq!(work(&app).arrow_evaluations, before);
+}
+
+#[test]
+fn tool_arrows_follow_a_live_pose() {
+    let mut app = app();
+    view(&mut app, |view| {
+        view.layers.arrows = true;
+        view.arrows.of_tool = true;
+    });
+    let once = work(&app).arrow_evaluations;
+    app.insert_resource(Workspace { shows_live: true, ..Workspace::NONE });
+    let turned = |k: usize| {
+        let turn = UnitQuaternion::from_euler_angles(0.5 * k as f64, 0.2, 0.0);
+        Pose::from_parts(Translation3::new(0.0, 0.0, -300.0), turn)
+    };
+    for number in 1..4 {
+        app.insert_resource(LivePoses { number, tool: Some(turned(number)), crf: None });
+        rest(&mut app);
+        app.update();
+        rest(&mut app);
+        let shown = app.world().resource::<ShownDesign>().live;
+        assert!(shown.is_some(), "{number}");
+        assert_eq!(work(&app).arrow_evaluations, (1 + number as u64) * once);
+    }
+}
+
+#[test]
+fn trials_leave_the_arrows_magnification() {
+    let mut app = app();
+    view(&mut app, |view| {
+        view.layers.arrows = true;
+        view.arrows.of_tool = true;
+    });
+    let label = |app: &App| {
+        let legends = app.world().resource::<Legends>();
+        let label = &legends.bar(field_arrows::LAYER.order).unwrap().label;
+        label.split_once("arrows").unwrap().1.to_owned()
+    };
+    let first = label(&app);
+    assert!(first.ends_with("× larger"), "{first}");
+    for trial in [0, 1500, 3374] {
+        show_trial(&mut app, Some(trial));
+        assert_eq!(label(&app), first);
+    }
 }
 
 #[test]

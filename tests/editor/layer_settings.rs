@@ -31,6 +31,7 @@ fn legends() -> Legends {
     let mut legends = Legends::default();
     let bar = ColorBar {
         label: String::new(),
+        note: None,
         unit: "mm",
         map: ColorMap::default(),
         min: 0.0,

@@ -20,6 +20,16 @@ const TURN_STEP_DEG: f64 = 15.0;
 const LINES: &str = "range of motion";
 const BALL: &str = "motion handle";
 
+/// With the layer on.
+fn pointer() -> SimulatedPointer {
+    let mut pointer = SimulatedPointer::new();
+    let mut view = pointer.resource::<OpenWorld>().0.document.view().clone();
+    view.layers.motion = true;
+    pointer.app.world_mut().write_message(ViewRequest::Set(view));
+    settle(&mut pointer.app);
+    pointer
+}
+
 fn handles(pointer: &mut SimulatedPointer) -> Vec<MotionHandle> {
     let world = pointer.app.world_mut();
     let mut balls = world.query::<&MotionBall>();
@@ -76,7 +86,7 @@ fn trials(design: &Design) -> usize {
 #[test]
 fn a_dragged_ball_moves_its_end_in_one_step() {
     for (axes, step, counts) in [(0..3, SHIFT_STEP_MM, (3, 4)), (3..6, TURN_STEP_DEG, (5, 6))] {
-        let mut pointer = SimulatedPointer::new();
+        let mut pointer = pointer();
         let before = pointer.design();
         let (handle, at, by) = upper_end(&mut pointer, axes, 1.1 * step);
         pointer.drag(at, by, PointerButton::Primary);
@@ -103,7 +113,7 @@ fn a_dragged_ball_moves_its_end_in_one_step() {
 
 #[test]
 fn with_control_an_end_is_rounded_to_a_millimetre() {
-    let mut pointer = SimulatedPointer::new();
+    let mut pointer = pointer();
     let before = pointer.design();
     let (handle, at, by) = upper_end(&mut pointer, 0..3, 7.2);
     pointer.hold(KeyCode::ControlLeft);
@@ -114,7 +124,7 @@ fn with_control_an_end_is_rounded_to_a_millimetre() {
 
 #[test]
 fn the_status_line_explains_the_end() {
-    let mut pointer = SimulatedPointer::new();
+    let mut pointer = pointer();
     let (handle, at, _) = upper_end(&mut pointer, 3..6, TURN_STEP_DEG);
     pointer.move_to(at);
     pointer.app.update();
@@ -128,7 +138,7 @@ fn the_status_line_explains_the_end() {
 
 #[test]
 fn escape_leaves_the_motion_as_it_was_to_the_bit() {
-    let mut pointer = SimulatedPointer::new();
+    let mut pointer = pointer();
     let before = pointer.design();
     let (_, at, by) = upper_end(&mut pointer, 0..3, 2.2 * SHIFT_STEP_MM);
     pointer.drag(at, by, PointerButton::Primary);
@@ -138,7 +148,7 @@ fn escape_leaves_the_motion_as_it_was_to_the_bit() {
 
 #[test]
 fn a_press_that_hardly_moves_changes_nothing() {
-    let mut pointer = SimulatedPointer::new();
+    let mut pointer = pointer();
     let before = pointer.design();
     let (_, at, _) = upper_end(&mut pointer, 0..3, SHIFT_STEP_MM);
     pointer.click(at);
@@ -150,7 +160,7 @@ fn a_press_that_hardly_moves_changes_nothing() {
 
 #[test]
 fn balls_need_the_layer_and_a_motion() {
-    let mut pointer = SimulatedPointer::new();
+    let mut pointer = pointer();
     let there = |pointer: &mut SimulatedPointer| {
         (named(&mut pointer.app, LINES), named(&mut pointer.app, BALL))
     };

@@ -11,8 +11,8 @@ use trackwright_editor::shell::preferences::{
     InterfaceScale, PreferencesPlugin, Recalled, fitting,
 };
 use trackwright_editor::shell::registry::AddToShell;
-use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::shell::window::{LegendFolded, PanelsShown};
 use trackwright_editor::workspaces;
 use trackwright_formats::preferences_file::Preferences;
 
@@ -56,6 +56,7 @@ fn the_next_session_restores_the_last() {
     app.world_mut().resource_mut::<PanelsShown>().left = false;
     app.insert_resource(workspaces::study::WORKSPACE);
     app.world_mut().resource_mut::<InterfaceScale>().step(1);
+    app.insert_resource(LegendFolded(Some(true)));
     show_window(&mut app, 1300, 800);
     end(app);
     let app = session(folder.path());
@@ -63,6 +64,7 @@ fn the_next_session_restores_the_last() {
     assert_eq!((panels.left, panels.right), (false, true));
     assert_eq!(*app.world().resource::<Workspace>(), workspaces::study::WORKSPACE);
     assert_eq!(app.world().resource::<InterfaceScale>().0, 1.1);
+    assert_eq!(*app.world().resource::<LegendFolded>(), LegendFolded(Some(true)));
     let recalled = &app.world().resource::<Recalled>().preferences;
     assert_eq!(recalled.window, Some([1300, 800]));
     assert_eq!(*app.world().resource::<Notice>(), Notice::Nothing);

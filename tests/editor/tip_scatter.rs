@@ -22,7 +22,9 @@ fn app(jitter: Option<Jitter>) -> App {
     open.0.environment =
         Arc::new(Environment { jitter, ..Environment::clone(&open.0.environment) });
     settle(&mut app);
-    app.update();
+    let mut shown = view(&app);
+    shown.layers.tip_scatter = true;
+    set_view(&mut app, shown);
     app
 }
 

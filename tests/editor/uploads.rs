@@ -52,6 +52,7 @@ fn nothing_is_uploaded_while_nothing_changes() {
 #[test]
 fn an_edit_uploads_only_visible_errors() {
     let mut app = app();
+    set_layers(&mut app, |layers| layers.sensor_errors = true);
     let all = uploads_of_an_edit(&mut app, 1.0);
     assert!(all > 0, "vectors are drawn anew");
     set_layers(&mut app, |layers| {

@@ -55,6 +55,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`scene::materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`layers::GlyphsPlugin`] | magnified errors and the ghost |
+/// | [`layers::commands::LayersCommandsPlugin`] | commands of layers |
 /// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
 /// | [`viewport::ball_handle::HandlePlugin`] | balls in the scene that are dragged |
 /// | [`layers::motion::MotionPlugin`] | what the range of motion runs through, and its handles |
@@ -110,6 +111,7 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::pointer_hint::PointerHintPlugin)
             .add(scene::materials::MaterialsPlugin)
             .add(scene::ScenePlugin)
+            .add(layers::commands::LayersCommandsPlugin)
             .add(layers::GlyphsPlugin)
             .add(viewport::ball_handle::HandlePlugin)
             .add(layers::motion::MotionPlugin)

@@ -6,8 +6,9 @@ use bevy::ecs::resource::Resource;
 use bevy_egui::egui::Color32;
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use trackwright_scene::palette::{
-    AXES, AXIS_X, AXIS_Y, AXIS_Z, BONE, CRF, ERROR_VECTOR, GHOST, GRID, Ground, MET, MISSED,
-    MODEL_BOX, MOTION, OUTSIDE, Rgb, SENSOR, SENSOR_AXIS, SUPPORT, TOOL, VOLUME,
+    AXES, AXIS_X, AXIS_Y, AXIS_Z, BEST_PLACE, BONE, CRF, ERROR_VECTOR, GHOST, GRID, Ground, MET,
+    MISSED, MODEL_BOX, MOTION, OUTSIDE, REQUIREMENT, Rgb, SCATTER, SENSOR, SENSOR_AXIS, SUPPORT,
+    TOOL, VOLUME,
 };
 
 /// Whether what is drawn now is dark on light. One flag for the whole program: a window has one
@@ -116,7 +117,9 @@ pub const ERROR: Rgb = Rgb::pair(0xF05D5E, 0xC0282A);
 pub const GENERATOR: Rgb = Rgb::pair(0x3A3F47, 0x5A626D);
 pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
 /// A pinned design beside the one that is worked on.
-pub const BASELINE: Rgb = Rgb::pair(0xC9A0FF, 0x6B3FB5);
+pub const BASELINE: Rgb = Rgb::pair(0xC9A0FF, 0xA020C0);
+/// The ball that moves the slice.
+pub const SLICE_HANDLE: Rgb = Rgb::pair(0x7FFFD4, 0x00A884);
 /// Error vectors over coloured maps.
 pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
 

@@ -9,14 +9,16 @@ use crate::layers::legend::{ColorBar, Legends};
 use crate::layers::registry::{
     AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,
 };
-use crate::layers::settings::{color_map_ui, range_ui, row_ui, sensor_axis_ui};
+use crate::layers::settings::{map_ui, range_ui, row_ui, sensor_axis_ui};
+use crate::layers::slice::SliceScaleSystems;
+use crate::layers::slice_picture::ColorScale;
 use crate::runner::diagnostics::Diagnostics;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::scene::body_meshes::{Shapes, paints_in_software};
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
-use crate::widgets::basic::{NumberField, decimal, with_unit};
+use crate::widgets::basic::{self, NumberField, decimal, with_unit};
 use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
@@ -51,13 +53,25 @@ struct Arrows;
 struct ArrowLayer {
     newest: Newest<Key, ArrowOutcome>,
     look: Look,
+    /// How many times larger than life arrows are, and what they were when that was chosen: it stays
+    /// while the tool moves, so that an arrow that grows is an error that grew.
+    times: Option<(Lattice, f64)>,
 }
 
 /// How arrows are coloured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Look {
     map: ColorMap,
+    /// Where colours end: those of the slice, or what a person set; `None` is automatic.
     range_mm: Option<f64>,
+}
+
+/// The arrows of a room, wherever the tool is.
+#[derive(Clone, Debug, PartialEq)]
+struct Lattice {
+    generation: u64,
+    environment: usize,
+    plan: ArrowPlan,
 }
 
 impl Look {
@@ -71,10 +85,24 @@ impl ArrowLayer {
         self.newest.found().map(|(_, found)| found)
     }
 
+    /// How the arrows that were found are drawn.
+    fn scale(&self, found: &ArrowOutcome) -> Scale {
+        let own = Scale::of(found);
+        self.times.as_ref().map_or(own, |(_, times)| Scale { times: *times, ..own })
+    }
+
+    /// Keeps the magnification, or chooses one for other arrows.
+    fn choose_times(&mut self) {
+        let Some((key, found)) = self.newest.found() else { return };
+        if self.times.as_ref().is_none_or(|(lattice, _)| *lattice != key.lattice) {
+            self.times = Some((key.lattice.clone(), Scale::of(found).times));
+        }
+    }
+
     /// The length of the error whose arrow a ray meets first, and how far along the ray.
     fn pointed_at(&self, probe: &ProbeRay) -> Option<(f64, f64)> {
         let found = self.found()?;
-        let scale = Scale::of(found);
+        let scale = self.scale(found);
         let arrows = found.arrows().map(|(from, error)| {
             let arrow = scale.drawn(&error);
             Target {
@@ -88,7 +116,7 @@ impl ArrowLayer {
 
     /// What an arrow is called.
     fn quantity(&self) -> &'static str {
-        match self.newest.requested().map(|key| key.plan.sensor) {
+        match self.newest.requested().map(|key| key.lattice.plan.sensor) {
             Some(ArrowSensor::OfTool) => "position error of the tool",
             _ => "position error",
         }
@@ -98,12 +126,10 @@ impl ArrowLayer {
 /// What arrows depend on.
 #[derive(Clone, Debug, PartialEq)]
 struct Key {
-    generation: u64,
-    /// The room's address: another room is another one.
-    environment: usize,
-    plan: ArrowPlan,
-    /// For arrows that depend on the design: its revision, and which trial shows it.
-    design: Option<(u64, Option<ShownTrial>)>,
+    /// The room is its address: another room is another one.
+    lattice: Lattice,
+    /// For arrows that depend on the design: its revision, and which trial or live pose shows it.
+    design: Option<(u64, Option<ShownTrial>, Option<usize>)>,
 }
 
 impl FromWorld for ArrowLayer {
@@ -111,6 +137,7 @@ impl FromWorld for ArrowLayer {
         Self {
             newest: Newest::new("arrows", world.get_resource_or_init::<Waker>().clone()),
             look: Look::default(),
+            times: None,
         }
     }
 }
@@ -131,8 +158,9 @@ impl Plugin for ArrowsPlugin {
                     receive.run_if(is_on),
                 )
                     .chain()
-                    // The trial of now, not that of the frame before.
+                    // The trial and the scale of now, not those of the frame before.
                     .after(ShownSystems::Follow)
+                    .after(SliceScaleSystems)
                     .in_set(EditorSystems::Sample),
             )
             .add_systems(
@@ -157,8 +185,20 @@ fn is_on(layer: Res<ArrowLayer>) -> bool {
     layer.newest.requested().is_some()
 }
 
-fn may_differ(world: Res<OpenWorld>, shown: Option<Res<ShownDesign>>) -> bool {
-    world.is_changed() || shown.is_some_and(|shown| shown.is_changed())
+/// Live poses come while the arrows of an older one are still computed: those are shown first, so that
+/// arrows move at all.
+fn may_differ(
+    world: Res<OpenWorld>,
+    shown: Option<Res<ShownDesign>>,
+    slice: Option<Res<ColorScale>>,
+    layer: Res<ArrowLayer>,
+) -> bool {
+    let is_live = shown.as_ref().is_some_and(|shown| shown.live.is_some());
+    let is_behind = is_live && layer.newest.requested().is_some() && layer.newest.is_idle();
+    world.is_changed()
+        || is_behind
+        || shown.is_some_and(|shown| shown.is_changed())
+        || slice.is_some_and(|slice| slice.is_changed())
 }
 
 fn key(world: &OpenWorld, shown: Option<&ShownDesign>, generation: u64) -> Option<Key> {
@@ -168,12 +208,14 @@ fn key(world: &OpenWorld, shown: Option<&ShownDesign>, generation: u64) -> Optio
         return None;
     }
     Some(Key {
-        generation,
-        environment: Arc::as_ptr(&world.0.environment).addr(),
-        plan: arrow_plan(view),
+        lattice: Lattice {
+            generation,
+            environment: Arc::as_ptr(&world.0.environment).addr(),
+            plan: arrow_plan(view),
+        },
         design: view.arrows.of_tool.then(|| {
             let trial = shown.and_then(|shown| shown.trial.clone());
-            (document.revision(), trial)
+            (document.revision(), trial, shown.and_then(|shown| shown.live))
         }),
     })
 }
@@ -183,10 +225,14 @@ fn request(
     world: Res<OpenWorld>,
     shown: Option<Res<ShownDesign>>,
     generation: Res<WorldGeneration>,
+    slice: Option<Res<ColorScale>>,
     mut legends: ResMut<Legends>,
 ) {
     let view = world.0.document.view();
-    let look = Look { map: view.slice.color_map, range_mm: view.arrows.range_mm };
+    // One quantity has one scale.
+    let of_slice = slice.filter(|scale| view.arrows_share_scale() && scale.max_mm > 0.0);
+    let range_mm = of_slice.map_or(view.arrows.range_mm, |scale| Some(scale.max_mm));
+    let look = Look { map: view.color_maps().arrows, range_mm };
     if layer.bypass_change_detection().look != look {
         layer.look = look;
         legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
@@ -195,9 +241,14 @@ fn request(
     if layer.newest.requested() == key.as_ref() {
         return;
     }
+    let is_live = shown.as_ref().is_some_and(|shown| shown.live.is_some());
+    if is_live && key.is_some() && !layer.newest.is_idle() {
+        return;
+    }
     let Some(key) = key else {
         // A layer that is off keeps nothing.
         layer.newest.give_up();
+        layer.times = None;
         legends.set_bar(LAYER.order, None);
         return;
     };
@@ -207,7 +258,7 @@ fn request(
         None => world.0.document.design(),
     };
     let scenario = trackwright_project::resolve(design, &world.0.environment);
-    let plan = key.plan;
+    let plan = key.lattice.plan;
     layer.newest.request(key, move |task, _| sample_arrows(&scenario, &plan, &task.cancel).ok());
 }
 
@@ -218,6 +269,7 @@ fn receive(
 ) {
     let count = |found: &ArrowOutcome| diagnostics.work += found.work;
     if layer.bypass_change_detection().newest.receive(count) {
+        layer.choose_times();
         layer.set_changed();
         legends.set_bar(LAYER.order, layer.found().map(|found| bar(&layer, found)));
     }
@@ -226,10 +278,11 @@ fn receive(
 fn bar(layer: &ArrowLayer, found: &ArrowOutcome) -> ColorBar {
     let quantity = layer.quantity();
     ColorBar {
-        label: match Scale::of(found).times {
+        label: match layer.scale(found).times {
             1.0 => format!("{quantity}, arrows"),
-            times => format!("{quantity}, arrows × {times}"),
+            times => format!("{quantity}, arrows {}× larger", basic::times(times)),
         },
+        note: None,
         unit: "mm",
         map: layer.look.map,
         min: 0.0,
@@ -254,9 +307,10 @@ fn draw(
     let Some(found) = layer.found() else {
         return;
     };
-    let fine = meshes.add(mesh(found, &layer.look, push_arrow));
+    let scale = layer.scale(found);
+    let fine = meshes.add(mesh(found, &layer.look, scale, push_arrow));
     let shapes = match paints_in_software(adapter) {
-        true => Shapes::two(fine, meshes.add(mesh(found, &layer.look, push_spike))),
+        true => Shapes::two(fine, meshes.add(mesh(found, &layer.look, scale, push_spike))),
         false => Shapes::one(fine),
     };
     commands.spawn((
@@ -272,9 +326,9 @@ fn draw(
 type Push = fn(&mut convert::Painted, &Point3<f64>, &Vector3<f64>, [f32; 4]);
 
 /// All arrows as one mesh: one thing to draw, however many there are.
-fn mesh(found: &ArrowOutcome, look: &Look, push: Push) -> Mesh {
+fn mesh(found: &ArrowOutcome, look: &Look, scale: Scale, push: Push) -> Mesh {
     let mut painted = convert::Painted::default();
-    let (scale, max_mm) = (Scale::of(found), look.max_mm(found));
+    let max_mm = look.max_mm(found);
     for (from, error) in found.arrows() {
         let color = convert::linear(look.map.srgb_of_value(error.norm(), max_mm));
         push(&mut painted, &from, &scale.drawn(&error), color);
@@ -345,6 +399,13 @@ fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
         }
     });
     let field = NumberField::length("arrows' colour range in mm");
-    range_ui(ui, &field, context.largest, &mut view.arrows.range_mm);
-    color_map_ui(ui, &mut view.slice.color_map);
+    if view.arrows_share_scale() {
+        let mut range_mm = view.slice_range();
+        range_ui(ui, &field, context.largest, &mut range_mm);
+        view.set_slice_range(range_mm);
+    } else {
+        range_ui(ui, &field, context.largest, &mut view.arrows.range_mm);
+    }
+    let map = view.color_maps().arrows;
+    map_ui(ui, view, map);
 }

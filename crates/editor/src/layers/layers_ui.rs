@@ -3,6 +3,7 @@
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
 use crate::layers::legend::Legends;
+use crate::layers::magnification::{MagnificationFit, ShownMagnification, magnification_ui};
 use crate::layers::registry::{LayerInfo, LayerRegistry, SettingsContext};
 use crate::viewport::camera::OrbitRig;
 use crate::widgets::basic::section_ui;
@@ -29,6 +30,8 @@ pub struct LayerFigures<'a> {
     pub legends: Option<&'a Legends>,
     pub camera: Option<OrbitCamera>,
     pub is_sensor_selected: bool,
+    /// How much larger errors are drawn, and what fitting would make of it.
+    pub magnification: Option<(ShownMagnification, MagnificationFit)>,
 }
 
 /// What the switches stand for.
@@ -46,6 +49,8 @@ pub struct LayersPanel<'w> {
     legends: Res<'w, Legends>,
     rig: Option<Res<'w, OrbitRig>>,
     selection: Res<'w, Selection>,
+    magnification: Option<Res<'w, ShownMagnification>>,
+    fit: Option<Res<'w, MagnificationFit>>,
 }
 
 impl LayersPanel<'_> {
@@ -55,6 +60,7 @@ impl LayersPanel<'_> {
             legends: Some(&self.legends),
             camera: self.rig.as_ref().map(|rig| rig.camera),
             is_sensor_selected: self.selection.sensors().is_some(),
+            magnification: self.magnification.as_deref().copied().zip(self.fit.as_deref().copied()),
         }
     }
 
@@ -82,6 +88,10 @@ pub fn layers_ui(ui: &mut Ui, panel: &LayersView) -> Option<View> {
             layer_ui(ui, layer, panel, &mut view);
         }
     });
+    let of_all = panel.figures.magnification.filter(|_| panel.listed == Listed::All);
+    if let Some((shown, fit)) = of_all {
+        magnification_ui(ui, &mut view, shown, fit);
+    }
     (view != *panel.view).then_some(view)
 }
 

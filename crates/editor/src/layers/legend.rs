@@ -9,6 +9,8 @@ use trackwright_design::view::ColorMap;
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorBar {
     pub label: String,
+    /// What is assumed, in a line of its own.
+    pub note: Option<String>,
     pub unit: &'static str,
     pub map: ColorMap,
     /// Where the colours begin and end.
@@ -39,8 +41,72 @@ pub enum Swatch {
     Unsupported(ColorMap),
     /// A translucent surface.
     Surface(Rgb),
+    /// A line, or something solid.
+    Line(Rgb),
+    /// A ball.
+    Ball(Rgb),
+    /// Three axes.
+    Axes([Rgb; 3]),
     /// Nothing: the text gives the reason.
     Nothing,
+}
+
+impl Swatch {
+    /// The colours that are its own, maps and hatchings apart.
+    pub fn colors(self) -> Vec<Rgb> {
+        match self {
+            Self::NoValue | Self::Unsupported(_) | Self::Nothing => Vec::new(),
+            Self::Surface(color) | Self::Line(color) | Self::Ball(color) => vec![color],
+            Self::Axes(colors) => colors.to_vec(),
+        }
+    }
+}
+
+impl LegendKey {
+    pub fn new(swatch: Swatch, text: impl Into<String>) -> Self {
+        Self { swatch, text: text.into(), audience: Audience::All }
+    }
+
+    /// Not on slides, where names stand beside the things.
+    #[must_use]
+    pub fn for_designers(self) -> Self {
+        Self { audience: Audience::Designers, ..self }
+    }
+
+    /// Whether it is shown, on a slide or elsewhere.
+    pub fn is_shown(&self, is_slide: bool) -> bool {
+        match self.audience {
+            Audience::All => true,
+            Audience::Designers => !is_slide,
+        }
+    }
+}
+
+impl ColorBar {
+    /// Whether the same colours mean the same values.
+    fn has_scale_of(&self, other: &Self) -> bool {
+        (self.unit, self.map, self.min, self.max) == (other.unit, other.map, other.min, other.max)
+    }
+}
+
+/// One bar a scale: those of the same unit, map and range are one, with both names.
+pub fn merged(bars: impl IntoIterator<Item = ColorBar>) -> Vec<ColorBar> {
+    let mut out: Vec<ColorBar> = Vec::new();
+    for bar in bars {
+        match out.iter_mut().find(|other| other.has_scale_of(&bar)) {
+            None => out.push(bar),
+            Some(first) => {
+                // `position error, arrows × 50` beside `position error` is about the arrows.
+                let common = format!("{}, ", first.label);
+                let own = bar.label.strip_prefix(&common).unwrap_or(&bar.label);
+                first.label = format!("{}; {own}", first.label);
+                first.largest = first.largest.max(bar.largest);
+                first.limit = first.limit.or(bar.limit);
+                first.note = first.note.take().or(bar.note);
+            }
+        }
+    }
+    out
 }
 
 /// Whom a key is for.
@@ -49,8 +115,6 @@ pub enum Audience {
     All,
     /// People who design, not those who see slides.
     Designers,
-    /// Those who see slides.
-    Slides,
 }
 
 /// A line of the list of magnified things.
@@ -108,16 +172,41 @@ impl Legends {
         self.0.values().filter_map(|legend| legend.bar.as_ref())
     }
 
-    pub fn keys(&self, is_slide: bool) -> impl Iterator<Item = &LegendKey> {
-        let is_shown = move |key: &&LegendKey| match key.audience {
-            Audience::All => true,
-            Audience::Designers => !is_slide,
-            Audience::Slides => is_slide,
-        };
-        self.0.values().flat_map(|legend| &legend.keys).filter(is_shown)
+    /// With where each stands.
+    pub fn keys(&self) -> impl Iterator<Item = (u32, &LegendKey)> {
+        self.0.iter().flat_map(|(order, legend)| legend.keys.iter().map(|key| (*order, key)))
     }
 
     pub fn strokes(&self) -> impl Iterator<Item = (u32, StrokeKey)> {
         self.0.iter().filter_map(|(order, legend)| Some((*order, legend.stroke?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bar(label: &str, max: f64) -> ColorBar {
+        ColorBar {
+            label: label.to_owned(),
+            note: None,
+            unit: "mm",
+            map: ColorMap::Viridis,
+            min: 0.0,
+            max,
+            largest: max + 1.0,
+            decimals: 2,
+            limit: None,
+        }
+    }
+
+    #[test]
+    fn bars_of_one_scale_are_one_bar() {
+        let own = [bar("position error", 2.0), bar("position error, arrows × 50", 2.0)];
+        let one = merged(own.clone());
+        assert_eq!(one.len(), 1);
+        assert_eq!(one[0].label, "position error; arrows × 50");
+        let other = ColorBar { map: ColorMap::Inferno, ..bar("gradient", 2.0) };
+        assert_eq!(merged(own.into_iter().chain([other, bar("tip error", 3.0)])).len(), 3);
     }
 }

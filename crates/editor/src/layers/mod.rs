@@ -3,10 +3,13 @@
 //! [registers](registry) itself. One that is off computes nothing.
 
 pub mod arrow_glyphs;
+pub mod best_place;
+pub mod commands;
 pub mod field_arrows;
 pub mod ghost;
 pub mod layers_ui;
 pub mod legend;
+pub mod legend_entries;
 pub mod magnification;
 pub mod motion;
 pub mod placement;
@@ -14,6 +17,7 @@ pub mod probe;
 pub mod region;
 pub mod region_surface;
 pub mod registry;
+pub mod requirement;
 pub mod sensor_errors;
 pub mod settings;
 pub mod slice;
@@ -37,6 +41,7 @@ impl Plugin for RegistryPlugin {
 /// | --- | --- |
 /// | [`field_arrows::ArrowsPlugin`] | the field's error as arrows on a lattice |
 /// | [`placement::PlacementPlugin`] | the error with the selected sensor anywhere on its body |
+/// | [`best_place::BestPlacePlugin`] | the best of these places; a click puts the sensor there |
 /// | [`region::RegionPlugin`] | where in the volume the design meets its requirement |
 /// | [`validity::SupportPlugin`] | where in its box the room's model is valid |
 pub struct LayersPlugin;
@@ -46,6 +51,7 @@ impl Plugin for LayersPlugin {
         app.add_plugins((
             field_arrows::ArrowsPlugin,
             placement::PlacementPlugin,
+            best_place::BestPlacePlugin,
             region::RegionPlugin,
             validity::SupportPlugin,
         ));
@@ -58,7 +64,8 @@ impl Plugin for LayersPlugin {
 /// | --- | --- |
 /// | [`magnification::MagnifyPlugin`] | nothing: decides the magnification |
 /// | [`sensor_errors::SensorErrorsPlugin`] | the position error of each sensor |
-/// | [`tip_error::TipErrorPlugin`] | the tip's error, and the sphere it should end in |
+/// | [`tip_error::TipErrorPlugin`] | the tip's error |
+/// | [`requirement::RequirementPlugin`] | the sphere that the tip's error should end in |
 /// | [`tip_scatter::TipScatterPlugin`] | where the tracker's jitter puts the tip |
 /// | [`ghost::GhostPlugin`] | the tool as the tracker reports it |
 pub struct GlyphsPlugin;
@@ -69,6 +76,7 @@ impl Plugin for GlyphsPlugin {
             magnification::MagnifyPlugin,
             sensor_errors::SensorErrorsPlugin,
             tip_error::TipErrorPlugin,
+            requirement::RequirementPlugin,
             tip_scatter::TipScatterPlugin,
             ghost::GhostPlugin,
         ));

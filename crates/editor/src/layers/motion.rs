@@ -10,6 +10,7 @@
 use crate::document::requests::OpenWorld;
 use crate::document::selection::Selection;
 use crate::document::shown::ShownDesign;
+use crate::layers::legend::{LegendKey, Swatch};
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
@@ -49,7 +50,16 @@ const CTRL: [KeyCode; 2] = [KeyCode::ControlLeft, KeyCode::ControlRight];
 /// Draws the range of motion while its layer is on and the design has one.
 pub struct MotionPlugin;
 
-const LAYER: LayerInfo = LayerInfo::new("Range of motion", 80, |layers| &mut layers.motion);
+const LAYER: LayerInfo = LayerInfo {
+    keys: |open| {
+        let is_drawn = outline_of(open.document.design()).is_some();
+        let key = || {
+            LegendKey::new(Swatch::Line(palette::MOTION), "range of motion; balls move its ends")
+        };
+        is_drawn.then(key).into_iter().collect()
+    },
+    ..LayerInfo::new("Range of motion", 80, |layers| &mut layers.motion)
+};
 
 /// What the drawn lines were made for.
 #[derive(Component, Clone, Debug, PartialEq)]

@@ -9,12 +9,13 @@ use crate::layers::legend::{ColorBar, Legends};
 use crate::layers::registry::{
     AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,
 };
-use crate::layers::settings::{color_map_ui, range_ui, row_ui};
+use crate::layers::settings::{map_ui, range_ui, row_ui};
 use crate::runner::diagnostics::Diagnostics;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
 use crate::scene::BodyRoot;
 use crate::scene::bodies::shown_mesh;
+use crate::scene::body_meshes::is_same_mesh;
 use crate::scene::materials::paint::PaintMaterial;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
@@ -31,8 +32,10 @@ use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::surface::Surface;
 use trackwright_scene::painted::placement_range;
 use trackwright_simulation::Metric;
-use trackwright_simulation::placement::vertices;
-use trackwright_simulation::{AxisRule, PlacedBody, PlacementOutcome, PlacementPlan, Work, place};
+use trackwright_simulation::placement::placement_mesh;
+use trackwright_simulation::{
+    AxisRule, BestPlace, CoilDepth, PlacedBody, PlacementOutcome, PlacementPlan, Work, place,
+};
 
 /// The layer.
 pub const LAYER: LayerInfo = LayerInfo {
@@ -49,14 +52,50 @@ pub struct PlacementPlugin;
 struct Painted;
 
 #[derive(Resource)]
-struct PlacementLayer {
+pub(crate) struct PlacementLayer {
     newest: Newest<Key, PlacementOutcome>,
     look: Look,
-    mesh: Option<Arc<SurfaceMesh>>,
-    /// Of a placeholder's mesh, which nobody else keeps.
-    surface: Option<Arc<Surface>>,
+    mesh: Option<PlacementMesh>,
     /// Work of the newest wish that was counted already.
     counted: Work,
+}
+
+/// The best place that was found, and what it was found for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FoundBest {
+    pub body: BodyRole,
+    pub sensor: usize,
+    /// Of the document: in another one the place may be another.
+    pub revision: u64,
+    pub best: BestPlace,
+}
+
+impl PlacementLayer {
+    /// `None` until the last picture is there, and while another one is on its way.
+    pub(crate) fn best(&self) -> Option<FoundBest> {
+        let (key, found) = self.newest.found()?;
+        let is_newest = self.newest.requested() == Some(key);
+        let best = found.best.clone().filter(|_| is_newest)?;
+        Some(FoundBest { body: key.body, sensor: key.sensor, revision: key.revision, best })
+    }
+}
+
+/// The mesh whose vertices are places, and what it was made from.
+struct PlacementMesh {
+    made_from: Arc<SurfaceMesh>,
+    mesh: Arc<SurfaceMesh>,
+    /// Where it is not the body's own, which others keep: of a finer mesh, or of a placeholder.
+    surface: Option<Arc<Surface>>,
+}
+
+impl PlacementMesh {
+    fn new(made_from: Arc<SurfaceMesh>, is_placeholder: bool) -> Self {
+        let finer = placement_mesh(&made_from).map(Arc::new);
+        let is_own = finer.is_none() && !is_placeholder;
+        let mesh = finer.unwrap_or_else(|| Arc::clone(&made_from));
+        let surface = if is_own { None } else { Surface::new(&mesh).map(Arc::new) };
+        Self { made_from, mesh, surface }
+    }
 }
 
 /// How places are coloured.
@@ -78,7 +117,8 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
     }
     let pose = probe.design.tracker_from_body(key.body)?;
     let own = world.get_resource::<Surfaces>()?.of(key.body);
-    let hit = own.or(layer.surface.as_ref())?.hit(&probe.ray.transformed_by(&pose.inverse()))?;
+    let finer = layer.mesh.as_ref()?.surface.as_ref();
+    let hit = finer.or(own)?.hit(&probe.ray.transformed_by(&pose.inverse()))?;
     let value = found.between(hit.corners, hit.weights);
     let interval_mm = found.interval_between(hit.corners, hit.weights);
     let words = match value {
@@ -108,6 +148,7 @@ struct Key {
     body: BodyRole,
     sensor: usize,
     rule: AxisRule,
+    depth: CoilDepth,
 }
 
 impl FromWorld for PlacementLayer {
@@ -116,7 +157,6 @@ impl FromWorld for PlacementLayer {
             newest: Newest::new("placement", world.get_resource_or_init::<Waker>().clone()),
             look: Look::default(),
             mesh: None,
-            surface: None,
             counted: Work::default(),
         }
     }
@@ -188,14 +228,14 @@ fn request(
     let document = &world.0.document;
     let (view, requirement) = (document.view(), document.design().requirement);
     let look = Look {
-        map: view.slice.color_map,
+        map: view.color_maps().placement,
         range_mm: view.placement_range_mm,
         limit_mm: requirement.and_then(|of| of.bound(Metric::TIP_RMS)),
     };
     if layer.bypass_change_detection().look != look {
         layer.look = look;
         let found = layer.newest.found();
-        legends.set_bar(LAYER.order, found.and_then(|(_, found)| bar(&look, found)));
+        legends.set_bar(LAYER.order, found.and_then(|(key, found)| bar(&look, key, found)));
     }
     let is_wanted = document.view().layers.placement;
     // While something moves, every step would begin anew: what is painted stays until it rests.
@@ -209,6 +249,7 @@ fn request(
         body,
         sensor,
         rule: document.view().placement_rule,
+        depth: document.view().placement_depth,
     });
     if layer.newest.requested() == key.as_ref() {
         return;
@@ -216,11 +257,18 @@ fn request(
     layer.newest.give_up();
     layer.counted = Work::default();
     legends.set_bar(LAYER.order, None);
-    let mesh = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
-    layer.mesh.clone_from(&mesh);
-    let is_placeholder = key.as_ref().is_some_and(|key| world.0.mesh(key.body).is_none());
-    layer.surface = mesh.as_deref().filter(|_| is_placeholder).and_then(Surface::new).map(Arc::new);
-    let (Some(key), Some(mesh)) = (key, mesh) else {
+    let shown = key.as_ref().and_then(|key| shown_mesh(&world.0, key.body));
+    let (Some(key), Some(shown)) = (key, shown) else {
+        layer.mesh = None;
+        return;
+    };
+    let is_placeholder = world.0.mesh(key.body).is_none();
+    let made = layer.mesh.take().filter(|made| is_same_mesh(&made.made_from, &shown));
+    let made = made.unwrap_or_else(|| PlacementMesh::new(shown, is_placeholder));
+    let mesh = Arc::clone(&made.mesh);
+    layer.mesh = Some(made);
+    let own = document.design().body(key.body).and_then(|body| body.rigid.sensors.get(key.sensor));
+    let Some(own_mm) = own.map(|own| own.position_in_body) else {
         return;
     };
     let scenario = trackwright_project::resolve(document.design(), &world.0.environment);
@@ -232,7 +280,7 @@ fn request(
             },
             sensor: key.sensor,
             rule: key.rule,
-            candidates: vertices(&mesh).into(),
+            candidates: key.depth.places(&mesh, &own_mm).into(),
         };
         // What cannot be placed leaves the body unpainted: the result panel shows why.
         let _ = place(&scenario, &plan, task, &mut |outcome| {
@@ -257,11 +305,11 @@ fn receive(
     if newest.receive(count) {
         layer.set_changed();
         let found = layer.newest.found();
-        legends.set_bar(LAYER.order, found.and_then(|(_, found)| bar(&layer.look, found)));
+        legends.set_bar(LAYER.order, found.and_then(|(key, found)| bar(&layer.look, key, found)));
     }
 }
 
-fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
+fn bar(look: &Look, key: &Key, found: &PlacementOutcome) -> Option<ColorBar> {
     let [_, largest] = found.range_mm()?;
     let [min, max] = placement_range(found, look.range_mm)?;
     Some(ColorBar {
@@ -270,6 +318,7 @@ fn bar(look: &Look, found: &PlacementOutcome) -> Option<ColorBar> {
             found.figure_label(),
             if found.is_final { "" } else { "…" },
         ),
+        note: Some(format!("coil {}, axis {}", key.depth.name(), key.rule.name())),
         unit: "mm",
         map: look.map,
         min,
@@ -302,7 +351,7 @@ fn draw(
     };
     let material = materials.add(PaintMaterial::over_a_body());
     let mut colors = found.places.iter().map(|place| color(place.shown_mm(), bar));
-    for part in mesh.body_parts() {
+    for part in mesh.mesh.body_parts() {
         let own: Vec<[f32; 4]> = colors.by_ref().take(part.positions_mm.len()).collect();
         let mesh = convert::mesh(part).with_inserted_attribute(Mesh::ATTRIBUTE_COLOR, own);
         commands.entity(root).with_child((
@@ -341,8 +390,23 @@ fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
             .response
             .explained("Which way the sensor points where it is imagined");
     });
+    row_ui(ui, "coil", |ui| {
+        ComboBox::from_id_salt("placement depth")
+            .selected_text(view.placement_depth.name())
+            .width(110.0)
+            .show_ui(ui, |ui| {
+                for depth in CoilDepth::ALL {
+                    ui.selectable_value(&mut view.placement_depth, depth, depth.name());
+                }
+            })
+            .response
+            .on_hover_text(
+                "How deep below the surface the sensor is imagined: as deep as it is for a bore",
+            );
+    });
     let field = NumberField::length("placement's colour range in mm");
     let range = &mut view.placement_range_mm;
     range_ui(ui, &field, context.largest, range);
-    color_map_ui(ui, &mut view.slice.color_map);
+    let map = view.color_maps().placement;
+    map_ui(ui, view, map);
 }

@@ -4,7 +4,7 @@
 
 use crate::document::requests::{OpenWorld, ViewRequest};
 use crate::document::state::Notice;
-use crate::layers::legend::StrokeKey;
+use crate::layers::legend::{LegendKey, StrokeKey};
 use crate::shell::commands::{AddCommand, Command, Group};
 use bevy::prelude::{App, MessageWriter, Res, ResMut, Resource, World};
 use bevy_egui::egui::Ui;
@@ -13,6 +13,7 @@ use trackwright_design::view::{Layers, View};
 use trackwright_field::environment::Environment;
 use trackwright_geometry::orbit::OrbitCamera;
 use trackwright_geometry::surface::Ray;
+use trackwright_project::World as OpenDesign;
 
 /// The layers, in lists of commands.
 pub const LAYERS: Group = Group { order: 3, name: "Layers", workspace: None };
@@ -35,8 +36,10 @@ pub struct LayerInfo {
     pub why_not: fn(&Environment) -> Option<&'static str>,
     /// Draws what can be set of it, below its switch while it is on.
     pub settings: Option<fn(&mut Ui, &mut View, &SettingsContext)>,
-    /// A colour that the legend explains while it is on.
+    /// What is magnified of it, which the legend explains while it is on.
     pub stroke: Option<StrokeKey>,
+    /// What it draws at true size, likewise.
+    pub keys: fn(&OpenDesign) -> Vec<LegendKey>,
     /// Whether it has nothing left to compute.
     pub is_idle: fn(&World) -> bool,
 }
@@ -52,6 +55,7 @@ impl LayerInfo {
             why_not: |_| None,
             settings: None,
             stroke: None,
+            keys: |_| Vec::new(),
             is_idle: |_| true,
         }
     }

@@ -3,7 +3,7 @@
 use crate::widgets::basic::{NumberChange, NumberField, number_ui, quiet_ui};
 use crate::widgets::tooltip::Explain;
 use bevy_egui::egui::{self, ComboBox, Ui};
-use trackwright_design::view::ColorMap;
+use trackwright_design::view::{ColorMap, View};
 
 /// Before a setting's name, and what the name takes.
 pub(crate) const INDENT: f32 = 16.0;
@@ -30,8 +30,20 @@ pub fn sensor_axis_ui(ui: &mut Ui, sensor_axis: &mut [f64; 3]) {
     });
 }
 
-/// The map that every coloured layer has in common.
-pub fn color_map_ui(ui: &mut Ui, color_map: &mut ColorMap) {
+/// The map of a coloured layer. A person chooses that of the first one; another scale has another map,
+/// which is only named.
+pub fn map_ui(ui: &mut Ui, view: &mut View, of_layer: ColorMap) {
+    if of_layer == view.slice.color_map {
+        color_map_ui(ui, &mut view.slice.color_map);
+        return;
+    }
+    row_ui(ui, "colours", |ui| {
+        quiet_ui(ui, format!("{}, as another scale", of_layer.name()));
+    });
+}
+
+/// The map that the first of the coloured layers has.
+fn color_map_ui(ui: &mut Ui, color_map: &mut ColorMap) {
     row_ui(ui, "colours", |ui| {
         ComboBox::from_id_salt("color map")
             .selected_text(color_map.name())
@@ -42,7 +54,7 @@ pub fn color_map_ui(ui: &mut Ui, color_map: &mut ColorMap) {
                 }
             })
             .response
-            .explained("Of every coloured layer");
+            .explained("Of every coloured layer; one with another scale takes another map");
     });
 }
 

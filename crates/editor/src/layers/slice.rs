@@ -3,12 +3,12 @@
 //! Sampling is the solver's; this only draws.
 
 use crate::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
-use crate::layers::legend::{Audience, ColorBar, Legend, LegendKey, Legends, Swatch};
+use crate::layers::legend::{ColorBar, Legend, LegendKey, Legends, Swatch};
 use crate::layers::registry::{
     AddLayer, LayerInfo, ProbeInfo, ProbeRay, Probed, SettingsContext, is_layer_on,
 };
 use crate::layers::settings::{
-    AXIS_NAMES, INDENT, color_map_ui, range_ui, row_ui, sensor_axis_ui, set_from,
+    AXIS_NAMES, INDENT, map_ui, range_ui, row_ui, sensor_axis_ui, set_from,
 };
 use crate::layers::slice_picture::{ColorScale, SliceLook, inset, picture};
 use crate::runner::results::Results;
@@ -56,6 +56,10 @@ const POORLY_SUPPORTED: &str = "poorly supported field";
 /// Draws the slice while its layer is on.
 pub struct SlicePlugin;
 
+/// When [`ColorScale`] is that of the slice.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SliceScaleSystems;
+
 #[derive(Component)]
 struct Slice;
 
@@ -93,7 +97,7 @@ impl Plugin for SlicePlugin {
             .add_systems(
                 Update,
                 (
-                    choose_scale.in_set(EditorSystems::Sample),
+                    choose_scale.in_set(SliceScaleSystems).in_set(EditorSystems::Sample),
                     (draw, place_handle).chain().in_set(EditorSystems::Draw),
                 )
                     .run_if(needs_drawing),
@@ -112,10 +116,10 @@ fn choose_scale(
     mut legends: ResMut<Legends>,
 ) {
     let document = &world.0.document;
-    let view = &document.view().slice;
+    let view = document.view();
     let slice = results.slice.as_ref().map(|slice| &slice.value);
-    let max_mm = view.range_mm.or(slice.map(|slice| slice.p95)).unwrap_or(0.0);
-    scale.set_if_neq(ColorScale { map: view.color_map, max_mm });
+    let max_mm = view.slice_range().or(slice.map(|slice| slice.p95)).unwrap_or(0.0);
+    scale.set_if_neq(ColorScale { map: view.color_maps().slice, max_mm });
     let shown = slice.filter(|_| document.view().layers.slice);
     let requirement = document.design().requirement;
     legends.set(
@@ -132,6 +136,7 @@ fn bar(slice: &SliceOutcome, scale: &ColorScale, requirement: Option<Requirement
     let quantity = slice.quantity;
     ColorBar {
         label: quantity.label().to_owned(),
+        note: None,
         unit: quantity.unit(),
         map: scale.map,
         min: 0.0,
@@ -142,14 +147,11 @@ fn bar(slice: &SliceOutcome, scale: &ColorScale, requirement: Option<Requirement
     }
 }
 
-/// What the hatchings mean.
+/// What the hatchings and the ball mean.
 fn keys(slice: &SliceOutcome, map: ColorMap) -> Vec<LegendKey> {
-    let key = |swatch: Swatch, text: &str| LegendKey {
-        swatch,
-        text: text.to_owned(),
-        audience: Audience::All,
-    };
-    let mut keys = Vec::new();
+    let key = LegendKey::new;
+    let ball = Swatch::Ball(palette::SLICE_HANDLE);
+    let mut keys = vec![key(ball, "moves the slice").for_designers()];
     let points = || slice.values.iter().zip(&slice.is_inside);
     if points().any(|(value, is_inside)| !is_inside && !value.is_nan()) {
         keys.push(key(Swatch::NoValue, outside_words(slice.quantity)));
@@ -312,7 +314,7 @@ fn place_handle(
         ball.set_if_neq(place);
         return;
     }
-    let material = materials.add(ball_handle::material(palette::TEXT_STRONG));
+    let material = materials.add(ball_handle::material(palette::SLICE_HANDLE));
     let words = "Drag to move the slice across its plane, in whole millimetres".to_owned();
     commands.spawn((
         Name::new("slice handle"),
@@ -409,8 +411,11 @@ fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
         decimals: slice.quantity.decimals(),
         ..NumberField::length("colour range")
     };
-    range_ui(ui, &field, context.largest, &mut slice.range_mm);
-    color_map_ui(ui, &mut slice.color_map);
+    let mut range = view.slice_range();
+    range_ui(ui, &field, context.largest, &mut range);
+    view.set_slice_range(range);
+    let map = view.color_maps().slice;
+    map_ui(ui, view, map);
 }
 
 fn plane_ui(ui: &mut Ui, context: &SettingsContext, slice: &mut SliceView) {

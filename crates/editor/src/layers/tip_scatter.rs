@@ -23,7 +23,7 @@ const LAYER: LayerInfo = LayerInfo::new("Tip scatter", 90, |layers| &mut layers.
 const STROKE: StrokeKey = StrokeKey {
     words: "95 % of the tip's jitter",
     plain_words: "95 % of the tip's jitter",
-    color: palette::GHOST,
+    color: palette::SCATTER,
 };
 
 /// Draws the ellipsoid while its layer is on and the room states its jitter.
@@ -66,7 +66,7 @@ fn show(
         return;
     }
     let material =
-        GlowMaterial::translucent(palette::GHOST, ALPHA, RIM_ALPHA).rim(RIM).order(ORDER_MM);
+        GlowMaterial::translucent(palette::SCATTER, ALPHA, RIM_ALPHA).rim(RIM).order(ORDER_MM);
     commands.spawn((
         Name::new("tip scatter"),
         TipScatter,

@@ -4,8 +4,9 @@
 use crate::convert;
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
+use crate::layers::legend::{LegendKey, Swatch};
 use crate::layers::registry::{AddLayer, LayerInfo};
-use crate::palette::Rgb;
+use crate::palette::{self, Rgb};
 use crate::scene::bodies::anatomy_look;
 use crate::scene::body_meshes::{Shapes, paints_in_software};
 use crate::scene::materials::glow::GlowMaterial;
@@ -13,11 +14,33 @@ use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use bevy::render::renderer::RenderAdapterInfo;
 use std::sync::Arc;
+use trackwright_design::BodyRole;
+use trackwright_formats::printable::printable;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_scene::color_of_anatomy;
 
 /// The layer.
-const LAYER: LayerInfo = LayerInfo::new("Anatomy", 40, |layers| &mut layers.anatomy);
+const LAYER: LayerInfo =
+    LayerInfo { keys, ..LayerInfo::new("Anatomy", 40, |layers| &mut layers.anatomy) };
+
+/// What comes with the bodies' meshes, and the design's own meshes by their names.
+fn keys(open: &trackwright_project::World) -> Vec<LegendKey> {
+    let has_anatomy = |role: BodyRole| {
+        let parts = open.mesh(role).into_iter().flat_map(|mesh| &mesh.parts);
+        parts.into_iter().any(|part| part.is_anatomy())
+    };
+    let of_bodies = BodyRole::ALL
+        .into_iter()
+        .any(has_anatomy)
+        .then(|| LegendKey::new(Swatch::Surface(palette::BONE), "anatomy"));
+    let own = open.document.design().anatomy.iter();
+    let own = own.filter(|anatomy| open.anatomy_mesh(&anatomy.mesh).is_some());
+    let own = own.map(|anatomy| {
+        let name = printable(&anatomy.name).into_owned();
+        LegendKey::new(Swatch::Surface(color_of_anatomy(anatomy)), name)
+    });
+    of_bodies.into_iter().chain(own).collect()
+}
 
 /// Draws the anatomy where its frames have it, while its layer is on.
 pub struct AnatomyPlugin;

@@ -2,6 +2,7 @@
 
 use crate::convert;
 use crate::document::requests::OpenWorld;
+use crate::layers::legend::{LegendKey, Swatch};
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::ThemedColor;
 use crate::palette::{self, Theme};
@@ -10,7 +11,17 @@ use bevy::prelude::*;
 use trackwright_scene::ground;
 
 /// The layer.
-const LAYER: LayerInfo = LayerInfo::new("Ground grid", 30, |layers| &mut layers.grid);
+const LAYER: LayerInfo = LayerInfo {
+    keys: |_| {
+        vec![axes_key(), LegendKey::new(Swatch::Line(palette::GRID), "ground, 50 mm a square")]
+    },
+    ..LayerInfo::new("Ground grid", 30, |layers| &mut layers.grid)
+};
+
+/// In the legend of both layers that the axes are drawn with.
+pub(crate) fn axes_key() -> LegendKey {
+    LegendKey::new(Swatch::Axes(palette::AXES), "tracker's axes x, y, z")
+}
 
 /// Draws the grid while its layer is on, and the axes with it or with the generator.
 pub struct AxesPlugin;

@@ -2,13 +2,19 @@
 
 use crate::convert;
 use crate::document::requests::OpenWorld;
+use crate::layers::legend::{LegendKey, Swatch};
 use crate::layers::registry::{AddLayer, LayerInfo};
+use crate::palette;
+use crate::scene::axes::axes_key;
 use crate::scene::materials::lit::LitMaterial;
 use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 
 /// The layer.
-const LAYER: LayerInfo = LayerInfo::new("Field generator", 20, |layers| &mut layers.generator);
+const LAYER: LayerInfo = LayerInfo {
+    keys: |_| vec![LegendKey::new(Swatch::Line(palette::GENERATOR), "field generator"), axes_key()],
+    ..LayerInfo::new("Field generator", 20, |layers| &mut layers.generator)
+};
 
 /// Draws the generator while its layer is on.
 pub struct GeneratorPlugin;

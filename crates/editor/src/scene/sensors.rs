@@ -7,6 +7,7 @@
 use crate::document::requests::OpenWorld;
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::document::shown::ShownDesign;
+use crate::layers::legend::{Legend, LegendKey, Legends, Swatch};
 use crate::runner::results::Results;
 use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::scene::screen_size::{ScreenSized, SizeBounds};
@@ -29,6 +30,9 @@ const HIDDEN_ALPHA: f32 = 0.9;
 
 /// Both sides of an outline together.
 const OUTLINE_PX: f64 = 4.0;
+
+/// In the legend the mark comes after the sensors.
+const OUTSIDE_LEGEND_ORDER: u32 = 1;
 
 /// Later than everything else that is translucent.
 const ORDER_MM: f32 = 20_000.0;
@@ -281,7 +285,12 @@ fn outline(
     }
 }
 
-fn mark_outside(results: Res<Results>, mut hatches: Query<(&OutsideHatch, &mut Visibility)>) {
+fn mark_outside(
+    results: Res<Results>,
+    mut hatches: Query<(&OutsideHatch, &mut Visibility)>,
+    mut legends: ResMut<Legends>,
+) {
+    let mut is_any_outside = false;
     let detail = results.pose.as_ref().map(|pose| &pose.value);
     for (OutsideHatch(mark), mut visibility) in &mut hatches {
         let body: Option<&BodyDetail> = detail.and_then(|detail| match mark.body {
@@ -291,6 +300,11 @@ fn mark_outside(results: Res<Results>, mut hatches: Query<(&OutsideHatch, &mut V
         let is_outside = body
             .and_then(|body| body.sensors.get(mark.index))
             .is_some_and(|sensor| !(sensor.is_inside && sensor.is_in_volume));
+        is_any_outside |= is_outside;
         visibility.set_if_neq(if is_outside { Visibility::Inherited } else { Visibility::Hidden });
     }
+    let words = "sensor outside the room's box or the volume";
+    let key = is_any_outside.then(|| LegendKey::new(Swatch::Line(palette::OUTSIDE), words));
+    let legend = Legend { keys: key.into_iter().collect(), ..Legend::default() };
+    legends.set(OUTSIDE_LEGEND_ORDER, legend);
 }

@@ -2,6 +2,7 @@
 //! model's box, dashed.
 
 use crate::document::requests::OpenWorld;
+use crate::layers::legend::{LegendKey, Swatch};
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
@@ -19,8 +20,20 @@ const BRACKET_ALPHA: f32 = 0.95;
 const BOX_ALPHA: f32 = 0.22;
 
 /// The layer.
-const LAYER: LayerInfo =
-    LayerInfo { is_of_room: true, ..LayerInfo::new("Volume", 10, |layers| &mut layers.volume) };
+const LAYER: LayerInfo = LayerInfo {
+    is_of_room: true,
+    keys: |open| {
+        let environment = &open.environment;
+        let volume = environment.volume.map(|_| {
+            LegendKey::new(Swatch::Line(palette::VOLUME), "measurement volume of the tracker")
+        });
+        let is_box_drawn = !is_box_of(environment.volume, environment.model.bounds());
+        let model = is_box_drawn
+            .then(|| LegendKey::new(Swatch::Line(palette::MODEL_BOX), "box of the room's model"));
+        volume.into_iter().chain(model).collect()
+    },
+    ..LayerInfo::new("Volume", 10, |layers| &mut layers.volume)
+};
 
 /// Draws both boxes while their layer is on.
 pub struct VolumePlugin;
@@ -88,7 +101,7 @@ fn show(
         }
     }
     let mut model = GizmoAsset::default();
-    if wanted.volume.is_none_or(|volume| !is_same_box(&volume, &wanted.model)) {
+    if !is_box_of(wanted.volume, &wanted.model) {
         let color = palette::MODEL_BOX.color_alpha(BOX_ALPHA);
         for line in Outline::of_box(&wanted.model).lines {
             model.linestrip(points(&line), color);
@@ -111,6 +124,11 @@ fn show(
             parent.spawn((VolumePart, lines(gizmos.add(brackets), 2.6, GizmoLineStyle::Solid)));
             parent.spawn((VolumePart, lines(gizmos.add(model), 1.2, dashed)));
         });
+}
+
+/// Whether the volume's outline is that of the model's box, too.
+fn is_box_of(volume: Option<Volume>, model: &Bounds) -> bool {
+    volume.is_some_and(|volume| is_same_box(&volume, model))
 }
 
 fn points(line: &[Point3<f64>]) -> impl Iterator<Item = Vec3> {

@@ -8,7 +8,7 @@ use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::egui_camera::EguiCamera;
 use crate::shell::registry::Workspaces;
-use crate::shell::window::{PanelsShown, SideWidths, Workspace};
+use crate::shell::window::{LegendFolded, PanelsShown, SideWidths, Workspace};
 use bevy::app::AppExit;
 use bevy::ecs::system::{NonSendMarker, SystemParam};
 use bevy::prelude::*;
@@ -141,6 +141,7 @@ fn apply(app: &mut App, recalled: &Recalled) {
         .insert_resource(workspace.unwrap_or_default())
         .insert_resource(SideWidths(preferences.widths.clone()))
         .insert_resource(InterfaceScale(preferences.scale))
+        .insert_resource(LegendFolded(preferences.is_legend_folded))
         .insert_resource(PanelsShown { left, right, history });
     if let Some(problem) = &recalled.problem {
         app.insert_resource(Notice::Refused(problem.clone()));
@@ -152,6 +153,7 @@ fn apply(app: &mut App, recalled: &Recalled) {
 struct Now<'w, 's> {
     panels: Res<'w, PanelsShown>,
     widths: Res<'w, SideWidths>,
+    legend: Res<'w, LegendFolded>,
     theme: Res<'w, Theme>,
     workspace: Res<'w, Workspace>,
     scale: Res<'w, InterfaceScale>,
@@ -163,6 +165,7 @@ fn has_changed(now: Now, mut resized: MessageReader<WindowResized>) -> bool {
     is_resized
         || now.panels.is_changed()
         || now.widths.is_changed()
+        || now.legend.is_changed()
         || now.theme.is_changed()
         || now.workspace.is_changed()
         || now.scale.is_changed()
@@ -189,6 +192,7 @@ fn keep(now: Now, mut keeper: ResMut<Keeper>, _main_thread: NonSendMarker) {
         panels: ShownPanels { left, right, history },
         workspace: now.workspace.name.to_owned(),
         widths: now.widths.0.clone(),
+        is_legend_folded: now.legend.0,
     };
     if preferences == keeper.last {
         return;

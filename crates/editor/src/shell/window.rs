@@ -146,6 +146,10 @@ impl Default for PanelsShown {
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct SideWidths(pub BTreeMap<String, f64>);
 
+/// Whether a person folded the legend or unfolded it; `None` leaves it to the size of the view.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LegendFolded(pub Option<bool>);
+
 /// Where panels cover the 3D view: labels of the scene stand elsewhere. In egui's points.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct SceneCover(pub Vec<egui::Rect>);
@@ -165,6 +169,7 @@ impl Plugin for WindowStatePlugin {
             .init_resource::<Workspace>()
             .init_resource::<PanelsShown>()
             .init_resource::<SideWidths>()
+            .init_resource::<LegendFolded>()
             .init_resource::<SceneCover>()
             .init_resource::<StatusNote>();
     }

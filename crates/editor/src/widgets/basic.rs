@@ -65,6 +65,15 @@ pub fn count(value: usize) -> String {
     text
 }
 
+/// A factor: `50`, `0.5`, `10,000`.
+pub fn times(times: f64) -> String {
+    if times >= 1.0 && times.fract() == 0.0 && times < 1e9 {
+        count(times as usize)
+    } else {
+        format!("{times}")
+    }
+}
+
 /// `1 trial`, `3,375 trials`.
 pub fn counted(value: usize, one: &str, many: &str) -> String {
     format!("{} {}", count(value), if value == 1 { one } else { many })

@@ -1,11 +1,11 @@
-//! What hatchings and surfaces in the scene mean: a swatch and a few words each, on one plate.
+//! Lines of the legend: a swatch and a few words each.
 
-use crate::layers::legend::{LegendKey, Swatch};
+use crate::layers::legend::Swatch;
 use crate::palette::ThemedColor;
 use crate::palette::{self, Rgb};
-use crate::viewport::overlay::legend::{PADDING, plate};
 use crate::widgets::theme;
-use bevy_egui::egui::{Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
+use bevy_egui::egui::{Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Vec2, pos2, vec2};
+use std::sync::Arc;
 use trackwright_geometry::colormap::{
     NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY, UNSUPPORTED_LINE_SRGB, over,
 };
@@ -16,36 +16,41 @@ const SWATCH: [f32; 2] = [16.0, 10.0];
 const INDENT: f32 = 22.0;
 /// Between the lines of a hatching.
 const HATCH_PX: f32 = 5.0;
+/// Longer words are broken.
+const MOST_WIDTH: f32 = 250.0;
 
-/// Paints the plate; what it covers.
-pub fn paint(painter: &Painter, keys: &[LegendKey], right_bottom: Pos2) -> Option<Rect> {
-    let color = palette::TEXT.color32();
-    let lines: Vec<_> = keys
-        .iter()
-        .map(|key| {
-            let indent = if key.swatch == Swatch::Nothing { 0.0 } else { INDENT };
-            let text = painter.layout_no_wrap(key.text.clone(), theme::label_font(), color);
-            (key.swatch, indent, text)
-        })
-        .collect();
-    let width = lines.iter().map(|(_, indent, text)| indent + text.size().x);
-    let width = width.reduce(f32::max)?;
-    let size = vec2(width, LINE * lines.len() as f32) + vec2(2.0, 2.0) * PADDING;
-    let frame = Rect::from_min_max(right_bottom - size, right_bottom);
-    plate(painter, frame);
-    let mut at = frame.min + vec2(PADDING, PADDING);
-    for (swatch, indent, text) in lines {
+/// A line that is ready to be painted.
+pub(super) struct LaidKey {
+    swatch: Swatch,
+    text: Arc<Galley>,
+    pub size: Vec2,
+}
+
+impl LaidKey {
+    pub fn new(painter: &Painter, swatch: Swatch, words: &str) -> Self {
+        let color = palette::TEXT.color32();
+        let text = painter.layout(words.to_owned(), theme::label_font(), color, MOST_WIDTH);
+        let indent = if swatch == Swatch::Nothing { 0.0 } else { INDENT };
+        let size = vec2(indent + text.size().x, text.size().y.max(LINE));
+        Self { swatch, text, size }
+    }
+
+    pub fn paint(&self, painter: &Painter, at: Pos2) {
         let middle = at.y + LINE / 2.0;
         let box_min = pos2(at.x, middle - SWATCH[1] / 2.0);
-        paint_swatch(painter, swatch, Rect::from_min_size(box_min, SWATCH.into()));
-        painter.galley(pos2(at.x + indent, middle - text.size().y / 2.0), text, color);
-        at.y += LINE;
+        paint_swatch(painter, self.swatch, Rect::from_min_size(box_min, SWATCH.into()));
+        let indent = self.size.x - self.text.size().x;
+        let text_at = pos2(at.x + indent, at.y + (self.size.y - self.text.size().y) / 2.0);
+        painter.galley(text_at, Arc::clone(&self.text), palette::TEXT.color32());
     }
-    Some(frame)
 }
 
 fn paint_swatch(painter: &Painter, swatch: Swatch, rect: Rect) {
     let rgb = |srgb| Rgb::same(srgb).color32();
+    let line = |y: f32, color: Rgb| {
+        let ends = [pos2(rect.left(), y), pos2(rect.right(), y)];
+        painter.line_segment(ends, Stroke::new(3.0, color.color32()));
+    };
     match swatch {
         Swatch::Nothing => {}
         Swatch::NoValue => {
@@ -62,6 +67,15 @@ fn paint_swatch(painter: &Painter, swatch: Swatch, rect: Rect) {
             painter.rect_filled(rect, 1.0, color.color32_alpha(70));
             let stroke = Stroke::new(1.0, color.color32());
             painter.rect_stroke(rect, 1.0, stroke, StrokeKind::Inside);
+        }
+        Swatch::Line(color) => line(rect.center().y, color),
+        Swatch::Ball(color) => {
+            painter.circle_filled(rect.center(), rect.height() / 2.0, color.color32());
+        }
+        Swatch::Axes(colors) => {
+            for (k, color) in colors.into_iter().enumerate() {
+                line(rect.top() + 1.0 + 4.0 * k as f32, color);
+            }
         }
     }
 }

@@ -1,290 +1,244 @@
-//! Legends in the corners of the 3D view: colour bar, magnification, scale bar, caption.
+//! The legend in a corner of the 3D view: how much errors are magnified, what is drawn, colour bars; a
+//! click on its title folds it to one line. Beside it caption and scale bar.
 
-use crate::layers::legend::{ColorBar, StrokeKey};
+use crate::layers::legend::Swatch;
+use crate::palette;
 use crate::palette::ThemedColor;
-use crate::palette::{self, Rgb};
-use crate::viewport::overlay::ruler::{decimals, round_below, ticks};
-use crate::viewport::overlay::{OverlayView, keys};
-use crate::widgets::basic::{THIN_SPACE, count, decimal, with_unit};
+use crate::viewport::overlay::OverlayView;
+use crate::viewport::overlay::color_bar::LaidBar;
+use crate::viewport::overlay::corners::{Corners, MARGIN, after_click, corners, is_folded};
+use crate::viewport::overlay::keys::LaidKey;
+use crate::viewport::overlay::ruler::round_below;
+use crate::widgets::basic::{THIN_SPACE, times};
 use crate::widgets::theme;
-use bevy_egui::egui::{Align2, Color32, Mesh, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
+use bevy_egui::egui::{
+    self, Align2, Area, Galley, Id, Order, Painter, Pos2, Rect, Sense, Shape, Stroke, Vec2,
+    WidgetInfo, WidgetType, pos2, vec2,
+};
+use std::sync::Arc;
 use trackwright_field::Environment;
-use trackwright_geometry::colormap::{ColorMap, LEVEL_EDGE_SRGB, LEVEL_LINE_SRGB};
 use trackwright_geometry::magnification::MAX_GHOST_TURN_RAD;
 use trackwright_report::room;
 
 /// How opaque the plates behind writing are.
 pub const PLATE_ALPHA: u8 = 200;
 
-/// Distance of legends from the view's edges.
-pub const MARGIN: f32 = 12.0;
 /// Between a plate's edge and what is written on it.
-pub const PADDING: f32 = 8.0;
-const LINE: f32 = 15.0;
-/// Where a key's name begins, behind its stroke.
-const KEY_INDENT: f32 = 22.0;
-const BAR_WIDTH: f32 = 200.0;
-const BAR_HEIGHT: f32 = 10.0;
-const MAX_TICKS: usize = 5;
-/// Of the ends of a bar that does not begin at zero.
-const END_DECIMALS: usize = 2;
+const PADDING: f32 = 8.0;
+/// Between the parts of the legend.
+const GAP: f32 = 6.0;
+const TITLE: &str = "Legend";
+/// Before the title: a triangle that points at what is folded.
+const TRIANGLE: f32 = 8.0;
+const TITLE_INDENT: f32 = 14.0;
 /// Longest scale bar, pixels.
 const MAX_SCALE_PX: f64 = 150.0;
+/// Of a scale bar with its number above it.
+const SCALE_HEIGHT: f32 = 24.0;
+/// The caption's lines are at least so long.
+const LEAST_CAPTION: f32 = 80.0;
 
 /// Where a picture's conclusions come from, for every picture that leaves the program.
 pub fn caption(environment: &Environment) -> String {
     room::caption(environment)
 }
 
-/// Paints the legends; the rectangles they cover.
-pub fn paint(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
-    let mut covered = Vec::new();
-    let rect = view.rect;
-    let caption = painter.layout_no_wrap(
-        caption(view.environment),
-        theme::label_font(),
-        palette::TEXT.color32(),
-    );
-    let caption_rect =
-        Align2::LEFT_BOTTOM.anchor_size(rect.left_bottom() + vec2(MARGIN, -8.0), caption.size());
-    plate(painter, caption_rect.expand2(vec2(5.0, 2.0)));
-    painter.galley(caption_rect.min, caption, palette::TEXT.color32());
-    covered.push(caption_rect.expand(4.0));
-    let bottom = caption_rect.top() - 8.0;
-    covered.push(scale_bar(painter, view, pos2(rect.left() + MARGIN, bottom)));
-    let mut right_bottom = pos2(rect.right() - MARGIN, rect.bottom() - MARGIN);
-    // A narrow view has no room for caption and colour bar side by side.
-    if caption_rect.right() > right_bottom.x - BAR_WIDTH - 3.0 * PADDING {
-        right_bottom.y = bottom;
-    }
-    for bar in &view.color_bars {
-        let rect = color_bar(painter, bar, right_bottom);
-        covered.push(rect);
-        right_bottom.y = rect.top() - 8.0;
-    }
-    if let Some(rect) = keys::paint(painter, &view.keys, right_bottom) {
-        covered.push(rect);
-        right_bottom.y = rect.top() - 8.0;
-    }
-    covered.extend(magnification(painter, view, right_bottom));
-    covered
+/// The legend's title as it was painted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Title {
+    pub rect: Rect,
+    /// What a person's choice becomes with a click on it.
+    pub after_click: Option<bool>,
+    pub is_folded: bool,
 }
 
-/// Small text on its own; what it covers.
-fn text(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Rgb) -> Rect {
-    painter.text(at, align, text, theme::label_font(), color.color32())
+/// What was painted in the corners.
+pub(super) struct Painted {
+    pub covered: Vec<Rect>,
+    pub title: Option<Title>,
+}
+
+/// Paints the legend, the caption and the scale bar.
+pub(super) fn paint(painter: &Painter, view: &OverlayView) -> Painted {
+    let rect = view.rect;
+    let width = (rect.width() - 2.0 * MARGIN).max(LEAST_CAPTION);
+    let color = palette::TEXT.color32();
+    let caption = painter.layout(caption(view.environment), theme::label_font(), color, width);
+    let scale = ScaleBar::new(view);
+    let unfolded = Column::new(painter, view);
+    let is_folded = view.can_fold && is_folded(view.is_folded, rect.size(), unfolded.size);
+    let size = if is_folded { folded_size(painter, view) } else { unfolded.size };
+    let found = corners(rect, caption.size(), vec2(scale.width, SCALE_HEIGHT), size);
+    let Corners { caption: caption_rect, scale_bar, legend } = found;
+    plate(painter, caption_rect.expand2(vec2(5.0, 2.0)));
+    painter.galley(caption_rect.min, caption, color);
+    scale.paint(painter, scale_bar);
+    let mut covered = vec![caption_rect.expand(4.0), scale_bar.expand(3.0)];
+    if unfolded.size == Vec2::ZERO {
+        return Painted { covered, title: None };
+    }
+    plate(painter, legend);
+    covered.push(legend);
+    let title = view.can_fold.then(|| {
+        let after_click = after_click(view.is_folded, rect.size(), unfolded.size);
+        let words = if is_folded { folded_words(view) } else { TITLE.to_owned() };
+        paint_title(painter, legend.min + vec2(PADDING, PADDING), words, is_folded);
+        let size = vec2(legend.width(), title_height(painter) + PADDING);
+        Title { rect: Rect::from_min_size(legend.min, size), after_click, is_folded }
+    });
+    if !is_folded {
+        unfolded.paint(painter, legend);
+    }
+    Painted { covered, title }
+}
+
+/// The title as something to click on; whether it was clicked.
+pub fn title_ui(ctx: &egui::Context, title: &Title) -> bool {
+    let area = Area::new(Id::new("legend title"))
+        .order(Order::Middle)
+        .fixed_pos(title.rect.min)
+        .constrain(false);
+    let add = |ui: &mut egui::Ui| ui.allocate_response(title.rect.size(), Sense::click());
+    let response = area.show(ctx, add).inner;
+    response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, TITLE));
+    let about = match title.is_folded {
+        true => "Unfolds the legend",
+        false => "Folds the legend to one line",
+    };
+    response.on_hover_text(about).clicked()
 }
 
 /// A dark plate behind a legend, so that it reads over any scene.
-pub fn plate(painter: &Painter, rect: Rect) {
+fn plate(painter: &Painter, rect: Rect) {
     painter.rect_filled(rect, 4.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
 }
 
-fn scale_bar(painter: &Painter, view: &OverlayView, left_bottom: Pos2) -> Rect {
-    let mm_per_px = view.camera.view_height_mm() / f64::from(view.rect.height().max(1.0));
-    let length_mm = round_below(MAX_SCALE_PX * mm_per_px);
-    let width = (length_mm / mm_per_px) as f32;
-    let at = left_bottom + vec2(0.0, -3.0);
-    let stroke = Stroke::new(1.5, palette::TEXT.color32());
-    let end = at + vec2(width, 0.0);
-    painter.line_segment([at, end], stroke);
-    for x in [at, end] {
-        painter.line_segment([x - vec2(0.0, 4.0), x + vec2(0.0, 1.0)], stroke);
-    }
-    let label = text(
-        painter,
-        at + vec2(width / 2.0, -5.0),
-        Align2::CENTER_BOTTOM,
-        &format!("{length_mm}{THIN_SPACE}mm"),
-        palette::TEXT,
-    );
-    label.union(Rect::from_two_pos(at, end)).expand(3.0)
+/// Everything below the title.
+struct Column<'a> {
+    head: Option<Arc<Galley>>,
+    keys: Vec<LaidKey>,
+    bars: Vec<LaidBar<'a>>,
+    /// Of the plate, with the title; zero where there is nothing to name.
+    size: Vec2,
+    title_height: f32,
 }
 
-fn color_bar(painter: &Painter, scale: &ColorBar, right_bottom: Pos2) -> Rect {
-    let span = scale.max - scale.min;
-    let is_clipped = scale.largest > scale.max + 1e-9 * span.abs();
-    let largest =
-        format!("largest {}", with_unit(&decimal(scale.largest, scale.decimals), scale.unit));
-    let width = |text: &str| {
-        let color = palette::TEXT.color32();
-        let laid = painter.layout_no_wrap(text.to_owned(), theme::label_font(), color);
-        laid.size().x
-    };
-    // The largest value stands in a line of its own where the name leaves no room for it.
-    let has_room = width(&scale.label) + width(&largest) + 8.0 <= BAR_WIDTH + 14.0;
-    let name_lines = if is_clipped && !has_room { 2.0 } else { 1.0 };
-    let limit_lines = if scale.limit.is_some() { 1.0 } else { 0.0 };
-    let size = vec2(
-        BAR_WIDTH + 2.0 * PADDING + 14.0,
-        (name_lines + limit_lines) * LINE + BAR_HEIGHT + LINE + 2.0 * PADDING,
-    );
-    let frame = Rect::from_min_max(right_bottom - size, right_bottom);
-    plate(painter, frame);
-    let at = frame.left_top() + vec2(PADDING, PADDING);
-    let bar_top = at.y + name_lines * LINE;
-    text(painter, at, Align2::LEFT_TOP, &scale.label, palette::TEXT);
-    if is_clipped {
-        text(
-            painter,
-            pos2(frame.right() - PADDING, bar_top - 1.0),
-            Align2::RIGHT_BOTTOM,
-            &largest,
-            palette::TEXT_QUIET,
-        );
-    }
-    let bar = Rect::from_min_size(pos2(at.x, bar_top), vec2(BAR_WIDTH, BAR_HEIGHT));
-    gradient(painter, bar, scale.map);
-    if is_clipped {
-        arrow_right(painter, bar, top_color(scale.map));
-    }
-    let values = values_of(scale);
-    let decimals = match scale.min {
-        0.0 => decimals(&values),
-        _ => END_DECIMALS,
-    };
-    for (k, value) in values.iter().enumerate() {
-        let part = (value - scale.min) / span.max(f64::MIN_POSITIVE);
-        let x = bar.left() + bar.width() * part as f32;
-        painter.line_segment(
-            [pos2(x, bar.bottom()), pos2(x, bar.bottom() + 3.0)],
-            Stroke::new(1.0, palette::TEXT.color32()),
-        );
-        let unit = if k + 1 == values.len() { scale.unit } else { "" };
-        let label = with_unit(&format!("{value:.decimals$}"), unit);
-        // The first begins at the bar's end, and one at the other end ends there, so that they stay
-        // on the plate.
-        let align = if k == 0 {
-            Align2::LEFT_TOP
-        } else if part > 0.99 && scale.min != 0.0 {
-            Align2::RIGHT_TOP
-        } else {
-            Align2::CENTER_TOP
+impl<'a> Column<'a> {
+    fn new(painter: &Painter, view: &'a OverlayView) -> Self {
+        let strong = palette::TEXT_STRONG.color32();
+        let entries = &view.legend;
+        let head = magnified_words(view)
+            .map(|words| painter.layout_no_wrap(words, theme::body_font(), strong));
+        let strokes = entries.strokes.iter().map(|stroke| {
+            let words = if view.is_plain { stroke.plain_words } else { stroke.words };
+            LaidKey::new(painter, Swatch::Line(stroke.color), words)
+        });
+        let own = entries.keys.iter().map(|key| LaidKey::new(painter, key.swatch, &key.text));
+        let keys: Vec<_> = strokes.chain(own).collect();
+        let bars: Vec<_> = entries.bars.iter().map(|bar| LaidBar::new(painter, bar)).collect();
+        let title_height = if view.can_fold { title_height(painter) + 2.0 } else { 0.0 };
+        let heads = head.iter().map(|head| head.size() + vec2(0.0, 2.0));
+        let parts = heads
+            .chain(keys.iter().map(|key| key.size))
+            .chain(bars.iter().map(|bar| bar.size + vec2(0.0, GAP)));
+        let content = parts
+            .fold(vec2(0.0, title_height), |all, part| vec2(all.x.max(part.x), all.y + part.y));
+        let size = match keys.is_empty() && bars.is_empty() {
+            true => Vec2::ZERO,
+            false => content + vec2(2.0, 2.0) * PADDING,
         };
-        text(painter, pos2(x, bar.bottom() + 3.0), align, &label, palette::TEXT);
+        Self { head, keys, bars, size, title_height }
     }
-    if let Some(limit) = scale.limit {
-        requirement(painter, scale, limit, bar, frame);
-    }
-    frame
-}
 
-/// A line across the bar at the requirement, as on the map, and below the bar what it is.
-fn requirement(painter: &Painter, scale: &ColorBar, limit: f64, bar: Rect, frame: Rect) {
-    let line = |from: Pos2, to: Pos2| {
-        for (width, srgb) in [(4.0, LEVEL_EDGE_SRGB), (1.6, LEVEL_LINE_SRGB)] {
-            painter.line_segment([from, to], Stroke::new(width, color32(srgb)));
+    fn paint(&self, painter: &Painter, frame: Rect) {
+        let mut at = frame.min + vec2(PADDING, PADDING + self.title_height);
+        if let Some(head) = &self.head {
+            painter.galley(at, Arc::clone(head), palette::TEXT_STRONG.color32());
+            at.y += head.size().y + 2.0;
         }
-    };
-    let part = (limit - scale.min) / (scale.max - scale.min).max(f64::MIN_POSITIVE);
-    let is_on_bar = (0.0..=1.0).contains(&part);
-    if is_on_bar {
-        let x = bar.left() + bar.width() * part as f32;
-        line(pos2(x, bar.top() - 2.0), pos2(x, bar.bottom() + 2.0));
-    }
-    let y = frame.bottom() - PADDING - LINE / 2.0;
-    line(pos2(bar.left(), y), pos2(bar.left() + 16.0, y));
-    let value = with_unit(&decimal(limit, scale.decimals), scale.unit);
-    let words = match is_on_bar {
-        true => format!("requirement {value}"),
-        false => format!("requirement {value}, off the bar"),
-    };
-    let at = pos2(bar.left() + KEY_INDENT, y);
-    text(painter, at, Align2::LEFT_CENTER, &words, palette::TEXT);
-}
-
-fn color32([r, g, b]: [u8; 3]) -> Color32 {
-    Rgb::same([r, g, b]).color32()
-}
-
-/// Round values along a bar that begins at zero, else its two ends.
-fn values_of(scale: &ColorBar) -> Vec<f64> {
-    match scale.min {
-        0.0 => ticks(scale.max, MAX_TICKS),
-        _ => vec![scale.min, scale.max],
+        for key in &self.keys {
+            key.paint(painter, at);
+            at.y += key.size.y;
+        }
+        for bar in &self.bars {
+            at.y += GAP;
+            bar.paint(painter, at);
+            at.y += bar.size.y;
+        }
     }
 }
 
-fn top_color(map: ColorMap) -> Color32 {
-    color32(map.srgb(1.0))
-}
-
-/// One column a pixel, each of the map's own colour and none blended.
-fn gradient(painter: &Painter, bar: Rect, map: ColorMap) {
-    let columns = bar.width().round() as usize;
-    let mut mesh = Mesh::default();
-    for k in 0..columns {
-        let color = color32(map.srgb((k as f64 + 0.5) / columns as f64));
-        let left = bar.left() + bar.width() * k as f32 / columns as f32;
-        let right = bar.left() + bar.width() * (k + 1) as f32 / columns as f32;
-        let column = Rect::from_min_max(pos2(left, bar.top()), pos2(right, bar.bottom()));
-        mesh.add_colored_rect(column, color);
-    }
-    painter.add(Shape::mesh(mesh));
-}
-
-/// Shows that there are values beyond the end of the bar.
-fn arrow_right(painter: &Painter, bar: Rect, color: Color32) {
-    let x = bar.right() + 2.0;
-    painter.add(Shape::convex_polygon(
-        vec![pos2(x, bar.top()), pos2(x + 9.0, bar.center().y), pos2(x, bar.bottom())],
-        color,
-        Stroke::NONE,
-    ));
-}
-
-/// `errors × 50`, and what magnified things look like.
-fn magnification(painter: &Painter, view: &OverlayView, right_bottom: Pos2) -> Option<Rect> {
-    let shown = view.magnification?;
-    let words = |key: &StrokeKey| match view.is_plain {
-        false => key.words,
-        true => key.plain_words,
-    };
-    let keys: Vec<(&str, Rgb)> = view.strokes.iter().map(|key| (words(key), key.color)).collect();
-    if keys.is_empty() {
-        return None;
-    }
-    let mut head = match (shown.times == 1.0, view.is_plain) {
-        (true, _) => "errors at true size".to_owned(),
-        (false, false) => format!("errors × {}", times(shown.times)),
-        (false, true) => format!("errors drawn {} times as large", times(shown.times)),
+/// `Errors drawn 200× larger`; `None` where nothing is magnified.
+fn magnified_words(view: &OverlayView) -> Option<String> {
+    let shown = view.magnification.filter(|_| !view.legend.strokes.is_empty())?;
+    let mut words = match shown.times == 1.0 {
+        true => "Errors at true size".to_owned(),
+        false => format!("Errors drawn {}× larger", times(shown.times)),
     };
     if shown.is_capped && !view.is_plain {
         let most_deg = MAX_GHOST_TURN_RAD.to_degrees();
-        head.push_str(&format!(", turn held at {most_deg:.0}°"));
+        words.push_str(&format!(", turn held at {most_deg:.0}°"));
     }
-    let head = painter.layout_no_wrap(head, theme::body_font(), palette::TEXT_STRONG.color32());
-    let widest_key = keys
-        .iter()
-        .map(|(name, _)| {
-            let name = (*name).to_owned();
-            let color = palette::TEXT.color32();
-            KEY_INDENT + painter.layout_no_wrap(name, theme::label_font(), color).size().x
-        })
-        .fold(0.0, f32::max);
-    let width = head.size().x.max(widest_key) + 2.0 * PADDING;
-    let height = head.size().y + LINE * keys.len() as f32 + 2.0 * PADDING;
-    let frame = Rect::from_min_max(right_bottom - vec2(width, height), right_bottom);
-    plate(painter, frame);
-    let mut at = frame.left_top() + vec2(PADDING, PADDING);
-    let head_height = head.size().y;
-    painter.galley(at, head, palette::TEXT_STRONG.color32());
-    at.y += head_height + 2.0;
-    for (name, color) in keys {
-        let y = at.y + LINE / 2.0 - 1.0;
-        painter
-            .line_segment([pos2(at.x, y), pos2(at.x + 16.0, y)], Stroke::new(3.0, color.color32()));
-        text(painter, at + vec2(KEY_INDENT, 0.0), Align2::LEFT_TOP, name, palette::TEXT);
-        at.y += LINE;
-    }
-    Some(frame)
+    Some(words)
 }
 
-/// `50`, `0.5`, `10,000`.
-fn times(times: f64) -> String {
-    if times >= 1.0 && times.fract() == 0.0 && times < 1e9 {
-        count(times as usize)
-    } else {
-        format!("{times}")
+/// The one line that is left: without the factor arrows would mislead.
+fn folded_words(view: &OverlayView) -> String {
+    match magnified_words(view) {
+        Some(words) => format!("{TITLE} · {words}"),
+        None => TITLE.to_owned(),
+    }
+}
+
+fn folded_size(painter: &Painter, view: &OverlayView) -> Vec2 {
+    let color = palette::TEXT.color32();
+    let words = painter.layout_no_wrap(folded_words(view), theme::label_font(), color);
+    words.size() + vec2(TITLE_INDENT + 2.0 * PADDING, 2.0 * PADDING)
+}
+
+fn title_height(painter: &Painter) -> f32 {
+    let color = palette::TEXT.color32();
+    painter.layout_no_wrap(TITLE.to_owned(), theme::label_font(), color).size().y
+}
+
+fn paint_title(painter: &Painter, at: Pos2, words: String, is_folded: bool) {
+    let color = palette::TEXT_QUIET.color32();
+    let words = painter.layout_no_wrap(words, theme::label_font(), color);
+    let half = TRIANGLE / 2.0;
+    let middle = at + vec2(half, words.size().y / 2.0);
+    let corners = match is_folded {
+        true => [vec2(-half, -half), vec2(half, 0.0), vec2(-half, half)],
+        false => [vec2(-half, -half), vec2(half, -half), vec2(0.0, half)],
+    };
+    let corners: Vec<Pos2> = corners.iter().map(|corner| middle + *corner * 0.8).collect();
+    painter.add(Shape::convex_polygon(corners, color, Stroke::NONE));
+    painter.galley(at + vec2(TITLE_INDENT, 0.0), words, color);
+}
+
+/// A length in the plane that the camera looks at.
+struct ScaleBar {
+    length_mm: f64,
+    width: f32,
+}
+
+impl ScaleBar {
+    fn new(view: &OverlayView) -> Self {
+        let mm_per_px = view.camera.view_height_mm() / f64::from(view.rect.height().max(1.0));
+        let length_mm = round_below(MAX_SCALE_PX * mm_per_px);
+        Self { length_mm, width: (length_mm / mm_per_px) as f32 }
+    }
+
+    fn paint(&self, painter: &Painter, rect: Rect) {
+        let color = palette::TEXT.color32();
+        let stroke = Stroke::new(1.5, color);
+        let at = rect.left_bottom() - vec2(0.0, 3.0);
+        let end = at + vec2(self.width, 0.0);
+        painter.line_segment([at, end], stroke);
+        for x in [at, end] {
+            painter.line_segment([x - vec2(0.0, 4.0), x + vec2(0.0, 1.0)], stroke);
+        }
+        let text = format!("{}{THIN_SPACE}mm", self.length_mm);
+        let middle = pos2(at.x + self.width / 2.0, at.y - 5.0);
+        painter.text(middle, Align2::CENTER_BOTTOM, text, theme::label_font(), color);
     }
 }

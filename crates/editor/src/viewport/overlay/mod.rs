@@ -2,7 +2,9 @@
 //!
 //! Painted with egui, so that the window and offscreen pictures show the same.
 
-pub mod keys;
+mod color_bar;
+pub mod corners;
+mod keys;
 pub mod labels;
 pub mod legend;
 pub mod marks;
@@ -12,13 +14,16 @@ pub mod summary;
 use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::document::shown::ShownDesign;
-use crate::layers::legend::{ColorBar, LegendKey, Legends, StrokeKey};
+use crate::layers::legend::Legends;
+use crate::layers::legend_entries::LegendEntries;
 use crate::layers::magnification::ShownMagnification;
 use crate::layers::probe::Probe;
 use crate::layers::registry::{AddLayer, LayerInfo, LayerRegistry};
 use crate::runner::results::Results;
 use crate::schedule::UiSystems;
-use crate::shell::window::{DragReadout, Presentation, SceneCover, ViewportRect, Workspace};
+use crate::shell::window::{
+    DragReadout, LegendFolded, Presentation, SceneCover, ViewportRect, Workspace,
+};
 use crate::viewport::camera::OrbitRig;
 use crate::viewport::gizmo::CurrentGizmo;
 use crate::viewport::troubles::BodyTroubles;
@@ -68,12 +73,12 @@ pub struct OverlayView<'a> {
     pub selected: Option<Selected>,
     pub hovered: Option<Selected>,
     pub magnification: Option<ShownMagnification>,
-    /// From the bottom up.
-    pub color_bars: Vec<ColorBar>,
-    /// What hatchings and surfaces mean.
-    pub keys: Vec<LegendKey>,
-    /// What magnified things look like.
-    pub strokes: Vec<StrokeKey>,
+    /// What the legend names.
+    pub legend: LegendEntries,
+    /// Whether the legend has a title that folds it.
+    pub can_fold: bool,
+    /// Whether a person folded it or unfolded it.
+    pub is_folded: Option<bool>,
     /// The handles of what is selected, for the letters of their axes.
     pub gizmo: Option<Gizmo>,
     /// Text and its place while something is dragged, or of what is under the pointer.
@@ -105,14 +110,15 @@ impl OverlayView<'_> {
     }
 }
 
-/// Paints everything.
-pub fn paint(painter: &Painter, view: &OverlayView) {
-    let mut covered = legend::paint(painter, view);
+/// Paints everything; the legend's title, where it has one.
+pub fn paint(painter: &Painter, view: &OverlayView) -> Option<legend::Title> {
+    let legend::Painted { mut covered, title } = legend::paint(painter, view);
     covered.extend(view.covered);
     if view.has_summary {
         covered.push(summary::paint(painter, view));
     }
     marks::paint(painter, view, &covered);
+    title
 }
 
 /// What the scene decided, where there is a scene.
@@ -133,21 +139,11 @@ struct Scene<'w> {
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
     covered: Res<'w, SceneCover>,
+    folded: Res<'w, LegendFolded>,
     troubles: Res<'w, BodyTroubles>,
 }
 
 impl Scene<'_> {
-    /// Of layers that are on and of whatever else is magnified, each meaning once.
-    fn strokes(&self, layers: Layers) -> Vec<StrokeKey> {
-        let own = self.registry.layers.iter().filter(|layer| layer.is_on(layers));
-        let own = own.filter_map(|layer| Some((layer.order, layer.stroke?)));
-        let mut strokes: Vec<_> = own.chain(self.legends.strokes()).collect();
-        strokes.sort_by_key(|(order, _)| *order);
-        let mut strokes: Vec<_> = strokes.into_iter().map(|(_, stroke)| stroke).collect();
-        strokes.dedup();
-        strokes
-    }
-
     /// The handles that are drawn: none beside the one that is held.
     fn handles(&self) -> Option<Gizmo> {
         let is_dragging = self.drag.as_ref().is_some_and(|drag| drag.0);
@@ -161,6 +157,7 @@ fn draw(
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
     scene: Scene,
+    mut commands: Commands,
 ) -> Result {
     let (Some(world), Some(rig), Some(rect)) = (world, &scene.rig, &scene.rect) else {
         return Ok(());
@@ -187,9 +184,10 @@ fn draw(
         selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
-        color_bars: scene.legends.bars().cloned().collect(),
-        keys: scene.legends.keys(is_plain).cloned().collect(),
-        strokes: scene.strokes(document.view().layers),
+        legend: LegendEntries::new(&world.0, &scene.registry.layers, &scene.legends, is_plain),
+        // Nobody clicks on a picture, and an audience on nothing.
+        can_fold: scene.presentation.window && !is_plain,
+        is_folded: scene.folded.0,
         gizmo: scene.handles(),
         readout: scene
             .readout
@@ -203,6 +201,9 @@ fn draw(
         covered: &scene.covered.0,
     };
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(rect);
-    paint(&painter, &view);
+    let title = paint(&painter, &view);
+    if let Some(title) = title.filter(|title| legend::title_ui(ctx, title)) {
+        commands.insert_resource(LegendFolded(title.after_click));
+    }
     Ok(())
 }

@@ -78,7 +78,7 @@ fn show(
             Part::Coil => (&shapes.coil, palette::SENSOR, COIL_ALPHA),
             Part::Ball => (&shapes.ball, palette::SENSOR, COIL_ALPHA),
             Part::Axis => (&shapes.cylinder, palette::SENSOR_AXIS, COIL_ALPHA),
-            Part::Tip => (&shapes.sphere, palette::ERROR_VECTOR, [0.9, 0.9]),
+            Part::Tip => (&shapes.sphere, palette::SELECTED, [0.9, 0.9]),
         };
         let material =
             GlowMaterial::translucent(color, middle, rim).shown(Shown::Always).order(ORDER_MM);

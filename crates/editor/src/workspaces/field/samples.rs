@@ -5,6 +5,8 @@
 
 use crate::convert;
 use crate::document::requests::OpenWorld;
+use crate::layers::field_arrows;
+use crate::layers::legend::Legends;
 use crate::layers::registry::{AddLayer, ProbeInfo, ProbeRay, Probed};
 use crate::layers::slice_picture::ColorScale;
 use crate::runner::results::Results;
@@ -77,13 +79,14 @@ impl Plugin for SamplesPlugin {
     }
 }
 
-/// That of the slice where it shows the same quantity, so that samples and slice can be compared;
-/// else one of their own.
+/// That of the slice or of the arrows where they show the same quantity, so that it can be compared;
+/// else one of their own, with another map.
 fn choose_scale(
     state: Res<FieldState>,
     world: Option<Res<OpenWorld>>,
     results: Res<Results>,
     slice: Option<Res<ColorScale>>,
+    legends: Res<Legends>,
     mut scale: ResMut<SampleScale>,
 ) {
     let Some(world) = world else { return };
@@ -97,8 +100,10 @@ fn choose_scale(
         .into_iter()
         .filter_map(|role| Some(state.sample_values(role)?.1.position_p95_mm))
         .reduce(f64::max);
-    let own = largest_mm.map(|max_mm| ColorScale { map: view.slice.color_map, max_mm });
-    scale.set_if_neq(SampleScale(own.map(|own| of_slice.unwrap_or(own))));
+    let of_arrows = legends.bar(field_arrows::LAYER.order);
+    let of_arrows = of_arrows.map(|bar| ColorScale { map: bar.map, max_mm: bar.max });
+    let own = largest_mm.map(|max_mm| ColorScale { map: view.color_maps().spare, max_mm });
+    scale.set_if_neq(SampleScale(own.map(|own| of_slice.or(of_arrows).unwrap_or(own))));
 }
 
 fn draw(

@@ -1,0 +1,66 @@
+//! Everything that the legend names now: what layers that are on draw, what they wrote themselves,
+//! and the bodies with their sensors.
+
+use crate::layers::legend::{ColorBar, LegendKey, Legends, StrokeKey, Swatch, merged};
+use crate::layers::registry::LayerInfo;
+use crate::palette;
+use trackwright_design::{BodyRole, Document};
+use trackwright_project::World as OpenDesign;
+
+/// What the legend names, in the order in which it stands there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LegendEntries {
+    /// What is magnified, each meaning once.
+    pub strokes: Vec<StrokeKey>,
+    /// What is not.
+    pub keys: Vec<LegendKey>,
+    /// One a scale.
+    pub bars: Vec<ColorBar>,
+}
+
+impl LegendEntries {
+    /// Of the open design; on a slide without what stands beside the things by name.
+    pub fn new(open: &OpenDesign, layers: &[LayerInfo], legends: &Legends, is_slide: bool) -> Self {
+        let on = open.document.view().layers;
+        let on: Vec<&LayerInfo> = layers.iter().filter(|layer| layer.is_on(on)).collect();
+        let own = on.iter().filter_map(|layer| Some((layer.order, layer.stroke?)));
+        let mut strokes: Vec<_> = own.chain(legends.strokes()).collect();
+        strokes.sort_by_key(|(order, _)| *order);
+        let mut strokes: Vec<_> = strokes.into_iter().map(|(_, stroke)| stroke).collect();
+        strokes.dedup();
+        let of_layers = on
+            .iter()
+            .flat_map(|layer| (layer.keys)(open).into_iter().map(|key| (layer.order, key)));
+        let mut keys: Vec<_> = of_bodies(&open.document).into_iter().map(|key| (0, key)).collect();
+        keys.extend(of_layers);
+        keys.extend(legends.keys().map(|(order, key)| (order, key.clone())));
+        keys.sort_by_key(|(order, _)| *order);
+        let keys = keys.into_iter().map(|(_, key)| key).filter(|key| key.is_shown(is_slide));
+        let mut once: Vec<LegendKey> = Vec::new();
+        for key in keys {
+            if !once.contains(&key) {
+                once.push(key);
+            }
+        }
+        Self { strokes, keys: once, bars: merged(legends.bars().cloned()) }
+    }
+}
+
+/// Tool, CRF and sensors are always there, but for what is hidden.
+fn of_bodies(document: &Document) -> Vec<LegendKey> {
+    let (design, hidden) = (document.design(), &document.view().hidden);
+    let is_shown = |role: BodyRole| design.body(role).is_some() && !hidden.has_body(role);
+    let mut keys = Vec::new();
+    for (role, name, color) in
+        [(BodyRole::Tool, "tool", palette::TOOL), (BodyRole::Crf, "CRF", palette::CRF)]
+    {
+        if is_shown(role) {
+            keys.push(LegendKey::new(Swatch::Line(color), name).for_designers());
+        }
+    }
+    let has_sensors = design.bodies().any(|(_, body)| !body.rigid.sensors.is_empty());
+    if has_sensors {
+        keys.push(LegendKey::new(Swatch::Line(palette::SENSOR), "sensors").for_designers());
+    }
+    keys
+}

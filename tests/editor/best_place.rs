@@ -1,0 +1,100 @@
+//! The best place for a sensor: marked in the scene, and what it promises is what a click gives.
+
+use super::app::{named, request};
+use super::field_layers::{app_with, rest};
+use super::pointer::SimulatedPointer;
+use bevy::prelude::*;
+use trackwright_design::view::{CoilDepth, Layers};
+use trackwright_design::{BodyRole, Design};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::layers::best_place::{BestPlaceMark, LEGEND_ORDER, MOVE_TO_BEST};
+use trackwright_editor::layers::commands::LayersCommandsPlugin;
+use trackwright_editor::layers::legend::Legends;
+use trackwright_editor::runner::results::Results;
+use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand};
+use trackwright_editor::shell::window::Workspace;
+use trackwright_simulation::{BestPlace, Metric};
+
+const SENSOR: usize = 1;
+
+/// The layer with a sensor in the bore selected, and no handles over the mark.
+fn app() -> App {
+    let mut app = app_with(|app| {
+        app.add_plugins((CommandsPlugin, LayersCommandsPlugin));
+    });
+    app.insert_resource(Workspace { has_gizmo: false, ..Workspace::NONE });
+    let mut view = app.world().resource::<OpenWorld>().0.document.view().clone();
+    view.layers = Layers { placement: true, ..Layers::none() };
+    view.placement_depth = CoilDepth::Own;
+    app.world_mut().write_message(ViewRequest::Set(view));
+    let sensor = Selected::Sensor(BodyRole::Tool, SENSOR);
+    *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
+    rest(&mut app);
+    app
+}
+
+fn mark(app: &mut App) -> BestPlace {
+    let world = app.world_mut();
+    world.query::<&BestPlaceMark>().single(world).unwrap().0.clone()
+}
+
+fn design(app: &App) -> Design {
+    app.world().resource::<OpenWorld>().0.document.design().clone()
+}
+
+#[test]
+fn a_click_on_the_best_place_gives_what_it_promised() {
+    let mut app = app();
+    let (before, best) = (design(&app), mark(&mut app));
+    let promised = best.placement.expected.unwrap();
+    let words = app.world().resource::<Legends>().words(LEGEND_ORDER).unwrap();
+    assert_eq!(words, format!("best place found: {:.2}\u{2009}mm", promised.rms_mm));
+    let (old_mm, _) = expected_mm(&app);
+    assert!(promised.rms_mm < old_mm, "{} {old_mm}", promised.rms_mm);
+
+    let mut pointer = SimulatedPointer { app };
+    let at = pointer.pixel(&best.sensor.position_in_body);
+    pointer.click(at);
+    rest(&mut pointer.app);
+    let sensor = pointer.design().tool.body.rigid.sensors[SENSOR].clone();
+    assert_eq!(sensor, best.sensor);
+    let (figure_mm, own_mm) = expected_mm(&pointer.app);
+    // The same study of the same design, its place rounded by nothing but the edit.
+    assert!((figure_mm - promised.rms_mm).abs() < 1e-9, "{figure_mm} {}", promised.rms_mm);
+    let promised_mm = best.placement.tip_rms_mm.unwrap();
+    assert!((own_mm - promised_mm).abs() < 1e-9, "{own_mm} {promised_mm}");
+    request(&mut pointer.app, EditRequest::Undo);
+    rest(&mut pointer.app);
+    assert_eq!((pointer.design(), pointer.undo_label()), (before, None));
+}
+
+/// The study's expected tip RMS, and that in the room's own field.
+fn expected_mm(app: &App) -> (f64, f64) {
+    let results = app.world().resource::<Results>();
+    let (expected_mm, _) = results.expected_of_study().unwrap().of(Metric::TIP_RMS);
+    (expected_mm, results.study.as_ref().unwrap().value.figures.position_mm.rms())
+}
+
+#[test]
+fn a_command_moves_the_sensor_to_its_best_place() {
+    let mut app = app();
+    let best = mark(&mut app);
+    app.world_mut().write_message(RunCommand(MOVE_TO_BEST.name));
+    app.update();
+    app.update();
+    assert_eq!(design(&app).tool.body.rigid.sensors[SENSOR], best.sensor);
+}
+
+#[test]
+fn the_best_place_is_gone_with_its_layer() {
+    let mut app = app();
+    assert_eq!(named(&mut app, "best place"), 1);
+    let mut view = app.world().resource::<OpenWorld>().0.document.view().clone();
+    view.layers.placement = false;
+    app.world_mut().write_message(ViewRequest::Set(view));
+    rest(&mut app);
+    app.update();
+    assert_eq!(named(&mut app, "best place"), 0);
+    assert_eq!(app.world().resource::<Legends>().words(LEGEND_ORDER), None);
+}
