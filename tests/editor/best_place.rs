@@ -9,8 +9,9 @@ use trackwright_design::{BodyRole, Design};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::best_place::{BestPlaceMark, LEGEND_ORDER, MOVE_TO_BEST};
-use trackwright_editor::layers::commands::LayersCommandsPlugin;
+use trackwright_editor::layers::commands::{LayersCommandsPlugin, PLACE_IN_BORE};
 use trackwright_editor::layers::legend::Legends;
+use trackwright_editor::layers::placement;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand};
 use trackwright_editor::shell::window::Workspace;
@@ -84,6 +85,20 @@ fn a_command_moves_the_sensor_to_its_best_place() {
     app.update();
     app.update();
     assert_eq!(design(&app).tool.body.rigid.sensors[SENSOR], best.sensor);
+}
+
+#[test]
+fn a_command_puts_the_coil_on_the_surface_and_back() {
+    let mut app = app();
+    for depth in [CoilDepth::Surface, CoilDepth::Own] {
+        app.world_mut().write_message(RunCommand(PLACE_IN_BORE.name));
+        app.update();
+        rest(&mut app);
+        assert_eq!(app.world().resource::<OpenWorld>().0.document.view().placement_depth, depth);
+        let legends = app.world().resource::<Legends>();
+        let note = legends.bar(placement::LAYER.order).unwrap().note.clone().unwrap();
+        assert_eq!(note, format!("coil {}, axis as it is", depth.name()));
+    }
 }
 
 #[test]
