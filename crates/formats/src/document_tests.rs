@@ -166,6 +166,7 @@ const PREFERENCES: &str = r#"(
     panels: (left: true, right: true, history: false),
     workspace: "Design",
     widths: {"Design left": 312.0},
+    is_legend_folded: true,
 )
 "#;
 

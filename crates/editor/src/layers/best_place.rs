@@ -68,9 +68,7 @@ fn own_sensor<'d>(design: &'d Design, found: &FoundBest) -> Option<&'d Sensor> {
 
 fn mark(
     mut commands: Commands,
-    layer: Res<PlacementLayer>,
-    shown: Res<ShownDesign>,
-    world: Res<OpenWorld>,
+    (layer, shown, world): (Res<PlacementLayer>, Res<ShownDesign>, Res<OpenWorld>),
     mut drawn: Query<(Entity, &mut BallHandle, &mut BallWords, &mut BestPlaceMark)>,
     shapes: Res<GlyphShapes>,
     mut materials: ResMut<Assets<GlowMaterial>>,

@@ -157,9 +157,8 @@ fn decide(
     design: Res<ShownDesign>,
     results: Res<Results>,
     rig: Res<OrbitRig>,
-    mut first: ResMut<FirstFit>,
+    (mut first, mut fit): (ResMut<FirstFit>, ResMut<MagnificationFit>),
     mut shown: ResMut<ShownMagnification>,
-    mut fit: ResMut<MagnificationFit>,
 ) {
     let is_moved = world.is_changed() || design.is_changed() || results.is_changed();
     if !(is_moved || rig.is_changed()) {
@@ -226,7 +225,7 @@ pub fn magnification_ui(
         ..NumberField::plain("how much larger errors are drawn")
     };
     let mut set = |times: f64| view.magnification = Magnification::Times(times);
-    row_ui(ui, "errors larger", |ui| {
+    row_ui(ui, "magnified", |ui| {
         set_from(number_ui(ui, &field, shown.times), &mut set);
         let button = ui.add_enabled(fit.is_some(), Button::new("Fit")).on_hover_text(FIT.about);
         if let Some(times) = fit.filter(|_| button.clicked()) {
