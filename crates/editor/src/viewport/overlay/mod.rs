@@ -184,9 +184,15 @@ fn draw(
         selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),
-        legend: LegendEntries::new(&world.0, &scene.registry.layers, &scene.legends, is_plain),
-        // Nobody clicks on a picture, and an audience on nothing.
-        can_fold: scene.presentation.window && !is_plain,
+        legend: LegendEntries::new(
+            &world.0,
+            &scene.registry.layers,
+            &scene.legends,
+            // Bodies and sensors need no entry in a picture without panels.
+            is_plain || !scene.presentation.panels,
+        ),
+        // An audience clicks on nothing, and a picture without panels is as large as it was wanted.
+        can_fold: scene.presentation.panels && !is_plain,
         is_folded: scene.folded.0,
         gizmo: scene.handles(),
         readout: scene
