@@ -5,6 +5,7 @@ use bevy::prelude::*;
 use trackwright_design::{BodyRole, Design, Document, Edit, MirrorPlane};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::document::state::Notice;
 use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand, Situation};
 use trackwright_editor::shell::shell_commands::{SHOW_HISTORY, ShellCommandsPlugin};
 use trackwright_editor::shell::window::PanelsShown;
@@ -85,6 +86,20 @@ fn what_is_moved_in_place_stays_selected() {
     let sensor = &document(&app).design().tool.body.rigid.sensors[1];
     assert_eq!(sensor.position_in_body.x, -12.0);
     assert_eq!(selected(&app), Some((BodyRole::Tool, vec![1])));
+}
+
+#[test]
+fn a_mirror_copy_onto_itself_is_refused() {
+    let mut app = app();
+    select(&mut app, BodyRole::Tool, &[0]);
+    let before = document(&app).design().clone();
+    assert_eq!(before.tool.body.rigid.sensors[0].position_in_body.x, 0.0);
+    run(&mut app, SensorCommand::MirrorCopy(MirrorPlane::X));
+    assert_eq!(*document(&app).design(), before);
+    let Notice::Refused(why) = app.world().resource::<Notice>() else {
+        panic!("no reason is shown");
+    };
+    assert!(why.contains("lies on the plane x = 0"), "{why}");
 }
 
 #[test]

@@ -10,6 +10,10 @@ use trackwright_simulation::body::{Sensor, SensorOrientation};
 /// at most; a count typed with too many zeros would take the memory.
 pub const MAX_ARRAY: usize = 1000;
 
+/// A sensor this close to a mirror plane lies on it: less than any part is made to, more than the
+/// round-off of a place that was computed.
+const ON_PLANE_MM: f64 = 1e-6;
+
 /// Something done to sensors of one body. Lengths in millimetres, directions in the body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrangement {
@@ -17,7 +21,8 @@ pub enum Arrangement {
     Duplicate,
     /// Each sensor goes to its mirror image; see [`mirrored`].
     Mirror(MirrorPlane),
-    /// Each sensor stays, and a copy goes to its mirror image.
+    /// Each sensor stays, and a copy goes to its mirror image; none may lie on the plane, where
+    /// both would be in one place.
     MirrorCopy(MirrorPlane),
     /// Each sensor becomes the first of `count` in a row.
     Array {
@@ -59,6 +64,11 @@ pub enum ArrangeError {
     Spacing { spacing_mm: f64 },
     #[error("the direction is ({}, {}, {}), expected one with a length", direction.x, direction.y, direction.z)]
     NoDirection { direction: Vector3<f64> },
+    #[error(
+        "sensor {name} lies on the plane {plane}: its mirror copy would be in the same place, so \
+         nothing was copied"
+    )]
+    OnMirrorPlane { name: String, plane: MirrorPlane },
 }
 
 impl MirrorPlane {
@@ -98,7 +108,13 @@ impl Arrangement {
             match self {
                 Self::Duplicate => arranged.push(sensor.clone()),
                 Self::Mirror(plane) => arranged[index] = mirrored(sensor, *plane),
-                Self::MirrorCopy(plane) => arranged.push(mirrored(sensor, *plane)),
+                Self::MirrorCopy(plane) => {
+                    if sensor.position_in_body[plane.index()].abs() <= ON_PLANE_MM {
+                        let name = sensor.name.clone();
+                        return Err(ArrangeError::OnMirrorPlane { name, plane: *plane });
+                    }
+                    arranged.push(mirrored(sensor, *plane));
+                }
                 Self::Array { count, spacing_mm, direction_in_body } => {
                     arranged.extend(row(sensor, *count, *spacing_mm, direction_in_body)?);
                 }
@@ -420,6 +436,23 @@ mod tests {
         assert_eq!(fresh_name("coil 99999999999999999999999", &taken), "coil 2");
         assert_eq!(fresh_name(" 7", &taken), " 7 2");
         assert_eq!(fresh_name("a ", &taken), "a  2");
+    }
+
+    #[test]
+    fn no_sensor_is_copied_onto_itself() {
+        let copy = Arrangement::MirrorCopy(MirrorPlane::X);
+        let beside = along_z("beside");
+        for x in [0.0, -0.0, 1e-12] {
+            let mut on_plane = along_z("top");
+            on_plane.position_in_body.x = x;
+            let error = copy.arranged(&[beside.clone(), on_plane], &[0, 1]).unwrap_err();
+            assert_eq!(
+                error.to_string(),
+                "sensor top lies on the plane x = 0: its mirror copy would be in the same place, so \
+                 nothing was copied"
+            );
+        }
+        assert_eq!(names(&copy.arranged(&[beside], &[0]).unwrap()), ["beside", "beside 2"]);
     }
 
     #[test]

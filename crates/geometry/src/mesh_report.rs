@@ -3,6 +3,7 @@
 use super::bounds::Bounds;
 use super::mesh::SurfaceMesh;
 use super::mesh_reference::MeshUnit;
+use super::weld::welded;
 use nalgebra::{Point3, Vector3};
 use rayon::slice::ParallelSliceMut;
 
@@ -278,25 +279,12 @@ struct Corners {
 
 impl Corners {
     fn of(mesh: &SurfaceMesh) -> Self {
-        let corners = mesh.parts.iter().map(|part| part.positions_mm.len()).sum();
-        let mut sorted: Vec<([u64; 3], u32)> = Vec::with_capacity(corners);
         let positions = mesh.parts.iter().flat_map(|part| &part.positions_mm);
-        for (index, position) in positions.clone().enumerate() {
-            // Adding zero turns -0 to 0, which is the same place.
-            let bits = [0, 1, 2].map(|k| (position[k] + 0.0).to_bits());
-            sorted.push((bits, index as u32));
-        }
-        sorted.par_sort_unstable();
-        let mut places = vec![0_u32; corners];
-        let mut count = 0;
-        for (i, (bits, index)) in sorted.iter().enumerate() {
-            if i == 0 || *bits != sorted[i - 1].0 {
-                count += 1;
-            }
-            places[*index as usize] = count - 1;
-        }
-        let mut positions_mm = vec![Point3::origin(); count as usize];
-        for (position, &place) in positions.zip(&places) {
+        let positions: Vec<Point3<f64>> = positions.copied().collect();
+        let places = welded(&positions);
+        let count = places.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut positions_mm = vec![Point3::origin(); count];
+        for (position, &place) in positions.iter().zip(&places) {
             positions_mm[place as usize] = *position;
         }
         let mut triangles = Vec::new();
@@ -434,6 +422,19 @@ mod tests {
         assert_eq!(report.suggestion, None);
         let expected = ["64 triangles and 34 vertices in 1 piece", "4 × 4 × 150 mm", "Closed"];
         assert_eq!(report.lines(), expected);
+    }
+
+    #[test]
+    fn corners_apart_by_round_off_count_as_one() {
+        let mut mesh = cylinder(2.0, 150.0, 16);
+        // Each corner of each triangle is computed by itself.
+        for (index, position) in mesh.parts[0].positions_mm.iter_mut().enumerate() {
+            position.x += (index % 3) as f64 * 1e-16;
+            position.y -= (index % 2) as f64 * 1e-16;
+        }
+        let report = MeshReport::of(&mesh);
+        assert!(report.is_closed(), "{report}");
+        assert_eq!((report.vertices, report.components), (34, 1));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use std::collections::HashMap;
 use trackwright_geometry::mesh::{ANATOMY_PREFIX, MeshPart, MeshReading, SurfaceMesh};
 use trackwright_geometry::normals::{Smoothed, smoothed};
+use trackwright_geometry::weld::welded;
 
 /// Linear RGBA of what has no colour of its own: a light grey, as of plastic.
 const PLAIN_COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
@@ -122,6 +123,7 @@ impl Builder {
         self.check()?;
         let Self { names, positions_mm, by_position, triangles, parts, left_out, .. } = self;
         drop(by_position);
+        let (positions_mm, triangles) = as_one_vertex(&positions_mm, triangles);
         let smooth = smoothed(&positions_mm, &triangles);
         let reading = MeshReading {
             normals_made: true,
@@ -167,6 +169,24 @@ impl Builder {
             (true, left_out) => Err(MeshError::NoNumbers { left_out }),
         }
     }
+}
+
+/// Vertices that round-off parts would leave a seam between the triangles of a round shaft.
+fn as_one_vertex(
+    positions_mm: &[Point3<f64>],
+    mut triangles: Vec<[u32; 3]>,
+) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    let places = welded(positions_mm);
+    let mut kept = Vec::with_capacity(positions_mm.len());
+    for (position, &place) in positions_mm.iter().zip(&places) {
+        if place as usize == kept.len() {
+            kept.push(*position);
+        }
+    }
+    for corner in triangles.iter_mut().flatten() {
+        *corner = places[*corner as usize];
+    }
+    (kept, triangles)
 }
 
 /// Takes a mesh apart; parts without triangles are none.
