@@ -10,9 +10,10 @@ use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld,
 use trackwright_editor::document::selection::{Hovered, Selected, Selection};
 use trackwright_editor::layers::slice::SliceHandle;
 use trackwright_editor::scene::{BodyRoot, SensorMark};
-use trackwright_editor::shell::window::{DragReadout, ViewportRect};
+use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
 use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_editor::viewport::scene_menu::SceneMenu;
+use trackwright_editor::viewport::sensor_drag::FollowsSurface;
 
 #[test]
 fn a_drag_along_the_shaft_is_one_undo_step() {
@@ -32,16 +33,55 @@ fn a_drag_along_the_shaft_is_one_undo_step() {
         let pose = before.tracker_from_body(BodyRole::Tool).unwrap();
         rig.mm_per_px(&(pose * start)) * f64::from(PX)
     };
-    // Along the shaft by what the pixels span, more where the shaft is seen at a slant; across
-    // it by the facets of a turned shaft.
+    // Along the shaft by what the pixels span, more where the shaft is seen at a slant; not
+    // across it, as the sensor is on its axis.
     assert!(moved.z >= 0.9 * expected && moved.z < 3.0 * expected, "{moved}");
-    assert!(moved.xy().norm() < 0.1, "{moved}");
+    assert!(moved.xy().norm() < 1e-9, "{moved}");
     assert_eq!(*pointer.app.world().resource::<ActiveDrag>(), ActiveDrag(false));
     assert_eq!(pointer.app.world().resource::<DragReadout>().0, None);
     assert_eq!(pointer.undo_label().as_deref(), Some("Move sensor shaft"));
     pointer.request(EditRequest::Undo);
     assert_eq!(pointer.design(), before);
     assert_eq!(pointer.undo_label(), None);
+}
+
+#[test]
+fn a_dragged_sensor_keeps_its_axis() {
+    let mut pointer = SimulatedPointer::new();
+    let before = pointer.design();
+    let (at, along) = pointer.shaft();
+    // Onto the handle, whose surface is farther out and leans.
+    pointer.drag(at, along * 90.0, PointerButton::Primary);
+    pointer.release(at + along * 90.0, PointerButton::Primary);
+    let [start, end] =
+        [&before, &pointer.design()].map(|d| d.tool.body.rigid.sensors[SHAFT].clone());
+    assert_eq!(end.orientation, start.orientation);
+    let moved = end.position_in_body - start.position_in_body;
+    assert!(moved.z > 10.0 && moved.xy().norm() < 1e-9, "{moved}");
+}
+
+#[test]
+fn a_drag_that_follows_the_surface_turns_the_axis() {
+    let mut pointer = SimulatedPointer::new();
+    assert_eq!(pointer.resource::<PointerHint>().0, None);
+    pointer.app.world_mut().resource_mut::<FollowsSurface>().0 = true;
+    settle(&mut pointer.app);
+    let hint = pointer.resource::<PointerHint>().0.clone().unwrap_or_default();
+    assert!(hint.starts_with("Drags follow the surface"), "{hint}");
+    let axis = |pointer: &SimulatedPointer| {
+        pointer.design().tool.body.rigid.sensors[SHAFT].axis_in_body().unwrap()
+    };
+    let (start, (at, along)) = (axis(&pointer), pointer.shaft());
+    pointer.press(at, PointerButton::Primary);
+    // Up the collar and over the grip: somewhere there the surface leans.
+    let mut largest = 0.0_f64;
+    for step in 1..=24 {
+        pointer.move_to(at + along * 5.0 * step as f32);
+        pointer.app.update();
+        largest = largest.max(axis(&pointer).angle(&start));
+    }
+    pointer.release(at + along * 120.0, PointerButton::Primary);
+    assert!(largest > 0.01, "{largest}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Normals for meshes that come without: smooth over shallow edges, sharp over others.
 
+use super::mesh::{MeshPart, SurfaceMesh};
+use super::weld::welded;
 use nalgebra::{Point3, Vector3};
 
 /// Edges whose triangles turn by more than this stay sharp.
@@ -67,6 +69,24 @@ pub fn smoothed(positions_mm: &[Point3<f64>], triangles: &[[u32; 3]]) -> Smoothe
         }
     }
     out
+}
+
+/// The mesh with normals that are smooth over shallow edges, whatever its file has: what drags follow
+/// on a round shaft whose facets are drawn flat.
+pub fn with_smooth_normals(mesh: &SurfaceMesh) -> SurfaceMesh {
+    let smooth = |part: &MeshPart| {
+        let places = welded(&part.positions_mm);
+        let count = places.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut positions_mm = vec![Point3::origin(); count];
+        for (position, &place) in part.positions_mm.iter().zip(&places) {
+            positions_mm[place as usize] = *position;
+        }
+        let triangles: Vec<[u32; 3]> =
+            part.triangles.iter().map(|t| t.map(|corner| places[corner as usize])).collect();
+        let Smoothed { positions_mm, normals, triangles } = smoothed(&positions_mm, &triangles);
+        MeshPart { positions_mm, normals, triangles, ..part.clone() }
+    };
+    SurfaceMesh { parts: mesh.parts.iter().map(smooth).collect(), reading: mesh.reading }
 }
 
 /// The vector at length 1, or z where it has no direction.
@@ -188,6 +208,30 @@ mod tests {
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
         (corners, triangles.collect())
+    }
+
+    #[test]
+    fn a_shaft_drawn_flat_gets_smooth_normals() {
+        let sides = 16;
+        let mut mesh = crate::surface::tests::cylinder(2.0, 50.0, sides);
+        let part = &mut mesh.parts[0];
+        // A corner for each triangle, with the triangle's normal, and not at one place to the bit.
+        let corners: Vec<_> = (0..part.triangles.len()).map(|i| part.corners_mm(i)).collect();
+        part.normals = corners.iter().flat_map(|c| [face_normal(*c); 3]).collect();
+        let shifted = corners.iter().flatten().enumerate();
+        part.positions_mm =
+            shifted.map(|(i, p)| p + Vector3::x() * ((i % 3) as f64 * 1e-16)).collect();
+        part.triangles = (0..corners.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let smooth = with_smooth_normals(&mesh);
+        let part = &smooth.parts[0];
+        let on_side = part.positions_mm.iter().zip(&part.normals).filter(|(_, n)| n.z.abs() < 0.5);
+        let mut count = 0;
+        for (position, normal) in on_side {
+            let radial = Vector3::new(position.x, position.y, 0.0).normalize();
+            assert!((normal - radial).norm() < 1e-9, "{normal} at {position}");
+            count += 1;
+        }
+        assert_eq!(count, 2 * sides);
     }
 
     #[test]

@@ -32,9 +32,10 @@ const SCALES: [f64; 12] = [0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-
 /// A crease is a part of the revolution where its normal misses the axis by less, in radii.
 const ON_AXIS: f64 = 0.05;
 
-/// The least part of a body's curvature that has to be of revolution for the body to be one: the
-/// shaft and the handle, but not the housing on it.
-const LEAST_SHARE: f64 = 0.6;
+/// The least part of a body's curvature that has to be of revolution for the body to be one: a shaft
+/// with flutes, buttons and a cable beside it is one still, and three rods in a star, of which the
+/// largest is a quarter, are none.
+const LEAST_SHARE: f64 = 0.4;
 
 /// Where turning the axis sideways makes less of a difference than this, a mean square in sizes, it is
 /// one of many: a ball of 16 rings has 1e-4, and a shaft that is as long as it is wide 0.02.
@@ -58,7 +59,14 @@ impl RevolutionAxis {
     /// Of triangles by their corners; `None` where most of them are of no revolution, or where there
     /// are many axes.
     pub fn of(triangles: &[[Point3<f64>; 3]]) -> Option<Self> {
-        let creases = Creases::of(triangles)?;
+        let vertices = welded(triangles.as_flattened());
+        let vertices: Vec<[u32; 3]> = vertices.as_chunks().0.to_vec();
+        Self::of_connected(triangles, &vertices)
+    }
+
+    /// The same of triangles whose vertices are known: one number a place.
+    pub fn of_connected(triangles: &[[Point3<f64>; 3]], vertices: &[[u32; 3]]) -> Option<Self> {
+        let creases = Creases::of(triangles, vertices)?;
         let starts = creases.starts();
         let found = starts.iter().filter_map(|start| creases.refined(*start));
         // Of two that are as good, as of a square bar, the one along which the body is longer.
@@ -68,7 +76,7 @@ impl RevolutionAxis {
             a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
         })?;
         let point_mm = best.point_mm + creases.middle_mm.coords;
-        Some(Self { point_mm, ..best })
+        Some(Self { point_mm, direction: squared_up(best.direction), ..best })
     }
 
     /// Of either sign, the one that points along a direction.
@@ -101,6 +109,17 @@ impl RevolutionAxis {
     }
 }
 
+/// An axis of the frame where the direction is one up to the rounding of a mesh in f32: who modelled
+/// along it gets 1 and not 0.999999999.
+fn squared_up(direction: Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+    const ROUND_OFF: f64 = 1e-5;
+    let longest = direction.iamax();
+    let mut axis = Vector3::zeros();
+    axis[longest] = direction[longest].signum();
+    let is_along = (axis - direction.into_inner()).norm() < ROUND_OFF;
+    if is_along { Unit::new_unchecked(axis) } else { direction }
+}
+
 /// An edge between two triangles that are not flat, from the middle of all.
 #[derive(Clone, Copy, Debug)]
 struct Crease {
@@ -124,7 +143,7 @@ struct Creases {
 }
 
 impl Creases {
-    fn of(triangles: &[[Point3<f64>; 3]]) -> Option<Self> {
+    fn of(triangles: &[[Point3<f64>; 3]], vertices: &[[u32; 3]]) -> Option<Self> {
         let doubled: Vec<Vector3<f64>> =
             triangles.iter().map(|[a, b, c]| (b - a).cross(&(c - a))).collect();
         let area_mm2: f64 = doubled.iter().map(|cross| cross.norm() / 2.0).sum();
@@ -144,7 +163,7 @@ impl Creases {
             let normal = (*normal)?;
             Some(normal * normal.transpose() * cross.norm())
         });
-        let mut all = creases(triangles, &unit, &middle_mm);
+        let mut all = creases((triangles, vertices), &unit, &middle_mm);
         all.sort_by(|a, b| b.weight.total_cmp(&a.weight));
         all.truncate(MOST_CREASES);
         Some(Self {
@@ -299,12 +318,11 @@ impl Sums {
 
 /// The edges that two triangles share and where they turn, from `origin_mm`.
 fn creases(
-    triangles: &[[Point3<f64>; 3]],
+    (triangles, vertices): (&[[Point3<f64>; 3]], &[[u32; 3]]),
     normals: &[Option<Vector3<f64>>],
     origin_mm: &Point3<f64>,
 ) -> Vec<Crease> {
-    let corners: Vec<Point3<f64>> = triangles.iter().flatten().copied().collect();
-    let vertices = welded(&corners);
+    let (corners, vertices) = (triangles.as_flattened(), vertices.as_flattened());
     // By their two vertices: the corner that each begins at, and the one that it ends at.
     let mut edges: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(corners.len());
     for first in (0..corners.len() as u32).step_by(3) {

@@ -8,11 +8,15 @@
 //! from behind too, and brings a second library of vectors; `bvh` 0.13 took at least twice the time a
 //! query and twice the memory. `docs/developing/measurements.md` has the figures.
 
+mod inside;
 mod thickness;
 
 use super::bounds::Bounds;
 use super::mesh::SurfaceMesh;
+use super::revolution::RevolutionAxis;
+use super::weld::welded;
 use nalgebra::{Point3, Unit, Vector3};
+use std::sync::OnceLock;
 
 /// Triangles a leaf holds; between 2 and 8 the time for a ray hardly changes.
 const LEAF_TRIANGLES: usize = 4;
@@ -97,6 +101,11 @@ pub struct Surface {
     normals: Vec<Vector3<f64>>,
     /// Each node followed by its left subtree, then its right one.
     nodes: Vec<Node>,
+    /// What the tree has no use for, but a shell may need to be closed.
+    without_area: Vec<Triangle>,
+    /// Found when it is first needed.
+    axis: OnceLock<Option<RevolutionAxis>>,
+    is_closed: OnceLock<bool>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -126,6 +135,7 @@ impl Surface {
         let count = mesh.body_parts().map(|part| part.triangles.len()).sum();
         let mut triangles = Vec::with_capacity(count);
         let mut normals = Vec::new();
+        let mut without_area = Vec::new();
         for part in mesh.body_parts() {
             let first = normals.len() as u32;
             normals.extend_from_slice(&part.normals);
@@ -133,13 +143,44 @@ impl Surface {
                 corners: t.map(|i| part.positions_mm[i as usize]),
                 normals: t.map(|i| first + i),
             });
-            triangles.extend(of_part.filter(Triangle::has_area));
+            for triangle in of_part {
+                match triangle.has_area() {
+                    true => triangles.push(triangle),
+                    false => without_area.push(triangle),
+                }
+            }
         }
         (!triangles.is_empty()).then(|| Self {
             nodes: build(&mut triangles, 0),
             triangles,
             normals,
+            without_area,
+            axis: OnceLock::new(),
+            is_closed: OnceLock::new(),
         })
+    }
+
+    /// The axis of a body of revolution, its direction the one along `long_axis`; `None` where the
+    /// body is none.
+    pub fn revolution_axis(&self, long_axis: &Vector3<f64>) -> Option<RevolutionAxis> {
+        let axis = self.axis.get_or_init(|| {
+            let corners: Vec<[Point3<f64>; 3]> = self.triangles.iter().map(|t| t.corners).collect();
+            RevolutionAxis::of_connected(&corners, &self.connected()[..corners.len()])
+        });
+        axis.map(|axis| axis.towards(long_axis))
+    }
+
+    /// The corners of all triangles, then of those without an area, by number: one a place.
+    fn connected(&self) -> Vec<[u32; 3]> {
+        let all = || self.triangles.iter().chain(&self.without_area);
+        let mut positions_mm = vec![Point3::origin(); self.normals.len()];
+        for triangle in all() {
+            for (place, corner) in triangle.normals.iter().zip(&triangle.corners) {
+                positions_mm[*place as usize] = *corner;
+            }
+        }
+        let vertices = welded(&positions_mm);
+        all().map(|triangle| triangle.normals.map(|place| vertices[place as usize])).collect()
     }
 
     /// Where the ray first enters the body: the nearest triangle that faces it.

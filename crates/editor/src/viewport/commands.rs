@@ -7,6 +7,7 @@ use crate::shell::keys::Keys;
 use crate::shell::mouse::{AddMouseActions, MouseAction};
 use crate::viewport::gizmo::GizmoAxes;
 use crate::viewport::sensor_commands::SensorCommand;
+use crate::viewport::sensor_drag::FollowsSurface;
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::{SceneTool, add_sensor_beside};
 use bevy::prelude::*;
@@ -35,6 +36,14 @@ pub const SET_TIP: Command = Command::new(
     "Puts the tip of a body where the next click meets it; near corners and shaft ends it snaps",
 )
 .keys(&[Keys::plain("t")])
+.available_if(is_edited);
+pub const FOLLOW_SURFACE: Command = Command::new(
+    EDIT,
+    13,
+    "Drags follow the surface",
+    "The axis of a dragged sensor turns with the surface, or again stays as it is",
+)
+.keys(&[Keys::plain("n")])
 .available_if(is_edited);
 const FRAME_SELECTION: Command = Command::new(
     VIEW,
@@ -301,6 +310,11 @@ impl Plugin for ViewportCommandsPlugin {
             .add_command(ADD_SENSOR, take(SceneTool::AddSensor))
             .add_command(ADD_SENSOR_BESIDE, add_beside)
             .add_command(SET_TIP, take(SceneTool::SetTip))
+            .add_command(FOLLOW_SURFACE, |follows: Option<ResMut<FollowsSurface>>| {
+                if let Some(mut follows) = follows {
+                    follows.0 = !follows.0;
+                }
+            })
             .add_command(FRAME_SELECTION, write(ViewRequest::FrameSelection))
             .add_command(FRAME_ALL, write(ViewRequest::FrameAll))
             .add_command(SWITCH_PROJECTION, write(ViewRequest::SwitchProjection))

@@ -6,6 +6,7 @@ use crate::shell::window::PointerHint;
 use crate::viewport::ball_handle::{BallWords, HoveredBall};
 use crate::viewport::gizmo::drag::{HeldHandle, name_of};
 use crate::viewport::gizmo::{CurrentGizmo, HoveredHandle};
+use crate::viewport::sensor_drag::FollowsSurface;
 use crate::viewport::tool::{SceneTool, ToolAim};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -36,8 +37,10 @@ fn is_due(
     tool: Res<SceneTool>,
     aim: Res<ToolAim>,
     ball: Res<HoveredBall>,
+    follows: Option<Res<FollowsSurface>>,
 ) -> bool {
     ball.is_changed()
+        || follows.is_some_and(|follows| follows.is_changed())
         || hovered.is_changed()
         || held.is_changed()
         || current.is_changed()
@@ -91,14 +94,23 @@ fn show_hint(
     aim: Res<ToolAim>,
     gizmo: Gizmo,
     balls: Balls,
+    follows: Option<Res<FollowsSurface>>,
     mut hint: ResMut<PointerHint>,
 ) {
+    let follows = follows.is_some_and(|follows| follows.0);
     let text = match *tool {
-        SceneTool::Select => gizmo.words().or_else(|| balls.words()),
+        SceneTool::Select => gizmo
+            .words()
+            .or_else(|| balls.words())
+            .or_else(|| follows.then(|| FOLLOWING.to_owned())),
         tool => Some(with_tool(tool, &aim)),
     };
     hint.set_if_neq(PointerHint(text));
 }
+
+/// As long as drags are not what they usually are.
+const FOLLOWING: &str =
+    "Drags follow the surface: the axis of a dragged sensor turns with it · N ends";
 
 /// Before a drag: what will move and how.
 fn over(handle: Handle, whose: &str, name: &str) -> String {

@@ -2,6 +2,9 @@
 //!
 //! Picking selects the sensor; everything else happens on the core's surface in f64. A drag is
 //! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
+//!
+//! The sensor's axis stays as it is, and one on the axis of a body of revolution slides along that,
+//! unless drags follow the surface.
 
 use crate::document::requests::ActiveDrag;
 use crate::document::selection::{Hovered, Selected, Selection};
@@ -28,7 +31,7 @@ use std::sync::Arc;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::surface::{Ray, Surface};
-use trackwright_geometry::surface_drag::{Grid, PlaneDrag, SurfaceDrag};
+use trackwright_geometry::surface_drag::{DragGuide, Grid, PlaneDrag, SurfaceDrag};
 use trackwright_simulation::body::Sensor;
 
 /// With Ctrl places are rounded to this.
@@ -40,6 +43,11 @@ pub struct DragPlugin;
 /// The sensor that is held.
 #[derive(Resource, Default)]
 pub struct HeldSensor(Option<Held>);
+
+/// Whether the axis of a dragged sensor turns with the surface's normal; else it stays as it is. A
+/// drag goes on as it began.
+#[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FollowsSurface(pub bool);
 
 struct Held {
     body: BodyRole,
@@ -73,6 +81,7 @@ impl Held {
 impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<HeldSensor>()
+            .init_resource::<FollowsSurface>()
             .init_resource::<SceneMenu>()
             .add_observer(on_over.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_out)
@@ -243,6 +252,7 @@ fn on_drag_start(mut drag: On<Pointer<DragStart>>, sensors: Query<&SensorMark>) 
 struct Grip<'w> {
     sight: Sight<'w>,
     surfaces: Res<'w, Surfaces>,
+    follows: Res<'w, FollowsSurface>,
     keys: DragKeys<'w>,
 }
 
@@ -272,9 +282,18 @@ impl Grip<'_> {
         let ray = self.ray(at, &tracker_from_body)?;
         let pose = start.body_from_sensor();
         let long_axis = world.mesh(mark.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
-        let on_surface = self.surfaces.of(mark.body).map(|surface| {
+        let surface = match self.follows.0 {
+            true => self.surfaces.smooth_of(mark.body),
+            false => self.surfaces.of(mark.body),
+        };
+        let guide = DragGuide {
+            long_axis,
+            axis: surface.and_then(|surface| surface.revolution_axis(&long_axis)),
+            follows_surface: self.follows.0,
+        };
+        let on_surface = surface.map(|surface| {
             let grabbed = surface.under(&ray, &start.position_in_body);
-            (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, long_axis))
+            (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, &guide))
         });
         let forward = self.sight.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
         Some(Held {
@@ -285,7 +304,7 @@ impl Grip<'_> {
             start,
             tracker_from_body,
             on_surface,
-            long_axis,
+            long_axis: guide.axis.map_or(long_axis, |axis| axis.direction.into_inner()),
             pointer: FinePointer::new(at),
         })
     }

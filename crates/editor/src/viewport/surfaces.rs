@@ -6,6 +6,7 @@ use nalgebra::Point3;
 use std::sync::{Arc, OnceLock};
 use trackwright_design::{BodyRole, Design};
 use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::normals::with_smooth_normals;
 use trackwright_geometry::snap::SnapPoints;
 use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 
@@ -13,10 +14,13 @@ use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 #[derive(Resource, Default)]
 pub struct Surfaces([Option<MeshSurface>; 2]);
 
+/// A mesh, its surface, and what is made of them on demand.
 struct MeshSurface {
     mesh: Arc<SurfaceMesh>,
     /// `None` where the mesh has no area.
     surface: Option<Arc<Surface>>,
+    /// With normals that are smooth over shallow edges, made when a drag follows them.
+    smooth: OnceLock<Option<Arc<Surface>>>,
     /// Made when a pointer first snaps to them.
     snap_points: OnceLock<SnapPoints>,
 }
@@ -31,6 +35,13 @@ impl Surfaces {
     pub fn snap_points(&self, role: BodyRole) -> Option<&SnapPoints> {
         let own = self.0[role as usize].as_ref()?;
         Some(own.snap_points.get_or_init(|| SnapPoints::of(&own.mesh)))
+    }
+
+    /// The same with normals that are smooth over shallow edges, whatever the mesh has.
+    pub fn smooth_of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
+        let own = self.0[role as usize].as_ref()?;
+        let make = || Surface::new(&with_smooth_normals(&own.mesh)).map(Arc::new);
+        own.smooth.get_or_init(make).as_ref()
     }
 
     /// The nearest point of a body on a ray of the tracker frame.
@@ -71,6 +82,7 @@ pub(crate) fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces
             surfaces.0[role as usize] = mesh.map(|mesh| MeshSurface {
                 mesh: Arc::clone(mesh),
                 surface: Surface::new(mesh).map(Arc::new),
+                smooth: OnceLock::new(),
                 snap_points: OnceLock::new(),
             });
         }

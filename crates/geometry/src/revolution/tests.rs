@@ -184,6 +184,16 @@ fn a_handle_to_one_side_does_not_tilt_the_axis() {
 }
 
 #[test]
+fn an_axis_of_the_frame_is_exact() {
+    // Corners as an STL file has them.
+    let in_f32 = |t: Triangle| t.map(|corner| corner.map(|v| f64::from(v as f32)));
+    let triangles: Vec<Triangle> = ROUND.triangles().into_iter().map(in_f32).collect();
+    let axis = RevolutionAxis::of(&triangles).unwrap().towards(&Vector3::z());
+    assert_eq!(axis.direction, Vector3::z_axis());
+    assert_eq!(axis.towards(&-Vector3::z()).direction, -Vector3::z_axis());
+}
+
+#[test]
 fn what_is_of_no_revolution_has_no_axis() {
     assert_eq!(RevolutionAxis::of(&[]), None);
     let ball = crate::solid::Solid::sphere(5.0);

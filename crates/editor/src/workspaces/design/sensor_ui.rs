@@ -2,7 +2,7 @@
 
 use crate::shell::commands::Command;
 use crate::shell::top_bar::item_ui;
-use crate::viewport::commands::SENSOR_COMMANDS;
+use crate::viewport::commands::{FOLLOW_SURFACE, SENSOR_COMMANDS};
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::section_ui;
 use crate::widgets::tooltip::Explain;
@@ -56,6 +56,9 @@ pub fn sensor_buttons_ui(
             });
             ui.end_row();
         }
+        ui.label("drag");
+        command_button_ui(ui, "follow the surface", &FOLLOW_SURFACE, is_available, actions);
+        ui.end_row();
     });
 }
 
@@ -66,7 +69,16 @@ fn button_ui(
     is_available: IsAvailable<'_>,
     actions: &mut Vec<DesignAction>,
 ) {
-    let command = command.command();
+    command_button_ui(ui, text, command.command(), is_available, actions);
+}
+
+fn command_button_ui(
+    ui: &mut Ui,
+    text: &str,
+    command: &Command,
+    is_available: IsAvailable<'_>,
+    actions: &mut Vec<DesignAction>,
+) {
     let button = ui.add_enabled(is_available(command), Button::new(text));
     let button = button.explained(command.tooltip());
     // Short names are ambiguous: the whole one is for people who cannot see the row.
