@@ -214,6 +214,9 @@ fn row_as_json(row: &Row, names: &Names) -> Value {
         expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
     }
     value["poorly_determined"] = json!(figures.poorly_determined);
+    if let Some(weak) = &figures.barely_determined {
+        value["barely_determined"] = json!(weak);
+    }
     if let Some(free) = &figures.free_axis {
         value["free_axis"] = json!(free);
         value["position_mm_determined"] = json!(figures.position_mm_determined);

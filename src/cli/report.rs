@@ -72,7 +72,7 @@ pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
         slides: slides(&world)?,
         scene_glb,
         scene_legend,
-        manufacturing: workshop(&study)?,
+        manufacturing: workshop(&world, &study)?,
     };
     let html = Report { world: &world, study: &study, extras }.to_html();
     output.write_bytes(html.as_bytes())?;
@@ -102,9 +102,10 @@ fn scene(world: &World) -> Option<(Vec<u8>, SceneLegend)> {
 }
 
 /// The manufacturing sheet of the range of motion, or of the own pose.
-fn workshop(study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
+fn workshop(world: &World, study: &ReportedStudy) -> anyhow::Result<Option<TableSection>> {
     let shown = Shown::new("looking for tolerances");
-    let sheet = manufacturing_sheet(&study.scenario, &shown.task)?;
+    let mut sheet = manufacturing_sheet(&study.scenario, &shown.task)?;
+    sheet.coils = trackwright_project::coil_findings(world);
     Ok(Some(workshop_section(&sheet)))
 }
 

@@ -13,7 +13,7 @@ use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requir
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
     self, CancelToken, ErrorOf, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
-    error_sources, figure_rows,
+    coil_statements, error_sources, figure_rows,
 };
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -88,7 +88,8 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         return run_crf(args, required, files);
     }
     let log = files.optional_output(args.log.as_deref())?;
-    let world = files.open_design_without_meshes(&args.design)?;
+    // With its meshes, for whether coils fit: no figure depends on them.
+    let world = files.open_design(&args.design)?;
     let mode = mode_of(files, required, args.input.as_deref(), &world, args.as_is)?;
     let design = world.document.design();
     let environment = args.uncertainty.environment(&world.environment)?;
@@ -120,6 +121,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let needed =
         expected::needed(&scenario, &mode, expected.as_ref(), figures).with_context(named)?;
     let single = last.filter(|_| required == ModeArg::Single);
+    let coils = trackwright_project::coil_findings(&world);
     match args.format {
         Format::Json => {
             let mut value = as_json(&outcome.figures, single.as_ref());
@@ -132,6 +134,9 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             }
             if let Some(survey) = &survey {
                 value["support"] = json!(survey);
+            }
+            if !coils.is_empty() {
+                value["coils"] = json!(coils);
             }
             output::print_json(&value)
         }
@@ -154,6 +159,10 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             if let Some(survey) = &survey {
                 text.push('\n');
                 text.push_str(&output::aligned(&rows(support_rows(survey))));
+            }
+            for statement in coil_statements(&coils) {
+                text.push('\n');
+                text.push_str(&statement);
             }
             output::print(&text)
         }
@@ -368,6 +377,9 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
         value["free_axis"] = json!(free);
         value["position_mm_determined"] = json!(figures.position_mm_determined);
     }
+    if let Some(weak) = &figures.barely_determined {
+        value["barely_determined"] = json!(weak);
+    }
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
         value["error_mm"] = json!([e.x, e.y, e.z]);
@@ -437,7 +449,9 @@ fn as_text(
         }
     }));
     lines.extend(figures.free_axis.map(|free| free.statement()));
-    if figures.poorly_determined {
+    if let Some(weak) = &figures.barely_determined {
+        lines.push(weak.statement());
+    } else if figures.poorly_determined {
         lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
     }
     lines.join("\n")

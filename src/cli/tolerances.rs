@@ -50,15 +50,16 @@ fn draws(text: &str) -> Result<usize, String> {
 /// is stated in the sheet.
 pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
     let csv = files.optional_output(args.csv.as_deref())?;
-    let world = files.open_design_without_meshes(&args.design)?;
+    let world = files.open_design(&args.design)?;
     let design = world.document.design();
     let mut scenario = trackwright_project::resolve(design, &world.environment);
     scenario.outside = args.outside;
     note_world(&world);
     let shown = Shown::new("looking for tolerances");
-    let sheet = manufacturing_sheet(&scenario, &shown.task)
+    let mut sheet = manufacturing_sheet(&scenario, &shown.task)
         .with_context(|| args.design.display().to_string())?;
     drop(shown);
+    sheet.coils = trackwright_project::coil_findings(&world);
     output::note_outside(
         "poses have a sensor",
         sheet.study_outside,

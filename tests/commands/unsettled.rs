@@ -87,6 +87,99 @@ fn one_statement_names_what_is_assumed() {
     }
 }
 
+/// The worked design without a CRF and its tool's body, whose sensors are given.
+fn with_tool(body: &str) -> Scratch {
+    let scratch = Scratch::new();
+    let size = "--order 1 --directions 6 --no-support";
+    scratch.copy_design_with_room("golden/pointer-no-crf", size);
+    scratch.write("d/tool.body.ron", body);
+    scratch
+}
+
+const NO_CRF: &str = "d/pointer-no-crf.design.ron";
+
+/// Every command that shows a study states a sentence.
+fn assert_stated_everywhere(scratch: &Scratch, statement: &str) {
+    scratch.succeed(format!("report {NO_CRF} -o page.html"));
+    let page = scratch.read("page.html").replace("&#x27;", "'").replace("&#39;", "'");
+    let own = statement.trim_start_matches("the ");
+    for (command, words) in [
+        ("simulate", scratch.succeed(format!("simulate {NO_CRF} --mode single"))),
+        ("tolerances", scratch.succeed(format!("tolerances {NO_CRF}"))),
+        ("report", page),
+    ] {
+        assert!(words.contains(own), "{command} does not state {own:?}: {words}");
+    }
+}
+
+#[test]
+fn a_barely_determined_rotation_is_stated() {
+    // Two sensors in a needle, 3 degrees apart.
+    let scratch = with_tool(
+        "(version: 1, name: \"needle\", tip: (0, 0, 120), sensors: [
+        (name: \"s0\", kind: FiveDof, position: (0, 0, 20), axis: (0, 0, 1)),
+        (name: \"s1\", kind: FiveDof, position: (0, 0, 60), axis: (0.0523, 0, 0.9986))])",
+    );
+    let simulated = scratch.json(format!("simulate {NO_CRF} --mode single"));
+    let weak = &simulated["barely_determined"];
+    assert_eq!(weak["body"], "tool");
+    let turn = weak["turn_per_tilt"].as_f64().unwrap();
+    assert!((20.0..28.0).contains(&turn), "{weak}");
+    assert!(simulated.get("free_axis").is_none());
+    let words = scratch.succeed(format!("simulate {NO_CRF} --mode single"));
+    let statement = words.lines().find(|line| line.contains("is barely determined")).unwrap();
+    let cost = format!("1° of tilt in its sensors turns it by {turn:.0}°");
+    assert!(statement.ends_with(&cost), "{statement}");
+    assert_stated_everywhere(&scratch, statement);
+    // Parallel ones do not determine it at all, and square ones do.
+    let body = scratch.read("d/tool.body.ron");
+    for (axis, is_free) in [("(0, 0, 1)", true), ("(1, 0, 0)", false)] {
+        scratch.write("d/tool.body.ron", body.replace("(0.0523, 0, 0.9986)", axis));
+        let simulated = scratch.json(format!("simulate {NO_CRF} --mode single"));
+        assert!(simulated.get("barely_determined").is_none(), "{axis}: {simulated}");
+        assert_eq!(simulated.get("free_axis").is_some(), is_free, "{axis}");
+    }
+}
+
+#[test]
+fn coils_that_do_not_fit_are_stated() {
+    let coil = "coil: (diameter: 0.8, length: 9.0)";
+    let body = format!(
+        "(version: 1, name: \"needle\", mesh: \"needle.obj\", tip: (0, 0, 0), sensors: [
+        (name: \"s0\", kind: FiveDof, position: (0, 0, 50), axis: (0, 0, 1), {coil}),
+        (name: \"s1\", kind: FiveDof, position: (0, 0, 52), axis: (1, 0, 0), {coil})])"
+    );
+    let scratch = with_tool(&body);
+    // 2 mm square and 100 mm long.
+    let mut needle = String::new();
+    for corner in 0..8 {
+        let side = |bit: u32| if corner >> bit & 1 == 1 { 1 } else { -1 };
+        let z = if corner >> 2 & 1 == 1 { 100 } else { 0 };
+        needle += &format!("v {} {} {z}\n", side(0), side(1));
+    }
+    needle += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    scratch.write("d/needle.obj", needle);
+    let simulated = scratch.json(format!("simulate {NO_CRF} --mode single"));
+    let coils = simulated["coils"].as_array().unwrap();
+    assert_eq!(coils.len(), 3, "{simulated}");
+    assert_eq!((&coils[0]["sensor"], &coils[0]["overlaps"]["other"]), (&"s0".into(), &"s1".into()));
+    assert_eq!((&coils[1]["body"], &coils[1]["sensor"]), (&"tool".into(), &"s1".into()));
+    let out_mm = coils[1]["sticks_out"]["by_mm"].as_f64().unwrap();
+    assert!((3.5..3.6).contains(&out_mm), "{simulated}");
+    let statement =
+        "the coil of the tool's sensor s1 does not fit: it sticks out of the body by 3.5 mm";
+    assert_stated_everywhere(&scratch, statement);
+    let statement = "the coil of the tool's sensor s0 overlaps with that of s1 by 0.8 mm";
+    assert_stated_everywhere(&scratch, statement);
+    let sheet = scratch.json(format!("tolerances {NO_CRF}"));
+    assert_eq!(sheet["coils"], simulated["coils"]);
+    // Along the needle and apart they fit.
+    let fits = body.replace("52), axis: (1, 0, 0)", "70), axis: (0, 0, 1)");
+    scratch.write("d/tool.body.ron", fits);
+    let simulated = scratch.json(format!("simulate {NO_CRF} --mode single"));
+    assert!(simulated.get("coils").is_none(), "{simulated}");
+}
+
 #[test]
 fn trials_left_out_meet_no_requirement() {
     let scratch = designs("");

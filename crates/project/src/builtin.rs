@@ -229,6 +229,26 @@ mod tests {
     }
 
     #[test]
+    fn the_coils_of_built_in_designs_fit() {
+        for name in builtin_names().chain(Starter::ALL.map(Starter::name)) {
+            let world = open_builtin(name).unwrap();
+            let found = trackwright_simulation::coil_statements(&crate::coil_findings(&world));
+            assert_eq!(found, Vec::<String>::new(), "{name}");
+        }
+    }
+
+    #[test]
+    fn the_pointers_axis_is_that_of_its_shaft() {
+        let world = open_builtin("pointer-on-head").unwrap();
+        let mesh = world.mesh(trackwright_design::BodyRole::Tool).unwrap();
+        let surface = trackwright_geometry::surface::Surface::new(mesh).unwrap();
+        let axis = surface.revolution_axis(&mesh.long_axis()).unwrap();
+        assert_eq!(axis.direction, nalgebra::Vector3::z_axis());
+        let off_mm = axis.arm_mm(&nalgebra::Point3::origin()).norm();
+        assert!(off_mm < 1e-3, "{off_mm}");
+    }
+
+    #[test]
     fn sensors_sit_within_their_bodies() {
         for name in builtin_names() {
             let world = open_builtin(name).unwrap();

@@ -20,6 +20,7 @@ mod baseline;
 mod body_export;
 mod built_tool;
 mod builtin;
+mod coil_fit;
 mod error;
 mod files;
 mod import_body;
@@ -50,6 +51,7 @@ pub use baseline::{
 pub use body_export::{BodyExport, definition_name};
 pub use built_tool::{BuiltTool, BuiltToolFailure, BuiltToolNote, BuiltToolTables, built_tool};
 pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names};
+pub use coil_fit::{coil_findings, coil_findings_of};
 pub use error::StoreError;
 pub use files::{Files, Output};
 pub use import_body::{BodyImport, ImportedBody};

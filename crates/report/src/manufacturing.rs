@@ -4,6 +4,7 @@ use crate::text_table;
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::ErrorOf;
 use trackwright_simulation::Metric;
+use trackwright_simulation::coil_statements;
 use trackwright_simulation::expected::verdict_of;
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::requirement::Check;
@@ -194,13 +195,21 @@ pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
         Some(reason) => lines.push(format!("No tolerances: {reason}")),
         None => lines.extend(tolerances(sheet)),
     }
-    if let Some(free) = &sheet.free_axis {
-        lines.push(format!("Note: {}.", free.statement()));
-    }
-    if sheet.poorly_determined {
-        lines.push("Note: a rotation is poorly determined: the least error decides it.".to_owned());
-    }
+    lines.extend(caution_words(sheet).iter().map(|words| format!("Note: {words}.")));
     lines.join("\n")
+}
+
+/// What has to be known before anything is built: rotations that sensors do not determine, or barely,
+/// and coils that do not fit; each a sentence without a full stop.
+pub fn caution_words(sheet: &ManufacturingSheet) -> Vec<String> {
+    let mut words: Vec<String> = sheet.free_axis.iter().map(|free| free.statement()).collect();
+    if let Some(weak) = &sheet.barely_determined {
+        words.push(weak.statement());
+    } else if sheet.poorly_determined {
+        words.push("a rotation is poorly determined: the least error decides it".to_owned());
+    }
+    words.extend(coil_statements(&sheet.coils));
+    words
 }
 
 fn poses(sheet: &ManufacturingSheet) -> String {

@@ -3,6 +3,7 @@
 use super::metric::{Metric, MetricValues, Statistics, values};
 use super::requirement::Check;
 use super::requirement::Within;
+use super::weak_rotation::WeakRotation;
 use serde::Serialize;
 use std::fmt;
 
@@ -27,6 +28,8 @@ pub struct Figures {
     /// The part of the position error that the free rotation cannot change.
     pub position_mm_determined: Option<Statistics>,
     pub poorly_determined: bool,
+    /// A rotation that the sensors determine, but that multiplies their errors.
+    pub barely_determined: Option<WeakRotation>,
 }
 
 /// The trial with the largest position error, the first of equals.

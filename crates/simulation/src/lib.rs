@@ -51,6 +51,7 @@ pub mod arrows;
 pub mod body;
 pub mod body_compensation;
 pub mod body_prediction;
+pub mod coil_fit;
 pub mod comparison;
 pub mod distinct;
 pub mod error_sources;
@@ -89,11 +90,13 @@ pub mod tracker;
 pub mod trial;
 pub mod uncertainty;
 pub mod usable_region;
+pub mod weak_rotation;
 pub mod work;
 
 pub use along_shaft::{AlongShaft, shaft_in_body};
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
+pub use coil_fit::{CoilFinding, CoilMisfit, coil_findings, coil_statements};
 pub use error_sources::{ErrorSources, error_sources};
 pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
@@ -122,4 +125,5 @@ pub use tracker::SensorDetail;
 pub use trackwright_task::CancelToken;
 pub use trial::{BodyDetail, PoseDetail, Trial, simulate_pose};
 pub use usable_region::{RegionBasis, RegionError, UsableRegion, usable_region};
+pub use weak_rotation::WeakRotation;
 pub use work::Work;

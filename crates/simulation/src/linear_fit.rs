@@ -11,7 +11,7 @@
 use super::body::{RigidBody, SensorOrientation};
 use super::frame_fit::{Determination, determination};
 use super::tool_in_crf::FreeMotion;
-use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_geometry::svd3::svd3;
 
 /// Distance from a free axis, as a part of the distance from the centroid, below which a turn
@@ -126,6 +126,8 @@ pub struct LinearFit {
     inverse: Matrix3<f64>,
     /// Of `A`, ascending, mm².
     eigenvalues_mm2: [f64; 3],
+    /// The axis of the first of them: a turn about it is held least.
+    least_held: Vector3<f64>,
     determination: Determination,
 }
 
@@ -183,7 +185,9 @@ impl LinearFit {
         let inverse = (first_held..3)
             .map(|k| svd.u.column(k) * svd.u.column(k).transpose() / eigenvalues_mm2[k])
             .sum();
-        Self { sensors, centroid_in_body: centroid.into(), inverse, eigenvalues_mm2, determination }
+        let least_held = svd.u.column(0).into_owned();
+        let centroid_in_body = centroid.into();
+        Self { sensors, centroid_in_body, inverse, eigenvalues_mm2, least_held, determination }
     }
 
     /// The same, or why a point away from the centroid has no covariance.
@@ -205,6 +209,21 @@ impl LinearFit {
     /// What the sensors leave free, in the body's frame.
     pub fn free_motion(&self) -> Option<FreeMotion> {
         FreeMotion::in_body(&self.determination, self.centroid_in_body)
+    }
+
+    /// The turn that the sensors determine least: its axis in the body, and the standard deviation
+    /// of the turn in rad for errors of 1 rad about every axis of every sensor, and for errors of 1 mm
+    /// along every one. `None` where a turn is not determined at all.
+    pub fn least_determined_turn(&self) -> Option<(Unit<Vector3<f64>>, f64, f64)> {
+        if self.free_motion().is_some() {
+            return None;
+        }
+        let axis = Unit::try_new(self.least_held, 0.5)?;
+        let held_mm2 = self.eigenvalues_mm2[0];
+        let sum = |of: &dyn Fn(&LinearSensor) -> f64| self.sensors.iter().map(of).sum::<f64>();
+        let by_tilt = sum(&|sensor| (sensor.seen_mm2 * *axis).norm_squared()).sqrt() / held_mm2;
+        let by_shift = sum(&|sensor| sensor.arm_mm.cross(&axis).norm_squared()).sqrt() / held_mm2;
+        Some((axis, by_tilt, by_shift))
     }
 
     /// From the centroid to a point.

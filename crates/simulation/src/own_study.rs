@@ -106,7 +106,10 @@ pub fn study_notes(figures: &Figures, without_field: usize) -> Vec<String> {
     }
     if let Some(free) = &figures.free_axis {
         notes.push(free.statement());
-    } else if figures.poorly_determined {
+    }
+    if let Some(weak) = &figures.barely_determined {
+        notes.push(weak.statement());
+    } else if figures.poorly_determined && figures.free_axis.is_none() {
         notes.push("a rotation is so weakly determined that noise decides it".to_owned());
     }
     notes

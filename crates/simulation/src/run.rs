@@ -7,6 +7,7 @@ use super::plan::{Plan, each_trial};
 use super::requirement::Within;
 use super::scenario::{Mode, Scenario};
 use super::trial::{Simulator, Trial};
+use super::weak_rotation::WeakRotation;
 use super::work::Work;
 use trackwright_field::OutsidePolicy;
 use trackwright_task::CancelToken;
@@ -115,6 +116,7 @@ pub fn run(
             }),
             position_mm_determined,
             poorly_determined: simulator.is_poorly_determined(),
+            barely_determined: WeakRotation::of(scenario),
         },
         work,
     })

@@ -2,6 +2,7 @@
 
 use super::scenario::{InputTrial, Scenario, ScenarioCrf};
 use super::tracker::{BodyTracker, SensorDetail, TrackBuffers, Tracked};
+use super::weak_rotation::WeakRotation;
 use super::work::Work;
 use crate::frame_fit::Determination;
 use crate::tool_in_crf::{FreeMotion, relative_error};
@@ -34,6 +35,8 @@ pub struct BodyDetail {
     pub tracker_from_body_fitted: Pose,
     pub sensors: Vec<SensorDetail>,
     pub determination: Determination,
+    /// Where its rotation is barely determined.
+    pub weak_rotation: Option<WeakRotation>,
 }
 
 /// The design's own pose in full, for a scene.
@@ -65,6 +68,7 @@ pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
         (&tracker, &tracked),
         crf.as_ref().map(|(tracker, tracked, _)| (tracker, tracked)),
     );
+    let weight_mm = scenario.orientation_weight_mm;
     PoseDetail {
         trial,
         work: Work {
@@ -74,8 +78,14 @@ pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
             crf_trackings: u64::from(crf.is_some()),
             ..buffers.work
         },
-        tool: detail(&tracker_from_tool, &tracked, sensors),
-        crf: crf.map(|(_, tracked, sensors)| detail(&tracker_from_crf, &tracked, sensors)),
+        tool: BodyDetail {
+            weak_rotation: WeakRotation::of_body("tool", &scenario.tool, weight_mm),
+            ..detail(&tracker_from_tool, &tracked, sensors)
+        },
+        crf: crf.zip(scenario.crf.as_ref()).map(|((_, tracked, sensors), crf)| BodyDetail {
+            weak_rotation: WeakRotation::of_body("crf", &crf.body, weight_mm),
+            ..detail(&tracker_from_crf, &tracked, sensors)
+        }),
     }
 }
 
@@ -85,6 +95,7 @@ fn detail(pose: &Pose, tracked: &Tracked, sensors: Vec<SensorDetail>) -> BodyDet
         tracker_from_body_fitted: tracked.fit.tracker_from_body,
         sensors,
         determination: tracked.fit.determination,
+        weak_rotation: None,
     }
 }
 

@@ -26,8 +26,7 @@ pub const LAYER: LayerInfo =
     LayerInfo::new("Requirement at the tip", 65, |layers| &mut layers.requirement);
 
 /// What it shows.
-const ABOUT: &str =
-    "How far off the tip may be: a sphere around it, magnified like its error, which should end inside";
+const ABOUT: &str = "How far off the tip may be: a sphere around it, magnified like its error, which should end inside";
 
 /// Draws the sphere while its layer is on and the design has a limit for single tip errors.
 pub struct RequirementPlugin;

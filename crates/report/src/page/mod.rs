@@ -23,9 +23,10 @@ use trackwright_formats::printable::printable_lines;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_project::World;
 use trackwright_simulation::expected::{expected_where_measured, study_verdict};
+use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::{
     BoundVerdict, CancelToken, ErrorSources, Expected, Figures, Mode, Profile, Scenario,
-    StudyError, error_sources, run_profiled,
+    StudyError, coil_statements, error_sources, run_profiled,
 };
 
 pub use extras::{SceneLegend, Slide, SlideError, TableSection};
@@ -96,7 +97,11 @@ impl ReportedStudy {
             expected_where_measured(&scenario, &mode, cancel).map_err(|_| StudyError::Cancelled)?;
         let is_missed = study_verdict(&figures, expected.as_ref()) == Some(BoundVerdict::Missed);
         let sources = is_missed.then(|| error_sources(&scenario, &mode, cancel)).transpose()?;
-        let words = plain_words(&scenario, &mode, (&figures, expected.as_ref()), profile.as_ref());
+        let mut words =
+            plain_words(&scenario, &mode, (&figures, expected.as_ref()), profile.as_ref());
+        let misfits = coil_statements(&trackwright_project::coil_findings(world));
+        let misfits = misfits.iter().map(|statement| format!("{}.", capitalised(statement)));
+        words.cautions.extend(misfits);
         Ok(Self { scenario, mode, figures, expected, profile, sources, words })
     }
 }

@@ -2,8 +2,8 @@
 
 use super::TableSection;
 use crate::manufacturing::{
-    WORST_ALLOWED, check_words, expected_words, frame_words, role_name, tolerance_value,
-    tolerance_words,
+    WORST_ALLOWED, caution_words, check_words, expected_words, frame_words, role_name,
+    tolerance_value, tolerance_words,
 };
 use trackwright_simulation::figures::{capitalised, with_minus_signs};
 use trackwright_simulation::tolerance::{
@@ -92,7 +92,7 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
         let checks: Vec<String> = sheet.as_drawn.iter().map(check_words).collect();
         notes.push(format!("As drawn: {}.", checks.join(", ")));
     }
-    for words in expected_words(sheet) {
+    for words in expected_words(sheet).into_iter().chain(caution_words(sheet)) {
         notes.push(format!("{}.", capitalised(&words)));
     }
     notes

@@ -301,7 +301,10 @@ fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
     }
     if let Some(free) = &figures.free_axis {
         cautions.push(format!("{}.", capitalised(&free.statement())));
-    } else if figures.poorly_determined {
+    }
+    if let Some(weak) = &figures.barely_determined {
+        cautions.push(format!("{}.", capitalised(&weak.statement())));
+    } else if figures.poorly_determined && figures.free_axis.is_none() {
         cautions.push(
             "How a body is turned is poorly determined by where its sensors are: noise in the \
              readings, which is not part of these figures, decides it."

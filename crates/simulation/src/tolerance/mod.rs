@@ -100,6 +100,8 @@ pub fn manufacturing_sheet(
         no_tolerances: None,
         free_axis: None,
         poorly_determined: false,
+        barely_determined: None,
+        coils: Vec::new(),
         bodies,
         together_worst: Vec::new(),
         simulations: 0,
@@ -130,6 +132,7 @@ fn find(
     sheet.study_outside = outcome.figures.outside;
     sheet.free_axis = outcome.figures.free_axis;
     sheet.poorly_determined = outcome.figures.poorly_determined;
+    sheet.barely_determined = outcome.figures.barely_determined;
     sheet.work += outcome.work;
     sheet.as_drawn = outcome.figures.checks;
     let Some(requirement) = scenario.requirement.filter(|_| !sheet.as_drawn.is_empty()) else {

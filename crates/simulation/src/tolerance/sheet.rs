@@ -1,9 +1,11 @@
 //! What a workshop is given: where each sensor sits, and how far off it may be.
 
 use crate::body::Coil;
+use crate::coil_fit::CoilFinding;
 use crate::expected::JudgedBound;
 use crate::figures::FreeRotation;
 use crate::requirement::Check;
+use crate::weak_rotation::WeakRotation;
 use crate::work::Work;
 use serde::Serialize;
 
@@ -28,6 +30,11 @@ pub struct ManufacturingSheet {
     pub free_axis: Option<FreeRotation>,
     /// A rotation is so weakly determined that noise decides it.
     pub poorly_determined: bool,
+    /// A rotation that multiplies the errors of its sensors.
+    pub barely_determined: Option<WeakRotation>,
+    /// Coils that do not fit, as whoever has the bodies' meshes finds them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub coils: Vec<CoilFinding>,
     /// The tool, and the CRF where there is one.
     pub bodies: Vec<SheetBody>,
     /// The requirement in the worst case that was found with every sensor of every body as far off

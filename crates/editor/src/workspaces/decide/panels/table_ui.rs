@@ -75,10 +75,10 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
                 AddedDesign::BuiltIn(name) => (*name).to_owned(),
             };
             let name = short_name(&name, MOST_CHARS);
-            let chip = ui
-                .button(format!("{name}  ×"))
-                .explained(format!("{added}
-Takes it out of the table"));
+            let chip = ui.button(format!("{name}  ×")).explained(format!(
+                "{added}
+Takes it out of the table"
+            ));
             if chip.clicked() {
                 requests.push(DecideRequest::RemoveDesign(added.clone()));
             }
