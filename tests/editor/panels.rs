@@ -21,6 +21,7 @@ use trackwright_editor::shell::commands::Situation;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
 use trackwright_editor::shell::top_bar::{TopBarAction, TopBarView, top_bar_ui};
 use trackwright_editor::shell::window::{PanelsShown, Workspace};
+use trackwright_editor::viewport::coil_fit::ShownFindings;
 use trackwright_editor::widgets::basic::signed;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::actions::DesignAction;
@@ -32,7 +33,8 @@ use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    CancelToken, Metric, Mode, Requirement, expected, figure_rows, run, simulate_pose,
+    CancelToken, CoilFinding, CoilMisfit, Metric, Mode, Requirement, expected, figure_rows, run,
+    simulate_pose,
 };
 
 type Requests = Rc<RefCell<Vec<DesignAction>>>;
@@ -58,6 +60,7 @@ fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>
                 selection: &selection,
                 is_available: &|_| true,
                 pose: None,
+                coils: ShownFindings::default(),
                 derived_weight: environment().orientation_weight(None),
             },
         )
@@ -383,6 +386,7 @@ fn a_derived_weight_is_shown_as_derived() {
                     selection: &Selection::default(),
                     is_available: &|_| true,
                     pose: None,
+                    coils: ShownFindings::default(),
                     derived_weight: weight,
                 },
             )
@@ -415,6 +419,7 @@ fn sensors_out_of_the_volume_are_named_in_words() {
                 selection: &Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0))),
                 is_available: &|_| true,
                 pose: Some(&pose),
+                coils: ShownFindings::default(),
                 derived_weight: environment.orientation_weight(None),
             },
         )
@@ -592,5 +597,47 @@ fn unsaved_changes_can_be_saved_given_up_or_kept() {
     ] {
         let found = answer(dialog(), |harness| harness.get_by_label(button).click());
         assert_eq!(found, Some(answered));
+    }
+}
+
+#[test]
+fn a_coil_that_does_not_fit_is_named_in_words() {
+    let (design, environment, view) = (design(), environment(), View::default());
+    let finding = |index, misfit| CoilFinding {
+        body: "tool",
+        index,
+        sensor: design.tool.body.rigid.sensors[index].name.clone(),
+        misfit,
+    };
+    let found = [
+        finding(0, CoilMisfit::SticksOut { by_mm: 3.52 }),
+        finding(1, CoilMisfit::Overlaps { index: 0, other: "shaft".to_owned(), by_mm: 0.8 }),
+    ];
+    let coils = ShownFindings::of_body(BodyRole::Tool, &found);
+    let (harness, _) = harness(|ui| {
+        outliner_ui(
+            ui,
+            &OutlinerView {
+                coils,
+                ..OutlinerView::new(&design, &environment, &view, &Selection::default())
+            },
+        );
+        inspector_ui(
+            ui,
+            &InspectorView {
+                design: &design,
+                selection: &Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0))),
+                is_available: &|_| true,
+                pose: None,
+                coils,
+                derived_weight: environment.orientation_weight(None),
+            },
+        )
+    });
+    let statement =
+        "The coil of the tool's sensor shaft does not fit: it sticks out of the body by 3.5 mm";
+    assert_eq!(harness.query_all_by_label_contains(statement).count(), 1);
+    for words in ["sticks out by 3.5 mm", "overlaps by 0.8 mm"] {
+        assert_eq!(harness.query_all_by_label_contains(words).count(), 1, "{words}");
     }
 }

@@ -13,6 +13,7 @@ use trackwright_design::{
 };
 use trackwright_editor::document::requests::{EditRequest, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
+use trackwright_editor::viewport::coil_fit::ShownFindings;
 use trackwright_editor::viewport::commands::ADD_SENSOR;
 use trackwright_editor::viewport::sensor_commands::SensorCommand;
 use trackwright_editor::widgets::basic::{NumberChange, NumberField, number_ui};
@@ -186,6 +187,7 @@ fn inspector_buttons_run_commands() {
                 selection: &selection,
                 is_available: &|command| command.name != remove,
                 pose: None,
+                coils: ShownFindings::default(),
                 derived_weight: environment().orientation_weight(None),
             },
         )

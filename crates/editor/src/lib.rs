@@ -47,6 +47,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::camera::CameraPlugin`] | the 3D camera |
 /// | [`viewport::camera_gestures::CameraGesturesPlugin`] | what the mouse and a trackpad do to it |
 /// | [`viewport::picking::PickPlugin`] | what is under the pointer |
+/// | [`viewport::coil_fit::CoilFitPlugin`] | coils that do not fit |
 /// | [`viewport::sensor_drag::DragPlugin`] | hovering, selecting, dragging sensors |
 /// | [`viewport::gizmo::GizmoPlugin`] | handles that move and turn what is selected |
 /// | [`viewport::tool::ToolPlugin`] | what a click in the scene does beside selecting |
@@ -104,6 +105,7 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::camera::CameraPlugin)
             .add(viewport::camera_gestures::CameraGesturesPlugin)
             .add(viewport::picking::PickPlugin)
+            .add(viewport::coil_fit::CoilFitPlugin)
             .add(viewport::sensor_drag::DragPlugin)
             .add(viewport::gizmo::GizmoPlugin)
             .add(viewport::tool::ToolPlugin)

@@ -10,6 +10,7 @@ use nalgebra::Point3;
 use trackwright_design::BodyRole;
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
+use trackwright_editor::viewport::coil_fit::ShownFindings;
 use trackwright_editor::widgets::theme;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
@@ -79,6 +80,7 @@ pub fn in_inspector(world: &World, selected: Option<Selected>, label: &str) -> [
             selection: &Selection::of(selected),
             is_available: &|_| true,
             pose: None,
+            coils: ShownFindings::default(),
             derived_weight: world.environment.orientation_weight(None),
         };
         inspector_ui(ui, &inspector);

@@ -3,6 +3,7 @@
 pub mod ball_handle;
 pub mod camera;
 pub mod camera_gestures;
+pub mod coil_fit;
 pub mod commands;
 pub mod drag_edits;
 pub mod fine_pointer;

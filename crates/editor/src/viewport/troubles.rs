@@ -1,8 +1,10 @@
 //! What is wrong with a body or a sensor, in a few words: for the scene and the panels alike.
 
+use crate::viewport::coil_fit::ShownFindings;
 use bevy::prelude::Resource;
 use trackwright_design::BodyRole;
-use trackwright_simulation::{BodyDetail, Determination, PoseDetail};
+use trackwright_simulation::figures::capitalised;
+use trackwright_simulation::{BodyDetail, CoilFinding, Determination, PoseDetail};
 
 /// What keeps bodies from standing where they are now, as whoever follows a tracker knows it.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
@@ -26,14 +28,30 @@ pub fn sensor_trouble(detail: &BodyDetail, index: usize) -> Option<&'static str>
     }
 }
 
-/// What a body's sensors do not determine, in words.
-pub fn determination_text(determination: &Determination) -> Option<&'static str> {
-    match determination {
-        Determination::Full => None,
-        Determination::Poor { .. } => Some("The rotation is poorly determined: noise decides it"),
-        Determination::FreeAxis { .. } => {
-            Some("The rotation about one axis is not determined by the sensors")
-        }
-        Determination::FreeRotation => Some("No rotation is determined by the sensors"),
+/// What is wrong with where a sensor is in the room, else with how its coil fits, in a few words.
+pub fn sensor_trouble_text(
+    detail: Option<&BodyDetail>,
+    coils: ShownFindings,
+    role: BodyRole,
+    index: usize,
+) -> Option<String> {
+    let trouble = detail.and_then(|detail| sensor_trouble(detail, index));
+    let misfit = || coils.of(role, index).next().map(CoilFinding::words);
+    trouble.map(str::to_owned).or_else(misfit)
+}
+
+/// What a body's sensors do not determine, or barely, in words.
+pub fn determination_text(detail: &BodyDetail) -> Option<String> {
+    if let Some(weak) = &detail.weak_rotation {
+        return Some(capitalised(&weak.statement()));
     }
+    let text = match detail.determination {
+        Determination::Full => return None,
+        Determination::Poor { .. } => "The rotation is poorly determined: noise decides it",
+        Determination::FreeAxis { .. } => {
+            "The rotation about one axis is not determined by the sensors"
+        }
+        Determination::FreeRotation => "No rotation is determined by the sensors",
+    };
+    Some(text.to_owned())
 }

@@ -5,7 +5,7 @@ use crate::palette::ThemedColor;
 use crate::palette::{self, Rgb};
 use crate::viewport::overlay::OverlayView;
 use crate::viewport::overlay::labels::{Wanted, leader, place};
-use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
+use crate::viewport::troubles::{detail, determination_text, sensor_trouble_text};
 use crate::widgets::basic::{THIN_SPACE, length};
 use crate::widgets::theme;
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
@@ -116,14 +116,12 @@ fn roles(view: &OverlayView) -> impl Iterator<Item = BodyRole> {
 /// What is wrong, labelled where it is wrong.
 fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
     for role in roles(view) {
-        let Some(detail) = detail(view.pose, role) else {
-            continue;
-        };
         let Some(body) = view.design.body(role) else {
             continue;
         };
+        let detail = detail(view.pose, role);
         for (index, sensor) in body.rigid.sensors.iter().enumerate() {
-            let Some(trouble) = sensor_trouble(detail, index) else {
+            let Some(trouble) = sensor_trouble_text(detail, view.coils, role, index) else {
                 continue;
             };
             let at = sensor_point(view, role, index).and_then(|p| view.project(&p));
@@ -134,15 +132,11 @@ fn warnings(view: &OverlayView, labels: &mut Vec<Label>) {
                 is_needed: true,
             }));
         }
-        if let Some(text) = determination_text(&detail.determination)
+        if let Some(detail) = detail
+            && let Some(text) = determination_text(detail)
             && let Some(at) = view.project(&detail.tracker_from_body.translation.vector.into())
         {
-            labels.push(Label {
-                at,
-                text: text.to_owned(),
-                color: palette::MISSED,
-                is_needed: true,
-            });
+            labels.push(Label { at, text, color: palette::MISSED, is_needed: true });
         }
     }
 }
@@ -177,7 +171,8 @@ fn sensors(view: &OverlayView, labels: &mut Vec<Label>) {
                 continue;
             }
             // A sensor in trouble has its label already.
-            if detail(view.pose, role).is_some_and(|d| sensor_trouble(d, index).is_some()) {
+            let detail = detail(view.pose, role);
+            if sensor_trouble_text(detail, view.coils, role, index).is_some() {
                 continue;
             }
             let what = Selected::Sensor(role, index);

@@ -25,6 +25,7 @@ use crate::shell::window::{
     DragReadout, LegendFolded, Presentation, SceneCover, ViewportRect, Workspace,
 };
 use crate::viewport::camera::OrbitRig;
+use crate::viewport::coil_fit::{CoilFindings, ShownFindings};
 use crate::viewport::gizmo::CurrentGizmo;
 use crate::viewport::troubles::BodyTroubles;
 use bevy::ecs::system::SystemParam;
@@ -67,6 +68,8 @@ pub struct OverlayView<'a> {
     /// What has no names in the scene; what is wrong with it is labelled all the same.
     pub hidden: &'a Things,
     pub pose: Option<&'a PoseDetail>,
+    /// Coils that do not fit.
+    pub coils: ShownFindings<'a>,
     pub figures: Option<&'a Figures>,
     /// What is to be expected of them, once that is known.
     pub expected: Option<&'a Expected>,
@@ -141,6 +144,7 @@ struct Scene<'w> {
     covered: Res<'w, SceneCover>,
     folded: Res<'w, LegendFolded>,
     troubles: Res<'w, BodyTroubles>,
+    coils: Option<Res<'w, CoilFindings>>,
 }
 
 impl Scene<'_> {
@@ -179,6 +183,7 @@ fn draw(
         layers: document.view().layers,
         hidden: &document.view().hidden,
         pose: results.pose.as_ref().map(|p| &p.value),
+        coils: ShownFindings::new(scene.coils.as_deref()),
         figures: results.study.as_ref().map(|s| &s.value.figures),
         expected: results.expected_of_study(),
         selected: scene.selection.primary(),

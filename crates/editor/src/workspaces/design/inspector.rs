@@ -1,6 +1,7 @@
 //! Numbers of what is selected, each of which can be typed.
 
 use crate::document::selection::{Selected, Selection};
+use crate::viewport::coil_fit::ShownFindings;
 use crate::viewport::troubles::{detail, determination_text, sensor_trouble};
 use crate::widgets::basic::{NumberField, length, number_ui, quiet_ui, section_ui, warning_ui};
 use crate::widgets::tooltip::Explain;
@@ -18,6 +19,7 @@ use trackwright_design::{BodyRole, Design, DesignBody, Edit};
 use trackwright_field::environment::{OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::Determination;
+use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::{BodyDetail, PoseDetail};
 
 /// What the inspector shows.
@@ -26,6 +28,8 @@ pub struct InspectorView<'a> {
     pub selection: &'a Selection,
     pub is_available: IsAvailable<'a>,
     pub pose: Option<&'a PoseDetail>,
+    /// Coils that do not fit.
+    pub coils: ShownFindings<'a>,
     /// The weight that counts where the design states none.
     pub derived_weight: OrientationWeight,
 }
@@ -124,7 +128,7 @@ fn body_ui(
     pose_ui(ui, role, &pose, actions);
     tip_of_body_ui(ui, role, body, actions);
     if let Some(detail) = detail(inspector.pose, role) {
-        determination_ui(ui, &detail.determination);
+        determination_ui(ui, detail);
     }
     if let (BodyRole::Crf, Some(crf)) = (role, &design.crf) {
         crf_study_ui(ui, crf, actions);
@@ -198,6 +202,9 @@ fn sensor_ui(
         return;
     };
     sensor_numbers_ui(ui, role, &chosen, actions);
+    for finding in indices.iter().flat_map(|index| inspector.coils.of(role, *index)) {
+        warning_ui(ui, &capitalised(&finding.statement()));
+    }
     if chosen.single().is_some()
         && let Some(detail) = detail(inspector.pose, role)
     {
@@ -224,9 +231,9 @@ fn reading_ui(ui: &mut Ui, detail: &BodyDetail, index: usize) {
     }
 }
 
-fn determination_ui(ui: &mut Ui, determination: &Determination) {
-    if let Some(text) = determination_text(determination) {
+fn determination_ui(ui: &mut Ui, detail: &BodyDetail) {
+    if let Some(text) = determination_text(detail) {
         ui.add_space(6.0);
-        warning_ui(ui, text);
+        warning_ui(ui, &text);
     }
 }

@@ -5,8 +5,9 @@ use crate::document::requests::ViewRequest;
 use crate::document::selection::{Selected, Selection};
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::viewport::coil_fit::ShownFindings;
 use crate::viewport::commands::ADD_SENSOR;
-use crate::viewport::troubles::{detail, sensor_trouble};
+use crate::viewport::troubles::{detail, sensor_trouble_text};
 use crate::widgets::basic::{Mark, Row, counted, quiet_ui, row_ui, section_ui};
 use crate::widgets::switch::{SWITCH_WIDTH, Switch, switch_ui};
 use crate::widgets::theme;
@@ -33,6 +34,8 @@ pub struct OutlinerView<'a> {
     pub is_available: IsAvailable<'a>,
     /// Shows which sensors are outside the box or the volume.
     pub pose: Option<&'a PoseDetail>,
+    /// Coils that do not fit.
+    pub coils: ShownFindings<'a>,
 }
 
 impl<'a> OutlinerView<'a> {
@@ -51,6 +54,7 @@ impl<'a> OutlinerView<'a> {
             hovered: None,
             is_available: &|_| true,
             pose: None,
+            coils: ShownFindings::default(),
         }
     }
 }
@@ -125,11 +129,11 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
             SensorOrientation::FiveDof(_) => Mark::Dot,
             SensorOrientation::SixDof(_) => Mark::Ring,
         };
-        let trouble = detail(outliner.pose, role).and_then(|d| sensor_trouble(d, index));
+        let trouble = sensor_trouble_text(detail(outliner.pose, role), outliner.coils, role, index);
         let row = Row {
             label: &sensor.name,
-            note: trouble.unwrap_or(sensor.orientation.kind_name()),
-            note_color: trouble.map(|_| palette::MISSED.color32()),
+            note: trouble.as_deref().unwrap_or(sensor.orientation.kind_name()),
+            note_color: trouble.as_ref().map(|_| palette::MISSED.color32()),
             indent: 1,
             mark: Some((sensor_mark, palette::SENSOR.color32())),
             ..Row::default()

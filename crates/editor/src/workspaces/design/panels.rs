@@ -10,6 +10,7 @@ use crate::runner::results::Results;
 use crate::shell::commands::{Availability, Command};
 use crate::shell::requests::Requests;
 use crate::shell::window::Workspace;
+use crate::viewport::coil_fit::{CoilFindings, ShownFindings};
 use crate::widgets::basic::THIN_SPACE;
 use crate::workspaces::design::actions::{DesignRequests, HoveredRow};
 use crate::workspaces::design::baseline::Baseline;
@@ -32,7 +33,7 @@ use trackwright_simulation::{BoundVerdict, headline};
 /// Bodies with their sensors and tips, the anatomy, the room.
 pub(crate) fn outliner_panel(
     mut ui: InMut<Ui>,
-    (world, results): (Res<OpenWorld>, Res<Results>),
+    (world, results, coils): (Res<OpenWorld>, Res<Results>, Option<Res<CoilFindings>>),
     (selection, hovered): (Res<Selection>, Res<Hovered>),
     available: Availability,
     mut row: ResMut<HoveredRow>,
@@ -49,6 +50,7 @@ pub(crate) fn outliner_panel(
         hovered: hovered.0,
         is_available: &|command: &Command| situation.allows(command),
         pose: results.pose.as_ref().map(|pose| &pose.value),
+        coils: ShownFindings::new(coils.as_deref()),
     };
     let actions = outliner_ui(&mut ui, &view);
     row.bypass_change_detection().follow(&actions, &mut commands);
@@ -67,7 +69,7 @@ pub(crate) fn history_panel(
 /// The numbers of what is selected.
 pub(crate) fn inspector_panel(
     mut ui: InMut<Ui>,
-    (world, results): (Res<OpenWorld>, Res<Results>),
+    (world, results, coils): (Res<OpenWorld>, Res<Results>, Option<Res<CoilFindings>>),
     selection: Res<Selection>,
     (meshes, bodies): (Option<Res<MeshLoading>>, Option<Res<BodyLoading>>),
     available: Availability,
@@ -79,6 +81,7 @@ pub(crate) fn inspector_panel(
         selection: &selection,
         is_available: &|command: &Command| situation.allows(command),
         pose: results.pose.as_ref().map(|pose| &pose.value),
+        coils: ShownFindings::new(coils.as_deref()),
         derived_weight: world.0.environment.orientation_weight(None),
     };
     requests.write(inspector_ui(&mut ui, &view));

@@ -281,7 +281,9 @@ pub fn warnings(figures: &Figures) -> Vec<String> {
     if let Some(free) = &figures.free_axis {
         texts.push(capitalised(&free.statement()));
     }
-    if figures.poorly_determined {
+    if let Some(weak) = &figures.barely_determined {
+        texts.push(capitalised(&weak.statement()));
+    } else if figures.poorly_determined {
         texts.push("A rotation is poorly determined: noise decides it".to_owned());
     }
     texts
