@@ -4,6 +4,7 @@ use super::app::{design, environment, layers, world};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use nalgebra::{Point3, Unit, Vector3};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
@@ -33,8 +34,8 @@ use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    CancelToken, CoilFinding, CoilMisfit, Metric, Mode, Requirement, expected, figure_rows, run,
-    simulate_pose,
+    CancelToken, CoilFinding, CoilMisfit, Metric, Mode, Requirement, SensorOrientation, expected,
+    figure_rows, run, simulate_pose,
 };
 
 type Requests = Rc<RefCell<Vec<DesignAction>>>;
@@ -598,6 +599,32 @@ fn unsaved_changes_can_be_saved_given_up_or_kept() {
         let found = answer(dialog(), |harness| harness.get_by_label(button).click());
         assert_eq!(found, Some(answered));
     }
+}
+
+#[test]
+fn a_barely_determined_rotation_is_stated() {
+    let mut design = design();
+    let nearly = Unit::new_normalize(Vector3::new(0.05, 0.0, 1.0));
+    let grip = &mut design.tool.body.rigid.sensors[1];
+    (grip.position_in_body, grip.orientation) =
+        (Point3::new(0.0, 0.0, 150.0), SensorOrientation::FiveDof(nearly));
+    let environment = std::sync::Arc::new(environment());
+    let pose = simulate_pose(&trackwright_project::resolve(&design, &environment));
+    let (harness, _) = harness(|ui| {
+        inspector_ui(
+            ui,
+            &InspectorView {
+                design: &design,
+                selection: &Selection::of(Some(Selected::Body(BodyRole::Tool))),
+                is_available: &|_| true,
+                pose: Some(&pose),
+                coils: ShownFindings::default(),
+                derived_weight: environment.orientation_weight(None),
+            },
+        )
+    });
+    let statement = harness.query_all_by_label_contains("is barely determined: 1° of tilt");
+    assert_eq!(statement.count(), 1);
 }
 
 #[test]

@@ -9,12 +9,14 @@ use trackwright_editor::document::state::Notice;
 use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand, Situation};
 use trackwright_editor::shell::shell_commands::{SHOW_HISTORY, ShellCommandsPlugin};
 use trackwright_editor::shell::window::PanelsShown;
+use trackwright_editor::viewport::coil_fit::{CoilFindings, CoilFitPlugin};
 use trackwright_editor::viewport::commands::ViewportCommandsPlugin;
 use trackwright_editor::viewport::sensor_commands::SensorCommand;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::row_page;
 use trackwright_editor::workspaces::design::row_page::{RowDirection, RowPage};
 use trackwright_geometry::surface::Surface;
+use trackwright_simulation::Coil;
 
 fn app() -> App {
     let mut app = create_app();
@@ -86,6 +88,27 @@ fn what_is_moved_in_place_stays_selected() {
     let sensor = &document(&app).design().tool.body.rigid.sensors[1];
     assert_eq!(sensor.position_in_body.x, -12.0);
     assert_eq!(selected(&app), Some((BodyRole::Tool, vec![1])));
+}
+
+#[test]
+fn coils_are_searched_after_an_edit() {
+    let mut app = app();
+    app.add_plugins(CoilFitPlugin);
+    let found = |app: &App| app.world().resource::<CoilFindings>().of(BodyRole::Tool).len();
+    let mut sensor = document(&app).design().tool.body.rigid.sensors[0].clone();
+    sensor.coil = Some(Coil { diameter_mm: 0.8, length_mm: 9.0 });
+    request(
+        &mut app,
+        EditRequest::Apply(Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor }),
+    );
+    app.update();
+    assert_eq!(found(&app), 0);
+    select(&mut app, BodyRole::Tool, &[0]);
+    run(&mut app, SensorCommand::Duplicate);
+    assert_eq!(found(&app), 2, "each of the two in one place");
+    request(&mut app, EditRequest::Undo);
+    app.update();
+    assert_eq!(found(&app), 0);
 }
 
 #[test]
@@ -173,8 +196,8 @@ fn turning_axes_along_the_shaft_is_one_step() {
     };
     let (label, along) = axis_z(SensorCommand::AlongShaft);
     assert_eq!(label.as_deref(), Some("Align 2 sensors"));
-    // The shaft is straight there; what is under the grip has grooves.
-    assert!(along[0] > 0.999_9, "{along:?}");
+    // That of the body of revolution, whatever is under the grip.
+    assert_eq!(along, [1.0, 1.0]);
     let (_, out) = axis_z(SensorCommand::AlongNormal);
     assert!(out[0].abs() < 0.01, "{out:?}");
 }

@@ -12,8 +12,9 @@ use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::shell::commands::{Command, CommandsPlugin, RunCommand};
 use trackwright_editor::shell::window::PointerHint;
 use trackwright_editor::viewport::commands::{
-    ADD_SENSOR, ADD_SENSOR_BESIDE, SET_TIP, ViewportCommandsPlugin,
+    ADD_SENSOR, ADD_SENSOR_BESIDE, FOLLOW_SURFACE, SET_TIP, ViewportCommandsPlugin,
 };
+use trackwright_editor::viewport::sensor_drag::FollowsSurface;
 use trackwright_editor::viewport::surfaces::Surfaces;
 use trackwright_editor::viewport::tool::SceneTool;
 
@@ -47,6 +48,15 @@ fn sensors(design: &Design) -> usize {
 fn off_surface_mm(pointer: &SimulatedPointer, point: &Point3<f64>) -> f64 {
     let surface = pointer.resource::<Surfaces>().of(BodyRole::Tool).unwrap();
     (surface.closest(point).position_mm - point).norm()
+}
+
+#[test]
+fn a_command_makes_drags_follow_the_surface() {
+    let mut pointer = pointer_with(SceneTool::AddSensor);
+    for follows in [true, false] {
+        run(&mut pointer, FOLLOW_SURFACE);
+        assert_eq!(*pointer.resource::<FollowsSurface>(), FollowsSurface(follows));
+    }
 }
 
 #[test]
