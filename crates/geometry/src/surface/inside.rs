@@ -11,10 +11,10 @@ const DIRECTIONS: [[f64; 3]; 3] =
 
 /// Where a line goes through a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Crossing {
-    distance_mm: f64,
+pub(super) struct Crossing {
+    pub distance_mm: f64,
     /// 1 where it goes in, -1 where it comes out.
-    step: i32,
+    pub step: i32,
 }
 
 impl Surface {
@@ -73,7 +73,7 @@ impl Surface {
     }
 
     /// Everywhere the ray meets the surface, from either side.
-    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
+    pub(super) fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
         let inverse = ray.direction.map(|component| 1.0 / component);
         let mut found = Vec::new();
         let mut stack = Vec::with_capacity(STACK);

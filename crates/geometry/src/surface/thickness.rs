@@ -1,7 +1,8 @@
-//! How thick a body is below a point of its surface, and whether a point is inside of it. Parts of a
-//! mesh may overlap: they are counted as a ray enters and leaves them.
+//! How thick a body is below a point of its surface. Parts of a mesh may overlap: they are counted
+//! as a ray enters and leaves them.
 
-use super::{NodeContent, Ray, STACK, Surface, SurfacePoint, Triangle, box_distance_along};
+use super::inside::Crossing;
+use super::{Ray, Surface, SurfacePoint};
 use crate::rotation::perpendicular;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -14,13 +15,6 @@ const SAME_CROSSING_MM: f64 = 1e-7;
 /// How far a ray is turned so that it misses edges: straight through a round part it would meet the
 /// vertex on the other side. It changes a thickness by a millionth.
 const OFF_EDGES: f64 = 1e-3;
-
-/// Where a ray meets a triangle, from its front or from behind.
-#[derive(Clone, Copy, Debug)]
-struct Crossing {
-    distance_mm: f64,
-    is_entry: bool,
-}
 
 impl Surface {
     /// How far it is through the body from a point of its surface, straight inward. Parts that
@@ -40,11 +34,11 @@ impl Surface {
     /// assert!((surface.thickness_mm(&at).unwrap() - 3.0).abs() < 0.03);
     /// ```
     pub fn thickness_mm(&self, at: &SurfacePoint) -> Option<f64> {
-        let crossings = self.crossings(&generic_ray(&at.position_mm, -at.normal));
+        let crossings = self.sorted_crossings(&generic_ray(&at.position_mm, -at.normal));
         let mut parts = 1;
         let mut beyond = crossings.iter().filter(|crossing| crossing.distance_mm > SKIN_MM);
         let end = beyond.find(|crossing| {
-            parts += if crossing.is_entry { 1 } else { -1 };
+            parts += crossing.step;
             parts == 0
         });
         end.map(|crossing| crossing.distance_mm)
@@ -52,59 +46,21 @@ impl Surface {
 
     /// Whether a point of the surface is hidden in another part of the body.
     pub fn is_covered(&self, at: &SurfacePoint) -> bool {
-        let crossings = self.crossings(&generic_ray(&at.position_mm, at.normal));
+        let crossings = self.sorted_crossings(&generic_ray(&at.position_mm, at.normal));
         let mut beyond = crossings.iter().filter(|crossing| crossing.distance_mm > SKIN_MM);
-        let out = |crossing: &Crossing| if crossing.is_entry { -1 } else { 1 };
-        beyond.by_ref().map(out).sum::<i32>() > 0
-    }
-
-    /// Whether a point lies in one of the body's parts.
-    pub fn contains(&self, point_mm: &Point3<f64>) -> bool {
-        let out = |crossing: &Crossing| if crossing.is_entry { -1 } else { 1 };
-        // In no direction of a drawing.
-        let towards = Unit::new_normalize(Vector3::new(0.36, 0.48, 0.8));
-        self.crossings(&generic_ray(point_mm, towards)).iter().map(out).sum::<i32>() > 0
+        beyond.by_ref().map(|crossing| -crossing.step).sum::<i32>() > 0
     }
 
     /// Where a ray enters and leaves parts, the nearest first.
-    fn crossings(&self, ray: &Ray) -> Vec<Crossing> {
-        let inverse = ray.direction.map(|component| 1.0 / component);
-        let mut found = Vec::new();
-        let mut stack = Vec::with_capacity(STACK);
-        stack.push(0);
-        while let Some(index) = stack.pop() {
-            let node = &self.nodes[index];
-            if !box_distance_along(&node.bounds, ray, &inverse, f64::INFINITY).is_finite() {
-                continue;
-            }
-            match node.content {
-                NodeContent::Inner { right } => stack.extend([index + 1, index + right as usize]),
-                NodeContent::Leaf { first, len } => {
-                    for triangle in self.leaf(first, len) {
-                        for (is_entry, side) in [(true, *triangle), (false, turned_over(triangle))]
-                        {
-                            let met = side.meets(ray);
-                            let crossing =
-                                met.map(|(distance_mm, _)| Crossing { distance_mm, is_entry });
-                            found.extend(crossing);
-                        }
-                    }
-                }
-            }
-        }
+    fn sorted_crossings(&self, ray: &Ray) -> Vec<Crossing> {
+        let mut found = self.crossings(ray);
         found.sort_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm));
         // A ray through an edge meets both its triangles.
         found.dedup_by(|next, last| {
-            next.is_entry == last.is_entry && next.distance_mm - last.distance_mm < SAME_CROSSING_MM
+            next.step == last.step && next.distance_mm - last.distance_mm < SAME_CROSSING_MM
         });
         found
     }
-}
-
-/// A triangle seen from its other side.
-fn turned_over(triangle: &Triangle) -> Triangle {
-    let ([a, b, c], [na, nb, nc]) = (triangle.corners, triangle.normals);
-    Triangle { corners: [a, c, b], normals: [na, nc, nb] }
 }
 
 /// A ray that is turned a little, so that it meets no edge but by chance.

@@ -18,7 +18,6 @@ use nalgebra::Point3;
 use trackwright_design::{BodyRole, Design, DesignBody, Edit};
 use trackwright_field::environment::{OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_simulation::Determination;
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::{BodyDetail, PoseDetail};
 
