@@ -279,6 +279,7 @@ fn both_sensors(design: &Design) -> (Harness<'_>, Requests<DesignAction>) {
             is_available: &|_| true,
             pose: None,
             derived_weight: room.orientation_weight(None),
+            coils: ShownFindings::default(),
         };
         inspector_ui(ui, &view)
     })

@@ -29,8 +29,9 @@ const MOST_CREASES: usize = 50_000;
 /// a hundredth of a degree.
 const SCALES: [f64; 12] = [0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01, 5e-3, 2e-3, 1e-3, 1e-3, 1e-3];
 
-/// A crease is a part of the revolution where its normal misses the axis by less, in radii.
-const ON_AXIS: f64 = 0.05;
+/// A crease is a part of the revolution where its normal leads past the axis by less, as a sine: 6
+/// degrees, to allow for meshes that were not cut along the shaft.
+const ON_AXIS: f64 = 0.1;
 
 /// The least part of a body's curvature that has to be of revolution for the body to be one: a shaft
 /// with flutes, buttons and a cable beside it is one still, and three rods in a star, of which the
@@ -195,9 +196,8 @@ impl Creases {
             }
             radius_mm = self.radius_mm(&line)?;
         }
-        let limit_mm = ON_AXIS * radius_mm;
-        let is_on = |crease: &&Crease| crease.miss_mm(&line).abs() < limit_mm;
-        let on_axis: f64 = self.all.iter().filter(is_on).map(|crease| crease.weight).sum();
+        let on_axis = self.all.iter().filter(|crease| crease.is_about(&line));
+        let on_axis: f64 = on_axis.map(|crease| crease.weight).sum();
         let share = on_axis / self.weight;
         (share >= LEAST_SHARE && curvature > LEAST_CURVATURE).then(|| RevolutionAxis {
             point_mm: Point3::from(line.direction.cross(&line.moment)),
@@ -272,6 +272,21 @@ impl Crease {
     /// How far the normal at its middle misses a line, by the sine of the angle between them.
     fn miss_mm(&self, line: &Line) -> f64 {
         line.direction.dot(&self.middle_mm.cross(&self.normal)) + line.moment.dot(&self.normal)
+    }
+
+    /// Whether it may be one of a surface of revolution about a line: its normal meets the line, held
+    /// against its own distance, and it runs along the line or around it, not through it, as a thin rod
+    /// that crosses the line in its middle does.
+    fn is_about(&self, line: &Line) -> bool {
+        // To the tip of a cone it is twice; around the corner of a triangle too.
+        const MOST_FLARE: f64 = 2.5;
+        let point = line.direction.cross(&line.moment);
+        let arm = |place: Vector3<f64>| (place - point).cross(&line.direction).norm();
+        let own = arm(self.middle_mm);
+        let half = self.along_mm * f64::sqrt(3.0);
+        let across = self.normal.cross(&line.direction).norm();
+        self.miss_mm(line).abs() <= ON_AXIS * own * across
+            && [half, -half].iter().all(|half| arm(self.middle_mm + half) <= MOST_FLARE * own)
     }
 
     /// How much further it misses along the edge.
