@@ -5,7 +5,6 @@
 //! here, so that a command that prints a name need not think of what is in it.
 
 use std::borrow::Cow;
-use std::fmt::Write;
 
 /// The text with control characters, bidirectional controls, zero-width characters and separators of
 /// lines and paragraphs written as `\u{..}`. All else stays as it is.
@@ -16,18 +15,7 @@ use std::fmt::Write;
 /// assert_eq!(printable("a\u{202e}b"), r"a\u{202e}b");
 /// ```
 pub fn printable(text: &str) -> Cow<'_, str> {
-    if !text.chars().any(is_hidden) {
-        return Cow::Borrowed(text);
-    }
-    let mut shown = String::with_capacity(text.len() + 8);
-    for c in text.chars() {
-        if is_hidden(c) {
-            shown.extend(c.escape_unicode());
-        } else {
-            shown.push(c);
-        }
-    }
-    Cow::Owned(shown)
+    escaped(text, is_hidden, |c| c.escape_unicode().to_string())
 }
 
 fn is_hidden(c: char) -> bool {
@@ -44,38 +32,28 @@ fn is_hidden(c: char) -> bool {
 
 /// As [`printable`], but line ends and tabs stay what they are.
 pub fn printable_lines(text: &str) -> Cow<'_, str> {
-    let is_kept = |c: char| matches!(c, '\n' | '\t');
-    if text.split(is_kept).all(is_safe) {
-        return Cow::Borrowed(text);
-    }
-    let mut shown = String::with_capacity(text.len() + 8);
-    for piece in text.split_inclusive(is_kept) {
-        let content = piece.trim_end_matches(is_kept);
-        shown.push_str(&printable(content));
-        shown.push_str(&piece[content.len()..]);
-    }
-    Cow::Owned(shown)
+    let is_unsafe = |c: char| is_hidden(c) && !matches!(c, '\n' | '\t');
+    escaped(text, is_unsafe, |c| c.escape_unicode().to_string())
 }
 
 /// JSON with such characters as JSON escapes them: a program reads the same strings as before.
 pub fn printable_json(json: &str) -> Cow<'_, str> {
-    if json.split('\n').all(is_safe) {
-        return Cow::Borrowed(json);
-    }
-    let mut shown = String::with_capacity(json.len() + 8);
-    for c in json.chars() {
-        // They can stand within strings only. None of them needs more than four digits.
-        match c == '\n' || is_safe(c.encode_utf8(&mut [0; 4])) {
-            true => shown.push(c),
-            // Writing to a string cannot fail.
-            false => drop(write!(shown, "\\u{:04x}", u32::from(c))),
-        }
-    }
-    Cow::Owned(shown)
+    let is_unsafe = |c: char| is_hidden(c) && c != '\n';
+    // They can stand within strings only. None of them needs more than four digits.
+    escaped(json, is_unsafe, |c| format!("\\u{:04x}", u32::from(c)))
 }
 
-fn is_safe(text: &str) -> bool {
-    matches!(printable(text), Cow::Borrowed(_))
+/// The text with some of its characters written by `escape`.
+fn escaped(
+    text: &str,
+    is_unsafe: impl Fn(char) -> bool,
+    escape: impl Fn(char) -> String,
+) -> Cow<'_, str> {
+    if !text.contains(&is_unsafe) {
+        return Cow::Borrowed(text);
+    }
+    let shown = text.chars().map(|c| if is_unsafe(c) { escape(c) } else { c.to_string() });
+    Cow::Owned(shown.collect())
 }
 
 #[cfg(test)]
