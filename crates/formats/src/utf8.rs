@@ -25,28 +25,14 @@ pub struct Utf8Reader<R: Read> {
 }
 
 /// What a text cannot hold, carried through an [`io::Error`].
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-enum Problem {
-    #[error("line {line}, column {column}: found a byte that is not UTF-8, expected text")]
-    NotUtf8 { line: usize, column: usize },
-    #[error("line {line}: found a row of more than {MAX_ROW} bytes")]
-    LongRow { line: u64 },
+fn wrong(error: FormatError) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, error)
 }
 
-impl From<Problem> for io::Error {
-    fn from(problem: Problem) -> Self {
-        Self::new(io::ErrorKind::InvalidData, problem)
-    }
-}
-
-/// The error behind what a [`Utf8Reader`] gave: a byte that is no text, or the reader's own.
+/// The error behind what a [`Utf8Reader`] gave: what is wrong with the text, or the reader's own.
 pub fn error_of(error: &io::Error) -> FormatError {
-    match error.get_ref().and_then(|inner| inner.downcast_ref()) {
-        Some(&Problem::NotUtf8 { line, column }) => FormatError::NotUtf8 { line, column },
-        Some(&Problem::LongRow { line }) => {
-            let found = format!("a row of more than {MAX_ROW} bytes");
-            FormatError::line(line, found, "shorter rows, and an end to each quote")
-        }
+    match error.get_ref().and_then(|inner| inner.downcast_ref::<FormatError>()) {
+        Some(wrong) => wrong.clone(),
         None => FormatError::Unreadable { kind: error.kind(), found: error.to_string() },
     }
 }
@@ -74,10 +60,12 @@ impl<R: Read> Utf8Reader<R> {
             && (self.row_bytes <= MAX_ROW || error.error_len().is_some())
         {
             let column = 1 + error.valid_up_to();
-            return Err(Problem::NotUtf8 { line: self.line, column }.into());
+            return Err(wrong(FormatError::NotUtf8 { line: self.line, column }));
         }
         if self.row_bytes > MAX_ROW {
-            return Err(Problem::LongRow { line: self.row_line }.into());
+            let found = format!("a row of more than {MAX_ROW} bytes");
+            let expected = "shorter rows, and an end to each quote";
+            return Err(wrong(FormatError::line(self.row_line, found, expected)));
         }
         let is_marked = self.line == 1 && self.content.starts_with(BYTE_ORDER_MARK);
         self.given = if is_marked { BYTE_ORDER_MARK.len() } else { 0 };
