@@ -189,9 +189,9 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
             args.em.len()
         );
     }
-    output.write(|out| characterised::write(out, &found))?;
+    output.write(|out| characterised::write(out, &found, &found.readings))?;
     if let Some(held_out) = &held_out_output {
-        held_out.write(|out| characterised::write_held_out(out, &found))?;
+        held_out.write(|out| characterised::write(out, &found, &found.held_out))?;
         output::note(&format!(
             "{} readings held out, written to {}; all figures are of the others",
             with_separators(found.held_out.len()),

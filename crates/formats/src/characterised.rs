@@ -6,24 +6,13 @@ use trackwright_calibration::characterisation::{Characterisation, CharacterisedR
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
 
-/// Writes a row a reading: `sensor` by name, `pair` and `pose` numbered from 0. Rows of one pose
-/// belong together: a still pose, or a second of a path.
+/// Writes a row for each of some readings of a characterisation, its own or those that were held out:
+/// `sensor` by name, `pair` and `pose` numbered from 0. Rows of one pose belong together: a still
+/// pose, or a second of a path.
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write(out: &mut dyn Write, found: &Characterisation) -> io::Result<()> {
-    write_readings(out, found, &found.readings)
-}
-
-/// Writes the readings that were held out, likewise.
-///
-/// # Errors
-/// Those of the writer.
-pub fn write_held_out(out: &mut dyn Write, found: &Characterisation) -> io::Result<()> {
-    write_readings(out, found, &found.held_out)
-}
-
-fn write_readings(
+pub fn write(
     out: &mut dyn Write,
     found: &Characterisation,
     readings: &[CharacterisedReading],
@@ -96,7 +85,7 @@ mod tests {
             recordings: None,
         };
         let mut table = Vec::new();
-        write(&mut table, &found).unwrap();
+        write(&mut table, &found, &found.readings).unwrap();
         let read = measurements::parse(&table).unwrap();
         assert_eq!(read.measurements, [measurement; 3]);
         let labels = |name| groups::parse(&table, name).unwrap().unwrap();
@@ -105,7 +94,7 @@ mod tests {
         assert_eq!(labels(Some("pair")).labels, ["0", "0", "3"]);
         assert_eq!(labels(Some("sensor")).labels[0], "Port 1: a, \"b\"");
         let mut table = Vec::new();
-        write_held_out(&mut table, &found).unwrap();
+        write(&mut table, &found, &found.held_out).unwrap();
         let pairs = groups::parse(&table, Some("pair")).unwrap().unwrap();
         assert_eq!(pairs.labels, ["1"]);
     }

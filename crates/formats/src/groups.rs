@@ -23,10 +23,7 @@ pub struct GroupColumn {
 /// # Errors
 /// A named column that is missing, a column that is there twice, empty cells.
 pub fn parse(bytes: &[u8], name: Option<&str>) -> Result<Option<GroupColumn>, FormatError> {
-    match name {
-        Some(name) => column(bytes, Some(name), &[]),
-        None => column(bytes, None, &GROUP_COLUMNS),
-    }
+    column(bytes, name, &GROUP_COLUMNS)
 }
 
 /// Reads the column of sensors, where there is one.
@@ -37,18 +34,15 @@ pub fn parse_sensors(bytes: &[u8]) -> Result<Option<GroupColumn>, FormatError> {
     column(bytes, None, &[SENSOR_COLUMN])
 }
 
-/// A column that has to be there, or else the first that is.
+/// A named column, which has to be there, or else the first of those that are known to mean so.
 fn column(
     bytes: &[u8],
     name: Option<&str>,
     known: &[&'static str],
 ) -> Result<Option<GroupColumn>, FormatError> {
     let table = Table::parse(bytes)?;
-    let found = match name {
-        Some(name) => Some(name),
-        None => known.iter().copied().find(|known| table.header().has(known)),
-    };
-    let Some(name) = found else {
+    let known = known.iter().copied().find(|known| table.header().has(known));
+    let Some(name) = name.or(known) else {
         return Ok(None);
     };
     let index = table.header().place(name)?;
