@@ -1,6 +1,6 @@
 //! Bodies, `*.body.ron`: a tool or CRF with its sensors.
 
-use super::error::{FormatError, from_base64};
+use super::error::{FormatError, from_base64, in_part};
 use super::ron_text::{self, RonWriter, Version};
 use super::tool_definition::definition::ToolDefinition;
 use super::tool_definition::ndi_rom::OnMismatch;
@@ -127,7 +127,7 @@ fn read_definition(entry: DefinitionEntry) -> Result<Arc<DefinitionFile>, Format
     // Whoever made the body was warned of a sum that does not match, and wanted it all the same.
     ToolDefinition::parse(entry.kind, &bytes, OnMismatch::Accept)
         .map(|definition| Arc::new(definition.file()))
-        .map_err(|cause| FormatError::Part { part: "tool_definition", cause: Box::new(cause) })
+        .map_err(in_part("tool_definition"))
 }
 
 fn read_mesh(

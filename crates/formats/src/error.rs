@@ -111,6 +111,11 @@ impl FormatError {
     }
 }
 
+/// The error of a file within a file, which names the part.
+pub(super) fn in_part(part: &'static str) -> impl FnOnce(FormatError) -> FormatError {
+    move |cause| FormatError::Part { part, cause: Box::new(cause) }
+}
+
 /// Longest piece of a line that an error quotes.
 const MAX_QUOTE: usize = 60;
 

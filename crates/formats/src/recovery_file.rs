@@ -5,9 +5,9 @@
 
 use super::body::{self, BodyFile};
 use super::design_file::{self, DesignFile};
-use super::error::FormatError;
+use super::error::{FormatError, in_part};
 use super::ron_text::{self, RonWriter, Version};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use trackwright_design::{Design, DesignBody, View};
@@ -29,11 +29,11 @@ pub struct RecoveryFile {
 }
 
 /// Where a document came from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub enum RecoveryOrigin {
     BuiltIn(String),
     /// Absolute.
-    File(PathBuf),
+    File(#[serde(deserialize_with = "path")] PathBuf),
 }
 
 /// What a file was when it was read or written.
@@ -58,7 +58,7 @@ struct RecoveryEntry {
     written_unix_ms: u64,
     process: u32,
     is_dirty: bool,
-    origin: OriginEntry,
+    origin: RecoveryOrigin,
     design: String,
     tool_body: String,
     crf_body: Option<String>,
@@ -66,15 +66,10 @@ struct RecoveryEntry {
 }
 
 #[derive(Deserialize)]
-enum OriginEntry {
-    BuiltIn(String),
-    File(PathEntry),
-}
-
-#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StampEntry {
-    file: PathEntry,
+    #[serde(deserialize_with = "path")]
+    file: PathBuf,
     stamp: FileStamp,
 }
 
@@ -97,13 +92,13 @@ impl RecoveryFile {
 /// See [`FormatError`]; [`FormatError::Part`] for one of the files within it.
 pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
     let entry: RecoveryEntry = ron_text::parse(bytes)?;
-    let design: DesignFile = part("design", design_file::parse(entry.design.as_bytes()))?;
+    let design = design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
     let mut bodies =
         [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
     let (design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
         // The tool's first, as `into_design` requests them.
         match bodies.next() {
-            Some((name, Some(text))) => part(name, body::parse(text.as_bytes())),
+            Some((name, Some(text))) => body::parse(text.as_bytes()).map_err(in_part(name)),
             _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
         }
     })?;
@@ -111,25 +106,11 @@ pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
         written_unix_ms: entry.written_unix_ms,
         process: entry.process,
         is_dirty: entry.is_dirty,
-        origin: match entry.origin {
-            OriginEntry::BuiltIn(name) => RecoveryOrigin::BuiltIn(name),
-            OriginEntry::File(path) => RecoveryOrigin::File(path.into_path()),
-        },
+        origin: entry.origin,
         design,
         view,
-        stamps: entry
-            .stamps
-            .into_iter()
-            .map(|entry| (entry.file.into_path(), entry.stamp))
-            .collect(),
+        stamps: entry.stamps.into_iter().map(|entry| (entry.file, entry.stamp)).collect(),
     })
-}
-
-pub(super) fn part<T>(
-    part: &'static str,
-    parsed: Result<T, FormatError>,
-) -> Result<T, FormatError> {
-    parsed.map_err(|cause| FormatError::Part { part, cause: Box::new(cause) })
 }
 
 /// Writes a recovery file.
@@ -170,6 +151,10 @@ impl PathEntry {
             Self::Bytes(bytes) => path_of_bytes(bytes),
         }
     }
+}
+
+fn path<'de, D: Deserializer<'de>>(deserializer: D) -> Result<PathBuf, D::Error> {
+    PathEntry::deserialize(deserializer).map(PathEntry::into_path)
 }
 
 /// A path as a [`PathEntry`]. Elsewhere than on Unix what is no text loses what is none of it.
