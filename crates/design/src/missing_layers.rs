@@ -3,35 +3,22 @@
 use super::content::Design;
 use super::document::Document;
 use super::view::View;
-use std::fmt;
 use trackwright_field::Environment;
 use trackwright_simulation::requirement::Requirement;
 
 /// A layer that is on and not seen. Those that are on by default show whatever there is and are
 /// never missed.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MissingLayer {
     /// The file has a name that no layer has.
+    #[error("layer {0:?}, which this version of the program does not have")]
     Unknown(String),
-    /// The usable region of a design without a requirement.
+    #[error("usable region, as the design has no requirement")]
     Region,
-    /// The model's support in a room that does not know its own.
+    #[error("model support, as the room has no model validity")]
     Support,
-    /// Placements of a sensor where none is selected.
+    #[error("sensor placement, as no sensor is selected")]
     Placement,
-}
-
-impl fmt::Display for MissingLayer {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Unknown(name) => {
-                write!(f, "layer {name:?}, which this version of the program does not have")
-            }
-            Self::Region => f.write_str("usable region, as the design has no requirement"),
-            Self::Support => f.write_str("model support, as the room has no model validity"),
-            Self::Placement => f.write_str("sensor placement, as no sensor is selected"),
-        }
-    }
 }
 
 impl View {

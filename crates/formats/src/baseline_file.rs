@@ -6,7 +6,8 @@
 use super::body::{self, BodyFile};
 use super::design_file::{self, DesignFile};
 use super::error::FormatError;
-use super::recovery_file::{PathEntry, part, path_text};
+use super::error::in_part;
+use super::recovery_file::{PathEntry, path_text};
 use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
 use std::path::PathBuf;
@@ -39,7 +40,7 @@ struct BaselineEntry {
 /// See [`FormatError`]; [`FormatError::Part`] for one of the files within it.
 pub fn parse(bytes: &[u8]) -> Result<BaselineFile, FormatError> {
     let entry: BaselineEntry = ron_text::parse(bytes)?;
-    let design: DesignFile = part("design", design_file::parse(entry.design.as_bytes()))?;
+    let design: DesignFile = design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
     let mut bodies =
         [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
     let (design, _) = design.into_design(|_| -> Result<BodyFile, FormatError> {

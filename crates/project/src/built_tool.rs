@@ -2,7 +2,6 @@
 
 use super::error::StoreError;
 use super::files::Files;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use trackwright_calibration::agreement::{
     Agreement, AgreementError, AgreementRow, AgreementSettings, FrameMismatch, RecordedFrame,
@@ -44,27 +43,23 @@ pub struct BuiltTool {
     pub agreement: Agreement,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuiltToolNote {
-    RowsNotUsed {
-        file: PathBuf,
-        unused: usize,
-        rows: usize,
-        source: BodySource,
-    },
+    #[error(
+        "{}: {} of {} rows not used: {}",
+        file.display(), with_separators(*unused), with_separators(*rows), why_unused(kind)
+    )]
+    RowsNotUsed { file: PathBuf, unused: usize, rows: usize, kind: BodySource },
     /// Moments of one body at which the other was not recorded.
-    Unpaired {
-        file: PathBuf,
-        unpaired: usize,
-        moments: usize,
-        other: PathBuf,
-    },
-    /// It was not recorded, and errors are in the tracker's frame.
+    #[error(
+        "{}: {} of {} poses not used: {} has none of these moments",
+        file.display(), with_separators(*unpaired), with_separators(*moments), other.display()
+    )]
+    Unpaired { file: PathBuf, unpaired: usize, moments: usize, other: PathBuf },
+    #[error("no recording of the CRF: it is left out, and errors are in the tracker's frame")]
     CrfLeftOut,
-    Suspected {
-        file: PathBuf,
-        suspicion: Box<Suspicion>,
-    },
+    #[error("warning: {}: {suspicion}", file.display())]
+    Suspected { file: PathBuf, suspicion: Box<Suspicion> },
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -233,42 +228,18 @@ fn read_body(
             file: file.to_owned(),
             unused: found.rows_left_out,
             rows: table.rows.len(),
-            source: found.source,
+            kind: found.source,
         });
     }
     Ok(found)
 }
 
-impl fmt::Display for BuiltToolNote {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::RowsNotUsed { file, unused, rows, source } => write!(
-                f,
-                "{}: {} of {} rows not used: {}",
-                file.display(),
-                with_separators(*unused),
-                with_separators(*rows),
-                match source {
-                    BodySource::Whole => "they are of something else",
-                    BodySource::Sensors { .. } =>
-                        "of sensors that the body does not have, or of poses in which not every sensor was read as \
-                         often",
-                }
-            ),
-            Self::Unpaired { file, unpaired, moments, other } => write!(
-                f,
-                "{}: {} of {} poses not used: {} has none of these moments",
-                file.display(),
-                with_separators(*unpaired),
-                with_separators(*moments),
-                other.display()
-            ),
-            Self::Suspected { file, suspicion } => {
-                write!(f, "warning: {}: {suspicion}", file.display())
-            }
-            Self::CrfLeftOut => f.write_str(
-                "no recording of the CRF: it is left out, and errors are in the tracker's frame",
-            ),
+/// Why rows of a table are not used.
+fn why_unused(kind: &BodySource) -> &'static str {
+    match kind {
+        BodySource::Whole => "they are of something else",
+        BodySource::Sensors { .. } => {
+            "of sensors that the body does not have, or of poses in which not every sensor was read as often"
         }
     }
 }

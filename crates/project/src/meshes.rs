@@ -59,8 +59,19 @@ impl fmt::Display for MeshOwner {
     }
 }
 
+impl MeshOwner {
+    /// What its mesh is called within a sentence; `name` is that of the anatomy.
+    fn mesh_name(self, name: &str) -> String {
+        match self {
+            Self::Body(role) => format!("the {role}'s mesh"),
+            Self::Anatomy(_) => format!("the anatomy {name:?}"),
+        }
+    }
+}
+
 /// Why a mesh is not there; the design keeps its reference.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{} is missing: {cause}", whose.mesh_name(name))]
 pub struct MeshProblem {
     pub whose: MeshOwner,
     /// Of the anatomy; a body is named by its role.
@@ -69,32 +80,13 @@ pub struct MeshProblem {
     pub cause: Arc<StoreError>,
 }
 
-impl fmt::Display for MeshProblem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.whose {
-            MeshOwner::Body(role) => write!(f, "the {role}'s mesh is missing: {}", self.cause),
-            MeshOwner::Anatomy(_) => {
-                write!(f, "the anatomy {:?} is missing: {}", self.name, self.cause)
-            }
-        }
-    }
-}
-
 /// Something wrong with a mesh that was read all the same.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: {text}", whose.mesh_name(name))]
 pub struct MeshDoubt {
     pub whose: MeshOwner,
     pub name: String,
     pub text: String,
-}
-
-impl fmt::Display for MeshDoubt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.whose {
-            MeshOwner::Body(role) => write!(f, "the {role}'s mesh: {}", self.text),
-            MeshOwner::Anatomy(_) => write!(f, "the anatomy {:?}: {}", self.name, self.text),
-        }
-    }
 }
 
 #[derive(Clone, Debug, Default)]
@@ -385,30 +377,30 @@ impl World {
         true
     }
 
+    /// The meshes that the design refers to, each with its owner and the owner's name.
+    fn owned_meshes(&self) -> impl Iterator<Item = (MeshOwner, String, &LoadedMesh)> {
+        let bodies = BodyRole::ALL
+            .into_iter()
+            .map(|role| (role.into(), role.to_string(), &self.meshes.bodies[place(role)]));
+        let anatomy = self.document.design().anatomy.iter().enumerate();
+        let anatomy = anatomy.filter_map(|(index, own)| {
+            let whose = MeshOwner::Anatomy(Some(index));
+            Some((whose, own.name.clone(), self.meshes.find_anatomy(&own.mesh)?))
+        });
+        bodies.chain(anatomy)
+    }
+
     /// The meshes that could not be read, and why.
     pub fn mesh_problems(&self) -> Vec<MeshProblem> {
-        let bodies = BodyRole::ALL.into_iter().filter_map(|role| {
-            self.meshes.bodies[place(role)].problem(role.into(), role.to_string())
-        });
-        let anatomy = self.document.design().anatomy.iter().enumerate();
-        let anatomy = anatomy.filter_map(|(index, anatomy)| {
-            let whose = MeshOwner::Anatomy(Some(index));
-            self.meshes.find_anatomy(&anatomy.mesh)?.problem(whose, anatomy.name.clone())
-        });
-        bodies.chain(anatomy).collect()
+        self.owned_meshes().filter_map(|(whose, name, mesh)| mesh.problem(whose, name)).collect()
     }
 
     /// What is wrong with the meshes that were read, as their reports have it.
     pub fn mesh_doubts(&self) -> Vec<MeshDoubt> {
-        let bodies = BodyRole::ALL
-            .into_iter()
-            .filter_map(|role| Some((role.into(), role.to_string(), self.mesh_report(role)?)));
-        let anatomy = self.document.design().anatomy.iter().enumerate();
-        let anatomy = anatomy.filter_map(|(index, own)| {
-            let whose = MeshOwner::Anatomy(Some(index));
-            Some((whose, own.name.clone(), self.anatomy_report(&own.mesh)?))
-        });
-        let doubts = bodies.chain(anatomy).flat_map(|(whose, name, report)| {
+        let reported = self.owned_meshes();
+        let reported =
+            reported.filter_map(|(whose, name, mesh)| Some((whose, name, mesh.report()?)));
+        let doubts = reported.flat_map(|(whose, name, report)| {
             let faults = report.findings().into_iter().filter(|it| it.is_fault);
             let doubt = move |text| MeshDoubt { whose, name: name.clone(), text };
             faults.map(|fault| doubt(fault.text)).collect::<Vec<_>>()

@@ -4,7 +4,6 @@
 use super::error::StoreError;
 use super::paths::{absolute, folder_of, free_name, is_still};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -179,22 +178,15 @@ fn sync_folder(folder: &Path) {
 const FORMER: &str = ".old";
 
 /// A file that held comments, or fields that this version does not use, which its new version lacks.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "{}: comments, and fields that this version does not use, are not kept; the file as it was is {}",
+    file.display(), former.display()
+)]
 pub struct KeptFile {
     pub file: PathBuf,
     /// The file as it was.
     pub former: PathBuf,
-}
-
-impl fmt::Display for KeptFile {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}: comments, and fields that this version does not use, are not kept; the file as it was is {}",
-            self.file.display(),
-            self.former.display()
-        )
-    }
 }
 
 /// Locks the files that are there, so that nobody else saves them between the look at what they hold

@@ -192,47 +192,36 @@ fn none() -> String {
 }
 
 /// One thing that is not in the file that was written.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Lost {
     /// A ROM has no tip: it stands for the origin, or is found by a pivot calibration.
-    Tip {
-        tip_in_body: Point3<f64>,
-    },
-    Mesh {
-        file: String,
-    },
+    #[error("the tip ({} {} {} mm): a ROM's own is its origin", .tip_in_body.x, .tip_in_body.y, .tip_in_body.z)]
+    Tip { tip_in_body: Point3<f64> },
+    #[error("the mesh {file}")]
+    Mesh { file: String },
     /// Longer than the part number, or not ASCII; or no number where only one is kept.
-    BodyName {
-        name: String,
-        kept: String,
-    },
+    #[error("the name {name:?}: the file has {kept:?}")]
+    BodyName { name: String, kept: String },
     /// Markers and coils have numbers.
-    SensorNames {
-        count: usize,
-        first: String,
-    },
+    #[error("{}", sensor_names(*count, first))]
+    SensorNames { count: usize, first: String },
     /// Diameters and lengths.
-    CoilSizes {
-        count: usize,
-    },
+    #[error("the coil sizes of {}", sensors(*count))]
+    CoilSizes { count: usize },
     /// Of 5-DOF sensors, in a format of markers.
-    Axes {
-        count: usize,
-    },
+    #[error("the axes of {}: they are markers there", sensors(*count))]
+    Axes { count: usize },
     /// Of 6-DOF sensors, in a format of markers.
-    Rotations {
-        count: usize,
-    },
+    #[error("the rotations of {}: they are markers there", sensors(*count))]
+    Rotations { count: usize },
     /// Numbers of seven digits are that far off.
-    Digits {
-        greatest_mm: f64,
-    },
+    #[error("digits: positions are up to {greatest_mm:.1e} mm off, as the file keeps seven")]
+    Digits { greatest_mm: f64 },
     /// What else a definition states that the body carries, item by item.
-    Definition {
-        kind: DefinitionKind,
-        what: Vec<String>,
-    },
+    #[error("what else {} states: {}", kind.name(), what.join(", "))]
+    Definition { kind: DefinitionKind, what: Vec<String> },
     /// Of a text that is written anew.
+    #[error("comments: the text is written anew")]
     Comments,
 }
 
@@ -254,36 +243,10 @@ impl Lost {
     }
 }
 
-impl std::fmt::Display for Lost {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Tip { tip_in_body: tip } => {
-                write!(f, "the tip ({} {} {} mm): a ROM's own is its origin", tip.x, tip.y, tip.z)
-            }
-            Self::Mesh { file } => write!(f, "the mesh {file}"),
-            Self::BodyName { name, kept } => write!(f, "the name {name:?}: the file has {kept:?}"),
-            Self::SensorNames { count: 1, first } => {
-                write!(f, "the name of a sensor, {first:?}: it has a number")
-            }
-            Self::SensorNames { count, first } => {
-                write!(f, "the names of {count} sensors, {first:?} the first: they have numbers")
-            }
-            Self::CoilSizes { count } => write!(f, "the coil sizes of {}", sensors(*count)),
-            Self::Axes { count } => {
-                write!(f, "the axes of {}: they are markers there", sensors(*count))
-            }
-            Self::Rotations { count } => {
-                write!(f, "the rotations of {}: they are markers there", sensors(*count))
-            }
-            Self::Digits { greatest_mm } => write!(
-                f,
-                "digits: positions are up to {greatest_mm:.1e} mm off, as the file keeps seven"
-            ),
-            Self::Definition { kind, what } => {
-                write!(f, "what else {} states: {}", kind.name(), what.join(", "))
-            }
-            Self::Comments => write!(f, "comments: the text is written anew"),
-        }
+fn sensor_names(count: usize, first: &str) -> String {
+    match count {
+        1 => format!("the name of a sensor, {first:?}: it has a number"),
+        _ => format!("the names of {count} sensors, {first:?} the first: they have numbers"),
     }
 }
 
