@@ -66,10 +66,8 @@ pub struct Material {
 /// What light does to a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
-    Lit {
-        metallic: f64,
-        roughness: f64,
-    },
+    /// As a surface of a metal or of none, rough or smooth.
+    Lit { metallic: f64, roughness: f64 },
     /// Its colour as it is.
     Unlit,
 }
@@ -169,15 +167,7 @@ impl GlbWriter {
 
     /// The same shape with other vertex colours, linear RGBA.
     pub fn painted(&mut self, name: &str, of: &ShapeId, colors: &[[f64; 4]]) -> Option<ShapeId> {
-        if colors.len() != of.corners {
-            self.fail(GltfWriteError::Counts {
-                name: name.to_owned(),
-                what: "colours",
-                found: colors.len(),
-                expected: of.corners,
-            });
-            return None;
-        }
+        self.check_count(name, "colours", colors.len(), of.corners)?;
         let bytes = colors.iter().flatten().flat_map(|part| {
             let part = part.clamp(0.0, 1.0) * f64::from(u16::MAX);
             (part.round() as u16).to_le_bytes()
@@ -249,7 +239,8 @@ impl GlbWriter {
         let numbers =
             [transform.translation.as_slice(), transform.scale.as_slice(), q.coords.as_slice()];
         if numbers.concat().iter().any(|v| !(*v as f32).is_finite()) {
-            self.fail(GltfWriteError::NotFinite { name: node.name.clone(), what: "place" });
+            let name = node.name.clone();
+            self.fail::<()>(GltfWriteError::NotFinite { name, what: "place" });
         }
         let f32s = |v: &Vector3<f64>| [v.x as f32, v.y as f32, v.z as f32];
         let identity = NodeTransform::default();
@@ -345,11 +336,8 @@ impl GlbWriter {
         for point in points.iter().map(rounded) {
             for k in 0..3 {
                 if !point[k].is_finite() {
-                    self.fail(GltfWriteError::NotFinite {
-                        name: name.to_owned(),
-                        what: "position",
-                    });
-                    return None;
+                    let name = name.to_owned();
+                    return self.fail(GltfWriteError::NotFinite { name, what: "position" });
                 }
                 (min[k], max[k]) = (min[k].min(point[k]), max[k].max(point[k]));
             }
@@ -370,15 +358,7 @@ impl GlbWriter {
         normals: &[Vector3<f64>],
         corners: usize,
     ) -> Option<Index<json::Accessor>> {
-        if normals.len() != corners {
-            self.fail(GltfWriteError::Counts {
-                name: name.to_owned(),
-                what: "normals",
-                found: normals.len(),
-                expected: corners,
-            });
-            return None;
-        }
+        self.check_count(name, "normals", normals.len(), corners)?;
         let unit = |n: &Vector3<f64>| {
             let unit = n.try_normalize(MIN_NORMAL).unwrap_or_else(Vector3::z);
             [unit.x as f32, unit.y as f32, unit.z as f32]
@@ -419,10 +399,8 @@ impl GlbWriter {
         self.bytes.extend(bytes);
         let length = self.bytes.len() - from;
         if self.bytes.len() > MOST_BYTES {
-            let bytes = self.bytes.len();
-            self.fail(GltfWriteError::TooLarge { bytes });
-            self.bytes = Vec::new();
-            return None;
+            let bytes = std::mem::take(&mut self.bytes).len();
+            return self.fail(GltfWriteError::TooLarge { bytes });
         }
         let view = View {
             buffer: Index::new(0),
@@ -443,15 +421,28 @@ impl GlbWriter {
         }
         match serde_json::value::to_raw_value(value) {
             Ok(raw) => Some(raw),
-            Err(error) => {
-                self.fail(GltfWriteError::NotWritten(error.to_string()));
-                None
-            }
+            Err(error) => self.fail(GltfWriteError::NotWritten(error.to_string())),
         }
     }
 
-    fn fail(&mut self, error: GltfWriteError) {
+    fn check_count(
+        &mut self,
+        name: &str,
+        what: &'static str,
+        found: usize,
+        expected: usize,
+    ) -> Option<()> {
+        if found == expected {
+            return Some(());
+        }
+        let name = name.to_owned();
+        self.fail(GltfWriteError::Counts { name, what, found, expected })
+    }
+
+    /// Keeps the first error, and nothing else.
+    fn fail<T>(&mut self, error: GltfWriteError) -> Option<T> {
         self.error.get_or_insert(error);
+        None
     }
 }
 

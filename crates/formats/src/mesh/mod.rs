@@ -28,9 +28,6 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// What files of these formats are called.
-    pub const EXTENSIONS: [&str; 4] = ["glb", "gltf", "stl", "obj"];
-
     /// The format that a file's extension names, in any case and without its dot.
     pub fn of_extension(extension: &str) -> Option<Self> {
         match extension.to_ascii_lowercase().as_str() {

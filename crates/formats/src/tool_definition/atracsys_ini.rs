@@ -259,11 +259,7 @@ impl<'a> Values<'a> {
         let mut values = Self { of: HashMap::new(), fiducials: 0, has_pivot: false };
         let mut section: Option<String> = None;
         for (number, line) in (1..).zip(file.lines()) {
-            let wrong = |found: String, expected: &str| FormatError::Line {
-                line: number,
-                found,
-                expected: expected.to_owned(),
-            };
+            let wrong = |found: String, expected: &str| FormatError::line(number, found, expected);
             if let Some(name) = header(line) {
                 values.fiducials += usize::from(fiducial_index(&name).is_some());
                 values.has_pivot |= name == "pivot";
@@ -337,11 +333,9 @@ impl<'a> Values<'a> {
         let Some((line, value)) = self.get(section, key) else {
             return Err(FormatError::field(field, "missing", expected));
         };
-        value.parse().map_err(|_| FormatError::Cell {
-            line,
-            field,
-            found: format!("{:?}", value.chars().take(24).collect::<String>()),
-            expected,
+        value.parse().map_err(|_| {
+            let found = format!("{:?}", value.chars().take(24).collect::<String>());
+            FormatError::cell(line, field, found, expected)
         })
     }
 }
