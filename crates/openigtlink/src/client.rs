@@ -3,15 +3,14 @@
 use super::codec::{
     Content, DEFAULT_PORT, DecodeError, Decoded, Decoder, Message, StartTracking, Timestamp,
 };
+use super::thread::EventThread;
 use socket2::{SockRef, TcpKeepalive};
 use std::io;
 use std::net::SocketAddr;
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::runtime::Builder;
-use tokio::sync::oneshot;
 use tokio::time::{sleep, timeout};
 
 /// The longest message that is kept: tracking data of 3,700 tools.
@@ -68,25 +67,18 @@ pub fn server_address(text: &str) -> Result<String, String> {
 /// What happens to a client, reported from its thread.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ClientEvent {
+    /// It tries to reach the server.
     Connecting,
-    Connected {
-        server: SocketAddr,
-    },
-    Received {
-        message: Message,
-        arrived: Instant,
-    },
+    /// The server accepted the connection.
+    Connected { server: SocketAddr },
+    /// A message of a known type.
+    Received { message: Message, arrived: Instant },
     /// Of a type that is not known, or too long to be of use.
-    Skipped {
-        kind: String,
-    },
+    Skipped { kind: String },
     /// A message that is not used; where that ends the stream, `Lost` follows.
     Unreadable(DecodeError),
     /// It is tried again after a wait.
-    Lost {
-        why: DisconnectReason,
-        wait: Duration,
-    },
+    Lost { why: DisconnectReason, wait: Duration },
 }
 
 /// Why there is no connection.
@@ -109,10 +101,7 @@ pub enum DisconnectReason {
 }
 
 /// A client that runs as long as this is there.
-pub struct Client {
-    stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
-}
+pub struct Client(EventThread);
 
 impl Client {
     /// Connects, and again whenever the connection is lost. While `on_event`, called from the
@@ -122,42 +111,20 @@ impl Client {
         on_event: impl FnMut(ClientEvent) + Send + 'static,
     ) -> io::Result<Self> {
         let runtime = Builder::new_current_thread().enable_io().enable_time().build()?;
-        let (stop, stopped) = oneshot::channel();
         let listening = Listening { options, on_event, buffer: vec![0; READ_BYTES] };
-        let thread =
-            std::thread::Builder::new().name("live client".to_owned()).spawn(move || {
-                runtime.block_on(async {
-                    tokio::select! {
-                        // Also when the client was dropped.
-                        _ = stopped => {}
-                        () = listening.run() => {}
-                    }
-                });
-                // A name that is still being looked up is not waited for.
-                runtime.shutdown_background();
-            })?;
-        Ok(Self { stop: Some(stop), thread: Some(thread) })
+        let run = move |stopped| async move {
+            tokio::select! {
+                // Also when the client was dropped.
+                _ = stopped => {}
+                () = listening.run() => {}
+            }
+        };
+        EventThread::start("live client", runtime, run).map(Self)
     }
 
     /// Closes the connection; returns once nothing more is reported.
     pub fn stop(mut self) {
-        self.end();
-    }
-
-    fn end(&mut self) {
-        if let Some(stop) = self.stop.take() {
-            // A thread that ended by itself needs no word.
-            let _ = stop.send(());
-        }
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        self.end();
+        self.0.end();
     }
 }
 

@@ -31,3 +31,4 @@ pub mod relay;
 pub mod roles;
 pub mod server;
 pub mod session;
+mod thread;

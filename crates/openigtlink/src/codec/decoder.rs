@@ -21,13 +21,10 @@ pub fn longest_body(kind: &str, version: Version) -> u64 {
 /// What came of a header and its body.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Decoded {
+    /// Of a known type.
     Message(Message),
     /// Of an unknown type, or too long to be of use: passed over as it arrives.
-    Skipped {
-        kind: String,
-        device: String,
-        body_bytes: u64,
-    },
+    Skipped { kind: String, device: String, body_bytes: u64 },
 }
 
 /// What a stream has instead of a message.

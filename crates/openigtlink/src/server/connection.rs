@@ -1,11 +1,12 @@
 //! One client of a server: what is queued goes out, what it requests is answered.
 
-use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking, lock};
+use super::outbox::{Encoded, Item, Outbox, PoseTimes, Tracking};
 use super::{EventHandler, LeaveReason, ServerEvent, Shared};
 use crate::client::keep_alive;
 use crate::codec::{
     Content, Decoded, Decoder, Message, StartTracking, Status, StatusCode, Timestamp,
 };
+use crate::thread::lock;
 use std::io;
 use std::net::SocketAddr;
 use std::pin::pin;
@@ -200,29 +201,23 @@ impl Connection {
                 .ok()
                 .map(|message| Item::Send { message: Arc::new(message), pose: None })
         };
-        let start = |start: &StartTracking, has_quaternions| {
+        let start = |answer, wanted: &StartTracking, has_quaternions| {
             self.is_tracking.store(true, Ordering::Relaxed);
-            let every = Duration::from_millis(start.resolution_ms.into()).max(SHORTEST_INTERVAL);
-            Item::Track(Some(Tracking { every, has_quaternions }))
+            let every = Duration::from_millis(wanted.resolution_ms.into()).max(SHORTEST_INTERVAL);
+            let tracking = Tracking { every, has_quaternions };
+            reply(answer).into_iter().chain([Item::Track(Some(tracking))]).collect()
         };
-        let stop = || {
+        let stop = |answer| {
             self.is_tracking.store(false, Ordering::Relaxed);
-            Item::Track(None)
+            [Item::Track(None)].into_iter().chain(reply(answer)).collect()
         };
         match &request.content {
-            Content::StartTracking(wanted) => {
-                reply(Content::TrackingReply(0)).into_iter().chain([start(wanted, false)]).collect()
+            Content::StartTracking(wanted) => start(Content::TrackingReply(0), wanted, false),
+            Content::StartQuaternionTracking(wanted) => {
+                start(Content::QuaternionTrackingReply(0), wanted, true)
             }
-            Content::StartQuaternionTracking(wanted) => reply(Content::QuaternionTrackingReply(0))
-                .into_iter()
-                .chain([start(wanted, true)])
-                .collect(),
-            Content::StopTracking => {
-                [stop()].into_iter().chain(reply(Content::TrackingReply(0))).collect()
-            }
-            Content::StopQuaternionTracking => {
-                [stop()].into_iter().chain(reply(Content::QuaternionTrackingReply(0))).collect()
-            }
+            Content::StopTracking => stop(Content::TrackingReply(0)),
+            Content::StopQuaternionTracking => stop(Content::QuaternionTrackingReply(0)),
             Content::GetTransform => {
                 let found = lock(&self.shared.served).transforms(&request.device, Instant::now());
                 if found.is_empty() {

@@ -11,15 +11,15 @@ mod outbox;
 use super::codec::{Content, EncodeError, Message, Status, StatusCode, ToolKind};
 use super::latency::{Latencies, LatencySummary};
 use super::relay::RelayOptions;
+use super::thread::{EventThread, lock};
 use connection::Connection;
 pub use outbox::DEVICE;
-use outbox::{Encoded, Item, Outbox, PoseTimes, Served, lock};
+use outbox::{Encoded, Item, Outbox, PoseTimes, Served};
 use std::fs::File;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::runtime::{Builder, Runtime};
@@ -76,33 +76,18 @@ impl ServerOptions {
 /// What happens to a server, reported from its thread.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ServerEvent {
-    Joined {
-        client: SocketAddr,
-        clients: usize,
-    },
-    Left {
-        client: SocketAddr,
-        why: LeaveReason,
-        clients: usize,
-    },
+    /// A client that is served from now on.
+    Joined { client: SocketAddr, clients: usize },
+    /// A client that is served no more.
+    Left { client: SocketAddr, why: LeaveReason, clients: usize },
     /// There are as many clients as may be, or as the system allows.
-    Refused {
-        client: SocketAddr,
-        why: String,
-    },
+    Refused { client: SocketAddr, why: String },
     /// It does not read fast enough: poses that are too old by then are not sent to it.
-    FellBehind {
-        client: SocketAddr,
-    },
+    FellBehind { client: SocketAddr },
     /// It reads fast enough again; what it did not get meanwhile.
-    CaughtUp {
-        client: SocketAddr,
-        dropped: u64,
-    },
+    CaughtUp { client: SocketAddr, dropped: u64 },
     /// The system would not accept a client; tried again soon.
-    NotAccepted {
-        why: String,
-    },
+    NotAccepted { why: String },
 }
 
 /// Why a client is gone.
@@ -163,8 +148,7 @@ pub struct Server {
     max_age: Duration,
     is_version_one: bool,
     shared: Arc<Shared>,
-    stop: Option<oneshot::Sender<()>>,
-    thread: Option<JoinHandle<()>>,
+    thread: EventThread,
 }
 
 impl Server {
@@ -187,7 +171,6 @@ impl Server {
             ages: Mutex::default(),
             dropped_messages: AtomicU64::new(0),
         });
-        let (stop, stopped) = oneshot::channel();
         let accepting = Accepting {
             listener,
             shared: shared.clone(),
@@ -195,20 +178,15 @@ impl Server {
             spare: spare(),
             on_event: Arc::new(on_event),
         };
-        let thread = std::thread::Builder::new()
-            .name("live server".to_owned())
-            .spawn(move || {
-                runtime.block_on(accepting.run(stopped));
-                runtime.shutdown_background();
-            })
-            .map_err(ServerError::Thread)?;
+        let run = |stopped| accepting.run(stopped);
+        let thread =
+            EventThread::start("live server", runtime, run).map_err(ServerError::Thread)?;
         Ok(Self {
             address,
             max_age: options.max_age,
             is_version_one: options.is_version_one,
             shared,
-            stop: Some(stop),
-            thread: Some(thread),
+            thread,
         })
     }
 
@@ -300,24 +278,8 @@ impl Server {
 
     /// Gives clients their queues for a second at most, and ends; all latencies and ages.
     pub fn stop(mut self) -> (LatencySummary, LatencySummary) {
-        self.end();
+        self.thread.end();
         (self.latencies(), self.ages())
-    }
-
-    fn end(&mut self) {
-        if let Some(stop) = self.stop.take() {
-            // A thread that ended by itself needs no word.
-            let _ = stop.send(());
-        }
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        self.end();
     }
 }
 

@@ -4,19 +4,15 @@
 use crate::codec::{
     Content, EncodeError, Matrix, Message, QuaternionElement, Timestamp, ToolKind, TrackingElement,
 };
+use crate::thread::lock;
 use std::collections::{BTreeMap, VecDeque};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::Notify;
 use trackwright_geometry::pose::quaternion_to_array;
 
 /// A client is up to date again once nothing was thrown away for so long.
 const CAUGHT_UP_AFTER: Duration = Duration::from_secs(1);
-
-/// Locks whatever a thread that panicked left.
-pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// A message as bytes, with headers of version 1 and of the version that it came with.
 #[derive(Debug)]

@@ -11,13 +11,14 @@ use super::relay::{
     ClockChange, Reason, RelayCounts, RelayOptions, SentPose, ToolClock, ToolState,
 };
 use super::server::{Server, ServerError, ServerEvent, ServerOptions};
+use super::thread::lock;
 use running::{Next, Running};
 use std::collections::BTreeMap;
 use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use trackwright_design::BodyRole;
@@ -43,52 +44,33 @@ pub struct SessionSettings {
 /// What happens in a session, reported from its thread.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SessionEvent {
+    /// The tracker's server is being reached.
     Connecting,
-    Connected {
-        server: SocketAddr,
-    },
-    Lost {
-        why: DisconnectReason,
-        wait: Duration,
-    },
+    /// It is there.
+    Connected { server: SocketAddr },
+    /// It is gone, and reached for again after a wait.
+    Lost { why: DisconnectReason, wait: Duration },
     /// A message that is not used, the first of its kind on this connection.
     Unreadable(DecodeError),
     /// Messages of a type that is not known, the first of its kind.
-    Skipped {
-        kind: String,
-    },
+    Skipped { kind: String },
     /// The tracker reports a status of a device that is not "OK", the first time on this
     /// connection.
-    TrackerStatus {
-        device: String,
-        status: Status,
-    },
-    Tool {
-        tool: String,
-        state: ToolState,
-    },
+    TrackerStatus { device: String, status: Status },
+    /// A tool is good, or is not any more.
+    Tool { tool: String, state: ToolState },
     /// What the tracker stands by, before any compensation: also where that is not possible.
-    Measured {
-        tool: String,
-        pose: Pose,
-    },
+    Measured { tool: String, pose: Pose },
     /// A good pose, as it is sent on.
     Pose(Box<SentPose>),
     /// What a tool's timestamps show, each kind once until it is over.
-    Clock {
-        tool: String,
-        change: ClockChange,
-    },
+    Clock { tool: String, change: ClockChange },
     /// Samples that no tool is made for, the first of their kind.
-    Refused {
-        tool: String,
-        reason: Reason,
-    },
+    Refused { tool: String, reason: Reason },
+    /// What happens to clients.
     Server(ServerEvent),
     /// Nothing more is recorded; all else goes on.
-    NotRecorded {
-        why: String,
-    },
+    NotRecorded { why: String },
 }
 
 /// How a session is.
@@ -251,7 +233,7 @@ impl Session {
 
     /// How everything is now.
     pub fn state(&self) -> SessionState {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        lock(&self.state).clone()
     }
 
     /// Compensates by another room from now on; without one poses are passed on as they are.
@@ -322,7 +304,7 @@ fn run(
     running.finish();
     if let Some(server) = server {
         let (latency, age) = server.stop();
-        let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = lock(state);
         (state.latency, state.age) = (latency, age);
     }
 }

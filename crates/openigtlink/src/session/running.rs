@@ -7,10 +7,11 @@ use crate::relay::{
     Correction, LiveRoom, Output, Relay, RelayOptions, SentPose, ToolClock, ToolState,
 };
 use crate::server::{DEVICE, LeaveReason, Server, ServerEvent};
+use crate::thread::lock;
 use std::collections::BTreeSet;
 use std::mem::Discriminant;
+use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use trackwright_formats::recording::live_table::LiveSample;
 use trackwright_project::Recorder;
@@ -310,8 +311,4 @@ impl<'a, 'r, F: FnMut(&SessionEvent)> Running<'a, 'r, F> {
         }
         (self.on_event)(&SessionEvent::Server(event));
     }
-}
-
-fn lock(state: &Mutex<SessionState>) -> MutexGuard<'_, SessionState> {
-    state.lock().unwrap_or_else(PoisonError::into_inner)
 }
