@@ -20,87 +20,61 @@ use trackwright_simulation::requirement::Requirement;
 /// One change of a design.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
+    /// The design's own.
     SetName(String),
-    SetBodyName {
-        body: BodyRole,
-        name: String,
-    },
-    SetSensor {
-        body: BodyRole,
-        index: usize,
-        sensor: Sensor,
-    },
-    AddSensor {
-        body: BodyRole,
-        sensor: Sensor,
-    },
-    RemoveSensor {
-        body: BodyRole,
-        index: usize,
-    },
+    /// The tool's or the CRF's.
+    SetBodyName { body: BodyRole, name: String },
+    /// In the place of the one at `index`.
+    SetSensor { body: BodyRole, index: usize, sensor: Sensor },
+    /// At the end of the list.
+    AddSensor { body: BodyRole, sensor: Sensor },
+    /// Those behind it move up.
+    RemoveSensor { body: BodyRole, index: usize },
     /// Several sensors at once, each put in the place of the one at its index; names may change
     /// hands.
-    SetSensors {
-        body: BodyRole,
-        sensors: Vec<(usize, Sensor)>,
-    },
+    SetSensors { body: BodyRole, sensors: Vec<(usize, Sensor)> },
     /// At the end of the list, in this order.
-    AddSensors {
-        body: BodyRole,
-        sensors: Vec<Sensor>,
-    },
+    AddSensors { body: BodyRole, sensors: Vec<Sensor> },
     /// Indices as they are before; a set.
-    RemoveSensors {
-        body: BodyRole,
-        indices: Vec<usize>,
-    },
+    RemoveSensors { body: BodyRole, indices: Vec<usize> },
     /// Copies, mirrors, … the sensors at these indices; see [`Arrangement::arranged`].
-    Arrange {
-        body: BodyRole,
-        indices: Vec<usize>,
-        arrangement: Arrangement,
-    },
-    SetTip {
-        body: BodyRole,
-        tip_in_body: Option<Point3<f64>>,
-    },
+    Arrange { body: BodyRole, indices: Vec<usize>, arrangement: Arrangement },
+    /// Millimetres; `None` for a body without one.
+    SetTip { body: BodyRole, tip_in_body: Option<Point3<f64>> },
     /// `tracker_from_crf`.
     SetCrfPose(Pose),
     /// `crf_from_tool`.
     SetToolPose(Pose),
+    /// Of the tool's study.
     SetMotion(Option<Motion>),
+    /// Of the tool's study.
     SetRequirement(Option<Requirement>),
     /// Of the CRF's own study.
     SetCrfMotion(Option<Motion>),
     /// Of the CRF's own study.
     SetCrfRequirement(Option<Requirement>),
+    /// Of the CRF, at the end of the list.
     AddTarget(Target),
-    SetTarget {
-        index: usize,
-        target: Target,
-    },
-    RemoveTarget {
-        index: usize,
-    },
+    /// In the place of the one at `index`.
+    SetTarget { index: usize, target: Target },
+    /// Those behind it move up.
+    RemoveTarget { index: usize },
     /// Millimetres.
     SetOrientationWeight(Option<f64>),
     /// A file relative to the design's.
     SetEnvironment(String),
     /// A file relative to the body's.
-    SetMesh {
-        body: BodyRole,
-        mesh: Option<MeshReference>,
-    },
+    SetMesh { body: BodyRole, mesh: Option<MeshReference> },
     /// Another tool or CRF in the place of this one, with all that its file holds, where it is.
-    SetBody {
-        body: BodyRole,
-        content: Box<DesignBody>,
-    },
+    SetBody { body: BodyRole, content: Box<DesignBody> },
     /// A CRF for a design without one. Nothing moves: tool and anatomy are where they were in the
     /// tracker's frame.
     AddCrf(Box<CrfPlacement>),
+    /// What is shown beside the bodies.
     Anatomy(AnatomyEdit),
+    /// What is presented.
     Slides(SlideEdit),
+    /// Further rooms and decisions.
     Procedure(ProcedureEdit),
 }
 

@@ -14,13 +14,9 @@ pub enum AnatomyEdit {
     /// At the end of the list.
     Add(Box<Anatomy>),
     /// In the place of the one at `index`.
-    Set {
-        index: usize,
-        anatomy: Box<Anatomy>,
-    },
-    Remove {
-        index: usize,
-    },
+    Set { index: usize, anatomy: Box<Anatomy> },
+    /// Those behind it move up.
+    Remove { index: usize },
 }
 
 impl AnatomyEdit {
@@ -110,23 +106,13 @@ fn check_name<'a>(
 #[derive(Clone, Debug, PartialEq)]
 pub enum SlideEdit {
     /// At `index`, what was there and after it moves back.
-    Add {
-        index: usize,
-        slide: Box<Slide>,
-    },
+    Add { index: usize, slide: Box<Slide> },
     /// In the place of the one at `index`.
-    Set {
-        index: usize,
-        slide: Box<Slide>,
-    },
-    Remove {
-        index: usize,
-    },
+    Set { index: usize, slide: Box<Slide> },
+    /// Those behind it move up.
+    Remove { index: usize },
     /// Takes the slide at `from` and puts it where it then has the index `to`.
-    Move {
-        from: usize,
-        to: usize,
-    },
+    Move { from: usize, to: usize },
 }
 
 impl SlideEdit {
@@ -198,13 +184,9 @@ pub enum ProcedureEdit {
     /// As it is written in the list. What was decided in it stays decided.
     RemoveRoom(String),
     /// In the place of what was decided before.
-    Decide {
-        step: Step,
-        decision: Box<Decision>,
-    },
-    Withdraw {
-        step: Step,
-    },
+    Decide { step: Step, decision: Box<Decision> },
+    /// What was decided is decided no more.
+    Withdraw { step: Step },
 }
 
 impl ProcedureEdit {

@@ -46,7 +46,7 @@ pub fn parse(bytes: &[u8]) -> Result<BaselineFile, FormatError> {
     let (design, _) = design.into_design(|_| -> Result<BodyFile, FormatError> {
         // The tool's first, as `into_design` requests them.
         match bodies.next() {
-            Some((name, Some(text))) => part(name, body::parse(text.as_bytes())),
+            Some((name, Some(text))) => body::parse(text.as_bytes()).map_err(in_part(name)),
             _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
         }
     })?;
