@@ -57,18 +57,12 @@ pub enum StoreError {
 impl StoreError {
     /// Whether a checksum does not match: the file can be read all the same.
     pub fn is_checksum(&self) -> bool {
-        let Self::Format { cause, .. } = self else {
-            return false;
-        };
-        matches!(cause, FormatError::Checksum { .. })
+        matches!(self, Self::Format { cause: FormatError::Checksum { .. }, .. })
     }
 
     /// Whether a file is sound as far as can be checked, but of another version of the program.
     pub fn is_other_version(&self) -> bool {
-        let Self::Format { cause, .. } = self else {
-            return false;
-        };
-        matches!(cause, FormatError::Version { .. })
+        matches!(self, Self::Format { cause: FormatError::Version { .. }, .. })
     }
 }
 

@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use trackwright_design::Origin;
 use trackwright_field::Environment;
 use trackwright_field::generator::Generator;
@@ -77,7 +77,7 @@ impl Files {
     /// [`StoreError::IsInput`] where the command reads that file, by whatever name.
     pub fn output(&self, file: &Path) -> Result<Output<'_>, StoreError> {
         let id = FileId::of(file);
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.known();
         if known.read.contains(&id) {
             return Err(is_input(file));
         }
@@ -100,7 +100,7 @@ impl Files {
     /// States that a file is read, which must be no [`output`](Self::output).
     pub(super) fn input(&self, file: &Path) -> Result<(), StoreError> {
         let id = FileId::of(file);
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = self.known();
         if known.written.contains_key(&id) && is_plain(file) {
             return Err(is_input(file));
         }
@@ -124,9 +124,12 @@ impl Files {
         read_tool(file, on_mismatch)
     }
 
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn is_written(&self, file: &Path) {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        known.written.insert(FileId::of(file), file.to_owned());
+        self.known().written.insert(FileId::of(file), file.to_owned());
     }
 
     fn opened(&self, world: World) -> Result<World, StoreError> {

@@ -90,6 +90,16 @@ pub(super) fn file_name(file: &Path) -> String {
     file.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
+/// The files of a folder whose names end so, in order.
+pub(super) fn files_ending(folder: &Path, ending: &str) -> io::Result<Vec<PathBuf>> {
+    let mut files: Vec<_> = fs::read_dir(folder)?
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| path.to_string_lossy().ends_with(ending))
+        .collect();
+    files.sort();
+    Ok(files)
+}
+
 pub(super) fn extension_of(file: &Path) -> String {
     file.extension().unwrap_or_default().to_string_lossy().into_owned()
 }

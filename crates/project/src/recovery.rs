@@ -13,6 +13,7 @@ use super::builtin;
 use super::error::StoreError;
 use super::meshes::{Meshes, WhichMeshes};
 use super::open::{Reader, World, home};
+use super::paths::files_ending;
 use super::read::{Kind, Storage, read};
 use super::stamps::Stamps;
 use super::state::create_private_folder;
@@ -274,25 +275,16 @@ fn remove_stale_locks(folder: &Path) {
     }
 }
 
-/// The files of a folder whose names end so, in order.
+/// The files of a folder whose names end so, in order; none where there is no folder.
 fn files_of(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, StoreError> {
-    let entries = match fs::read_dir(folder) {
-        Ok(entries) => entries,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(cause) => {
-            return Err(StoreError::Read {
-                file: folder.to_owned(),
-                expected: "a folder of recovery files",
-                cause,
-            });
-        }
-    };
-    let mut files: Vec<_> = entries
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|file| file.to_string_lossy().ends_with(extension))
-        .collect();
-    files.sort();
-    Ok(files)
+    match files_ending(folder, extension) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        files => files.map_err(|cause| StoreError::Read {
+            file: folder.to_owned(),
+            expected: "a folder of recovery files",
+            cause,
+        }),
+    }
 }
 
 fn session_of(file: &Path) -> String {

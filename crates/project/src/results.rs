@@ -4,6 +4,7 @@
 use super::error::StoreError;
 use super::files::Output;
 use super::paths::folder_of;
+use super::write::write_error;
 use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, Write};
@@ -72,7 +73,7 @@ pub fn write_log(
 /// # Errors
 /// [`StoreError::Write`] where nothing can be written there.
 pub fn report_file(output: &Path, name: &OsStr) -> Result<PathBuf, StoreError> {
-    let fails = |cause: io::Error| StoreError::Write { file: output.to_owned(), cause };
+    let fails = |cause: io::Error| write_error(output, cause);
     let file = match fs::metadata(output) {
         // A file of another kind is hardly meant, and no folder.
         Ok(there) if there.is_file() && !is_page(output) => {
@@ -122,8 +123,7 @@ impl Recorder {
             })?;
             Ok(file)
         };
-        let file = create()
-            .map_err(|cause: io::Error| StoreError::Write { file: path.to_owned(), cause })?;
+        let file = create().map_err(|cause| write_error(path, cause))?;
         Ok(Self {
             path: path.to_owned(),
             file,
@@ -145,7 +145,7 @@ impl Recorder {
                     format!("{cause}; the last line is cut, which cannot be mended: {uncut}"),
                 ),
             };
-            return Err(StoreError::Write { file: self.path.clone(), cause });
+            return Err(write_error(&self.path, cause));
         }
         self.whole_bytes += self.line.len() as u64;
         self.samples += 1;

@@ -4,9 +4,8 @@ use super::builtin;
 use super::error::StoreError;
 use super::files::Files;
 use super::open::{World, home};
-use super::paths::{absolute, file_name, folder_of, relative};
+use super::paths::{absolute, file_name, files_ending, folder_of, relative};
 use super::read::{Storage, read};
-use std::fs;
 use std::path::{Path, PathBuf};
 use trackwright_field::Environment;
 use trackwright_formats::environment;
@@ -160,13 +159,8 @@ pub fn builtin_rooms() -> impl Iterator<Item = RoomSource> {
 
 /// The environment files of a folder, by name.
 pub fn rooms_of_folder(folder: &Path) -> Vec<RoomSource> {
-    let mut files: Vec<PathBuf> = fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.to_string_lossy().ends_with(ENVIRONMENT_EXTENSION))
-        .map(|path| absolute(&path))
-        .collect();
+    let files = files_ending(folder, ENVIRONMENT_EXTENSION).unwrap_or_default();
+    let mut files: Vec<_> = files.iter().map(|path| absolute(path)).collect();
     files.sort();
     files.truncate(MOST_ROOMS);
     files.into_iter().map(RoomSource::File).collect()

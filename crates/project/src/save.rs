@@ -3,7 +3,7 @@
 
 use super::error::StoreError;
 use super::open::{World, home};
-use super::paths::{absolute, file_name, folder_of, free_name, relative};
+use super::paths::{absolute, file_name, files_ending, folder_of, free_name, relative};
 use super::read::{Kind, Storage};
 use super::stamps::Stamps;
 use super::tool::{body_name, body_text, is_definition, parse_body, reach_mesh};
@@ -502,16 +502,10 @@ pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
 /// The other designs of a folder, each with the bodies it uses.
 fn other_designs(own_file: &Path) -> Vec<(PathBuf, Vec<PathBuf>)> {
     let own_place = absolute(own_file);
-    let mut files: Vec<_> = fs::read_dir(folder_of(own_file))
-        .into_iter()
-        .flatten()
-        .filter_map(|entry| Some(entry.ok()?.path()))
-        .filter(|path| path.to_string_lossy().ends_with(DESIGN_EXTENSION))
-        .filter(|path| absolute(path) != own_place)
-        .collect();
-    files.sort();
+    let files = files_ending(&folder_of(own_file), DESIGN_EXTENSION).unwrap_or_default();
     files
         .into_iter()
+        .filter(|file| absolute(file) != own_place)
         .filter_map(|file| {
             let design = design_file::parse(&Storage::Disk.read(&file, Kind::DESIGN).ok()?).ok()?;
             let bodies = design
