@@ -1,8 +1,6 @@
 //! What the command line leaves open about a model, chosen by cross-validation with a progress bar.
 
 use super::prelude::*;
-use std::convert::Infallible;
-use std::str::FromStr;
 use trackwright_calibration::room_choice::{
     self, Chosen, Grouping, ModelChoice, ModelRequest, RowLabels, numbered_labels, row_groups,
 };
@@ -26,16 +24,14 @@ pub(super) enum HoldOutArg {
     Column(String),
 }
 
-impl FromStr for HoldOutArg {
-    type Err = Infallible;
-
-    fn from_str(text: &str) -> Result<Self, Infallible> {
-        Ok(match text {
+impl From<&str> for HoldOutArg {
+    fn from(text: &str) -> Self {
+        match text {
             "rows" => Self::Rows,
             "groups" => Self::Groups,
             "sensors" | SENSOR_COLUMN => Self::Sensors,
             column => Self::Column(column.to_owned()),
-        })
+        }
     }
 }
 

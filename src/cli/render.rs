@@ -4,7 +4,6 @@ use super::named_design::{note_meshes, open_named};
 use super::prelude::*;
 use super::render_video::VideoArgs;
 use clap::ValueEnum;
-use std::str::FromStr;
 use trackwright_design::MissingLayer;
 use trackwright_design::view::{Layers, View};
 use trackwright_editor::app::picture::{ComparedDesigns, PictureSetup, StudyTrial};
@@ -30,8 +29,8 @@ pub struct RenderArgs {
     #[arg(short, long)]
     pub output: PathBuf,
     /// Width and height in pixels
-    #[arg(long, default_value = "1440x900", value_name = "WxH")]
-    pub size: PictureSize,
+    #[arg(long, default_value = "1440x900", value_name = "WxH", value_parser = picture_size)]
+    pub size: [u32; 2],
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
@@ -57,8 +56,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "RECORDED.csv", requires = "workspace")]
     pub recorded: Option<PathBuf>,
     /// In the Study workspace, the trial of the range of motion to show, from 1, or worst
-    #[arg(long, value_name = "N", requires = "workspace")]
-    pub trial: Option<TrialName>,
+    #[arg(long, value_name = "N", requires = "workspace", value_parser = study_trial)]
+    pub trial: Option<StudyTrial>,
     /// In the Present workspace, the slide to show, from 1
     #[arg(long, value_name = "N", requires = "workspace", value_parser = clap::value_parser!(u32).range(1..))]
     pub slide: Option<u32>,
@@ -78,15 +77,11 @@ pub struct RenderArgs {
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
     /// tip-error, requirement, ghost, motion, tip-scatter, slice, arrows, placement (of the selected
     /// sensor), region, support, labels; or all, or none
-    #[arg(long, value_name = "LIST")]
-    pub layers: Option<LayerList>,
+    #[arg(long, value_name = "LIST", value_parser = Layers::named)]
+    pub layers: Option<Layers>,
     #[command(flatten)]
     pub video: VideoArgs,
 }
-
-/// Width and height in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PictureSize(pub [u32; 2]);
 
 const WORKSPACE: Choice<Workspace> = Choice(&[
     ("design", "Bodies, sensors, the result", workspaces::design::WORKSPACE),
@@ -116,46 +111,20 @@ pub enum ViewName {
 }
 
 /// A trial by its number from 1, or the worst.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TrialName(pub StudyTrial);
-
-impl FromStr for TrialName {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.parse::<usize>() {
-            Ok(number) if number > 0 => Ok(Self(StudyTrial::Number(number - 1))),
-            _ if text == "worst" => Ok(Self(StudyTrial::Worst)),
-            _ => Err("expected a number from 1, or worst".to_owned()),
-        }
+fn study_trial(text: &str) -> Result<StudyTrial, String> {
+    match text.parse::<usize>() {
+        Ok(number) if number > 0 => Ok(StudyTrial::Number(number - 1)),
+        _ if text == "worst" => Ok(StudyTrial::Worst),
+        _ => Err("expected a number from 1, or worst".to_owned()),
     }
 }
 
-/// The layers that are on; all others are off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LayerList(pub Layers);
-
-impl FromStr for PictureSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected =
-            || format!("expected WxH, each from {LEAST_PX} to {MOST_PX}, as in 1440x900");
-        let (width, height) = text.split_once('x').ok_or_else(expected)?;
-        let side = |text: &str| {
-            let side: u32 = text.parse().map_err(|_| expected())?;
-            if (LEAST_PX..=MOST_PX).contains(&side) { Ok(side) } else { Err(expected()) }
-        };
-        Ok(Self([side(width)?, side(height)?]))
-    }
-}
-
-impl FromStr for LayerList {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Layers::named(text).map(Self)
-    }
+/// Width and height in pixels.
+fn picture_size(text: &str) -> Result<[u32; 2], String> {
+    let side = |text: &str| text.parse().ok().filter(|px| (LEAST_PX..=MOST_PX).contains(px));
+    text.split_once('x')
+        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
+        .ok_or_else(|| format!("expected WxH, each from {LEAST_PX} to {MOST_PX}, as in 1440x900"))
 }
 
 /// Writes the picture, whole or not at all. A mesh that cannot be read is noted and left out.
@@ -172,9 +141,9 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     let mut world = open_named(files, &args.design)?;
     note_meshes(&world);
     preflight::adapter().context("cannot render")?;
-    let size = args.size.0;
+    let size = args.size;
     let mut view = world.document.view().clone();
-    if let Some(LayerList(layers)) = args.layers {
+    if let Some(layers) = args.layers {
         view.layers = layers;
         view.unknown_layers.clear();
     }
@@ -185,15 +154,9 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     if args.facing_slice {
         face_slice(&mut world, size);
     }
-    let selected = match &args.select {
-        Some(name) => Some(thing_named(&world, name)?),
-        None => None,
-    };
+    let selected = args.select.as_ref().map(|name| thing_named(&world, name)).transpose()?;
     let tables = [(TableRole::Training, &args.measurements), (TableRole::HeldOut, &args.holdout)];
-    let slide = match args.slide {
-        None => 0,
-        Some(number) => slide_numbered(&world, number)?,
-    };
+    let slide = args.slide.map_or(Ok(0), |number| slide_numbered(&world, number))?;
     for missing in missing_layers(&world, args.workspace, slide, selected) {
         output::note(&format!("note: drawn without the {missing}"));
     }
@@ -208,7 +171,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
             designs: args.beside.clone(),
             recorded: args.recorded.clone(),
         },
-        trial: args.trial.map(|TrialName(trial)| trial),
+        trial: args.trial,
         selected,
         theme: match args.light {
             true => Theme::Light,
@@ -337,17 +300,9 @@ mod tests {
 
     #[test]
     fn sizes_are_two_numbers_within_limits() {
-        assert_eq!("320x240".parse(), Ok(PictureSize([320, 240])));
+        assert_eq!(picture_size("320x240"), Ok([320, 240]));
         for wrong in ["320", "0x240", "320x", "9000x240", "axb", "-1x2", "320x240x3"] {
-            assert!(wrong.parse::<PictureSize>().is_err(), "{wrong}");
+            assert!(picture_size(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn a_list_of_layers_turns_all_others_off() {
-        let LayerList(layers) = "slice, ghost".parse().unwrap();
-        assert!(layers.slice && layers.ghost && !layers.volume && !layers.labels);
-        assert!("all".parse::<LayerList>().unwrap().0.labels);
-        assert_eq!("sliec".parse::<LayerList>(), Err("no layer sliec".to_owned()));
     }
 }
