@@ -15,7 +15,6 @@ use trackwright_simulation::comparison::{
     Comparison, Difference, LEAST_DEG, LEAST_MM, Least, Row, Settings, WorstPose, compare,
     difference_words, met_words, notes, worst_words,
 };
-use trackwright_simulation::expected::{judged, requirement_figures};
 use trackwright_simulation::{ErrorOf, Metric, Summary};
 
 /// Longest name that a table shows whole.
@@ -199,20 +198,11 @@ fn row_as_json(row: &Row, names: &Names) -> Value {
         return value;
     };
     let figures = &measured.figures;
-    value["trials"] = json!(figures.trials);
-    value["outside"] = json!(figures.outside);
-    value["out_of_volume"] = json!(figures.out_of_volume);
-    value["without_field"] = json!(measured.without_field);
+    let expected = measured.expected.as_ref();
+    expected::add_figures(&mut value, figures, measured.without_field, expected);
     value["rejected"] = json!(figures.rejected);
-    value["position_mm"] = json!(figures.position_mm);
-    value["angle_deg"] = json!(figures.angle_deg);
-    value["worst"] = json!(figures.worst);
     value["worst"]["pose"] = json!(pose_to_array(&measured.worst_pose.crf_from_tool));
     value["worst"]["offsets"] = offsets_as_json(&measured.worst_pose);
-    value["requirement"] = json!(requirement_figures(figures));
-    if let Some(expected) = &measured.expected {
-        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
-    }
     value["poorly_determined"] = json!(figures.poorly_determined);
     if let Some(weak) = &figures.barely_determined {
         value["barely_determined"] = json!(weak);

@@ -3,7 +3,8 @@
 use super::prelude::*;
 use serde_json::Map;
 use trackwright_simulation::expected::{
-    JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times, verdict_of,
+    JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times,
+    requirement_figures, verdict_of,
 };
 use trackwright_simulation::figures::Figures;
 use trackwright_simulation::{
@@ -67,6 +68,26 @@ pub(super) fn add_json(value: &mut Value, expected: &Expected, bounds: &[JudgedB
             bounds.iter().map(|bound| (bound.metric.name().to_owned(), json!(bound.verdict)));
         value["verdict"] = json!(verdict);
         value["verdicts"] = Value::Object(named.collect());
+    }
+}
+
+/// A study's figures, and those that are to be expected.
+pub(super) fn add_figures(
+    value: &mut Value,
+    figures: &Figures,
+    without_field: usize,
+    expected: Option<&Expected>,
+) {
+    value["trials"] = json!(figures.trials);
+    value["outside"] = json!(figures.outside);
+    value["out_of_volume"] = json!(figures.out_of_volume);
+    value["without_field"] = json!(without_field);
+    value["position_mm"] = json!(figures.position_mm);
+    value["angle_deg"] = json!(figures.angle_deg);
+    value["worst"] = json!(figures.worst);
+    value["requirement"] = json!(requirement_figures(figures));
+    if let Some(expected) = expected {
+        add_json(value, expected, &judged(figures, Some(expected)));
     }
 }
 

@@ -15,7 +15,6 @@ use trackwright_procedure::{
 use trackwright_project::{ProcedureRequest, StoreError, World};
 use trackwright_report::text_table::columns;
 use trackwright_simulation::BoundVerdict;
-use trackwright_simulation::expected::{judged, requirement_figures};
 use trackwright_simulation::own_study::study_notes;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_simulation::{ErrorOf, Metric};
@@ -263,18 +262,8 @@ fn row_as_json(row: &Row) -> Value {
     let Ok(studied) = &row.studied else {
         return value;
     };
-    let figures = &studied.figures;
-    value["trials"] = json!(figures.trials);
-    value["outside"] = json!(figures.outside);
-    value["out_of_volume"] = json!(figures.out_of_volume);
-    value["without_field"] = json!(studied.without_field);
-    value["position_mm"] = json!(figures.position_mm);
-    value["angle_deg"] = json!(figures.angle_deg);
-    value["worst"] = json!(figures.worst);
-    value["requirement"] = json!(requirement_figures(figures));
-    if let Some(expected) = &studied.expected {
-        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
-    }
+    let expected = studied.expected.as_ref();
+    expected::add_figures(&mut value, &studied.figures, studied.without_field, expected);
     value
 }
 

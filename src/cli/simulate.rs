@@ -103,10 +103,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         .report(&scenario, design.orientation_weight_mm, &mode)
         .with_context(named)?;
     // Before the log is written: an environment without that data is an error.
-    let survey = match args.support {
-        false => None,
-        true => Some(survey(&scenario, &mode).with_context(named)?),
-    };
+    let survey = args.support.then(|| survey(&scenario, &mode).with_context(named)).transpose()?;
     let (outcome, last) = simulate(&scenario, &mode, log.as_ref()).with_context(named)?;
     if args.explain {
         for line in trackwright_simulation::explain(&scenario, &outcome) {
@@ -124,13 +121,10 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let coils = trackwright_project::coil_findings(&world);
     match args.format {
         Format::Json => {
-            let mut value = as_json(&outcome.figures, single.as_ref());
-            if let Some(expected) = &expected {
-                expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
-            }
+            let mut value = as_json(figures, single.as_ref(), expected.as_ref());
             expected::add_needed(&mut value, &needed);
             if let Some(report) = &uncertainty {
-                value["uncertainty"] = report.as_json(&outcome.figures);
+                value["uncertainty"] = report.as_json(figures);
             }
             if let Some(survey) = &survey {
                 value["support"] = json!(survey);
@@ -143,28 +137,14 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         Format::Text => {
             let title = title(&world);
             let (single, expected) = (single.as_ref(), expected.as_ref());
-            let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
-            for line in missed_lines(&scenario, &mode, figures, expected).with_context(named)? {
-                text.push('\n');
-                text.push_str(&line);
-            }
-            for line in expected::needed_lines(&needed) {
-                text.push('\n');
-                text.push_str(&line);
-            }
-            if let Some(report) = &uncertainty {
-                text.push('\n');
-                text.push_str(&report.as_text(&outcome.figures));
-            }
-            if let Some(survey) = &survey {
-                text.push('\n');
-                text.push_str(&output::aligned(&rows(support_rows(survey))));
-            }
-            for statement in coil_statements(&coils) {
-                text.push('\n');
-                text.push_str(&statement);
-            }
-            output::print(&text)
+            let mut parts =
+                vec![study_text(&title, (&scenario, &mode), &outcome, single, expected)];
+            parts.extend(missed_lines(&scenario, &mode, figures, expected).with_context(named)?);
+            parts.extend(expected::needed_lines(&needed));
+            parts.extend(uncertainty.iter().map(|report| report.as_text(figures)));
+            parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
+            parts.extend(coil_statements(&coils));
+            output::print(&parts.join("\n"))
         }
     }
 }
@@ -211,17 +191,10 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
         let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
         let expected = expected::of(&scenario, &mode)?;
         let (single, expected) = (single.as_ref(), expected.as_ref());
-        let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
-        for line in missed_lines(&scenario, &mode, &outcome.figures, expected)? {
-            text.push('\n');
-            text.push_str(&line);
-        }
-        texts.push(text);
-        let mut value = as_json(&outcome.figures, single);
-        if let Some(expected) = expected {
-            let bounds = judged(&outcome.figures, Some(expected));
-            expected::add_json(&mut value, expected, &bounds);
-        }
+        let mut parts = vec![study_text(&title, (&scenario, &mode), &outcome, single, expected)];
+        parts.extend(missed_lines(&scenario, &mode, &outcome.figures, expected)?);
+        texts.push(parts.join("\n"));
+        let mut value = as_json(&outcome.figures, single, expected);
         value["target"] = json!(study.target);
         values.push(value);
     }
@@ -361,7 +334,7 @@ fn simulate(
     Ok((outcome, last))
 }
 
-fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
+fn as_json(figures: &Figures, single: Option<&Trial>, expected: Option<&Expected>) -> Value {
     let mut value = json!({
         "trials": figures.trials,
         "outside": figures.outside,
@@ -386,6 +359,9 @@ fn as_json(figures: &Figures, single: Option<&Trial>) -> Value {
         value["true"] = json!(pose_to_array(&trial.crf_from_tool));
         value["simulated"] = json!(pose_to_array(&trial.crf_from_tool_simulated));
     }
+    if let Some(expected) = expected {
+        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
+    }
     value
 }
 
@@ -409,12 +385,9 @@ fn study_text(
     single: Option<&Trial>,
     expected: Option<&Expected>,
 ) -> String {
-    let mut text = as_text(title, of, &outcome.figures, single, expected);
-    if let Some(expected) = expected {
-        text.push('\n');
-        text.push_str(&expected::as_text(expected));
-    }
-    text
+    let text = as_text(title, of, &outcome.figures, single, expected);
+    let expected = expected.map(expected::as_text);
+    [text].into_iter().chain(expected).collect::<Vec<_>>().join("\n")
 }
 
 fn as_text(

@@ -40,7 +40,8 @@ struct BaselineEntry {
 /// See [`FormatError`]; [`FormatError::Part`] for one of the files within it.
 pub fn parse(bytes: &[u8]) -> Result<BaselineFile, FormatError> {
     let entry: BaselineEntry = ron_text::parse(bytes)?;
-    let design: DesignFile = design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
+    let design: DesignFile =
+        design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
     let mut bodies =
         [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
     let (design, _) = design.into_design(|_| -> Result<BodyFile, FormatError> {
