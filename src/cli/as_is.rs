@@ -1,6 +1,7 @@
-//! `--as-is`: what commands do with tables that may not be what they are read as.
+//! `--as-is`: what commands do with tables that may not be what they are read as; and what commands
+//! that read tables have in common.
 
-use super::output;
+use super::output::{self, Format};
 use anyhow::anyhow;
 use clap::Args;
 use trackwright_project::{Doubted, StoreError};
@@ -11,6 +12,17 @@ pub(super) struct AsIsArgs {
     /// Take tables as they stand, whatever is suspected of their units, frames, rows and quaternions
     #[arg(long)]
     pub as_is: bool,
+}
+
+/// What commands have in common that read tables and print figures.
+#[derive(Args, Clone, Copy, Debug)]
+pub(super) struct TableArgs {
+    #[command(flatten)]
+    pub as_is: AsIsArgs,
+
+    /// How to print the figures
+    #[arg(long, value_enum, default_value_t)]
+    pub format: Format,
 }
 
 impl AsIsArgs {

@@ -34,11 +34,7 @@ pub struct CompensateArgs {
     method: MethodArg,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -70,28 +66,28 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let method = method(args, environment.model.map())?;
     let room = environment.model.bounds();
     let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
-    let measured = args.as_is.take(poses)?;
+    let measured = args.common.as_is.take(poses)?;
     let (compensated, shortcut) = compensated(&environment.model, &measured, args.outside, method)?;
     output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
     let outcome = Outcome { method, tally: Tally::of(&measured, &compensated), shortcut };
-    args.format.print(|| as_json(&outcome), || as_text(args, &outcome))
+    args.common.format.print(|| as_json(&outcome), || as_text(args, &outcome))
 }
 
 fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
-    match (args.method, map) {
-        (MethodArg::Auto, map) => Ok(Method::of(map)),
-        (MethodArg::Inverse, MapKind::Distortion) => Ok(Method::Inverse),
-        (MethodArg::Shortcut, MapKind::Distortion) => Ok(Method::Shortcut),
-        (MethodArg::Inverse | MethodArg::Shortcut, MapKind::Correction) => bail!(
+    let wanted = match args.method {
+        MethodArg::Auto => return Ok(Method::of(map)),
+        MethodArg::Inverse => Method::Inverse,
+        MethodArg::Shortcut => Method::Shortcut,
+    };
+    if map == MapKind::Correction {
+        bail!(
             "{}: found a correction map, expected a distortion map with --method {}; \
              --method auto applies a correction map as it is",
             args.environment.display(),
-            match args.method {
-                MethodArg::Shortcut => "shortcut",
-                _ => "inverse",
-            },
-        ),
+            name(wanted)
+        );
     }
+    Ok(wanted)
 }
 
 /// The answers, and for a distortion map how far the shortcut is from the inverse.

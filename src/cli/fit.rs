@@ -75,11 +75,7 @@ pub struct FitArgs {
     jitter: JitterArgs,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 const METHOD: Choice<FitMethod> = Choice(&[
@@ -175,11 +171,11 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let map = request.map;
     let model = args.model.model(files)?;
     refuse_what_others_have(args, model.kind())?;
-    let set = read(files, &args.data, args.fitting.has_rolls, map, args.as_is)?;
+    let set = read(files, &args.data, args.fitting.has_rolls, map, args.common.as_is)?;
     let holdout_set = args
         .holdout
         .as_ref()
-        .map(|f| read(files, f, args.fitting.has_rolls, map, args.as_is))
+        .map(|f| read(files, f, args.fitting.has_rolls, map, args.common.as_is))
         .transpose()?;
     let (settings, chosen) = match model.kind() {
         ModelKind::Bernstein => {
@@ -213,7 +209,7 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
             output::note(&line);
         }
     }
-    match args.format {
+    match args.common.format {
         Format::Json => {
             let mut value = as_json(&settings, &room);
             if let Some(chosen) = &chosen {
@@ -272,13 +268,10 @@ pub(super) fn fit_and_write(
         task
     });
     drop(shown);
+    let named = || target.data.display().to_string();
     let room = match room {
-        Err(RoomError::Fit(error)) => {
-            return Err(error).with_context(|| target.data.display().to_string());
-        }
-        Err(RoomError::Model(error)) => {
-            return Err(error).with_context(|| target.data.display().to_string());
-        }
+        Err(RoomError::Fit(error)) => Err(error).with_context(named)?,
+        Err(RoomError::Model(error)) => Err(error).with_context(named)?,
         other => other?,
     };
     if let Some(why) = &room.support_left_out {

@@ -36,11 +36,7 @@ pub struct LearnArgs {
     rows: usize,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 /// Learns a generator and writes it.
@@ -54,7 +50,7 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {
-        let set = read(files, file, false, MapKind::Distortion, args.as_is)?.measurements();
+        let set = read(files, file, false, MapKind::Distortion, args.common.as_is)?.measurements();
         match &mut all {
             None => all = Some(set),
             Some(all) if all.content != set.content => {
@@ -78,7 +74,7 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
             learned.last_steps
         ));
     }
-    args.format.print(|| as_json(&learned), || as_text(args, &names, &learned))
+    args.common.format.print(|| as_json(&learned), || as_text(args, &names, &learned))
 }
 
 fn start_name(start: Start) -> &'static str {

@@ -74,11 +74,7 @@ pub struct PivotArgs {
     output: Option<PathBuf>,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 /// Reads and calibrates.
@@ -127,7 +123,7 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
         );
     }
     SpinArgs::write_tip_frame(tip_frame.as_ref(), shaft.as_ref(), tip.map(|(tip, _)| tip))?;
-    match args.format {
+    match args.common.format {
         Format::Json => {
             let mut value = pivoted.as_ref().map_or_else(|| json!({}), as_json);
             if let Some(shaft) = &shaft {
@@ -160,7 +156,7 @@ fn option_of(error: &PivotError) -> &'static str {
 }
 
 fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'a>> {
-    let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.as_is);
+    let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.common.as_is);
     reader.reference.clone_from(&args.relative_to);
     if let Some(file) = &args.environment {
         reader.room = Some((files.read_environment(file)?, args.outside));

@@ -1,6 +1,6 @@
 //! What nearly every command names.
 
-pub(super) use super::as_is::AsIsArgs;
+pub(super) use super::as_is::{AsIsArgs, TableArgs};
 pub(super) use super::choice::Choice;
 pub(super) use super::output::{self, Ending, Format, OUTSIDE, Row, Shown, count, mm, number, row};
 pub(super) use anyhow::{Context, anyhow, bail};

@@ -56,11 +56,7 @@ pub struct RegisterArgs {
     max_turn_error_deg: f64,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 /// Reads and registers.
@@ -68,12 +64,12 @@ pub struct RegisterArgs {
 /// # Errors
 /// Files that can't be used, and points that determine no pose, with the reason.
 pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
-    let source = args.as_is.take(files.read_points(&args.source)?)?;
-    let target = args.as_is.take(files.read_points(&args.target)?)?;
+    let source = args.common.as_is.take(files.read_points(&args.source)?)?;
+    let target = args.common.as_is.take(files.read_points(&args.target)?)?;
     let named = || format!("{} and {}", args.source.display(), args.target.display());
     let all = register(&source, &target).with_context(named)?;
     let suspicions = doubts::of_point_pairs(&source, &target);
-    args.as_is.take(Doubted::new((), &args.target, suspicions))?;
+    args.common.as_is.take(Doubted::new((), &args.target, suspicions))?;
     let (cleaned, outlying) = register_without_outliers(&source, &target).with_context(named)?;
     if !args.leave_out_outliers {
         for point in &outlying {
@@ -118,14 +114,14 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         );
     }
     if let (Some(at), Some(output)) = (&args.at, &args.output) {
-        let points = args.as_is.take(files.read_points(at)?)?;
+        let points = args.common.as_is.take(files.read_points(at)?)?;
         files.output(output)?.write(|out| found.write_moved(out, &points))?;
     }
     if let Some(file) = &args.transform {
         let pose = [&found.registration.target_from_source];
         files.output(file)?.write(|out| poses::write(out, pose))?;
     }
-    args.format.print(|| found.as_json(), || found.as_text())
+    args.common.format.print(|| found.as_json(), || found.as_text())
 }
 
 /// A registration, and what it predicts of other points.

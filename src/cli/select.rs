@@ -116,11 +116,7 @@ pub struct SelectArgs {
     jitter: JitterArgs,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 /// Cross-validates, prints the table, and writes what was requested.
@@ -135,7 +131,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;
-    let samples = read(files, &args.data, args.fitting.has_rolls, settings.map, args.as_is)?;
+    let samples = read(files, &args.data, args.fitting.has_rolls, settings.map, args.common.as_is)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }
@@ -160,11 +156,10 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         (chosen, Some(choice))
     };
     let mut value = as_json(&chosen, samples.samples.len());
-    let mut text = as_text(args, &chosen, samples.samples.len());
+    let mut lines = text_lines(args, &chosen, samples.samples.len());
     if let Some(choice) = &choice {
         value["models"] = kinds_json(choice);
-        text.push('\n');
-        text.push_str(&kind_lines(choice, chosen.by.as_deref()).join("\n"));
+        lines.extend(kind_lines(choice, chosen.by.as_deref()));
     }
     if let Some(output) = &environment {
         let target = Target {
@@ -183,24 +178,21 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         let model = best.map_or(RoomModel::PAPER, |kind| kind.model.clone());
         let room = fit_and_write(&target, &model, &fit_settings, &samples, None)?;
         value["fit"] = fit_json(&fit_settings, &room);
-        text.push_str(&format!("\nwritten to {}", output.file().display()));
+        lines.push(format!("written to {}", output.file().display()));
     }
     if let Some(plot) = &plot {
         let chart = selection_chart::chart(&file_name(&args.data), &chosen.selection);
-        let svg = chart.to_svg(CHART_SIZE);
-        plot.write_bytes(svg.as_bytes())?;
-        text.push_str(&format!("\ndrawn to {}", plot.file().display()));
+        plot.write_bytes(chart.to_svg(CHART_SIZE).as_bytes())?;
+        lines.push(format!("drawn to {}", plot.file().display()));
     }
     if let (Some(output), Some(points)) = (&curve_output, &curve) {
         value["learning_curve"] = curve_json(points);
         let chart = learning_chart::chart(&file_name(&args.data), points);
-        let svg = chart.to_svg(CHART_SIZE);
-        output.write_bytes(svg.as_bytes())?;
-        text.push('\n');
-        text.push_str(&curve_lines(points).join("\n"));
-        text.push_str(&format!("\ndrawn to {}", output.file().display()));
+        output.write_bytes(chart.to_svg(CHART_SIZE).as_bytes())?;
+        lines.extend(curve_lines(points));
+        lines.push(format!("drawn to {}", output.file().display()));
     }
-    args.format.print(|| value, || text)
+    args.common.format.print(|| value, || lines.join("\n"))
 }
 
 /// Refuses what none of the kinds that are tried would look at.
@@ -353,7 +345,7 @@ fn as_json(chosen: &Chosen, samples: usize) -> Value {
 }
 
 /// One line a system, with the ridge that serves it best; the choice is marked.
-fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
+fn text_lines(args: &SelectArgs, chosen: &Chosen, samples: usize) -> Vec<String> {
     let (settings, found) = (&chosen.tried, &chosen.selection);
     let by = chosen.by.as_deref();
     let held_out = selection::hold_out_text(found, found.decided_by, by).unwrap_or_default();
@@ -374,7 +366,7 @@ fn as_text(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
     lines.extend(table.map(|(line, mark)| format!("{mark} {line}")));
     lines.extend(selection::notes(found));
     lines.extend(choose::lines(chosen));
-    lines.join("\n")
+    lines
 }
 
 /// A kind and the best model of it.

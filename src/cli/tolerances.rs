@@ -88,12 +88,9 @@ pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
         }
         Format::Text => {
             let head = output::head(&design.name, &world.environment.name);
-            let mut text = format!("{head}\n{}", sheet_text(&sheet));
-            for line in check.iter().flat_map(built_check_words) {
-                text.push('\n');
-                text.push_str(&line);
-            }
-            output::print(&text)?;
+            let mut lines = vec![head, sheet_text(&sheet)];
+            lines.extend(check.iter().flat_map(built_check_words));
+            output::print(&lines.join("\n"))?;
         }
     }
     if args.check.is_some() && check.is_none() {

@@ -98,11 +98,7 @@ pub struct VerifyArgs {
     chart: Option<PathBuf>,
 
     #[command(flatten)]
-    as_is: AsIsArgs,
-
-    /// How to print the figures
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    common: TableArgs,
 }
 
 /// Frame of a table's poses.
@@ -137,7 +133,7 @@ pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
     }
     let head = output::head(&design.name, &world.environment.name);
     let text = || format!("{head}\n{}", as_text(&recorded, &found));
-    args.format.print(|| as_json(&recorded, &found), text)
+    args.common.format.print(|| as_json(&recorded, &found), text)
 }
 
 fn settings(args: &VerifyArgs) -> AgreementSettings {
@@ -175,7 +171,7 @@ fn paired(
         frame: args.frame,
         whole: args.tool.as_deref(),
         is_one_frame: args.same_frame,
-        is_as_meant: args.as_is.as_is,
+        is_as_meant: args.common.as_is.as_is,
         settings: settings(args),
     };
     let orientation_weight = shown_weight(design, &scenario);
@@ -233,7 +229,7 @@ fn pivoted(
             "note: a pivoted tool is compared in the tracker's frame: the CRF is left out",
         );
     }
-    let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.as_is);
+    let mut reader = ToolReader::of_tool(files, args.tool.as_deref(), args.common.as_is);
     let poses = reader.read_all(args.recorded.iter().map(PathBuf::as_path))?;
     let found = pivoted_tool(&scenario, &poses, &settings(args), &shown.task);
     let found = found.map_err(|error| match error {
@@ -322,24 +318,15 @@ fn as_text(recorded: &Recorded, found: &Agreement) -> String {
         let off_mm = (pivot.tip_in_tool - designed).norm();
         rows.push(mm("recorded tip from that of the design", off_mm));
     }
-    let mut text = output::aligned(&rows);
-    text.push_str("\n\n");
-    text.push_str(&side_by_side("tip error, mm", &summary.position_mm));
-    if let Some(angle) = &summary.angle_deg {
-        text.push('\n');
-        text.push_str(&side_by_side("angle error, °", angle));
-    }
-    text.push_str("\n\n");
+    let recorded_rows = output::aligned(&rows);
+    let position = side_by_side("tip error, mm", &summary.position_mm);
+    let angle = summary.angle_deg.as_ref().map(|angle| side_by_side("angle error, °", angle));
+    let errors: Vec<_> = [position].into_iter().chain(angle).collect();
     let mut rows = figures(summary);
     rows.extend(found.expected.iter().flat_map(expected::rows));
-    text.push_str(&output::aligned(&rows));
-    text.push_str("\n\n");
-    text.push_str(&summary.statement);
-    for assumption in assumptions(recorded) {
-        text.push('\n');
-        text.push_str(&assumption);
-    }
-    text
+    let statement: Vec<_> =
+        [summary.statement.clone()].into_iter().chain(assumptions(recorded)).collect();
+    [recorded_rows, errors.join("\n"), output::aligned(&rows), statement.join("\n")].join("\n\n")
 }
 
 /// The three distributions below each other.
