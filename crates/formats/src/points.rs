@@ -90,7 +90,6 @@ fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
 mod tests {
     use super::*;
     use crate::test_cases::assert_refused;
-    use proptest::prelude::*;
 
     #[test]
     fn the_first_line_states_how_points_are_written() {
@@ -118,14 +117,5 @@ mod tests {
             3, ct.txt\n1,2,3\n | …expected more points…
         "#;
         assert_refused("", cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
-    }
-
-    proptest! {
-        #[test]
-        fn nearly_points_do_not_make_it_panic(
-            bytes in prop::collection::vec(prop::sample::select(&b"0129xyz,; .\n#e-"[..]), 0..60),
-        ) {
-            let _ = parse(&bytes);
-        }
     }
 }

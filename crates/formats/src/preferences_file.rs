@@ -131,7 +131,6 @@ pub fn write(preferences: &Preferences) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     #[test]
     fn what_is_written_reads_back() {
@@ -165,19 +164,5 @@ mod tests {
         assert!(refused("(1280, 720)", "(0, 720)").contains("0 × 720"));
         assert!(refused("workspace:", "widths: {\"left\": -7.0}, workspace:").contains("-7"));
         assert!(refused("version: 1", "version: 2").contains("version is 2"));
-    }
-
-    proptest! {
-        #[test]
-        fn no_bytes_make_it_panic(
-            noise in prop::collection::vec(any::<u8>(), 0..80),
-            cut in 0_usize..200,
-        ) {
-            let whole = write(&Preferences::default());
-            let mut bytes = whole.as_bytes()[..cut.min(whole.len())].to_vec();
-            let _ = parse(&noise);
-            bytes.extend(noise);
-            let _ = parse(&bytes);
-        }
     }
 }

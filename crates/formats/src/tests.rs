@@ -1,6 +1,7 @@
 //! Every parser on every kind of rubbish: an error, never a panic; and tables in detail.
 
 use super::*;
+use crate::preferences_file::Preferences;
 use crate::test_cases::assert_refused;
 use nalgebra::Vector3;
 use proptest::prelude::*;
@@ -30,6 +31,9 @@ const BEGINNINGS: [&str; 7] = [
     "#Tools,ToolInfo,Frame#,PortHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,Markers\n",
 ];
 
+/// Letters of numbers and labels, of which nearly any text is a table or a recording in the making.
+const LETTERS: [&str; 2] = ["0129xyz,; .\n#e-", "Position: Orientation: 12.-e(),\n"];
+
 /// All parsers, one after the other.
 fn parse_all(bytes: &[u8]) {
     let _ = body::parse(bytes);
@@ -52,6 +56,7 @@ fn parse_all(bytes: &[u8]) {
     let _ = recovery_file::parse(bytes);
     let _ = baseline_file::parse(bytes);
     let _ = recent_file::parse(bytes);
+    let _ = preferences_file::parse(bytes);
     for extension in ["glb", "stl", "obj", ""] {
         let _ = mesh::read(bytes, extension, None);
     }
@@ -73,6 +78,10 @@ fn good_files() -> Vec<Vec<u8>> {
     files.push(gltf::tests::triangle());
     files.push(recovery_file::tests::good());
     files.push(recent_file::write(&["/a".into()]).into_bytes());
+    files.push(preferences_file::write(&Preferences::default()).into_bytes());
+    files.push(markups::tests::JSON.as_bytes().to_vec());
+    files.push(markups::tests::FCSV.as_bytes().to_vec());
+    files.push(recording::igs_mha::tests::HEADING.as_bytes().to_vec());
     files.push(baseline_file::tests::good().into_bytes());
     files.extend(mesh::tests::good_files());
     files
@@ -104,8 +113,12 @@ fn the_good_files_are_good() {
     assert!(gltf::parse(&files[8], 1000.0).is_ok());
     assert!(recovery_file::parse(&files[9]).is_ok());
     assert!(recent_file::parse(&files[10]).is_ok());
-    assert!(baseline_file::parse(&files[11]).is_ok());
-    for file in &files[12..] {
+    assert!(preferences_file::parse(&files[11]).is_ok());
+    assert!(markups::parse_json(&files[12]).is_ok());
+    assert!(markups::parse_fcsv(&files[13]).is_ok());
+    assert!(recording::parse(&files[14]).is_ok());
+    assert!(baseline_file::parse(&files[15]).is_ok());
+    for file in &files[16..] {
         assert!(mesh::read(file, "", None).is_ok());
     }
 }
@@ -122,6 +135,16 @@ proptest! {
         bytes in prop::collection::vec(any::<u8>(), 0..200),
     ) {
         parse_all(&[beginning.as_bytes(), &bytes].concat());
+    }
+
+    #[test]
+    fn letters_in_any_order_never_panic(
+        choices in prop::collection::vec(any::<prop::sample::Index>(), 0..200),
+    ) {
+        for letters in LETTERS.map(str::as_bytes) {
+            let bytes: Vec<u8> = choices.iter().map(|choice| *choice.get(letters)).collect();
+            parse_all(&bytes);
+        }
     }
 
     #[test]

@@ -129,8 +129,8 @@ impl Clock {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::test_cuts::assert_cut_keeps_places;
     use crate::test_cases::assert_refused;
-    use trackwright_geometry::pose::Pose;
 
     const LOG: &str = "Test Date: \nday, month\n2, 2 \n\nSample:,Hour,Minutes,Seconds,ms,Xa,Ya,Za,qoa,qxa,qya,qza,Xb,Yb,Zb,qob,qxb,qyb,qzb\n\
         1, 23 , 59 , 59, 900,0, 0, 0, 0, 0, 0, 0, 10.5 , -1 , -200, 0.8 , 0.6 , 0, 0, \n\
@@ -167,16 +167,7 @@ mod tests {
     #[test]
     fn a_cut_log_keeps_its_whole_rows() {
         let rows = LOG.find("1, 23").unwrap();
-        for end in 0..LOG.len() {
-            let found = parse(&LOG.as_bytes()[..end]);
-            if end > rows {
-                let tools = found.unwrap().tools;
-                // No number that lacks digits is taken for one.
-                let good: Vec<_> = tools.iter().flat_map(ToolTrack::good).collect();
-                let is_known = |p: &&Pose| [1.0, 10.5].contains(&p.translation.x);
-                assert!(good.iter().all(is_known), "{end}");
-            }
-        }
+        assert_cut_keeps_places(LOG, (rows, 0), [1.0, 10.5], parse);
         let cut = LOG.find("2, 3, 0.5").unwrap();
         let found = parse(&LOG.as_bytes()[..cut]).unwrap();
         assert_eq!(found.tools[0].good().count(), 1);

@@ -16,6 +16,9 @@ pub fn is_recording(bytes: &[u8]) -> bool {
     reader_of(bytes).is_some()
 }
 
+#[cfg(test)]
+mod test_cuts;
+
 type Reader = fn(&[u8]) -> Result<Recording, FormatError>;
 
 fn reader_of(bytes: &[u8]) -> Option<Reader> {

@@ -152,11 +152,11 @@ fn read_tools(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::test_cuts::assert_cut_keeps_places;
     use crate::test_cases::assert_refused;
     use nalgebra::Vector3;
     use proptest::prelude::*;
-    use trackwright_geometry::pose::Pose;
-    use trackwright_simulation::recording::{ToolTrack, TrackSample, Unusable};
+    use trackwright_simulation::recording::{TrackSample, Unusable};
 
     /// As the program prints it, a line a tool.
     const PRINTED: &str = "[alerts] [buttons] Frame#,ToolHandle,Face#,TransformStatus,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error,#Markers,State,Tx,Ty,Tz\n\
@@ -261,16 +261,7 @@ mod tests {
         for text in [PRINTED, WRITTEN] {
             let first = text.find('\n').unwrap();
             let whole = first + 1 + text[first + 1..].find('\n').unwrap();
-            for end in 0..text.len() {
-                let found = parse(&text.as_bytes()[..end]);
-                if end > whole {
-                    let tools = found.unwrap().tools;
-                    // No number that lacks digits is taken for one.
-                    let good: Vec<_> = tools.iter().flat_map(ToolTrack::good).collect();
-                    let is_known = |p: &&Pose| [1.5, 4.0].contains(&p.translation.x);
-                    assert!(!good.is_empty() && good.iter().all(is_known), "{end}");
-                }
-            }
+            assert_cut_keeps_places(text, (whole, 1), [1.5, 4.0], parse);
         }
     }
 

@@ -77,9 +77,9 @@ fn tools(header: &[&str]) -> Option<Vec<(ToolTrack, ToolColumns)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::test_cuts::assert_cut_keeps_places;
     use crate::test_cases::assert_refused;
     use nalgebra::Vector3;
-    use trackwright_geometry::pose::Pose;
     use trackwright_simulation::recording::Unusable;
 
     const TSV: &str = "Tools\tPort 1: A  s/n:1\tFrame\tFace\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tError\tMarkers\tState\tTx\tTy\tTz\tPort 2: B\tFrame\tFace\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tError\tMarkers\n\
@@ -126,16 +126,7 @@ mod tests {
     #[test]
     fn a_cut_table_keeps_its_whole_rows() {
         let header = TSV.find('\n').unwrap();
-        for end in 0..TSV.len() {
-            let found = parse(&TSV.as_bytes()[..end]);
-            if end > header + 1 {
-                let tools = found.unwrap().tools;
-                let good: Vec<_> = tools.iter().flat_map(ToolTrack::good).collect();
-                // No number that lacks digits is taken for one.
-                let is_known = |p: &&Pose| [1.5, 4.0].contains(&p.translation.x);
-                assert!(good.iter().all(is_known), "{end}");
-            }
-        }
+        assert_cut_keeps_places(TSV, (header + 1, 0), [1.5, 4.0], parse);
         let cut = parse(&TSV.as_bytes()[..TSV.len() - 100]).unwrap();
         assert_eq!(cut.tools[0].good().count(), 2);
         assert_eq!(cut.tools[1].samples[1].pose, Err(Unusable::Cut));

@@ -170,7 +170,6 @@ impl Sample {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     /// Lines of a sensor that turns, with the scalar where it is requested.
     fn log(is_last: bool) -> String {
@@ -226,14 +225,5 @@ mod tests {
         let moved = pose.rotation * Vector3::y();
         assert!((moved - Vector3::z()).norm() < 1e-12);
         assert_eq!(found.tools[1].samples[0].pose, Err(Unusable::Missing));
-    }
-
-    proptest! {
-        #[test]
-        fn no_bytes_make_it_panic(
-            bytes in prop::collection::vec(prop::sample::select(&b"Position: Orientation: 12.-e(),\n"[..]), 0..200),
-        ) {
-            let _ = parse(&bytes);
-        }
     }
 }
