@@ -233,12 +233,7 @@ impl Drawing<'_> {
             positions.extend_from_slice(line);
             pairs.extend((base + 1..positions.len() as u32).map(|end| [end - 1, end]));
         }
-        let shape = Shape {
-            positions: &positions,
-            normals: &[],
-            colors: &[],
-            elements: Elements::Lines(&pairs),
-        };
+        let shape = Shape::unlit(&positions, &[], Elements::Lines(&pairs));
         let shape = self.writer.shape(name, &shape);
         self.shape_node(name, shape, material, Value::Null)
     }

@@ -132,12 +132,7 @@ impl Drawing<'_> {
             }
         }
         let look = self.vertex_colors(true);
-        let shape = Shape {
-            positions: &positions,
-            normals: &[],
-            colors: &colors,
-            elements: Elements::Lines(&lines),
-        };
+        let shape = Shape::unlit(&positions, &colors, Elements::Lines(&lines));
         let shape = self.writer.shape("ground", &shape);
         let mut nodes = Vec::new();
         nodes.extend(self.shape_node("ground", shape, look, Value::Null));
@@ -236,12 +231,7 @@ impl Drawing<'_> {
             });
         }
         let name = format!("error of the field, arrows × {}", scale.times);
-        let shape = Shape {
-            positions: &positions,
-            normals: &[],
-            colors: &colors,
-            elements: Elements::Triangles(&triangles),
-        };
+        let shape = Shape::unlit(&positions, &colors, Elements::Triangles(&triangles));
         let shape = Some(self.writer.shape(&name, &shape)?);
         let look = self.vertex_colors(false);
         self.colors.push(format!(

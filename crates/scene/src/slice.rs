@@ -215,13 +215,7 @@ impl Drawing<'_> {
             });
             triangles.extend([[a, b, c], [a, c, d]]);
         }
-        let shape = Shape {
-            positions: &positions,
-            // What nothing lights needs none.
-            normals: &[],
-            colors: &colors,
-            elements: Elements::Triangles(&triangles),
-        };
+        let shape = Shape::unlit(&positions, &colors, Elements::Triangles(&triangles));
         let shape = self.writer.shape(name, &shape);
         self.shape_node(name, shape, material, extras)
     }

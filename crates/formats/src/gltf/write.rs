@@ -42,6 +42,17 @@ pub struct Shape<'a> {
     pub elements: Elements<'a>,
 }
 
+impl<'a> Shape<'a> {
+    /// What nothing lights, and so needs no normals.
+    pub fn unlit(
+        positions: &'a [Point3<f64>],
+        colors: &'a [[f64; 4]],
+        elements: Elements<'a>,
+    ) -> Self {
+        Self { positions, normals: &[], colors, elements }
+    }
+}
+
 /// What corners are connected to.
 #[derive(Clone, Copy, Debug)]
 pub enum Elements<'a> {

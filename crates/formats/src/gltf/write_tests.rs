@@ -62,12 +62,8 @@ fn indices_are_as_wide_as_their_vertices_need() {
     for (corners, bytes) in [(65_535_usize, 2), (65_536, 4)] {
         let positions: Vec<_> = (0..corners).map(|k| Point3::new(k as f64, 0.0, 1.0)).collect();
         let last = corners as u32 - 1;
-        let shape = Shape {
-            positions: &positions,
-            normals: &[],
-            colors: &[],
-            elements: Elements::Triangles(&[[0, 1, last]]),
-        };
+        let triangles = [[0, 1, last]];
+        let shape = Shape::unlit(&positions, &[], Elements::Triangles(&triangles));
         let glb = file("row", &shape, NodeTransform::default(), &Value::Null).unwrap();
         let read = gltf::Gltf::from_slice(&glb).unwrap();
         let indices = read.accessors().find(|a| a.count() == 3).unwrap();
@@ -81,12 +77,7 @@ fn numbers_beyond_32_bits_are_refused_by_name() {
     for bad in [f64::NAN, f64::INFINITY, 1e39] {
         let mut positions = CORNERS.map(Point3::from);
         positions[1].y = bad;
-        let shape = Shape {
-            positions: &positions,
-            normals: &[],
-            colors: &[],
-            elements: Elements::Triangles(&[[0, 1, 2]]),
-        };
+        let shape = Shape::unlit(&positions, &[], Elements::Triangles(&[[0, 1, 2]]));
         let error = file("blade", &shape, NodeTransform::default(), &Value::Null).unwrap_err();
         assert!(error.to_string().starts_with("\"blade\": found a position"), "{error}");
         let transform =
