@@ -87,13 +87,8 @@ fn fit_built_in_order_2_42_orientations(bencher: Bencher) {
 /// The built-in design in a room of the given order with 14 orientations.
 fn scenario(order: usize) -> Scenario {
     in_room(Environment {
-        name: "bench".into(),
-        model: model(order),
         volume: Some(Volume::AuroraCube),
-        jitter: None,
-        provenance: None,
-        fit_validity: None,
-        process: None,
+        ..Environment::of_model("bench", model(order))
     })
 }
 

@@ -75,15 +75,7 @@ pub fn environment() -> Environment {
         coefficients,
     )
     .unwrap();
-    Environment {
-        name: "Test room".into(),
-        model,
-        volume: Some(Volume::AuroraCube),
-        jitter: None,
-        provenance: None,
-        fit_validity: None,
-        process: None,
-    }
+    Environment { volume: Some(Volume::AuroraCube), ..Environment::of_model("Test room", model) }
 }
 
 fn sensor(name: &str, position: [f64; 3], axis: Vector3<f64>) -> Sensor {

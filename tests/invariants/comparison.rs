@@ -59,15 +59,7 @@ fn truth([size_mm, size_rad]: [f64; 2]) -> DistortionModel {
 }
 
 fn room(model: DistortionModel) -> Environment {
-    Environment {
-        name: "room".into(),
-        model,
-        volume: None,
-        jitter: None,
-        provenance: None,
-        fit_validity: None,
-        process: None,
-    }
+    Environment::of_model("room", model)
 }
 
 /// The room as it is known from 400 samples with noise.

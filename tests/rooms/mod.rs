@@ -108,13 +108,8 @@ fn environment(samples: &SampleSet) -> Arc<Environment> {
     let refit = Refit::Polynomials { settings: &settings, is_symmetric: false };
     let process = room_process(samples, &fitted, &refit, &Task::default()).unwrap();
     Arc::new(Environment {
-        name: "room".into(),
-        model: fitted.model,
-        volume: None,
-        jitter: None,
-        provenance: None,
-        fit_validity: None,
         process: Some(Arc::new(process)),
+        ..Environment::of_model("room", fitted.model)
     })
 }
 

@@ -38,9 +38,9 @@ fn room() -> Scenario {
     let bounds = Bounds::from(([0.0; 3], [100.0; 3]));
     let coefficients =
         (0..8).map(|i| f64::from(i / 4)).map(|x| [x, 0.0, 0.0, 0.0, 0.01 * x, 0.0]).collect();
-    scenario(Environment {
-        name: "slope".into(),
-        model: DistortionModel::new(
+    scenario(Environment::of_model(
+        "slope",
+        DistortionModel::new(
             1,
             DirectionSet::One,
             Weighting::Area,
@@ -49,12 +49,7 @@ fn room() -> Scenario {
             coefficients,
         )
         .unwrap(),
-        volume: None,
-        jitter: None,
-        provenance: None,
-        fit_validity: None,
-        process: None,
-    })
+    ))
 }
 
 fn built_in(name: &str) -> Scenario {

@@ -61,15 +61,10 @@ fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
 /// A tool with its tip in the origin, in a room without distortion.
 fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
     Scenario {
-        environment: Arc::new(Environment {
-            name: "ideal".into(),
-            model: DistortionModel::zero(Volume::AuroraCube.bounds(), MapKind::Distortion),
-            volume: None,
-            jitter: None,
-            provenance: None,
-            fit_validity: None,
-            process: None,
-        }),
+        environment: Arc::new(Environment::of_model(
+            "ideal",
+            DistortionModel::zero(Volume::AuroraCube.bounds(), MapKind::Distortion),
+        )),
         tool: RigidBody { name: "tool".into(), tip_in_body: Some(Point3::origin()), sensors },
         crf: None,
         crf_from_tool: Pose::translation(0.0, 0.0, -300.0),

@@ -49,13 +49,8 @@ fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
     };
     Scenario {
         environment: Arc::new(Environment {
-            name: "shift".into(),
-            model,
             volume: Some(Volume::Box(inner)),
-            jitter: None,
-            provenance: None,
-            fit_validity: None,
-            process: None,
+            ..Environment::of_model("shift", model)
         }),
         tool: RigidBody {
             name: "probe".into(),

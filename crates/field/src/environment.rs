@@ -219,6 +219,19 @@ impl OrientationWeightSource {
 }
 
 impl Environment {
+    /// A room of which nothing but the model of its field is known.
+    pub fn of_model(name: impl Into<String>, model: DistortionModel) -> Self {
+        Self {
+            name: name.into(),
+            model,
+            volume: None,
+            jitter: None,
+            provenance: None,
+            fit_validity: None,
+            process: None,
+        }
+    }
+
     /// The weight of an axis against a position where the design states none: `sigma_pos /
     /// sigma_ori` where the jitter is known, else the paper's 100 mm.
     pub fn orientation_weight_mm(&self) -> f64 {
@@ -258,15 +271,8 @@ mod tests {
     #[test]
     fn weight_is_of_design_then_jitter_then_paper() {
         let bounds = trackwright_geometry::volume::Volume::AuroraCube.bounds();
-        let mut room = Environment {
-            name: String::new(),
-            model: DistortionModel::zero(bounds, crate::samples::MapKind::Distortion),
-            volume: None,
-            jitter: None,
-            provenance: None,
-            fit_validity: None,
-            process: None,
-        };
+        let model = DistortionModel::zero(bounds, crate::samples::MapKind::Distortion);
+        let mut room = Environment::of_model("", model);
         let weight = |room: &Environment, design| {
             let weight = room.orientation_weight(design);
             (weight.value_mm, weight.source)

@@ -153,13 +153,11 @@ pub(super) mod tests {
         let numbers = (0..9 * 3).map(|i| f64::from(i) / 7e12).collect();
         let harmonic = HarmonicModel::new(Generator::planar_nine(), center_mm, 433.0, 1, numbers);
         let environment = |source, process| Environment {
-            name: "room".to_owned(),
-            model: DistortionModel::of_source(source, MapKind::Distortion, room()),
-            volume: None,
-            jitter: None,
-            provenance: None,
-            fit_validity: None,
             process,
+            ..Environment::of_model(
+                "room",
+                DistortionModel::of_source(source, MapKind::Distortion, room()),
+            )
         };
         [
             environment(FieldSource::Kriging(kriging), Some(process)),

@@ -14,15 +14,8 @@
 //! use trackwright_simulation::*;
 //!
 //! // A room without any error, and a probe whose tip is 100 mm from its sensor.
-//! let environment = Environment {
-//!     name: "ideal".into(),
-//!     model: DistortionModel::zero(room(), MapKind::Distortion),
-//!     volume: None,
-//!     jitter: None,
-//!     provenance: None,
-//!     fit_validity: None,
-//!     process: None,
-//! };
+//! let model = DistortionModel::zero(room(), MapKind::Distortion);
+//! let environment = Environment::of_model("ideal", model);
 //! let sensor = Sensor {
 //!     name: "only".into(),
 //!     position_in_body: Point3::origin(),

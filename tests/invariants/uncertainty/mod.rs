@@ -84,13 +84,8 @@ fn alone(tool: RigidBody, weight_mm: f64, jitter: Jitter) -> Scenario {
     let bounds = Volume::AuroraCube.bounds();
     Scenario {
         environment: Arc::new(Environment {
-            name: "room".into(),
-            model: DistortionModel::zero(bounds, MapKind::Distortion),
-            volume: None,
             jitter: Some(jitter),
-            provenance: None,
-            fit_validity: None,
-            process: None,
+            ..Environment::of_model("room", DistortionModel::zero(bounds, MapKind::Distortion))
         }),
         tool,
         crf: None,

@@ -57,16 +57,5 @@ pub fn built_in() -> Scenario {
 
 /// The built-in design in a room of another field.
 pub fn scenario(model: DistortionModel) -> Scenario {
-    Scenario {
-        environment: Arc::new(Environment {
-            name: "room".into(),
-            model,
-            volume: None,
-            jitter: None,
-            provenance: None,
-            fit_validity: None,
-            process: None,
-        }),
-        ..built_in()
-    }
+    Scenario { environment: Arc::new(Environment::of_model("room", model)), ..built_in() }
 }

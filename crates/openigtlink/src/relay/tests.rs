@@ -121,15 +121,7 @@ fn shifted_room() -> LiveRoom {
     )
     .unwrap();
     LiveRoom {
-        environment: Arc::new(Environment {
-            name: "shifted".to_owned(),
-            model,
-            volume: None,
-            jitter: None,
-            provenance: None,
-            fit_validity: None,
-            process: None,
-        }),
+        environment: Arc::new(Environment::of_model("shifted", model)),
         outside: OutsidePolicy::Reject,
         method: Method::Inverse,
         design: None,

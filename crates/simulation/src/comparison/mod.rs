@@ -323,13 +323,9 @@ impl InRoom<'_> {
             Ok(drawn) => {
                 let rooms = drawn.models.into_iter().map(|model| {
                     Arc::new(Environment {
-                        name: String::new(),
-                        model,
                         volume: environment.volume,
                         jitter: environment.jitter,
-                        provenance: None,
-                        fit_validity: None,
-                        process: None,
+                        ..Environment::of_model("", model)
                     })
                 });
                 Ok(Ok(rooms.collect()))
