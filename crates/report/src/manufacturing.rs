@@ -1,6 +1,7 @@
 //! A manufacturing sheet in words and tables: what a workshop reads, the same everywhere.
 
 use crate::text_table;
+use std::iter;
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::ErrorOf;
 use trackwright_simulation::Metric;
@@ -94,25 +95,23 @@ fn unit_after(metric: Metric) -> &'static str {
 }
 
 /// A figure against its bound: "position RMS 0.980 of 1 mm".
-pub fn check_words(check: &Check) -> String {
+fn check_words(check: &Check) -> String {
     let (name, unit) = (bound_label(check.metric), unit_after(check.metric));
     format!("{name} {:.4} of {}{unit}", check.value, check.limit)
 }
 
-fn checks_words(checks: &[Check]) -> String {
+/// Several of them, as a list.
+pub(crate) fn checks_words(checks: &[Check]) -> String {
     let words: Vec<String> = checks.iter().map(check_words).collect();
     words.join(", ")
 }
 
 /// The number that is stated, or a dash.
 pub fn tolerance_value(tolerance: &Tolerance) -> String {
-    tolerance.within().map_or_else(
-        || "–".to_owned(),
-        |within| {
-            let value = within.value;
-            format!("{value:.0$}", stated_decimals(value))
-        },
-    )
+    match tolerance.within().map(|within| within.value) {
+        Some(value) => format!("{value:.0$}", stated_decimals(value)),
+        None => "–".to_owned(),
+    }
 }
 
 /// What limits a tolerance, or why there is none.
@@ -229,8 +228,7 @@ fn geometry(body: &SheetBody) -> Vec<String> {
     if has_tip {
         head.extend(["from tip x", "y", "z", "distance"]);
     }
-    let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<_>>()];
-    rows.extend(body.sensors.iter().map(|s| {
+    let rows = body.sensors.iter().map(|s| {
         let coil =
             s.coil.map_or_else(String::new, |c| format!("⌀ {} × {}", c.diameter_mm, c.length_mm));
         let mut row = vec![s.name.clone(), s.kind.to_owned(), coil];
@@ -240,8 +238,8 @@ fn geometry(body: &SheetBody) -> Vec<String> {
             row.extend(s.distance_from_tip_mm.map(|d| format!("{d:.3}")));
         }
         row
-    }));
-    lines.extend(table(&rows));
+    });
+    lines.extend(table(&head, rows));
     let with_axis: Vec<&SheetSensor> = body.sensors.iter().filter(|s| s.axis.is_some()).collect();
     if !with_axis.is_empty() {
         lines.push(
@@ -249,8 +247,7 @@ fn geometry(body: &SheetBody) -> Vec<String> {
                 .to_owned(),
         );
         let head = ["axis of", "x", "y", "z", "from z °", "about z °", "rotation w x y z"];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
-        rows.extend(with_axis.into_iter().filter_map(|s| {
+        let rows = with_axis.into_iter().filter_map(|s| {
             let axis = s.axis?;
             let mut row = vec![s.name.clone()];
             row.extend(three(axis.direction, 6));
@@ -260,13 +257,12 @@ fn geometry(body: &SheetBody) -> Vec<String> {
             let rotation = s.rotation.map(|q| q.map(|c| format!("{c:.6}")).join(" "));
             row.push(rotation.unwrap_or_default());
             Some(row)
-        }));
-        lines.extend(table(&rows));
+        });
+        lines.extend(table(&head, rows));
     }
     if !body.pairs.is_empty() {
         let head = ["between sensors", "distance mm", "axes °"];
-        let mut rows = vec![head.map(str::to_owned).to_vec()];
-        rows.extend(body.pairs.iter().filter_map(|pair| {
+        let rows = body.pairs.iter().filter_map(|pair| {
             let (a, b) = (body.sensors.get(pair.a)?, body.sensors.get(pair.b)?);
             let angle = pair.angle_deg.map(|deg| format!("{deg:.2}"));
             Some(vec![
@@ -274,8 +270,8 @@ fn geometry(body: &SheetBody) -> Vec<String> {
                 format!("{:.3}", pair.distance_mm),
                 angle.unwrap_or_else(|| "–".to_owned()),
             ])
-        }));
-        lines.extend(table(&rows));
+        });
+        lines.extend(table(&head, rows));
     }
     lines
 }
@@ -297,42 +293,34 @@ fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
         let (p, a) = (&tolerances.position_mm, &tolerances.angle_deg);
         vec![tolerance_value(p), tolerance_value(a), tolerance_words(p), tolerance_words(a)]
     };
-    let each_body = || sheet.bodies.iter();
-    let mut rows = vec![head("all sensors of all bodies at once", true)];
-    rows.extend(each_body().filter_map(|body| {
+    let head = |what| [what, "position mm", "angle °", "position limited by", "angle limited by"];
+    let rows = sheet.bodies.iter().filter_map(|body| {
         let together = body.together.as_ref()?;
         let mut row = vec![format!("{}, every sensor", role_name(body.role))];
         row.extend(cells(together).into_iter().take(2));
         Some(row)
-    }));
-    lines.extend(table(&rows));
+    });
+    lines.extend(table(&head("all sensors of all bodies at once")[..3], rows));
     if !sheet.together_worst.is_empty() {
         lines.push(format!("  {WORST_ALLOWED}: {}", checks_words(&sheet.together_worst)));
     }
-    let mut rows = vec![head("one sensor alone, one of the two", false)];
-    for body in each_body() {
-        rows.extend(body.sensors.iter().filter_map(|sensor| {
-            let alone = sensor.alone.as_ref()?;
-            let mut row = vec![format!("{}, {}", role_name(body.role), sensor.name)];
-            row.extend(cells(alone));
-            Some(row)
-        }));
-    }
-    lines.extend(table(&rows));
+    let sensors = sheet.bodies.iter().flat_map(|body| body.sensors.iter().map(move |s| (body, s)));
+    let rows = sensors.filter_map(|(body, sensor)| {
+        let mut row = vec![format!("{}, {}", role_name(body.role), sensor.name)];
+        row.extend(cells(sensor.alone.as_ref()?));
+        Some(row)
+    });
+    lines.extend(table(&head("one sensor alone, one of the two"), rows));
     lines
 }
 
-fn head(what: &str, is_short: bool) -> Vec<String> {
-    let head = [what, "position mm", "angle °", "position limited by", "angle limited by"];
-    let count = if is_short { 3 } else { 5 };
-    head.into_iter().take(count).map(str::to_owned).collect()
-}
-
 /// Columns of numbers to the right, of words to the left.
-fn table(rows: &[Vec<String>]) -> Vec<String> {
+fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Vec<String> {
+    let head = head.iter().map(|&cell| cell.to_owned()).collect();
+    let rows: Vec<_> = iter::once(head).chain(rows).collect();
     let is_number = |c: &String| c.is_empty() || c == "–" || c.parse::<f64>().is_ok();
     let is_right = |k: usize| rows.iter().skip(1).filter_map(|row| row.get(k)).all(is_number);
-    text_table::lines(rows, is_right).into_iter().map(|line| format!("  {line}")).collect()
+    text_table::lines(&rows, is_right).into_iter().map(|line| format!("  {line}")).collect()
 }
 
 #[cfg(test)]

@@ -35,10 +35,9 @@ struct Raster {
 
 impl Raster {
     fn of(triangles: &[[[f64; 2]; 3]], cell: f64) -> Option<Self> {
-        let corners = || triangles.iter().flatten().copied();
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
-        for corner in corners().filter(|c| c.iter().all(|v| v.is_finite())) {
+        for corner in triangles.iter().flatten().filter(|c| c.iter().all(|v| v.is_finite())) {
             for k in 0..2 {
                 low[k] = low[k].min(corner[k]);
                 high[k] = high[k].max(corner[k]);
@@ -108,7 +107,7 @@ impl Raster {
         }
     }
 
-    fn is_covered(&self, i: usize, j: usize) -> bool {
+    fn is_covered(&self, [i, j]: [usize; 2]) -> bool {
         self.covered[j * self.size[0] + i]
     }
 
@@ -123,20 +122,18 @@ impl Raster {
         };
         for j in 1..self.size[1] - 1 {
             for i in 1..self.size[0] - 1 {
-                if !self.is_covered(i, j) {
+                if !self.is_covered([i, j]) {
                     continue;
                 }
-                if !self.is_covered(i, j - 1) {
-                    side([i, j], [i + 1, j]);
-                }
-                if !self.is_covered(i + 1, j) {
-                    side([i + 1, j], [i + 1, j + 1]);
-                }
-                if !self.is_covered(i, j + 1) {
-                    side([i + 1, j + 1], [i, j + 1]);
-                }
-                if !self.is_covered(i - 1, j) {
-                    side([i, j + 1], [i, j]);
+                for (neighbour, from, to) in [
+                    ([i, j - 1], [i, j], [i + 1, j]),
+                    ([i + 1, j], [i + 1, j], [i + 1, j + 1]),
+                    ([i, j + 1], [i + 1, j + 1], [i, j + 1]),
+                    ([i - 1, j], [i, j + 1], [i, j]),
+                ] {
+                    if !self.is_covered(neighbour) {
+                        side(from, to);
+                    }
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use super::TableSection;
 use crate::manufacturing::{
-    WORST_ALLOWED, caution_words, check_words, expected_words, frame_words, role_name,
+    WORST_ALLOWED, caution_words, checks_words, expected_words, frame_words, role_name,
     tolerance_value, tolerance_words,
 };
 use trackwright_simulation::figures::{capitalised, with_minus_signs};
@@ -85,12 +85,10 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
         notes.push(format!("All sensors may be off at once: {}.", together.join(", ")));
     }
     if !sheet.together_worst.is_empty() {
-        let checks: Vec<String> = sheet.together_worst.iter().map(check_words).collect();
-        notes.push(format!("{WORST_ALLOWED}: {}.", checks.join(", ")));
+        notes.push(format!("{WORST_ALLOWED}: {}.", checks_words(&sheet.together_worst)));
     }
     if !sheet.as_drawn.is_empty() {
-        let checks: Vec<String> = sheet.as_drawn.iter().map(check_words).collect();
-        notes.push(format!("As drawn: {}.", checks.join(", ")));
+        notes.push(format!("As drawn: {}.", checks_words(&sheet.as_drawn)));
     }
     for words in expected_words(sheet).into_iter().chain(caution_words(sheet)) {
         notes.push(format!("{}.", capitalised(&words)));
