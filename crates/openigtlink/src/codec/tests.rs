@@ -255,49 +255,42 @@ fn announced_bytes_are_not_allocated() {
 
 #[test]
 fn lengths_that_lie_are_named() {
-    let error = |stream: &[u8]| messages(stream)[0].as_ref().unwrap_err().to_string();
-    for (kind, body, expected) in [
-        ("TRANSFORM", 47, "TRANSFORM of \"Probe\": found 47 bytes, expected 48"),
-        ("POSITION", 20, "found 20 bytes, expected 12, 24 or 28"),
-        ("TDATA", 71, "found 71 bytes, expected a multiple of 70"),
-        ("QTDATA", 49, "found 49 bytes, expected a multiple of 50"),
-        ("POINT", 1, "found 1 bytes, expected a multiple of 136"),
-        ("STATUS", 29, "found 29 bytes, expected 30 at least"),
-        ("STT_TDATA", 35, "found 35 bytes, expected 36"),
-        ("STP_TDATA", 1, "found 1 bytes, expected none"),
+    let of_string = [0, 3, 255, 255, b'a'];
+    let of_all_metadata = [0, 12, 255, 255, 255, 255, 255, 255, 0, 0, 0, 1];
+    let of_an_entry =
+        [0, 12, 0, 10, 0, 0, 0, 2, 0, 0, 0, 1, 0, 1, 0, 9, 0, 3, 0, 0, 0, 9, b'k', b'v'];
+    let mut of_entries = vec![0, 12, 0x3e, 0x82, 0, 0, 0, 0, 0, 0, 0, 1];
+    of_entries.extend(2000_u16.to_be_bytes());
+    of_entries.resize(12 + 0x3e82, 0);
+    // Shorter than it is, and longer than the body.
+    let extended = |length: [u8; 2]| [&length[..], &[0; 60]].concat();
+    for (version, kind, body, expected) in [
+        (1, "TRANSFORM", vec![0; 47], "TRANSFORM of \"Probe\": found 47 bytes, expected 48"),
+        (1, "POSITION", vec![0; 20], "found 20 bytes, expected 12, 24 or 28"),
+        (1, "TDATA", vec![0; 71], "found 71 bytes, expected a multiple of 70"),
+        (1, "QTDATA", vec![0; 49], "found 49 bytes, expected a multiple of 50"),
+        (1, "POINT", vec![0; 1], "found 1 bytes, expected a multiple of 136"),
+        (1, "STATUS", vec![0; 29], "found 29 bytes, expected 30 at least"),
+        (1, "STT_TDATA", vec![0; 35], "found 35 bytes, expected 36"),
+        (1, "STP_TDATA", vec![0; 1], "found 1 bytes, expected none"),
+        (1, "STRING", of_string.to_vec(), "found 5 bytes"),
+        (
+            2,
+            "TRANSFORM",
+            of_all_metadata.to_vec(),
+            "found an extended header and metadata of 4295032842 bytes, \
+             expected no more than the body's 12",
+        ),
+        (2, "STP_TDATA", of_an_entry.to_vec(), "metadata that end in entry 1, expected 1 entries"),
+        (2, "STP_TDATA", of_entries, "found 2000 entries of metadata, expected 1024 at most"),
+        (2, "TRANSFORM", extended([0, 0]), "extended header"),
+        (2, "TRANSFORM", extended([0, 11]), "extended header"),
+        (2, "TRANSFORM", extended([255, 255]), "extended header"),
+        (2, "TRANSFORM", vec![0; 5], "found 5 bytes, expected 12 at least"),
     ] {
-        let error = error(&framed(1, kind, &vec![0; body]));
-        assert!(error.contains(expected), "{error}");
+        let error = messages(&framed(version, kind, &body))[0].as_ref().unwrap_err().to_string();
+        assert!(error.contains(expected), "{expected}: {error}");
     }
-    // A string that is longer than its message.
-    let error_of_string = error(&framed(1, "STRING", &[0, 3, 255, 255, b'a']));
-    assert!(error_of_string.contains("found 5 bytes"), "{error_of_string}");
-    // Metadata that are longer than their message: in all, and in one entry.
-    let body = [0, 12, 255, 255, 255, 255, 255, 255, 0, 0, 0, 1];
-    let error_of_all = error(&framed(2, "TRANSFORM", &body));
-    assert!(error_of_all.contains("found an extended header and metadata of 4295032842 bytes, expected no more than the body's 12"), "{error_of_all}");
-    let entry = [0, 12, 0, 10, 0, 0, 0, 2, 0, 0, 0, 1, 0, 1, 0, 9, 0, 3, 0, 0, 0, 9, b'k', b'v'];
-    let error_of_entry = error(&framed(2, "STP_TDATA", &entry));
-    assert!(
-        error_of_entry.contains("metadata that end in entry 1, expected 1 entries"),
-        "{error_of_entry}"
-    );
-    let mut body = vec![0, 12, 0x3e, 0x82, 0, 0, 0, 0, 0, 0, 0, 1];
-    body.extend(2000_u16.to_be_bytes());
-    body.resize(12 + 0x3e82, 0);
-    let error_of_many = error(&framed(2, "STP_TDATA", &body));
-    assert!(
-        error_of_many.contains("found 2000 entries of metadata, expected 1024 at most"),
-        "{error_of_many}"
-    );
-    // An extended header that is shorter than it is, and longer than the body.
-    for extended in [[0, 0], [0, 11], [255, 255]] {
-        let body = [&extended[..], &[0; 60]].concat();
-        let error = error(&framed(2, "TRANSFORM", &body));
-        assert!(error.contains("extended header"), "{error}");
-    }
-    let short = error(&framed(2, "TRANSFORM", &[0; 5]));
-    assert!(short.contains("found 5 bytes, expected 12 at least"), "{short}");
 }
 
 #[test]
