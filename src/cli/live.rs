@@ -149,14 +149,10 @@ fn settings(args: &LiveArgs, files: &Files) -> anyhow::Result<SessionSettings> {
 }
 
 fn room(args: &LiveArgs, files: &Files) -> anyhow::Result<Option<LiveRoom>> {
-    let named = match &args.environment {
-        None => None,
-        Some(file) => Some(Arc::new(files.read_environment(file)?)),
-    };
-    let world = match &args.design {
-        None => None,
-        Some(file) => Some(files.open_design_without_meshes(file)?),
-    };
+    let named = args.environment.as_ref().map(|file| files.read_environment(file)).transpose()?;
+    let named = named.map(Arc::new);
+    let world = args.design.as_ref().map(|file| files.open_design_without_meshes(file));
+    let world = world.transpose()?;
     let Some(environment) = named.or(world.as_ref().map(|world| world.environment.clone())) else {
         return Ok(None);
     };

@@ -111,10 +111,8 @@ pub(super) fn check_finite<'a>(
 
 pub(super) fn check_mesh(mesh: &MeshReference) -> Result<(), EditError> {
     check_not_empty("mesh's file", &mesh.file)?;
-    match mesh.unit {
-        Some(unit) => check_length_above_zero("the mesh's unit", unit.mm_per_unit()),
-        None => Ok(()),
-    }
+    let unit_mm = mesh.unit.map(|unit| unit.mm_per_unit());
+    unit_mm.map_or(Ok(()), |unit_mm| check_length_above_zero("the mesh's unit", unit_mm))
 }
 
 fn check_length_above_zero(what: &'static str, value: f64) -> Result<(), EditError> {
@@ -137,10 +135,7 @@ fn check_number(
     value: f64,
     problem: Option<&'static str>,
 ) -> Result<(), EditError> {
-    match problem {
-        None => Ok(()),
-        Some(expected) => Err(EditError::Number { what, value, expected }),
-    }
+    problem.map_or(Ok(()), |expected| Err(EditError::Number { what, value, expected }))
 }
 
 fn check_unit(what: &'static str, length: f64) -> Result<(), EditError> {

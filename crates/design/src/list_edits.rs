@@ -194,9 +194,7 @@ impl ProcedureEdit {
     pub(super) fn apply_to(self, design: &mut Design) -> Result<(), EditError> {
         match self {
             Self::AddRoom(file) => {
-                if file.trim().is_empty() {
-                    return Err(EditError::Empty { what: "further room's file" });
-                }
+                check_not_empty("further room's file", &file)?;
                 let rooms = &mut design.procedure.further_rooms;
                 if file == design.environment || rooms.contains(&file) {
                     return Err(EditError::RoomTwice { file });

@@ -16,10 +16,8 @@ pub fn parse(bytes: &[u8], design_has_crf: bool) -> Result<Vec<InputTrial>, Form
     let table = Table::parse(bytes)?;
     let header = table.header();
     let tool = header.pose("tool_", EXPECTED)?;
-    let crf = match design_has_crf && header.has_pose("crf_") {
-        true => Some(header.pose("crf_", EXPECTED_CRF)?),
-        false => None,
-    };
+    let has_crf = design_has_crf && header.has_pose("crf_");
+    let crf = has_crf.then(|| header.pose("crf_", EXPECTED_CRF)).transpose()?;
     table.read(|row| {
         Ok(InputTrial {
             tracker_from_crf: crf.as_ref().map(|crf| row.pose(crf)).transpose()?,

@@ -54,16 +54,15 @@ pub fn run(args: &SceneArgs, files: &Files) -> anyhow::Result<()> {
     note_meshes(&world);
     note_world(&world);
     let named = || args.design.display().to_string();
+    let painted = args.sensor.as_ref().map(|name| sensor_named(world.document.design(), name));
+    let painted = painted.transpose().with_context(named)?;
     let wish = SceneWish {
         layers: args.layers,
         ground: match args.light {
             true => Ground::Light,
             false => Ground::Dark,
         },
-        painted: match &args.sensor {
-            Some(name) => Some(sensor_named(world.document.design(), name).with_context(named)?),
-            None => None,
-        },
+        painted,
         most_triangles: usize::try_from(args.triangles).unwrap_or(usize::MAX),
     };
     let shown = Shown::new("computing what the layers show");

@@ -216,10 +216,9 @@ impl Reader<'_> {
             let found = format!("a position of ({}, {}, {}) mm", p.x, p.y, p.z);
             return Err(error(found, "finite ones"));
         }
-        let own_normals = match primitive.get(&gltf::Semantic::Normals) {
-            Some(accessor) => Some(vectors(&self.buffers, name, &accessor)?),
-            None => None,
-        };
+        let own_normals = primitive.get(&gltf::Semantic::Normals);
+        let own_normals =
+            own_normals.map(|accessor| vectors(&self.buffers, name, &accessor)).transpose()?;
         let normals = match (own_normals, linear.try_inverse()) {
             (Some(normals), _) if normals.len() != positions_mm.len() => {
                 let found = format!("{} normals", normals.len());

@@ -113,9 +113,8 @@ impl Row<'_> {
             }
             _ => Err(Unusable::Missing),
         };
-        let counted = |column: Option<usize>, name| match column {
-            Some(column) => self.number(first + column, name),
-            None => Ok(None),
+        let counted = |column: Option<usize>, name| {
+            column.map_or(Ok(None), |column| self.number(first + column, name))
         };
         let frame = counted(columns.frame, "Frame")?;
         Ok(TrackSample {

@@ -149,12 +149,10 @@ fn geometry(value: &Value) -> Result<Geometry, FormatError> {
         ));
     }
     Geometry::check_count(fiducials.len())?;
-    let id = match value.get("id") {
-        None => None,
-        Some(id) => {
-            Some(id.as_i64().ok_or_else(|| FormatError::field("id", short(id), "a whole number"))?)
-        }
+    let whole = |id: &Value| {
+        id.as_i64().ok_or_else(|| FormatError::field("id", short(id), "a whole number"))
     };
+    let id = value.get("id").map(whole).transpose()?;
     let points = fiducials.iter().enumerate();
     Ok(Geometry {
         id,
