@@ -14,7 +14,8 @@ use bevy::ecs::system::SystemState;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::egui::{
-    self, CursorIcon, Frame, Id, LayerId, Margin, Panel, Rect, ScrollArea, Sense, Ui, UiBuilder,
+    self, Align, CursorIcon, Frame, Id, LayerId, Layout, Margin, Panel, Rect, ScrollArea, Sense,
+    Ui, UiBuilder,
 };
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass};
 
@@ -117,12 +118,14 @@ fn draw(world: &mut World, panel: &Registered, ui: &mut Ui) {
     let _ = world.run_system_with(panel.system, ui);
 }
 
-/// Narrowest side, and the part of the window that a side may take.
-const LEAST_WIDTH: f32 = 200.0;
+/// Narrowest left and right side: names and switches; a label with three numbers.
+const LEAST_WIDTHS: [f32; 2] = [190.0, 264.0];
+
+/// Part of the window that a side may take.
 const MOST_PART: f32 = 0.45;
 
 /// Part of the window's width that is left for the 3D view.
-const LEAST_SCENE_PART: f32 = 0.4;
+const LEAST_SCENE_PART: f32 = 0.33;
 
 /// What the preferences know a side's width by.
 fn width_key(workspace: Workspace, side: Side) -> String {
@@ -141,21 +144,26 @@ fn wanted_width(world: &World, workspace: Workspace, side: Side) -> f32 {
 /// Widths of the left and the right side in a window of this width, from those that are wanted.
 /// Where they leave too little for the 3D view both are narrowed, and where they would be too narrow
 /// to be read the left one goes: it is there again once the right one is folded.
-fn fitted_widths([left, right]: [Option<f32>; 2], window: f32) -> [Option<f32>; 2] {
-    let most = (window * MOST_PART).max(LEAST_WIDTH);
+fn fitted_widths(wanted: [Option<f32>; 2], window: f32) -> [Option<f32>; 2] {
     let for_both = window * (1.0 - LEAST_SCENE_PART);
-    let alone = |width: f32| width.clamp(LEAST_WIDTH, most).min(for_both.max(LEAST_WIDTH));
-    let (Some(left), Some(right)) = (left, right) else {
-        return [left.map(alone), right.map(alone)];
+    let [least_left, least_right] = LEAST_WIDTHS;
+    let alone =
+        |side: usize| wanted[side].map(|width| width_between(width, LEAST_WIDTHS[side], window));
+    let (Some(left), Some(right)) = (alone(0), alone(1)) else {
+        return [alone(0), alone(1)];
     };
-    if for_both < 2.0 * LEAST_WIDTH {
-        return [None, Some(alone(right))];
+    if for_both < least_left + least_right {
+        return [None, Some(right)];
     }
-    let [left, right] = [alone(left), alone(right)];
     let over = (left + right - for_both).max(0.0);
-    let spare = (left + right - 2.0 * LEAST_WIDTH).max(1.0);
-    let narrowed = |width: f32| width - over * (width - LEAST_WIDTH) / spare;
-    [Some(narrowed(left)), Some(narrowed(right))]
+    let spare = (left + right - least_left - least_right).max(1.0);
+    let narrowed = |width: f32, least: f32| width - over * (width - least) / spare;
+    [Some(narrowed(left, least_left)), Some(narrowed(right, least_right))]
+}
+
+/// A width that can be read and leaves the window its larger part.
+fn width_between(width: f32, least: f32, window: f32) -> f32 {
+    width.clamp(least, (window * MOST_PART).max(least))
 }
 
 fn side_ui(
@@ -168,11 +176,13 @@ fn side_ui(
 ) {
     let is_left = side == Side::Left;
     let key = width_key(workspace, side);
-    let most = (root.ctx().viewport_rect().width() * MOST_PART).max(LEAST_WIDTH);
     let id = Id::new(("side", &key));
     // The panel is as wide as it is, whatever is in it.
     let panel = if is_left { Panel::left(id) } else { Panel::right(id) };
     let shown = panel.exact_size(width).frame(theme::panel_frame(Margin::ZERO)).show(root, |ui| {
+        // What is wider than the side is cut; it would move the side's edge.
+        let inside = UiBuilder::new().max_rect(ui.max_rect()).layout(Layout::top_down(Align::Min));
+        let ui = &mut ui.new_child(inside);
         for panel in panels.iter().filter(|panel| panel.info.is_fixed) {
             draw(world, panel, ui);
         }
@@ -188,7 +198,8 @@ fn side_ui(
         });
     });
     if let Some(dragged) = drag_ui(root, id, shown.response.rect, is_left) {
-        let dragged = dragged.clamp(LEAST_WIDTH, most).round();
+        let least = LEAST_WIDTHS[usize::from(!is_left)];
+        let dragged = width_between(dragged, least, root.ctx().viewport_rect().width()).round();
         world.resource_mut::<SideWidths>().0.insert(key, f64::from(dragged));
         world.write_message(RequestRedraw);
     }
@@ -228,18 +239,21 @@ mod tests {
     }
 
     #[test]
-    fn sides_leave_two_fifths_of_a_narrow_window() {
-        for window in [667.0, 683.0, 720.0, 800.0, 900.0_f32] {
+    fn sides_leave_a_third_of_a_narrow_window() {
+        for window in [683.0, 720.0, 800.0, 900.0_f32] {
             let [left, right] = fitted_widths([Some(240.0), Some(360.0)], window);
             let (left, right) = (left.unwrap(), right.unwrap());
-            assert!(left >= LEAST_WIDTH && right >= left, "{window}: {left} {right}");
-            assert!(left + right <= 0.6 * window + 1e-3, "{window}: {left} {right}");
+            assert!(
+                left >= LEAST_WIDTHS[0] && right >= LEAST_WIDTHS[1],
+                "{window}: {left} {right}"
+            );
+            assert!(left + right <= 0.67 * window + 1e-3, "{window}: {left} {right}");
         }
     }
 
     #[test]
     fn one_side_stands_where_two_do_not_fit() {
-        assert_eq!(fitted_widths([Some(240.0), Some(300.0)], 512.0), [None, Some(230.4)]);
+        assert_eq!(fitted_widths([Some(240.0), Some(300.0)], 512.0), [None, Some(264.0)]);
         assert_eq!(fitted_widths([Some(240.0), None], 512.0), [Some(230.4), None]);
     }
 }

@@ -111,7 +111,8 @@ pub(crate) struct ShownResult<'w> {
 }
 
 impl ShownResult<'_> {
-    fn view(&self) -> ResultView<'_> {
+    /// What is shown at the foot of a side of this height, points.
+    fn view(&self, height: f32) -> ResultView<'_> {
         let (document, results) = (&self.world.0.document, &*self.results);
         let study = results.study.as_ref();
         let now = study.map(|study| headline(&study.value.figures, results.expected_of_study()));
@@ -132,24 +133,30 @@ impl ShownResult<'_> {
             reasons: reasons.unwrap_or_default(),
             has_expected: self.world.0.environment.process.is_some(),
             is_computing: study.is_some() && are_figures_old(document, results, &self.choice),
-            is_short: self.workspace.charts_trials
-                && self.state.as_ref().is_some_and(|state| state.side == Side::Trials),
+            is_short: height < LEAST_HEIGHT
+                || self.workspace.charts_trials
+                    && self.state.as_ref().is_some_and(|state| state.side == Side::Trials),
         }
     }
 }
 
+/// In a lower side all figures would leave no room for what is above them, points.
+const LEAST_HEIGHT: f32 = 480.0;
+
 /// The figures, at the foot of the side.
 pub(crate) fn result_panel(mut ui: InMut<Ui>, shown: ShownResult) {
+    let view = shown.view(ui.available_height());
     Panel::bottom("result")
         .resizable(false)
         .frame(result::frame())
-        .show(&mut ui, |ui| result_ui(ui, &shown.view()));
+        .show(&mut ui, |ui| result_ui(ui, &view));
 }
 
 /// The few figures that decide, at the foot of a side that shows something else.
 pub(crate) fn brief_result_panel(mut ui: InMut<Ui>, shown: ShownResult) {
+    let view = shown.view(ui.available_height());
     Panel::bottom("result in room")
         .resizable(false)
         .frame(result::frame())
-        .show(&mut ui, |ui| brief_result_ui(ui, &shown.view()));
+        .show(&mut ui, |ui| brief_result_ui(ui, &view));
 }
