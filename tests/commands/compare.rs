@@ -233,7 +233,6 @@ fn what_cannot_be_compared_is_named() {
         ),
         (format!("{first} gone.design.ron"), "gone.design.ron: File not found, expected a design"),
     ] {
-        let error = scratch.fail(format!("compare {args}"));
-        assert!(error.contains(expected), "{args}: {error}");
+        scratch.refused(format!("compare {args}"), &[expected]);
     }
 }

@@ -67,7 +67,6 @@ fn a_tool_of_twenty_metres_is_reported() {
         format!("tolerances {design}"),
         "convert d/tool.body.ron tool.ini".to_owned(),
     ] {
-        let notes = scratch.notes(&args);
-        assert!(notes.contains("warning: ") && notes.contains(expected), "{args:?}: {notes}");
+        scratch.notes_with(&args, &["warning: ", expected]);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::support::data::own;
 use crate::support::program::{
-    Scratch, end_within, processor_seconds, run_within, text, trackwright,
+    Scratch, assert_has, end_within, processor_seconds, run_within, text, trackwright,
 };
 use crate::support::wire::until;
 use std::process::{Command, Output};
@@ -12,22 +12,22 @@ use std::time::Duration;
 const LIMIT: Duration = Duration::from_secs(60);
 
 #[track_caller]
-fn refused(command: Command) -> String {
+fn refused(command: Command, words: &[&str]) -> String {
+    let what = format!("{command:?}");
     let Output { status, stdout, stderr } = run_within(command, LIMIT);
     let stderr = String::from_utf8(stderr).unwrap();
     assert_eq!(status.code(), Some(2), "{stderr}");
     assert!(stdout.is_empty());
+    assert_has(&stderr, words, &what);
     stderr
 }
 
 #[test]
 fn a_scene_ends_for_every_bound_of_triangles() {
     let scratch = Scratch::new();
-    let file = scratch.arg("scene.glb");
     let scene = |triangles: &str| {
-        let args = ["export", "scene", "endoscope", "-o", &file];
-        let more = ["--layers", "none", "--triangles", triangles];
-        trackwright(&[&args[..], &more].concat())
+        let line = "export scene endoscope -o scene.glb --layers none --triangles";
+        scratch.command(&format!("{line} {triangles}"))
     };
     for triangles in ["1", "3", "20", "100"] {
         let output = run_within(scene(triangles), LIMIT);
@@ -37,33 +37,27 @@ fn a_scene_ends_for_every_bound_of_triangles() {
         let is_above = stderr.contains(&format!("not with at most {triangles}: fewer leave no"));
         assert!(is_above || triangles != "1", "{stderr}");
     }
-    let error = refused(scene("0"));
-    assert!(error.contains("0 is not in 1.."), "{error}");
+    refused(scene("0"), &["0 is not in 1.."]);
 }
 
 #[cfg(unix)]
 #[test]
 fn pipes_that_nobody_writes_to_are_refused() {
     let scratch = Scratch::new();
-    let pipe = scratch.arg("pipe");
-    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    let (out, table) = (scratch.arg("out"), text(&own("room-a/room-a-fit.csv")));
-    let expected = format!("{pipe}: found a named pipe, expected ");
-    for args in [
-        &["fit", &pipe, "-o", &out, "--order", "1", "--directions", "6"][..],
-        &["fit", &table, "-o", &out, "--holdout", &pipe, "--order", "0"],
-        &["select", &pipe],
-        &["simulate", &pipe, "--mode", "single"],
-        &["distort", &pipe, &table, "-o", &out],
-        &["pivot", &pipe],
-        &["convert", &pipe, "out.body.ron"],
-        &["register", &pipe, &pipe],
+    assert!(Command::new("mkfifo").arg(scratch.path("pipe")).status().unwrap().success());
+    for line in [
+        "fit pipe -o out --order 1 --directions 6",
+        "fit own:room-a/room-a-fit.csv -o out --holdout pipe --order 0",
+        "select pipe",
+        "simulate pipe --mode single",
+        "distort pipe own:room-a/room-a-fit.csv -o out",
+        "pivot pipe",
+        "convert pipe out.body.ron",
+        "register pipe pipe",
     ] {
-        let error = refused(trackwright(args));
-        assert!(error.contains(&expected), "{args:?}: {error}");
+        refused(scratch.command(line), &["pipe: found a named pipe, expected "]);
     }
-    let error = refused(trackwright(&["select", "/dev/zero"]));
-    assert!(error.contains("/dev/zero: found a device"), "{error}");
+    refused(scratch.command("select /dev/zero"), &["/dev/zero: found a device"]);
 }
 
 #[cfg(unix)]
@@ -77,13 +71,9 @@ fn what_a_shell_pipes_in_is_read() {
     shell.args(["-c", script, env!("CARGO_BIN_EXE_trackwright")]).args([&table, &out]);
     let output = run_within(shell, LIMIT);
     assert!(output.status.success(), "{output:?}");
-    let direct = scratch.arg("direct.env.ron");
-    scratch.succeed(format!("fit {table} -o {direct} --order 1 --directions 6"));
-    let [piped, direct] = [out, direct].map(|file| {
-        let room = trackwright_project::Files::default().read_environment(file.as_ref()).unwrap();
-        room.model
-    });
-    assert_eq!(piped, direct);
+    scratch.fit("direct.env.ron", "--order 1 --directions 6");
+    let [piped, direct] = ["room.env.ron", "direct.env.ron"].map(|file| scratch.environment(file));
+    assert_eq!(piped.model, direct.model);
 }
 
 #[cfg(target_os = "linux")]
@@ -95,7 +85,7 @@ fn threads_that_cannot_start_are_one_error() {
         "ulimit -v 2000000; RAYON_NUM_THREADS=5000 exec \"$0\" simulate \"$1\" --mode single";
     let mut shell = Command::new("sh");
     shell.args(["-c", script, env!("CARGO_BIN_EXE_trackwright"), &design]);
-    let error = refused(shell);
+    let error = refused(shell, &[]);
     assert_eq!(error.lines().count(), 1, "{error}");
     assert!(error.starts_with("error: the threads to compute with"), "{error}");
 }

@@ -13,8 +13,7 @@ use trackwright_scene::palette::{Ground, SENSOR, of_part};
 /// Writes the scene of a built-in design.
 fn export(scratch: &Scratch, design: &str, more: &str) -> String {
     let file = scratch.arg(&format!("{design}{}.glb", more.replace(' ', "")));
-    let printed = scratch.succeed(format!("export scene {design} -o {file} {more}"));
-    assert!(printed.contains("errors × "), "{printed}");
+    scratch.succeed_with(format!("export scene {design} -o {file} {more}"), &["errors × "]);
     file
 }
 
@@ -156,8 +155,7 @@ fn a_scene_that_cannot_be_is_refused_in_one_line() {
         ),
         ("not-there.design.ron -o scene.glb", "not-there.design.ron"),
     ] {
-        let error = scratch.fail(format!("export scene {args}"));
-        assert!(error.contains(words), "{error}");
+        scratch.refused(format!("export scene {args}"), &[words]);
     }
     assert!(!scratch.has("scene.glb"));
 }

@@ -4,55 +4,40 @@ use crate::support::golden::numbers;
 use crate::support::program::Scratch;
 use nalgebra::Point3;
 use serde_json::Value;
-use std::fs;
 use trackwright_formats::poses::WhosePoses;
 
 const TIP: [f64; 3] = [3.0, -4.0, 12.0];
 
+const DESIGN: &str = "d/pointer-on-head.design.ron";
+
 /// A design on a CRF whose tool's tip is not its origin.
-fn design(scratch: &Scratch) -> String {
-    scratch.copy_own("golden/pointer-on-head", "design");
+fn design() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.copy_design_with_room("golden/pointer-on-head", "--order 1 --directions 6");
+    scratch.replace("d/tool.body.ron", "tip: (0, 0, 0)", "tip: (3, -4, 12)");
     scratch
-        .succeed("fit own:room-a/room-a-fit.csv -o design/room.env.ron --order 1 --directions 6");
-    let written = scratch.read("design/tool.body.ron");
-    assert!(written.contains("tip: (0"), "{written}");
-    let start = written.find("tip: (").unwrap();
-    let end = start + written[start..].find(')').unwrap();
-    let moved = format!("{}tip: (3, -4, 12{}", &written[..start], &written[end..]);
-    scratch.write("design/tool.body.ron", moved);
-    scratch.arg("design/pointer-on-head.design.ron")
 }
 
 /// Trial, true tip, simulated tip, error.
-fn rows(file: &str) -> Vec<[f64; 8]> {
-    let table = fs::read_to_string(file).unwrap();
-    let mut lines = table.lines();
+fn rows(scratch: &Scratch) -> Vec<[f64; 8]> {
+    let table = scratch.table("tips.csv");
     let header = "trial,true_x,true_y,true_z,sim_x,sim_y,sim_z,err_mm";
-    assert_eq!(lines.next(), Some(header));
-    let cells = |line: &str| -> Vec<f64> { line.split(',').map(|c| c.parse().unwrap()).collect() };
-    lines.map(|line| cells(line).try_into().unwrap()).collect()
+    assert_eq!(table.columns.join(","), header);
+    table.first()
 }
 
 #[test]
 fn tips_are_those_of_the_simulation_log() {
-    let scratch = Scratch::new();
-    let design = design(&scratch);
-    let [log, table, markups] = ["log.csv", "tips.csv", "tips.mrk.json"].map(|n| scratch.arg(n));
-    scratch.succeed(format!("simulate {design} --mode motion --log {log}"));
-    let printed = scratch.succeed(format!("export tips {design} -o {table}"));
-    assert!(printed.contains("in the frame of the CRF"), "{printed}");
-    scratch.succeed(format!("export tips {design} -o {markups}"));
-    let rows = rows(&table);
-    let errors = fs::read_to_string(&log).unwrap();
-    let column = errors.lines().next().unwrap().split(',').position(|name| name == "err_mm");
-    let errors: Vec<f64> = errors
-        .lines()
-        .skip(1)
-        .map(|line| line.split(',').nth(column.unwrap()).unwrap().parse().unwrap())
-        .collect();
+    let scratch = design();
+    scratch.succeed(format!("simulate {DESIGN} --mode motion --log log.csv"));
+    let export = format!("export tips {DESIGN} -o tips.csv");
+    scratch.succeed_with(export, &["in the frame of the CRF"]);
+    scratch.succeed(format!("export tips {DESIGN} -o tips.mrk.json"));
+    let rows = rows(&scratch);
+    let errors = scratch.table("log.csv").numbers("err_mm");
     for (whose, first) in [(WhosePoses::True, 1), (WhosePoses::Simulated, 4)] {
         let poses = trackwright_project::Files::default()
-            .read_poses_of(log.as_ref(), whose)
+            .read_poses_of(&scratch.path("log.csv"), whose)
             .unwrap()
             .as_it_stands();
         assert_eq!(poses.len(), rows.len());
@@ -68,7 +53,7 @@ fn tips_are_those_of_the_simulation_log() {
     // The error is no round-off.
     assert!(rows.iter().any(|row| row[7] > 0.1));
 
-    let file: Value = serde_json::from_slice(&fs::read(&markups).unwrap()).unwrap();
+    let file: Value = serde_json::from_str(&scratch.read("tips.mrk.json")).unwrap();
     let lists = file["markups"].as_array().unwrap();
     let names: Vec<&str> = lists.iter().map(|l| l["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["pointer-on-head, true tips", "pointer-on-head, simulated tips"]);
@@ -84,8 +69,7 @@ fn tips_are_those_of_the_simulation_log() {
         }
     }
     // As points they come back, one list after the other.
-    let points =
-        trackwright_project::Files::default().read_points(markups.as_ref()).unwrap().as_it_stands();
+    let points = scratch.points("tips.mrk.json");
     let [last_true, first_simulated] = [&points[rows.len() - 1], &points[rows.len()]];
     assert_eq!(last_true.x, rows[rows.len() - 1][1]);
     assert_eq!(first_simulated.x, rows[0][4]);
@@ -93,23 +77,21 @@ fn tips_are_those_of_the_simulation_log() {
 
 #[test]
 fn other_modes_are_those_of_simulate() {
-    let scratch = Scratch::new();
-    let design = design(&scratch);
-    let table = scratch.arg("tips.csv");
-    scratch.succeed(format!("export tips {design} -o {table} --mode single"));
-    assert_eq!(rows(&table).len(), 1);
-    let count = scratch.read("design/input.csv").lines().count() - 1;
-    let by_input = format!("export tips {design} -o {table} --mode input");
-    scratch.succeed(format!("{by_input} --input design/input.csv"));
-    assert_eq!(rows(&table).len(), count);
-    let without = scratch.fail(&by_input);
-    assert!(without.contains("--input"), "{without}");
-    let kind = scratch.fail(format!("export tips {design} -o tips.tfm"));
-    assert!(kind.contains("tips.tfm: found no kind of file"), "{kind}");
+    let scratch = design();
+    let export = format!("export tips {DESIGN} -o tips.csv");
+    scratch.succeed(format!("{export} --mode single"));
+    assert_eq!(rows(&scratch).len(), 1);
+    let count = scratch.table("d/input.csv").rows.len();
+    let by_input = format!("{export} --mode input");
+    scratch.succeed(format!("{by_input} --input d/input.csv"));
+    assert_eq!(rows(&scratch).len(), count);
+    scratch.refused(&by_input, &["--input"]);
+    let kind = format!("export tips {DESIGN} -o tips.tfm");
+    scratch.refused(kind, &["tips.tfm: found no kind of file"]);
     assert!(!scratch.has("tips.tfm"));
-    let printed = scratch.succeed(format!("export tips {design} -o {table} --outside reject"));
+    let printed = scratch.succeed(format!("{export} --outside reject"));
     let all = 3 * 3 * 3 * 3 * 5;
-    let kept = rows(&table);
+    let kept = rows(&scratch);
     assert!(printed.contains(&format!("{} trials left out", all - kept.len())), "{printed}");
     // Trials keep their numbers.
     let last = kept.last().unwrap()[0];

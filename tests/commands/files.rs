@@ -212,6 +212,14 @@ fn refused_outputs_start_no_long_work() {
 }
 
 #[test]
+fn an_impossible_folder_fails_before_the_work() {
+    let scratch = Scratch::new();
+    scratch.write("file", "");
+    scratch.fail_with("precision -o file", &["cannot make the folder"]);
+    scratch.fail_with("stability -o file/folder", &["file/folder"]);
+}
+
+#[test]
 fn two_outputs_are_two_files() {
     let scratch = folder();
     let args = "select room.csv --orders 1 --directions 1 --ridges 0 -o OUT --plot OUT";

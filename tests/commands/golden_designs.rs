@@ -1,9 +1,9 @@
 //! All three modes of both worked designs through the command line, figure by figure.
 
 use crate::support::close::{self, assert_all_close, assert_close};
-use crate::support::data::own;
 use crate::support::golden::{GOLDEN, count, list, number, numbers};
-use crate::support::program::{Scratch, json, succeed, text};
+use crate::support::program::Scratch;
+use crate::support::table::Table;
 use serde_json::Value;
 
 /// Tip errors in mm and degrees below this are round-off of positions of some hundred mm.
@@ -11,21 +11,14 @@ const FLOOR: f64 = 1e-3;
 
 const STATISTICS: [&str; 7] = ["rms", "mean", "std", "min", "median", "p95", "max"];
 
+const ON_HEAD: &str = "pointer-on-head/pointer-on-head.design.ron";
+
 /// The designs in a folder of their own, beside the environment that they name.
 fn room() -> Scratch {
     let scratch = Scratch::new();
     for design in ["pointer-no-crf", "pointer-on-head"] {
         scratch.copy_own(&format!("golden/{design}"), design);
-        succeed(&[
-            "fit",
-            &text(&own("room-a/room-a-fit.csv")),
-            "-o",
-            &scratch.arg(&format!("{design}/room.env.ron")),
-            "--order",
-            "2",
-            "--directions",
-            "14",
-        ]);
+        scratch.fit(&format!("{design}/room.env.ron"), "--order 2 --directions 14");
     }
     scratch
 }
@@ -47,26 +40,23 @@ fn assert_figures(found: &Value, expected: &Value, what: &str) {
     }
 }
 
-fn assert_log(log: &str, expected: &Value, what: &str) {
-    let mut lines = log.lines();
-    let header: Vec<_> = lines.next().unwrap().split(',').collect();
-    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
-    let rows: Vec<Vec<f64>> =
-        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
-    assert_eq!(rows.len(), count(&expected["trials"]), "{what}");
-    for (row, trial) in rows.iter().zip(list(expected, "first_trials")) {
+fn assert_log(log: &Table, expected: &Value, what: &str) {
+    assert_eq!(log.rows.len(), count(&expected["trials"]), "{what}");
+    let cell = |cell: &String| -> f64 { cell.parse().unwrap() };
+    for (row, trial) in log.rows.iter().zip(list(expected, "first_trials")) {
+        let row: Vec<f64> = row.iter().map(cell).collect();
         for (first, key) in [("true_x", "true"), ("sim_x", "sim")] {
-            let found = &row[column(first)..][..7];
+            let found = &row[log.column(first)..][..7];
             let expected = numbers::<7>(&trial[key]);
             assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
             assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
         }
-        let error = &row[column("err_x")..][..3];
+        let error = &row[log.column("err_x")..][..3];
         assert_all_close("error", error, &numbers::<3>(&trial["err"]), close::GOLDEN, FLOOR);
         for key in ["err_mm", "err_deg"] {
-            assert_close(key, row[column(key)], number(&trial[key]), close::GOLDEN, FLOOR);
+            assert_close(key, row[log.column(key)], number(&trial[key]), close::GOLDEN, FLOOR);
         }
-        assert_eq!(row[column("outside")], number(&trial["outside"]), "{what}");
+        assert_eq!(row[log.column("outside")], number(&trial["outside"]), "{what}");
     }
 }
 
@@ -78,14 +68,13 @@ fn every_mode_of_both_designs_agrees() {
         let folder = design.split('/').next().unwrap();
         for mode in ["single", "motion", "input"] {
             let what = format!("{folder} {mode}");
-            let (design, log) = (room.arg(design), room.arg(&format!("{folder}-{mode}.csv")));
-            let input = room.arg(&format!("{folder}/input.csv"));
-            let mut args = vec!["simulate", &design, "--mode", mode, "--log", &log];
-            if mode == "input" {
-                args.extend(["--input", &input]);
-            }
-            assert_figures(&json(&args), &case[mode], &what);
-            assert_log(&std::fs::read_to_string(&log).unwrap(), &case[mode], &what);
+            let input = match mode {
+                "input" => format!("--input {folder}/input.csv"),
+                _ => String::new(),
+            };
+            let line = format!("simulate {design} --mode {mode} --log log.csv {input}");
+            assert_figures(&room.json(line), &case[mode], &what);
+            assert_log(&room.table("log.csv"), &case[mode], &what);
         }
     }
 }
@@ -95,44 +84,32 @@ fn single_mode_adds_error_vector_and_poses() {
     let room = room();
     let case = &list(&GOLDEN, "designs")[0];
     let expected = &list(&case["single"], "first_trials")[0];
-    let design = room.arg(case["design"].as_str().unwrap());
-    let found = json(&["simulate", &design, "--mode", "single"]);
+    let design = case["design"].as_str().unwrap();
+    let found = room.json(format!("simulate {design} --mode single"));
     for (key, name) in [("err", "error_mm"), ("true", "true"), ("sim", "simulated")] {
-        let values = |v: &Value| -> Vec<f64> { v.as_array().unwrap().iter().map(number).collect() };
-        assert_all_close(
-            name,
-            &values(&found[name]),
-            &values(&expected[key]),
-            close::GOLDEN,
-            FLOOR,
-        );
+        let values = |v: &Value, key| -> Vec<f64> { list(v, key).iter().map(number).collect() };
+        let (found, expected) = (values(&found, name), values(expected, key));
+        assert_all_close(name, &found, &expected, close::GOLDEN, FLOOR);
     }
 }
 
 #[test]
 fn threads_do_not_change_the_bytes() {
     let room = room();
-    let design = room.arg("pointer-on-head/pointer-on-head.design.ron");
-    let with_threads = |threads: &str, log: &str| {
-        let log = room.arg(log);
-        let output = crate::support::program::trackwright(&[
-            "simulate", &design, "--mode", "motion", "--format", "json", "--log", &log,
-        ])
-        .env("RAYON_NUM_THREADS", threads)
-        .output()
-        .unwrap();
+    let with_threads = |threads: &str| {
+        let line = format!("simulate {ON_HEAD} --mode motion --format json --log log.csv");
+        let output = room.command(&line).env("RAYON_NUM_THREADS", threads).output().unwrap();
         assert!(output.status.success());
-        (output.stdout, std::fs::read(log).unwrap())
+        (output.stdout, room.read("log.csv"))
     };
-    assert_eq!(with_threads("1", "one.csv"), with_threads("7", "seven.csv"));
+    assert_eq!(with_threads("1"), with_threads("7"));
 }
 
 #[test]
 fn a_rejected_sensor_leaves_its_trial_out() {
     let room = room();
-    let design = room.arg("pointer-on-head/pointer-on-head.design.ron");
-    let all = json(&["simulate", &design, "--mode", "motion"]);
-    let kept = json(&["simulate", &design, "--mode", "motion", "--outside", "reject"]);
+    let all = room.json(format!("simulate {ON_HEAD} --mode motion"));
+    let kept = room.json(format!("simulate {ON_HEAD} --mode motion --outside reject"));
     assert_eq!(kept["rejected"], all["outside"]);
     assert_ne!(kept["position_mm"]["mean"], all["position_mm"]["mean"]);
 }

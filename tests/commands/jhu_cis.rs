@@ -3,7 +3,7 @@
 use crate::support::close::assert_close;
 use crate::support::golden::number;
 use crate::support::jhu_cis::import;
-use crate::support::program::{Scratch, json};
+use crate::support::program::Scratch;
 
 /// Case, and position RMS in mm before and after a correction of order 5.
 const CASES: [(&str, f64, f64); 3] =
@@ -19,9 +19,8 @@ fn order_five_has_the_published_residuals() {
         let Some(table) = import(&scratch, case) else {
             return;
         };
-        let env = scratch.arg(&format!("{case}.env.ron"));
-        let fit =
-            scratch.json(format!("fit {table} -o {env} --directions 1 --order 5 --map correction"));
+        let model = "--directions 1 --order 5 --map correction";
+        let fit = scratch.json(format!("fit {table} -o {case}.env.ron {model}"));
         assert_eq!(fit["samples"], 3375);
         let rms = |which: &str| number(&fit["train"][which]["position_rms_mm"]);
         assert_close("before", rms("before"), before, AGREEMENT, 0.0);
@@ -38,14 +37,9 @@ fn a_design_in_room_e_runs_in_all_modes() {
     };
     scratch.copy_own("room-e", "room-e");
     scratch.succeed(format!("fit {table} -o room-e/room-e.env.ron --directions 1 --order 5"));
-    let design = scratch.arg("room-e/pointer.design.ron");
-    let input = scratch.arg("room-e/input.csv");
-    for mode in ["single", "motion", "input"] {
-        let mut args = vec!["simulate", &design, "--mode", mode];
-        if mode == "input" {
-            args.extend(["--input", &input]);
-        }
-        let rms = number(&json(&args)["position_mm"]["rms"]);
+    for mode in ["single", "motion", "input --input room-e/input.csv"] {
+        let found = scratch.json(format!("simulate room-e/pointer.design.ron --mode {mode}"));
+        let rms = number(&found["position_mm"]["rms"]);
         // The room is off by 7 mm, but alike for sensors that are close together.
         assert!((0.01..20.0).contains(&rms), "{mode}: {rms}");
     }

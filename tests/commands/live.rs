@@ -79,8 +79,7 @@ fn poses_are_recorded_served_and_counted() {
     assert!((0.0..12.0).contains(&shift_ms), "{shift_ms}");
 
     // What was recorded is a recording for others, the tool named.
-    let still = scratch.fail(format!("pivot {recording} --tool Probe"));
-    assert!(still.contains("too little variation"), "{still}");
+    scratch.refused(format!("pivot {recording} --tool Probe"), &["too little variation"]);
     let again = scratch.fail(format!("live --connect localhost:1 --record {recording}"));
     assert!(again.contains("live.csv: cannot be written: a file is there already"), "{again}");
 }

@@ -1,6 +1,6 @@
 //! A machine without a display: the main job is still done.
 
-use crate::support::program::{json, succeed, text, trackwright};
+use crate::support::program::{json, text, trackwright};
 use std::path::Path;
 
 #[test]
@@ -31,12 +31,4 @@ fn built_in_designs_simulate_with_a_verdict() {
         assert!(figures.get("free_axis").is_none(), "{}", path.display());
     }
     assert!(seen >= 3);
-}
-
-#[test]
-fn help_names_every_command() {
-    let help = succeed(&["--help"]);
-    for command in ["fit", "distort", "simulate", "import"] {
-        assert!(help.contains(command), "{help}");
-    }
 }

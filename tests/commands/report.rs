@@ -124,8 +124,7 @@ fn a_missing_mesh_shows_no_local_folder() {
     copy("assets/bodies/endoscope.body.ron", "endoscope.body.ron", &|text| text);
     let room = "assets/environments/operating-table.env.ron";
     copy(room, "operating-table.env.ron", &|text| text);
-    let notes = scratch.notes("report a.design.ron -o a.html");
-    assert!(notes.contains("mesh is missing"), "{notes}");
+    scratch.notes_with("report a.design.ron -o a.html", &["mesh is missing"]);
     let html = scratch.read("a.html");
     assert!(html.contains("endoscope.glb could not be read"));
     assert!(!html.contains(&scratch.arg("")), "the page has a folder of this machine");

@@ -9,4 +9,5 @@ pub mod live_load;
 pub mod live_program;
 pub mod peers;
 pub mod program;
+pub mod table;
 pub mod wire;

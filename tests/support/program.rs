@@ -1,10 +1,15 @@
 //! Runs the built program.
 
+use super::table::Table;
 use super::wire::rest;
+use nalgebra::Point3;
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::time::{Duration, Instant};
+use trackwright_field::Environment;
+use trackwright_geometry::pose::Pose;
+use trackwright_project::Files;
 
 /// The program with arguments, ready to run.
 pub fn trackwright(args: &[&str]) -> Command {
@@ -36,8 +41,14 @@ pub fn fail(args: &[&str]) -> String {
 #[track_caller]
 pub fn assert_one_line(message: &str, words: &[&str]) {
     assert_eq!(message.lines().count(), 1, "one line: {message}");
+    assert_has(message, words, "the error");
+}
+
+/// Whether a text has all words; `of` is what they are missing in.
+#[track_caller]
+pub fn assert_has(text: &str, words: &[&str], of: &str) {
     for word in words {
-        assert!(message.contains(word), "{word:?} is not in: {message}");
+        assert!(text.contains(word), "{word:?} is not in {of}: {text}");
     }
 }
 
@@ -138,19 +149,18 @@ impl Scratch {
     /// Standard output of a line that ends well.
     #[track_caller]
     pub fn succeed(&self, line: impl AsRef<str>) -> String {
-        String::from_utf8(good(self.command(line.as_ref())).stdout).unwrap()
+        self.both(line).0
     }
 
     /// Standard error of a line that ends well.
     #[track_caller]
     pub fn notes(&self, line: impl AsRef<str>) -> String {
-        String::from_utf8(good(self.command(line.as_ref())).stderr).unwrap()
+        self.both(line).1
     }
 
     #[track_caller]
     pub fn json(&self, line: impl AsRef<str>) -> Value {
-        let out = self.succeed(format!("{} --format json", line.as_ref()));
-        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
+        self.json_and_notes(line).0
     }
 
     /// The error of a line that ends with status 2.
@@ -163,6 +173,67 @@ impl Scratch {
     #[track_caller]
     pub fn fail_with(&self, line: impl AsRef<str>, words: &[&str]) {
         assert_one_line(&self.fail(line), words);
+    }
+
+    /// An error that has all words, however many lines it is explained in.
+    #[track_caller]
+    pub fn refused(&self, line: impl AsRef<str>, words: &[&str]) {
+        assert_has(&self.fail(&line), words, line.as_ref());
+    }
+
+    /// Standard output of a line that ends well, with all words in it.
+    #[track_caller]
+    pub fn succeed_with(&self, line: impl AsRef<str>, words: &[&str]) -> String {
+        let out = self.succeed(&line);
+        assert_has(&out, words, line.as_ref());
+        out
+    }
+
+    /// Standard error of a line that ends well, with all words in it.
+    #[track_caller]
+    pub fn notes_with(&self, line: impl AsRef<str>, words: &[&str]) -> String {
+        let notes = self.notes(&line);
+        assert_has(&notes, words, line.as_ref());
+        notes
+    }
+
+    /// Standard output and standard error of a line that ends well.
+    #[track_caller]
+    pub fn both(&self, line: impl AsRef<str>) -> (String, String) {
+        let Output { stdout, stderr, .. } = good(self.command(line.as_ref()));
+        (String::from_utf8(stdout).unwrap(), String::from_utf8(stderr).unwrap())
+    }
+
+    /// Standard output as JSON, and standard error.
+    #[track_caller]
+    pub fn json_and_notes(&self, line: impl AsRef<str>) -> (Value, String) {
+        let (out, notes) = self.both(format!("{} --format json", line.as_ref()));
+        (serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}")), notes)
+    }
+
+    /// Fits a room to the table of `room-a`, or to another one.
+    #[track_caller]
+    pub fn fit(&self, to: &str, options: &str) {
+        self.succeed(format!("fit own:room-a/room-a-fit.csv -o {to} {options}"));
+    }
+
+    /// A table that was written here.
+    pub fn table(&self, name: &str) -> Table {
+        Table::read(&self.path(name))
+    }
+
+    /// The poses of a file here.
+    pub fn poses(&self, name: &str) -> Vec<Pose> {
+        Files::default().read_poses(&self.path(name)).unwrap().as_it_stands()
+    }
+
+    /// The points of a file here.
+    pub fn points(&self, name: &str) -> Vec<Point3<f64>> {
+        Files::default().read_points(&self.path(name)).unwrap().as_it_stands()
+    }
+
+    pub fn environment(&self, name: &str) -> Environment {
+        Files::default().read_environment(&self.path(name)).unwrap()
     }
 
     pub fn read(&self, name: &str) -> String {
@@ -189,7 +260,25 @@ impl Scratch {
     /// Copies a design's folder of `tests/data` to `d`, in a room fitted to the table of `room-a` with the given options.
     pub fn copy_design_with_room(&self, from: &str, fit: &str) {
         self.copy_own(from, "d");
-        self.succeed(format!("fit own:room-a/room-a-fit.csv -o d/room.env.ron {fit}"));
+        self.fit("d/room.env.ron", fit);
+    }
+
+    /// Copies a built-in design with `from` replaced by `to`; its files stay where they are.
+    pub fn copy_built_in(&self, design: &str, copy: &str, from: &str, to: &str) {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let file = root.join("designs").join(format!("{design}.design.ron"));
+        let text = std::fs::read_to_string(file).unwrap();
+        assert!(text.contains(from), "{from:?} is not in {text}");
+        let text = text.replacen(from, to, 1);
+        self.write(copy, text.replace("../assets", root.join("assets").to_str().unwrap()));
+    }
+
+    /// Changes the text of a file, which has `from` in it.
+    #[track_caller]
+    pub fn replace(&self, name: &str, from: &str, to: &str) {
+        let text = self.read(name);
+        assert!(text.contains(from), "{from:?} is not in {text}");
+        self.write(name, text.replacen(from, to, 1));
     }
 
     /// Copies a file or a flat folder of `tests/data` here.
