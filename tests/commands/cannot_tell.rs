@@ -2,12 +2,11 @@
 //! tell*, in every command that names one.
 
 use crate::rooms::tracker::{Random, Room};
-use crate::support::golden::number;
+use crate::support::golden::{list, number};
 use crate::support::program::Scratch;
+use crate::support::table::measurement_columns;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::Value;
-use std::fmt::Write;
-use std::fs;
 
 /// Rows of a room: readings of sensors at places by chance that `is_measured` names.
 fn write_table(
@@ -15,30 +14,22 @@ fn write_table(
     room: &Room,
     rows: usize,
     is_measured: impl Fn(&Vector3<f64>) -> bool,
-) -> String {
+) {
     let mut random = Random::new(17);
-    let mut table = String::new();
-    let columns = ["x", "y", "z", "qw", "qx", "qy", "qz"];
-    let names = ["ideal", "measured"].map(|of| columns.map(|name| format!("{of}_{name}")));
-    writeln!(table, "{}", names.concat().join(",")).unwrap();
-    let mut written = 0;
-    while written < rows {
+    let mut table = vec![measurement_columns()];
+    while table.len() <= rows {
         let sensor = (room.position(&mut random), random.direction());
         let reading = room.measure(&sensor, &mut random);
-        let Some(reading) = reading.filter(|_| is_measured(&sensor.0)) else {
-            continue;
-        };
+        let Some(reading) = reading.filter(|_| is_measured(&sensor.0)) else { continue };
         let cells = [sensor, reading].map(|(p, n)| {
             let turn = UnitQuaternion::rotation_between(&Vector3::z(), &n)
                 .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 3.2));
             let [x, y, z, w]: [f64; 4] = turn.coords.into();
             [p.x, p.y, p.z, w, x, y, z].map(|v| v.to_string()).join(",")
         });
-        writeln!(table, "{}", cells.join(",")).unwrap();
-        written += 1;
+        table.push(cells.join(","));
     }
-    scratch.write("rows.csv", table);
-    "rows.csv".to_owned()
+    scratch.write("rows.csv", table.join("\n"));
 }
 
 /// A pointer that moves about a place, with a bound on its RMS.
@@ -69,42 +60,38 @@ fn assert_every_verdict_is_open(scratch: &Scratch, at: &Vector3<f64>, limit_mm: 
     let ends = &simulated["intervals"]["position_mm"]["rms"];
     let [low, high] = [0, 1].map(|k| number(&ends[k]));
     assert!(low < limit_mm && limit_mm < high, "{low} to {high}");
-    let text = scratch.succeed(format!("simulate {design} --mode motion"));
-    assert!(text.contains("requirement position_rms: cannot tell in this room"));
-    let needed =
-        text.lines().find(|l| l.starts_with("requirement position_rms: ") && l.contains("decided"));
-    assert!(needed.is_some(), "{text}");
+    let words = [
+        "requirement position_rms: cannot tell in this room",
+        "expected tip error RMS",
+        "expected tip error max",
+        "expected angle error RMS",
+    ];
+    let text = scratch.succeed_with(format!("simulate {design} --mode motion"), &words);
+    let mut bounds = text.lines().filter(|line| line.starts_with("requirement position_rms: "));
+    assert!(bounds.any(|line| line.contains("decided")), "{text}");
     assert!(simulated["measurements_needed"].get("position_rms").is_some());
-    for figure in ["tip error RMS", "tip error max", "angle error RMS"] {
-        assert!(text.contains(&format!("expected {figure}")), "{text}");
-    }
 
     let compared = scratch.json(format!("compare {design} {other}"));
-    for row in compared["rows"].as_array().unwrap() {
+    for row in list(&compared, "rows") {
         assert_eq!(row["verdict"], cannot_tell, "{row}");
         assert_eq!(row["intervals"]["position_mm"]["rms"].as_array().unwrap().len(), 2);
     }
 
     let procedure = scratch.json(format!("procedure {design}"));
-    let steps = procedure["steps"].as_array().unwrap();
-    let tool = steps.iter().find(|step| step["step"] == "tool").unwrap();
+    let tool = list(&procedure, "steps").iter().find(|step| step["step"] == "tool").unwrap();
     assert_eq!(tool["state"], cannot_tell);
     assert_eq!(tool["rows"][0]["verdict"], cannot_tell);
-    let text = scratch.succeed(format!("procedure {design}"));
-    assert!(text.contains("cannot tell in 1 of 1 room"), "{text}");
-    assert!(text.contains("expected tip error RMS"), "{text}");
+    let words = ["cannot tell in 1 of 1 room", "expected tip error RMS"];
+    scratch.succeed_with(format!("procedure {design}"), &words);
 
     let sheet = scratch.json(format!("tolerances {design}"));
     assert_eq!(sheet["expected_as_drawn"][0]["verdict"], cannot_tell);
-    let text = scratch.succeed(format!("tolerances {design}"));
-    assert!(text.contains("the measurements of this room cannot decide"), "{text}");
+    let words = ["the measurements of this room cannot decide"];
+    scratch.succeed_with(format!("tolerances {design}"), &words);
 
-    let page = scratch.arg("pointer.html");
-    scratch.succeed(format!("report {design} -o {page}"));
-    let page = fs::read_to_string(page).unwrap();
-    assert!(
-        page.contains("The measurements of this room cannot decide whether the requirement is met")
-    );
+    scratch.succeed(format!("report {design} -o pointer.html"));
+    let verdict = "The measurements of this room cannot decide whether the requirement is met";
+    assert!(scratch.read("pointer.html").contains(verdict));
 }
 
 /// The room's middle, where a pointer of 150 mm has room on all sides.
@@ -117,8 +104,8 @@ fn middle(room: &Room) -> Vector3<f64> {
 fn twenty_rows_of_a_room_do_not_make_it_perfect() {
     let scratch = Scratch::new();
     let room = Room::new(1, false);
-    let table = write_table(&scratch, &room, 20, |_| true);
-    scratch.succeed(format!("fit {table} -o room.env.ron --order 0"));
+    write_table(&scratch, &room, 20, |_| true);
+    scratch.succeed("fit rows.csv -o room.env.ron --order 0");
     let at = middle(&room);
     assert_every_verdict_is_open(&scratch, &at, 1.0);
     let simulated = scratch.json("simulate pointer.design.ron --mode motion");
@@ -131,9 +118,8 @@ fn twenty_rows_of_a_room_do_not_make_it_perfect() {
 fn six_rows_do_not_determine_a_field_of_order_four() {
     let scratch = Scratch::new();
     let room = Room::new(1, false);
-    let table = write_table(&scratch, &room, 6, |_| true);
-    let order = "--order 4 --directions 1";
-    scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
+    write_table(&scratch, &room, 6, |_| true);
+    scratch.succeed("fit rows.csv -o room.env.ron --order 4 --directions 1");
     assert_every_verdict_is_open(&scratch, &middle(&room), 1.0);
 }
 
@@ -143,16 +129,16 @@ fn a_hole_in_the_measurements_is_reported() {
     let scratch = Scratch::new();
     let room = Room::new(3, false);
     let at = middle(&room);
-    let table = write_table(&scratch, &room, 700, |p| (p - at).norm() > HOLE_MM);
-    let order = "--order 2 --directions 6";
-    scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
+    write_table(&scratch, &room, 700, |p| (p - at).norm() > HOLE_MM);
+    let fit = "fit rows.csv -o room.env.ron --order 2 --directions 6";
+    scratch.succeed(fit);
     let unbounded = write_design(&scratch, "unbounded", &at, 1e3);
     let simulated = scratch.json(format!("simulate {unbounded} --mode motion"));
     let expected = number(&simulated["expected"]["position_mm"]["rms"]);
     assert_every_verdict_is_open(&scratch, &at, expected);
     // The same room with the hole measured decides more.
-    let table = write_table(&scratch, &room, 700, |_| true);
-    scratch.succeed(format!("fit {table} -o room.env.ron {order}"));
+    write_table(&scratch, &room, 700, |_| true);
+    scratch.succeed(fit);
     let whole = scratch.json(format!("simulate {unbounded} --mode motion"));
     let ratio = |value: &Value| {
         let ends = &value["intervals"]["position_mm"]["rms"];

@@ -1,7 +1,7 @@
 //! Designs beside each other through the command line: equal to `simulate`, readable, and clear about
 //! what cannot be compared.
 
-use crate::support::golden::{list, number};
+use crate::support::golden::{list, number, numbers};
 use crate::support::program::Scratch;
 use std::fs;
 
@@ -11,49 +11,44 @@ fn world() -> Scratch {
     fs::create_dir(scratch.path("rooms")).unwrap();
     for (name, order) in [("one", "1"), ("two", "2")] {
         let room = format!("rooms/{name}.env.ron");
-        let data = "own:room-a/room-a-fit.csv";
-        scratch.succeed(format!("fit {data} -o {room} --order {order} --directions 14"));
-        let named = format!("name: \"{name}: ");
-        scratch.write(&room, scratch.read(&room).replacen("name: \"", &named, 1));
+        scratch.fit(&room, &format!("--order {order} --directions 14"));
+        scratch.replace(&room, "name: \"", &format!("name: \"{name}: "));
     }
     for name in ["pointer-no-crf", "pointer-on-head"] {
         scratch.copy_own(&format!("golden/{name}"), name);
-        let own = scratch.path(&format!("{name}/room.env.ron"));
-        fs::copy(scratch.path("rooms/one.env.ron"), own).unwrap();
+        scratch.copy("rooms/one.env.ron", &format!("{name}/room.env.ron"));
     }
     scratch
 }
 
-impl Scratch {
-    fn design(&self, name: &str) -> String {
-        self.arg(&format!("{name}/{name}.design.ron"))
-    }
+const NO_CRF: &str = "pointer-no-crf/pointer-no-crf.design.ron";
+const ON_HEAD: &str = "pointer-on-head/pointer-on-head.design.ron";
 
+impl Scratch {
     /// A copy of a design with something else in it.
-    fn changed(&self, name: &str, to: &str, from: &str, with: &str) -> String {
-        let design = fs::read_to_string(self.design(name)).unwrap();
-        assert!(design.contains(from), "{from}");
-        let to = format!("{name}/{to}.design.ron");
-        fs::write(self.path(&to), design.replacen(from, with, 1)).unwrap();
-        self.arg(&to)
+    fn changed(&self, design: &str, name: &str, from: &str, with: &str) -> String {
+        let (folder, _) = design.split_once('/').unwrap();
+        let to = format!("{folder}/{name}.design.ron");
+        self.copy(design, &to);
+        self.replace(&to, from, with);
+        to
     }
 }
 
 #[test]
 fn each_row_equals_a_simulate_run_exactly() {
     let scratch = world();
-    let designs = ["pointer-on-head", "pointer-no-crf"].map(|name| scratch.design(name));
-    let rooms = ["one", "two"].map(|name| scratch.arg(&format!("rooms/{name}.env.ron")));
+    let (designs, rooms) = ([ON_HEAD, NO_CRF], ["rooms/one.env.ron", "rooms/two.env.ron"]);
     let (both, rooms_of) = (designs.join(" "), rooms.join(" "));
     let found = scratch.json(format!("compare {both} --environment {rooms_of}"));
     let rows = list(&found, "rows");
     assert_eq!(rows.len(), 4);
     for (k, row) in rows.iter().enumerate() {
-        let (design, room) = (&designs[k / 2], &rooms[k % 2]);
-        assert_eq!(row["design_file"], **design);
-        assert_eq!(row["environment_file"], **room);
-        let folder = std::path::Path::new(design).parent().unwrap();
-        fs::copy(room, folder.join("room.env.ron")).unwrap();
+        let (design, room) = (designs[k / 2], rooms[k % 2]);
+        assert_eq!(row["design_file"], design);
+        assert_eq!(row["environment_file"], room);
+        let (folder, _) = design.split_once('/').unwrap();
+        scratch.copy(room, &format!("{folder}/room.env.ron"));
         let single = scratch.json(format!("simulate {design} --mode motion --log log.csv"));
         let keys = "trials outside out_of_volume rejected position_mm angle_deg requirement";
         for key in keys.split(' ').chain(["poorly_determined"]) {
@@ -64,11 +59,8 @@ fn each_row_equals_a_simulate_run_exactly() {
         }
         // The worst pose is the log's row of that number.
         let trial = row["worst"]["trial"].as_u64().unwrap() as usize;
-        let log = scratch.read("log.csv");
-        let cells = log.lines().nth(trial + 1).unwrap().split(',').take(7);
-        let logged: Vec<f64> = cells.map(|cell| cell.parse().unwrap()).collect();
-        let pose: Vec<f64> = list(&row["worst"], "pose").iter().map(number).collect();
-        assert_eq!(pose, logged);
+        let logged = scratch.table("log.csv").first::<7>()[trial];
+        assert_eq!(numbers(&row["worst"]["pose"]), logged);
     }
     assert_eq!(found["baseline"], "pointer-on-head");
     assert!(rows[0]["against_baseline"].is_null());
@@ -85,12 +77,10 @@ fn each_row_equals_a_simulate_run_exactly() {
 #[test]
 fn designs_without_rooms_use_their_own() {
     let scratch = world();
-    let first = scratch.design("pointer-on-head");
-    let moved = scratch.changed("pointer-on-head", "moved", "0, 20, 30", "0, 20, 60");
-    let other = scratch.design("pointer-no-crf");
-    fs::copy(scratch.path("rooms/two.env.ron"), scratch.path("pointer-no-crf/room.env.ron"))
-        .unwrap();
-    let found = scratch.json(format!("compare {first} {moved} {other}"));
+    let moved = scratch.changed(ON_HEAD, "moved", "0, 20, 30", "0, 20, 60");
+    scratch.copy("rooms/two.env.ron", "pointer-no-crf/room.env.ron");
+    let compare = format!("compare {ON_HEAD} {moved} {NO_CRF}");
+    let found = scratch.json(&compare);
     assert_eq!(list(&found, "environments").len(), 2);
     let rows = list(&found, "rows");
     let differs = |row: usize| &rows[row]["against_baseline"]["environment_differs"];
@@ -100,13 +90,12 @@ fn designs_without_rooms_use_their_own() {
     assert!(names[0].starts_with("pointer-on-head (") && names[1].contains("moved.design.ron"));
     assert_eq!(names[2], "pointer-no-crf");
     // Another baseline, by its file or by its name, turns the signs.
-    for baseline in [&other, "pointer-no-crf"] {
-        let turned = scratch.json(format!("compare {first} {moved} {other} --baseline {baseline}"));
+    for baseline in [NO_CRF, "pointer-no-crf"] {
+        let turned = scratch.json(format!("{compare} --baseline {baseline}"));
         assert_eq!(turned["baseline"], "pointer-no-crf");
         let of = |found: &serde_json::Value, row: usize| {
-            number(
-                &list(found, "rows")[row]["against_baseline"]["position_mm"]["rms"]["difference"],
-            )
+            let against = &found["rows"][row]["against_baseline"];
+            number(&against["position_mm"]["rms"]["difference"])
         };
         assert_eq!(of(&turned, 0), -of(&found, 2));
     }
@@ -116,10 +105,15 @@ fn designs_without_rooms_use_their_own() {
 fn the_text_has_a_sentence_per_difference() {
     let scratch = world();
     let requirement = ", requirement: (position_rms: 0.001),\n)";
-    let strict = scratch.changed("pointer-no-crf", "strict", ",\n)", requirement);
-    let design = scratch.design("pointer-no-crf");
-    let printed =
-        scratch.succeed(format!("compare {design} {strict} --environment rooms/two.env.ron"));
+    let strict = scratch.changed(NO_CRF, "strict", ",\n)", requirement);
+    let words = [
+        "negligible (0.000 mm)",
+        "negligible (0.000°)",
+        "note: its requirement is not the baseline's",
+        "(trial ",
+    ];
+    let compare = format!("compare {NO_CRF} {strict} --environment rooms/two.env.ron");
+    let printed = scratch.succeed_with(compare, &words);
     let lines: Vec<&str> = printed.lines().collect();
     assert!(lines[0].starts_with("two: "), "{printed}");
     assert!(lines[1].contains("RMS mm") && lines[1].contains("max °"), "{printed}");
@@ -133,14 +127,6 @@ fn the_text_has_a_sentence_per_difference() {
             "{printed}"
         );
     }
-    for part in [
-        "negligible (0.000 mm)",
-        "negligible (0.000°)",
-        "note: its requirement is not the baseline's",
-        "(trial ",
-    ] {
-        assert!(printed.contains(part), "{part}: {printed}");
-    }
 }
 
 /// A room without distortion about a point.
@@ -151,18 +137,15 @@ fn ideal_room(scratch: &Scratch, name: &str, at: f64) -> String {
          box: (({min:?}, {min:?}, {min:?}), ({max:?}, {max:?}, {max:?})), coefficients: [])"
     );
     let file = format!("{name}.env.ron");
-    let room = format!("(version: 1, name: \"{name}\", model: {model})");
-    scratch.write(&file, room);
-    scratch.arg(&file)
+    scratch.write(&file, format!("(version: 1, name: \"{name}\", model: {model})"));
+    file
 }
 
 #[test]
 fn a_room_without_overlap_has_no_figures() {
     let scratch = world();
     let (near, far) = (ideal_room(&scratch, "near", 0.0), ideal_room(&scratch, "far", 5000.0));
-    let designs = ["pointer-no-crf", "pointer-on-head"].map(|name| scratch.design(name));
-    let [a, b] = &designs;
-    let compare = format!("compare {a} {b} --environment {near} {far}");
+    let compare = format!("compare {NO_CRF} {ON_HEAD} --environment {near} {far}");
     let found = scratch.json(&compare);
     let rows = list(&found, "rows");
     assert!(number(&rows[0]["position_mm"]["rms"]) < 1e-9);
@@ -172,9 +155,8 @@ fn a_room_without_overlap_has_no_figures() {
     assert!(rows[3]["against_baseline"].is_null());
     let unknown = found["environments"][0]["uncertainty_unknown"].as_str();
     assert!(unknown.unwrap().contains("no standard error"));
-    let printed = scratch.succeed(&compare);
-    assert!(printed.contains("no figures: the room does not reach"), "{printed}");
-    assert!(printed.contains("the uncertainty of the room's field is unknown"), "{printed}");
+    let field = "the uncertainty of the room's field is unknown";
+    scratch.succeed_with(&compare, &["no figures: the room does not reach", field]);
     // Where such trials are rejected it is the same, and no error.
     let rejecting = scratch.json(format!("{compare} --outside reject"));
     assert_eq!(rejecting["rows"][1]["no_figures"], why);
@@ -184,11 +166,10 @@ fn a_room_without_overlap_has_no_figures() {
 fn the_csv_has_the_figures_of_the_json() {
     let scratch = world();
     let name = "A \\\"tool\\\", first\\nof two; =1+1 Ω";
-    let odd = scratch.changed("pointer-no-crf", "odd", "pointer-no-crf", name);
-    let design = scratch.design("pointer-no-crf");
-    let (room, table) = (scratch.arg("rooms/two.env.ron"), scratch.arg("out.csv"));
-    let found = scratch.json(format!("compare {design} {odd} --environment {room} --csv {table}"));
-    let mut reader = csv::Reader::from_path(&table).unwrap();
+    let odd = scratch.changed(NO_CRF, "odd", "pointer-no-crf", name);
+    let files = "--environment rooms/two.env.ron --csv out.csv";
+    let found = scratch.json(format!("compare {NO_CRF} {odd} {files}"));
+    let mut reader = csv::Reader::from_path(scratch.path("out.csv")).unwrap();
     let header = reader.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let cell = |row: usize, name: &str| {
@@ -211,28 +192,22 @@ fn the_csv_has_the_figures_of_the_json() {
 #[test]
 fn what_cannot_be_compared_is_named() {
     let scratch = world();
-    let designs = ["pointer-no-crf", "pointer-on-head"].map(|name| scratch.design(name));
-    let room = scratch.arg("rooms/one.env.ron");
-    let again = designs[0].replace("pointer-no-crf/", "pointer-on-head/../pointer-no-crf/");
-    let [first, second] = &designs;
+    let again = "pointer-on-head/../pointer-no-crf/pointer-no-crf.design.ron";
+    let (room, gone) = ("rooms/one.env.ron", "gone.design.ron");
+    let no_file = "File not found, expected";
+    let no_design = "found no such file, and no design of this name, expected one of ";
     for (args, expected) in [
-        (format!("{first} {again}"), "found the same design named twice"),
-        (format!("{first} --environment {room} {room}"), "found the same environment named twice"),
+        (again, "found the same design named twice"),
+        (&format!("--environment {room} {room}"), "found the same environment named twice"),
         (
-            format!("{first} --environment {room} gone.env.ron"),
-            "gone.env.ron: File not found, expected an environment",
+            &format!("--environment {room} gone.env.ron"),
+            &format!("gone.env.ron: {no_file} an environment"),
         ),
-        (format!("{first} --environment {second}"), "pointer-on-head.design.ron: "),
-        (
-            format!("{first} --baseline {second}"),
-            "found a design that is not compared, expected one of ",
-        ),
-        (
-            format!("{first} --baseline gone.design.ron"),
-            "--baseline gone.design.ron: found no such file, and no design of this name, expected one of ",
-        ),
-        (format!("{first} gone.design.ron"), "gone.design.ron: File not found, expected a design"),
+        (&format!("--environment {ON_HEAD}"), "pointer-on-head.design.ron: "),
+        (&format!("--baseline {ON_HEAD}"), "found a design that is not compared, expected one of "),
+        (&format!("--baseline {gone}"), &format!("--baseline {gone}: {no_design}")),
+        (gone, &format!("{gone}: {no_file} a design")),
     ] {
-        scratch.refused(format!("compare {args}"), &[expected]);
+        scratch.refused(format!("compare {NO_CRF} {args}"), &[expected]);
     }
 }

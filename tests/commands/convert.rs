@@ -1,7 +1,7 @@
 //! Tool definitions through body files and back: real ones to the byte, and what is reported of each.
 
 use crate::support::data::third_party;
-use crate::support::golden::numbers;
+use crate::support::golden::{list, number, numbers};
 use crate::support::program::{Scratch, text};
 use serde_json::Value;
 
@@ -17,11 +17,7 @@ fn roms() -> Option<Vec<std::path::PathBuf>> {
 
 /// Converts; what was printed and what was noted beside it.
 fn convert(scratch: &Scratch, from: &str, to: &str) -> (Value, String) {
-    let line = format!("convert {from} {to} --format json");
-    let output = scratch.command(&line).output().unwrap();
-    let noted = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{line}: {noted}");
-    (serde_json::from_slice(&output.stdout).unwrap(), noted)
+    scratch.json_and_notes(format!("convert {from} {to}"))
 }
 
 #[test]
@@ -66,9 +62,7 @@ fn trailing_bytes_and_a_long_name_are_reported() {
 
 #[test]
 fn known_tools_have_known_markers() {
-    let Some(folder) = third_party("rom") else {
-        return;
-    };
+    let Some(folder) = third_party("rom") else { return };
     let known: [(&str, [[f64; 3]; 4]); 4] = [
         ("8700338", [[0.0; 3], [0.0, 25.28, 16.15], [0.0, 0.0, 65.0], [0.0, -18.65, 29.61]]),
         ("8700339", [[0.0; 3], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]]),
@@ -81,7 +75,7 @@ fn known_tools_have_known_markers() {
         let (found, _) = convert(&scratch, &file, "a.body.ron");
         let read = &found["read"];
         assert_eq!(read["rom"]["part_number"], part);
-        let sensors = read["sensors"].as_array().unwrap();
+        let sensors = list(read, "sensors");
         assert_eq!(sensors.len(), places.len());
         for (sensor, place) in sensors.iter().zip(places) {
             for (found, expected) in numbers::<3>(&sensor["position"]).iter().zip(place) {
@@ -90,7 +84,7 @@ fn known_tools_have_known_markers() {
             }
         }
         let [a, b] = [places[0], places[1]].map(nalgebra::Point3::from);
-        let distance = read["pairs"][0]["distance_mm"].as_f64().unwrap();
+        let distance = number(&read["pairs"][0]["distance_mm"]);
         assert!((distance - (b - a).norm()).abs() < 1e-5, "{part}");
     }
     let file = text(&folder.join("8700339.rom"));
@@ -101,14 +95,12 @@ fn known_tools_have_known_markers() {
     // What is left over behind the markers that count is no marker.
     let file = text(&folder.join("medtronic-PN960556.rom"));
     let (found, _) = convert(&scratch, &file, "a.body.ron");
-    assert_eq!(found["read"]["sensors"].as_array().unwrap().len(), 5);
+    assert_eq!(list(&found["read"], "sensors").len(), 5);
 }
 
 #[test]
 fn the_aurora_sensor_is_two_coils_that_cross() {
-    let Some(file) = third_party("rom/610029-6DOF.rom") else {
-        return;
-    };
+    let Some(file) = third_party("rom/610029-6DOF.rom") else { return };
     let scratch = Scratch::new();
     let (found, _) = convert(&scratch, &text(&file), "a.body.ron");
     let read = &found["read"];
@@ -116,9 +108,9 @@ fn the_aurora_sensor_is_two_coils_that_cross() {
     assert_eq!(read["rom"]["checksum"]["stored"], 4235);
     assert_eq!(read["rom"]["date"], "2011-03-10");
     let pair = &read["pairs"][0];
-    assert!((pair["distance_mm"].as_f64().unwrap() - 0.7).abs() < 1e-6, "{pair}");
+    assert!((number(&pair["distance_mm"]) - 0.7).abs() < 1e-6, "{pair}");
     // The polar angles are 0.218224 rad each.
-    assert!((pair["angle_deg"].as_f64().unwrap() - 25.0).abs() < 0.05, "{pair}");
+    assert!((number(&pair["angle_deg"]) - 25.0).abs() < 0.05, "{pair}");
     scratch.succeed_with(format!("convert {} b.body.ron", text(&file)), &["0.700 mm", "25.0"]);
 }
 
@@ -149,7 +141,7 @@ fn each_loss_of_a_format_is_one_line() {
     // A pivot is a tip: text formats keep it, and 64-bit numbers too.
     let (found, _) = convert(&scratch, "a.body.ron", "a.ini");
     let codes = |found: &Value| {
-        let lost = found["lost"].as_array().unwrap().iter();
+        let lost = list(found, "lost").iter();
         lost.map(|l| l["what"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(codes(&found), ["body_name", "sensor_names"]);
@@ -204,8 +196,7 @@ fn impossible_conversions_are_refused() {
 
 /// Writes `a.design.ron`, whose tool is this file.
 fn design_with(scratch: &Scratch, tool: &str) {
-    let room = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let room = text(&room.join("assets/environments/operating-table.env.ron"));
+    let room = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/operating-table.env.ron");
     let written = format!(
         "(version: 1, name: \"a\", environment: {room:?}, tool: (body: {tool:?}, pose: (position: (0, 30, -190), rotation: (1, 0, 0, 0))),
          motion: (x: (min: -30, max: 30, step: 30)))"
@@ -225,13 +216,13 @@ fn a_makers_file_is_simulated_like_its_body() {
             scratch.json("simulate a.design.ron --mode motion")["position_mm"].clone()
         };
         let expected = simulated("a.body.ron");
-        assert!(expected["rms"].as_f64().unwrap() > 0.01, "{expected}");
+        assert!(number(&expected["rms"]) > 0.01, "{expected}");
         for tool in ["a.rom", "a.tool"] {
             // The one of the markers, for the coils.
             let _ = std::fs::remove_file(scratch.path(tool));
             convert(&scratch, "a.body.ron", tool);
             let found = simulated(tool);
-            let [found, expected] = [&found, &expected].map(|v| v["rms"].as_f64().unwrap());
+            let [found, expected] = [&found, &expected].map(|v| number(&v["rms"]));
             // Axes of coils are rounded to 1.2e-7 rad.
             assert!((found - expected).abs() < 1e-4, "{found} {expected}");
         }
@@ -263,6 +254,6 @@ fn indistinguishable_tools_are_named() {
     let line = format!("convert --check {a} {b} --format json");
     let output = scratch.command(&line).output().unwrap();
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(found["pairs"].as_array().unwrap().len(), 3, "{found}");
+    assert_eq!(list(&found, "pairs").len(), 3, "{found}");
     scratch.refused("convert --check a.body.ron --least-mm 0", &["above zero"]);
 }

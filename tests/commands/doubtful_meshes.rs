@@ -46,14 +46,13 @@ fn mesh_problems_are_reported_where_drawn() {
     ] {
         let scratch = Scratch::new();
         let design = design(&scratch, &stl, 1.0);
-        let notes = scratch.notes(format!("export scene {design} -o scene.glb --layers none"));
-        let warning = format!("warning: the tool's mesh: {problem}");
-        assert!(notes.contains(&warning), "{warning}: {notes}");
+        let export = format!("export scene {design} -o scene.glb --layers none");
+        scratch.notes_with(export, &[&format!("warning: the tool's mesh: {problem}")]);
     }
     let scratch = Scratch::new();
     let design = design(&scratch, &tetrahedron(100.0, true, 4), 1.0);
-    let notes = scratch.notes(format!("report {design} -o r.html --mode single"));
-    assert!(notes.contains("warning: the tool's mesh: Inside out"), "{notes}");
+    let words = ["warning: the tool's mesh: Inside out"];
+    scratch.notes_with(format!("report {design} -o r.html --mode single"), &words);
 }
 
 #[test]

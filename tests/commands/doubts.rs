@@ -1,7 +1,9 @@
 //! Tables that are not what they are read as: refused or warned of, and taken where that is meant.
 
 use crate::support::data::own;
+use crate::support::golden::{number, numbers};
 use crate::support::program::Scratch;
+use crate::support::table::{POSE, Table, points_table};
 use std::fs;
 
 const ROOM: &str = "room-a/room-a-fit.csv";
@@ -9,17 +11,12 @@ const GOOD: &str = "own:room-a/room-a-fit.csv";
 
 /// A table with every number of some columns changed.
 fn changed(scratch: &Scratch, name: &str, change: impl Fn(usize, f64) -> f64) -> String {
-    let table = fs::read_to_string(own(ROOM)).unwrap();
-    let mut lines = table.lines();
-    let mut out = format!("{}\n", lines.next().unwrap());
-    for line in lines {
-        let cells = line.split(',').enumerate();
-        let cells = cells.map(|(k, cell)| change(k, cell.parse().unwrap()).to_string());
-        out.push_str(&cells.collect::<Vec<_>>().join(","));
-        out.push('\n');
+    let mut table = Table::read(&own(ROOM));
+    for (k, cell) in table.rows.iter_mut().flat_map(|row| row.iter_mut().enumerate()) {
+        *cell = change(k, cell.parse().unwrap()).to_string();
     }
-    scratch.write(name, out);
-    scratch.arg(name)
+    scratch.write(name, table.to_text());
+    name.to_owned()
 }
 
 /// Positions are columns 0 to 2 and 7 to 9.
@@ -41,8 +38,8 @@ fn metres_are_refused_unless_they_are_meant() {
     let table = in_metres(&scratch);
     scratch.refused(fit(&table), &["metres.csv: positions span 0.", "are they metres?", "--as-is"]);
     assert!(!scratch.has("room.env.ron"));
-    let meant = scratch.notes(format!("{} --as-is", fit(&table)));
-    assert!(meant.starts_with("warning: ") && meant.contains("are they metres?"), "{meant}");
+    let meant = scratch.notes_with(format!("{} --as-is", fit(&table)), &["are they metres?"]);
+    assert!(meant.starts_with("warning: "), "{meant}");
     assert!(scratch.has("room.env.ron"));
     for command in ["select", "generator learn -o g.generator.ron"] {
         scratch.refused(format!("{command} {table}"), &["are they metres?"]);
@@ -79,7 +76,7 @@ fn poses_in_metres_are_refused_as_measurements_are() {
     let scratch = Scratch::new();
     scratch.succeed(fit(GOOD));
     let rows: String = (0..20).map(|k| format!("0.0{k:02},0.1,-0.3,1,0,0,0\n")).collect();
-    scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
+    scratch.write("p.csv", format!("{POSE}\n{rows}"));
     for command in ["distort", "compensate"] {
         scratch.refused(format!("{command} room.env.ron p.csv -o out.csv"), &["are they metres?"]);
         assert!(!scratch.has("out.csv"));
@@ -94,7 +91,7 @@ fn poses_on_other_axes_than_the_room_are_reported() {
     scratch.succeed(fit(GOOD));
     for (sign, is_reported) in [(1, true), (-1, false)] {
         let rows: String = (0..20).map(|k| format!("{k},100,{},1,0,0,0\n", sign * 250)).collect();
-        scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
+        scratch.write("p.csv", format!("{POSE}\n{rows}"));
         for command in ["distort", "compensate"] {
             let notes = scratch.notes(format!("{command} room.env.ron p.csv -o {command}.csv"));
             let has = notes.contains("0 of 20 positions are in the room's box, 20 where z is −z");
@@ -106,22 +103,9 @@ fn poses_on_other_axes_than_the_room_are_reported() {
 #[test]
 fn every_command_that_reads_a_table_takes_it_as_is() {
     let scratch = Scratch::new();
-    for command in [
-        "fit",
-        "select",
-        "generator learn",
-        "distort",
-        "compensate",
-        "simulate",
-        "import jhu-cis",
-        "characterize",
-        "pivot",
-        "verify",
-        "register",
-        "export poses",
-        "export tips",
-        "report",
-    ] {
+    let commands = "fit, select, generator learn, distort, compensate, simulate, import jhu-cis, characterize, \
+        pivot, verify, register, export poses, export tips, report";
+    for command in commands.split(", ") {
         scratch.succeed_with(format!("{command} --help"), &["--as-is"]);
     }
 }
@@ -153,16 +137,17 @@ fn a_spreadsheet_in_a_european_language_is_read() {
 fn other_units_and_missing_headers_are_named() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own(ROOM)).unwrap();
-    let refused = |name: &str, table: &str| {
-        scratch.write(name, table);
-        scratch.fail(fit(name))
-    };
-    let metres = refused("m.csv", &table.replacen("ideal_x", "ideal_x (m)", 1));
-    assert!(metres.contains("column \"ideal_x (m)\" is in m, expected mm"), "{metres}");
-    let headless = refused("no.csv", table.split_once('\n').unwrap().1);
-    assert!(headless.contains("found numbers, expected names of columns"), "{headless}");
-    let both = refused("both.csv", &table.replace(',', ";").replacen("0.5", "0,5", 1));
-    assert!(both.contains("the decimal mark of the rows before"), "{both}");
+    let metres = table.replacen("ideal_x", "ideal_x (m)", 1);
+    let headless = table.split_once('\n').unwrap().1.to_owned();
+    let both_marks = table.replace(',', ";").replacen("0.5", "0,5", 1);
+    for (table, words) in [
+        (metres, "column \"ideal_x (m)\" is in m, expected mm"),
+        (headless, "found numbers, expected names of columns"),
+        (both_marks, "the decimal mark of the rows before"),
+    ] {
+        scratch.write("t.csv", table);
+        scratch.refused(fit("t.csv"), &[words]);
+    }
 }
 
 #[test]
@@ -188,41 +173,29 @@ fn files_of_other_kinds_are_named() {
 #[test]
 fn mirrored_and_outlying_fiducials_are_named() {
     let scratch = Scratch::new();
-    let points = [
-        [0.0, 0.0, 0.0],
-        [80.0, 0.0, 10.0],
-        [0.0, 60.0, -5.0],
-        [20.0, 30.0, 90.0],
-        [70.0, 50.0, 40.0],
-        [10.0, 70.0, 55.0],
-    ];
+    let points = [&super::register::POINTS[..], &[[10.0, 70.0, 55.0]]].concat();
     let write = |name: &str, map: &dyn Fn(usize, [f64; 3]) -> [f64; 3]| {
-        let rows = points.iter().enumerate().map(|(k, point)| {
-            let [x, y, z] = map(k, *point);
-            format!("{x} {y} {z}\n")
-        });
-        scratch.write(name, rows.collect::<String>());
-        scratch.arg(name)
+        let moved = points.iter().enumerate().map(|(k, point)| map(k, *point).into());
+        scratch.write(name, points_table(moved).replace(',', " "));
     };
-    let source = write("source.txt", &|_, p| p);
-    let mirrored = write("mirrored.txt", &|_, [x, y, z]| [x, -y, z]);
-    scratch.refused(format!("register {source} {mirrored}"), &["mirrored or left-handed"]);
-    let metres = write("metres.txt", &|_, p| p.map(|v| 1e-3 * v));
-    let error = scratch.fail(format!("register {source} {metres}"));
-    assert!(error.contains("are they in metres and millimetres?"), "{error}");
+    write("source.txt", &|_, p| p);
+    write("mirrored.txt", &|_, [x, y, z]| [x, -y, z]);
+    scratch.refused("register source.txt mirrored.txt", &["mirrored or left-handed"]);
+    write("metres.txt", &|_, p| p.map(|v| 1e-3 * v));
+    let words = ["are they in metres and millimetres?"];
+    scratch.refused("register source.txt metres.txt", &words);
     // Half a millimetre of noise, and one point that slipped.
     let noise = |k: usize| 0.5 * (k as f64 * 2.4).sin();
-    let slipped = write("slipped.txt", &|k, [x, y, z]| {
+    write("slipped.txt", &|k, [x, y, z]| {
         let slip = if k == 3 { 15.0 } else { 0.0 };
         [x + noise(k), y + noise(k + 7) + slip, z + noise(k + 13)]
     });
-    let notes = scratch.notes(format!("register {source} {slipped}"));
-    assert!(notes.contains("warning: point 4 is 1"), "{notes}");
-    assert!(notes.contains("--leave-out-outliers"), "{notes}");
-    let found = scratch.json(format!("register {source} {slipped} --leave-out-outliers"));
+    let register = "register source.txt slipped.txt";
+    scratch.notes_with(register, &["warning: point 4 is 1", "--leave-out-outliers"]);
+    let found = scratch.json(format!("{register} --leave-out-outliers"));
     assert_eq!(found["points"], 5);
     assert_eq!(found["left_out"][0]["point"], 4);
-    let fre = |key: &str| found[key].as_f64().unwrap();
+    let fre = |key: &str| number(&found[key]);
     assert!(fre("fre_rms_mm") < 0.8 && fre("fre_of_all_rms_mm") > 3.0, "{found}");
 }
 
@@ -250,9 +223,9 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
     scratch.write("live.csv", log);
     for args in ["--tool StylusToReference", "--tool Stylus --relative-to Reference"] {
         let found = scratch.json(format!("pivot live.csv {args}"));
-        let tip = |k: usize| found["tip"][k].as_f64().unwrap();
-        assert!((tip(2) - 100.0).abs() < 1e-6 && tip(0).abs() < 1e-6, "{found}");
-        assert!((found["pivot"][2].as_f64().unwrap() - 50.0).abs() < 1e-6, "{found}");
+        let [x, _, z] = numbers::<3>(&found["tip"]);
+        assert!((z - 100.0).abs() < 1e-6 && x.abs() < 1e-6, "{found}");
+        assert!((number(&found["pivot"][2]) - 50.0).abs() < 1e-6, "{found}");
     }
     scratch.refused("pivot live.csv --tool Stylus", &["--max-rms-mm"]);
 }
@@ -261,6 +234,6 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
 fn too_few_poses_name_the_option_that_accepts_them() {
     let scratch = Scratch::new();
     let rows: String = (0..8).map(|k| format!("{k},0,-300,1,0,0,0\n")).collect();
-    scratch.write("p.csv", format!("x,y,z,qw,qx,qy,qz\n{rows}"));
+    scratch.write("p.csv", format!("{POSE}\n{rows}"));
     scratch.refused("pivot p.csv", &["too few poses: 8", "--min-poses"]);
 }

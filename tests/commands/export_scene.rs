@@ -1,5 +1,6 @@
 //! The scene of a design, as readers of others see it.
 
+use crate::support::golden::{list, number, point};
 use crate::support::peers::{node, python};
 use crate::support::program::Scratch;
 use nalgebra::{Point3, Vector3};
@@ -28,11 +29,6 @@ fn json_of(command: &mut Command) -> Value {
 fn read(file: &str) -> Vec<Value> {
     let found = json_of(python("read_glb.py").arg(file));
     found.as_array().unwrap().clone()
-}
-
-fn point(value: &Value) -> Point3<f64> {
-    let point: [f64; 3] = serde_json::from_value(value.clone()).unwrap();
-    point.into()
 }
 
 /// From the tracker's mm to glTF's metres: up is -z, the front is y.
@@ -102,7 +98,7 @@ fn trimesh_finds_bodies_where_the_design_has_them() {
 /// A reader may round a factor to eight bits.
 fn is_color(found: &Value, expected: [f64; 3], name: &str) {
     for (k, expected) in expected.into_iter().enumerate() {
-        let found = found[k].as_f64().unwrap();
+        let found = number(&found[k]);
         assert!((found - expected).abs() <= 1.0 / 255.0, "{name}: {found} for {expected}");
     }
 }
@@ -115,11 +111,11 @@ fn trimesh_reads_the_colors_of_the_slice() {
     let view = &world.document.view().slice;
     let slice = found.iter().find(|s| s["name"] == "slice, position error");
     let slice = slice.unwrap();
-    let (corners, colors) = (&slice["corners"], slice["colors"].as_array().unwrap());
+    let (corners, colors) = (list(slice, "corners"), list(slice, "colors"));
     // The map spans the range that the file states.
     let model = &world.environment.model;
     let axis = nalgebra::Unit::new_normalize(Vector3::from(view.sensor_axis));
-    let errors: Vec<f64> = (corners.as_array().unwrap().iter())
+    let errors: Vec<f64> = (corners.iter())
         .map(|at| {
             let at = point(at) * 1000.0;
             let in_tracker = Point3::new(at.x, at.z, -at.y);
@@ -130,7 +126,7 @@ fn trimesh_reads_the_colors_of_the_slice() {
     assert!(errors.len() > 100);
     // Wherever the error is larger, viridis is not darker: its light rises throughout.
     let light = |color: &Value| {
-        let [r, g, b] = [0, 1, 2].map(|k| color[k].as_f64().unwrap());
+        let [r, g, b] = [0, 1, 2].map(|k| number(&color[k]));
         0.2126 * r + 0.7152 * g + 0.0722 * b
     };
     let mut order: Vec<usize> = (0..errors.len()).collect();

@@ -1,6 +1,7 @@
 //! What commands write over: nothing that they read, and no document that they did not write.
 
-use crate::support::program::{Scratch, text, trackwright};
+use crate::support::program::{Scratch, text};
+use crate::support::table::POSE;
 use crate::support::wire::rest;
 use std::fs;
 use std::path::Path;
@@ -105,41 +106,28 @@ fn folder() -> Scratch {
     scratch.copy_own("golden/pointer-on-head", "d");
     scratch.copy_own("room-a/room-a-fit.csv", "room.csv");
     scratch.copy_own("room-a/room-a-holdout.csv", "holdout.csv");
-    let design = scratch.path("d/pointer-on-head.design.ron");
-    fs::copy(design, scratch.path("d/other.design.ron")).unwrap();
+    scratch.copy("d/pointer-on-head.design.ron", "d/other.design.ron");
     let points = "x,y,z\n0,0,0\n100,0,0\n0,80,0\n0,0,60\n50,50,50\n";
     for name in ["a.csv", "b.csv", "c.csv"] {
         scratch.write(name, points);
     }
-    let poses = "x,y,z,qw,qx,qy,qz\n0,0,-250,1,0,0,0\n10,0,-250,1,0,0,0\n0,10,-240,1,0,0,0\n";
+    let poses = format!("{POSE}\n0,0,-250,1,0,0,0\n10,0,-250,1,0,0,0\n0,10,-240,1,0,0,0\n");
     for name in ["poses.csv", "pivot.csv", "recorded.csv", "em.csv", "reference.csv"] {
-        scratch.write(name, poses);
+        scratch.write(name, &poses);
     }
     for name in ["calbody.txt", "calreadings.txt"] {
         scratch.write(name, "1, 1, 1, x\n0, 0, 0\n");
     }
-    let fit = "fit room.csv --order 1 --directions 6 -o d/room.env.ron";
-    assert!(run(&scratch, fit, "").status.success());
+    scratch.fit("d/room.env.ron", "--order 1 --directions 6");
     scratch
 }
 
-fn command(scratch: &Scratch, args: &str, out: &str) -> std::process::Command {
-    let args: Vec<&str> = args.split(' ').map(|arg| if arg == "OUT" { out } else { arg }).collect();
-    let mut command = trackwright(&args);
-    command.current_dir(scratch.path("."));
-    command
-}
-
-fn run(scratch: &Scratch, args: &str, out: &str) -> std::process::Output {
-    command(scratch, args, out).output().unwrap()
-}
-
-/// One line on standard error and exit status 2.
+/// What a command prints that ends with exit status 2.
 #[track_caller]
-fn refused(scratch: &Scratch, args: &str, out: &str) -> String {
-    let output = run(scratch, args, out);
+fn refused(scratch: &Scratch, line: &str) -> String {
+    let output = scratch.command(line).output().unwrap();
     let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(2), "{args} to {out}: {message}");
+    assert_eq!(output.status.code(), Some(2), "{line}: {message}");
     message
 }
 
@@ -157,17 +145,15 @@ fn no_command_writes_over_its_input() {
             std::os::unix::fs::symlink(&file, scratch.path(&link)).unwrap();
             fs::hard_link(&file, scratch.path(&hard)).unwrap();
             for name in [input, &*link, &*hard, &*format!("./{input}")] {
-                let message = refused(&scratch, &format!("{} --overwrite", writer.args), name);
+                let line = writer.args.replace("OUT", name) + " --overwrite";
+                let message = refused(&scratch, &line);
                 // Names that determine the format are checked first.
                 let is_other_format = ["expected a name", "expected one in", "cannot be written"]
                     .iter()
                     .any(|words| message.contains(words));
-                assert!(
-                    message.contains("a file that is read here") || is_other_format,
-                    "{} to {name}: {message}",
-                    writer.args
-                );
-                assert_eq!(fs::read(&file).unwrap(), before, "{} to {name}", writer.args);
+                let is_refused = message.contains("a file that is read here");
+                assert!(is_refused || is_other_format, "{line}: {message}");
+                assert_eq!(fs::read(&file).unwrap(), before, "{line}");
                 tried += 1;
             }
             fs::remove_file(scratch.path(&link)).unwrap();
@@ -186,15 +172,12 @@ fn an_existing_document_stays_without_overwrite() {
         fs::create_dir_all(scratch.path("out")).unwrap();
         for content in [b"notes of mine\n".as_slice(), &design] {
             scratch.write(&out, content);
-            let message = refused(&scratch, writer.args, &out);
+            let message = refused(&scratch, &writer.args.replace("OUT", &out));
             assert!(message.contains("--overwrite"), "{}: {message}", writer.args);
             assert_eq!(fs::read(scratch.path(&out)).unwrap(), content);
         }
-        let overwriting = format!("{} --overwrite", writer.args);
-        for args in [&*overwriting, writer.args] {
-            let output = run(&scratch, args, &out);
-            let message = String::from_utf8_lossy(&output.stderr).into_owned();
-            assert!(output.status.success(), "{args}: {message}");
+        for overwriting in [" --overwrite", ""] {
+            scratch.succeed(writer.args.replace("OUT", &out) + overwriting);
         }
         fs::remove_dir_all(scratch.path("out")).unwrap();
     }
@@ -206,8 +189,7 @@ fn refused_outputs_start_no_long_work() {
     scratch.write("notes.ron", "notes of mine\n");
     for work in ["fit", "select", "generator learn"] {
         // A missing table is reported later.
-        let message = refused(&scratch, &format!("{work} none.csv -o OUT"), "notes.ron");
-        assert!(message.contains("--overwrite"), "{work}: {message}");
+        scratch.refused(format!("{work} none.csv -o notes.ron"), &["--overwrite"]);
     }
 }
 
@@ -222,9 +204,8 @@ fn an_impossible_folder_fails_before_the_work() {
 #[test]
 fn two_outputs_are_two_files() {
     let scratch = folder();
-    let args = "select room.csv --orders 1 --directions 1 --ridges 0 -o OUT --plot OUT";
-    let message = refused(&scratch, args, "a.env.ron");
-    assert!(message.contains("expected two files"), "{message}");
+    let select = "select room.csv --orders 1 --directions 1 --ridges 0";
+    scratch.refused(format!("{select} -o a.env.ron --plot a.env.ron"), &["expected two files"]);
 }
 
 /// How often each writer is interrupted; more with `TRACKWRIGHT_RUNS`.
@@ -253,14 +234,13 @@ fn long_interrupted_commands_leave_the_old_file() {
             continue;
         }
         let out = format!("out/{}", writer.ending);
-        let args = format!("{} --overwrite", writer.args);
+        let args = writer.args.replace("OUT", &out) + " --overwrite";
         let started = std::time::Instant::now();
-        assert!(run(&scratch, &args, &out).status.success());
+        scratch.succeed(&args);
         let whole = (fs::read(scratch.path(&out)).unwrap(), started.elapsed());
         for run_number in 0..runs() {
             scratch.write(&out, "old");
-            let mut child = command(&scratch, &args, &out)
-                .stdout(Stdio::null())
+            let mut child = (scratch.command(&args).stdout(Stdio::null()))
                 .stderr(Stdio::null())
                 .spawn()
                 .unwrap();
@@ -277,7 +257,7 @@ fn long_interrupted_commands_leave_the_old_file() {
             assert!(is_new || found == b"old", "{args} was torn by SIG{signal}");
             written += u32::from(is_new);
         }
-        assert!(run(&scratch, &args, &out).status.success());
+        scratch.succeed(&args);
         assert_eq!(leftovers(), 0, "{args}");
         assert_eq!(fs::read(scratch.path(&out)).unwrap(), whole.0, "{args}");
     }

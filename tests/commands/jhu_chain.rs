@@ -5,10 +5,11 @@
 use crate::support::data::third_party;
 use crate::support::golden::{number, numbers};
 use crate::support::jhu_cis::import;
-use crate::support::program::{Scratch, fail, json, text};
+use crate::support::program::{Scratch, text};
 use nalgebra::Point3;
 use std::fs;
 use std::path::Path;
+use trackwright_project::Files;
 
 /// Errors of a chain, mm.
 struct Chain {
@@ -36,33 +37,29 @@ fn after(text: &str, label: &str) -> Vec<Point3<f64>> {
         .collect()
 }
 
-fn points(file: &Path) -> Vec<Point3<f64>> {
-    trackwright_project::Files::default().read_points(file).unwrap().as_it_stands()
-}
-
 /// The probe's chain in a set of the second assignment, in a room where one is given.
 fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
     let folder = third_party("jhu-cis").unwrap();
     let path = |kind: &str| folder.join(format!("pa2-debug-{case}-{kind}.txt"));
     let file = |kind: &str| text(&path(kind));
-    let [fiducials, nav, in_ct] =
-        ["fiducials.csv", "nav.csv", "nav-ct.csv"].map(|n| scratch.arg(n));
+    let in_room = room.map(|room| format!("--environment {room} --outside extrapolate"));
+    let in_room = in_room.unwrap_or_default();
     let touched = |kind: &str, output: &str| {
         let (empivot, other) = (file("empivot"), file(kind));
-        let mut args = vec!["pivot", &empivot, "--tips", &other, "-o", output];
-        args.extend(["--max-rms-mm", "50"]);
-        if let Some(room) = room {
-            args.extend(["--environment", room, "--outside", "extrapolate"]);
-        }
-        json(&args)
+        let more = format!("--max-rms-mm 50 {in_room}");
+        scratch.json(format!("pivot {empivot} --tips {other} -o {output} {more}"))
     };
-    let pivot = touched("em-fiducialss", &fiducials);
-    touched("EM-nav", &nav);
+    let pivot = touched("em-fiducialss", "fiducials.csv");
+    touched("EM-nav", "nav.csv");
     let ct = file("ct-fiducials");
-    let registered = scratch.json(format!("register {fiducials} {ct} --at {nav} -o {in_ct}"));
+    let registered =
+        scratch.json(format!("register fiducials.csv {ct} --at nav.csv -o nav-ct.csv"));
     // The clean set comes without the generator's words; its answers are the truth.
     let (post, navigation) = match case {
-        "a" => (points_of_answers(&path("output1"))[0], points(&path("output2"))),
+        "a" => {
+            let points = Files::default().read_points(&path("output2")).unwrap();
+            (points_of_answers(&path("output1"))[0], points.as_it_stands())
+        }
         _ => {
             let [first, second] =
                 ["auxilliary1", "auxilliary2"].map(|kind| fs::read_to_string(path(kind)).unwrap());
@@ -71,17 +68,13 @@ fn chain(scratch: &Scratch, case: &str, room: Option<&str>) -> Chain {
             (after(&first, "EM pivot post actual position")[0], navigation)
         }
     };
-    let found = points(in_ct.as_ref());
+    let found = scratch.points("nav-ct.csv");
     assert_eq!(found.len(), navigation.len());
     let errors: Vec<f64> = found.iter().zip(&navigation).map(|(a, b)| (a - b).norm()).collect();
     let rms = |squares: f64| (squares / found.len() as f64).sqrt();
     let fle_mm = number(&registered["fle_rms_mm"]);
-    let tre2: f64 = fs::read_to_string(&in_ct)
-        .unwrap()
-        .lines()
-        .skip(1)
-        .map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap().powi(2))
-        .sum();
+    let table = scratch.table("nav-ct.csv");
+    let tre2 = table.numbers(table.columns.last().unwrap()).iter().map(|tre| tre * tre).sum();
     Chain {
         post: (Point3::from(numbers::<3>(&pivot["pivot"])) - post).norm(),
         navigation: errors.iter().sum::<f64>() / found.len() as f64,
@@ -117,15 +110,12 @@ const ROUNDING_MM: f64 = 2.0 * 0.005 * 1.733;
 fn corrected_rooms_have_the_published_errors() {
     let scratch = Scratch::new();
     for (case, figures) in PUBLISHED {
-        let Some(table) = import(&scratch, case) else {
-            return;
-        };
+        let Some(table) = import(&scratch, case) else { return };
         for (order, post, navigation) in figures {
             let room = (order != "0").then(|| {
-                let room = scratch.arg(&format!("{case}-{order}.env.ron"));
-                scratch.succeed(format!(
-                    "fit {table} -o {room} --directions 1 --order {order} --map correction"
-                ));
+                let room = format!("{case}-{order}.env.ron");
+                let model = format!("--directions 1 --order {order} --map correction");
+                scratch.succeed(format!("fit {table} -o {room} {model}"));
                 room
             });
             let found = chain(&scratch, case, room.as_deref());
@@ -152,25 +142,20 @@ fn without_distortion_the_chain_is_exact() {
     // The tip that touches a point is off like one that touched a fiducial, and the registration is
     // on top. Twelve components scatter by a fifth, and share the registration's part.
     let noisy = chain(&scratch, "b", None);
-    let predicted = noisy.predicted_rms;
-    assert!(
-        (0.5..2.0).contains(&(noisy.navigation_rms / predicted)),
-        "{} {predicted}",
-        noisy.navigation_rms
-    );
+    let (found, predicted) = (noisy.navigation_rms, noisy.predicted_rms);
+    assert!((0.5..2.0).contains(&(found / predicted)), "{found} {predicted}");
 }
 
 #[test]
 fn an_optical_probe_finds_its_post() {
-    let Some(folder) = third_party("jhu-cis") else {
-        return;
-    };
+    let Some(folder) = third_party("jhu-cis") else { return };
+    let scratch = Scratch::new();
     for (set, cases) in [("pa1", "abcdefg"), ("pa2", "bcdef")] {
         for case in cases.chars() {
             let path = |kind: &str| folder.join(format!("{set}-debug-{case}-{kind}.txt"));
             let file = |kind: &str| text(&path(kind));
             let (optpivot, calbody) = (file("optpivot"), file("calbody"));
-            let found = json(&["pivot", &optpivot, "--calbody", &calbody]);
+            let found = scratch.json(format!("pivot {optpivot} --calbody {calbody}"));
             let truth = fs::read_to_string(path("auxilliary1")).unwrap();
             let truth = after(&truth, "Optical pivot post actual position")[0];
             let off_mm = (Point3::from(numbers::<3>(&found["pivot"])) - truth).norm();
@@ -178,18 +163,15 @@ fn an_optical_probe_finds_its_post() {
         }
     }
     let optpivot = text(&folder.join("pa1-debug-a-optpivot.txt"));
-    let error = fail(&["pivot", &optpivot]);
-    assert!(error.contains("pa1-debug-a-optpivot.txt") && error.contains("--calbody"), "{error}");
+    scratch.refused(format!("pivot {optpivot}"), &["pa1-debug-a-optpivot.txt", "--calbody"]);
 }
 
 #[test]
 fn marker_correction_needs_no_axes() {
-    let Some(folder) = third_party("jhu-cis") else {
-        return;
-    };
+    let Some(folder) = third_party("jhu-cis") else { return };
     let scratch = Scratch::new();
-    scratch.succeed("fit own:room-a/room-a-fit.csv -o room.env.ron --order 1 --directions 6");
-    let empivot = text(&folder.join("pa1-debug-a-empivot.txt"));
-    let error = scratch.fail(format!("pivot {empivot} --environment room.env.ron"));
-    assert!(error.contains("pa1-debug-a-empivot.txt") && error.contains("not 6"), "{error}");
+    scratch.fit("room.env.ron", "--order 1 --directions 6");
+    let pivot = format!("pivot {}", text(&folder.join("pa1-debug-a-empivot.txt")));
+    let words = ["pa1-debug-a-empivot.txt", "not 6"];
+    scratch.refused(format!("{pivot} --environment room.env.ron"), &words);
 }

@@ -16,9 +16,7 @@ const AGREEMENT: f64 = 0.02;
 fn order_five_has_the_published_residuals() {
     let scratch = Scratch::new();
     for (case, before, after) in CASES {
-        let Some(table) = import(&scratch, case) else {
-            return;
-        };
+        let Some(table) = import(&scratch, case) else { return };
         let model = "--directions 1 --order 5 --map correction";
         let fit = scratch.json(format!("fit {table} -o {case}.env.ron {model}"));
         assert_eq!(fit["samples"], 3375);
@@ -32,9 +30,7 @@ fn order_five_has_the_published_residuals() {
 #[test]
 fn a_design_in_room_e_runs_in_all_modes() {
     let scratch = Scratch::new();
-    let Some(table) = import(&scratch, "e") else {
-        return;
-    };
+    let Some(table) = import(&scratch, "e") else { return };
     scratch.copy_own("room-e", "room-e");
     scratch.succeed(format!("fit {table} -o room-e/room-e.env.ron --directions 1 --order 5"));
     for mode in ["single", "motion", "input --input room-e/input.csv"] {

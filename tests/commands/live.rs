@@ -2,17 +2,16 @@
 
 use crate::support::live_load::tracker;
 use crate::support::live_program::{Live, address_in};
-use crate::support::program::{Scratch, fail, json};
+use crate::support::program::Scratch;
+use crate::support::table::poses_table;
 use crate::support::wire::{Reader, free_address, number_of, numbered, numbered_pose, until};
 use serde_json::Value;
-use std::io::Read;
 use std::net::TcpListener;
 use std::path::Path;
-use std::process::Command;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 use trackwright_formats::recording::live_table;
-use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
+use trackwright_geometry::pose::{Pose, pose_from_array};
 use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKind};
 use trackwright_openigtlink::server::Server;
 use trackwright_simulation::simulate_pose;
@@ -119,19 +118,14 @@ fn a_failed_recording_stops_nothing_else() {
 #[test]
 fn served_poses_are_those_of_compensate() {
     let scratch = Scratch::new();
-    let [env, poses, out, recording] =
-        ["room.env.ron", "poses.csv", "out.csv", "live.csv"].map(|name| scratch.arg(name));
-    scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o {env} --order 1 --directions 1"));
+    let [env, recording] = ["room.env.ron", "live.csv"].map(|name| scratch.arg(name));
+    scratch.fit("room.env.ron", "--order 1 --directions 1");
     // Single precision changes what is measured: both correct the same numbers.
     let mut message = numbered("Probe", 60);
     let Content::Transform(matrix) = &message.content else { panic!("a transform") };
-    let measured = pose_to_array(&matrix.pose().unwrap()).map(|v| v.to_string());
-    std::fs::write(&poses, format!("x,y,z,qw,qx,qy,qz\n{}\n", measured.join(","))).unwrap();
-    scratch.succeed(format!("compensate {env} {poses} -o {out}"));
-    let corrected = std::fs::read_to_string(&out).unwrap();
-    let cells = corrected.lines().nth(1).unwrap().split(',').take(7);
-    let expected: Vec<f64> = cells.map(|cell| cell.parse().unwrap()).collect();
-    let expected = pose_from_array(expected.try_into().unwrap()).unwrap();
+    scratch.write("poses.csv", poses_table([matrix.pose().unwrap()]));
+    scratch.succeed("compensate room.env.ron poses.csv -o out.csv");
+    let expected = pose_from_array(scratch.table("out.csv").first()[0]).unwrap();
 
     let (server, live, mut viewer) = session(&["--environment", &env, "--record", &recording]);
     // Far outside the box: reported, and not sent.
@@ -184,8 +178,8 @@ fn a_served_tool_is_where_its_sensors_are() {
 
 #[test]
 fn an_end_after_seconds_reports_that_nothing_came() {
-    let connect = free_address().to_string();
-    let end = json(&["live", "--connect", &connect, "--seconds", "0.3"]);
+    let connect = free_address();
+    let end = Scratch::new().json(format!("live --connect {connect} --seconds 0.3"));
     assert_eq!((&end["connections"], &end["messages"]), (&Value::from(0), &Value::from(0)));
     assert_eq!(end["latency_ms"], Value::Null);
 }
@@ -214,14 +208,8 @@ fn names_are_shown_escaped_and_kept_as_they_are() {
     send(&server, name, 1);
     assert_eq!(viewer.next_transform().device, name);
     live.wait_for_note(r"Pro\u{202e}be: good");
-    let id = live.child.id();
-    let mut live = live;
-    let mut stdout = live.child.stdout.take().unwrap();
-    Command::new("kill").args(["-INT", &id.to_string()]).status().unwrap();
-    let mut out = String::new();
-    stdout.read_to_string(&mut out).unwrap();
+    let (out, end) = live.interrupt_printing();
     assert!(out.contains(r"Pro\u202ebe"), "{out}");
-    let end: Value = serde_json::from_str(&out).unwrap();
     assert_eq!(end["tools"], serde_json::json!([name]));
 }
 
@@ -267,17 +255,17 @@ fn clients_beyond_the_file_limit_are_refused() {
 
 #[test]
 fn wrong_arguments_fail_before_anything_runs() {
+    let scratch = Scratch::new();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = taken.local_addr().unwrap().port().to_string();
-    let used = fail(&["live", "--connect", "localhost:1", "--serve", &port]);
-    assert!(used.contains(&format!("port {port} of 127.0.0.1 is in use")), "{used}");
-    let missing = fail(&["live", "--connect", "localhost:1", "--environment", "no.env.ron"]);
-    assert!(missing.contains("no.env.ron: File not found"), "{missing}");
-    for empty in ["", " "] {
-        let room = ["--environment", "no.env.ron", "--frame", empty];
-        let error = fail(&[&["live", "--connect", "localhost:1"][..], &room].concat());
-        assert!(error.contains("found an empty name"), "{error}");
+    let port = taken.local_addr().unwrap().port();
+    let connect = "--connect localhost:1";
+    for (args, words) in [
+        (format!("{connect} --serve {port}"), format!("port {port} of 127.0.0.1 is in use")),
+        (format!("{connect} --environment no.env.ron"), "no.env.ron: File not found".into()),
+        (format!("{connect} --environment no.env.ron --frame ''"), "found an empty name".into()),
+        (format!("{connect} --environment no.env.ron --frame ' '"), "found an empty name".into()),
+        ("--connect localhost".into(), "expected HOST:PORT".into()),
+    ] {
+        scratch.refused(format!("live {args}"), &[&words]);
     }
-    let server = fail(&["live", "--connect", "localhost"]);
-    assert!(server.contains("expected HOST:PORT"), "{server}");
 }

@@ -3,7 +3,8 @@
 use crate::support::close::assert_close;
 use crate::support::data::own;
 use crate::support::golden::{list, number};
-use crate::support::program::Scratch;
+use crate::support::program::{Scratch, assert_has};
+use crate::support::table::{POSE, measurement_columns};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufWriter, Write};
@@ -15,27 +16,15 @@ fn held_out_mm(fitted: &Value) -> f64 {
     number(&fitted["holdout"]["after"]["position_rms_mm"])
 }
 
-/// The first three columns of each row.
-fn positions(scratch: &Scratch, file: &str) -> Vec<[f64; 3]> {
-    let table = scratch.read(file);
-    let rows = table.lines().skip(1).map(|line| {
-        let cells: Vec<f64> = line.split(',').take(3).map(|c| c.parse().unwrap()).collect();
-        [cells[0], cells[1], cells[2]]
-    });
-    rows.collect()
-}
-
 /// What is distorted in `room.env.ron` and compensated there is what it was.
 fn assert_compensates(scratch: &Scratch) {
-    let mut table = String::from("x,y,z,qw,qx,qy,qz\n");
-    for (x, y, z) in [(0, 0, -300), (90, -60, -220), (-110, 80, -380), (40, 120, -260)] {
-        table.push_str(&format!("{x},{y},{z},0.8,0.0,0.6,0.0\n"));
-    }
-    scratch.write("poses.csv", table);
+    let places = ["0,0,-300", "90,-60,-220", "-110,80,-380", "40,120,-260"];
+    let rows = places.map(|at| format!("{at},0.8,0.0,0.6,0.0\n"));
+    scratch.write("poses.csv", format!("{POSE}\n{}", rows.concat()));
     scratch.succeed("distort room.env.ron poses.csv -o measured.csv");
     scratch.succeed("compensate room.env.ron measured.csv -o corrected.csv");
     let [true_mm, read_mm, found_mm] =
-        ["poses.csv", "measured.csv", "corrected.csv"].map(|file| positions(scratch, file));
+        ["poses.csv", "measured.csv", "corrected.csv"].map(|file| scratch.table(file).first::<3>());
     for ((true_mm, read_mm), found_mm) in true_mm.iter().zip(read_mm).zip(found_mm) {
         assert!((0..3).any(|k| (true_mm[k] - read_mm[k]).abs() > 0.05), "{read_mm:?}");
         for k in 0..3 {
@@ -111,9 +100,9 @@ fn contradicting_options_are_refused() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
     scratch.write("few.csv", table.lines().take(4).collect::<Vec<_>>().join("\n"));
-    let header = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
-    let positions = format!("{header}\n0,0,-200,0,0,-201\n9,0,-200,9,1,-200\n");
-    scratch.write("positions.csv", positions);
+    let columns = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
+    let rows = "0,0,-200,0,0,-201\n9,0,-200,9,1,-200\n";
+    scratch.write("positions.csv", format!("{columns}\n{rows}"));
     for (file, args, part) in [
         (ROOM, "--model harmonic", "found no --generator"),
         (ROOM, "--model kriging --order 2", "--order does not go with --model kriging"),
@@ -124,7 +113,7 @@ fn contradicting_options_are_refused() {
         (ROOM, "--model harmonic --generator nobody", "nobody"),
         (
             ROOM,
-            "--model harmonic --generator planar-nine --map correction",
+            "--model harmonic --generator anser --map correction",
             "expected the distortion map",
         ),
         ("few.csv", "--model kriging", "found 3 measurements, expected at least 4"),
@@ -145,10 +134,9 @@ fn a_learning_curve_has_a_line_a_kind() {
     let quick = "--degree 4 --orders 1,2 --directions 14";
     let curve = format!("{base} {quick} --learning-curve curve.svg --rows");
     let found = scratch.json(format!("{curve} 100,400"));
-    let points = found["learning_curve"].as_array().unwrap();
+    let points = list(&found, "learning_curve");
     let rms = |point: &Value, name: &str| {
-        let kinds = point["kinds"].as_array().unwrap();
-        let kind = kinds.iter().find(|kind| kind["model"] == name).unwrap();
+        let kind = list(point, "kinds").iter().find(|kind| kind["model"] == name).unwrap();
         number(&kind["cv"]["position_rms_mm"])
     };
     for name in models.split(',') {
@@ -158,27 +146,22 @@ fn a_learning_curve_has_a_line_a_kind() {
     assert!(rms(&points[1], "harmonic") < 0.5 * rms(&points[1], "bernstein"));
     assert_eq!(points[1]["rows"], 400);
     let svg = scratch.read("curve.svg");
-    for name in models.split(',') {
-        assert!(svg.contains(name), "{name}");
-    }
-    let message = scratch.fail(format!("{curve} 10"));
-    assert!(message.contains("--rows: found 10, expected numbers of rows, 50 and more"));
+    assert_has(&svg, &models.split(',').collect::<Vec<_>>(), "curve.svg");
+    let words = ["--rows: found 10, expected numbers of rows, 50 and more"];
+    scratch.refused(format!("{curve} 10"), &words);
     scratch.refused(format!("select {ROOM} --rows 100"), &["--learning-curve"]);
 }
 
 #[test]
 fn known_generator_200_rows_below_half_a_mm() {
     let scratch = Scratch::new();
-    let cube = |name: &str| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/data/");
-        format!("{folder}{name}.csv")
-    };
-    let all = fs::read_to_string(cube("cube-fit")).unwrap();
+    let cube = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/data/cube");
+    let all = fs::read_to_string(format!("{cube}-fit.csv")).unwrap();
     let some: Vec<&str> = all.lines().take(201).collect();
     scratch.write("some.csv", some.join("\n"));
-    let model =
-        format!("--model harmonic --generator planar-nine --holdout {}", cube("cube-holdout"));
-    let fitted = scratch.json(format!("fit some.csv -o cube.env.ron {model}"));
+    let model = "--model harmonic --generator planar-nine";
+    let fitted =
+        scratch.json(format!("fit some.csv -o cube.env.ron {model} --holdout {cube}-holdout.csv"));
     assert!(held_out_mm(&fitted) < 0.5, "{fitted}");
 }
 
@@ -186,10 +169,7 @@ fn known_generator_200_rows_below_half_a_mm() {
 fn a_million_rows_are_fitted_and_a_subset_is_named() {
     let scratch = Scratch::new();
     let mut out = BufWriter::new(fs::File::create(scratch.path("million.csv")).unwrap());
-    let header =
-        |side: &str| ["x", "y", "z", "qw", "qx", "qy", "qz"].map(|k| format!("{side}_{k}"));
-    let header = ["ideal", "measured"].map(|side| header(side).join(","));
-    writeln!(out, "{}", header.join(",")).unwrap();
+    writeln!(out, "{}", measurement_columns()).unwrap();
     // A shift that grows with the square of the height, seen from four ways of the sensor.
     let rotations = ["1,0,0,0", "0.8,0.6,0,0", "0.8,0,0.6,0", "0.6,0,0.8,0"];
     for row in 0..1_000_000_u32 {
@@ -199,7 +179,7 @@ fn a_million_rows_are_fitted_and_a_subset_is_named() {
         writeln!(out, "{x},{y},{z},{rotation},{:.4},{y},{z},{rotation}", x + shift).unwrap();
     }
     out.into_inner().unwrap();
-    scratch.write("poses.csv", "x,y,z,qw,qx,qy,qz\n101,203,302,0.8,0,0.6,0\n");
+    scratch.write("poses.csv", format!("{POSE}\n101,203,302,0.8,0,0.6,0\n"));
     for (kind, settings, made) in [
         ("bernstein", "--order 2 --directions 6", "expected figures"),
         ("kriging", "", "model and expected figures"),
@@ -209,7 +189,7 @@ fn a_million_rows_are_fitted_and_a_subset_is_named() {
         let line = format!("{made}: from 4,000 of the 1,000,000 samples, chosen at random");
         assert!(printed.lines().any(|other| other == line), "{printed}");
         scratch.succeed("distort m.env.ron poses.csv -o measured.csv");
-        let shift_mm = positions(&scratch, "measured.csv")[0][0] - 101.0;
+        let shift_mm = scratch.table("measured.csv").number(0, "x") - 101.0;
         let expected_mm = 2.0 * (302.0_f64 / 400.0).powi(2);
         assert!((shift_mm - expected_mm).abs() < 0.01, "{kind}: {shift_mm}");
     }

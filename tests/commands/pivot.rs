@@ -1,15 +1,15 @@
 //! Where the tip of a pivoted tool is: published answers, and the three refusals.
 
 use crate::support::data::third_party;
-use crate::support::golden::numbers;
-use crate::support::program::{Scratch, fail, json, succeed, text, trackwright};
+use crate::support::golden::{number, numbers};
+use crate::support::program::{Scratch, text};
+use crate::support::table::POSE;
 
 #[test]
 fn the_published_recording_gives_its_tip() {
-    let Some(file) = third_party("pivot/poses-57.txt") else {
-        return;
-    };
-    let found = json(&["pivot", &text(&file)]);
+    let Some(file) = third_party("pivot/poses-57.txt") else { return };
+    let (scratch, line) = (Scratch::new(), format!("pivot {}", text(&file)));
+    let found = scratch.json(&line);
     assert_eq!(found["poses"], 57);
     // Published to three decimals; the last digit of the offset may round either way.
     let tip = numbers::<3>(&found["tip"]);
@@ -20,35 +20,31 @@ fn the_published_recording_gives_its_tip() {
     for (found, expected) in pivot.iter().zip([-804.742, -85.474, -2112.131]) {
         assert!((found - expected).abs() < 0.5e-3, "{pivot:?}");
     }
-    let [all, one] = ["rms_mm", "rms_component_mm"].map(|key| found[key].as_f64().unwrap());
+    let [all, one] = ["rms_mm", "rms_component_mm"].map(|key| number(&found[key]));
     assert!((one - 1.761).abs() < 0.5e-3, "{one}");
     assert!((all - 3.0_f64.sqrt() * one).abs() < 1e-12 && (all - 3.050).abs() < 0.5e-3);
     // Neighbouring readings depend on each other: 95 % intervals are wider than those of 57.
-    let effective = found["effective"].as_f64().unwrap();
+    let effective = number(&found["effective"]);
     assert!((12.0..=57.0).contains(&effective), "{effective}");
     for (key, at, error) in
         [("tip", &tip, "tip_std_error_mm"), ("pivot", &pivot, "pivot_std_error_mm")]
     {
-        let worst = found[error].as_f64().unwrap();
+        let worst = number(&found[error]);
         assert!((1.0..20.0).contains(&worst), "{worst}");
         for (k, at) in at.iter().enumerate() {
             let [low, high] = numbers::<2>(&found["intervals"][key][k]);
             assert!(low < *at && *at < high && high - low < 2.0 * 3.0 * worst);
         }
     }
-    let words = succeed(&["pivot", &text(&file)]);
-    assert!(words.contains("95 % interval"), "{words}");
-    assert!(words.contains("-804.742 -85.474 -2112.131 mm"), "{words}");
+    scratch.succeed_with(line, &["95 % interval", "-804.742 -85.474 -2112.131 mm"]);
 }
 
 #[test]
 fn a_marker_probe_finds_the_jhu_posts() {
-    let Some(folder) = third_party("jhu-cis") else {
-        return;
-    };
+    let Some(folder) = third_party("jhu-cis") else { return };
     for case in ["a", "b", "c", "d", "e", "f", "g"] {
         let file = |kind: &str| folder.join(format!("pa1-debug-{case}-{kind}.txt"));
-        let found = json(&["pivot", &text(&file("empivot"))]);
+        let found = Scratch::new().json(format!("pivot {}", text(&file("empivot"))));
         // The second line of the course's own answers is the post of the EM probe.
         let answers = std::fs::read_to_string(file("output1")).unwrap();
         let post = answers.lines().nth(1).unwrap().split(',');
@@ -62,7 +58,7 @@ fn a_marker_probe_finds_the_jhu_posts() {
 /// Twelve poses with the tip in (0, 0, 0), turned about x by as many degrees as are given; in every
 /// second one about y instead, if requested, and shifted along x by so much, one way and the other.
 fn recording(scratch: &Scratch, turns_deg: f64, has_two_axes: bool, slide_mm: f64) -> String {
-    let mut table = "x,y,z,qw,qx,qy,qz\n".to_owned();
+    let mut table = format!("{POSE}\n");
     for i in 0..12 {
         let half = (turns_deg * (f64::from(i / 2) - 2.5) / 5.0).to_radians() / 2.0;
         let (sine, cosine) = half.sin_cos();
@@ -75,7 +71,7 @@ fn recording(scratch: &Scratch, turns_deg: f64, has_two_axes: bool, slide_mm: f6
     }
     let name = format!("{turns_deg}-{has_two_axes}-{slide_mm}.csv");
     scratch.write(&name, table);
-    scratch.arg(&name)
+    name
 }
 
 #[test]
@@ -84,25 +80,18 @@ fn each_refusal_has_its_reason_and_its_limit() {
     let good = recording(&scratch, 60.0, true, 0.0);
     let found = scratch.json(format!("pivot {good}"));
     assert!(numbers::<3>(&found["tip"]).iter().all(|v: &f64| v.abs() < 1e-9));
-    let range = found["orientation_range_deg"].as_f64().unwrap();
+    let range = number(&found["orientation_range_deg"]);
     assert!((range - 60.0).abs() < 1e-9, "{range}");
-    let refused = [
-        (
-            scratch.fail(format!("pivot {good} --min-poses 13")),
-            "too few poses: 12, expected at least 13",
-        ),
-        (
-            fail(&["pivot", &recording(&scratch, 10.0, true, 0.0)]),
-            "too little variation: no two poses differ by more than 10.0°",
-        ),
-        (
-            fail(&["pivot", &recording(&scratch, 60.0, false, 0.0)]),
-            "too little variation: the tool turned about one axis only",
-        ),
-        (fail(&["pivot", &recording(&scratch, 60.0, true, 8.0)]), "too large an error: the tip is"),
-    ];
-    for (error, expected) in refused {
-        assert!(error.contains(expected), "{error}");
+    let still = recording(&scratch, 10.0, true, 0.0);
+    let one_axis = recording(&scratch, 60.0, false, 0.0);
+    let sliding = recording(&scratch, 60.0, true, 8.0);
+    for (args, expected) in [
+        (format!("{good} --min-poses 13"), "too few poses: 12, expected at least 13"),
+        (still, "too little variation: no two poses differ by more than 10.0°"),
+        (one_axis, "too little variation: the tool turned about one axis only"),
+        (sliding, "too large an error: the tip is"),
+    ] {
+        scratch.refused(format!("pivot {args}"), &[expected]);
     }
     // All recordings of one tool together.
     let both = scratch.json(format!("pivot {good} {good} --min-poses 24"));
@@ -112,7 +101,7 @@ fn each_refusal_has_its_reason_and_its_limit() {
 #[test]
 fn only_good_samples_of_the_named_tool_count() {
     let scratch = Scratch::new();
-    let poses = std::fs::read_to_string(recording(&scratch, 60.0, true, 0.0)).unwrap();
+    let poses = scratch.read(&recording(&scratch, 60.0, true, 0.0));
     let columns = "Frame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz";
     let mut table = format!("Tools\tPort 1: still\t{columns}\tPort 2: probe\t{columns}\n");
     for (i, row) in poses.lines().skip(1).enumerate() {
@@ -128,15 +117,12 @@ fn only_good_samples_of_the_named_tool_count() {
         );
     }
     scratch.write("ndi.tsv", table);
-    let file = scratch.arg("ndi.tsv");
-    scratch.refused(format!("pivot {file}"), &["Port 1: still; Port 2: probe"]);
-    let found = scratch.json(format!("pivot {file} --tool probe"));
+    scratch.refused("pivot ndi.tsv", &["Port 1: still; Port 2: probe"]);
+    let (found, notes) = scratch.json_and_notes("pivot ndi.tsv --tool probe");
     assert_eq!(found["poses"], 12);
-    assert!(found["rms_mm"].as_f64().unwrap() < 1e-9);
-    let output = trackwright(&["pivot", &file, "--tool", "probe"]).output().unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(stderr.contains("12 of 24 samples not used: Partially Out of Volume"), "{stderr}");
-    scratch.refused(format!("pivot {file} --tool still"), &["too little variation"]);
+    assert!(number(&found["rms_mm"]) < 1e-9);
+    assert!(notes.contains("12 of 24 samples not used: Partially Out of Volume"), "{notes}");
+    scratch.refused("pivot ndi.tsv --tool still", &["too little variation"]);
 }
 
 #[test]
@@ -153,9 +139,7 @@ fn real_recordings_are_read_whole() {
         ("igs-mha/TransformInterpolationTest.igs.mha", 3, 500, &[]),
     ];
     for (file, tools, samples, good) in expected {
-        let Some(path) = third_party(file) else {
-            return;
-        };
+        let Some(path) = third_party(file) else { return };
         let found = parse(&std::fs::read(path).unwrap()).unwrap();
         assert_eq!(found.tools.len(), tools, "{file}");
         for (tool, good) in found.tools.iter().zip(good) {

@@ -6,7 +6,7 @@ use crate::support::table::points_table;
 use nalgebra::{Point3, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_array};
 
-const POINTS: [[f64; 3]; 5] =
+pub const POINTS: [[f64; 3]; 5] =
     [[0.0, 0.0, 0.0], [80.0, 0.0, 10.0], [0.0, 60.0, -5.0], [20.0, 30.0, 90.0], [70.0, 50.0, 40.0]];
 
 fn pose() -> Pose {

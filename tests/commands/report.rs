@@ -1,5 +1,6 @@
 //! The report as a file: where it goes, what it holds, and how a browser shows it.
 
+use crate::support::golden::number;
 use crate::support::peers::python;
 use crate::support::program::Scratch;
 use serde_json::Value;
@@ -74,22 +75,21 @@ fn one_date_and_one_input_give_one_page() {
 #[test]
 fn given_poses_and_a_single_one_have_their_pages() {
     let scratch = Scratch::new();
-    let table = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz\n\
-                 15,-55,25,0,0,0.9762960071199334,-0.2164396139381029\n\
-                 5,-55,25,0,0,0.9762960071199334,-0.2164396139381029\n";
-    scratch.write("poses.csv", table);
+    let turn = "0,0,0.9762960071199334,-0.2164396139381029";
+    let columns = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz";
+    scratch.write("poses.csv", format!("{columns}\n15,-55,25,{turn}\n5,-55,25,{turn}\n"));
     scratch.succeed("report pointer-on-head -o page.html --input poses.csv");
     let html = scratch.read("page.html");
     let found = figures(&html);
     let design = "designs/pointer-on-head.design.ron";
     let simulated = scratch.json(format!("simulate {design} --mode input --input poses.csv"));
-    let rms = simulated["position_mm"]["rms"].as_f64().unwrap();
+    let rms = number(&simulated["position_mm"]["rms"]);
     assert_eq!(found[0], ["tip error RMS".to_owned(), format!("{rms:.4}"), "mm".to_owned()]);
     assert!(html.contains("Tip error pose by pose") && html.contains("poses.csv"));
     scratch.succeed("report pointer-on-head -o page.html --mode single");
     assert!(scratch.read("page.html").contains("One position was looked at"));
-    let error = scratch.fail("report pointer-on-head -o page.html --mode single --input poses.csv");
-    assert!(error.contains("expected --mode input or none"), "{error}");
+    let both = "report pointer-on-head -o page.html --mode single --input poses.csv";
+    scratch.refused(both, &["expected --mode input or none"]);
 }
 
 #[test]
@@ -103,8 +103,7 @@ fn impossible_outputs_leave_nothing() {
         // A design that cannot be used makes no folder.
         ("report no.design.ron -o reports", &["no.design.ron"]),
     ] {
-        let error = scratch.fail(line);
-        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+        scratch.refused(line, words);
     }
     assert_eq!(scratch.read("notes.txt"), "mine");
     assert!(!scratch.has("reports"));
@@ -133,14 +132,9 @@ fn a_missing_mesh_shows_no_local_folder() {
 #[test]
 fn a_slide_with_a_lost_layer_is_reported() {
     let scratch = Scratch::new();
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let design = std::fs::read_to_string(folder.join("designs/new-tool.design.ron")).unwrap();
-    let assets = format!("{}/assets/", folder.display());
-    let design = design.replace("../assets/", &assets);
     let slides = r#"slides: [(title: "a"), (title: "b", view: (layers: (halo: true)))],"#;
-    let tool = "    tool: (";
-    assert!(design.contains(tool) && !design.contains("slides"));
-    scratch.write("a.design.ron", design.replace(tool, &format!("    {slides}\n{tool}")));
+    let with_slides = format!("    {slides}\n    tool: (");
+    scratch.copy_built_in("new-tool", "a.design.ron", "    tool: (", &with_slides);
     let notes = scratch.notes("report a.design.ron -o a.html");
     let expected = "slide 2 is shown without the layer \"halo\", which this version";
     assert!(notes.contains(expected), "{notes}");

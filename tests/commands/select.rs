@@ -4,25 +4,38 @@ use crate::support::close::assert_close;
 use crate::support::data::third_party;
 use crate::support::golden::{count, list, number};
 use crate::support::jhu_cis::import;
-use crate::support::program::{Scratch, text, trackwright};
+use crate::support::program::{Scratch, assert_one_line, text};
+use crate::support::table::{POSE, Table};
 use serde_json::Value;
 use std::fs;
-use std::path::Path;
 
 const ROOM: &str = "own:room-a/room-a-fit.csv";
 
+/// The columns of a table of positions alone.
+const POSITIONS: &str = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
+
 /// A position-only table of a polynomial of order 2, without noise.
-fn quadratic_table(file: &Path, rows: usize) {
-    let mut lines = vec!["ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z".to_owned()];
-    for i in 0..rows {
+fn quadratic_table(rows: usize) -> Table {
+    let lines = (0..rows).map(|i| {
         // Additive recurrences cover the cube evenly.
         let [x, y, z] = [0.819_172_513, 0.671_043_607, 0.549_700_478]
             .map(|step| (step * (i + 1) as f64).fract() * 2.0 - 1.0);
         let (dx, dy, dz) = (x * x - y * z, y * y * x + 0.5, z * z * x * x * y * y);
         let [x, y, z] = [x, y, z].map(|u| 100.0 * u);
-        lines.push(format!("{x},{y},{z},{},{},{}", x + dx, y + dy, z + dz));
+        [x, y, z, x + dx, y + dy, z + dz].map(|value| value.to_string()).to_vec()
+    });
+    Table { columns: POSITIONS.split(',').map(str::to_owned).collect(), rows: lines.collect() }
+}
+
+impl Table {
+    /// With a column more, whose cells follow from the number of the row, counted from 1.
+    fn with(mut self, name: &str, of_row: impl Fn(usize) -> String) -> Self {
+        self.columns.push(name.to_owned());
+        for (row, number) in self.rows.iter_mut().zip(1..) {
+            row.push(of_row(number));
+        }
+        self
     }
-    fs::write(file, lines.join("\n") + "\n").unwrap();
 }
 
 fn model(value: &Value) -> (usize, usize, f64) {
@@ -91,113 +104,71 @@ fn the_environment_is_a_fit_of_the_best_model() {
     assert_eq!(found["fit"]["order"], order);
     let size = format!("--order {order} --directions {directions} --ridge {ridge}");
     scratch.succeed(format!("fit {ROOM} -o b/room.env.ron {size}"));
-    assert_eq!(
-        fs::read(scratch.path("a/room.env.ron")).unwrap(),
-        fs::read(scratch.path("b/room.env.ron")).unwrap()
-    );
+    assert_eq!(scratch.read("a/room.env.ron"), scratch.read("b/room.env.ron"));
 }
 
 #[test]
 fn a_fit_without_options_uses_the_selection() {
     let scratch = Scratch::new();
-    quadratic_table(&scratch.path("q.csv"), 300);
-    let (data, env) = (scratch.arg("q.csv"), scratch.arg("q.env.ron"));
-    let output = trackwright(&["fit", &data, "-o", &env, "--format", "json"]).output().unwrap();
-    assert!(output.status.success());
-    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
+    scratch.write("q.csv", quadratic_table(300).to_text());
+    let (fit, notes) = scratch.json_and_notes("fit q.csv -o q.env.ron");
     assert_eq!((count(&fit["order"]), count(&fit["directions"])), (2, 1));
     assert!(number(&fit["train"]["after"]["position_rms_mm"]) < 1e-12);
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(stderr.lines().count(), 1, "{stderr}");
-    assert!(stderr.contains("chosen: order 2, 1 orientation"), "{stderr}");
-    assert_eq!(fit["selection"]["reason"], stderr.trim_end());
+    assert_one_line(&notes, &["chosen: order 2, 1 orientation"]);
+    assert_eq!(fit["selection"]["reason"], notes.trim_end());
     assert_eq!(model(&fit["selection"]), (2, 1, 0.0));
-    let chosen = scratch.json(format!("select {data}"));
+    let chosen = scratch.json("select q.csv");
     assert_eq!(model(&chosen["best"]), (2, 1, 0.0));
     // One of the two left out is chosen as well, the other kept.
-    let kept = scratch.json(format!("fit {ROOM} -o {env} --order 1"));
+    let kept = scratch.json(format!("fit {ROOM} -o q.env.ron --order 1"));
     assert_eq!(count(&kept["order"]), 1);
     assert!(kept["selection"]["reason"].is_string());
-    let named = scratch.json(format!("fit {data} -o {env} --order 1 --directions 1"));
+    let named = scratch.json("fit q.csv -o q.env.ron --order 1 --directions 1");
     assert!(named["selection"].is_null());
 }
 
 #[test]
 fn rows_that_belong_together_are_held_out_together() {
     let scratch = Scratch::new();
-    quadratic_table(&scratch.path("q.csv"), 120);
-    let table = scratch.read("q.csv");
-    let with = |name: &str, of_row: &dyn Fn(usize) -> String| {
-        let lines = table.lines().enumerate().map(|(i, line)| match i {
-            0 => format!("{line},{name}\n"),
-            i => format!("{line},{}\n", of_row(i)),
-        });
-        let file = scratch.arg(&format!("{name}.csv"));
-        fs::write(&file, lines.collect::<String>()).unwrap();
-        file
-    };
-    let frame = with("frame", &|i| format!("f{}", i / 12));
-    let found = scratch.json(format!("select {frame} --orders 1"));
+    let frame = quadratic_table(120).with("frame", |i| format!("f{}", i / 12));
+    scratch.write("frame.csv", frame.to_text());
+    let found = scratch.json("select frame.csv --orders 1");
     assert_eq!(found["groups"]["count"], 11);
     assert_eq!(found["groups"]["by"], "column frame");
     assert_eq!(found["table"][1]["cv"], found["table"][1]["cv_by_group"]);
-    let sweep = with("sweep", &|i| format!("{}", i % 2));
-    assert!(scratch.json(format!("select {sweep} --orders 1"))["groups"].is_null());
-    let message = scratch.fail(format!("select {sweep} --group sweep"));
-    assert!(message.contains("sweep.csv"), "{message}");
-    assert!(message.contains("2 groups of rows for 5 folds"), "{message}");
-    scratch.refused(format!("select {sweep} --group swoop"), &["no column \"swoop\""]);
+    let sweep = quadratic_table(120).with("sweep", |i| format!("{}", i % 2));
+    scratch.write("sweep.csv", sweep.to_text());
+    assert!(scratch.json("select sweep.csv --orders 1")["groups"].is_null());
+    let words = ["sweep.csv", "2 groups of rows for 5 folds"];
+    scratch.refused("select sweep.csv --group sweep", &words);
+    scratch.refused("select sweep.csv --group swoop", &["no column \"swoop\""]);
 }
 
-/// A cell of a column, by row counted from 1.
-type Cell<'a> = &'a dyn Fn(usize) -> String;
-
-/// The table with columns added.
-fn with_columns(table: &str, columns: &[(&str, Cell)]) -> String {
-    let line = |(i, line): (usize, &str)| {
-        let cells = columns.iter().map(|(name, of_row)| match i {
-            0 => format!(",{name}"),
-            i => format!(",{}", of_row(i)),
-        });
-        format!("{line}{}\n", cells.collect::<String>())
-    };
-    table.lines().enumerate().map(line).collect()
-}
-
-/// Three sensors in each of 40 poses; each sensor has an offset of its own along x, in mm.
-fn sensor_table(scratch: &Scratch, name: &str) -> String {
-    quadratic_table(&scratch.path("plain.csv"), 120);
-    let table = scratch.read("plain.csv");
-    let mut lines: Vec<String> = table.lines().map(str::to_owned).collect();
-    for (i, line) in lines.iter_mut().enumerate().skip(1) {
-        let mut cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
-        cells[3] += [-1.0, 0.0, 1.0][i % 3];
-        let cells: Vec<String> = cells.iter().map(f64::to_string).collect();
-        *line = cells.join(",");
+/// Three sensors in each of 40 poses, in `sensors.csv`; each sensor has an offset of its own along x, in mm.
+fn sensor_table() -> Scratch {
+    let mut table = quadratic_table(120);
+    for (row, number) in table.rows.iter_mut().zip(1_usize..) {
+        let measured_x: f64 = row[3].parse().unwrap();
+        row[3] = (measured_x + [-1.0, 0.0, 1.0][number % 3]).to_string();
     }
-    let pose = |i: usize| (i.div_ceil(3)).to_string();
-    let sensor = |i: usize| format!("port {}", i % 3);
-    let columns: [(&str, Cell); 2] = [("pose", &pose), ("sensor", &sensor)];
-    let text = with_columns(&lines.join("\n"), &columns);
-    scratch.write(name, text);
-    scratch.arg(name)
+    let table = table
+        .with("pose", |i| i.div_ceil(3).to_string())
+        .with("sensor", |i| format!("port {}", i % 3));
+    let scratch = Scratch::new();
+    scratch.write("sensors.csv", table.to_text());
+    scratch
 }
 
 #[test]
 fn poses_and_sensors_are_both_reported() {
-    let scratch = Scratch::new();
-    let data = sensor_table(&scratch, "sensors.csv");
-    let select = |extra: &str| scratch.json(format!("select {data} --orders 1-2 {extra}"));
+    let scratch = sensor_table();
+    let select = |extra: &str| scratch.json(format!("select sensors.csv --orders 1-2 {extra}"));
     let found = select("");
     assert_eq!(found["hold_out"], "groups");
-    let named: Vec<_> = list(&found, "hold_outs")
-        .iter()
-        .map(|h| (h["by"].as_str().unwrap().to_owned(), count(&h["count"])))
-        .collect();
-    assert_eq!(
-        named,
-        [("rows".to_owned(), 120), ("groups".to_owned(), 40), ("sensors".to_owned(), 3)]
-    );
+    let hold_outs = list(&found, "hold_outs").iter();
+    let named: Vec<_> =
+        hold_outs.map(|h| (h["by"].as_str().unwrap(), count(&h["count"]))).collect();
+    assert_eq!(named, [("rows", 120), ("groups", 40), ("sensors", 3)]);
     // An offset of ±1 mm is 0.82 mm RMS, and half as much again for a sensor that was left out.
     let cv = |i: usize| number(&list(&found, "hold_outs")[i]["cv"]["position_rms_mm"]);
     assert!(cv(2) > 1.3 * cv(1), "{} {}", cv(1), cv(2));
@@ -215,22 +186,19 @@ fn poses_and_sensors_are_both_reported() {
     assert_eq!(by_row["table"][1]["cv"], by_row["table"][1]["cv_by_row"]);
     let by_pose = select("--hold-out pose");
     assert_eq!(by_pose["table"], found["table"]);
-    let printed = scratch.succeed(format!("select {data} --orders 1"));
-    for words in [
+    let words = [
         "held out by groups: ",
         "40 groups by column pose; this decides",
         "held out by sensors: ",
         "sensors: 3 differ among themselves",
-    ] {
-        assert!(printed.contains(words), "no {words:?} in {printed}");
-    }
+    ];
+    scratch.succeed_with("select sensors.csv --orders 1", &words);
 }
 
 #[test]
 fn a_fit_states_which_hold_out_its_choice_is_of() {
-    let scratch = Scratch::new();
-    let data = sensor_table(&scratch, "sensors.csv");
-    let fit = |extra: &str| scratch.json(format!("fit {data} -o s.env.ron {extra}"));
+    let scratch = sensor_table();
+    let fit = |extra: &str| scratch.json(format!("fit sensors.csv -o s.env.ron {extra}"));
     let chosen = fit("--hold-out sensors");
     assert_eq!(chosen["selection"]["hold_out"], "sensors");
     assert_eq!(list(&chosen["selection"], "hold_outs").len(), 3);
@@ -243,15 +211,12 @@ fn a_fit_states_which_hold_out_its_choice_is_of() {
 
 #[test]
 fn sensor_differences_widen_other_sensors_errors() {
-    let scratch = Scratch::new();
-    let data = sensor_table(&scratch, "sensors.csv");
-    scratch.succeed(format!("select {data} --orders 1-2 -o s.env.ron"));
-    scratch.write("poses.csv", "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n");
-    let rms_mm = || -> f64 {
+    let scratch = sensor_table();
+    scratch.succeed("select sensors.csv --orders 1-2 -o s.env.ron");
+    scratch.write("poses.csv", format!("{POSE}\n0,0,0,1,0,0,0\n"));
+    let rms_mm = || {
         scratch.succeed("distort s.env.ron poses.csv -o out.csv --support");
-        let table = scratch.read("out.csv");
-        let cell = table.lines().nth(1).unwrap().split(',').nth(8).unwrap();
-        cell.parse().unwrap()
+        scratch.table("out.csv").number(0, "std_error_mm")
     };
     let with = rms_mm();
     let kept = scratch.read("s.env.ron");
@@ -268,43 +233,35 @@ fn sensor_differences_widen_other_sensors_errors() {
 #[test]
 fn hold_outs_that_cannot_be_made_state_why() {
     let scratch = Scratch::new();
-    quadratic_table(&scratch.path("q.csv"), 60);
-    let table = scratch.read("q.csv");
-    let with = |name: &str, column: &str, of_row: Cell| {
-        let text = with_columns(&table, &[(column, of_row)]);
-        scratch.write(name, text);
-        scratch.arg(name)
-    };
-    let plain = scratch.arg("q.csv");
-    let one = with("one.csv", "sensor", &|_| "a".to_owned());
-    let empty = with("empty.csv", "sensor", &|i| {
-        if i == 7 { String::new() } else { format!("s{}", i % 3) }
-    });
-    let same = with("same.csv", "day", &|_| "monday".to_owned());
-    let holes = with("holes.csv", "pose", &|i| {
-        if i == 3 { String::new() } else { i.to_string() }
-    });
-    for (file, hold_out, words) in [
-        (&plain, "sensors", "found no column \"sensor\""),
-        (&plain, "groups", "found no groups of rows to hold out"),
-        (&plain, "sweep", "no column \"sweep\""),
-        (&one, "sensors", "found 1 sensor, expected at least 2"),
-        (&empty, "sensors", "line 8: sensor is empty"),
-        (&same, "day", "1 groups of rows for 2 folds"),
-        (&holes, "pose", "line 4: pose is empty"),
+    let write = |name: &str, table: Table| scratch.write(name, table.to_text());
+    let table = || quadratic_table(60);
+    let but = |row, cell: String, i| if i == row { String::new() } else { cell };
+    write("q.csv", table());
+    write("one.csv", table().with("sensor", |_| "a".to_owned()));
+    write("empty.csv", table().with("sensor", |i| but(7, format!("s{}", i % 3), i)));
+    write("same.csv", table().with("day", |_| "monday".to_owned()));
+    write("holes.csv", table().with("pose", |i| but(3, i.to_string(), i)));
+    write("two.csv", table().with("day", |i| (i % 2).to_string()));
+    for (args, words) in [
+        ("q.csv --hold-out sensors", "found no column \"sensor\""),
+        ("q.csv --hold-out groups", "found no groups of rows to hold out"),
+        ("q.csv --hold-out sweep", "no column \"sweep\""),
+        ("one.csv --hold-out sensors", "found 1 sensor, expected at least 2"),
+        ("empty.csv --hold-out sensors", "line 8: sensor is empty"),
+        ("same.csv --hold-out day", "1 groups of rows for 2 folds"),
+        ("holes.csv --hold-out pose", "line 4: pose is empty"),
     ] {
-        scratch.fail_with(format!("select {file} --orders 1 --hold-out {hold_out}"), &[words]);
+        scratch.fail_with(format!("select {args} --orders 1"), &[words]);
     }
-    scratch.refused(format!("select {same} --group pose --hold-out day"), &["expected one column"]);
+    scratch.refused("select same.csv --group pose --hold-out day", &["expected one column"]);
     // What is not wanted does not stop anything.
-    for file in [&one, &empty] {
+    for file in ["one.csv", "empty.csv"] {
         let found = scratch.json(format!("select {file} --orders 1"));
         assert_eq!(found["hold_out"], "rows");
         assert!(found["sensors"].is_null());
     }
     // Two groups are held out in two folds where they were requested.
-    let two = with("two.csv", "day", &|i| (i % 2).to_string());
-    let found = scratch.json(format!("select {two} --orders 1 --hold-out day"));
+    let found = scratch.json("select two.csv --orders 1 --hold-out day");
     assert_eq!(count(&list(&found, "hold_outs")[1]["folds"]), 2);
 }
 
@@ -312,15 +269,14 @@ fn hold_outs_that_cannot_be_made_state_why() {
 /// some 100 mm, and noise of 0.1 mm. Where `are_near`, each fifth place stands beside another one, some
 /// as near as readings of a place are. `first` makes another table of the same room.
 fn places_table(
-    file: &Path,
     places: usize,
     first: usize,
     scatter_mm: f64,
     readings: usize,
     are_near: bool,
-) {
+) -> String {
     let between = |i: usize, step: f64| ((i + 1) as f64 * step).fract() * 2.0 - 1.0;
-    let mut lines = vec!["ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z".to_owned()];
+    let mut lines = vec![POSITIONS.to_owned()];
     for i in 0..readings * places {
         let place = first + i % places;
         let (place, beside_mm) = match are_near && place % 5 == 4 {
@@ -339,17 +295,16 @@ fn places_table(
         let dz = 6.0 * phase(0.6, -0.6, 1.0) + 0.1 * between(i, 0.732_050_808);
         lines.push(format!("{x},{y},{z},{},{},{}", x + dx, y + dy, z + dz));
     }
-    fs::write(file, lines.join("\n") + "\n").unwrap();
+    lines.join("\n") + "\n"
 }
 
 #[test]
 fn readings_of_a_place_are_held_out_together() {
     let scratch = Scratch::new();
     for (name, places, scatter_mm) in [("scattered", 150, 2.0), ("few", 4, 0.3)] {
-        let (data, fresh) = (scratch.arg(name), scratch.arg("fresh.csv"));
-        places_table(&scratch.path(name), places, 0, scatter_mm, 5, places > 4);
-        places_table(&scratch.path("fresh.csv"), 500, 1_000, 0.0, 1, false);
-        let found = scratch.json(format!("select {data}"));
+        scratch.write(name, places_table(places, 0, scatter_mm, 5, places > 4));
+        scratch.write("fresh.csv", places_table(500, 1_000, 0.0, 1, false));
+        let found = scratch.json(format!("select {name}"));
         assert_eq!(found["hold_out"], "groups", "{name}");
         // Places that are nearer than their readings scatter are one.
         let groups = count(&found["groups"]["count"]);
@@ -357,7 +312,7 @@ fn readings_of_a_place_are_held_out_together() {
         let cv = |i: usize| number(&list(&found, "hold_outs")[i]["cv"]["position_rms_mm"]);
         let (order, directions, ridge) = model(&found["best"]);
         let size = format!("--order {order} --directions {directions} --ridge {ridge}");
-        let fit = scratch.json(format!("fit {data} -o p.env.ron --holdout {fresh} {size}"));
+        let fit = scratch.json(format!("fit {name} -o p.env.ron --holdout fresh.csv {size}"));
         let truth = number(&fit["holdout"]["after"]["position_rms_mm"]);
         let stated = cv(1);
         assert!((0.6..1.7).contains(&(stated / truth)), "{name}: {stated} {truth}");
@@ -367,31 +322,23 @@ fn readings_of_a_place_are_held_out_together() {
 #[test]
 fn a_hold_out_that_is_fitted_as_well_is_refused() {
     let scratch = Scratch::new();
-    quadratic_table(&scratch.path("fit.csv"), 80);
-    let (data, env) = (scratch.arg("fit.csv"), scratch.arg("room.env.ron"));
-    let table = scratch.read("fit.csv");
-    let (head, rows) = table.split_once('\n').unwrap();
-    let mut rows: Vec<&str> = rows.lines().collect();
-    rows.reverse();
-    let reordered = scratch.arg("reordered.csv");
-    fs::write(&reordered, format!("{head}\n{}\n", rows.join("\n"))).unwrap();
+    let mut table = quadratic_table(80);
+    scratch.write("fit.csv", table.to_text());
+    table.rows.reverse();
+    scratch.write("reordered.csv", table.to_text());
     // Ten decimals, and only the last five rows.
-    let rounded = scratch.arg("rounded.csv");
-    let round = |row: &&str| {
-        let cells = row.split(',').map(|cell| format!("{:.10}", cell.parse::<f64>().unwrap()));
-        cells.collect::<Vec<_>>().join(",")
-    };
-    let last: Vec<String> = rows.iter().take(5).map(round).collect();
-    fs::write(&rounded, format!("{head}\n{}\n", last.join("\n"))).unwrap();
+    table.rows.truncate(5);
+    for cell in table.rows.iter_mut().flatten() {
+        *cell = format!("{:.10}", cell.parse::<f64>().unwrap());
+    }
+    scratch.write("rounded.csv", table.to_text());
     for (file, words) in [
-        (&data, "fit.csv shares 80 of its 80 rows with fit.csv"),
-        (&reordered, "reordered.csv shares 80 of its 80 rows"),
-        (&rounded, "rounded.csv shares 5 of its 5 rows"),
+        ("fit.csv", "fit.csv shares 80 of its 80 rows with fit.csv"),
+        ("reordered.csv", "reordered.csv shares 80 of its 80 rows"),
+        ("rounded.csv", "rounded.csv shares 5 of its 5 rows"),
     ] {
-        let message =
-            scratch.fail(format!("fit {data} -o {env} --order 1 --directions 1 --holdout {file}"));
-        assert_eq!(message.lines().count(), 1, "{message}");
-        assert!(message.contains(words), "{message}");
+        let fit = "fit fit.csv -o room.env.ron --order 1 --directions 1";
+        scratch.fail_with(format!("{fit} --holdout {file}"), &[words]);
     }
     assert!(!scratch.has("room.env.ron"));
 }
@@ -399,7 +346,7 @@ fn a_hold_out_that_is_fitted_as_well_is_refused() {
 #[test]
 fn impossible_selections_write_nothing() {
     let scratch = Scratch::new();
-    quadratic_table(&scratch.path("q.csv"), 8);
+    scratch.write("q.csv", quadratic_table(8).to_text());
     for (arguments, words) in [
         ("--folds 1", "folds are 1, expected at least 2"),
         ("--folds 9", "8 rows for 9 folds"),
@@ -445,9 +392,7 @@ fn chosen_order(case: &str, found: &Value) -> usize {
 fn jhu_corrections_choose_order_four_or_five() {
     let scratch = Scratch::new();
     for (case, published) in PUBLISHED {
-        let Some(table) = import(&scratch, case) else {
-            return;
-        };
+        let Some(table) = import(&scratch, case) else { return };
         let found = scratch.json(format!("select {table} --map correction"));
         let order = chosen_order(case, &found);
         assert!((4..=5).contains(&order), "{case}: order {order}");
@@ -466,9 +411,7 @@ fn jhu_corrections_choose_order_four_or_five() {
 fn jhu_distortion_chooses_order_four() {
     let scratch = Scratch::new();
     for (case, expected) in [("b", 0), ("f", 4)] {
-        let Some(table) = import(&scratch, case) else {
-            return;
-        };
+        let Some(table) = import(&scratch, case) else { return };
         let found = scratch.json(format!("select {table}"));
         assert_eq!(chosen_order(case, &found), expected, "{case}");
     }
@@ -476,9 +419,7 @@ fn jhu_distortion_chooses_order_four() {
 
 #[test]
 fn the_choice_for_the_cube_beats_plain_fits() {
-    let Some(folder) = third_party("cube") else {
-        return;
-    };
+    let Some(folder) = third_party("cube") else { return };
     let scratch = Scratch::new();
     let [data, holdout] = ["cube-fit.csv", "cube-holdout.csv"].map(|name| text(&folder.join(name)));
     // All sets and orders choose this set too; trying them takes longer than a test may.

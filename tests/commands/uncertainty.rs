@@ -1,7 +1,7 @@
 //! `simulate --uncertainty` and the jitter that `fit` writes.
 
-use crate::support::close::{assert_all_close, assert_close};
-use crate::support::golden::number;
+use crate::support::close::assert_close;
+use crate::support::golden::{number, vector};
 use crate::support::program::Scratch;
 use serde_json::Value;
 
@@ -11,9 +11,8 @@ const JITTER: &str = "--jitter-position-mm 0.5 --jitter-angle-deg 0.3";
 /// The worked design in a room that states its jitter where `jitter` does.
 fn room(jitter: &str) -> Scratch {
     let scratch = Scratch::new();
-    scratch.copy_own("golden/pointer-on-head", "d");
-    let fit = "fit own:room-a/room-a-fit.csv -o d/room.env.ron --order 1 --directions 6";
-    scratch.succeed(format!("{fit} {jitter}"));
+    let fit = format!("--order 1 --directions 6 {jitter}");
+    scratch.copy_design_with_room("golden/pointer-on-head", &fit);
     scratch
 }
 
@@ -40,24 +39,19 @@ fn both_uncertainty_methods_agree() {
     assert!(off < 4.0 * std_error + 2.0 * next && off < 0.02, "{off}");
     // The shift is that of the simulation, and the ellipsoid stands about the simulated tip.
     assert_eq!(u["first_order"]["bias_check"]["simulated_mm"], found["error_mm"]);
-    let at = |v: &Value, k: usize| number(&v[k]);
-    for k in 0..3 {
-        let (center, tip) = (
-            at(&u["first_order"]["ellipsoid_95"]["center_mm"], k),
-            at(&u["first_order"]["tip_mm"], k),
-        );
-        assert!((center - tip - at(&found["error_mm"], k)).abs() < 1e-12);
-    }
-    let shown = scratch.succeed(format!("simulate {DESIGN} --mode single {more}"));
-    for words in [
+    let first_order = &u["first_order"];
+    let [center, tip, error] =
+        [&first_order["ellipsoid_95"]["center_mm"], &first_order["tip_mm"], &found["error_mm"]]
+            .map(vector);
+    assert!((center - tip - error).amax() < 1e-12);
+    let words = [
         "jitter 0.5000 mm and 0.3000 ° an axis, from the environment",
         "orientation weight 100.0000 mm, design",
         "first order holds for the scatter",
         "Monte Carlo",
         "ellipsoid",
-    ] {
-        assert!(shown.contains(words), "{words}: {shown}");
-    }
+    ];
+    scratch.succeed_with(format!("simulate {DESIGN} --mode single {more}"), &words);
 }
 
 #[test]
@@ -100,7 +94,7 @@ fn scatter_and_error_add_in_squares() {
     let over = &found["uncertainty"]["first_order"];
     assert_eq!(over["trials"], found["trials"]);
     let expected = number(&over["rms_mm"]["rms"]).hypot(number(&found["position_mm"]["rms"]));
-    assert_all_close("total", &[number(&over["total_rms_mm"])], &[expected], 1e-14, 0.0);
+    assert_close("total", number(&over["total_rms_mm"]), expected, 1e-14, 0.0);
 }
 
 #[test]
@@ -114,43 +108,26 @@ fn unusable_options_are_refused_with_the_remedy() {
     let scratch = room("");
     for (args, words) in [
         (
-            "--mode single --uncertainty first-order",
-            &["pointer-on-head.design.ron", "\"room\" states no jitter", "--jitter-position-mm"][..],
+            "single --uncertainty first-order",
+            &["\"room\" states no jitter", "--jitter-position-mm"][..],
         ),
+        ("motion --uncertainty monte-carlo JITTER", &["--mode single", "first-order"]),
+        ("single JITTER", &["needs --uncertainty"]),
         (
-            &format!("--mode motion --uncertainty monte-carlo {JITTER}"),
-            &["--mode single", "first-order"],
+            "single --uncertainty first-order --samples 9 JITTER",
+            &["needs --uncertainty monte-carlo"],
         ),
-        (&format!("--mode single {JITTER}"), &["needs --uncertainty"]),
+        ("single --uncertainty monte-carlo --samples 3 JITTER", &["3 samples, expected 10 to"]),
+        ("single --uncertainty monte-carlo --samples 99999999999 JITTER", &["to 10000000"]),
         (
-            &format!("--mode single --uncertainty first-order --samples 9 {JITTER}"),
-            &["--samples needs --uncertainty monte-carlo"],
-        ),
-        (
-            &format!("--mode single --uncertainty monte-carlo --samples 3 {JITTER}"),
-            &["3 samples, expected 10 to"],
-        ),
-        (
-            &format!("--mode single --uncertainty monte-carlo --samples 99999999999 {JITTER}"),
-            &["to 10000000"],
-        ),
-        (
-            "--mode single --jitter-position-mm -1",
+            "single --jitter-position-mm -1",
             &["--jitter-position-mm", "-1", "expected zero or more"],
         ),
-        (
-            "--mode single --jitter-angle-deg inf",
-            &["--jitter-angle-deg", "inf", "expected zero or more"],
-        ),
-        (
-            "--mode single --jitter-growth-mm 0",
-            &["--jitter-growth-mm", "0", "expected a length above zero"],
-        ),
-        ("--mode single --jitter-position-mm 1", &["--jitter-angle-deg"]),
+        ("single --jitter-angle-deg inf", &["--jitter-angle-deg", "inf", "expected zero or more"]),
+        ("single --jitter-growth-mm 0", &["--jitter-growth-mm", "expected a length above zero"]),
+        ("single --jitter-position-mm 1", &["--jitter-angle-deg"]),
     ] {
-        let message = scratch.fail(format!("simulate {DESIGN} {args}"));
-        for word in words {
-            assert!(message.contains(word), "{word:?} is not in: {message}");
-        }
+        let args = args.replace("JITTER", JITTER);
+        scratch.refused(format!("simulate {DESIGN} --mode {args}"), words);
     }
 }

@@ -1,6 +1,7 @@
 //! What a study leaves open is no requirement met: a rotation that sensors do not determine, and trials
 //! that were left out, in every command that gives a verdict.
 
+use crate::support::golden::{list, number};
 use crate::support::program::Scratch;
 
 const DESIGN: &str = "d/pointer-on-head.design.ron";
@@ -37,7 +38,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
         let open = &requirement["unsettled"]["free_rotation"];
         assert_eq!(open["body"], "crf");
         // The tip is 25 mm and more from the line of the sensor's axis.
-        assert!(open["reach_mm"].as_f64().unwrap() > 25.0, "{open}");
+        assert!(number(&open["reach_mm"]) > 25.0, "{open}");
         let why = "cannot tell: the CRF's rotation is not determined";
         let words = scratch.succeed(format!("simulate {one} --mode motion"));
         assert!(words.contains(&format!("requirement position_rms: {why}")), "{words}");
@@ -53,8 +54,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
         assert!(differences.values().all(|d| d["verdict"] == "unsettled"), "{row}");
 
         let procedure = scratch.json(format!("procedure {one}"));
-        let steps = procedure["steps"].as_array().unwrap();
-        let tool = steps.iter().find(|step| step["step"] == "tool").unwrap();
+        let tool = list(&procedure, "steps").iter().find(|step| step["step"] == "tool").unwrap();
         assert_eq!(tool["state"], "cannot_tell");
 
         let sheet = scratch.json(format!("tolerances {one}"));

@@ -2,17 +2,18 @@
 //! pivot, and of a real tool.
 
 use crate::support::data::{aurora_pairs, own, third_party};
-use crate::support::golden::{list, number};
-use crate::support::program::{Scratch, text};
+use crate::support::golden::{count, list, number, numbers};
+use crate::support::program::{Scratch, assert_has, text};
+use crate::support::table::{measurement_columns, poses_table};
 use std::fs;
+use trackwright_geometry::pose::pose_from_array;
 
 const ROOM: &str = "--order 2 --directions 14";
 
 /// A worked design in a room fitted here.
 fn design(name: &str) -> (Scratch, String) {
     let scratch = Scratch::new();
-    scratch.copy_own(&format!("golden/{name}"), "d");
-    scratch.succeed(format!("fit own:room-a/room-a-fit.csv -o d/room.env.ron {ROOM}"));
+    scratch.copy_design_with_room(&format!("golden/{name}"), ROOM);
     (scratch, format!("d/{name}.design.ron"))
 }
 
@@ -37,7 +38,7 @@ fn a_predicted_recording_is_fully_explained() {
     let (scratch, design) = recorded_design("pointer-no-crf");
     let found = scratch
         .json(format!("verify {design} r.csv --log out.csv --chart out.svg --outside clamp"));
-    let poses = found["poses"].as_u64().unwrap() as usize;
+    let poses = count(&found["poses"]);
     assert_eq!(found["used"], poses);
     assert_eq!(found["frame"], "tracker");
     assert_eq!(found["verdict"], "explains");
@@ -48,10 +49,8 @@ fn a_predicted_recording_is_fully_explained() {
     assert!(number(&found["angle_deg"]["residual"]["max"]) < 1e-9);
     // Of the same poses in fields that the room's measurements leave possible.
     let expected = number(&found["expected"]["position_mm"]["rms"]);
-    let [low, high] = [0, 1].map(|k| number(&found["intervals"]["position_mm"]["rms"][k]));
+    let [low, high] = numbers(&found["intervals"]["position_mm"]["rms"]);
     assert!(low < expected && expected < high, "{found}");
-    let words = scratch.succeed(format!("verify {design} r.csv --outside clamp"));
-    assert!(words.contains("expected tip error RMS"), "{words}");
     // As `simulate` has it.
     let study = scratch.json(format!("simulate {design} --mode input --input d/input.csv"));
     let [a, b] = [&study["position_mm"], &position["predicted"]].map(|s| number(&s["rms"]));
@@ -62,22 +61,20 @@ fn a_predicted_recording_is_fully_explained() {
     assert!(table.starts_with("true_x,true_y,"), "{table}");
     let svg = scratch.read("out.svg");
     assert!(svg.contains("measured") && svg.contains("predicted"));
-    let words = scratch.succeed(format!("verify {design} r.csv --outside clamp"));
-    assert!(words.contains("The simulation explains 100 %"), "{words}");
-    assert!(words.contains("Assumed: the tracker computes"), "{words}");
+    let words = [
+        "expected tip error RMS",
+        "The simulation explains 100 %",
+        "Assumed: the tracker computes",
+    ];
+    scratch.succeed_with(format!("verify {design} r.csv --outside clamp"), &words);
 }
 
 #[test]
 fn the_crf_recording_is_optional() {
     let (scratch, design) = design("pointer-on-head");
     // The CRF where the design has it.
-    let input = scratch.read("d/input.csv");
-    let rows: Vec<String> = input
-        .lines()
-        .map(|line| line.split(',').rev().take(7).collect::<Vec<_>>())
-        .map(|cells| cells.into_iter().rev().collect::<Vec<_>>().join(","))
-        .collect();
-    scratch.write("d/input.csv", rows.join("\n"));
+    let input = scratch.table("d/input.csv").without_first(7);
+    scratch.write("d/input.csv", input.to_text());
     record(&scratch, &design);
     let base = format!("verify {design} r.csv --outside clamp");
     let found = scratch.json(format!("{base} --frame crf"));
@@ -90,20 +87,18 @@ fn the_crf_recording_is_optional() {
 #[test]
 fn moments_of_one_body_are_counted_and_reported() {
     let (scratch, design) = recorded_design("pointer-on-head");
-    let rows = scratch.read("r.csv").lines().count() - 1;
-    let names = ["x", "y", "z", "qw", "qx", "qy", "qz"];
-    let header = ["ideal", "measured"].map(|of| names.map(|name| format!("{of}_{name}")).join(","));
+    let rows = scratch.table("r.csv").rows.len();
     let at_rest = "0,0,-225,1,0,0,0,0,0,-225,1,0,0,0";
     for (crf_rows, alone, [without_crf, without_tool]) in
         [(rows + 3, "crf.csv: 3 of", [0, 3]), (rows - 2, "r.csv: 2 of", [2, 0])]
     {
-        let table = format!("{}\n{}", header.join(","), format!("{at_rest}\n").repeat(crf_rows));
-        scratch.write("crf.csv", table);
+        let table = format!("{}\n", measurement_columns());
+        scratch.write("crf.csv", table + &format!("{at_rest}\n").repeat(crf_rows));
         let verify = format!("verify {design} r.csv --crf crf.csv --same-frame --outside clamp");
-        let found = scratch.json(&verify);
+        let (found, notes) = scratch.json_and_notes(&verify);
         assert_eq!(found["without_crf"], without_crf);
         assert_eq!(found["without_tool"], without_tool);
-        scratch.notes_with(&verify, &[alone, "poses not used"]);
+        assert_has(&notes, &[alone, "poses not used"], &verify);
     }
 }
 
@@ -127,35 +122,29 @@ fn an_unrelated_room_explains_nothing() {
 fn separate_sensor_recordings_are_fitted() {
     let (scratch, design) = recorded_design("pointer-no-crf");
     // What each sensor of the tool reads: its own pose, distorted by the room.
-    let poses = scratch.read("r.csv");
     let body = [
-        ("s0", [0.0, 0.0, 60.0], [1.0, 0.0, 0.0, 0.0]),
-        ("s1", [8.0, 0.0, 95.0], [(0.5_f64).sqrt(), (0.5_f64).sqrt(), 0.0, 0.0]),
-    ];
+        ("s0", [0.0, 0.0, 60.0, 1.0, 0.0, 0.0, 0.0]),
+        ("s1", [8.0, 0.0, 95.0, 1.0, 1.0, 0.0, 0.0]),
+    ]
+    .map(|(name, pose)| (name, pose_from_array(pose).unwrap()));
     let sensors = "(name: \"s0\", kind: FiveDof, position: (0.0, 0.0, 60.0), axis: (0, 0, 1)),\
         (name: \"s1\", kind: FiveDof, position: (8.0, 0.0, 95.0), axis: (0, -1, 0))";
     let tool = format!("(version: 1, name: \"Tool\", tip: (0, 0, -35), sensors: [{sensors}])");
     scratch.write("d/tool.body.ron", tool);
-    let mut true_poses = String::from("x,y,z,qw,qx,qy,qz\n");
-    let mut labels = Vec::new();
-    for (k, line) in poses.lines().skip(1).enumerate() {
-        let cells: Vec<f64> = line.split(',').take(7).map(|c| c.parse().unwrap()).collect();
-        for (name, at, turn) in &body {
-            let own = compose(&cells, at, turn).map(|v| v.to_string());
-            true_poses.push_str(&format!("{}\n", own.join(",")));
+    let (mut ideal, mut labels) = (Vec::new(), Vec::new());
+    for (k, cells) in scratch.table("r.csv").first::<7>().into_iter().enumerate() {
+        let tracker_from_body = pose_from_array(cells).unwrap();
+        for (name, body_from_sensor) in &body {
+            ideal.push(tracker_from_body * body_from_sensor);
             labels.push(format!("Port {name},{k}"));
         }
     }
-    scratch.write("true.csv", &true_poses);
+    scratch.write("true.csv", poses_table(ideal));
     scratch.succeed("distort d/room.env.ron true.csv -o read.csv");
-    let read = scratch.read("read.csv");
-    let names = ["x", "y", "z", "qw", "qx", "qy", "qz"];
-    let head = |whose: &str| names.map(|n| format!("{whose}_{n}")).join(",");
-    let mut table = format!("{},{},sensor,pose\n", head("ideal"), head("measured"));
-    let rows = true_poses.lines().skip(1).zip(read.lines().skip(1)).zip(&labels);
-    for ((ideal, measured), label) in rows {
-        let measured: Vec<&str> = measured.split(',').take(7).collect();
-        table.push_str(&format!("{ideal},{},{label}\n", measured.join(",")));
+    let [ideal, read] = ["true.csv", "read.csv"].map(|name| scratch.table(name).rows);
+    let mut table = format!("{},sensor,pose\n", measurement_columns());
+    for ((ideal, read), label) in ideal.iter().zip(read).zip(&labels) {
+        table += &format!("{},{},{label}\n", ideal.join(","), read[..7].join(","));
     }
     scratch.write("sensors.csv", table);
     let found = scratch.json(format!("verify {design} sensors.csv --outside clamp"));
@@ -168,63 +157,37 @@ fn separate_sensor_recordings_are_fitted() {
     scratch.refused(format!("verify {design} sensors.csv"), &["Port s0; Port q", "s0; s1"]);
 }
 
-/// A body's pose with a sensor's place and turn on it.
-fn compose(body: &[f64], at: &[f64; 3], turn: &[f64; 4]) -> [f64; 7] {
-    let q = [body[3], body[4], body[5], body[6]];
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    };
-    let v = [q[1], q[2], q[3]];
-    let u = cross(v, *at);
-    let w = cross(v, u);
-    let shift = |k: usize| body[k] + at[k] + 2.0 * (q[0] * u[k] + w[k]);
-    let tv = [turn[1], turn[2], turn[3]];
-    let c = cross(v, tv);
-    let scalar = q[0] * turn[0] - (0..3).map(|k| v[k] * tv[k]).sum::<f64>();
-    let imaginary = |k: usize| q[0] * tv[k] + turn[0] * v[k] + c[k];
-    [shift(0), shift(1), shift(2), scalar, imaginary(0), imaginary(1), imaginary(2)]
-}
-
 #[test]
 fn unusable_built_tool_recordings_are_refused() {
     let (scratch, design) = recorded_design("pointer-no-crf");
     let table = scratch.read("r.csv");
     let lines: Vec<&str> = table.lines().collect();
-    let refused = |content: String| {
-        scratch.write("bad.csv", content);
-        let message = scratch.fail(format!("verify {design} bad.csv --log never.csv"));
-        assert!(!scratch.has("never.csv"));
-        message
-    };
-    let few = refused(lines[..6].join("\n"));
-    assert!(few.contains("bad.csv") && few.contains("expected at least 10"), "{few}");
-    let same = refused([&[lines[0]][..], &[lines[1]; 30]].concat().join("\n"));
-    assert!(same.contains("all 30 poses are the same"), "{same}");
     let first: Vec<&str> = lines[1].split(',').collect();
     let nan = lines[1].replacen(first[0], "NaN", 1);
-    let nan = refused([&[lines[0], &nan][..], &lines[2..]].concat().join("\n"));
-    assert!(nan.contains("line 2") && nan.contains("NaN"), "{nan}");
-    let away: Vec<String> = lines
-        .iter()
-        .enumerate()
-        .map(|(k, line)| match (k, line.split_once(',')) {
-            (1.., Some((_, rest))) => format!("{}000,{rest}", 10 + k),
-            _ => (*line).to_owned(),
-        })
-        .collect();
-    let away = refused(away.join("\n"));
-    assert!(away.contains("outside the room's box"), "{away}");
-    let empty = refused(String::new());
-    assert!(empty.contains("ideal_x"), "{empty}");
+    let away = (10..).zip(&lines[1..]).map(|(k, line)| {
+        let (_, rest) = line.split_once(',').unwrap();
+        format!("{k}000,{rest}")
+    });
+    let away: Vec<String> = away.collect();
+    for (rows, words) in [
+        (&lines[1..6], ["bad.csv", "expected at least 10"]),
+        (&[lines[1]; 30], ["bad.csv", "all 30 poses are the same"]),
+        (&[&[&*nan], &lines[2..]].concat(), ["line 2", "NaN"]),
+        (&away.iter().map(|row| &**row).collect::<Vec<_>>(), ["bad.csv", "outside the room's box"]),
+    ] {
+        scratch.write("bad.csv", format!("{}\n{}", lines[0], rows.join("\n")));
+        scratch.refused(format!("verify {design} bad.csv --log never.csv"), &words);
+    }
+    scratch.write("bad.csv", "");
+    scratch.refused(format!("verify {design} bad.csv --log never.csv"), &["ideal_x"]);
+    assert!(!scratch.has("never.csv"));
     scratch.refused(format!("verify {design} r.csv r.csv"), &["expected one"]);
     scratch.refused(format!("verify {design} r.csv --crf r.csv"), &["the design has no CRF"]);
 }
 
 #[test]
 fn a_real_pivot_has_the_error_that_pivot_reports() {
-    let Some(file) = third_party("pivot/poses-57.txt") else {
-        return;
-    };
+    let Some(file) = third_party("pivot/poses-57.txt") else { return };
     let (scratch, design) = design("pointer-no-crf");
     let file = text(&file);
     // Metres away from the room of this test, which explains nothing of it.
@@ -245,9 +208,7 @@ fn a_real_pivot_has_the_error_that_pivot_reports() {
 
 #[test]
 fn half_of_the_real_poses_predict_the_other() {
-    let Some(folder) = third_party("aurora-polaris/static") else {
-        return;
-    };
+    let Some(folder) = third_party("aurora-polaris/static") else { return };
     let scratch = Scratch::new();
     let characterised = |half: usize, to: &str| {
         scratch.json(format!("characterize {} -o {to}", aurora_pairs(&folder, half, 2)))

@@ -37,9 +37,7 @@ fn every_vector_is_encoded_to_the_same_bytes() {
         ("string_message", None),
     ];
     for (name, checksum) in vectors {
-        let Some(message) = vector(name, checksum) else {
-            return;
-        };
+        let Some(message) = vector(name, checksum) else { return };
         let extension = message.extension.as_ref();
         assert_eq!(extension.is_some(), name.contains("Format2"), "{name}");
         if let Some(extension) = extension {

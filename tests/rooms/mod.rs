@@ -350,9 +350,7 @@ fn compared(cases: &[Case], figure: Metric) -> Compared {
     let k = figure.index();
     let mut found = Compared::default();
     for case in cases {
-        let Some(differences) = &case.differences else {
-            continue;
-        };
+        let Some(differences) = &case.differences else { continue };
         let (difference, truth) = (&differences[k], case.true_differences[k]);
         found.all += 1;
         found.holding += usize::from((difference.low..=difference.high).contains(&truth));

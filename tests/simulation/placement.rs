@@ -205,9 +205,7 @@ fn values_between_vertices_are_linear_on_the_triangle() {
             origin_mm: vertex.position_mm + vertex.normal.into_inner() * 30.0 + beside,
             direction: -vertex.normal,
         };
-        let (Some(hit), Some(point)) = (surface.hit(&ray), surface.cast(&ray)) else {
-            continue;
-        };
+        let (Some(hit), Some(point)) = (surface.hit(&ray), surface.cast(&ray)) else { continue };
         let value = outcome.between(hit.corners, hit.weights).unwrap();
         assert!((value - linear(&point.position_mm)).abs() < 1e-9, "{value}");
         assert!((ray.at(hit.distance_mm) - point.position_mm).norm() < 1e-9);

@@ -1,6 +1,6 @@
 //! `trackwright live` as a person runs it, beside a test.
 
-use super::program::trackwright;
+use super::program::{signal, trackwright};
 use super::wire::PATIENCE;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
@@ -67,13 +67,18 @@ impl Live {
     }
 
     /// As Ctrl+C does.
-    pub fn interrupt(mut self) -> Value {
-        let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    pub fn interrupt(self) -> Value {
+        self.interrupt_printing().1
+    }
+
+    /// The same, with the text that is printed.
+    pub fn interrupt_printing(mut self) -> (String, Value) {
+        signal(&self.child, "-INT");
         let mut out = String::new();
         self.child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
         assert!(self.child.wait().unwrap().success());
-        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"))
+        let end = serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {out}"));
+        (out, end)
     }
 }
 

@@ -281,6 +281,11 @@ impl Scratch {
         self.write(name, text.replacen(from, to, 1));
     }
 
+    /// Copies a file within the folder.
+    pub fn copy(&self, from: &str, to: &str) {
+        std::fs::copy(self.path(from), self.path(to)).unwrap();
+    }
+
     /// Copies a file or a flat folder of `tests/data` here.
     pub fn copy_own(&self, from: &str, to: &str) {
         let from = super::data::own(from);

@@ -38,6 +38,17 @@ impl Table {
         Self { columns: lines.next().unwrap(), rows: lines.collect() }
     }
 
+    /// The columns behind the first ones.
+    pub fn without_first(&self, count: usize) -> Self {
+        let rest = |cells: &Vec<String>| cells[count..].to_vec();
+        Self { columns: rest(&self.columns), rows: self.rows.iter().map(rest).collect() }
+    }
+
+    pub fn to_text(&self) -> String {
+        let lines = std::iter::once(&self.columns).chain(&self.rows);
+        lines.map(|cells| cells.join(",") + "\n").collect()
+    }
+
     #[track_caller]
     pub fn column(&self, name: &str) -> usize {
         let place = self.columns.iter().position(|column| column == name);

@@ -188,9 +188,7 @@ fn a_facing_slice_is_hatched_outside_the_box() {
     for u in 1..plan.counts[0] - 1 {
         for v in 1..plan.counts[1] - 1 {
             let at = plan.point_mm(u, v);
-            let Some([x, y]) = oblique.project(&at, SIZE.map(f64::from)) else {
-                continue;
-            };
+            let Some([x, y]) = oblique.project(&at, SIZE.map(f64::from)) else { continue };
             let is_free = (0.2..0.75).contains(&(x / f64::from(SIZE[0])))
                 && (0.2..0.75).contains(&(y / f64::from(SIZE[1])))
                 && sensors.iter().all(|s| (s[0] - x).hypot(s[1] - y) > SENSOR_PX);

@@ -7,9 +7,7 @@ use crate::support::program::{Scratch, succeed};
 #[test]
 fn room_e_opens_with_the_figures_of_simulate() {
     let scratch = Scratch::new();
-    let Some(table) = import(&scratch, "e") else {
-        return;
-    };
+    let Some(table) = import(&scratch, "e") else { return };
     scratch.copy_own("room-e", "room-e");
     let env = scratch.arg("room-e/room-e.env.ron");
     succeed(&[
