@@ -1,13 +1,15 @@
 //! Our client against our server, and against whatever else may be at the other end.
 
-use crate::support::wire::{Events, Reader, events, free_address, number_of, numbered};
+use crate::support::wire::{
+    Events, PATIENCE, Reader, events, free_address, number_of, numbered, until,
+};
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::mpsc::Sender;
 use std::time::{Duration, Instant};
 use trackwright_openigtlink::client::{Client, ClientEvent, ClientOptions, DisconnectReason};
 use trackwright_openigtlink::codec::{
-    Content, DecodeError, HEADER_BYTES, Message, StartTracking, StatusCode, Timestamp, ToolKind,
+    Content, DecodeError, HEADER_BYTES, Message, StartTracking, Timestamp, ToolKind,
 };
 use trackwright_openigtlink::relay::{Reason, RelayOptions, ToolState};
 use trackwright_openigtlink::server::{
@@ -168,6 +170,15 @@ pub(super) fn session(
     (session, events)
 }
 
+/// A client of the session that has joined it.
+pub(super) fn view(session: &Session, events: &Events<SessionEvent>) -> Reader {
+    let viewer = Reader::connect(session.address().unwrap());
+    events.wait_for("a viewer", |event| {
+        matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
+    });
+    viewer
+}
+
 #[test]
 fn a_client_that_never_reads_is_dropped() {
     let mut options = patient(anywhere());
@@ -179,7 +190,7 @@ fn a_client_that_never_reads_is_dropped() {
     let lazy = TcpStream::connect(server.address()).unwrap();
     joined(&served);
     // More than the system keeps for it and the queue together, for a second.
-    let end = Instant::now() + crate::support::wire::PATIENCE;
+    let end = Instant::now() + PATIENCE;
     let mut number = 0;
     while server.clients() == 2 {
         number += 1;
@@ -225,33 +236,6 @@ pub(super) fn file_limit() -> usize {
     let line = limits.lines().find_map(|line| line.strip_prefix("Max open files"));
     let soft = line.and_then(|line| line.split_whitespace().next());
     soft.and_then(|soft| soft.parse().ok()).unwrap_or(256)
-}
-
-#[test]
-fn a_thousand_clients_are_served_and_no_more() {
-    let mut options = patient(anywhere());
-    // Both ends are in this process, and other tests beside them.
-    if file_limit() < 4 * options.max_clients {
-        options.max_clients = file_limit() / 8;
-    }
-    let count = options.max_clients;
-    let (server, served) = serve(&options);
-    let mut clients = Vec::new();
-    for _ in 0..count {
-        clients.push(Reader::connect(server.address()));
-        joined(&served);
-    }
-    send(&server, "Probe", 5);
-    for client in &mut clients {
-        assert_eq!(number_of(&client.next_transform()), Some(5));
-    }
-    let mut refused = Reader::connect(server.address());
-    let answer = refused.next().expect("a word before the end");
-    let Content::Status(status) = answer.content else { panic!("{answer:?}") };
-    assert_eq!(status.code, StatusCode::RESOURCE_ERROR);
-    assert!(status.text.contains(&format!("{count} clients")), "{status:?}");
-    assert_eq!(refused.next(), None);
-    assert_eq!(server.clients(), count);
 }
 
 #[test]
@@ -310,13 +294,8 @@ fn a_session_marks_stale_and_lost_tools() {
     // Long for a tool, so that a machine that does other things is not taken for a stale one.
     let relay = RelayOptions { stale_after: Duration::from_secs(2), ..RelayOptions::default() };
     let (session, events) = self::session(client, relay, ServerOptions::at(anywhere()));
-    let mut viewer = Reader::connect(session.address().unwrap());
-    events.wait_for("a viewer", |event| {
-        matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
-    });
-    while tracker.clients() == 0 {
-        crate::support::wire::rest(Duration::from_millis(5));
-    }
+    let mut viewer = view(&session, &events);
+    until("the session at the tracker", || tracker.clients() > 0);
     let tool_is = |state: ToolState| {
         events.wait_for("a tool's state", |event| match event {
             SessionEvent::Tool { state: found, .. } if found == state => Some(()),

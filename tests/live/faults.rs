@@ -1,21 +1,23 @@
 //! Senders that delay, lie about lengths and send bad names, and clients that stop reading.
 
 use super::connections::{
-    anywhere, file_limit, header_announcing, listen, lost, patient, received, send, serve, session,
+    anywhere, file_limit, header_announcing, joined, listen, lost, patient, received, send, serve,
+    session, view,
 };
-use crate::support::wire::{Events, PATIENCE, Reader, number_of, numbered, rest};
+use crate::support::wire::{Events, PATIENCE, Reader, number_of, numbered, rest, until};
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 use trackwright_openigtlink::client::{ClientEvent, ClientOptions, DisconnectReason};
 use trackwright_openigtlink::codec::{
-    Content, DecodeError, HEADER_BYTES, Matrix, Message, Timestamp, ToolKind, TrackingElement,
+    Content, DecodeError, HEADER_BYTES, Matrix, Message, StatusCode, Timestamp, ToolKind,
+    TrackingElement,
 };
 use trackwright_openigtlink::relay::{ClockChange, Reason, RelayOptions, ToolState, described};
 use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{Session, SessionEvent};
 
-/// A session that listens to whoever is behind the listener, and one client of it.
+/// A session, what it listens to, and one client of it.
 struct Relayed {
     session: Session,
     events: Events<SessionEvent>,
@@ -24,13 +26,11 @@ struct Relayed {
 }
 
 impl Relayed {
-    fn start(listener: &TcpListener, relay: RelayOptions) -> Self {
+    fn start(relay: RelayOptions) -> Self {
+        let listener = TcpListener::bind(anywhere()).unwrap();
         let client = ClientOptions::to(listener.local_addr().unwrap().to_string());
         let (session, events) = session(client, relay, ServerOptions::at(anywhere()));
-        let viewer = Reader::connect(session.address().unwrap());
-        events.wait_for("a viewer", |event| {
-            matches!(event, SessionEvent::Server(ServerEvent::Joined { .. })).then_some(())
-        });
+        let viewer = view(&session, &events);
         let (tracker, _) = listener.accept().unwrap();
         tracker.set_nodelay(true).unwrap();
         Self { session, events, tracker, viewer }
@@ -46,11 +46,7 @@ impl Relayed {
 
 /// Until so many poses have been judged.
 fn wait_for_poses(session: &Session, count: u64) {
-    let end = Instant::now() + PATIENCE;
-    while session.state().counts.poses < count {
-        assert!(Instant::now() < end, "{:?}", session.state().counts);
-        rest(Duration::from_millis(5));
-    }
+    until("poses", || session.state().counts.poses >= count);
 }
 
 /// A machine that does other things is not taken for a delay.
@@ -67,8 +63,7 @@ fn delays_beyond_the_bound_are_never_sent_as_good() {
         |frame| 100.0 + 60.0 * f64::from(frame % 2),
     ];
     for delay in delays {
-        let listener = TcpListener::bind(anywhere()).unwrap();
-        let mut relayed = Relayed::start(&listener, patient_relay());
+        let mut relayed = Relayed::start(patient_relay());
         for number in 1..=20 {
             relayed.send("Probe", number, 0.0);
             assert_eq!(number_of(&relayed.viewer.next_transform()), Some(number));
@@ -89,13 +84,12 @@ fn delays_beyond_the_bound_are_never_sent_as_good() {
 #[test]
 fn lasting_lateness_is_followed_only_on_request() {
     for follows_clock_steps in [false, true] {
-        let listener = TcpListener::bind(anywhere()).unwrap();
         let options = RelayOptions {
             stale_after: Duration::from_secs(1),
             follows_clock_steps,
             ..RelayOptions::default()
         };
-        let mut relayed = Relayed::start(&listener, options);
+        let mut relayed = Relayed::start(options);
         relayed.send("Probe", 1, 0.0);
         assert_eq!(number_of(&relayed.viewer.next_transform()), Some(1));
         // Stamped 50 s ago, for as long as it takes to be reported, and followed.
@@ -129,23 +123,18 @@ fn lasting_lateness_is_followed_only_on_request() {
             let shift_s = relayed.session.stop().tools["Probe"].clock.shift_s;
             assert!((shift_s - 50.0).abs() < 1.0, "{shift_s}");
         } else {
-            let is_late = || {
+            until("the report that it is late", || {
                 let state = relayed.session.state();
                 assert_eq!(state.counts.sent, 1);
                 state.tools["Probe"].state == ToolState::NotGood(Reason::Late)
-            };
-            while !is_late() {
-                assert!(Instant::now() < end, "never reported as late");
-                rest(Duration::from_millis(5));
-            }
+            });
         }
     }
 }
 
 #[test]
 fn bad_names_cost_only_their_own_poses() {
-    let listener = TcpListener::bind(anywhere()).unwrap();
-    let mut relayed = Relayed::start(&listener, patient_relay());
+    let mut relayed = Relayed::start(patient_relay());
     let mut viewer = relayed.viewer;
     let counted = std::thread::spawn(move || {
         let mut counted = 0;
@@ -260,7 +249,7 @@ fn pause(seconds: u64, connect: fn(SocketAddr) -> Reader) -> Paused {
     let (server, served) =
         serve(&ServerOptions { max_age: bound, ..ServerOptions::at(anywhere()) });
     let mut client = connect(server.address());
-    served.wait_for("a client", |event| matches!(event, ServerEvent::Joined { .. }).then_some(()));
+    joined(&served);
     let start = Instant::now();
     let mut number = 0;
     let publish = |number: u32| {
@@ -349,11 +338,11 @@ fn eleven_hundred_clients_are_served_or_refused() {
         .collect();
     let clients = threads.into_iter().flat_map(|thread| thread.join().unwrap());
     let mut clients: Vec<Reader> = clients.collect();
-    let (mut joined, mut refused) = (0, 0);
-    while joined + refused < limit + beyond {
+    let (mut accepted, mut refused) = (0, 0);
+    while accepted + refused < limit + beyond {
         served.wait_for("every client", |event| match event {
             ServerEvent::Joined { .. } => {
-                joined += 1;
+                accepted += 1;
                 Some(())
             }
             ServerEvent::Refused { .. } => {
@@ -363,17 +352,21 @@ fn eleven_hundred_clients_are_served_or_refused() {
             _ => None,
         });
     }
-    assert_eq!((joined, refused), (limit, beyond));
+    assert_eq!((accepted, refused), (limit, beyond));
     send(&server, "Probe", 5);
     let (mut served_clients, mut refused_clients) = (0, 0);
     for client in &mut clients {
         match client.next().map(|message| message.content) {
             Some(Content::Transform(_)) => served_clients += 1,
             Some(Content::Status(status)) if status.name == "TOO_MANY_CLIENTS" => {
+                assert_eq!(status.code, StatusCode::RESOURCE_ERROR);
+                assert!(status.text.contains(&format!("{limit} clients")), "{status:?}");
+                assert_eq!(client.next(), None);
                 refused_clients += 1;
             }
             other => panic!("{other:?}"),
         }
     }
     assert_eq!((served_clients, refused_clients), (limit, beyond));
+    assert_eq!(server.clients(), limit);
 }

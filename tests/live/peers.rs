@@ -1,10 +1,11 @@
 //! Programs that others wrote, at the other end: pyigtl, and the examples of the OpenIGTLink library.
 
+use super::connections::{anywhere, joined, patient};
 use crate::support::live_load::tracker;
 use crate::support::live_program::{Live, address_in};
 use crate::support::peers::{openigtlink, python};
 use crate::support::program::Scratch;
-use crate::support::wire::{Events, events, free_address, numbered, rest};
+use crate::support::wire::{Events, events, free_address, numbered, rest, until};
 use nalgebra::Vector3;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -20,7 +21,8 @@ use trackwright_project::Files;
 struct Peer(Child);
 
 impl Peer {
-    fn start(mut command: Command) -> Self {
+    fn start(mut command: Command, arguments: &[&dyn ToString]) -> Self {
+        command.args(arguments.iter().map(|argument| argument.to_string()));
         let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Self(command.spawn().unwrap())
     }
@@ -45,10 +47,7 @@ fn listen(options: ClientOptions) -> (Client, Events<Message>) {
 }
 
 fn serve() -> (Server, Events<ServerEvent>) {
-    let (sender, events) = events();
-    let options = super::connections::patient("127.0.0.1:0".parse().unwrap());
-    let server = Server::start(&options, move |event| drop(sender.send(event))).unwrap();
-    (server, events)
+    super::connections::serve(&patient(anywhere()))
 }
 
 /// Sends numbered transforms at 40 Hz until the peer has printed enough lines to see what is wanted.
@@ -79,12 +78,18 @@ fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) ->
     panic!("in vain: {printed}");
 }
 
+/// The library's own client, which prints what it receives.
+fn assert_received_by_the_library(server: &Server, peer: &mut Peer) {
+    send_until(server, peer, |printed| {
+        let count = printed.matches("Receiving TRANSFORM data type.").count();
+        (count >= 10).then_some(())
+    });
+}
+
 #[test]
 fn transforms_of_pyigtl_are_received() {
     let address = free_address();
-    let mut command = python("igtl_server.py");
-    command.arg(address.port().to_string());
-    let mut peer = Peer::start(command);
+    let mut peer = Peer::start(python("igtl_server.py"), &[&address.port()]);
     let (_client, events) = listen(ClientOptions::to(address.to_string()));
     let mut relay = Relay::new(None, RelayOptions::default());
     let mut stdin = peer.0.stdin.take().unwrap();
@@ -120,11 +125,9 @@ fn transforms_of_pyigtl_are_received() {
 fn pyigtl_receives_our_transforms_in_both_versions() {
     for version in [1, 2] {
         let (server, served) = serve();
-        let mut command = python("igtl_client.py");
-        command.args([&server.address().port().to_string(), "ProbeToTracker"]);
-        let mut peer = Peer::start(command);
-        served
-            .wait_for("pyigtl", |event| matches!(event, ServerEvent::Joined { .. }).then_some(()));
+        let port = server.address().port();
+        let mut peer = Peer::start(python("igtl_client.py"), &[&port, &"ProbeToTracker"]);
+        joined(&served);
         let mut message = numbered("ProbeToTracker", 1234);
         if version == 2 {
             let mut extension = Extension::default();
@@ -164,30 +167,24 @@ fn relayed(arguments: &[&str]) -> (Server, Live, u16) {
     let ends = ["--connect", &connect, "--serve", "0"];
     let live = Live::start(&[&ends, arguments].concat());
     let port = address_in(&live.wait_for_note("serving at")).port();
-    while server.clients() == 0 {
-        rest(Duration::from_millis(5));
-    }
+    until("the program", || server.clients() > 0);
     (server, live, port)
 }
 
 #[test]
 fn pyigtl_reads_what_is_known_of_every_pose() {
-    let room = Files::default().read_environment(std::path::Path::new(ROOM)).unwrap();
+    let files = Files::default();
+    let room = files.read_environment(std::path::Path::new(ROOM)).unwrap();
     let mut without_support = room.clone();
     (without_support.fit_validity, without_support.process) = (None, None);
     let scratch = Scratch::new();
     let unknown = scratch.arg("unknown.env.ron");
-    Files::default()
-        .output(std::path::Path::new(&unknown))
-        .unwrap()
-        .write_environment(&without_support)
-        .unwrap();
+    let output = files.output(std::path::Path::new(&unknown)).unwrap();
+    output.write_environment(&without_support).unwrap();
     let middle = room.model.bounds().center_mm();
     for (environment, has_support) in [(ROOM, true), (unknown.as_str(), false)] {
         let (server, live, port) = relayed(&["--environment", environment]);
-        let mut command = python("igtl_metadata.py");
-        command.args([&port.to_string(), "ProbeToTracker", "40"]);
-        let mut peer = Peer::start(command);
+        let mut peer = Peer::start(python("igtl_metadata.py"), &[&port, &"ProbeToTracker", &40]);
         live.wait_for_note("joined, 1 now");
         let mut lines = BufReader::new(peer.0.stdout.take().unwrap()).lines();
         let mut valid = 0;
@@ -229,19 +226,12 @@ fn pyigtl_reads_what_is_known_of_every_pose() {
 #[test]
 fn receivers_of_version_one_are_served_by_the_program() {
     let (server, live, port) = relayed(&["--header-version", "1"]);
-    let mut command = openigtlink("ReceiveClient");
-    command.args(["127.0.0.1", &port.to_string()]);
-    let mut peer = Peer::start(command);
+    let mut peer = Peer::start(openigtlink("ReceiveClient"), &[&"127.0.0.1", &port]);
     live.wait_for_note("joined, 1 now");
-    send_until(&server, &mut peer, |printed| {
-        let count = printed.matches("Receiving TRANSFORM data type.").count();
-        (count >= 10).then_some(())
-    });
+    assert_received_by_the_library(&server, &mut peer);
     // A client that sends a request is recognised by it.
     let (server, live, port) = relayed(&[]);
-    let mut command = openigtlink("TrackingDataClient");
-    command.args(["127.0.0.1", &port.to_string(), "40"]);
-    let mut peer = Peer::start(command);
+    let mut peer = Peer::start(openigtlink("TrackingDataClient"), &[&"127.0.0.1", &port, &40]);
     live.wait_for_note("joined, 1 now");
     send_until(&server, &mut peer, |printed| {
         printed.contains("Name       : ProbeToTracker").then_some(())
@@ -251,18 +241,14 @@ fn receivers_of_version_one_are_served_by_the_program() {
 #[test]
 fn the_librarys_tracker_server_is_received() {
     let address = free_address();
-    let mut command = openigtlink("TrackerServer");
-    command.args([&address.port().to_string(), "40"]);
-    let _peer = Peer::start(command);
+    let _peer = Peer::start(openigtlink("TrackerServer"), &[&address.port(), &40]);
     let (_client, events) = listen(ClientOptions::to(address.to_string()));
     let message = events.wait_for("a transform", Some);
     assert_eq!(message.device, "Tracker");
     assert!(matches!(message.content, Content::Transform(_)), "{message:?}");
 
     let address = free_address();
-    let mut command = openigtlink("TrackingDataServer");
-    command.arg(address.port().to_string());
-    let _peer = Peer::start(command);
+    let _peer = Peer::start(openigtlink("TrackingDataServer"), &[&address.port()]);
     let mut options = ClientOptions::to(address.to_string());
     options.tracking_ms = Some(25);
     let (_client, events) = listen(options);
@@ -282,18 +268,13 @@ fn the_librarys_tracker_server_is_received() {
 #[test]
 fn the_librarys_clients_receive_our_data() {
     let (server, _served) = serve();
-    let mut command = openigtlink("ReceiveClient");
-    command.args(["127.0.0.1", &server.address().port().to_string()]);
-    let mut peer = Peer::start(command);
-    send_until(&server, &mut peer, |printed| {
-        let count = printed.matches("Receiving TRANSFORM data type.").count();
-        (count >= 10).then_some(())
-    });
+    let port = server.address().port();
+    let mut peer = Peer::start(openigtlink("ReceiveClient"), &[&"127.0.0.1", &port]);
+    assert_received_by_the_library(&server, &mut peer);
 
     let (server, _served) = serve();
-    let mut command = openigtlink("TrackingDataClient");
-    command.args(["127.0.0.1", &server.address().port().to_string(), "40"]);
-    let mut peer = Peer::start(command);
+    let port = server.address().port();
+    let mut peer = Peer::start(openigtlink("TrackingDataClient"), &[&"127.0.0.1", &port, &40]);
     send_until(&server, &mut peer, |printed| {
         let parts = ["Receiving : RTS_TDATA", "Name       : ProbeToTracker", "Type       : 2"];
         parts.iter().all(|part| printed.contains(part)).then_some(())
