@@ -1,14 +1,11 @@
 //! The design's anatomy: added by its file, listed, changed, and drawn where its frame has it.
 
 use super::app::{create_scene_app, environment, named, request, settle};
+use super::harness::{panel, use_dialog};
 use super::meshes::{box_obj, finish, saved_app};
 use bevy::prelude::*;
-use bevy_egui::egui;
-use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use std::cell::RefCell;
 use std::fs;
-use std::rc::Rc;
 use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit, View};
 use trackwright_editor::document::body_dialogs::MeshDialog;
 use trackwright_editor::document::commands::ADD_ANATOMY;
@@ -16,7 +13,7 @@ use trackwright_editor::document::meshes::MeshRequest;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::scene::anatomy::AnatomyRoot;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
+use trackwright_editor::shell::dialogs::DialogAnswer;
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::anatomy_ui::anatomy_ui;
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
@@ -74,33 +71,14 @@ fn a_file_becomes_anatomy_on_the_crf() {
 #[test]
 fn a_dropped_mesh_may_become_anatomy() {
     for has_crf in [true, false] {
-        let answer = Rc::new(RefCell::new(None));
-        let sink = Rc::clone(&answer);
-        let mut dialog = MeshDialog::Whose { file: "/x/head.stl".into(), has_crf };
-        let mut harness = Harness::builder().build_ui(move |ui| {
-            if let Some(action) = dialog.ui(ui) {
-                *sink.borrow_mut() = Some(action);
-            }
+        let dialog = MeshDialog::Whose { file: "/x/head.stl".into(), has_crf };
+        let answer = use_dialog(dialog, |harness| {
+            assert_eq!(harness.query_by_label("The CRF's").is_some(), has_crf);
+            harness.get_by_label("Anatomy").click();
         });
-        harness.run_steps(2);
-        assert_eq!(harness.query_by_label("The CRF's").is_some(), has_crf);
-        harness.get_by_label("Anatomy").click();
-        harness.run_steps(2);
         let load = MeshRequest::load(MeshOwner::Anatomy(None), "/x/head.stl".into());
-        assert_eq!(*answer.borrow(), Some(DialogAnswer::Request(load)));
+        assert_eq!(answer, Some(DialogAnswer::Request(load)));
     }
-}
-
-type Requests = Rc<RefCell<Vec<DesignAction>>>;
-
-fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
-    let requests = Requests::default();
-    let sink = Rc::clone(&requests);
-    let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(panel(ui));
-    });
-    (harness, requests)
 }
 
 #[test]
@@ -111,7 +89,7 @@ fn the_outliner_lists_anatomy() {
     design.anatomy = vec![anatomy("head", "head.stl"), table];
     let (environment, view) = (environment(), View::default());
     let selection = Selection::default();
-    let (mut harness, requests) = harness(|ui| {
+    let (mut harness, requests) = panel([300.0, 1100.0], |ui| {
         let view = OutlinerView::new(&design, &environment, &view, &selection);
         outliner_ui(ui, &view)
     });
@@ -129,7 +107,7 @@ fn the_outliner_lists_anatomy() {
 fn anatomy_inputs_are_edits() {
     let mut design = super::app::design();
     design.anatomy = vec![anatomy("head", "head.stl")];
-    let (mut harness, requests) = harness(|ui| {
+    let (mut harness, requests) = panel([300.0, 1100.0], |ui| {
         let mut actions = Vec::new();
         anatomy_ui(ui, &design, 0, &mut actions);
         actions

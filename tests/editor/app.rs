@@ -1,26 +1,28 @@
 //! A small world of its own, and an App with the fewest plugins.
 
+use crate::support::studies;
 use bevy::asset::AssetPlugin;
 use bevy::input::InputPlugin;
 use bevy::mesh::MeshPlugin;
 use bevy::picking::DefaultPickingPlugins;
 use bevy::prelude::*;
-use bevy::window::{RequestRedraw, WindowPlugin};
+use bevy::window::{FileDragAndDrop, RequestRedraw, WindowPlugin};
 use nalgebra::{Point3, Vector3};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 use trackwright_design::{
     CrfPlacement, Design, DesignBody, Document, Origin, Procedure, Target, ToolPlacement, View,
 };
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
-use trackwright_editor::layers::GlyphsPlugin;
-use trackwright_editor::layers::LayersPlugin;
 use trackwright_editor::layers::motion::MotionPlugin;
 use trackwright_editor::layers::registry::{LayerInfo, LayerRegistry};
 use trackwright_editor::layers::slice::SlicePlugin;
+use trackwright_editor::layers::{GlyphsPlugin, LayersPlugin};
 use trackwright_editor::runner::diagnostics::DiagnosticsPlugin;
 use trackwright_editor::runner::solve::{SolverHandle, SolverPlugin};
 use trackwright_editor::runner::wake::Waker;
@@ -29,6 +31,7 @@ use trackwright_editor::scene::materials::glow::GlowMaterial;
 use trackwright_editor::scene::materials::lit::LitMaterial;
 use trackwright_editor::scene::materials::map::MapMaterial;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
+use trackwright_editor::shell::dialogs::{Dialog, Dialogs, ErrorDialog};
 use trackwright_editor::shell::window::ViewportRect;
 use trackwright_editor::viewport::ball_handle::HandlePlugin;
 use trackwright_editor::viewport::camera::CameraPlugin;
@@ -40,15 +43,10 @@ use trackwright_editor::viewport::pointer_hint::PointerHintPlugin;
 use trackwright_editor::viewport::sensor_drag::DragPlugin;
 use trackwright_editor::viewport::tool::ToolPlugin;
 use trackwright_editor::workspaces::study::StudyPlugin;
-use trackwright_field::environment::Environment;
-use trackwright_field::model::DistortionModel;
-use trackwright_field::samples::MapKind;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_field::Environment;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::Metric;
-use trackwright_simulation::{AxisRange, Motion, Requirement};
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::{AxisRange, Metric, Motion, Requirement, RigidBody, Scenario, Sensor};
 
 /// Writes a room, whatever was there.
 pub fn write_environment(file: &std::path::Path, room: &Environment) {
@@ -66,25 +64,12 @@ pub fn environment() -> Environment {
             [0.4 + 2.0 * x, -0.3, 0.2 * x, 0.002, 0.004 * x, 0.0]
         })
         .collect();
-    let model = DistortionModel::new(
-        1,
-        DirectionSet::One,
-        Weighting::default(),
-        MapKind::Distortion,
-        bounds,
-        coefficients,
-    )
-    .unwrap();
+    let model = studies::one_direction(1, bounds, coefficients);
     Environment { volume: Some(Volume::AuroraCube), ..Environment::of_model("Test room", model) }
 }
 
 fn sensor(name: &str, position: [f64; 3], axis: Vector3<f64>) -> Sensor {
-    Sensor {
-        name: name.into(),
-        position_in_body: Point3::from(position),
-        orientation: SensorOrientation::FiveDof(nalgebra::Unit::new_normalize(axis)),
-        coil: None,
-    }
+    Sensor { name: name.into(), ..studies::five(position, axis.into()) }
 }
 
 fn body(name: &str, tip: Option<Point3<f64>>, sensors: Vec<Sensor>) -> DesignBody {
@@ -165,9 +150,45 @@ pub fn layers() -> Vec<LayerInfo> {
     app.world_mut().remove_resource::<LayerRegistry>().unwrap().layers
 }
 
-/// Lets tests wait for the solver.
-fn listen(app: &mut App) {
+/// The open design's document.
+pub fn document(app: &App) -> &Document {
+    &app.world().resource::<OpenWorld>().0.document
+}
+
+/// The open design in its room.
+pub fn scenario(app: &App) -> Scenario {
+    let world = &app.world().resource::<OpenWorld>().0;
+    trackwright_project::resolve(world.document.design(), &world.environment)
+}
+
+/// The open dialog, where it is of this kind.
+pub fn dialog<D: Dialog>(app: &App) -> Option<&D> {
+    app.world().resource::<Dialogs>().get()
+}
+
+/// The open dialog, which is an error's.
+#[track_caller]
+pub fn error(app: &App) -> &ErrorDialog {
+    let current = &app.world().resource::<Dialogs>().current;
+    dialog(app).unwrap_or_else(|| panic!("no error, {current:?}"))
+}
+
+pub fn close_dialog(app: &mut App) {
+    app.world_mut().resource_mut::<Dialogs>().current = None;
+}
+
+/// A file in a folder of the test's own.
+pub fn write(folder: &TempDir, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+    let file = folder.path().join(name);
+    std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+    std::fs::write(&file, content).unwrap();
+    file
+}
+
+/// Lets tests wait for whatever wakes the window.
+pub fn listen(app: &mut App) {
     let (sender, wakes) = channel();
+    app.init_resource::<Waker>();
     app.world().resource::<Waker>().wake_with(move || {
         // A test that has ended no longer listens.
         let _ = sender.send(());
@@ -231,9 +252,24 @@ pub fn named(app: &mut App, name: &str) -> usize {
     names.iter(world).filter(|n| n.as_str() == name).count()
 }
 
-/// What the solver would wake the window with.
+/// What the window would be woken with.
 #[derive(Resource)]
 struct Wakes(Mutex<Receiver<()>>);
+
+/// Drops a file onto the window.
+pub fn drop_on_window(app: &mut App, file: &Path) {
+    let (window, path_buf) = (Entity::PLACEHOLDER, file.to_owned());
+    app.world_mut().write_message(FileDragAndDrop::DroppedFile { window, path_buf });
+}
+
+/// Waits for work that has to come to something, and shows it.
+#[track_caller]
+pub fn wait_for_work(app: &mut App) {
+    let wakes = app.world().resource::<Wakes>().0.lock().unwrap();
+    wakes.recv_timeout(Duration::from_secs(300)).expect("something of what is under way");
+    drop(wakes);
+    app.update();
+}
 
 /// Waits until the solver has an answer, or so long.
 pub fn wait_for_answer(app: &App, at_most: Duration) {

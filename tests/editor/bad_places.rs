@@ -3,7 +3,7 @@
 //! Permission bits mean nothing to the superuser, who runs many of these tests: a folder under a
 //! regular file is one that nobody can write to, and `/dev/full` a disk without space.
 
-use super::app::request;
+use super::app::{dialog, request};
 use bevy::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
@@ -17,7 +17,7 @@ use trackwright_editor::document::dialog::DesignDialog;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::Dialogs;
 use trackwright_geometry::pose::Pose;
 
 fn app_of(world: trackwright_project::World) -> App {
@@ -58,10 +58,6 @@ fn tool_x(app: &App) -> f64 {
 
 fn is_dirty(app: &App) -> bool {
     app.world().resource::<OpenWorld>().0.document.is_dirty()
-}
-
-fn dialog<D: Dialog>(app: &App) -> Option<&D> {
-    app.world().resource::<Dialogs>().get()
 }
 
 fn refusal(app: &App) -> &str {

@@ -1,18 +1,16 @@
 //! Tool definitions in the window: dropped, opened, confirmed, refused, shown and written.
 
-use super::app::request;
+use super::app::{close_dialog, dialog, error, request, write};
 use super::drops::{app, drop_file};
+use super::harness::{Requests, panel, use_dialog};
 use super::meshes::finish;
+use crate::support::studies;
 use bevy::prelude::*;
-use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::{Point3, Vector3};
-use std::cell::RefCell;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::rc::Rc;
-use tempfile::TempDir;
+use std::path::Path;
 use trackwright_design::{BodyRole, Edit, View};
 use trackwright_editor::document::body_dialogs::BodyDialog;
 use trackwright_editor::document::body_files::{BodyFileRequest, BodyLoading};
@@ -21,7 +19,7 @@ use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::shell::commands::{Command, Situation};
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, ErrorDialog};
+use trackwright_editor::shell::dialogs::{DialogAnswer, Dialogs, ErrorDialog};
 use trackwright_editor::shell::window::PanelsShown;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::actions::DesignAction;
@@ -33,24 +31,13 @@ use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 /// The image of a tool of these sensors, and a byte behind it that is none of its own.
 fn image(sensors: Vec<SensorOrientation>) -> Vec<u8> {
-    let place = |k: usize| Point3::new(30.0 * k as f64, (k * k) as f64, 40.0);
-    let sensors = sensors.into_iter().enumerate();
-    let body = BodyFile {
-        rigid: RigidBody {
-            name: "8700339".into(),
-            tip_in_body: None,
-            sensors: sensors
-                .map(|(k, orientation)| Sensor {
-                    name: format!("s{k}"),
-                    position_in_body: place(k),
-                    orientation,
-                    coil: None,
-                })
-                .collect(),
-        },
-        mesh: None,
-        definition: None,
-    };
+    let sensors = sensors.into_iter().enumerate().map(|(k, orientation)| Sensor {
+        name: format!("s{k}"),
+        ..studies::sensor([30.0 * k as f64, (k * k) as f64, 40.0], orientation)
+    });
+    let body = studies::body(sensors.collect(), None);
+    let rigid = RigidBody { name: "8700339".into(), ..body };
+    let body = BodyFile { rigid, mesh: None, definition: None };
     let conversion = from_body(&body, DefinitionFormat::Rom).unwrap();
     [&conversion.definition.write()[..], &[0xee]].concat()
 }
@@ -64,13 +51,6 @@ fn markers() -> Vec<u8> {
     image(vec![SensorOrientation::Marker; 4])
 }
 
-fn write(folder: &TempDir, name: &str, bytes: &[u8]) -> PathBuf {
-    let file = folder.path().join(name);
-    fs::create_dir_all(file.parent().unwrap()).unwrap();
-    fs::write(&file, bytes).unwrap();
-    file
-}
-
 fn request_and_wait(app: &mut App, request: BodyFileRequest) {
     app.world_mut().write_message(request);
     finish(app);
@@ -80,33 +60,22 @@ fn world(app: &App) -> &trackwright_project::World {
     &app.world().resource::<OpenWorld>().0
 }
 
-fn dialog<D: Dialog>(app: &App) -> Option<&D> {
-    app.world().resource::<Dialogs>().get()
-}
-
 fn select(app: &mut App, what: Selected) {
     app.insert_resource(Selection::of(Some(what)));
 }
 
 /// Checks the open dialog's texts, and sends the request of one of its buttons.
 fn press(app: &mut App, texts: &[&str], button: &str) {
-    let mut question: BodyDialog = dialog(app).cloned().expect("a dialog");
-    let answer = Rc::new(RefCell::new(None));
-    let sink = Rc::clone(&answer);
-    let mut harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        if let Some(answered) = question.ui(ui) {
-            sink.replace(Some(answered));
+    let question: BodyDialog = dialog(app).cloned().expect("a dialog");
+    let answer = use_dialog(question, |harness| {
+        for text in texts {
+            let found = harness.query_by_label_contains(text);
+            assert!(found.is_some(), "{text:?} is not shown");
         }
+        harness.get_by_label(button).click();
     });
-    for text in texts {
-        let found = harness.query_by_label_contains(text);
-        assert!(found.is_some(), "{text:?} is not shown");
-    }
-    harness.get_by_label(button).click();
-    harness.run_steps(2);
-    app.world_mut().resource_mut::<Dialogs>().current = None;
-    match answer.take() {
+    close_dialog(app);
+    match answer {
         Some(DialogAnswer::Request(request)) => request_and_wait(app, request),
         Some(DialogAnswer::Close) => {}
         other => panic!("{button}: {other:?}"),
@@ -114,22 +83,18 @@ fn press(app: &mut App, texts: &[&str], button: &str) {
 }
 
 /// The section of the tool's definition, and what it requests.
-fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
-    let requests = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&requests);
+fn section(app: &App) -> (Harness<'_>, Requests<DesignAction>) {
     let (world, loading) = (world(app), app.world().resource::<BodyLoading>());
-    let harness = Harness::builder().with_size(egui::vec2(276.0, 600.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
+    panel([276.0, 600.0], move |ui| {
         let view = BodyFileView::of(world, BodyRole::Tool, loading).unwrap();
-        sink.borrow_mut().extend(body_file_ui(ui, &view));
-    });
-    (harness, requests)
+        body_file_ui(ui, &view)
+    })
 }
 
 #[test]
 fn a_dropped_definition_is_one_undo_step() {
     let (folder, mut app) = app();
-    let rom = write(&folder, "roms/8700339.rom", &coils());
+    let rom = write(&folder, "roms/8700339.rom", coils());
     let before = world(&app).document.shared_design();
     select(&mut app, Selected::Sensor(BodyRole::Tool, 1));
     drop_file(&mut app, &rom);
@@ -155,7 +120,7 @@ fn a_dropped_definition_is_one_undo_step() {
 #[test]
 fn without_a_selection_a_dialog_selects_the_body() {
     let (folder, mut app) = app();
-    let rom = write(&folder, "8700339.rom", &markers());
+    let rom = write(&folder, "8700339.rom", markers());
     drop_file(&mut app, &rom);
     assert_eq!(world(&app).document.undo_label(), None);
     press(&mut app, &["What is this tool", "8700339.rom"], "The CRF");
@@ -206,13 +171,11 @@ fn an_invalid_definition_changes_nothing() {
     for (name, bytes) in cut.into_iter().chain(others) {
         let file = write(&folder, name, &bytes);
         request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, file));
-        let Some(ErrorDialog { title, text }) = dialog(&app) else {
-            panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
-        };
+        let ErrorDialog { title, text } = error(&app);
         assert_eq!(title, "The tool definition cannot be used");
         assert!(text.contains(name) && text.contains("expected"), "{text}");
         assert_eq!(world(&app).document.design(), &*before);
-        app.world_mut().resource_mut::<Dialogs>().current = None;
+        close_dialog(&mut app);
     }
     assert_eq!(world(&app).document.undo_label(), None);
     assert!(!world(&app).document.is_dirty());
@@ -221,7 +184,7 @@ fn an_invalid_definition_changes_nothing() {
 #[test]
 fn save_never_overwrites_the_makers_file() {
     let (folder, mut app) = app();
-    let rom = write(&folder, "pointer.rom", &coils());
+    let rom = write(&folder, "pointer.rom", coils());
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom.clone()));
     let old_body = fs::read(folder.path().join("pointer.body.ron")).unwrap();
     app.world_mut().write_message(FileRequest::Save);
@@ -247,7 +210,7 @@ fn losses_are_listed_before_writing() {
         panic!("{:?}", app.world().resource::<Dialogs>().current);
     };
     assert!(files.text.ends_with("pointer.rom"), "{}", files.text);
-    app.world_mut().resource_mut::<Dialogs>().current = None;
+    close_dialog(&mut app);
     let file = folder.path().join("out.rom");
     let body = BodyRole::Tool;
     let save = |file: &Path| BodyFileRequest::Save { body, file: file.to_owned() };
@@ -290,10 +253,8 @@ fn losses_are_listed_before_writing() {
         ("out", "expected one in .body.ron, .rom"),
     ] {
         request_and_wait(&mut app, save(&folder.path().join(name)));
-        let Some(ErrorDialog { text, .. }) = dialog(&app) else {
-            panic!("{name}: {:?}", app.world().resource::<Dialogs>().current);
-        };
-        assert!(text.contains(reason), "{text}");
+        let text = &error(&app).text;
+        assert!(text.contains(reason), "{name}: {text}");
     }
 }
 
@@ -353,7 +314,7 @@ fn the_inspector_shows_a_definitions_facts() {
             ]
         );
     }
-    let rom = write(&folder, "8700339.rom", &markers());
+    let rom = write(&folder, "8700339.rom", markers());
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
     let (mut harness, _) = section(&app);
     harness.run_steps(2);
@@ -380,7 +341,7 @@ fn the_inspector_shows_a_definitions_facts() {
 #[test]
 fn a_body_read_for_another_design_is_dropped() {
     let (folder, mut app) = app();
-    let rom = write(&folder, "8700339.rom", &coils());
+    let rom = write(&folder, "8700339.rom", coils());
     let open = |role| match role {
         BodyRole::Tool => OPEN_TOOL,
         BodyRole::Crf => OPEN_CRF,

@@ -1,13 +1,12 @@
 //! The Decide workspace: a pinned baseline beside the design, designs and rooms in one table.
 
-use super::app::{create_app, create_scene_app_with, named, request, settle};
+use super::app::{create_app, create_scene_app_with, document, named, request, scenario, settle};
+use crate::support::studies::study;
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use trackwright_design::{BodyRole, Edit};
@@ -31,10 +30,8 @@ use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
 use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
-use trackwright_simulation::METRICS;
-use trackwright_simulation::Metric;
 use trackwright_simulation::comparison::{NoFigures, Verdict, mode_of};
-use trackwright_simulation::{CancelToken, Figures, Requirement, run};
+use trackwright_simulation::{CancelToken, Figures, METRICS, Metric, Requirement, run};
 
 pub(crate) fn decide_app() -> App {
     let mut app = create_app();
@@ -79,16 +76,13 @@ pub(crate) fn found(app: &App) -> &Found {
 
 /// The open design's figures, by a study of its own.
 fn studied(app: &App) -> Figures {
-    let world = &app.world().resource::<OpenWorld>().0;
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let mode = mode_of(&scenario);
-    run(&scenario, &mode, &CancelToken::default(), None).unwrap().figures
+    let scenario = scenario(app);
+    study(&scenario, &mode_of(&scenario)).figures
 }
 
 /// Moves the tool's first sensor along its shaft.
 pub(crate) fn move_sensor(app: &mut App, by_mm: f64) {
-    let world = &app.world().resource::<OpenWorld>().0;
-    let mut sensors = world.document.design().tool.body.rigid.sensors.clone();
+    let mut sensors = document(app).design().tool.body.rigid.sensors.clone();
     sensors[0].position_in_body.z += by_mm;
     let edit = Edit::SetSensor { body: BodyRole::Tool, index: 0, sensor: sensors.remove(0) };
     request(app, EditRequest::Apply(edit));
@@ -313,16 +307,7 @@ pub(crate) fn use_panel(
         rooms: &[],
         is_listing: false,
     };
-    let requests = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&requests);
-    let mut harness = Harness::builder().with_size(egui::vec2(1200.0, 700.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(panel(ui, &view));
-    });
-    use_it(&mut harness);
-    harness.run_steps(2);
-    drop(harness);
-    requests.borrow().clone()
+    super::harness::use_panel([1200.0, 700.0], |ui| panel(ui, &view), use_it)
 }
 
 #[test]
@@ -427,12 +412,12 @@ fn a_missed_step_needs_a_reason() {
     });
     assert_eq!(requests, [DecideRequest::Decide(Step::Tool)]);
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
-    let document = |app: &App| app.world().resource::<OpenWorld>().0.document.design().clone();
-    assert!(document(&app).procedure.crf.is_none(), "without a reason");
+    let procedure = |app: &App| document(app).design().procedure.clone();
+    assert!(procedure(&app).crf.is_none(), "without a reason");
     let note = "good enough for the first trial".to_owned();
     request_and_wait(&mut app, DecideRequest::SetNote(Step::Crf, note.clone()));
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
-    assert_eq!(document(&app).procedure.crf.as_ref().unwrap().note, note);
+    assert_eq!(procedure(&app).crf.as_ref().unwrap().note, note);
     use_panel(&app, steps_ui, |harness| {
         harness.get_by_label_contains(&note);
         harness.get_by_label("Decide anew");
@@ -447,7 +432,7 @@ fn a_missed_step_needs_a_reason() {
     });
     assert_eq!(requests, [DecideRequest::Withdraw(Step::Crf)]);
     request_and_wait(&mut app, DecideRequest::Withdraw(Step::Crf));
-    assert!(document(&app).procedure.is_empty());
+    assert!(procedure(&app).is_empty());
 }
 
 #[test]

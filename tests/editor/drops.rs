@@ -1,9 +1,8 @@
 //! Files dropped onto the window: what is reported of them, and who gets them.
 
-use super::app::request;
+use super::app::{dialog, drop_on_window, request};
 use super::meshes::{box_obj, finish, saved_app};
 use bevy::prelude::*;
-use bevy::window::FileDragAndDrop;
 use std::fs;
 use std::path::Path;
 use trackwright_design::{BodyRole, Edit};
@@ -13,7 +12,7 @@ use trackwright_editor::document::drops::{DropsPlugin, HoveringFiles, words};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::document::state::{Notice, WorldGeneration};
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::Dialogs;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::field::FieldPlugin;
 use trackwright_geometry::pose::Pose;
@@ -25,15 +24,8 @@ pub fn app() -> (tempfile::TempDir, App) {
 }
 
 pub fn drop_file(app: &mut App, file: &Path) {
-    app.world_mut().write_message(FileDragAndDrop::DroppedFile {
-        window: Entity::PLACEHOLDER,
-        path_buf: file.to_owned(),
-    });
+    drop_on_window(app, file);
     finish(app);
-}
-
-fn dialog<D: Dialog>(app: &App) -> Option<&D> {
-    app.world().resource::<Dialogs>().get()
 }
 
 #[test]

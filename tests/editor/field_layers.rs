@@ -1,11 +1,8 @@
 //! Arrows, placement and the usable region: there when they are on, no work while they are off.
 
-use super::app::{create_scene_app_with, named, request, settle};
+use super::app::{create_scene_app_with, document, named, request, settle, wait_for_work};
 use bevy::prelude::*;
 use nalgebra::{Translation3, UnitQuaternion};
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
 use trackwright_design::view::Layers;
 use trackwright_design::{BodyRole, Edit, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
@@ -16,18 +13,12 @@ use trackwright_editor::layers::registry::are_idle;
 use trackwright_editor::layers::{LayersPlugin, field_arrows, placement, region, validity};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::state::StudyRequest;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::Metric;
-use trackwright_simulation::{Requirement, Work};
-
-/// What the layers' threads wake the window with.
-#[derive(Resource)]
-struct Woken(Mutex<Receiver<()>>);
+use trackwright_simulation::{Metric, Requirement, Work};
 
 fn app() -> App {
     app_with(|_| ())
@@ -36,13 +27,7 @@ fn app() -> App {
 /// The layers in a window that nothing paints, with more plugins.
 pub fn app_with(add: impl FnOnce(&mut App)) -> App {
     let mut app = create_scene_app_with(|app| {
-        let (wake, woken) = channel();
-        app.insert_resource(Woken(Mutex::new(woken)))
-            .insert_resource(Waker::new(move || {
-                // A test that has ended no longer listens.
-                let _ = wake.send(());
-            }))
-            .add_plugins(LayersPlugin);
+        app.add_plugins(LayersPlugin);
         add(app);
     });
     rest(&mut app);
@@ -53,23 +38,14 @@ pub fn app_with(add: impl FnOnce(&mut App)) -> App {
 pub fn rest(app: &mut App) {
     settle(app);
     while !are_idle(app.world()) {
-        let woken = app.world().resource::<Woken>().0.lock().unwrap();
-        woken.recv_timeout(Duration::from_secs(120)).expect("a word from a layer");
-        drop(woken);
-        app.update();
+        wait_for_work(app);
     }
     app.update();
     app.update();
 }
 
 fn set(app: &mut App, change: impl FnOnce(&mut Layers)) {
-    let mut view = {
-        let open = app.world().resource::<OpenWorld>();
-        open.0.document.view().clone()
-    };
-    change(&mut view.layers);
-    app.world_mut().write_message(ViewRequest::Set(view));
-    rest(app);
+    view(app, |view| change(&mut view.layers));
 }
 
 fn work(app: &App) -> Work {
@@ -82,10 +58,7 @@ fn looked_up(app: &App) -> u64 {
 }
 
 fn view(app: &mut App, change: impl FnOnce(&mut View)) {
-    let mut view = {
-        let open = app.world().resource::<OpenWorld>();
-        open.0.document.view().clone()
-    };
+    let mut view = document(app).view().clone();
     change(&mut view);
     app.world_mut().write_message(ViewRequest::Set(view));
     rest(app);

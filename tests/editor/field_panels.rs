@@ -8,7 +8,6 @@ use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use std::cell::RefCell;
 use trackwright_editor::document::requests::OpenWorld;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
 use trackwright_editor::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
@@ -25,18 +24,9 @@ use trackwright_geometry::volume::Volume;
 /// What a panel requested while it was used.
 fn use_panel(
     panel: impl Fn(&mut egui::Ui) -> Vec<FieldRequest>,
-    act: impl Fn(&mut Harness),
+    act: impl FnOnce(&mut Harness),
 ) -> Vec<FieldRequest> {
-    let requests = RefCell::new(Vec::new());
-    let mut harness = Harness::builder().with_size(egui::vec2(360.0, 1100.0)).build_ui(|ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        requests.borrow_mut().extend(panel(ui));
-    });
-    harness.run_steps(2);
-    act(&mut harness);
-    harness.run_steps(3);
-    drop(harness);
-    requests.into_inner()
+    super::harness::use_panel([360.0, 1100.0], panel, act)
 }
 
 fn app() -> App {

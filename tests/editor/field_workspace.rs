@@ -1,38 +1,31 @@
 //! Rooms made in the Field workspace: what the command line makes, in the background, and given to
 //! the design as one undo step.
 
-use super::app::{create_app, create_scene_app_with, named, request, settle};
+use super::app::{
+    close_dialog, create_app, create_scene_app_with, document, drop_on_window, error, named,
+    request, settle, wait_for_work,
+};
 use crate::support::data::own;
-use crate::support::program::{Scratch, fail, json, succeed, text};
+use crate::support::program::{Scratch, text};
 use bevy::prelude::*;
-use bevy::window::FileDragAndDrop;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
-use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
+use trackwright_editor::shell::dialogs::Dialogs;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::field::dialog::FieldDialog;
 use trackwright_editor::workspaces::field::kind::{FieldKind, GeneratorName};
 use trackwright_editor::workspaces::field::samples::SamplesPlugin;
-use trackwright_editor::workspaces::field::state::FieldCounts;
 use trackwright_editor::workspaces::field::state::{
-    FieldSettings, FieldState, SampleValue, SamplesShown, TableRole,
+    FieldCounts, FieldSettings, FieldState, SampleValue, SamplesShown, TableRole,
 };
 use trackwright_editor::workspaces::field::{FieldPlugin, FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_project::RoomSource;
 use trackwright_simulation::{FigureRow, figure_rows};
-
-/// What the threads wake the window with.
-#[derive(Resource)]
-struct Wakes(Mutex<Receiver<()>>);
 
 pub fn with_field(mut app: App) -> App {
     add_field(&mut app);
@@ -40,14 +33,7 @@ pub fn with_field(mut app: App) -> App {
 }
 
 fn add_field(app: &mut App) {
-    let (sender, receiver) = channel();
-    app.insert_resource(Waker::new(move || {
-        // A test that has ended no longer listens.
-        let _ = sender.send(());
-    }))
-    .insert_resource(Wakes(Mutex::new(receiver)))
-    .insert_resource(workspaces::field::WORKSPACE)
-    .add_plugins((FieldPlugin, SamplesPlugin));
+    app.insert_resource(workspaces::field::WORKSPACE).add_plugins((FieldPlugin, SamplesPlugin));
 }
 
 /// The workspace without renderer, in a design that was saved to a folder.
@@ -78,10 +64,7 @@ pub fn finish(app: &mut App) {
     app.update();
     app.update();
     while field_state(app).is_busy() {
-        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
-        receiver.recv_timeout(Duration::from_secs(300)).expect("something of what is under way");
-        drop(receiver);
-        app.update();
+        wait_for_work(app);
     }
     settle(app);
 }
@@ -92,10 +75,7 @@ pub fn request_and_wait(app: &mut App, request: FieldRequest) {
 }
 
 fn drop_file(app: &mut App, file: &Path) {
-    app.world_mut().write_message(FileDragAndDrop::DroppedFile {
-        window: Entity::PLACEHOLDER,
-        path_buf: file.to_owned(),
-    });
+    drop_on_window(app, file);
     finish(app);
 }
 
@@ -134,14 +114,6 @@ fn assert_printed(value: f64, printed: &serde_json::Value) {
     assert!((value - printed).abs() <= 4.0 * f64::EPSILON * value.abs(), "{value} {printed}");
 }
 
-fn error_text(app: &App) -> String {
-    let dialogs = app.world().resource::<Dialogs>();
-    match dialogs.get() {
-        Some(ErrorDialog { text, .. }) => text.clone(),
-        None => panic!("{:?}", dialogs.current),
-    }
-}
-
 #[test]
 fn a_fitted_room_equals_the_commands_output() {
     let scratch = Scratch::new();
@@ -155,37 +127,22 @@ fn a_fitted_room_equals_the_commands_output() {
     drop_file(&mut app, &holdout);
     let which = FieldDialog::WhichTable { file: holdout.clone() };
     assert_eq!(app.world().resource::<Dialogs>().get(), Some(&which));
-    app.world_mut().resource_mut::<Dialogs>().current = None;
+    close_dialog(&mut app);
     request_and_wait(&mut app, FieldRequest::Open(TableRole::HeldOut, holdout.clone()));
     set(&mut app, 2, DirectionSet::Six);
     request_and_wait(&mut app, FieldRequest::Fit);
     let fitted = field_state(&app).fitted.clone().unwrap();
     assert!(!field_state(&app).is_outdated(&fitted));
     let mine = scratch.path("mine.env.ron");
-    request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, mine.clone()));
+    request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, mine));
     std::fs::create_dir(scratch.path("theirs")).unwrap();
-    let theirs = scratch.path("theirs/mine.env.ron");
-    let printed = json(&[
-        "fit",
-        &text(&fit),
-        "--holdout",
-        &text(&holdout),
-        "-o",
-        &text(&theirs),
-        "--order",
-        "2",
-        "--directions",
-        "6",
-    ]);
-    assert!(
-        std::fs::read(&mine).unwrap() == std::fs::read(&theirs).unwrap(),
-        "the two rooms differ"
-    );
+    let tables = format!("{} --holdout {}", text(&fit), text(&holdout));
+    let size = "--order 2 --directions 6";
+    let printed = scratch.json(format!("fit {tables} -o theirs/mine.env.ron {size}"));
+    assert!(scratch.read("mine.env.ron") == scratch.read("theirs/mine.env.ron"), "not the same");
     let held_out = fitted.held_out_quality.as_ref().unwrap();
-    assert_printed(
-        held_out.after.rms.position_rms_mm,
-        &printed["holdout"]["after"]["position_rms_mm"],
-    );
+    let printed = &printed["holdout"]["after"]["position_rms_mm"];
+    assert_printed(held_out.after.rms.position_rms_mm, printed);
     assert!(held_out.after.position_max_mm < held_out.before.position_max_mm);
 }
 
@@ -201,14 +158,10 @@ fn every_kind_of_model_equals_the_command() {
         (
             "symmetric.env.ron",
             FieldKind::SymmetricPolynomials,
-            &["--symmetric", "yes", "--order", "1", "--directions", "6"][..],
+            "--symmetric yes --order 1 --directions 6",
         ),
-        ("kriging.env.ron", FieldKind::Kriging, &["--model", "kriging"]),
-        (
-            "harmonic.env.ron",
-            planar,
-            &["--model", "harmonic", "--generator", "planar-nine", "--degree", "3"],
-        ),
+        ("kriging.env.ron", FieldKind::Kriging, "--model kriging"),
+        ("harmonic.env.ron", planar, "--model harmonic --generator planar-nine --degree 3"),
     ] {
         let settings = FieldSettings {
             kind,
@@ -219,16 +172,11 @@ fn every_kind_of_model_equals_the_command() {
         request_and_wait(&mut app, FieldRequest::Fit);
         let fitted = field_state(&app).fitted.clone().unwrap();
         assert!(!field_state(&app).is_outdated(&fitted) && fitted.field_settings.kind == kind);
-        let mine = scratch.path(name);
-        let save = FieldRequest::Save(RoomToSave::Fitted, mine.clone());
+        let save = FieldRequest::Save(RoomToSave::Fitted, scratch.path(name));
         request_and_wait(&mut app, save);
-        let theirs = scratch.path("theirs").join(name);
-        let (table, file) = (text(&fit), text(&theirs));
-        succeed(&[&["fit", &table, "-o", &file], options].concat());
-        assert!(
-            std::fs::read(&mine).unwrap() == std::fs::read(&theirs).unwrap(),
-            "{kind:?}: the two rooms differ"
-        );
+        let theirs = format!("theirs/{name}");
+        scratch.succeed(format!("fit {} -o {theirs} {options}", text(&fit)));
+        assert!(scratch.read(name) == scratch.read(&theirs), "{kind:?}: the two rooms differ");
     }
 }
 
@@ -240,7 +188,7 @@ fn open_choices_equal_the_command_selection() {
     drop_file(&mut app, &fit);
     request_and_wait(&mut app, FieldRequest::Set(settings(Some(1), None)));
     request_and_wait(&mut app, FieldRequest::Fit);
-    let printed = json(&["fit", &text(&fit), "-o", &scratch.arg("room.env.ron"), "--order", "1"]);
+    let printed = scratch.json(format!("fit {} -o room.env.ron --order 1", text(&fit)));
     let fitted = field_state(&app).fitted.as_ref().unwrap();
     let chosen = fitted.chosen.as_ref().unwrap();
     let best = chosen.selection.best();
@@ -249,10 +197,7 @@ fn open_choices_equal_the_command_selection() {
     assert_printed(best.candidate.ridge, &selection["ridge"]);
     assert_printed(best.deciding().position_rms_mm, &selection["cv"]["position_rms_mm"]);
     assert_eq!(fitted.settings, chosen.settings());
-    let room = trackwright_project::Files::default()
-        .read_environment(&scratch.path("room.env.ron"))
-        .unwrap();
-    assert_eq!(room.model, fitted.environment.model);
+    assert_eq!(scratch.environment("room.env.ron").model, fitted.environment.model);
 }
 
 #[test]
@@ -292,13 +237,13 @@ fn assigning_a_room_is_one_undo_step() {
         set(&mut app, 2, DirectionSet::Six);
         request_and_wait(&mut app, FieldRequest::Fit);
         let before = (figure_bits(&app), figures(&app));
-        let revision = app.world().resource::<OpenWorld>().0.document.revision();
+        let revision = document(&app).revision();
 
         request_and_wait(&mut app, FieldRequest::Try);
         let comparison = field_state(&app).comparison.clone().unwrap();
         assert_eq!(figure_rows(&comparison.present.figures), before.1);
         assert_eq!(figure_bits(&app), before.0, "trying changes nothing");
-        let document = &app.world().resource::<OpenWorld>().0.document;
+        let document = document(&app);
         assert_eq!(document.revision(), revision);
 
         let file = scratch.path(if is_saved { "a.env.ron" } else { "b.env.ron" });
@@ -331,9 +276,8 @@ fn assigning_a_room_is_one_undo_step() {
 fn the_own_rooms_file_is_never_replaced() {
     let scratch = Scratch::new();
     let [fit, _] = room_a();
-    let other = scratch.arg("other.env.ron");
-    succeed(&["fit", &text(&fit), "-o", &other, "--order", "1", "--directions", "6"]);
-    std::fs::write(scratch.path("spoilt.env.ron"), "(version: 1").unwrap();
+    scratch.fit("other.env.ron", "--order 1 --directions 6");
+    scratch.write("spoilt.env.ron", "(version: 1");
     let mut app = saved_app(&scratch.path(""));
     let names: Vec<&str> =
         field_state(&app).rooms.iter().map(|room| room.summary.name.as_str()).collect();
@@ -350,11 +294,11 @@ fn the_own_rooms_file_is_never_replaced() {
     drop_file(&mut app, &fit);
     set(&mut app, 1, DirectionSet::Six);
     request_and_wait(&mut app, FieldRequest::Fit);
-    let was = std::fs::read(&other).unwrap();
+    let was = scratch.read("other.env.ron");
     let RoomSource::File(file) = place else { panic!("{place:?}") };
     request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, file));
-    assert!(error_text(&app).contains("a file that is read here"));
-    assert_eq!(std::fs::read(&other).unwrap(), was);
+    assert!(error(&app).text.contains("a file that is read here"));
+    assert_eq!(scratch.read("other.env.ron"), was);
 
     // The built-in room has to become a file of its own for a design on the disk.
     let builtin = field_state(&app).rooms[0].place.clone();
@@ -378,15 +322,15 @@ fn unusable_tables_use_the_commands_words() {
         ("one.csv", format!("{head}0,0,0,1,0,0\n")),
     ] {
         let file = scratch.path(name);
-        std::fs::write(&file, content).unwrap();
+        scratch.write(name, content);
         let mut app = with_field(without_samples());
         drop_file(&mut app, &file);
         if field_state(&app).training.table.is_some() {
             request_and_wait(&mut app, FieldRequest::Set(settings(None, None)));
             request_and_wait(&mut app, FieldRequest::Fit);
         }
-        let error = fail(&["fit", &text(&file), "-o", &scratch.arg("no.env.ron")]);
-        assert_eq!(format!("error: {}", error_text(&app)), error.trim_end());
+        let printed = scratch.fail(format!("fit {} -o no.env.ron", text(&file)));
+        assert_eq!(format!("error: {}", error(&app).text), printed.trim_end());
         assert!(field_state(&app).fitted.is_none());
     }
 }
@@ -396,13 +340,13 @@ fn sensors_without_rotations_are_deselected() {
     let scratch = Scratch::new();
     let file = scratch.path("positions.csv");
     let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z\n";
-    std::fs::write(&file, format!("{head}0,0,0,1,0,0\n9,8,7,9,8,7\n")).unwrap();
+    scratch.write("positions.csv", format!("{head}0,0,0,1,0,0\n9,8,7,9,8,7\n"));
     let mut app = with_field(without_samples());
     drop_file(&mut app, &file);
     let table = field_state(&app).training.table.clone().unwrap();
     let six = FieldSettings { has_rolls: true, ..FieldSettings::default() };
     request_and_wait(&mut app, FieldRequest::Set(six));
-    assert!(error_text(&app).ends_with("found no quaternions, expected them for 6-DOF sensors"));
+    assert!(error(&app).text.ends_with("found no quaternions, expected them for 6-DOF sensors"));
     assert!(Arc::ptr_eq(field_state(&app).training.table.as_ref().unwrap(), &table));
     assert!(!field_state(&app).settings.has_rolls);
 }

@@ -1,6 +1,6 @@
 //! Dialogs about files: what they offer, and what the system's own dialog hands back.
 
-use bevy_egui::egui;
+use super::harness::{Requests, panel};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
@@ -17,16 +17,11 @@ use trackwright_editor::workspaces::decide::DecideRequest;
 use trackwright_editor::workspaces::decide::dialog::DecideDialog;
 use trackwright_project::Starter;
 
-type Answers<D> = Rc<RefCell<Vec<DialogAnswer<D>>>>;
-
 /// A dialog that stays open, and all its answers.
-fn shown<D: Dialog>(dialog: D) -> (Harness<'static>, Rc<RefCell<D>>, Answers<D>) {
-    let (answers, dialog) = (Answers::default(), Rc::new(RefCell::new(dialog)));
-    let (sink, open) = (Rc::clone(&answers), Rc::clone(&dialog));
-    let harness = Harness::builder().with_size(egui::vec2(620.0, 460.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(open.borrow_mut().ui(ui));
-    });
+fn shown<D: Dialog>(dialog: D) -> (Harness<'static>, Rc<RefCell<D>>, Requests<DialogAnswer<D>>) {
+    let dialog = Rc::new(RefCell::new(dialog));
+    let open = Rc::clone(&dialog);
+    let (harness, answers) = panel([620.0, 460.0], move |ui| open.borrow_mut().ui(ui));
     (harness, dialog, answers)
 }
 

@@ -1,10 +1,10 @@
 //! What is set of a layer below its switch.
 
 use super::app::{design, environment, layers};
+use super::harness::use_panel;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use std::cell::RefCell;
 use trackwright_design::view::{AxisRule, Quantity, View};
 use trackwright_editor::document::selection::Selection;
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
@@ -48,32 +48,22 @@ fn legends() -> Legends {
 fn requested(view: &View, room: &Environment, act: impl Fn(&mut Harness)) -> Vec<View> {
     let (design, selection) = (design(), Selection::default());
     let (layers, legends) = (layers(), legends());
-    let views = RefCell::new(Vec::new());
-    let mut harness =
-        Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 1400.0)).build_ui(|ui| {
-            theme::apply(ui.ctx());
-            let outliner = OutlinerView::new(&design, room, view, &selection);
-            assert_eq!(outliner_ui(ui, &outliner), []);
-            let figures = LayerFigures {
-                layers: &layers,
-                legends: Some(&legends),
-                camera: Some(camera()),
-                ..LayerFigures::default()
-            };
-            let panel = LayersView { view, environment: room, figures, listed: Listed::All };
-            let actions = layers_ui(ui, &panel);
-            views.borrow_mut().extend(actions);
-            assert!(
-                ui.min_rect().width() <= theme::LEFT_WIDTH - 16.0,
-                "wider than the panel: {}",
-                ui.min_rect().width()
-            );
-        });
-    harness.run_steps(2);
-    act(&mut harness);
-    harness.run_steps(3);
-    drop(harness);
-    views.into_inner()
+    let panel = |ui: &mut egui::Ui| {
+        let outliner = OutlinerView::new(&design, room, view, &selection);
+        assert_eq!(outliner_ui(ui, &outliner), []);
+        let figures = LayerFigures {
+            layers: &layers,
+            legends: Some(&legends),
+            camera: Some(camera()),
+            ..LayerFigures::default()
+        };
+        let panel = LayersView { view, environment: room, figures, listed: Listed::All };
+        let actions = layers_ui(ui, &panel);
+        let width = ui.min_rect().width();
+        assert!(width <= theme::LEFT_WIDTH - 16.0, "wider than the panel: {width}");
+        actions
+    };
+    use_panel([theme::LEFT_WIDTH - 16.0, 1400.0], panel, act)
 }
 
 fn with(change: impl FnOnce(&mut View)) -> View {
@@ -176,7 +166,6 @@ fn model_validity_needs_a_room_with_it() {
 #[test]
 fn the_field_workspace_lists_room_layers() {
     let view = View::default();
-    let requests = RefCell::new(Vec::new());
     let room = environment();
     let layers = layers();
     let panel = LayersView {
@@ -185,20 +174,19 @@ fn the_field_workspace_lists_room_layers() {
         figures: LayerFigures { layers: &layers, ..LayerFigures::default() },
         listed: Listed::OfTheRoom,
     };
-    let mut harness =
-        Harness::builder().with_size(egui::vec2(theme::LEFT_WIDTH - 16.0, 600.0)).build_ui(|ui| {
-            theme::apply(ui.ctx());
-            requests.borrow_mut().extend(layers_ui(ui, &panel));
-        });
-    harness.run_steps(2);
-    assert!(harness.query_by_label("Ghost").is_none());
-    for name in ["Volume", "Error slice", "Usable region", "Model support"] {
-        assert!(harness.query_by_label(name).is_some(), "{name}");
-    }
-    harness.get_by_label("Field arrows").click();
-    harness.run_steps(2);
+    let size = [theme::LEFT_WIDTH - 16.0, 600.0];
+    let requests = use_panel(
+        size,
+        |ui| layers_ui(ui, &panel),
+        |harness| {
+            assert!(harness.query_by_label("Ghost").is_none());
+            for name in ["Volume", "Error slice", "Usable region", "Model support"] {
+                assert!(harness.query_by_label(name).is_some(), "{name}");
+            }
+            harness.get_by_label("Field arrows").click();
+        },
+    );
     let mut wanted = view.clone();
     wanted.layers.arrows = true;
-    let requests = requests.borrow();
-    assert_eq!(*requests, [wanted]);
+    assert_eq!(requests, [wanted]);
 }

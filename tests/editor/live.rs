@@ -1,10 +1,11 @@
 //! The Live workspace: a tracker's server on a real socket, and what the window makes of it.
 
-use super::app::{create_app, create_scene_app_with, named, request, settle};
+use super::app::{
+    create_app, create_scene_app_with, document, error, named, request, scenario, settle,
+};
+use super::harness::{panel, use_panel};
 use crate::support::wire::{Events, PATIENCE, events, free_address, rest};
 use bevy::prelude::*;
-use bevy_egui::egui;
-use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use std::net::{SocketAddr, TcpListener};
@@ -14,11 +15,10 @@ use std::time::{Duration, Instant};
 use trackwright_calibration::coverage::CoveragePlan;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
-use trackwright_editor::document::shown::LivePoses;
-use trackwright_editor::document::shown::{LIVE, ShownDesign};
+use trackwright_editor::document::shown::{LIVE, LivePoses, ShownDesign};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
+use trackwright_editor::shell::dialogs::ErrorDialog;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::live::cells::CellsPlugin;
 use trackwright_editor::workspaces::live::panels::collecting::collecting_ui;
@@ -32,7 +32,7 @@ use trackwright_openigtlink::codec::{Content, Matrix, Message, Timestamp, ToolKi
 use trackwright_openigtlink::relay::{Reason, ToolState};
 use trackwright_openigtlink::server::{Server, ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{Link, Recording};
-use trackwright_simulation::{BodyDetail, PoseDetail, Scenario, simulate_pose};
+use trackwright_simulation::{BodyDetail, PoseDetail, simulate_pose};
 
 /// A tracker's server, and who came to it.
 struct Tracker {
@@ -107,11 +107,6 @@ fn state_of(app: &App, tool: &str) -> Option<ToolState> {
     Some(seen.tools.get(tool)?.state)
 }
 
-fn scenario(app: &App) -> Scenario {
-    let world = &app.world().resource::<OpenWorld>().0;
-    trackwright_project::resolve(world.document.design(), &world.environment)
-}
-
 /// The design with its bodies somewhere else, and what is measured of them there.
 fn elsewhere(app: &App) -> (Pose, Pose, PoseDetail) {
     let mut scenario = scenario(app);
@@ -142,7 +137,7 @@ fn live_bodies_stand_at_compensated_poses() {
     let mut app = live_app();
     let tracker = Tracker::anywhere();
     connect(&mut app, &tracker);
-    let before = app.world().resource::<OpenWorld>().0.document.design().clone();
+    let before = document(&app).design().clone();
     let (tracker_from_tool, tracker_from_crf, detail) = elsewhere(&app);
     let crf: &BodyDetail = detail.crf.as_ref().unwrap();
     let send = || {
@@ -165,9 +160,8 @@ fn live_bodies_stand_at_compensated_poses() {
     let trial = &results.pose.as_ref().unwrap().value.trial;
     assert!((trial.tip_error_mm - detail.trial.tip_error_mm).abs() < 5e-3);
     // What was received is shown, and no part of the design.
-    let document = &app.world().resource::<OpenWorld>().0.document;
-    assert_eq!(*document.design(), before);
-    assert!(document.undo_label().is_none());
+    assert_eq!(*document(&app).design(), before);
+    assert!(document(&app).undo_label().is_none());
 
     // A sensor that is moved is compensated by where it is then.
     let mut sensor = before.tool.body.rigid.sensors[0].clone();
@@ -188,8 +182,7 @@ fn live_bodies_stand_at_compensated_poses() {
     settle(&mut app);
     let shown = app.world().resource::<ShownDesign>();
     assert_eq!((shown.live, &shown.trial), (None, &None));
-    let document = &app.world().resource::<OpenWorld>().0.document;
-    assert_eq!(*shown.design, *document.design());
+    assert_eq!(*shown.design, *document(&app).design());
 }
 
 #[test]
@@ -204,7 +197,7 @@ fn a_silent_tool_is_stale_and_reconnects() {
     until(&mut app, "a good tool", || tracker.send(TOOL, &measured), good);
     let stale = Some(ToolState::NotGood(Reason::Stale));
     until(&mut app, "a stale tool", || (), |app| state_of(app, TOOL) == stale);
-    let design = app.world().resource::<OpenWorld>().0.document.design();
+    let design = document(&app).design();
     let troubles = live_state(&app).troubles(design);
     let expected = [
         "Pointer, last good pose: no sample came in time",
@@ -274,10 +267,7 @@ fn while_it_records_the_volume_fills_and_no_longer() {
 
     // A recording is never written over, and what was collected stays.
     request_and_wait(&mut app, LiveRequest::Record(file.clone()));
-    let dialogs = app.world().resource::<Dialogs>();
-    let Some(ErrorDialog { title, text }) = dialogs.get() else {
-        panic!("{:?}", dialogs.current);
-    };
+    let ErrorDialog { title, text } = error(&app);
     assert_eq!(title, "Nothing can be recorded");
     assert!(text.contains("session.csv"), "{text}");
     assert_eq!(distinct(&app), left);
@@ -384,17 +374,14 @@ fn the_live_panels_show_and_request() {
     };
     let both = |app: &App| state_of(app, TOOL).is_some() && state_of(app, "Wand").is_some();
     until(&mut app, "both tools", send, both);
-    let design = app.world().resource::<OpenWorld>().0.document.design().clone();
-    let requests = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
-    let sink = std::rc::Rc::clone(&requests);
+    let design = document(&app).design().clone();
     let state = live_state(&app);
-    let mut harness = Harness::builder().with_size(egui::vec2(224.0, 700.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
+    let (mut harness, requests) = panel([224.0, 700.0], move |ui| {
         let mut requests = tracker_ui(ui, state);
         requests.extend(tools_ui(ui, state, &design));
         requests.extend(recording_ui(ui, state));
         requests.extend(collecting_ui(ui, state));
-        sink.borrow_mut().extend(requests);
+        requests
     });
     harness.run_steps(2);
     harness.get_by_label(&format!("connected to {}", tracker.server.address()));
@@ -420,17 +407,16 @@ fn a_failed_recording_can_be_followed_by_another() {
     });
     assert!(!state.is_recording());
     let state = &*state;
-    let requests = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
-    let sink = std::rc::Rc::clone(&requests);
-    let mut harness = Harness::builder().with_size(egui::vec2(224.0, 300.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(recording_ui(ui, state));
-    });
-    harness.run_steps(2);
-    harness.get_by_label("session.csv");
-    harness.get_by_label_contains("Nothing more is recorded: /rooms/session.csv: cannot be");
-    assert!(harness.query_by_label("Stop recording").is_none());
-    harness.get_by_label("Record…").click();
-    harness.run_steps(2);
-    assert_eq!(*requests.borrow(), [LiveRequest::ShowRecord]);
+    let requests = use_panel(
+        [224.0, 300.0],
+        |ui| recording_ui(ui, state),
+        |harness| {
+            harness.get_by_label("session.csv");
+            harness
+                .get_by_label_contains("Nothing more is recorded: /rooms/session.csv: cannot be");
+            assert!(harness.query_by_label("Stop recording").is_none());
+            harness.get_by_label("Record…").click();
+        },
+    );
+    assert_eq!(requests, [LiveRequest::ShowRecord]);
 }

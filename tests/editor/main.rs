@@ -18,6 +18,7 @@ mod field_panels;
 mod field_workspace;
 mod file_dialogs;
 mod gizmo;
+mod harness;
 mod layer_settings;
 mod layout;
 mod legend;

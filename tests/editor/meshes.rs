@@ -1,16 +1,12 @@
 //! Meshes for bodies: loaded, confirmed, refused, missed and found again.
 
-use super::app::request;
+use super::app::{close_dialog, dialog, error, listen, request, wait_for_answer, write};
+use super::harness::{Requests, panel, use_dialog};
 use bevy::prelude::*;
-use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use std::cell::RefCell;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::rc::Rc;
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, channel};
+use std::path::Path;
 use std::time::Duration;
 use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit};
@@ -22,15 +18,10 @@ use trackwright_editor::document::body_files::{BodyFilesPlugin, BodyLoading};
 use trackwright_editor::document::meshes::{MeshLoading, MeshRequest, MeshesPlugin};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::runner::wake::Waker;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, Dialogs, ErrorDialog};
+use trackwright_editor::shell::dialogs::{DialogAnswer, Dialogs};
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::mesh_ui::{MeshView, mesh_ui};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
-
-/// What the thread wakes the window with.
-#[derive(Resource)]
-struct Wakes(Mutex<Receiver<()>>);
 
 /// An editor of the built-in pointer, saved to a folder of its own.
 pub fn saved_app() -> (TempDir, App) {
@@ -38,15 +29,9 @@ pub fn saved_app() -> (TempDir, App) {
     let mut world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     trackwright_project::save_as(&mut world, &folder.path().join("a.design.ron")).unwrap();
     let mut app = App::new();
-    let (sender, receiver) = channel();
-    app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin))
-        .insert_resource(Waker::new(move || {
-            // A test that has ended no longer listens.
-            let _ = sender.send(());
-        }))
-        .insert_resource(Wakes(Mutex::new(receiver)))
-        .insert_resource(OpenWorld(world))
-        .add_plugins((MeshesPlugin, BodyFilesPlugin));
+    app.add_plugins((MinimalPlugins, StatePlugin, DocumentPlugin));
+    listen(&mut app);
+    app.insert_resource(OpenWorld(world)).add_plugins((MeshesPlugin, BodyFilesPlugin));
     (folder, app)
 }
 
@@ -59,10 +44,8 @@ pub fn finish(app: &mut App) {
             || world.resource::<BodyLoading>().of().is_some()
     };
     while is_reading(app) {
-        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
         // The thread may have sent its wake before anybody waited for it.
-        let _ = receiver.recv_timeout(Duration::from_millis(50));
-        drop(receiver);
+        wait_for_answer(app, Duration::from_millis(50));
         app.update();
     }
     app.update();
@@ -87,12 +70,6 @@ pub fn box_obj(sides: [f64; 3], more: &str) -> String {
     text + more
 }
 
-fn write(folder: &TempDir, name: &str, text: &str) -> PathBuf {
-    let file = folder.path().join(name);
-    fs::write(&file, text).unwrap();
-    file
-}
-
 fn world(app: &App) -> &trackwright_project::World {
     &app.world().resource::<OpenWorld>().0
 }
@@ -101,21 +78,13 @@ fn reference(app: &App) -> Option<MeshReference> {
     world(app).document.design().tool.body.mesh.clone()
 }
 
-fn dialog<D: Dialog>(app: &App) -> Option<&D> {
-    app.world().resource::<Dialogs>().get()
-}
-
 /// The section of the tool's mesh, and what it requests.
-fn section(app: &App) -> (Harness<'_>, Rc<RefCell<Vec<DesignAction>>>) {
-    let requests = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&requests);
+fn section(app: &App) -> (Harness<'_>, Requests<DesignAction>) {
     let (world, loading) = (world(app), app.world().resource::<MeshLoading>());
-    let harness = Harness::builder().with_size(egui::vec2(276.0, 500.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
+    panel([276.0, 500.0], move |ui| {
         let view = MeshView::of(world, BodyRole::Tool, loading).unwrap();
-        sink.borrow_mut().extend(mesh_ui(ui, &view));
-    });
-    (harness, requests)
+        mesh_ui(ui, &view)
+    })
 }
 
 fn assert_shown(app: &App, what: &str) {
@@ -172,17 +141,13 @@ fn an_invalid_mesh_leaves_the_design() {
     ] {
         let file = write(&folder, name, text);
         request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
-        let Some(ErrorDialog { text, .. }) = dialog(&app) else {
-            panic!("{name}: no error, {:?}", app.world().resource::<Dialogs>().current);
-        };
+        let text = &error(&app).text;
         assert!(text.contains(expected), "{name}: {text}");
-        app.world_mut().resource_mut::<Dialogs>().current = None;
+        close_dialog(&mut app);
     }
     let gone = folder.path().join("gone.stl");
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, gone));
-    assert!(
-        matches!(dialog(&app), Some(ErrorDialog { text, .. }) if text.contains("File not found"))
-    );
+    assert!(error(&app).text.contains("File not found"));
     assert_eq!(reference(&app), before);
     assert_eq!(world(&app).document.undo_label(), None);
 }
@@ -194,28 +159,22 @@ fn a_wrong_unit_opens_one_dialog() {
     let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
     assert_eq!(reference(&app), before);
-    let mut question: MeshDialog = dialog(&app).cloned().unwrap();
-    let answer = Rc::new(RefCell::new(None));
-    let sink = Rc::clone(&answer);
-    let mut harness = Harness::builder().with_size(egui::vec2(600.0, 400.0)).build_ui(move |ui| {
-        if let Some(answered) = question.ui(ui) {
-            sink.replace(Some(answered));
+    let question: MeshDialog = dialog(&app).cloned().unwrap();
+    let answer = use_dialog(question, |harness| {
+        for size in [
+            "in m: 150.00\u{2009}mm",
+            "in mm: 0.15\u{2009}mm",
+            "in cm: 1.50\u{2009}mm",
+            "in inch: 3.81\u{2009}mm",
+        ] {
+            assert!(harness.query_by_label(size).is_some(), "no button {size:?}");
         }
+        harness.get_by_label("in m: 150.00\u{2009}mm").click();
     });
-    for size in [
-        "in m: 150.00\u{2009}mm",
-        "in mm: 0.15\u{2009}mm",
-        "in cm: 1.50\u{2009}mm",
-        "in inch: 3.81\u{2009}mm",
-    ] {
-        assert!(harness.query_by_label(size).is_some(), "no button {size:?}");
-    }
-    harness.get_by_label("in m: 150.00\u{2009}mm").click();
-    harness.run_steps(2);
     let load =
         MeshRequest::Load { whose: BodyRole::Tool.into(), file, unit: Some(MeshUnit::Metre) };
-    assert_eq!(*answer.borrow(), Some(DialogAnswer::Request(load.clone())));
-    app.world_mut().resource_mut::<Dialogs>().current = None;
+    assert_eq!(answer, Some(DialogAnswer::Request(load.clone())));
+    close_dialog(&mut app);
     request_and_wait(&mut app, load);
     assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app).unwrap().unit, Some(MeshUnit::Metre));

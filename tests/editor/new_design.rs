@@ -1,15 +1,15 @@
 //! New designs, which were never saved.
 
-use super::app::{create_app, request};
+use super::app::{create_app, dialog, document, request};
 use bevy::prelude::*;
 use std::fs;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::apply::title;
 use trackwright_editor::document::dialog::DesignDialog;
-use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
+use trackwright_editor::document::requests::{EditRequest, FileRequest};
 use trackwright_editor::document::state::WorldGeneration;
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::shell::dialogs::{Dialog, Dialogs};
+use trackwright_editor::shell::dialogs::Dialogs;
 use trackwright_geometry::pose::Pose;
 use trackwright_project::Starter;
 
@@ -22,14 +22,6 @@ fn change(app: &mut App) {
     let pose = Edit::SetToolPose(Pose::translation(9.0, 0.0, -200.0));
     request(app, EditRequest::Apply(pose));
     app.update();
-}
-
-fn dialog<D: Dialog>(app: &App) -> Option<&D> {
-    app.world().resource::<Dialogs>().get()
-}
-
-fn document(app: &App) -> &trackwright_design::Document {
-    &app.world().resource::<OpenWorld>().0.document
 }
 
 #[test]

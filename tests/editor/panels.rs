@@ -1,12 +1,12 @@
 //! The panels as functions: what they show, and what they request when they are used.
 
 use super::app::{design, environment, layers, world};
+use super::harness::{Requests, use_dialog};
+use crate::support::studies::{default_design, study};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::{Point3, Unit, Vector3};
-use std::cell::RefCell;
-use std::rc::Rc;
 use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Edit};
@@ -19,7 +19,7 @@ use trackwright_editor::layers::slice;
 use trackwright_editor::runner::results::{Results, Stamped};
 use trackwright_editor::runner::solved::Extent;
 use trackwright_editor::shell::commands::Situation;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
+use trackwright_editor::shell::dialogs::DialogAnswer;
 use trackwright_editor::shell::top_bar::{TopBarAction, TopBarView, top_bar_ui};
 use trackwright_editor::shell::window::{PanelsShown, Workspace};
 use trackwright_editor::viewport::coil_fit::ShownFindings;
@@ -35,23 +35,20 @@ use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeigh
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
     CancelToken, CoilFinding, CoilMisfit, Metric, Mode, Requirement, SensorOrientation, expected,
-    figure_rows, run, simulate_pose,
+    figure_rows, simulate_pose,
 };
 
-type Requests = Rc<RefCell<Vec<DesignAction>>>;
-
-/// A harness of a panel, and what it requested in all frames.
-fn harness<'a>(panel: impl Fn(&mut egui::Ui) -> Vec<DesignAction> + 'a) -> (Harness<'a>, Requests) {
-    let requests = Requests::default();
-    let sink = Rc::clone(&requests);
-    let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(panel(ui));
-    });
-    (harness, requests)
+/// A panel at the side of the window, and what it requests.
+fn harness<'a, T: 'a>(
+    panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a,
+) -> (Harness<'a>, Requests<T>) {
+    super::harness::panel([300.0, 1100.0], panel)
 }
 
-fn inspector<'a>(design: &'a Design, selected: Option<Selected>) -> (Harness<'a>, Requests) {
+fn inspector<'a>(
+    design: &'a Design,
+    selected: Option<Selected>,
+) -> (Harness<'a>, Requests<DesignAction>) {
     let selection = Selection::of(selected);
     harness(move |ui| {
         inspector_ui(
@@ -175,31 +172,38 @@ fn the_range_of_motion_shows_its_number_of_poses() {
     harness.get_by_label("15 poses");
 }
 
+fn of_results(results: &Results) -> ResultView<'_> {
+    ResultView {
+        results,
+        change: None,
+        is_one_pose: false,
+        reasons: Vec::new(),
+        has_expected: false,
+        is_computing: false,
+        is_short: false,
+    }
+}
+
+/// Of the first revision, at once.
+fn stamped<T>(value: T) -> Option<Stamped<T>> {
+    Some(Stamped { revision: 0, value, took: Duration::from_millis(4) })
+}
+
 #[test]
 fn the_result_shows_the_commands_digits() {
     let world = world();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+    let outcome = study(&scenario, &Mode::Motion);
     let rows = figure_rows(&outcome.figures);
     let is_met = outcome.figures.within_bounds().unwrap();
     let by_mm = outcome.figures.position_mm.rms() - 9.0;
     let change = signed(by_mm, 2);
-    let results = Results {
-        study: Some(Stamped { revision: 0, value: outcome, took: Duration::from_millis(4) }),
-        ..Results::default()
-    };
+    let results = Results { study: stamped(outcome), ..Results::default() };
     let (harness, _) = harness(|ui| {
-        let view = ResultView {
-            results: &results,
-            change: Some(Change::By(by_mm)),
-            is_one_pose: false,
-            reasons: vec!["Sensor shaft of the tool carries all".to_owned()],
-            has_expected: false,
-            is_computing: false,
-            is_short: false,
-        };
-        result_ui(ui, &view);
-        Vec::new()
+        let reasons = vec!["Sensor shaft of the tool carries all".to_owned()];
+        let change = Some(Change::By(by_mm));
+        result_ui(ui, &ResultView { change, reasons, ..of_results(&results) });
+        Vec::<()>::new()
     });
     for label in ["tip error RMS", "tip error max", "angle error mean"] {
         let row = rows.iter().find(|row| row.label == label).unwrap();
@@ -222,26 +226,11 @@ fn result_texts(change: Option<Change>, is_one_pose: bool, texts: &[&str]) -> Ve
     let world = world();
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e-3)]));
-    let results = Results {
-        study: Some(Stamped {
-            revision: 0,
-            value: run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap(),
-            took: Duration::from_millis(4),
-        }),
-        ..Results::default()
-    };
+    let outcome = study(&scenario, &Mode::Single);
+    let results = Results { study: stamped(outcome), ..Results::default() };
     let (harness, _) = harness(|ui| {
-        let view = ResultView {
-            results: &results,
-            change,
-            is_one_pose,
-            reasons: Vec::new(),
-            has_expected: false,
-            is_computing: false,
-            is_short: false,
-        };
-        result_ui(ui, &view);
-        Vec::new()
+        result_ui(ui, &ResultView { change, is_one_pose, ..of_results(&results) });
+        Vec::<()>::new()
     });
     texts.iter().map(|text| harness.query_all_by_label_contains(text).count()).collect()
 }
@@ -269,43 +258,22 @@ fn one_pose_of_many_has_no_verdict_on_an_rms() {
 
 #[test]
 fn an_interval_around_the_bound_is_undecided() {
-    let world =
-        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
-            .unwrap();
-    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let cancel = CancelToken::default();
-    let figures = expected(&scenario, &Mode::Motion, &cancel).unwrap();
+    let mut scenario = default_design();
+    let figures = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
     let (value, [low, high]) = figures.of(Metric::TIP_RMS);
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, value)]));
-    let outcome = run(&scenario, &Mode::Motion, &cancel, None).unwrap();
+    let outcome = study(&scenario, &Mode::Motion);
     let results = |extent| Results {
-        study: Some(Stamped {
-            revision: 3,
-            value: outcome.clone(),
-            took: Duration::from_millis(4),
-        }),
-        expected: Some(Stamped {
-            revision: 3,
-            value: Some(Box::new(figures.clone())),
-            took: Duration::from_millis(90),
-        }),
+        study: stamped(outcome.clone()),
+        expected: stamped(Some(Box::new(figures.clone()))),
         extent: Some(extent),
         ..Results::default()
     };
     let (whole, preview) = (results(Extent::Whole), results(Extent::PreviewOf(3_375)));
     let panel = |results: &Results, wanted: &[&str], unwanted: &[&str]| {
         let (harness, _) = harness(|ui| {
-            let view = ResultView {
-                results,
-                change: None,
-                is_one_pose: false,
-                reasons: Vec::new(),
-                has_expected: true,
-                is_computing: false,
-                is_short: false,
-            };
-            result_ui(ui, &view);
-            Vec::new()
+            result_ui(ui, &ResultView { has_expected: true, ..of_results(results) });
+            Vec::<()>::new()
         });
         for text in wanted {
             assert!(harness.query_all_by_label_contains(text).count() >= 1, "{text}");
@@ -342,28 +310,15 @@ fn a_preview_shows_its_share_of_all_trials() {
     let world = world();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let results = |extent| Results {
-        study: Some(Stamped {
-            revision: 0,
-            value: run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap(),
-            took: Duration::from_millis(4),
-        }),
+        study: stamped(study(&scenario, &Mode::Motion)),
         extent: Some(extent),
         ..Results::default()
     };
     let (preview, whole) = (results(Extent::PreviewOf(50_625)), results(Extent::Whole));
     let panel = |results: &Results| {
         let (harness, _) = harness(|ui| {
-            let view = ResultView {
-                results,
-                change: None,
-                is_one_pose: false,
-                reasons: Vec::new(),
-                has_expected: false,
-                is_computing: false,
-                is_short: false,
-            };
-            result_ui(ui, &view);
-            Vec::new()
+            result_ui(ui, &of_results(results));
+            Vec::<()>::new()
         });
         let warning = harness.query_all_by_label_contains("15 trials of 50,625");
         warning.count()
@@ -436,10 +391,7 @@ fn the_menu_names_what_undo_takes_back() {
     world.document.apply(edit).unwrap();
     world.document.commit();
     let world = OpenWorld(world);
-    let requests: Rc<RefCell<Vec<TopBarAction>>> = Rc::default();
-    let sink = Rc::clone(&requests);
-    let mut harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(|ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
+    let (mut harness, requests) = harness(|ui| {
         let bar = TopBarView {
             file: "pointer.design.ron",
             is_dirty: true,
@@ -455,7 +407,7 @@ fn the_menu_names_what_undo_takes_back() {
                 panels: PanelsShown::default(),
             },
         };
-        sink.borrow_mut().extend(top_bar_ui(ui, &bar));
+        top_bar_ui(ui, &bar)
     });
     harness.get_by_label("Edit").click();
     harness.run_steps(3);
@@ -527,29 +479,12 @@ fn a_new_axis_centres_the_slice() {
     assert_eq!(view.slice.position_mm, 0.0);
 }
 
-/// Shows a dialog until it is answered.
-fn answer(dialog: DesignDialog, act: impl Fn(&mut Harness)) -> Option<DialogAnswer<DesignDialog>> {
-    let answer = Rc::new(RefCell::new(None));
-    let sink = Rc::clone(&answer);
-    let dialog = RefCell::new(dialog);
-    let mut harness = Harness::builder().with_size(egui::vec2(600.0, 500.0)).build_ui(move |ui| {
-        if let Some(found) = dialog.borrow_mut().ui(ui) {
-            sink.borrow_mut().get_or_insert(found);
-        }
-    });
-    harness.run_steps(2);
-    act(&mut harness);
-    harness.run_steps(3);
-    drop(harness);
-    answer.borrow().clone()
-}
-
 #[test]
 fn enter_opens_a_typed_path() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let answered = answer(DesignDialog::open(folder.path().into()), |harness| {
+    let answered = use_dialog(DesignDialog::open(folder.path().into()), |harness| {
         harness.key_combination_modifiers(egui::Modifiers::COMMAND, &[egui::Key::A]);
         harness.run_steps(1);
         let text = file.display().to_string();
@@ -566,7 +501,7 @@ fn a_design_in_the_list_is_opened_by_a_click() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
-    let answered = answer(DesignDialog::open(folder.path().into()), |harness| {
+    let answered = use_dialog(DesignDialog::open(folder.path().into()), |harness| {
         harness.get_by_label("mine.design.ron").click();
     });
     let open = DialogAnswer::Request(FileRequest::Open(file));
@@ -579,7 +514,7 @@ fn saving_over_a_file_needs_confirmation() {
     let file = folder.path().join("mine.design.ron");
     std::fs::write(&file, "").unwrap();
     let dialog = DesignDialog::save_as(folder.path().into(), "mine.design.ron");
-    let answered = answer(dialog, |harness| harness.get_by_label("Save").click());
+    let answered = use_dialog(dialog, |harness| harness.get_by_label("Save").click());
     let overwrite = DialogAnswer::Become(DesignDialog::Overwrite {
         then: FileRequest::SaveAs(file.clone()),
         path: file,
@@ -596,7 +531,7 @@ fn unsaved_changes_can_be_saved_given_up_or_kept() {
         ("Don't save", DialogAnswer::Request(FileRequest::Discard(then()))),
         ("Cancel", DialogAnswer::Close),
     ] {
-        let found = answer(dialog(), |harness| harness.get_by_label(button).click());
+        let found = use_dialog(dialog(), |harness| harness.get_by_label(button).click());
         assert_eq!(found, Some(answered));
     }
 }

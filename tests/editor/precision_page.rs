@@ -1,36 +1,22 @@
 //! The page of error against run time: measured in the background, for the open design.
 
-use super::app::{create_app, request, settle};
+use super::app::{create_app, request, settle, wait_for_work};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use std::cell::RefCell;
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
 use trackwright_accuracy::precision::{Settings, What};
 use trackwright_design::Edit;
 use trackwright_editor::document::requests::EditRequest;
-use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::workspaces::study::precision::{
     PrecisionPage, PrecisionPlugin, PrecisionRequest,
 };
 use trackwright_editor::workspaces::study::precision_ui::precision_ui;
 
-/// What the measuring thread wakes the window with.
-#[derive(Resource)]
-struct Wakes(Mutex<Receiver<()>>);
-
 fn app() -> App {
     let mut app = create_app();
-    let (sender, receiver) = channel();
-    app.insert_resource(Waker::new(move || {
-        // A test that has ended no longer listens.
-        let _ = sender.send(());
-    }))
-    .insert_resource(Wakes(Mutex::new(receiver)))
-    .add_plugins(PrecisionPlugin);
+    app.add_plugins(PrecisionPlugin);
     app.world_mut().resource_mut::<PrecisionPage>().settings = Settings::quick();
     settle(&mut app);
     app
@@ -39,10 +25,7 @@ fn app() -> App {
 /// Updates until nothing is measured any more.
 fn wait(app: &mut App) {
     while app.world().resource::<PrecisionPage>().part().is_some() {
-        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
-        receiver.recv_timeout(Duration::from_secs(300)).expect("something of what is measured");
-        drop(receiver);
-        app.update();
+        wait_for_work(app);
     }
 }
 

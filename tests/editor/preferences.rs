@@ -4,15 +4,13 @@ use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowResized};
 use std::fs;
 use std::path::Path;
-use trackwright_editor::StatePlugin;
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::preferences::{
     InterfaceScale, PreferencesPlugin, Recalled, fitting,
 };
 use trackwright_editor::shell::registry::AddToShell;
-use trackwright_editor::shell::window::Workspace;
-use trackwright_editor::shell::window::{LegendFolded, PanelsShown};
+use trackwright_editor::shell::window::{LegendFolded, PanelsShown, Workspace};
 use trackwright_editor::workspaces;
 use trackwright_formats::preferences_file::Preferences;
 

@@ -1,13 +1,12 @@
 //! The Present workspace: slides over the scene, made in place, and the design's own view untouched.
 
-use super::app::{create_app, request, settle};
+use super::app::{create_app, document, request, settle};
+use super::harness::{Requests, panel};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use std::cell::RefCell;
-use std::rc::Rc;
 use trackwright_design::view::CameraView;
 use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
@@ -51,10 +50,6 @@ fn present_app(slides: &[Slide]) -> App {
     }
     settle(&mut app);
     app
-}
-
-fn document(app: &App) -> &Document {
-    &app.world().resource::<OpenWorld>().0.document
 }
 
 fn go_to(app: &mut App, workspace: Workspace) {
@@ -157,15 +152,10 @@ fn a_slides_motion_ends_with_it() {
     assert_eq!(shown(&app), None);
 }
 
-type Requests = Rc<RefCell<Vec<PresentRequest>>>;
-
 /// The writing over a scene of 16 to 9, and the panel beside it while slides are made.
-fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests) {
-    let requests: Requests = Rc::default();
-    let sink = Rc::clone(&requests);
+fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests<PresentRequest>) {
     let figures = app.world().resource::<Results>().study.as_ref();
-    let harness = Harness::builder().with_size(egui::vec2(996.0, 560.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
+    panel([996.0, 560.0], move |ui| {
         let view = StageView {
             document: document(app),
             environment: &app.world().resource::<OpenWorld>().0.environment,
@@ -187,9 +177,8 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests
         if presenter.is_editing {
             actions.extend(slides_ui(ui, &view));
         }
-        sink.borrow_mut().extend(actions);
-    });
-    (harness, requests)
+        actions
+    })
 }
 
 #[test]

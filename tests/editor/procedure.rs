@@ -1,11 +1,14 @@
 //! The paper's design procedure (section 4.1) in the editor, from an empty design to a decided tool: what
 //! `docs/start/tutorial.md` describes. With `UPDATE_TUTORIAL` set, its pictures are painted.
 
+use super::app::{document, scenario};
 use super::decide::{decide_app, decide_state, move_sensor, request_and_wait, rest, use_panel};
+use crate::support::studies::steps;
+use crate::support::table::measurement_columns;
 use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
-use trackwright_design::{BodyRole, Document, Edit, Target};
+use trackwright_design::{BodyRole, Edit, Target};
 use trackwright_editor::app::picture::{self, ComparedDesigns, PictureSetup};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice};
 use trackwright_editor::document::trials::TrialChoice;
@@ -19,9 +22,8 @@ use trackwright_field::DistortionModel;
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_procedure::{State, Step, StepStatus};
 use trackwright_project::{RoomSource, Starter};
-use trackwright_simulation::Metric;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Mode, Motion, Requirement, Scenario, Trial, run,
+    CancelToken, Metric, Mode, Motion, Requirement, Scenario, Trial, run,
 };
 
 fn edit(app: &mut App, edit: Edit) {
@@ -38,10 +40,6 @@ fn step_status(app: &App) -> &StepStatus {
     let (step_status, is_current) = app.world().resource::<Judged>().found().unwrap();
     assert!(is_current, "of the design as it is");
     step_status
-}
-
-fn document(app: &App) -> &Document {
-    &app.world().resource::<OpenWorld>().0.document
 }
 
 /// A second room: the field of the first, half as strong again.
@@ -71,10 +69,7 @@ const EVERY: usize = 7;
 
 /// A table of recorded poses, true and measured, in the tracker's frame.
 fn write_recording(file: &Path, rows: &[[Pose; 2]]) {
-    let mut text = String::from(
-        "ideal_x,ideal_y,ideal_z,ideal_qw,ideal_qx,ideal_qy,ideal_qz,measured_x,measured_y,measured_z,\
-         measured_qw,measured_qx,measured_qy,measured_qz\n",
-    );
+    let mut text = measurement_columns() + "\n";
     for row in rows {
         let cells = row.iter().flat_map(pose_to_array).map(|v| v.to_string());
         text += &(cells.collect::<Vec<_>>().join(",") + "\n");
@@ -93,11 +88,6 @@ fn trials(scenario: &Scenario, mode: &Mode, every: usize) -> Vec<Trial> {
     };
     run(scenario, mode, &CancelToken::default(), Some(&mut visit)).unwrap();
     kept
-}
-
-fn scenario(app: &App) -> Scenario {
-    let world = &app.world().resource::<OpenWorld>().0;
-    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 /// What the built tool would have recorded in its room: the poses of its motion as they are and as the
@@ -147,10 +137,6 @@ fn picture(app: &App, name: &str, workspace: Workspace, compared: ComparedDesign
     std::fs::write(file, png).unwrap();
 }
 
-fn shift(reach: f64) -> Option<AxisRange> {
-    Some(AxisRange { min: -reach, max: reach, step: reach })
-}
-
 #[test]
 fn from_an_empty_design_to_a_decided_tool() {
     let folder = tempfile::tempdir().unwrap();
@@ -192,17 +178,9 @@ fn from_an_empty_design_to_a_decided_tool() {
     assert_eq!(step_status(&app).state(Step::Crf), State::Decided);
 
     // 4. The tool over its motion, against the first draft of itself.
-    edit(
-        &mut app,
-        Edit::SetMotion(Some(Motion {
-            x: shift(20.0),
-            y: shift(20.0),
-            z: shift(20.0),
-            rx: shift(30.0),
-            ry: shift(30.0),
-            ..Motion::default()
-        })),
-    );
+    let [shift, turn] = [20.0, 30.0].map(|reach| steps(reach, 2.0));
+    let motion = Motion { x: shift, y: shift, z: shift, rx: turn, ry: turn, rz: None };
+    edit(&mut app, Edit::SetMotion(Some(motion)));
     let requirement = Requirement::at_most([(Metric::TIP_RMS, 0.4), (Metric::TIP_MAX, 0.7)]);
     edit(&mut app, Edit::SetRequirement(Some(requirement)));
     file(&mut app, FileRequest::Save);

@@ -1,7 +1,7 @@
 //! The report and exports from the window: of the design as it is, made by a process of its own, and
 //! shown by other programs.
 
-use super::app::{create_app, request, settle};
+use super::app::{create_app, error, request, settle};
 use bevy::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use trackwright_editor::document::report::{ReportJob, ReportPlugin};
 use trackwright_editor::document::requests::{EditRequest, Export, FileRequest, OpenWorld};
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
+use trackwright_editor::shell::dialogs::ErrorDialog;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::figure_rows;
 
@@ -75,14 +75,9 @@ fn an_unwritable_place_uses_the_commands_words() {
     let folder = tempfile::tempdir().unwrap();
     let mut app = report_app();
     write(&mut app, &folder.path().join("no-such").join("report.html"));
-    let dialogs = app.world().resource::<Dialogs>();
-    match dialogs.get() {
-        Some(ErrorDialog { title, text }) => {
-            assert_eq!(title, "The report cannot be written");
-            assert!(text.contains("no-such"), "{text}");
-        }
-        None => panic!("{:?}", dialogs.current),
-    }
+    let ErrorDialog { title, text } = error(&app);
+    assert_eq!(title, "The report cannot be written");
+    assert!(text.contains("no-such"), "{text}");
 }
 
 #[test]

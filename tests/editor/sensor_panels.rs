@@ -2,11 +2,10 @@
 //! numbers typed as expressions.
 
 use super::app::{design, environment};
+use super::harness::panel;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use std::cell::RefCell;
-use std::rc::Rc;
 use trackwright_design::view::View;
 use trackwright_design::{
     Arrangement, BodyRole, Design, Document, Edit, MirrorPlane, Origin, Thing,
@@ -24,21 +23,8 @@ use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui
 use trackwright_editor::workspaces::design::row_page::{RowPage, row_page_ui};
 use trackwright_simulation::Coil;
 
-type Requests<T> = Rc<RefCell<Vec<T>>>;
-
-/// A harness of a panel, and what it requested in all frames.
-fn harness<'a, T: 'a>(
-    panel: impl FnMut(&mut egui::Ui) -> Vec<T> + 'a,
-) -> (Harness<'a>, Requests<T>) {
-    let requests = Requests::default();
-    let sink = Rc::clone(&requests);
-    let mut panel = panel;
-    let harness = Harness::builder().with_size(egui::vec2(300.0, 1100.0)).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(panel(ui));
-    });
-    (harness, requests)
-}
+/// As wide as at the side of the window.
+const SIZE: [f32; 2] = [300.0, 1100.0];
 
 /// Types into the field of a value, in millimetres or degrees, and returns what is requested.
 fn type_number(
@@ -47,7 +33,7 @@ fn type_number(
     text: &str,
 ) -> (Harness<'static>, Vec<NumberChange>) {
     let name = field.name;
-    let (mut harness, requests) = harness(move |ui| number_ui(ui, &field, value));
+    let (mut harness, requests) = panel(SIZE, move |ui| number_ui(ui, &field, value));
     harness.get_by_label(name).click();
     harness.run_steps(2);
     harness.get_by_label(name).type_text(text);
@@ -120,8 +106,9 @@ fn press_at(harness: &Harness, pos: egui::Pos2) {
 fn control_adds_a_row_and_opens_its_menu() {
     let (design, environment, view) = (design(), environment(), View::default());
     let selection = Selection::of(Some(Selected::Sensor(BodyRole::Tool, 0)));
-    let (mut harness, requests) =
-        harness(|ui| outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &selection)));
+    let (mut harness, requests) = panel(SIZE, |ui| {
+        outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &selection))
+    });
     let grip = Selected::Sensor(BodyRole::Tool, 1);
     let row = harness.get_by_label("grip");
     row.click_modifiers(egui::Modifiers::COMMAND);
@@ -141,7 +128,7 @@ fn control_adds_a_row_and_opens_its_menu() {
 #[test]
 fn the_add_row_requests_the_tool() {
     let (design, environment, view) = (design(), environment(), View::default());
-    let (mut harness, requests) = harness(|ui| {
+    let (mut harness, requests) = panel(SIZE, |ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     let rows: Vec<_> = harness.get_all_by_label("Add sensor").collect();
@@ -155,7 +142,7 @@ fn the_add_row_requests_the_tool() {
 #[test]
 fn eye_and_lock_change_only_the_view() {
     let (design, environment, view) = (design(), environment(), View::default());
-    let (mut harness, requests) = harness(|ui| {
+    let (mut harness, requests) = panel(SIZE, |ui| {
         outliner_ui(ui, &OutlinerView::new(&design, &environment, &view, &Selection::default()))
     });
     harness.get_by_label("Hide grip").click();
@@ -179,7 +166,7 @@ fn inspector_buttons_run_commands() {
     let design = design();
     let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
     let remove = SensorCommand::Remove.command().name;
-    let (mut harness, requests) = harness(|ui| {
+    let (mut harness, requests) = panel(SIZE, |ui| {
         inspector_ui(
             ui,
             &InspectorView {
@@ -208,7 +195,7 @@ fn the_row_page_makes_the_requested_row() {
     let selection = Selection::of_sensors(BodyRole::Tool, [0]);
     let mut page = RowPage::default();
     let (mut harness, requests) =
-        harness(|ui| Vec::from_iter(row_page_ui(ui, &mut page, &design, &selection)));
+        panel(SIZE, |ui| Vec::from_iter(row_page_ui(ui, &mut page, &design, &selection)));
     harness.get_by_label("2 new sensors");
     harness.get_by_label("spacing in mm").click();
     harness.run_steps(2);
@@ -237,7 +224,7 @@ fn a_click_in_the_history_jumps_to_that_state() {
     for name in ["one", "two"] {
         document.apply(Edit::SetName(name.to_owned())).unwrap();
     }
-    let (mut harness, requests) = harness(|ui| history_ui(ui, &document.history()));
+    let (mut harness, requests) = panel(SIZE, |ui| history_ui(ui, &document.history()));
     assert_eq!(harness.query_all_by_label("Rename design").count(), 2);
     harness.get_by_label("Beginning").click();
     harness.run_steps(2);
@@ -255,7 +242,7 @@ fn the_history_shows_the_current_step() {
         for _ in 0..undone {
             document.undo().unwrap();
         }
-        let (mut harness, _) = harness(|ui| history_ui(ui, &document.history()));
+        let (mut harness, _) = panel(SIZE, |ui| history_ui(ui, &document.history()));
         harness.run_steps(3);
         // What is scrolled away is not there at all.
         let rows = harness.get_all_by_label("Rename design");

@@ -1,9 +1,9 @@
 //! Commands for the selected sensors: what they do to the design, and what is selected then.
 
-use super::app::{create_app, request};
+use super::app::{create_app, document, request};
 use bevy::prelude::*;
-use trackwright_design::{BodyRole, Design, Document, Edit, MirrorPlane};
-use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_design::{BodyRole, Design, Edit, MirrorPlane};
+use trackwright_editor::document::requests::EditRequest;
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand, Situation};
@@ -38,10 +38,6 @@ fn run(app: &mut App, command: SensorCommand) {
     app.world_mut().write_message(RunCommand(command.command().name));
     app.update();
     app.update();
-}
-
-fn document(app: &App) -> &Document {
-    &app.world().resource::<OpenWorld>().0.document
 }
 
 fn names(app: &App, body: BodyRole) -> Vec<String> {

@@ -1,21 +1,22 @@
 //! The Study workspace: what is computed for it, which trial the scene shows, playing, input data,
 //! the log.
 
-use super::app::{create_app, create_scene_app, design, request, settle};
+use super::app::{
+    create_app, create_scene_app, design, document, drop_on_window, error, request, scenario,
+    settle, wait_for_work, write,
+};
 use super::copied::Copied;
+use crate::support::program::{succeed, text};
+use crate::support::studies;
 use bevy::ecs::message::Messages;
 use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
 use bevy::prelude::*;
 use bevy::time::TimeUpdateStrategy;
-use bevy::window::{FileDragAndDrop, RequestRedraw};
+use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
-use std::process::Command as Process;
-use std::sync::Mutex;
-use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 use trackwright_design::{BodyRole, Edit};
-use trackwright_editor::convert;
 use trackwright_editor::document::commands::DocumentCommandsPlugin;
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld};
 use trackwright_editor::document::shown::ShownDesign;
@@ -23,34 +24,23 @@ use trackwright_editor::document::state::Notice;
 use trackwright_editor::document::trials::{ModeKind, TrialChoice};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
-use trackwright_editor::runner::wake::Waker;
 use trackwright_editor::scene::BodyRoot;
 use trackwright_editor::shell::commands::CommandsPlugin;
 use trackwright_editor::shell::dialogs::{Dialogs, ErrorDialog};
 use trackwright_editor::shell::shortcuts::ShortcutsPlugin;
 use trackwright_editor::shell::window::Workspace;
-use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_editor::workspaces::study::log::LogJob;
 use trackwright_editor::workspaces::study::state::StudyRequest;
+use trackwright_editor::{convert, workspaces};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Mode, Motion, Scenario, figure_rows, run, simulate_pose, trial_pose,
+    AxisRange, Mode, Motion, Scenario, figure_rows, simulate_pose, trial_pose,
 };
-
-/// What the writing thread wakes the window with.
-#[derive(Resource)]
-struct Wakes(Mutex<Receiver<()>>);
 
 fn study_app() -> App {
     let mut app = create_app();
-    let (sender, receiver) = channel();
-    app.insert_resource(Waker::new(move || {
-        // A test that has ended no longer listens.
-        let _ = sender.send(());
-    }))
-    .insert_resource(Wakes(Mutex::new(receiver)))
-    .add_plugins(StudyPlugin);
+    app.add_plugins(StudyPlugin);
     show_workspace(&mut app, workspaces::study::WORKSPACE);
     app
 }
@@ -77,11 +67,6 @@ fn results(app: &App) -> &Results {
 fn shown_trial(app: &App) -> Option<usize> {
     let shown = app.world().resource::<ShownDesign>();
     shown.trial.as_ref().map(|trial| trial.number)
-}
-
-fn scenario(app: &App) -> Scenario {
-    let world = &app.world().resource::<OpenWorld>().0;
-    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 #[test]
@@ -128,7 +113,7 @@ fn a_shown_trial_has_its_own_figures() {
         let difference = profile.tip_error_mm[trial] - alone.trial.tip_error_mm;
         assert!(difference.abs() < 1e-9, "{difference:e}");
     }
-    let document = &app.world().resource::<OpenWorld>().0.document;
+    let document = document(&app);
     assert_eq!(*document.design(), design());
     assert!(!document.is_dirty() && document.undo_label().is_none());
 
@@ -301,7 +286,7 @@ fn a_chosen_mode_is_no_part_of_the_design() {
     assert_eq!(results(&app).mode, Some(ModeKind::Single));
     let study = results(&app).study.as_ref().unwrap();
     assert_eq!(study.value.figures.trials, 1);
-    let document = &app.world().resource::<OpenWorld>().0.document;
+    let document = document(&app);
     assert!(!document.is_dirty());
     show_workspace(&mut app, workspaces::design::WORKSPACE);
     assert_eq!(results(&app).mode, Some(ModeKind::Single), "still chosen");
@@ -310,17 +295,8 @@ fn a_chosen_mode_is_no_part_of_the_design() {
 const POSES: &str = "tool_x,tool_y,tool_z,tool_qw,tool_qx,tool_qy,tool_qz\n\
     0,0,30,1,0,0,0\n20,-5,40,1,0,0,0\n-40,0,10,0,0,0,1\n";
 
-fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> PathBuf {
-    let file = folder.path().join(name);
-    std::fs::write(&file, text).unwrap();
-    file
-}
-
 fn drop_file(app: &mut App, path: &Path) {
-    app.world_mut().write_message(FileDragAndDrop::DroppedFile {
-        window: Entity::PLACEHOLDER,
-        path_buf: path.to_owned(),
-    });
+    drop_on_window(app, path);
     settle(app);
 }
 
@@ -339,7 +315,7 @@ fn a_dropped_table_is_studied_here_only() {
     let trials =
         trackwright_project::Files::default().read_input(&file, true).unwrap().as_it_stands();
     let mode = Mode::Input(trials.clone().into());
-    let alone = run(&scenario(&app), &mode, &CancelToken::default(), None).unwrap();
+    let alone = studies::study(&scenario(&app), &mode);
     let study = results(&app).study.as_ref().unwrap();
     assert_eq!(figure_rows(&study.value.figures), figure_rows(&alone.figures));
     request_and_wait(&mut app, StudyRequest::Show(Some(2)));
@@ -375,17 +351,14 @@ fn another_design_starts_with_its_own_mode() {
     assert_eq!(results(&app).mode, Some(ModeKind::Motion));
     assert!(app.world().resource::<TrialChoice>().input().is_none());
     let shown = &app.world().resource::<ShownDesign>().design;
-    let document = &app.world().resource::<OpenWorld>().0.document;
+    let document = document(&app);
     assert_eq!(**shown, *document.design());
 }
 
 /// Updates until no log is written any more.
 fn wait_for_log(app: &mut App) {
     while app.world().resource::<LogJob>().part().is_some() {
-        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
-        receiver.recv_timeout(Duration::from_secs(60)).expect("a word of the log");
-        drop(receiver);
-        app.update();
+        wait_for_work(app);
     }
 }
 
@@ -400,14 +373,7 @@ fn the_log_is_that_of_the_command_line_to_the_byte() {
     app.world_mut().write_message(FileRequest::WriteLog(ours.clone()));
     app.update();
     wait_for_log(&mut app);
-    let status = Process::new(env!("CARGO_BIN_EXE_trackwright"))
-        .arg("simulate")
-        .arg(&copied.design)
-        .args(["--mode", "motion", "--log"])
-        .arg(&theirs)
-        .output()
-        .unwrap();
-    assert!(status.status.success(), "{status:?}");
+    succeed(&["simulate", &text(&copied.design), "--mode", "motion", "--log", &text(&theirs)]);
     let read = |file| std::fs::read_to_string(file).unwrap();
     let (ours, theirs) = (read(ours), read(theirs));
     assert!(ours == theirs, "{} and {} bytes", ours.len(), theirs.len());
@@ -442,10 +408,7 @@ fn a_log_that_cannot_be_written_names_its_file() {
     app.world_mut().write_message(FileRequest::WriteLog(file));
     app.update();
     wait_for_log(&mut app);
-    let dialogs = app.world().resource::<Dialogs>();
-    let Some(ErrorDialog { title, text }) = dialogs.get() else {
-        panic!("{:?}", dialogs.current);
-    };
+    let ErrorDialog { title, text } = error(&app);
     assert_eq!(title, "The log cannot be written");
     assert!(text.starts_with("/no/such/folder/log.csv"), "{text}");
 }

@@ -1,11 +1,10 @@
 //! The panels of the Study workspace as functions.
 
 use super::app::world;
+use super::harness::panel;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use std::cell::RefCell;
-use std::rc::Rc;
 use trackwright_editor::document::shown::ShownTrial;
 use trackwright_editor::document::trials::ModeKind;
 use trackwright_editor::workspaces::study::commands::{
@@ -25,21 +24,6 @@ use trackwright_simulation::{
     CancelToken, ChartedProfile, Metric, Mode, Requirement, Scenario, run_profiled, simulate_pose,
     trial_offsets, trial_pose,
 };
-
-type Requests<T> = Rc<RefCell<Vec<T>>>;
-
-fn harness<'a, T: 'a>(
-    size: [f32; 2],
-    panel: impl Fn(&mut egui::Ui) -> Vec<T> + 'a,
-) -> (Harness<'a>, Requests<T>) {
-    let requests = Requests::default();
-    let sink = Rc::clone(&requests);
-    let harness = Harness::builder().with_size(egui::vec2(size[0], size[1])).build_ui(move |ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        sink.borrow_mut().extend(panel(ui));
-    });
-    (harness, requests)
-}
 
 fn scenario() -> Scenario {
     let world = world();
@@ -97,7 +81,7 @@ fn timeline_buttons_are_commands() {
     let scenario = scenario();
     let (charted, shown) = (charted(&scenario), trial(&scenario, 3));
     let (mut harness, requests) =
-        harness([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, Some(&shown))));
+        panel([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, Some(&shown))));
     harness.run_steps(2);
     harness.get_by_label("trial 4 of 15: x \u{2212}50\u{2009}mm, rz 45°");
     for (label, command) in [
@@ -122,7 +106,7 @@ fn a_timeline_click_shows_its_trial() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (mut harness, requests) =
-        harness([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, None)));
+        panel([1200.0, 156.0], |ui| timeline_ui(ui, &timeline(&charted, None)));
     harness.run_steps(2);
     let mut shown = Vec::new();
     for x in [100.0, 620.0, 1190.0] {
@@ -142,7 +126,7 @@ fn a_timeline_click_shows_its_trial() {
 fn a_log_under_way_can_be_cancelled() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (mut harness, requests) = harness([1200.0, 156.0], |ui| {
+    let (mut harness, requests) = panel([1200.0, 156.0], |ui| {
         let view = TimelineView { log_part: Some(0.4), ..timeline(&charted, None) };
         timeline_ui(ui, &view)
     });
@@ -156,7 +140,7 @@ fn a_log_under_way_can_be_cancelled() {
 fn a_study_of_too_many_trials_has_no_timeline() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (harness, _) = harness([1200.0, 156.0], |ui| {
+    let (harness, _) = panel([1200.0, 156.0], |ui| {
         let view = TimelineView { profile: None, trials: 2_000_000, ..timeline(&charted, None) };
         timeline_ui(ui, &view)
     });
@@ -172,7 +156,7 @@ fn a_trial_is_shown_in_numbers_with_units() {
         (RotationForm::EulerAngles, 45.0),
         (RotationForm::Rodrigues, log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees()),
     ] {
-        let (mut harness, requests) = harness([276.0, 400.0], |ui| {
+        let (mut harness, requests) = panel([276.0, 400.0], |ui| {
             let view = TrialView {
                 trial: Some(&detail.trial),
                 title: "Trial 4".to_owned(),
@@ -265,7 +249,7 @@ fn the_error_along_the_shaft_has_a_chart() {
 fn charts_show_the_share_and_choose_axes() {
     let scenario = scenario();
     let charted = charted(&scenario);
-    let (mut harness, requests) = harness([276.0, 500.0], |ui| {
+    let (mut harness, requests) = panel([276.0, 500.0], |ui| {
         let view = StudyChartsView { charted: &charted, axis: "x", shown: Some(3) };
         study_charts_ui(ui, &view)
     });
