@@ -9,12 +9,11 @@ use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
 use trackwright_field::random_models::Seeded;
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::RigidBody;
-use trackwright_simulation::Scenario;
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::uncertainty::{
     first_order as to_first_order, monte_carlo as by_sampling,
 };
+use trackwright_simulation::{RigidBody, Scenario};
 use trackwright_task::Task;
 
 const SAMPLES: usize = 10_000;

@@ -6,7 +6,7 @@ use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::tool_definition::{
     DefinitionFormat, OnMismatch, ToolDefinition, from_body, read_body,
 };
-use trackwright_simulation::body::{RigidBody, Sensor};
+use trackwright_simulation::{RigidBody, Sensor};
 
 const FORMATS: [DefinitionFormat; 4] = [
     DefinitionFormat::Rom,

@@ -2,7 +2,7 @@
 
 use super::app::{close_dialog, dialog, error, request, write};
 use super::drops::{app, drop_file};
-use super::harness::{Requests, panel, use_dialog};
+use super::harness::{Requests, panel, use_dialog, use_panel};
 use super::meshes::finish;
 use crate::support::studies;
 use bevy::prelude::*;
@@ -384,17 +384,12 @@ fn a_design_gains_a_crf_from_a_file() {
         (world.document.design().clone(), &world.environment, View::default())
     };
     let selection = Selection::default();
-    let actions = Rc::new(RefCell::new(Vec::new()));
-    let sink = Rc::clone(&actions);
-    let mut harness = Harness::builder().with_size(egui::vec2(260.0, 700.0)).build_ui(|ui| {
-        trackwright_editor::widgets::theme::apply(ui.ctx());
-        let outliner = OutlinerView::new(&design, environment, &view, &selection);
-        sink.borrow_mut().extend(outliner_ui(ui, &outliner));
-    });
-    harness.get_by_label("Add from a file…").click();
-    harness.run_steps(2);
-    drop(harness);
-    assert!(actions.borrow().contains(&DesignAction::Run(OPEN_CRF.name)), "{actions:?}");
+    let actions = use_panel(
+        [260.0, 700.0],
+        |ui| outliner_ui(ui, &OutlinerView::new(&design, environment, &view, &selection)),
+        |harness| harness.get_by_label("Add from a file…").click(),
+    );
+    assert!(actions.contains(&DesignAction::Run(OPEN_CRF.name)), "{actions:?}");
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Crf, rom));
     let document = &world(&app).document;
     assert_eq!(document.undo_label(), Some("Add 8700339 as the CRF"));

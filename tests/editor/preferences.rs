@@ -11,7 +11,7 @@ use trackwright_editor::shell::preferences::{
 };
 use trackwright_editor::shell::registry::AddToShell;
 use trackwright_editor::shell::window::{LegendFolded, PanelsShown, Workspace};
-use trackwright_editor::workspaces;
+use trackwright_editor::{StatePlugin, workspaces};
 use trackwright_formats::preferences_file::Preferences;
 
 const FILE: &str = "preferences.ron";

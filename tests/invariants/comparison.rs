@@ -2,7 +2,8 @@
 //! might as well not be.
 
 use super::support::{bounds, exact, fitted, model, noisy, places, unlike};
-use nalgebra::{Point3, Unit, Vector3};
+use crate::support::studies::{body, cancelled, five, on_threads, room, steps, study};
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
@@ -14,41 +15,27 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::body::SensorOrientation;
 use trackwright_simulation::comparison::{
     Comparison, NoFigures, Pair, Plan, Settings, Verdict, compare, difference_words,
 };
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{
-    AxisRange, CancelToken, InputTrial, METRICS, Metric, Mode, Motion, Requirement, Scenario, run,
+    AxisRange, InputTrial, METRICS, Metric, Mode, Motion, Requirement, RigidBody, Scenario,
 };
-use trackwright_simulation::{RigidBody, Sensor};
 use trackwright_task::Task;
 
 /// Places of the tip error's RMS and maximum among the figures.
 const RMS: usize = 0;
 const MAX: usize = 6;
 
-fn sensor(z: f64, side: [f64; 2], axis: [f64; 3]) -> Sensor {
-    Sensor {
-        name: format!("at {z}"),
-        position_in_body: Point3::new(side[0], side[1], z),
-        orientation: SensorOrientation::FiveDof(Unit::new_normalize(Vector3::from(axis))),
-        coil: None,
-    }
-}
-
 /// A pointer with its sensors from `first` to `last` above its tip.
 fn pointer(first: f64, last: f64) -> RigidBody {
-    RigidBody {
-        name: "pointer".into(),
-        tip_in_body: Some(Point3::origin()),
-        sensors: vec![
-            sensor(first, [0.0, 0.0], [0.0, 0.0, 1.0]),
-            sensor(0.5 * (first + last), [6.0, 0.0], [0.3, -1.0, 0.2]),
-            sensor(last, [-5.0, 4.0], [0.8, 0.3, 0.5]),
-        ],
-    }
+    let sensors = vec![
+        five([0.0, 0.0, first], [0.0, 0.0, 1.0]),
+        five([6.0, 0.0, 0.5 * (first + last)], [0.3, -1.0, 0.2]),
+        five([-5.0, 4.0, last], [0.8, 0.3, 0.5]),
+    ];
+    body(sensors, Some([0.0; 3]))
 }
 
 /// Coefficients of up to half of `size_mm` and `size_rad` either way, the same for all orientations.
@@ -58,19 +45,11 @@ fn truth([size_mm, size_rad]: [f64; 2]) -> DistortionModel {
     })
 }
 
-fn room(model: DistortionModel) -> Environment {
-    Environment::of_model("room", model)
-}
-
 /// The room as it is known from 400 samples with noise.
 fn measured_room(truth: &DistortionModel, seed: u64) -> Arc<Environment> {
     let samples = noisy(&exact(truth, places(400, &bounds())), seed);
     let (fit, support) = fitted(&samples, &FitSettings::new(2, DirectionSet::Six), Some(bounds()));
     Arc::new(Environment { fit_validity: Some(support), ..room(fit.model) })
-}
-
-fn range(reach: f64, step: f64) -> Option<AxisRange> {
-    Some(AxisRange { min: -reach, max: reach, step })
 }
 
 fn scenario(tool: RigidBody, environment: &Arc<Environment>) -> Scenario {
@@ -80,10 +59,10 @@ fn scenario(tool: RigidBody, environment: &Arc<Environment>) -> Scenario {
         crf: None,
         crf_from_tool: Pose::translation(5.0, -8.0, -290.0),
         motion: Some(Motion {
-            x: range(40.0, 40.0),
-            z: range(30.0, 30.0),
-            rx: range(20.0, 20.0),
-            ry: range(20.0, 20.0),
+            x: steps(40.0, 2.0),
+            z: steps(30.0, 2.0),
+            rx: steps(20.0, 2.0),
+            ry: steps(20.0, 2.0),
             ..Motion::default()
         }),
         orientation_weight_mm: 100.0,
@@ -122,8 +101,7 @@ fn true_figures(tool: &RigidBody, truth: &DistortionModel) -> [[f64; 2]; 2] {
         }
     });
     let figures = [Mode::Motion, Mode::Input(anywhere.collect())].map(|mode| {
-        let outcome = run(&scenario, &mode, &CancelToken::default(), None).unwrap();
-        let position_mm = outcome.figures.position_mm;
+        let position_mm = study(&scenario, &mode).figures.position_mm;
         [position_mm.rms(), position_mm.max()]
     });
     // The grid has the corners of the range, which no random pose meets.
@@ -291,24 +269,19 @@ fn rows_are_single_studies_to_the_bit() {
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let mut plan = plan(&environment, &tools);
     plan.pairs[1].scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 0.1)]));
-    plan.pairs[1].scenario.motion.as_mut().unwrap().x = range(30.0, 30.0);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| compared(&plan, &quick()))
-    };
+    plan.pairs[1].scenario.motion.as_mut().unwrap().x = steps(30.0, 2.0);
+    let on = |threads| on_threads(threads, || compared(&plan, &quick()));
     let found = on(1);
     assert_eq!(found, on(5));
     for (row, pair) in found.rows.iter().zip(&plan.pairs) {
-        let single = run(&pair.scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+        let single = study(&pair.scenario, &Mode::Motion);
         assert_eq!(row.measured.as_ref().unwrap().figures, single.figures);
     }
     let against = found.rows[1].against_baseline.as_ref().unwrap();
     assert!(against.motion_differs && against.requirement_differs && !against.room_differs);
     assert_eq!(against.differences.len(), METRICS.len());
-    let [a, b] = [1, 0].map(|row: usize| {
-        let figures = &found.rows[row].measured.as_ref().unwrap().figures;
-        figures.values()
-    });
+    let [a, b] =
+        [1, 0].map(|row: usize| found.rows[row].measured.as_ref().unwrap().figures.values());
     for (d, (a, b)) in against.differences.iter().zip(a.iter().zip(b)) {
         assert_eq!(d.difference, a - b);
     }
@@ -356,10 +329,8 @@ fn a_smaller_error_in_another_room_is_no_verdict() {
 #[test]
 fn a_cancelled_comparison_stops() {
     let environment = measured_room(&truth([3.0, 0.03]), 2);
-    let task = Task::default();
-    task.cancel.cancel();
     let plan = plan(&environment, &[pointer(60.0, 150.0), pointer(80.0, 130.0)]);
-    assert!(compare(&plan, &Settings::default(), &task).is_err());
+    assert!(compare(&plan, &Settings::default(), &cancelled()).is_err());
 }
 
 #[test]

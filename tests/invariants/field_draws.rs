@@ -1,6 +1,7 @@
 //! Drawn fields scatter as refits to new noise do, from one place of the room to another.
 
 use super::support::{NOISE_MM, NOISE_RAD, bounds, exact, fitted, noisy, places};
+use crate::support::studies::cancelled;
 use nalgebra::{Point3, Unit, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -132,10 +133,8 @@ fn what_the_samples_do_not_determine_is_not_drawn() {
     let (fit, support) = fitted(&few, &settings, Some(bounds()));
     let drawn = support.draw(&fit.model, 0.0, 4, 0, &Task::default());
     assert_eq!(drawn.unwrap_err(), DrawError::NotDetermined);
-    let task = Task::default();
-    task.cancel.cancel();
     let enough = noisy(&exact(&nothing, places(SAMPLES, &bounds())), 1);
     let (fit, support) = fitted(&enough, &settings, Some(bounds()));
-    let stopped = support.draw(&fit.model, 0.0, 4, 0, &task);
+    let stopped = support.draw(&fit.model, 0.0, 4, 0, &cancelled());
     assert!(matches!(stopped, Err(DrawError::Cancelled(_))));
 }

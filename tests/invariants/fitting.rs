@@ -1,6 +1,7 @@
 //! Fits recover what made their samples, and report what they cannot.
 
 use super::support::{bounds, exact, model, places, unlike};
+use crate::support::studies::{cancelled, on_threads};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::sync::{Arc, Mutex};
@@ -148,12 +149,9 @@ fn systems_of_parts_merge_to_the_fit_of_all() {
 #[test]
 fn a_fit_that_nobody_wants_stops() {
     let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 100);
-    let token = CancelToken::default();
-    token.cancel();
-    let task = Task::cancelled_by(token);
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
         let settings = FitSettings { method, ..FitSettings::new(1, DirectionSet::Six) };
-        let stopped = fit_with(&set, &settings, None, &task);
+        let stopped = fit_with(&set, &settings, None, &cancelled());
         assert_eq!(stopped, Err(FitError::Cancelled(Cancelled)));
     }
 }
@@ -161,7 +159,6 @@ fn a_fit_that_nobody_wants_stops() {
 #[test]
 fn a_fit_under_way_stops_and_reports_its_progress() {
     let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 30_000);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
         let settings =
             FitSettings { method, ridge: 1e-3, ..FitSettings::new(1, DirectionSet::Six) };
@@ -170,7 +167,7 @@ fn a_fit_under_way_stops_and_reports_its_progress() {
             let reported = reported.clone();
             move |part| reported.lock().unwrap().push(part)
         });
-        let whole = pool.install(|| fit_with(&set, &settings, None, &task));
+        let whole = on_threads(1, || fit_with(&set, &settings, None, &task));
         assert_eq!(whole, fit(&set, &settings, None));
         let parts = reported.lock().unwrap().clone();
         assert!(parts.is_sorted(), "{parts:?}");
@@ -195,8 +192,7 @@ fn a_fit_under_way_stops_and_reports_its_progress() {
 fn a_fit_does_not_depend_on_the_number_of_threads() {
     let set = samples_of(&truth(2, DirectionSet::FortyTwo, Weighting::Area), 40_000);
     let on = |threads, settings: &FitSettings| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| fit(&set, settings, None).unwrap())
+        on_threads(threads, || fit(&set, settings, None).unwrap())
     };
     for method in [FitMethod::PerDirection, FitMethod::Joint] {
         for directions in [DirectionSet::One, DirectionSet::Fourteen] {

@@ -1,33 +1,19 @@
 //! Position-only markers: what they read, what frame they give, and how sure it is.
 
-use super::uncertainty::fitzpatrick_mm;
+use super::uncertainty::{PUBLISHED, fitzpatrick_mm};
+use crate::support::studies::{body, built_in, marker, steps, study};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
-use trackwright_design::BodyRole;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::linear_fit::{LinearFit, SensorCovariance};
-use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, Scenario, simulate_pose};
-use trackwright_simulation::{Determination, RigidBody, Sensor, SensorOrientation};
-
-/// The four markers of NDI's passive probe 8700340 and of its reference frame 8700339.
-const PROBE: [[f64; 3]; 4] =
-    [[0.0, 0.0, 0.0], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]];
-const REFERENCE: [[f64; 3]; 4] =
-    [[0.0, 0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]];
+use trackwright_simulation::{
+    CancelToken, Determination, Mode, Motion, RigidBody, Scenario, Sensor, Trial, run,
+    simulate_pose,
+};
 
 fn markers(positions: &[[f64; 3]]) -> RigidBody {
-    let marker = |(index, position): (usize, &[f64; 3])| Sensor {
-        name: format!("marker {}", index + 1),
-        position_in_body: (*position).into(),
-        orientation: SensorOrientation::Marker,
-        coil: None,
-    };
-    RigidBody {
-        name: "optical".into(),
-        tip_in_body: None,
-        sensors: positions.iter().enumerate().map(marker).collect(),
-    }
+    body(positions.iter().map(|at| marker(*at)).collect(), None)
 }
 
 /// Readings without error, turned at random: nobody reads a marker's rotation.
@@ -48,8 +34,7 @@ fn some_pose() -> Pose {
 
 /// A pointer in the room of the built-in design, with markers in the place of coils.
 fn optical() -> Scenario {
-    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
-    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let mut scenario = built_in("pointer-on-head");
     scenario.tool = RigidBody {
         tip_in_body: scenario.tool.tip_in_body,
         ..markers(&[[0.0, 0.0, 60.0], [15.0, 0.0, 100.0], [-12.0, 10.0, 130.0]])
@@ -59,16 +44,15 @@ fn optical() -> Scenario {
 
 /// A 5-DOF sensor of the tool that `optical` stands in for.
 fn coil_of_pointer() -> Sensor {
-    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
-    let design = world.document.design();
-    design.body(BodyRole::Tool).unwrap().rigid.sensors[0].clone()
+    built_in("pointer-on-head").tool.sensors[0].clone()
 }
 
 #[test]
 fn markers_in_a_row_leave_their_turn_free() {
     let truth = some_pose();
     for weight_mm in [0.0, 100.0, 1e6] {
-        let body = markers(&PROBE);
+        let (probe, ..) = PUBLISHED[0];
+        let body = markers(&probe);
         let fit =
             FrameFitter::new(&body, weight_mm).fit(&readings(&body, &truth), &Pose::identity());
         let gap = fit.tracker_from_body.inverse() * truth;
@@ -76,7 +60,7 @@ fn markers_in_a_row_leave_their_turn_free() {
         assert!(gap.rotation.angle() < 1e-13, "{}", gap.rotation.angle());
         assert!(gap.translation.vector.norm() < 1e-11);
         assert_eq!(fit.determination, Determination::Full);
-        let row = markers(&PROBE[..2]);
+        let row = markers(&probe[..2]);
         let fit = FrameFitter::new(&row, weight_mm).fit(&readings(&row, &truth), &truth);
         let Determination::FreeAxis { axis_in_body } = fit.determination else {
             panic!("{:?}", fit.determination);
@@ -87,9 +71,8 @@ fn markers_in_a_row_leave_their_turn_free() {
 
 #[test]
 fn markers_have_fitzpatricks_registration_error() {
-    // Some figures were checked by 20,000 trials each: 0.7878 and 0.9547 mm.
-    let cases = [(PROBE, [0.0, 0.0, -150.0], 0.7881), (REFERENCE, [120.0, 30.0, -60.0], 0.9575)];
-    for (positions, target, published_mm) in cases {
+    // The figures were checked by 20,000 trials each: 0.7878 and 0.9547 mm.
+    for (positions, target, published_mm) in PUBLISHED {
         let body = markers(&positions);
         let target: Point3<f64> = target.into();
         let fit = LinearFit::new(&body, 100.0);
@@ -137,23 +120,16 @@ fn a_marker_reads_the_mean_over_orientations() {
 fn a_motion_is_its_poses_one_by_one() {
     let mut scenario = optical();
     scenario.tool.sensors.push(coil_of_pointer());
-    let range = |size: f64| Some(AxisRange { min: -size, max: size, step: size / 2.0 });
     // Long runs of one orientation, which are evaluated another way than single poses.
-    scenario.motion =
-        Some(Motion { x: range(20.0), y: range(20.0), rz: range(0.2), ..Motion::default() });
+    let (x, rz) = (steps(20.0, 4.0), steps(0.2, 4.0));
+    scenario.motion = Some(Motion { x, y: x, rz, ..Motion::default() });
     let mut trials = Vec::new();
-    let mut log = |trial: &trackwright_simulation::Trial| {
-        trials.push((trial.crf_from_tool, trial.tip_error_mm));
-    };
-    trackwright_simulation::run(&scenario, &Mode::Motion, &CancelToken::default(), Some(&mut log))
-        .unwrap();
+    let mut log = |trial: &Trial| trials.push((trial.crf_from_tool, trial.tip_error_mm));
+    run(&scenario, &Mode::Motion, &CancelToken::default(), Some(&mut log)).unwrap();
     assert_eq!(trials.len(), 125);
     for (crf_from_tool, tip_error_mm) in trials {
         scenario.crf_from_tool = crf_from_tool;
-        let single =
-            trackwright_simulation::run(&scenario, &Mode::Single, &CancelToken::default(), None)
-                .unwrap();
-        let single_mm = single.figures.position_mm.max();
+        let single_mm = study(&scenario, &Mode::Single).figures.position_mm.max();
         let gap_mm = (tip_error_mm - single_mm).abs();
         assert!(gap_mm < 1e-11, "{tip_error_mm} {single_mm}");
     }

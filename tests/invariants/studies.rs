@@ -1,19 +1,19 @@
 //! Studies: ideal rooms, what is free, what is outside, cancelling, and counts of work.
 
-use super::support::built_in;
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use crate::support::studies::{
+    body, cancelled, default_design as built_in, five, on_threads, one_direction, steps, study,
+};
+use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::{
-    self, AxisRange, CancelToken, InputTrial, Mode, Motion, Outcome, Scenario, ScenarioCrf,
-    StudyError,
+    CancelToken, InputTrial, Mode, Motion, Outcome, Scenario, ScenarioCrf, StudyError, Trial, run,
+    simulate_pose,
 };
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 
 /// Frames are fitted to some hundred mm with round-off of 1e-16: this leaves a factor of 100.
 const EXACT_MM: f64 = 1e-11;
@@ -29,19 +29,7 @@ fn cube() -> Bounds {
 
 /// The same shift and turn everywhere.
 fn uniform_room(error: [f64; 6]) -> DistortionModel {
-    DistortionModel::new(
-        1,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        cube(),
-        vec![error; 8],
-    )
-    .unwrap()
-}
-
-fn study(scenario: &Scenario, mode: &Mode) -> Outcome {
-    trackwright_simulation::run(scenario, mode, &CancelToken::default(), None).unwrap()
+    one_direction(1, cube(), vec![error; 8])
 }
 
 fn motion_study(scenario: &Scenario) -> Outcome {
@@ -52,15 +40,6 @@ fn motion_study(scenario: &Scenario) -> Outcome {
 fn without_crf(scenario: Scenario) -> Scenario {
     let tracker_from_crf = scenario.crf.as_ref().unwrap().tracker_from_crf;
     Scenario { crf_from_tool: tracker_from_crf * scenario.crf_from_tool, crf: None, ..scenario }
-}
-
-fn five(name: &str, z_mm: f64, axis: [f64; 3]) -> Sensor {
-    Sensor {
-        name: name.into(),
-        position_in_body: Point3::new(0.0, 0.0, z_mm),
-        orientation: SensorOrientation::FiveDof(Unit::new_normalize(axis.into())),
-        coil: None,
-    }
 }
 
 #[test]
@@ -89,11 +68,7 @@ fn a_free_roll_has_a_determined_part() {
     let on_a_line = Scenario {
         crf: None,
         crf_from_tool: Pose::translation(0.0, 0.0, -300.0),
-        tool: RigidBody {
-            name: "needle".into(),
-            tip_in_body: Some(Point3::new(5.0, 0.0, 0.0)),
-            sensors: vec![five("a", 40.0, [0.0, 0.0, 1.0])],
-        },
+        tool: body(vec![five([0.0, 0.0, 40.0], [0.0, 0.0, 1.0])], Some([5.0, 0.0, 0.0])),
         motion: None,
         ..scenario
     };
@@ -110,9 +85,9 @@ fn a_free_roll_has_a_determined_part() {
 #[test]
 fn a_crf_with_a_free_rotation_is_reported() {
     let mut scenario = in_room(built_in(), uniform_room([0.1; 6]));
-    let line = vec![five("a", 0.0, [0.0, 0.0, 1.0]), five("b", 20.0, [0.0, 0.0, 1.0])];
+    let line = [0.0, 20.0].map(|z| five([0.0, 0.0, z], [0.0, 0.0, 1.0]));
     scenario.crf = Some(ScenarioCrf {
-        body: RigidBody { name: "rod".into(), tip_in_body: None, sensors: line },
+        body: body(line.to_vec(), None),
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
     let outcome = study(&scenario, &Mode::Single);
@@ -123,11 +98,7 @@ fn a_crf_with_a_free_rotation_is_reported() {
 #[test]
 fn motion_equals_the_same_poses_as_input() {
     let scenario = Scenario {
-        motion: Some(Motion {
-            x: Some(AxisRange { min: -10.0, max: 10.0, step: 10.0 }),
-            rz: Some(AxisRange { min: -40.0, max: 40.0, step: 20.0 }),
-            ..Motion::default()
-        }),
+        motion: Some(Motion { x: steps(10.0, 2.0), rz: steps(40.0, 4.0), ..Motion::default() }),
         ..built_in()
     };
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
@@ -172,7 +143,7 @@ fn a_design_without_crf_has_none_of_its_cost() {
     assert_eq!(work.frame_fits, 1 + trials);
     let of_crf = (work.crf_evaluations, work.crf_trackings, work.crf_reuses);
     assert_eq!(of_crf, (0, 0, 0));
-    let shown = trackwright_simulation::simulate_pose(&without).work;
+    let shown = simulate_pose(&without).work;
     assert_eq!((shown.pose_evaluations, shown.frame_fits), (tool, 1));
     assert_eq!((shown.crf_evaluations, shown.crf_trackings), (0, 0));
 }
@@ -197,30 +168,27 @@ fn a_crf_is_tracked_again_only_where_it_moves() {
     let sensors = scenario.crf.as_ref().unwrap().body.sensors.len() as u64;
     let own = scenario.crf.as_ref().unwrap().tracker_from_crf;
     let moved = own * Pose::translation(5.0, 0.0, 0.0);
-    let run = |poses: &[Option<Pose>]| {
+    let trackings = |poses: &[Option<Pose>]| {
         let mode = input(poses, 10, scenario.crf_from_tool);
         let work = study(&scenario, &mode).work;
         assert_eq!(work.crf_evaluations, work.crf_trackings * sensors);
         assert_eq!(work.crf_trackings + work.crf_reuses, 1 + 10 * poses.len() as u64);
         work.crf_trackings
     };
-    assert_eq!(run(&[None, Some(own)]), 1);
-    assert_eq!(run(&[None, Some(moved)]), 2);
-    assert_eq!(run(&[Some(moved), None, Some(own * moved)]), 3);
+    assert_eq!(trackings(&[None, Some(own)]), 1);
+    assert_eq!(trackings(&[None, Some(moved)]), 2);
+    assert_eq!(trackings(&[Some(moved), None, Some(own * moved)]), 3);
 }
 
 /// Five positions a side, and turns about two axes.
 fn shared_orientations(scenario: &Scenario, turns: bool) -> Scenario {
-    let range = |reach: f64, steps: f64| {
-        Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps })
-    };
     Scenario {
         motion: Some(Motion {
-            x: range(40.0, 4.0),
-            y: range(40.0, 4.0),
-            z: range(30.0, 4.0),
-            rx: range(20.0, 2.0).filter(|_| turns),
-            rz: range(35.0, 6.0).filter(|_| turns),
+            x: steps(40.0, 4.0),
+            y: steps(40.0, 4.0),
+            z: steps(30.0, 4.0),
+            rx: steps(20.0, 2.0).filter(|_| turns),
+            rz: steps(35.0, 6.0).filter(|_| turns),
             ..Motion::default()
         }),
         ..scenario.clone()
@@ -251,9 +219,8 @@ fn grouped_poses_come_back_in_their_order() {
     let cancel = CancelToken::default();
     let logged = |mode: &Mode| {
         let mut trials = Vec::new();
-        let mut log = |trial: &trackwright_simulation::Trial| trials.push(*trial);
-        let outcome =
-            trackwright_simulation::run(&scenario, mode, &cancel, Some(&mut log)).unwrap();
+        let mut log = |trial: &Trial| trials.push(*trial);
+        let outcome = run(&scenario, mode, &cancel, Some(&mut log)).unwrap();
         (outcome, trials)
     };
     let (grouped, moved) = logged(&Mode::Motion);
@@ -273,13 +240,7 @@ fn grouped_poses_come_back_in_their_order() {
 #[test]
 fn a_study_does_not_depend_on_threads() {
     for scenario in [built_in(), shared_orientations(&built_in(), true)] {
-        let on = |threads| {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap()
-                .install(|| motion_study(&scenario))
-        };
+        let on = |threads| on_threads(threads, || motion_study(&scenario));
         let one = on(1);
         for threads in [2, 3, 7] {
             assert_eq!(one, on(threads));
@@ -295,26 +256,20 @@ fn outside_box_and_volume_are_counted_apart() {
     assert_eq!(figures.outside, figures.trials);
     assert_eq!(figures.out_of_volume, 0);
     let rejecting = Scenario { outside: OutsidePolicy::Reject, ..scenario };
-    assert_eq!(
-        trackwright_simulation::run(&rejecting, &Mode::Motion, &CancelToken::default(), None),
-        Err(StudyError::AllRejected { trials: figures.trials })
-    );
+    let found = run(&rejecting, &Mode::Motion, &CancelToken::default(), None);
+    assert_eq!(found, Err(StudyError::AllRejected { trials: figures.trials }));
 }
 
 #[test]
 fn a_cancelled_study_has_no_outcome() {
-    let cancel = CancelToken::default();
-    cancel.cancel();
-    assert_eq!(
-        trackwright_simulation::run(&built_in(), &Mode::Motion, &cancel, None),
-        Err(StudyError::Cancelled)
-    );
+    let stopped = run(&built_in(), &Mode::Motion, &cancelled().cancel, None);
+    assert_eq!(stopped, Err(StudyError::Cancelled));
 }
 
 #[test]
 fn what_the_scene_shows_is_the_single_trial() {
     let scenario = built_in();
-    let shown = trackwright_simulation::simulate_pose(&scenario);
+    let shown = simulate_pose(&scenario);
     let outcome = study(&scenario, &Mode::Single);
     assert_eq!(shown.trial.tip_error_mm, outcome.figures.position_mm.rms());
     assert_eq!(shown.tool.sensors.len(), scenario.tool.sensors.len());

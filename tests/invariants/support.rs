@@ -13,7 +13,6 @@ use trackwright_field::validity::FitValidityAt;
 use trackwright_field::{DistortionModel, FitValidity, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_simulation::Scenario;
 use trackwright_task::Task;
 
 pub(super) const NOISE_MM: f64 = 0.2;
@@ -46,12 +45,6 @@ pub(super) fn places(count: usize, bounds: &Bounds) -> Vec<(Point3<f64>, Unit<Ve
             )
         })
         .collect()
-}
-
-/// The built-in design in its room.
-pub(super) fn built_in() -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
 /// A model whose coefficient `i` has the components `value(i, k)`.

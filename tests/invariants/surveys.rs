@@ -1,9 +1,9 @@
 //! Surveys of a study's support: what they count is what each sensor finds, whatever the threads.
 
-use super::support::built_in;
+use crate::support::studies::{cancelled, default_design as built_in, on_threads};
 use nalgebra::Vector3;
 use std::sync::Arc;
-use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_simulation::{
     self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError,
@@ -13,6 +13,13 @@ use trackwright_task::Task;
 
 fn survey(scenario: &Scenario, mode: &Mode) -> SupportSurvey {
     trackwright_simulation::survey(scenario, mode, &Task::default()).unwrap()
+}
+
+fn without_validity(scenario: &Scenario) -> Scenario {
+    let mut scenario = scenario.clone();
+    let room = Arc::make_mut(&mut scenario.environment);
+    (room.fit_validity, room.process) = (None, None);
+    scenario
 }
 
 #[test]
@@ -56,10 +63,7 @@ fn a_crf_at_rest_is_evaluated_once_on_any_threads() {
         (scenario.tool.sensors.len() as u64, crf.body.sensors.len() as u64)
     };
     let (tool, crf) = sensors(&scenario);
-    let surveys = [1, 3].map(|threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| survey(&scenario, &Mode::Motion))
-    });
+    let surveys = [1, 3].map(|threads| on_threads(threads, || survey(&scenario, &Mode::Motion)));
     assert_eq!(surveys[0], surveys[1]);
     assert_eq!((surveys[0].trials, surveys[0].evaluations), (3375, 3375 * tool + crf));
     // Where it moves it is evaluated each time.
@@ -88,18 +92,12 @@ fn a_tool_beyond_the_samples_is_unsupported() {
 
 #[test]
 fn no_survey_without_validity_or_when_cancelled() {
-    let mut scenario = built_in();
-    let task = Task::default();
-    task.cancel.cancel();
-    let cancelled = trackwright_simulation::survey(&scenario, &Mode::Motion, &task);
-    assert_eq!(cancelled, Err(SurveyError::Study(StudyError::Cancelled)));
-    scenario.environment = Arc::new(Environment {
-        fit_validity: None,
-        process: None,
-        ..(*scenario.environment).clone()
-    });
-    let error =
-        trackwright_simulation::survey(&scenario, &Mode::Single, &Task::default()).unwrap_err();
+    let scenario = built_in();
+    let stopped = trackwright_simulation::survey(&scenario, &Mode::Motion, &cancelled());
+    assert_eq!(stopped, Err(SurveyError::Study(StudyError::Cancelled)));
+    let scenario = without_validity(&scenario);
+    let found = trackwright_simulation::survey(&scenario, &Mode::Single, &Task::default());
+    let error = found.unwrap_err();
     assert!(error.to_string().contains("\"Operating table\" has no model validity"), "{error}");
 }
 
@@ -132,14 +130,7 @@ fn a_slice_shows_its_quantity() {
         assert_eq!([std_error.is_inside[i], distance.is_inside[i]], [*is_inside; 2]);
     }
     assert!(std_error.p95 > 0.0 && std_error.p95 <= std_error.max);
-    let without = Scenario {
-        environment: Arc::new(Environment {
-            fit_validity: None,
-            process: None,
-            ..(**environment).clone()
-        }),
-        ..scenario.clone()
-    };
+    let without = without_validity(&scenario);
     let none = sample_slice(&without, Quantity::StdErrorMm, &plan, &cancel);
     assert_eq!(none, Ok(None));
     cancel.cancel();

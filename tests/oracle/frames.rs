@@ -1,7 +1,10 @@
 //! Frame fits, reflections, what is not determined, and first-order uncertainty.
 
 use crate::support::close::{self, assert_all_close};
-use crate::support::golden::{GOLDEN, axis, list, matrix, number, point, rotation, vector};
+use crate::support::golden::{
+    GOLDEN, axis, list, matrix, number, numbers, point, rotation, vector,
+};
+use crate::support::studies;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use trackwright_geometry::pose::Pose;
@@ -15,20 +18,11 @@ fn sensor(case: &Value) -> Sensor {
         (_, Value::Null) => SensorOrientation::FiveDof(axis(&case["axis"])),
         (_, turn) => SensorOrientation::FiveDof(rotation(turn) * Vector3::z_axis()),
     };
-    Sensor {
-        name: String::new(),
-        position_in_body: point(&case["position"]),
-        orientation,
-        coil: None,
-    }
+    studies::sensor(numbers(&case["position"]), orientation)
 }
 
 fn body(case: &Value) -> RigidBody {
-    RigidBody {
-        name: "case".into(),
-        tip_in_body: None,
-        sensors: list(case, "sensors").iter().map(sensor).collect(),
-    }
+    studies::body(list(case, "sensors").iter().map(sensor).collect(), None)
 }
 
 #[track_caller]
@@ -78,16 +72,9 @@ fn fitted_frames_and_singular_values_agree() {
 #[test]
 fn planar_positions_never_give_a_reflection() {
     for case in list(&GOLDEN, "reflections") {
-        let sensors = list(case, "position")
-            .iter()
-            .map(|p| Sensor {
-                name: String::new(),
-                position_in_body: point(p),
-                orientation: SensorOrientation::FiveDof(Vector3::z_axis()),
-                coil: None,
-            })
-            .collect();
-        let body = RigidBody { name: "plane".into(), tip_in_body: None, sensors };
+        let sensors = list(case, "position").iter();
+        let sensors = sensors.map(|p| studies::five(numbers(p), [0.0, 0.0, 1.0]));
+        let body = studies::body(sensors.collect(), None);
         let readings: Vec<_> = list(case, "measured")
             .iter()
             .map(|p| Reading { position_mm: point(p), rotation: UnitQuaternion::identity() })

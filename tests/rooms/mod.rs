@@ -3,7 +3,8 @@
 
 pub mod tracker;
 
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use crate::support::studies;
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use tracker::{Random, Room, SensorPose};
 use trackwright_calibration::room_process::{Refit, room_process};
@@ -21,10 +22,9 @@ use trackwright_simulation::expected::{expected, shrinking};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::metric::values_of_errors;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Expected, METRICS, Metric, MetricValues, Mode, Motion, Scenario,
-    ScenarioCrf, Summary, trial_count, trial_pose,
+    AxisRange, CancelToken, Expected, METRICS, Metric, MetricValues, Mode, Motion, RigidBody,
+    Scenario, ScenarioCrf, Summary, trial_count, trial_pose,
 };
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
 use trackwright_task::Task;
 
 /// Orientation weight of every fit, mm.
@@ -40,17 +40,8 @@ fn pose((p, n): &SensorPose) -> Pose {
 }
 
 fn body(name: &str, sensors: &[([f64; 3], [f64; 3])]) -> RigidBody {
-    let each = sensors.iter().enumerate().map(|(i, (p, n))| Sensor {
-        name: format!("{name} {i}"),
-        position_in_body: Point3::from(*p),
-        orientation: SensorOrientation::FiveDof(Unit::new_normalize(Vector3::from(*n))),
-        coil: None,
-    });
-    RigidBody {
-        name: name.to_owned(),
-        tip_in_body: Some(Point3::origin()),
-        sensors: each.collect(),
-    }
+    let sensors = sensors.iter().map(|(p, n)| studies::five(*p, *n)).collect();
+    RigidBody { name: name.to_owned(), ..studies::body(sensors, Some([0.0; 3])) }
 }
 
 /// Two sensors along the shaft, three around it, two far apart, and two close together far behind the
@@ -107,10 +98,7 @@ fn environment(samples: &SampleSet) -> Arc<Environment> {
     let fitted = fit(samples, &settings, None).unwrap();
     let refit = Refit::Polynomials { settings: &settings, is_symmetric: false };
     let process = room_process(samples, &fitted, &refit, &Task::default()).unwrap();
-    Arc::new(Environment {
-        process: Some(Arc::new(process)),
-        ..Environment::of_model("room", fitted.model)
-    })
+    Arc::new(Environment { process: Some(Arc::new(process)), ..studies::room(fitted.model) })
 }
 
 /// Three steps along each axis and of two turns.

@@ -1,22 +1,15 @@
 //! Recordings of a built tool in different frames are recognised.
 
+use crate::support::studies::default_design;
 use nalgebra::{UnitQuaternion, Vector3};
-use trackwright_calibration::agreement::AgreementRow;
-use trackwright_calibration::agreement::tip_in_crf;
 use trackwright_calibration::agreement::*;
-use trackwright_calibration::agreement::{RecordedPose, paired_rows};
 use trackwright_field::random_models::Seeded;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::Scenario;
 use trackwright_task::Task;
 
 fn scenario() -> Scenario {
-    let world =
-        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
-            .unwrap();
-    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    scenario.crf = None;
-    scenario
+    Scenario { crf: None, ..default_design() }
 }
 
 /// Poses about the middle of the room, measured as the room has it and then in another frame.

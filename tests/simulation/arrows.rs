@@ -1,18 +1,16 @@
 //! Error vectors on a lattice.
 
+use crate::support::studies;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::StudyError;
 use trackwright_simulation::arrows::*;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::simulate_pose;
+use trackwright_simulation::{Scenario, StudyError, simulate_pose};
 use trackwright_task::CancelToken;
 
 fn built_in() -> Scenario {
-    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
+    studies::built_in("shaver-on-head")
 }
 
 fn sample(scenario: &Scenario, plan: &ArrowPlan) -> ArrowOutcome {
@@ -104,13 +102,8 @@ fn only_arrows_within_the_dome_are_counted() {
 fn arrows_are_cancellable_and_independent_of_threads() {
     let scenario = built_in();
     let plan = ArrowPlan { sensor: ArrowSensor::OfTool, counts: [11, 10, 9] };
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| sample(&scenario, &plan))
-    };
+    let on = |threads| studies::on_threads(threads, || sample(&scenario, &plan));
     assert_eq!(on(1), on(3));
-    let cancel = CancelToken::default();
-    cancel.cancel();
-    let stopped = sample_arrows(&scenario, &plan, &cancel);
+    let stopped = sample_arrows(&scenario, &plan, &studies::cancelled().cancel);
     assert_eq!(stopped, Err(StudyError::Cancelled));
 }

@@ -1,25 +1,16 @@
 //! The pose of a body that a tracker would report is corrected to the body's true pose.
 
-use trackwright_simulation::body_compensation::*;
-
+use crate::support::studies::built_in;
 use nalgebra::{Point3, Vector3};
-use trackwright_field::DistortionModel;
 use trackwright_field::compensation::{Compensated, Compensator, Method};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_geometry::pose::Pose;
-use trackwright_geometry::pose::pose_from_array;
-use trackwright_simulation::RigidBody;
-use trackwright_simulation::{Scenario, simulate_pose};
-use trackwright_simulation::{Sensor, SensorOrientation};
+use trackwright_geometry::pose::{Pose, pose_from_array};
+use trackwright_simulation::body_compensation::*;
+use trackwright_simulation::{RigidBody, Scenario, Sensor, SensorOrientation, simulate_pose};
 use trackwright_task::Task;
-
-fn built_in(name: &str) -> Scenario {
-    let world = trackwright_project::open_builtin(name).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
-}
 
 fn compensated(
     scenario: &Scenario,

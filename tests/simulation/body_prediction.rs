@@ -1,31 +1,20 @@
 //! What the room's model predicts for a body's pose.
 
-use nalgebra::UnitQuaternion;
-use nalgebra::Vector3;
+use crate::support::studies;
+use nalgebra::{UnitQuaternion, Vector3};
 use trackwright_field::{Environment, OutsidePolicy};
-use trackwright_geometry::pose::Pose;
-use trackwright_geometry::pose::pose_from_parts;
-use trackwright_simulation::RigidBody;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::body_prediction::*;
-use trackwright_simulation::{Sensor, SensorOrientation};
+use trackwright_simulation::{RigidBody, SensorOrientation};
 
 fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
-    let sensor = |at: &[f64; 3]| Sensor {
-        name: String::new(),
-        position_in_body: (*at).into(),
-        orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-        coil: None,
-    };
-    RigidBody {
-        name: "body".to_owned(),
-        tip_in_body: Some(tip.into()),
-        sensors: positions.iter().map(sensor).collect(),
-    }
+    let orientation = SensorOrientation::SixDof(UnitQuaternion::identity());
+    let sensors = positions.iter().map(|at| studies::sensor(*at, orientation));
+    studies::body(sensors.collect(), Some(tip))
 }
 
 fn room() -> std::sync::Arc<Environment> {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    std::sync::Arc::clone(&world.environment)
+    studies::default_design().environment
 }
 
 fn middle(room: &Environment) -> Pose {

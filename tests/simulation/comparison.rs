@@ -1,11 +1,10 @@
 //! Trials drawn between those of the grid.
+use crate::support::studies::default_design;
 use trackwright_simulation::comparison::sampled::*;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::{AxisRange, Motion};
+use trackwright_simulation::{AxisRange, Motion, Scenario};
 
 #[test]
 fn every_part_covers_the_range_evenly_and_stays_in_it() {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     let scenario = Scenario {
         motion: Some(Motion {
             y: Some(AxisRange { min: -10.0, max: 30.0, step: 15.0 }),
@@ -13,7 +12,7 @@ fn every_part_covers_the_range_evenly_and_stays_in_it() {
             z: Some(AxisRange { min: 4.0, max: 9.0, step: 0.0 }),
             ..Motion::default()
         }),
-        ..trackwright_project::resolve(world.document.design(), &world.environment)
+        ..default_design()
     };
     let from = scenario.crf_from_tool.translation.vector;
     for part in range_trials(&scenario, 4, 64, 3) {

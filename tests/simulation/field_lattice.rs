@@ -1,18 +1,17 @@
 //! Each point of a lattice against the model itself, and lattices that are refused.
 
-use trackwright_simulation::field_lattice::*;
-
+use crate::support::studies::built_in;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::rotation::{axis_rotation, exp_vector};
+use trackwright_simulation::field_lattice::*;
 use trackwright_task::Task;
 
 fn model() -> DistortionModel {
-    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
-    world.environment.model.clone()
+    built_in("shaver-on-head").environment.model.clone()
 }
 
 fn plan(model: &DistortionModel, displacement: Displacement) -> FieldPlan {

@@ -1,24 +1,18 @@
 //! Places against the study itself with the sensor moved there.
 
-use trackwright_simulation::placement::*;
-
-use trackwright_simulation::StudyError;
-use trackwright_simulation::scenario::Scenario;
-
-use trackwright_geometry::mesh::SurfaceMesh;
-use trackwright_geometry::surface::{Ray, SurfacePoint};
-use trackwright_simulation::work::Work;
-use trackwright_task::Task;
-
-use nalgebra::Vector3;
+use crate::support::studies::on_threads;
+use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
-
-use nalgebra::Point3;
 use trackwright_design::BodyRole;
 use trackwright_field::{DistortionModel, OutsidePolicy};
-use trackwright_simulation::Metric;
-use trackwright_simulation::SensorOrientation;
-use trackwright_simulation::{CancelToken, Mode, Motion, expected, run};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::surface::{Ray, SurfacePoint};
+use trackwright_simulation::placement::*;
+use trackwright_simulation::work::Work;
+use trackwright_simulation::{
+    CancelToken, Metric, Mode, Motion, Scenario, SensorOrientation, StudyError, expected, run,
+};
+use trackwright_task::Task;
 
 fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
     let world = trackwright_project::open_builtin(name).unwrap();
@@ -32,6 +26,15 @@ fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
 
 fn plan(body: PlacedBody, rule: AxisRule, candidates: &[SurfacePoint]) -> PlacementPlan {
     PlacementPlan { body, sensor: 1, rule, candidates: candidates.into() }
+}
+
+/// All pictures of a placement, the last one its outcome.
+fn pictures(scenario: &Scenario, plan: &PlacementPlan) -> Vec<PlacementOutcome> {
+    let mut pictures = Vec::new();
+    let mut keep = |picture: &PlacementOutcome| pictures.push(picture.clone());
+    let outcome = place(scenario, plan, &Task::default(), &mut keep).unwrap();
+    assert_eq!(pictures.last(), Some(&outcome));
+    pictures
 }
 
 fn placed(scenario: &Scenario, plan: &PlacementPlan) -> PlacementOutcome {
@@ -54,6 +57,15 @@ fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> O
     outcome.ok().map(|o| o.figures.position_mm.rms())
 }
 
+/// A place has the figure of the study with the sensor moved there, but for the order of a sum of
+/// thousands of squares.
+#[track_caller]
+fn assert_studied(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint, place: &Placement) {
+    let studied = studied_mm(scenario, plan, at).unwrap();
+    let found = place.tip_rms_mm.unwrap();
+    assert!((found - studied).abs() < 1e-12 * studied, "{plan:?}: {found} {studied}");
+}
+
 #[test]
 fn a_full_placement_is_a_study_with_the_sensor_moved() {
     for name in ["pointer-on-head", "shaver-on-head"] {
@@ -66,13 +78,7 @@ fn a_full_placement_is_a_study_with_the_sensor_moved() {
                 assert_eq!((outcome.full, outcome.trials), (some.len(), 3375));
                 assert!(outcome.is_final && some.len() >= 20);
                 for (at, place) in some.iter().zip(&outcome.places) {
-                    let studied = studied_mm(&scenario, &plan, at).unwrap();
-                    let found = place.tip_rms_mm.unwrap();
-                    // A sum of 3,375 squares in another order.
-                    assert!(
-                        (found - studied).abs() < 1e-12 * studied,
-                        "{name} {body:?} {rule:?}: {found} {studied}"
-                    );
+                    assert_studied(&scenario, &plan, at, place);
                 }
             }
         }
@@ -95,9 +101,7 @@ fn marker_placement_is_the_same_under_every_axis_rule() {
         let plan = plan(PlacedBody::Tool, rule, &some);
         assert_eq!(placed(&scenario, &plan).places, keep.places);
         for (at, place) in some.iter().zip(&keep.places) {
-            let studied = studied_mm(&scenario, &plan, at).unwrap();
-            let found = place.tip_rms_mm.unwrap();
-            assert!((found - studied).abs() < 1e-12 * studied, "{found} {studied}");
+            assert_studied(&scenario, &plan, at, place);
         }
     }
 }
@@ -224,15 +228,9 @@ fn approximate_placements_state_their_error() {
     // vertices hardly determine the tool's roll, and trials swing far at some of the poses.
     for (rule, half, most) in [(AxisRule::Keep, 0.001, 0.005), (AxisRule::Normal, 0.02, 0.15)] {
         let plan = plan(PlacedBody::Tool, rule, &all);
-        let mut pictures = Vec::new();
-        let outcome = place(&scenario, &plan, &Task::default(), &mut |picture| {
-            pictures.push(picture.clone());
-        })
-        .unwrap();
         // The last one adds expected values.
-        assert_eq!(pictures.len(), 4);
-        assert!(pictures.last() == Some(&outcome) && outcome.is_final);
-        assert!(!pictures[0].is_final && pictures[0].full < outcome.full);
+        let [first, _, _, outcome] = &pictures(&scenario, &plan)[..] else { panic!("four") };
+        assert!(outcome.is_final && !first.is_final && first.full < outcome.full);
         let is_full = |i: &usize| outcome.places[*i].basis == Basis::Full;
         let (full, between): (Vec<usize>, Vec<usize>) = (0..all.len()).partition(is_full);
         let (mut offs, mut beyond) = (Vec::new(), 0);
@@ -251,9 +249,7 @@ fn approximate_placements_state_their_error() {
         assert!(beyond <= 2, "{rule:?}: {beyond} of {}", offs.len());
         // Full ones among many are the study too.
         for &i in full.iter().step_by(full.len() / 4) {
-            let studied = studied_mm(&scenario, &plan, &all[i]).unwrap();
-            let off = outcome.places[i].tip_rms_mm.unwrap() - studied;
-            assert!(off.abs() < 1e-12 * studied);
+            assert_studied(&scenario, &plan, &all[i], &outcome.places[i]);
         }
     }
 }
@@ -308,9 +304,7 @@ fn placements_outside_are_marked_or_have_no_value() {
         let places = placed(&rejecting, &plan).places;
         assert_eq!(places[1].tip_rms_mm, None);
         assert_eq!(studied_mm(&rejecting, &plan, &some[1]), None);
-        let (found, studied) =
-            (places[0].tip_rms_mm.unwrap(), studied_mm(&rejecting, &plan, &some[0]).unwrap());
-        assert!((found - studied).abs() < 1e-12 * studied);
+        assert_studied(&rejecting, &plan, &some[0], &places[0]);
     }
 }
 
@@ -320,19 +314,8 @@ fn places_hang_on_no_number_of_threads() {
     // Few enough for little time; the first picture is mixed from 24 of them.
     let some: Vec<_> = all.iter().step_by(all.len() / 150).copied().collect();
     for body in [PlacedBody::Tool, PlacedBody::Crf] {
-        let on = |threads: usize| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-            let plan = plan(body, AxisRule::Tangent, &some);
-            let mut pictures = Vec::new();
-            let deliver = |pictures: &mut Vec<_>| {
-                place(&scenario, &plan, &Task::default(), &mut |picture| {
-                    pictures.push(picture.clone());
-                })
-                .unwrap();
-            };
-            pool.build().unwrap().install(|| deliver(&mut pictures));
-            pictures
-        };
+        let plan = plan(body, AxisRule::Tangent, &some);
+        let on = |threads| on_threads(threads, || pictures(&scenario, &plan));
         assert_eq!(on(1), on(3));
     }
 }
@@ -400,11 +383,9 @@ fn expected_places_are_near_the_expected_study() {
     ] {
         let (scenario, all) = built_in("pointer-on-head", body);
         let plan = plan(body, rule, &all);
-        let mut pictures = Vec::new();
-        let mut keep = |outcome: &PlacementOutcome| pictures.push(outcome.clone());
-        let last = place(&scenario, &plan, &Task::default(), &mut keep).unwrap();
-        let (own, with) = (&pictures[pictures.len() - 2], &pictures[pictures.len() - 1]);
-        assert!(!own.is_final && !own.is_expected() && *with == last);
+        let pictures = pictures(&scenario, &plan);
+        let [.., own, last] = &pictures[..] else { panic!("at least two") };
+        assert!(!own.is_final && !own.is_expected());
         let (mut off, mut covered) = (Vec::new(), 0);
         for at in (0..all.len()).step_by(all.len() / 12) {
             let place = &last.places[at];

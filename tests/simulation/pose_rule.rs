@@ -1,8 +1,8 @@
 //! Quadrature over a range of motion against the full grid.
 
+use crate::support::studies::built_in;
 use trackwright_simulation::pose_rule::*;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::{AxisRange, Motion};
+use trackwright_simulation::{AxisRange, Motion, Scenario};
 
 #[test]
 fn few_nodes_have_the_moments_of_all_values() {
@@ -23,7 +23,6 @@ fn few_nodes_have_the_moments_of_all_values() {
 
 #[test]
 fn as_many_nodes_as_values_are_the_grid() {
-    let world = trackwright_project::open_builtin("endoscope").unwrap();
     let range = |min: f64, step: f64| Some(AxisRange { min, max: min + 2.0 * step, step });
     let scenario = Scenario {
         motion: Some(Motion {
@@ -32,7 +31,7 @@ fn as_many_nodes_as_values_are_the_grid() {
             rz: range(5.0, 5.0),
             ..Motion::default()
         }),
-        ..trackwright_project::resolve(world.document.design(), &world.environment)
+        ..built_in("endoscope")
     };
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let (whole, gauss) = (PoseRule::whole(&grid), PoseRule::gauss(&scenario, 27).unwrap());

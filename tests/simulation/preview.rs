@@ -1,24 +1,14 @@
 //! A preview of few trials against the whole study.
 
+use crate::support::studies::{default_design, steps, study};
 use std::collections::HashSet;
 use trackwright_simulation::preview::*;
-use trackwright_simulation::scenario::{Mode, Scenario};
-use trackwright_simulation::{AxisRange, CancelToken, Motion, run};
+use trackwright_simulation::{Mode, Motion, Scenario};
 
-fn scenario(steps: f64) -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    let range = |reach: f64| Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps });
-    Scenario {
-        motion: Some(Motion {
-            x: range(40.0),
-            y: range(40.0),
-            z: range(40.0),
-            rx: range(30.0),
-            rz: range(30.0),
-            ..Motion::default()
-        }),
-        ..trackwright_project::resolve(world.document.design(), &world.environment)
-    }
+fn scenario(count: f64) -> Scenario {
+    let [shift, turn] = [40.0, 30.0].map(|reach| steps(reach, count));
+    let motion = Motion { x: shift, y: shift, z: shift, rx: turn, ry: None, rz: turn };
+    Scenario { motion: Some(motion), ..default_design() }
 }
 
 #[test]
@@ -33,10 +23,7 @@ fn a_preview_is_within_1_percent_of_the_whole_study() {
     let scenario = scenario(7.0);
     let preview = preview(&scenario).unwrap();
     assert_eq!(preview.whole_trials, 8_usize.pow(5));
-    let rms = |mode: &Mode| {
-        let outcome = run(&scenario, mode, &CancelToken::default(), None).unwrap();
-        outcome.figures.position_mm.rms()
-    };
+    let rms = |mode| study(&scenario, mode).figures.position_mm.rms();
     let (part, whole) = (rms(&preview.mode), rms(&Mode::Motion));
     assert!((part - whole).abs() < 0.01 * whole, "{part} {whole}");
 }

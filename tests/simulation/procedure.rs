@@ -1,11 +1,7 @@
 //! What a step comes to, and what is reported of one that was decided.
 
 use trackwright_procedure::*;
-use trackwright_procedure::{DecidedRecording, DecidedStudies, DecisionBasis, RoomName, Step};
-
-use trackwright_procedure::{RowCounts, State, StepStatus, Undecidable, step_status};
-use trackwright_simulation::Metric;
-use trackwright_simulation::requirement::Requirement;
+use trackwright_simulation::{Metric, Requirement};
 use trackwright_task::Task;
 
 /// A built-in design in its room, and in one that is not to be had.

@@ -1,24 +1,12 @@
 //! Trials charted over a design's range of motion.
+use crate::support::studies::{default_design, steps, study};
 use trackwright_simulation::profile::*;
-use trackwright_simulation::scenario::{Mode, Scenario};
-use trackwright_simulation::{AxisRange, Metric, Motion};
-use trackwright_simulation::{Outcome, run};
+use trackwright_simulation::{Metric, Mode, Motion, Outcome, Scenario};
 use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    let range = |reach: f64, steps: f64| {
-        Some(AxisRange { min: -reach, max: reach, step: 2.0 * reach / steps })
-    };
-    Scenario {
-        motion: Some(Motion {
-            x: range(40.0, 3.0),
-            z: range(20.0, 1.0),
-            ry: range(30.0, 4.0),
-            ..Motion::default()
-        }),
-        ..trackwright_project::resolve(world.document.design(), &world.environment)
-    }
+    let (x, z, ry) = (steps(40.0, 3.0), steps(20.0, 1.0), steps(30.0, 4.0));
+    Scenario { motion: Some(Motion { x, z, ry, ..Motion::default() }), ..default_design() }
 }
 
 fn profiled(mode: &Mode) -> (Outcome, Profile) {
@@ -34,7 +22,7 @@ fn a_trial_s_error_is_that_of_its_pose_alone() {
     for trial in [0, 17, 39] {
         let pose = trial_pose(&scenario, &Mode::Motion, trial).unwrap();
         let alone = Mode::Input(vec![pose].into());
-        let outcome = run(&scenario, &alone, &CancelToken::default(), None).unwrap();
+        let outcome = study(&scenario, &alone);
         let difference = outcome.figures.position_mm.max() - profile.tip_error_mm[trial];
         // The whole grid shares blends of coefficients between poses.
         assert!(difference.abs() < 1e-12, "{difference:e}");
@@ -146,7 +134,7 @@ fn the_curve_along_the_shaft_is_that_of_other_tips() {
         let from_tip_mm = part * along.length_mm;
         let mut other = scenario.clone();
         other.tool.tip_in_body = Some(tip + along.axis_in_tool.as_ref() * from_tip_mm);
-        let study = run(&other, &Mode::Motion, &CancelToken::default(), None).unwrap();
+        let study = study(&other, &Mode::Motion);
         let difference = study.figures.value(Metric::TIP_RMS) - along.rms_mm(from_tip_mm);
         assert!(difference.abs() < 1e-9, "{part}: {difference:e}");
     }

@@ -1,28 +1,25 @@
 //! Slices against closed forms, finite differences and the study's own trial.
 
-use trackwright_simulation::StudyError;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::slice::*;
-use trackwright_simulation::slice_plan::{SlicePlan, SlicePlane};
-use trackwright_simulation::slice_quantity::Quantity;
-
+use crate::support::studies::{body, built_in, cancelled, on_threads, one_direction, room};
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::sync::Arc;
-use trackwright_field::Environment;
-use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::RigidBody;
-use trackwright_simulation::simulate_pose;
-use trackwright_simulation::work::Work;
+use trackwright_simulation::slice::*;
+use trackwright_simulation::{
+    Quantity, Scenario, SlicePlan, SlicePlane, StudyError, simulate_pose,
+};
 use trackwright_task::CancelToken;
 
-fn scenario(environment: Environment) -> Scenario {
+/// A room whose error along x is the position's x in the unit cube, and whose rotation is a
+/// hundredth of that, in radians.
+fn sloping_room() -> Scenario {
+    let coefficients =
+        (0..8).map(|i| f64::from(i / 4)).map(|x| [x, 0.0, 0.0, 0.0, 0.01 * x, 0.0]).collect();
     Scenario {
-        environment: Arc::new(environment),
-        tool: RigidBody { name: "none".into(), tip_in_body: None, sensors: Vec::new() },
+        environment: Arc::new(room(one_direction(1, unit_cube(), coefficients))),
+        tool: body(Vec::new(), None),
         crf: None,
         crf_from_tool: Pose::identity(),
         motion: None,
@@ -32,38 +29,14 @@ fn scenario(environment: Environment) -> Scenario {
     }
 }
 
-/// A room whose error along x is the position's x in the unit cube, and whose rotation is a
-/// hundredth of that, in radians.
-fn room() -> Scenario {
-    let bounds = Bounds::from(([0.0; 3], [100.0; 3]));
-    let coefficients =
-        (0..8).map(|i| f64::from(i / 4)).map(|x| [x, 0.0, 0.0, 0.0, 0.01 * x, 0.0]).collect();
-    scenario(Environment::of_model(
-        "slope",
-        DistortionModel::new(
-            1,
-            DirectionSet::One,
-            Weighting::Area,
-            MapKind::Distortion,
-            bounds,
-            coefficients,
-        )
-        .unwrap(),
-    ))
-}
-
-fn built_in(name: &str) -> Scenario {
-    let world = trackwright_project::open_builtin(name).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
+/// 100 mm wide.
+fn unit_cube() -> Bounds {
+    Bounds::from(([0.0; 3], [100.0; 3]))
 }
 
 fn plan(position_mm: f64) -> SlicePlan {
     SlicePlan {
-        plane: SlicePlane::Across {
-            normal_axis: 2,
-            position_mm,
-            bounds: Bounds::from(([0.0; 3], [100.0; 3])),
-        },
+        plane: SlicePlane::Across { normal_axis: 2, position_mm, bounds: unit_cube() },
         sensor_axis: Vector3::z_axis(),
         counts: [101, 3],
     }
@@ -75,31 +48,29 @@ fn slice(scenario: &Scenario, quantity: Quantity, plan: &SlicePlan) -> SliceOutc
 
 #[test]
 fn a_slice_costs_its_points_and_holds_their_errors() {
-    let position = slice(&room(), Quantity::PositionErrorMm, &plan(50.0));
+    let position = slice(&sloping_room(), Quantity::PositionErrorMm, &plan(50.0));
     assert_eq!(position.work.slice_evaluations, 303);
     assert!((position.values[25] - 0.25).abs() < 1e-15);
     assert!((position.max - 1.0).abs() < 1e-15);
     assert!((position.p95 - 0.95).abs() < 0.01);
-    let turned = slice(&room(), Quantity::OrientationErrorDeg, &plan(50.0));
+    let turned = slice(&sloping_room(), Quantity::OrientationErrorDeg, &plan(50.0));
     assert!((turned.values[25] - 0.0025_f64.to_degrees()).abs() < 1e-15);
-    let steep = slice(&room(), Quantity::GradientMmPerMm, &plan(50.0));
+    let steep = slice(&sloping_room(), Quantity::GradientMmPerMm, &plan(50.0));
     assert!(steep.values.iter().all(|v| (v - 0.01).abs() < 1e-15));
 }
 
 #[test]
 fn outside_the_box_a_slice_has_values_and_no_range() {
-    let slice = slice(&room(), Quantity::PositionErrorMm, &plan(150.0));
+    let slice = slice(&sloping_room(), Quantity::PositionErrorMm, &plan(150.0));
     assert!(slice.is_inside.iter().all(|inside| !inside));
     assert_eq!((slice.max, slice.p95), (0.0, 0.0));
 }
 
 #[test]
 fn a_cancelled_slice_has_no_values() {
-    let cancel = CancelToken::default();
-    cancel.cancel();
     for quantity in Quantity::ALL {
         let scenario = built_in("pointer-on-head");
-        let slice = sample_slice(&scenario, quantity, &plan(50.0), &cancel);
+        let slice = sample_slice(&scenario, quantity, &plan(50.0), &cancelled().cancel);
         assert_eq!(slice, Err(StudyError::Cancelled), "{quantity:?}");
     }
 }
@@ -225,16 +196,11 @@ fn a_slice_does_not_hang_on_the_number_of_threads() {
         sensor_axis: Vector3::x_axis(),
         counts: [40, 33],
     };
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().unwrap();
-        pool.install(|| Quantity::ALL.map(|quantity| sample_bits(&scenario, quantity, &plan)))
+    let bits = |quantity| {
+        let slice = slice(&scenario, quantity, &plan);
+        let bits: Vec<_> = slice.values.iter().map(|v| v.to_bits()).collect();
+        (bits, slice.work)
     };
+    let on = |threads| on_threads(threads, || Quantity::ALL.map(bits));
     assert_eq!(on(1), on(3));
-}
-
-fn sample_bits(scenario: &Scenario, quantity: Quantity, plan: &SlicePlan) -> (Vec<u64>, Work) {
-    let slice = slice(scenario, quantity, plan);
-    let bits = slice.values.iter().map(|v| v.to_bits()).collect();
-    (bits, slice.work)
 }

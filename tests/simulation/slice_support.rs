@@ -1,21 +1,14 @@
 //! Model validity on a slice.
 
-use trackwright_simulation::StudyError;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::slice_plan::SlicePlan;
-use trackwright_simulation::slice_quantity::Quantity;
-use trackwright_simulation::slice_support::*;
-
+use crate::support::studies::{cancelled, default_design};
 use nalgebra::{Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
-use trackwright_simulation::{SlicePlane, simulate_pose};
+use trackwright_simulation::slice_support::*;
+use trackwright_simulation::{
+    Quantity, Scenario, SlicePlan, SlicePlane, StudyError, simulate_pose,
+};
 use trackwright_task::CancelToken;
-
-fn scenario() -> Scenario {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
-}
 
 /// Larger than the box, so that some of it is outside.
 fn plan(scenario: &Scenario) -> SlicePlan {
@@ -40,7 +33,7 @@ fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {
 
 #[test]
 fn slice_support_is_the_fit_validity_at_each_point() {
-    let scenario = scenario();
+    let scenario = default_design();
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::PositionErrorMm);
     for (i, is_supported) in found.iter().enumerate() {
@@ -53,7 +46,7 @@ fn slice_support_is_the_fit_validity_at_each_point() {
 
 #[test]
 fn tool_support_requires_valid_poses_of_all_sensors() {
-    let scenario = scenario();
+    let scenario = default_design();
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::TipErrorMm);
     let crf = scenario.crf.as_ref().unwrap();
@@ -81,10 +74,9 @@ fn tool_support_requires_valid_poses_of_all_sensors() {
 
 #[test]
 fn no_slice_support_if_cancelled_or_without_validity() {
-    let mut scenario = scenario();
+    let mut scenario = default_design();
     let plan = plan(&scenario);
-    let cancel = CancelToken::default();
-    cancel.cancel();
+    let cancel = cancelled().cancel;
     let stopped = slice_support(&scenario, Quantity::PositionErrorMm, &plan, &cancel);
     assert_eq!(stopped, Err(StudyError::Cancelled));
     std::sync::Arc::make_mut(&mut scenario.environment).fit_validity = None;

@@ -1,13 +1,13 @@
 //! The region in which the model of a room is valid.
 
+use crate::support::studies::default_design;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::Environment;
 use trackwright_simulation::supported_region::*;
 use trackwright_task::Task;
 
 fn room() -> std::sync::Arc<Environment> {
-    let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
-    std::sync::Arc::clone(&world.environment)
+    default_design().environment
 }
 
 fn region(environment: &Environment, count: usize) -> SupportedRegion {

@@ -1,71 +1,49 @@
 //! Tolerances that are known by formula, those of the built-in designs against a simulation written
 //! out anew, and what has none.
 
-use trackwright_simulation::Metric;
-use trackwright_simulation::tolerance::AS_DRAWN;
-use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
-use trackwright_simulation::tolerance::first_order::FirstOrder;
-use trackwright_simulation::tolerance::nearest_bound;
-use trackwright_simulation::tolerance::*;
-
-use trackwright_simulation::requirement::Check;
-use trackwright_simulation::run;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::tolerance::{
-    ManufacturingSheet, NoTolerance, SheetBody, Tolerance, Within,
-};
-use trackwright_task::{Cancelled, Task};
-
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use crate::support::studies::{body, built_in, five, marker, on_threads, room, sensor};
+use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitSphere};
 use std::sync::Arc;
 use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::Statistics;
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::linear_fit::SensorError;
-use trackwright_simulation::scenario::Mode;
-use trackwright_simulation::{AxisRange, Motion, Requirement, ScenarioCrf};
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::requirement::Check;
+use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
+use trackwright_simulation::tolerance::first_order::FirstOrder;
+use trackwright_simulation::tolerance::*;
+use trackwright_simulation::{
+    AxisRange, Metric, Mode, Motion, Requirement, RigidBody, Scenario, ScenarioCrf, Sensor,
+    SensorOrientation, Statistics, run,
+};
+use trackwright_task::{Cancelled, Task};
 
 mod special;
 
 const HEAD_DESIGNS: [&str; 2] = ["pointer-on-head", "shaver-on-head"];
 
-fn built_in(name: &str) -> Scenario {
-    let world = trackwright_project::open_builtin_without_meshes(name).unwrap();
-    trackwright_project::resolve(world.document.design(), &world.environment)
-}
-
 fn sheet_of(scenario: &Scenario) -> ManufacturingSheet {
     manufacturing_sheet(scenario, &Task::default()).unwrap()
-}
-
-fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-    Sensor { name: "s".into(), position_in_body: position.into(), orientation, coil: None }
 }
 
 fn six(position: [f64; 3]) -> Sensor {
     sensor(position, SensorOrientation::SixDof(UnitQuaternion::from_euler_angles(0.3, -0.4, 1.0)))
 }
 
-fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
-    sensor(position, SensorOrientation::FiveDof(Unit::new_normalize(axis.into())))
-}
-
 /// A tool with its tip in the origin, in a room without distortion.
 fn ideal(sensors: Vec<Sensor>, requirement: Requirement) -> Scenario {
     Scenario {
-        environment: Arc::new(Environment::of_model(
-            "ideal",
-            DistortionModel::zero(Volume::AuroraCube.bounds(), MapKind::Distortion),
-        )),
-        tool: RigidBody { name: "tool".into(), tip_in_body: Some(Point3::origin()), sensors },
+        environment: Arc::new(room(DistortionModel::zero(
+            Volume::AuroraCube.bounds(),
+            MapKind::Distortion,
+        ))),
+        tool: body(sensors, Some([0.0; 3])),
         crf: None,
         crf_from_tool: Pose::translation(0.0, 0.0, -300.0),
         motion: None,
@@ -121,11 +99,7 @@ fn a_crf_that_is_off_counts_as_much_as_the_tool() {
     let mut scenario =
         ideal(vec![six([0.0, 0.0, 100.0])], at_most_mm(1.05).with(Metric::ANGLE_RMS, Some(0.6)));
     scenario.crf = Some(ScenarioCrf {
-        body: RigidBody {
-            name: "crf".into(),
-            tip_in_body: None,
-            sensors: vec![six([0.0, 0.0, 0.0])],
-        },
+        body: body(vec![six([0.0, 0.0, 0.0])], None),
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
     scenario.crf_from_tool = Pose::translation(50.0, 0.0, 0.0);
@@ -259,19 +233,15 @@ fn first_order_is_the_derivative_without_distortion() {
         vec![
             five([0.0, 3.0, 70.0], [0.0, 0.2, 1.0]),
             six([10.0, 0.0, 120.0]),
-            sensor([-5.0, 4.0, 150.0], SensorOrientation::Marker),
+            marker([-5.0, 4.0, 150.0]),
         ],
         all_bounds(),
     );
     scenario.crf = Some(ScenarioCrf {
-        body: RigidBody {
-            name: "crf".into(),
-            tip_in_body: None,
-            sensors: vec![
-                five([15.0, 0.0, 2.0], [1.0, 0.0, 0.0]),
-                five([-12.0, 5.0, 0.0], [0.0, 1.0, 0.3]),
-            ],
-        },
+        body: body(
+            vec![five([15.0, 0.0, 2.0], [1.0, 0.0, 0.0]), five([-12.0, 5.0, 0.0], [0.0, 1.0, 0.3])],
+            None,
+        ),
         tracker_from_crf: pose_from_parts(
             Vector3::new(20.0, -30.0, -250.0),
             UnitQuaternion::from_euler_angles(0.5, 0.2, -0.9),
@@ -421,9 +391,6 @@ fn percentile_and_max_bounds_hold_at_full_tolerance() {
 fn the_sheet_does_not_hang_on_the_number_of_threads() {
     let mut scenario = built_in("shaver-on-head");
     scenario.motion = turning(15.0);
-    let with = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| sheet_of(&scenario))
-    };
-    assert_eq!(with(1), with(3));
+    let on = |threads| on_threads(threads, || sheet_of(&scenario));
+    assert_eq!(on(1), on(3));
 }

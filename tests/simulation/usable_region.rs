@@ -1,27 +1,21 @@
 //! Regions whose shape follows from the field, and the study itself at lattice points.
 
-use trackwright_simulation::Metric;
-use trackwright_simulation::usable_region::*;
-
-use trackwright_field::OutsidePolicy;
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::pose::Pose;
-use trackwright_geometry::pose::pose_from_parts;
-use trackwright_geometry::volume::Volume;
-use trackwright_simulation::Requirement;
-use trackwright_simulation::StudyError;
-use trackwright_simulation::scenario::Scenario;
-use trackwright_task::Task;
-
-use nalgebra::UnitQuaternion;
-use nalgebra::{Point3, Vector3};
+use crate::support::studies::{
+    body, built_in, cancelled, on_threads, one_direction, room, sensor, study,
+};
+use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 use std::sync::Arc;
-use trackwright_field::samples::MapKind;
-use trackwright_field::{DistortionModel, Environment};
-use trackwright_geometry::directions::{DirectionSet, Weighting};
-use trackwright_simulation::{CancelToken, InputTrial, Mode, expected, run};
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_field::{Environment, OutsidePolicy};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::volume::Volume;
+use trackwright_simulation::usable_region::*;
+use trackwright_simulation::{
+    CancelToken, InputTrial, Metric, Mode, Requirement, Scenario, SensorOrientation, StudyError,
+    expected,
+};
+use trackwright_task::Task;
 
 const SIZE_MM: f64 = 200.0;
 
@@ -33,35 +27,18 @@ const ARM_MM: [f64; 3] = [10.0, -20.0, 30.0];
 fn scenario(order: usize, shift_x_mm: Vec<f64>, limit_mm: f64) -> Scenario {
     let bounds = Bounds::from(([0.0; 3], [SIZE_MM; 3]));
     let coefficients = shift_x_mm.iter().map(|x| [*x, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    let model = DistortionModel::new(
-        order,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        bounds,
-        coefficients.collect(),
-    )
-    .unwrap();
+    let model = one_direction(order, bounds, coefficients.collect());
     let inner = Bounds {
         // Far enough from the box's faces for the sensor to be in it too.
         min_mm: bounds.min_mm + Vector3::repeat(30.0),
         max_mm: bounds.max_mm - Vector3::repeat(30.0),
     };
     Scenario {
-        environment: Arc::new(Environment {
-            volume: Some(Volume::Box(inner)),
-            ..Environment::of_model("shift", model)
-        }),
-        tool: RigidBody {
-            name: "probe".into(),
-            tip_in_body: None,
-            sensors: vec![Sensor {
-                name: "only".into(),
-                position_in_body: ARM_MM.into(),
-                orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-                coil: None,
-            }],
-        },
+        environment: Arc::new(Environment { volume: Some(Volume::Box(inner)), ..room(model) }),
+        tool: body(
+            vec![sensor(ARM_MM, SensorOrientation::SixDof(UnitQuaternion::identity()))],
+            None,
+        ),
         crf: None,
         crf_from_tool: Pose::identity(),
         motion: None,
@@ -145,8 +122,7 @@ fn a_full_or_empty_region_has_no_surface() {
 
 #[test]
 fn each_point_equals_a_study_with_the_tip_there() {
-    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let scenario = built_in("shaver-on-head");
     let region = region(&scenario, [5, 4, 5]);
     assert_eq!((region.orientations, region.all_orientations), (27, 125));
     let motion = scenario.motion.unwrap();
@@ -170,8 +146,7 @@ fn each_point_equals_a_study_with_the_tip_there() {
                 ),
             })
             .collect();
-        let mode = Mode::Input(trials.into());
-        let outcome = run(&scenario, &mode, &CancelToken::default(), None).unwrap();
+        let outcome = study(&scenario, &Mode::Input(trials.into()));
         let checks = outcome.figures.checks.iter();
         let share = checks.map(|c| c.value / c.limit).fold(0.0, f64::max);
         let found = region.share.values[place];
@@ -182,17 +157,10 @@ fn each_point_equals_a_study_with_the_tip_there() {
 
 #[test]
 fn regions_are_cancellable_and_independent_of_threads() {
-    let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let on = |threads: usize| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let pool = pool.build().unwrap();
-        pool.install(|| region(&scenario, [9, 8, 7]))
-    };
+    let scenario = built_in("pointer-on-head");
+    let on = |threads| on_threads(threads, || region(&scenario, [9, 8, 7]));
     assert_eq!(on(1), on(3));
-    let task = Task::default();
-    task.cancel.cancel();
-    let stopped = usable_region(&scenario, [9, 8, 7], RegionBasis::OwnField, &task);
+    let stopped = usable_region(&scenario, [9, 8, 7], RegionBasis::OwnField, &cancelled());
     assert_eq!(stopped, Err(RegionError::Study(StudyError::Cancelled)));
 }
 
@@ -213,16 +181,8 @@ fn where_all_trials_are_left_out_nothing_is_usable() {
 fn large(min_mm: [f64; 3], max_mm: [f64; 3], volume: Volume, limit_mm: f64) -> Scenario {
     let mut scenario = slope(limit_mm);
     let environment = Arc::make_mut(&mut scenario.environment);
-    let old = &environment.model;
-    let model = DistortionModel::new(
-        old.order(),
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        Bounds::from((min_mm, max_mm)),
-        old.coefficients().to_vec(),
-    );
-    environment.model = model.unwrap();
+    let (order, old) = (environment.model.order(), environment.model.coefficients().to_vec());
+    environment.model = one_direction(order, Bounds::from((min_mm, max_mm)), old);
     environment.volume = Some(volume);
     scenario
 }
@@ -267,8 +227,7 @@ fn without_a_requirement_there_is_no_region() {
 
 #[test]
 fn intervals_leave_less_than_the_rooms_own_field() {
-    let world = trackwright_project::open_builtin("shaver-on-head").unwrap();
-    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    let mut scenario = built_in("shaver-on-head");
     scenario.requirement =
         Some(Requirement::at_most([(Metric::TIP_RMS, 1.0), (Metric::ANGLE_RMS, 1.0)]));
     let counts = [9, 9, 9];

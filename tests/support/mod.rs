@@ -9,5 +9,6 @@ pub mod live_load;
 pub mod live_program;
 pub mod peers;
 pub mod program;
+pub mod studies;
 pub mod table;
 pub mod wire;

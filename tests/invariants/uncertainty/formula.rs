@@ -1,20 +1,17 @@
 //! The formula against closed forms and the simulation; what moves it and what does not.
 
 use super::{
-    alone, assert_agree, body, built_in, fitzpatrick_mm, five, head, jitter, on_head, six,
-    three_fives,
+    PUBLISHED, alone, assert_agree, body, built_in, fitzpatrick_mm, five, head, jitter, on_head,
+    six, three_fives,
 };
+use crate::support::studies::{one_direction, steps};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
-use trackwright_field::DistortionModel;
 use trackwright_field::environment::{Jitter, JitterGrowth};
-use trackwright_field::samples::MapKind;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::RigidBody;
 use trackwright_simulation::uncertainty::{first_order, over_motion};
-use trackwright_simulation::{AxisRange, Motion, Scenario};
+use trackwright_simulation::{Motion, RigidBody, Scenario};
 use trackwright_task::Task;
 
 #[test]
@@ -30,20 +27,7 @@ fn a_six_dof_sensor_scatters_as_its_reading() {
 
 #[test]
 fn position_only_tools_have_fitzpatricks_error() {
-    // NDI's passive rigid bodies 8700340 and 8700339, as published in their tool definitions.
-    let cases = [
-        (
-            [[0.0, 0.0, 0.0], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]],
-            [0.0, 0.0, -150.0],
-            0.7881,
-        ),
-        (
-            [[0.0, 0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]],
-            [120.0, 30.0, -60.0],
-            0.9575,
-        ),
-    ];
-    for (markers, tip, published) in cases {
+    for (markers, tip, published) in PUBLISHED {
         // With no weight on axes, any will do.
         let sensors = markers.map(|p| five(p, [0.0, 0.0, 1.0])).to_vec();
         let scenario = alone(body(sensors, tip), 0.0, Jitter::uniform(0.25, 0.01));
@@ -143,17 +127,9 @@ fn first_order_bias_is_right_to_second_order() {
 fn a_uniform_field_is_no_bias_against_a_crf() {
     let bounds = Volume::AuroraCube.bounds();
     let error = [0.7, -0.4, 0.2, 1e-4, 2e-4, -3e-4];
-    let uniform = DistortionModel::new(
-        1,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        bounds,
-        vec![error; 8],
-    )
-    .unwrap();
     let mut scenario = on_head(alone(three_fives(), 1e6, jitter()), head());
-    Arc::make_mut(&mut scenario.environment).model = uniform;
+    let room = Arc::make_mut(&mut scenario.environment);
+    room.model = one_direction(1, bounds, vec![error; 8]);
     let tip = first_order(&scenario).unwrap();
     // With this weight axes decide the rotations: both bodies turn alike, and each shifts by the
     // same, so that what is left is the turn times the distance of the centroids.
@@ -164,8 +140,7 @@ fn a_uniform_field_is_no_bias_against_a_crf() {
 
 #[test]
 fn over_motion_each_pose_scatters_as_alone() {
-    let axis = |max: f64, step: f64| Some(AxisRange { min: -max, max, step });
-    let motion = Motion { x: axis(30.0, 60.0), ry: axis(40.0, 40.0), ..Motion::default() };
+    let motion = Motion { x: steps(30.0, 1.0), ry: steps(40.0, 2.0), ..Motion::default() };
     let grown = Jitter { growth: Some(JitterGrowth::dipole(250.0)), ..jitter() };
     let scenario =
         Scenario { motion: Some(motion), ..on_head(alone(three_fives(), 60.0, grown), head()) };

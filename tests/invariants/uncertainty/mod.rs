@@ -6,7 +6,8 @@ mod formula;
 mod refusals;
 mod sampling;
 
-use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
+use crate::support::studies::{self, five, sensor};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_field::environment::Jitter;
 use trackwright_field::samples::MapKind;
@@ -16,8 +17,7 @@ use trackwright_geometry::volume::Volume;
 use trackwright_simulation::uncertainty::{
     MonteCarlo, TipUncertainty, check_first_order, first_order, monte_carlo,
 };
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
-use trackwright_simulation::{Scenario, ScenarioCrf};
+use trackwright_simulation::{RigidBody, Scenario, ScenarioCrf, Sensor, SensorOrientation};
 use trackwright_task::Task;
 
 /// 0.5 mm and 0.3 degrees.
@@ -30,14 +30,20 @@ const SIGMAS: f64 = 4.0;
 
 const SAMPLES: usize = 50_000;
 
-fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-    Sensor { name: "s".into(), position_in_body: position.into(), orientation, coil: None }
-}
-
-fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
-    let axis = Unit::new_normalize(Vector3::from(axis));
-    sensor(position, SensorOrientation::FiveDof(axis))
-}
+/// The four markers of NDI's passive probe 8700340 and of its reference frame 8700339, as published in
+/// their tool definitions, a tip, and its error in mm where markers scatter by 0.25 mm.
+pub(super) const PUBLISHED: [([[f64; 3]; 4], [f64; 3], f64); 2] = [
+    (
+        [[0.0, 0.0, 0.0], [0.0, 0.0, 50.0], [0.0, 25.0, 100.0], [0.0, -25.0, 135.0]],
+        [0.0, 0.0, -150.0],
+        0.7881,
+    ),
+    (
+        [[0.0, 0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]],
+        [120.0, 30.0, -60.0],
+        0.9575,
+    ),
+];
 
 fn six(position: [f64; 3], turn: [f64; 3]) -> Sensor {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
@@ -45,7 +51,7 @@ fn six(position: [f64; 3], turn: [f64; 3]) -> Sensor {
 }
 
 fn body(sensors: Vec<Sensor>, tip: [f64; 3]) -> RigidBody {
-    RigidBody { name: "body".into(), tip_in_body: Some(tip.into()), sensors }
+    studies::body(sensors, Some(tip))
 }
 
 /// Three 5-DOF sensors not on one line.
@@ -85,7 +91,7 @@ fn alone(tool: RigidBody, weight_mm: f64, jitter: Jitter) -> Scenario {
     Scenario {
         environment: Arc::new(Environment {
             jitter: Some(jitter),
-            ..Environment::of_model("room", DistortionModel::zero(bounds, MapKind::Distortion))
+            ..studies::room(DistortionModel::zero(bounds, MapKind::Distortion))
         }),
         tool,
         crf: None,
@@ -112,7 +118,7 @@ fn on_head(scenario: Scenario, crf: RigidBody) -> Scenario {
 
 /// The built-in design with jitter, its room's distortion times a factor.
 fn built_in(field: f64) -> Scenario {
-    let scenario = super::support::built_in();
+    let scenario = studies::default_design();
     let model = &scenario.environment.model;
     let scaled = model.coefficients().iter().map(|c| c.map(|v| v * field));
     let model = DistortionModel::new(

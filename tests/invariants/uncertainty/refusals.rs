@@ -1,13 +1,14 @@
 //! What has no uncertainty, and why.
 
 use super::{built_in, with_jitter};
+use crate::support::studies::cancelled;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_simulation::Scenario;
 use trackwright_simulation::uncertainty::{
     UncertaintyError, first_order, monte_carlo, over_motion,
 };
-use trackwright_task::{CancelToken, Cancelled, Task};
+use trackwright_task::{Cancelled, Task};
 
 #[test]
 fn no_jitter_is_no_scatter() {
@@ -46,12 +47,9 @@ fn what_cannot_be_computed_is_refused_with_a_reason() {
     assert_refused(&outside, "outside the model's box");
     let task = Task::default();
     assert_eq!(monte_carlo(&scenario, 3, 0, &task), Err(UncertaintyError::Samples { found: 3 }));
-    let cancel = CancelToken::default();
-    cancel.cancel();
-    let task = Task::cancelled_by(cancel);
-    let cancelled = UncertaintyError::Cancelled(Cancelled);
-    assert_eq!(monte_carlo(&scenario, 1000, 0, &task), Err(cancelled.clone()));
-    assert_eq!(over_motion(&scenario, &task), Err(cancelled));
+    let stopped = UncertaintyError::Cancelled(Cancelled);
+    assert_eq!(monte_carlo(&scenario, 1000, 0, &cancelled()), Err(stopped.clone()));
+    assert_eq!(over_motion(&scenario, &cancelled()), Err(stopped));
     let still = Scenario { motion: None, ..scenario };
     assert_eq!(over_motion(&still, &Task::default()), Err(UncertaintyError::NoMotion));
 }

@@ -4,6 +4,7 @@ use super::{
     SAMPLES, SIGMAS, alone, assert_agree, body, built_in, five, head, jitter, on_head, sampled,
     six, three_fives, with_jitter,
 };
+use crate::support::studies::on_threads;
 use nalgebra::{Point3, Vector3};
 use trackwright_field::environment::{Jitter, JitterGrowth};
 use trackwright_simulation::uncertainty::{first_order, monte_carlo};
@@ -52,13 +53,8 @@ fn sampling_agrees_where_jitter_grows() {
 #[test]
 fn samples_do_not_depend_on_threads() {
     let scenario = on_head(alone(three_fives(), 60.0, jitter()), head());
-    let on = |threads| {
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap()
-            .install(|| monte_carlo(&scenario, 5_000, 3, &Task::default()).unwrap())
-    };
+    let sample = || monte_carlo(&scenario, 5_000, 3, &Task::default()).unwrap();
+    let on = |threads| on_threads(threads, sample);
     let one = on(1);
     assert_eq!(one, on(2));
     assert_eq!(one, on(7));

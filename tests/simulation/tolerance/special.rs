@@ -1,6 +1,7 @@
 //! What has no tolerances, and sensors, studies and tools that are special.
 
 use super::*;
+use crate::support::studies::cancelled;
 use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use trackwright_simulation::tolerance::first_order::{ErrorKind, FirstOrder};
 
@@ -59,7 +60,7 @@ fn a_requirement_just_met_leaves_no_tolerance() {
 #[test]
 fn markers_and_unweighted_angles_have_no_angle_limit() {
     let places = [[0.0, 0.0, 0.0], [60.0, 0.0, 0.0], [0.0, 50.0, 90.0]];
-    let markers = places.map(|p| sensor(p, SensorOrientation::Marker));
+    let markers = places.map(marker);
     let sheet = sheet_of(&ideal(markers.to_vec(), at_most_mm(0.5)));
     for sensor in &sheet.bodies[0].sensors {
         let alone = sensor.alone.as_ref().unwrap();
@@ -113,9 +114,7 @@ fn a_long_study_is_checked_on_8192_of_its_poses() {
     let sheet = sheet_of(&scenario);
     assert_eq!((sheet.poses, sheet.study_poses), (8192, 41 * 41 * 41));
     assert_eq!(alone_of(&sheet)[0].value, 0.7);
-    let task = Task::default();
-    task.cancel.cancel();
-    assert_eq!(manufacturing_sheet(&scenario, &task), Err(Cancelled));
+    assert_eq!(manufacturing_sheet(&scenario, &cancelled()), Err(Cancelled));
 }
 
 #[test]
