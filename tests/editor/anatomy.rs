@@ -1,6 +1,6 @@
 //! The design's anatomy: added by its file, listed, changed, and drawn where its frame has it.
 
-use super::app::{create_scene_app, environment, named, request, settle};
+use super::app::{change_view, create_scene_app, environment, named, request, settle};
 use super::harness::{panel, use_dialog};
 use super::meshes::{box_obj, finish, saved_app};
 use bevy::prelude::*;
@@ -156,14 +156,9 @@ fn anatomy_is_drawn_in_its_frame() {
     request(&mut app, EditRequest::Apply(Edit::SetCrfPose(moved)));
     settle(&mut app);
     assert_eq!(places(&mut app), [Vec3::new(12.0, -7.0, -250.0), Vec3::ZERO]);
-    let mut view = app.world().resource::<OpenWorld>().0.document.view().clone();
-    view.layers.anatomy = false;
-    app.world_mut().write_message(ViewRequest::Set(view.clone()));
-    settle(&mut app);
+    change_view(&mut app, |view| view.layers.anatomy = false);
     assert!(places(&mut app).is_empty());
-    view.layers.anatomy = true;
-    app.world_mut().write_message(ViewRequest::Set(view));
-    settle(&mut app);
+    change_view(&mut app, |view| view.layers.anatomy = true);
     assert_eq!(places(&mut app).len(), 2);
     let remove = Edit::Anatomy(AnatomyEdit::Remove { index: 0 });
     request(&mut app, EditRequest::Apply(remove));

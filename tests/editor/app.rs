@@ -18,7 +18,7 @@ use trackwright_design::{
 };
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
-use trackwright_editor::document::requests::{EditRequest, OpenWorld};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::layers::motion::MotionPlugin;
 use trackwright_editor::layers::registry::{LayerInfo, LayerRegistry};
 use trackwright_editor::layers::slice::SlicePlugin;
@@ -183,6 +183,14 @@ pub fn write(folder: &TempDir, name: &str, content: impl AsRef<[u8]>) -> PathBuf
     std::fs::create_dir_all(file.parent().unwrap()).unwrap();
     std::fs::write(&file, content).unwrap();
     file
+}
+
+/// Changes the open design's view, and lets the solver follow.
+pub fn change_view(app: &mut App, change: impl FnOnce(&mut View)) {
+    let mut view = document(app).view().clone();
+    change(&mut view);
+    app.world_mut().write_message(ViewRequest::Set(view));
+    settle(app);
 }
 
 /// Lets tests wait for whatever wakes the window.

@@ -1,6 +1,6 @@
 //! From the pointer to the document: picking, dragging, undoing, letting go.
 
-use super::app::{named, settle};
+use super::app::{change_view, named, settle};
 use super::pointer::{SHAFT, SimulatedPointer};
 use bevy::picking::pointer::{PointerAction, PointerButton};
 use bevy::prelude::*;
@@ -252,9 +252,7 @@ fn layers_that_are_off_have_no_entities() {
     for name in LAYERS {
         assert!(named(&mut pointer.app, name) > 0, "{name}");
     }
-    view.layers = Layers::none();
-    pointer.app.world_mut().write_message(ViewRequest::Set(view));
-    settle(&mut pointer.app);
+    change_view(&mut pointer.app, |view| view.layers = Layers::none());
     for name in LAYERS {
         assert_eq!(named(&mut pointer.app, name), 0, "{name}");
     }

@@ -45,7 +45,7 @@ pub fn rest(app: &mut App) {
 }
 
 fn set(app: &mut App, change: impl FnOnce(&mut Layers)) {
-    view(app, |view| change(&mut view.layers));
+    change_view(app, |view| change(&mut view.layers));
 }
 
 fn work(app: &App) -> Work {
@@ -57,7 +57,7 @@ fn looked_up(app: &App) -> u64 {
     app.world().resource::<Diagnostics>().support_evaluations
 }
 
-fn view(app: &mut App, change: impl FnOnce(&mut View)) {
+pub fn change_view(app: &mut App, change: impl FnOnce(&mut View)) {
     let mut view = document(app).view().clone();
     change(&mut view);
     app.world_mut().write_message(ViewRequest::Set(view));
@@ -162,7 +162,7 @@ fn new_colours_need_no_new_samples() {
     let mut app = app();
     set(&mut app, |layers| layers.arrows = true);
     let once = work(&app).arrow_evaluations;
-    view(&mut app, |view| {
+    change_view(&mut app, |view| {
         view.slice.color_map = ColorMap::Inferno;
         view.arrows.range_mm = Some(1.5);
     });
@@ -176,7 +176,7 @@ fn tool_arrows_follow_the_shown_trial() {
     let mut app = app();
     let sensor = Selected::Sensor(BodyRole::Tool, 0);
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
-    view(&mut app, |view| {
+    change_view(&mut app, |view| {
         view.layers.arrows = true;
         view.layers.placement = true;
         view.arrows.of_tool = true;
@@ -190,7 +190,7 @@ fn tool_arrows_follow_the_shown_trial() {
     assert_eq!(after.placement_evaluations, before.placement_evaluations);
     assert!(named(&mut app, "placement") > 0);
     // Those of an imagined sensor have nothing to do with the tool.
-    view(&mut app, |view| view.arrows.of_tool = false);
+    change_view(&mut app, |view| view.arrows.of_tool = false);
     let before = work(&app).arrow_evaluations;
     show_trial(&mut app, Some(9));
     assert_eq!(work(&app).arrow_evaluations, before);
@@ -259,7 +259,7 @@ fn model_validity_is_independent_of_the_tool() {
     edit(&mut app, 3.0);
     assert_eq!(looked_up(&app), once);
     // A sensor that points elsewhere has other samples to lean on.
-    view(&mut app, |view| view.slice.sensor_axis = [1.0, 0.0, 0.0]);
+    change_view(&mut app, |view| view.slice.sensor_axis = [1.0, 0.0, 0.0]);
     assert_eq!(looked_up(&app), 2 * once);
     set(&mut app, |layers| layers.support = false);
     assert_eq!(named(&mut app, "supported region"), 0);

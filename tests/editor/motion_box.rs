@@ -1,12 +1,12 @@
 //! The range of motion in the scene: its lines, and its balls under the pointer.
 
-use super::app::{named, settle};
+use super::app::{change_view, named, settle};
 use super::pointer::SimulatedPointer;
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, UnitQuaternion};
 use trackwright_design::{BodyRole, Design, Edit};
-use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::motion::MotionBall;
 use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
@@ -168,14 +168,9 @@ fn balls_need_the_layer_and_a_motion() {
     pointer.select(Some(Selected::Body(BodyRole::Tool)));
     assert_eq!(there(&mut pointer), (1, 0));
     pointer.select(None);
-    let on = pointer.resource::<OpenWorld>().0.document.view().clone();
-    let mut off = on.clone();
-    off.layers.motion = false;
-    pointer.app.world_mut().write_message(ViewRequest::Set(off));
-    settle(&mut pointer.app);
+    change_view(&mut pointer.app, |view| view.layers.motion = false);
     assert_eq!(there(&mut pointer), (0, 0));
-    pointer.app.world_mut().write_message(ViewRequest::Set(on));
-    settle(&mut pointer.app);
+    change_view(&mut pointer.app, |view| view.layers.motion = true);
     assert_eq!(there(&mut pointer), (1, 12));
     pointer.request(EditRequest::Apply(Edit::SetMotion(None)));
     settle(&mut pointer.app);

@@ -1,13 +1,14 @@
 //! The value under the pointer: what was sampled there, and no work for it where nothing is coloured.
 
-use super::field_layers::{app_with, rest};
+use super::app::{document, scenario};
+use super::field_layers::{app_with, change_view};
 use bevy::ecs::message::Messages;
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, RequestRedraw};
 use nalgebra::Point3;
 use trackwright_design::view::{Layers, Quantity};
 use trackwright_design::{BodyRole, Thing, View};
-use trackwright_editor::document::requests::{ActiveDrag, OpenWorld, ViewRequest};
+use trackwright_editor::document::requests::{ActiveDrag, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::legend::Legends;
 use trackwright_editor::layers::placement;
@@ -27,16 +28,6 @@ fn app(change: impl FnOnce(&mut View)) -> App {
         change(view);
     });
     app
-}
-
-fn change_view(app: &mut App, change: impl FnOnce(&mut View)) {
-    let mut view = {
-        let open = app.world().resource::<OpenWorld>();
-        open.0.document.view().clone()
-    };
-    change(&mut view);
-    app.world_mut().write_message(ViewRequest::Set(view));
-    rest(app);
 }
 
 fn without_bodies(view: &mut View) {
@@ -158,8 +149,7 @@ fn a_painted_body_hides_the_slice() {
     let mut app = app(|view| view.layers.slice = true);
     let sensor = Selected::Sensor(BodyRole::Tool, 0);
     let on_shaft = {
-        let open = app.world().resource::<OpenWorld>();
-        let design = open.0.document.design();
+        let design = document(&app).design();
         let pose = design.tracker_from_body(BodyRole::Tool).unwrap();
         // Beyond the sensor, where the shaft is nothing but a shaft.
         let own = &design.tool.body.rigid.sensors[0];
@@ -185,15 +175,11 @@ fn an_arrow_shows_the_length_of_its_error() {
         view.layers.arrows = true;
         without_bodies(view);
     });
-    let (scenario, axis, counts) = {
-        let open = app.world().resource::<OpenWorld>();
-        let view = open.0.document.view();
-        let axis = nalgebra::Unit::new_normalize(view.slice.sensor_axis.into());
-        let scenario = trackwright_project::resolve(open.0.document.design(), &open.0.environment);
-        (scenario, axis, [view.arrows.per_side(); 3])
-    };
+    let view = document(&app).view();
+    let axis = nalgebra::Unit::new_normalize(view.slice.sensor_axis.into());
+    let counts = [view.arrows.per_side(); 3];
     let plan = ArrowPlan { sensor: ArrowSensor::Along(axis), counts };
-    let arrows = sample_arrows(&scenario, &plan, &CancelToken::default()).unwrap();
+    let arrows = sample_arrows(&scenario(&app), &plan, &CancelToken::default()).unwrap();
     // Nothing is in front of the one that is most to the front.
     let mut rig = app.world_mut().resource_mut::<OrbitRig>();
     let back = rig.camera.tracker_from_camera().rotation * nalgebra::Vector3::z();

@@ -1,22 +1,18 @@
 //! What the slice can show besides the error: where the model is valid.
 
-use super::app::{create_app, settle};
+use super::app::{change_view, create_app};
 use bevy::prelude::*;
 use trackwright_design::view::Quantity;
-use trackwright_editor::document::requests::{OpenWorld, ViewRequest};
+use trackwright_editor::document::requests::OpenWorld;
 use trackwright_editor::runner::results::Results;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::validity::FitValidityAt;
 
 fn show(app: &mut App, quantity: Quantity) {
-    let mut view = {
-        let open = app.world().resource::<OpenWorld>();
-        open.0.document.view().clone()
-    };
-    view.layers.slice = true;
-    view.slice.quantity = quantity;
-    app.world_mut().write_message(ViewRequest::Set(view));
-    settle(app);
+    change_view(app, |view| {
+        view.layers.slice = true;
+        view.slice.quantity = quantity;
+    });
 }
 
 #[test]

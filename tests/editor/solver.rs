@@ -1,23 +1,19 @@
 //! What the solver computes, counts and shows.
 
-use super::app::{create_app, design, environment, request, settle, wait_for_answer};
+use super::app::{
+    change_view, create_app, design, environment, request, scenario, settle, wait_for_answer,
+};
+use crate::support::studies::study;
 use std::sync::{Arc, Mutex};
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Document, Edit, Origin};
-use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
 use trackwright_editor::document::state::{Notice, WorldGeneration};
 use trackwright_editor::runner::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::solve::slice_plan;
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows, run};
-
-fn set_slice(app: &mut bevy::prelude::App, is_on: bool) {
-    let mut view: View = app.world().resource::<OpenWorld>().0.document.view().clone();
-    view.layers.slice = is_on;
-    app.world_mut().write_message(ViewRequest::Set(view));
-    settle(app);
-}
+use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows};
 
 fn slice_evaluations(app: &bevy::prelude::App) -> u64 {
     app.world().resource::<Diagnostics>().work.slice_evaluations
@@ -27,9 +23,7 @@ fn slice_evaluations(app: &bevy::prelude::App) -> u64 {
 fn figures_are_those_that_the_study_itself_gives() {
     let mut app = create_app();
     settle(&mut app);
-    let world = &app.world().resource::<OpenWorld>().0;
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+    let outcome = study(&scenario(&app), &Mode::Motion);
     let results = app.world().resource::<Results>();
     let study = results.study.as_ref().unwrap();
     assert_eq!(figure_rows(&study.value.figures), figure_rows(&outcome.figures));
@@ -51,9 +45,7 @@ fn measured_app() -> bevy::prelude::App {
 fn expected_figures_wait_for_the_drag_to_end() {
     let mut app = measured_app();
     settle(&mut app);
-    let world = &app.world().resource::<OpenWorld>().0;
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let wanted = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
+    let wanted = expected(&scenario(&app), &Mode::Motion, &CancelToken::default()).unwrap();
     let results = app.world().resource::<Results>();
     assert_eq!(results.expected_of_study(), Some(&wanted));
     let computed = |app: &bevy::prelude::App| app.world().resource::<Diagnostics>().expected;
@@ -88,20 +80,20 @@ fn without_measurements_nothing_is_expected() {
 #[test]
 fn a_layer_costs_only_its_sample_points() {
     let mut app = create_app();
-    set_slice(&mut app, false);
+    change_view(&mut app, |view| view.layers.slice = false);
     let off = slice_evaluations(&app);
     let plan = {
         let world = &app.world().resource::<OpenWorld>().0;
         slice_plan(&world.environment, &world.document.view().slice)
     };
     let points = (plan.counts[0] * plan.counts[1]) as u64;
-    set_slice(&mut app, true);
+    change_view(&mut app, |view| view.layers.slice = true);
     assert_eq!(slice_evaluations(&app), off + points);
     assert!(app.world().resource::<Results>().slice.is_some());
-    set_slice(&mut app, false);
+    change_view(&mut app, |view| view.layers.slice = false);
     assert_eq!(slice_evaluations(&app), off + points);
     assert!(app.world().resource::<Results>().slice.is_none());
-    set_slice(&mut app, true);
+    change_view(&mut app, |view| view.layers.slice = true);
     assert_eq!(slice_evaluations(&app), off + 2 * points);
 }
 

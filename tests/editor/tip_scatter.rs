@@ -1,11 +1,11 @@
 //! The ellipsoid of the tip's jitter: drawn where the room states a jitter, and else no work.
 
-use super::app::{create_scene_app, named, request, settle};
+use super::app::{change_view, create_scene_app, named, request, scenario, settle};
 use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_design::Edit;
-use trackwright_design::view::{Magnification, View};
-use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_design::view::Magnification;
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_editor::runner::results::Results;
 use trackwright_field::Environment;
@@ -32,17 +32,6 @@ fn jitter() -> Option<Jitter> {
     Some(Jitter::uniform(0.2, 0.004))
 }
 
-fn view(app: &App) -> View {
-    let open = app.world().resource::<OpenWorld>();
-    open.0.document.view().clone()
-}
-
-fn set_view(app: &mut App, view: View) {
-    app.world_mut().write_message(ViewRequest::Set(view));
-    settle(app);
-    app.update();
-}
-
 fn transform(app: &mut App) -> Transform {
     let world = app.world_mut();
     let mut glyphs = world.query::<(&Name, &Transform)>();
@@ -62,11 +51,9 @@ fn the_ellipsoid_is_the_magnified_95_percent() {
     let mut app = app(jitter());
     assert_eq!(named(&mut app, GLYPH), 1);
     let times = 25.0;
-    let magnified = View { magnification: Magnification::Times(times), ..view(&app) };
-    set_view(&mut app, magnified);
-    let open = &app.world().resource::<OpenWorld>().0;
-    let scenario = trackwright_project::resolve(open.document.design(), &open.environment);
-    let mut wanted = first_order(&scenario).unwrap().ellipsoid.lengths_mm();
+    change_view(&mut app, |view| view.magnification = Magnification::Times(times));
+    app.update();
+    let mut wanted = first_order(&scenario(&app)).unwrap().ellipsoid.lengths_mm();
     wanted.sort_by(f64::total_cmp);
     let mut drawn = transform(&mut app).scale.to_array().map(f64::from);
     drawn.sort_by(f64::total_cmp);
@@ -89,9 +76,8 @@ fn a_hidden_ellipsoid_is_not_computed() {
         evaluations(app) - before
     };
     let shown = of_an_edit(&mut app, 1.0);
-    let mut hidden = view(&app);
-    hidden.layers.tip_scatter = false;
-    set_view(&mut app, hidden);
+    change_view(&mut app, |view| view.layers.tip_scatter = false);
+    app.update();
     assert_eq!(named(&mut app, GLYPH), 0);
     assert!(app.world().resource::<Results>().scatter.is_none());
     let without = of_an_edit(&mut app, 2.0);

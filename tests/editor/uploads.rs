@@ -1,10 +1,10 @@
 //! What goes to the graphics card: nothing for layers that are off, nothing while nothing changes.
 
-use super::app::{create_scene_app, request, settle};
+use super::app::{change_view, create_scene_app, request, settle};
 use bevy::prelude::*;
 use trackwright_design::Edit;
 use trackwright_design::view::Layers;
-use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::requests::EditRequest;
 use trackwright_editor::runner::diagnostics::Diagnostics;
 use trackwright_geometry::pose::Pose;
 
@@ -20,11 +20,7 @@ fn uploads(app: &App) -> u64 {
 }
 
 fn set_layers(app: &mut App, change: impl FnOnce(&mut Layers)) {
-    let open = app.world().resource::<OpenWorld>();
-    let mut view = open.0.document.view().clone();
-    change(&mut view.layers);
-    app.world_mut().write_message(ViewRequest::Set(view));
-    settle(app);
+    change_view(app, |view| change(&mut view.layers));
     app.update();
 }
 
