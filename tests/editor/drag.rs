@@ -244,11 +244,8 @@ fn layers_that_are_off_have_no_entities() {
         "slice",
     ];
     let mut pointer = SimulatedPointer::new();
-    let mut view = pointer.app.world().resource::<OpenWorld>().0.document.view().clone();
     let on = "volume,generator,grid,sensor-errors,tip-error,ghost,slice";
-    view.layers = Layers::named(on).unwrap();
-    pointer.app.world_mut().write_message(ViewRequest::Set(view.clone()));
-    settle(&mut pointer.app);
+    change_view(&mut pointer.app, |view| view.layers = Layers::named(on).unwrap());
     for name in LAYERS {
         assert!(named(&mut pointer.app, name) > 0, "{name}");
     }

@@ -199,7 +199,7 @@ fn tool_arrows_follow_the_shown_trial() {
 #[test]
 fn tool_arrows_follow_a_live_pose() {
     let mut app = app();
-    view(&mut app, |view| {
+    change_view(&mut app, |view| {
         view.layers.arrows = true;
         view.arrows.of_tool = true;
     });
@@ -223,7 +223,7 @@ fn tool_arrows_follow_a_live_pose() {
 #[test]
 fn trials_leave_the_arrows_magnification() {
     let mut app = app();
-    view(&mut app, |view| {
+    change_view(&mut app, |view| {
         view.layers.arrows = true;
         view.arrows.of_tool = true;
     });

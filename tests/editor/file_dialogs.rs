@@ -1,6 +1,7 @@
 //! Dialogs about files: what they offer, and what the system's own dialog hands back.
 
 use super::harness::{Requests, panel};
+use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;

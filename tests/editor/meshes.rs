@@ -269,10 +269,8 @@ fn a_large_mesh_is_read_after_its_design_is_open() {
     app.update();
     assert_eq!(world(&app).document.design().name, "while it is read");
     while app.world().resource::<AwaitedMeshes>().is_reading() {
-        let receiver = app.world().resource::<Wakes>().0.lock().unwrap();
         // The thread may have sent its wake before anybody waited for it.
-        let _ = receiver.recv_timeout(Duration::from_millis(50));
-        drop(receiver);
+        wait_for_answer(&app, Duration::from_millis(50));
         app.update();
     }
     assert!(world(&app).mesh(BodyRole::Tool).is_some());

@@ -23,10 +23,7 @@ const BALL: &str = "motion handle";
 /// With the layer on.
 fn pointer() -> SimulatedPointer {
     let mut pointer = SimulatedPointer::new();
-    let mut view = pointer.resource::<OpenWorld>().0.document.view().clone();
-    view.layers.motion = true;
-    pointer.app.world_mut().write_message(ViewRequest::Set(view));
-    settle(&mut pointer.app);
+    change_view(&mut pointer.app, |view| view.layers.motion = true);
     pointer
 }
 

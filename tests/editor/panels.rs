@@ -287,17 +287,8 @@ fn an_interval_around_the_bound_is_undecided() {
     panel(&whole, &["expected tip error RMS", &interval, verdict], &["✔"]);
     // It is shown once: large.
     let (harness, _) = harness(|ui| {
-        let view = ResultView {
-            results: &whole,
-            change: None,
-            is_one_pose: false,
-            reasons: Vec::new(),
-            has_expected: true,
-            is_computing: false,
-            is_short: false,
-        };
-        result_ui(ui, &view);
-        Vec::new()
+        result_ui(ui, &ResultView { has_expected: true, ..of_results(&whole) });
+        Vec::<()>::new()
     });
     assert_eq!(harness.query_all_by_label(&interval).count(), 1);
     // A drag shows the room's own field, marked as such, and no verdict.

@@ -8,7 +8,7 @@ use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use trackwright_design::view::CameraView;
-use trackwright_design::{Document, Edit, Slide, SlideEdit, SlideFigure, View};
+use trackwright_design::{Edit, Slide, SlideEdit, SlideFigure, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::runner::results::Results;

@@ -1,7 +1,7 @@
 //! The report and exports from the window: of the design as it is, made by a process of its own, and
 //! shown by other programs.
 
-use super::app::{create_app, error, request, settle};
+use super::app::{close_dialog, create_app, dialog, error, request, settle};
 use bevy::prelude::*;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -40,10 +40,6 @@ fn wait_while(app: &mut App, is_busy: impl Fn(&App) -> bool) {
         assert!(start.elapsed() < Duration::from_secs(120), "never done");
         settle(app);
     }
-}
-
-fn error(app: &App) -> Option<&ErrorDialog> {
-    app.world().resource::<Dialogs>().get()
 }
 
 #[test]
@@ -104,7 +100,8 @@ fn exports_are_what_the_command_writes() {
         std::fs::write(&file, "theirs").unwrap();
         app.world_mut().write_message(FileRequest::Export(export, file.clone()));
         wait_while(&mut app, |app| app.world().resource::<ExportJob>().is_writing());
-        assert!(error(&app).is_none(), "{:?}", error(&app));
+        let failed: Option<&ErrorDialog> = dialog(&app);
+        assert!(failed.is_none(), "{failed:?}");
         let expected = saved.join(name);
         let [of, to] = [of, &expected].map(|path| path.display().to_string());
         crate::support::program::succeed(&["export", export.name(), &of, "--output", &to]);
@@ -114,19 +111,19 @@ fn exports_are_what_the_command_writes() {
     let nowhere = folder.path().join("no-such").join("error.vti");
     app.world_mut().write_message(FileRequest::Export(Export::Field, nowhere));
     wait_while(&mut app, |app| app.world().resource::<ExportJob>().is_writing());
-    assert!(error(&app).unwrap().text.contains("no-such"));
+    assert!(error(&app).text.contains("no-such"));
     assert!(app.world().resource::<OpenWorld>().0.document.is_dirty());
 }
 
 /// Requests the report, with a program in the place of the browser.
 #[cfg(unix)]
 fn open_report(app: &mut App, opener: &str) -> Option<String> {
-    app.world_mut().resource_mut::<Dialogs>().current = None;
+    close_dialog(app);
     app.insert_resource(Opener(opener.into()));
     app.world_mut().write_message(FileRequest::OpenReport);
     settle(app);
     wait_while(app, |app| app.world().resource::<OpenJob>().is_opening());
-    error(app).map(|error| error.text.clone())
+    dialog(app).map(|error: &ErrorDialog| error.text.clone())
 }
 
 #[cfg(unix)]

@@ -2,7 +2,7 @@
 //! numbers typed as expressions.
 
 use super::app::{design, environment};
-use super::harness::panel;
+use super::harness::{Requests, panel};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -73,7 +73,7 @@ fn a_text_that_is_no_number_shows_why() {
 #[test]
 fn escape_leaves_the_value_of_a_number_field() {
     let field = NumberField::length("length");
-    let (mut harness, requests) = harness(move |ui| number_ui(ui, &field, 2.0));
+    let (mut harness, requests) = panel(SIZE, move |ui| number_ui(ui, &field, 2.0));
     harness.get_by_label("length").click();
     harness.run_steps(2);
     harness.get_by_label("length").type_text("7");
@@ -257,7 +257,7 @@ fn the_history_shows_the_current_step() {
 
 /// Both sensors of the tool in the inspector: one at 120 mm, one at 150 mm along z.
 fn both_sensors(design: &Design) -> (Harness<'_>, Requests<DesignAction>) {
-    harness(move |ui| {
+    panel(SIZE, move |ui| {
         let selection = Selection::of_sensors(BodyRole::Tool, [0, 1]);
         let room = environment();
         let view = InspectorView {

@@ -188,7 +188,7 @@ fn a_single_trial_has_no_verdict_against_an_rms() {
     let detail = simulate_pose(&scenario);
     let error = format!("{:.2}\u{2009}mm", detail.trial.tip_error_mm);
     let texts = [Metric::TIP_RMS, Metric::TIP_P95, Metric::TIP_MAX].map(|metric| {
-        let (harness, _) = harness([276.0, 400.0], |ui| {
+        let (harness, _) = panel([276.0, 400.0], |ui| {
             let view = TrialView {
                 trial: Some(&detail.trial),
                 title: "Trial 1".to_owned(),
@@ -212,7 +212,7 @@ fn a_recorded_pose_shows_what_was_measured() {
         tip_error_in_crf_mm: nalgebra::Vector3::new(0.3, 0.0, -0.4),
         angle_error_deg: Some(0.125),
     };
-    let (harness, _) = harness([276.0, 400.0], |ui| {
+    let (harness, _) = panel([276.0, 400.0], |ui| {
         let view = TrialView {
             trial: Some(&detail.trial),
             title: "Trial 1".to_owned(),
@@ -235,7 +235,7 @@ fn the_error_along_the_shaft_has_a_chart() {
     let mut bare = charted.clone();
     bare.profile.along_shaft = None;
     let shown = [charted, bare].map(|charted| {
-        let (mut harness, _) = harness([276.0, 700.0], |ui| {
+        let (mut harness, _) = panel([276.0, 700.0], |ui| {
             let view = StudyChartsView { charted: &charted, axis: "x", shown: None };
             study_charts_ui(ui, &view)
         });

@@ -22,9 +22,8 @@ fn app(jitter: Option<Jitter>) -> App {
     open.0.environment =
         Arc::new(Environment { jitter, ..Environment::clone(&open.0.environment) });
     settle(&mut app);
-    let mut shown = view(&app);
-    shown.layers.tip_scatter = true;
-    set_view(&mut app, shown);
+    change_view(&mut app, |view| view.layers.tip_scatter = true);
+    app.update();
     app
 }
 
