@@ -176,7 +176,7 @@ fn slice_and_arrows_of_one_quantity_share_a_scale() {
     assert_eq!(bars.len(), 1, "{bars:?}");
     assert!(bars[0].label.starts_with("position error; arrows "), "{bars:?}");
     // The scale follows the slice as it moves.
-    show(&mut app, |view| view.slice.position_mm -= 60.0);
+    show(&mut app, |view| view.slice.position_mm += 60.0);
     let (of_slice, of_arrows) = (bar(&app, &slice::LAYER), bar(&app, &field_arrows::LAYER));
     assert_eq!(of_slice.max, of_arrows.max);
 }

@@ -61,7 +61,7 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
         if button_ui(ui, "Add design…", "Adds another design to the table").clicked() {
             requests.push(DecideRequest::ShowAddDesign);
         }
-        ui.menu_button("Add built-in", |ui| {
+        let built_in = ui.menu_button("Add built-in", |ui| {
             for name in trackwright_project::builtin_names() {
                 if ui.button(name).clicked() {
                     requests.push(DecideRequest::AddBuiltIn(name));
@@ -69,16 +69,16 @@ fn head_ui(ui: &mut Ui, view: &DecideView, requests: &mut Vec<DecideRequest>) {
                 }
             }
         });
+        built_in.response.explained("Adds a design that comes with the program");
         for added in &view.state.designs {
             let name = match added {
                 AddedDesign::File(file) => file_stem(file),
                 AddedDesign::BuiltIn(name) => (*name).to_owned(),
             };
             let name = short_name(&name, MOST_CHARS);
-            let chip = ui.button(format!("{name}  ×")).explained(format!(
-                "{added}
-Takes it out of the table"
-            ));
+            let chip = ui
+                .button(format!("{name}  ×"))
+                .explained(format!("{added}\nTakes it out of the table"));
             if chip.clicked() {
                 requests.push(DecideRequest::RemoveDesign(added.clone()));
             }
