@@ -40,11 +40,7 @@ fn plain(set: &SampleSet, order: usize, direction: usize) -> Mat<f64> {
     let a = Mat::from_fn(rows.len(), unknowns, |i, j| rows[i].1 * products[i * unknowns + j]);
     let b = Mat::from_fn(rows.len(), 6, |i, k| {
         let (s, weight) = rows[i];
-        let error = match k {
-            0..3 => s.error.position_mm[k],
-            _ => s.error.rotation_rad[k - 3],
-        };
-        weight * error
+        weight * s.error.values()[k]
     });
     let svd = a.thin_svd().expect("finite numbers");
     let largest = svd.S().column_vector()[0];

@@ -5,7 +5,7 @@ use super::{bounds, poses, samples};
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright_field::bernstein::push_products;
+use trackwright_field::bernstein::products;
 use trackwright_field::fit::{DEFAULT_RCOND, Decomposed, Factored, FitSettings, factor};
 use trackwright_field::samples::SampleSet;
 use trackwright_field::validity::FitValidity;
@@ -72,8 +72,7 @@ fn leverage(
     position_mm: &Point3<f64>,
     axis: &Unit<Vector3<f64>>,
 ) -> f64 {
-    let mut row = Vec::new();
-    push_products(model.order(), &bounds().to_unit(position_mm), &mut row);
+    let row = products(model.order(), &bounds().to_unit(position_mm));
     let weights = model.directions().weights(axis, model.weighting());
     let mut largest = 0.0_f64;
     for (&direction, &weight) in weights.directions.iter().zip(&weights.weights) {

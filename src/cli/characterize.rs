@@ -16,7 +16,7 @@ use trackwright_calibration::still_pose::Spread;
 use trackwright_calibration::time_alignment::AlignmentSettings;
 use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::characterised;
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::body::{RigidBody, Sensor};
 
 /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
 #[derive(Debug, Args)]
@@ -216,11 +216,8 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
 /// The body that the sensors were on.
 fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
     let sensors = found.sensors.iter().zip(&found.hand_eye.body_from_sensor);
-    let sensors = sensors.map(|(name, body_from_sensor)| Sensor {
-        name: name.clone(),
-        position_in_body: body_from_sensor.translation.vector.into(),
-        orientation: SensorOrientation::SixDof(body_from_sensor.rotation),
-        coil: None,
+    let sensors = sensors.map(|(name, body_from_sensor)| {
+        Sensor::six_dof(name, body_from_sensor.translation.vector, body_from_sensor.rotation)
     });
     BodyFile {
         rigid: RigidBody {

@@ -95,10 +95,7 @@ fn true_figures(tool: &RigidBody, truth: &DistortionModel) -> [[f64; 2]; 2] {
             let part: f64 = StandardUniform.sample(&mut random);
             range.map_or(0.0, |r| r.min + part * (r.max - r.min))
         });
-        InputTrial {
-            tracker_from_crf: None,
-            crf_from_tool: moved(&scenario.crf_from_tool, offsets),
-        }
+        InputTrial::at(moved(&scenario.crf_from_tool, offsets))
     });
     let figures = [Mode::Motion, Mode::Input(anywhere.collect())].map(|mode| {
         let position_mm = study(&scenario, &mode).figures.position_mm;

@@ -2,7 +2,7 @@
 
 use super::support::{bounds, places, unlike};
 use nalgebra::{Unit, Vector3};
-use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::bernstein::{coefficient_count, products};
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, factor, fit};
 use trackwright_field::least_squares::{LeastSquares, Solution};
 use trackwright_field::samples::{PoseError, Sample, SampleSet};
@@ -34,9 +34,7 @@ fn dense(set: &SampleSet, settings: &FitSettings) -> Solution {
     let mut system = LeastSquares::new(unknowns);
     for s in &set.samples {
         let weights = settings.directions.weights(&s.axis, settings.weighting);
-        let mut products = Vec::new();
-        push_products(settings.order, &bounds().to_unit(&s.position_mm), &mut products);
-        let (p, r) = (s.error.position_mm, s.error.rotation_rad);
+        let products = products(settings.order, &bounds().to_unit(&s.position_mm));
         system.push(
             |row| {
                 let start = row.len();
@@ -47,7 +45,7 @@ fn dense(set: &SampleSet, settings: &FitSettings) -> Solution {
                     }
                 }
             },
-            [p.x, p.y, p.z, r.x, r.y, r.z],
+            s.error.values(),
         );
     }
     system.into_triangle().decompose().unwrap().solve(settings.rcond, settings.ridge)

@@ -213,9 +213,7 @@ fn shared_orientations_blend_coefficients_once() {
 fn grouped_poses_come_back_in_their_order() {
     let scenario = shared_orientations(&built_in(), true);
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
-    let rows: Vec<_> = (0..grid.trials())
-        .map(|i| InputTrial { tracker_from_crf: None, crf_from_tool: grid.pose(i) })
-        .collect();
+    let rows: Vec<_> = (0..grid.trials()).map(|i| InputTrial::at(grid.pose(i))).collect();
     let cancel = CancelToken::default();
     let logged = |mode: &Mode| {
         let mut trials = Vec::new();

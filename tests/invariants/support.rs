@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use std::path::Path;
-use trackwright_field::bernstein::push_products;
+use trackwright_field::bernstein::products;
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, factor, fit};
 use trackwright_field::least_squares::Decomposition;
 use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
@@ -383,9 +383,7 @@ impl<'a> Definition<'a> {
     }
 
     fn products(&self, p: &Point3<f64>) -> Vec<f64> {
-        let mut out = Vec::new();
-        push_products(self.settings.order, &bounds().to_unit(p), &mut out);
-        out
+        products(self.settings.order, &bounds().to_unit(p))
     }
 
     /// `s⁻¹ Vᵀ B(u)` of one direction.

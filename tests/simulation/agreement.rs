@@ -50,8 +50,7 @@ fn true_poses(count: usize, seed: u64) -> Vec<Pose> {
 
 /// What the tracker would report according to the study.
 fn read(scenario: &Scenario, poses: &[Pose]) -> Vec<Pose> {
-    let given =
-        poses.iter().map(|pose| InputTrial { tracker_from_crf: None, crf_from_tool: *pose });
+    let given = poses.iter().map(|pose| InputTrial::at(*pose));
     let mut read = Vec::new();
     let mut log = |trial: &trackwright_simulation::Trial| read.push(trial.crf_from_tool_simulated);
     let mode = Mode::Input(given.collect());

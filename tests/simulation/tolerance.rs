@@ -7,13 +7,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitSphere};
 use std::sync::Arc;
-use trackwright_field::samples::MapKind;
+use trackwright_field::samples::{MapKind, PoseError};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion, perpendicular};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
-use trackwright_simulation::linear_fit::SensorError;
 use trackwright_simulation::requirement::Check;
 use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use trackwright_simulation::tolerance::first_order::FirstOrder;
@@ -121,7 +120,7 @@ fn a_crf_that_is_off_counts_as_much_as_the_tool() {
 
 /// The figures of a design whose sensors are off, pose by pose and sensor by sensor.
 fn figures_anew(scenario: &Scenario, errors: &BuildErrors) -> Vec<Check> {
-    let fitted = |body: &RigidBody, errors: &[SensorError], tracker_from_body: Pose| {
+    let fitted = |body: &RigidBody, errors: &[PoseError], tracker_from_body: Pose| {
         let readings: Vec<Reading> = body
             .sensors
             .iter()
@@ -182,7 +181,7 @@ fn at_the_edge(scenario: &Scenario, sheet: &ManufacturingSheet, seed: u64) -> Bu
                 let axis = s.axis_in_body().unwrap();
                 let any = unit();
                 let across = (any - axis.into_inner() * axis.dot(&any)).normalize();
-                SensorError { position_mm: unit() * mm, rotation_rad: across * deg.to_radians() }
+                PoseError { position_mm: unit() * mm, rotation_rad: across * deg.to_radians() }
             })
             .collect::<Vec<_>>()
     };
@@ -214,7 +213,7 @@ fn a_built_study_agrees_with_a_pose_by_pose_study() {
         let studied = run(&scenario, &Mode::Motion, &cancel, None).unwrap();
         assert_same(simulate(&none), studied.figures.checks);
         // One sensor of the tool, one of the CRF, and one of each.
-        let off = SensorError {
+        let off = PoseError {
             position_mm: Vector3::new(0.3, -0.2, 0.5),
             rotation_rad: Vector3::new(0.02, 0.01, -0.03),
         };

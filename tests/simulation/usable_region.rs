@@ -138,12 +138,11 @@ fn each_point_equals_a_study_with_the_tip_there() {
         let tip = tracker_from_crf.inverse() * region.share.point_mm(region.share.index(place));
         let trials: Vec<_> = tool_rotations
             .iter()
-            .map(|rotation| InputTrial {
-                tracker_from_crf: None,
-                crf_from_tool: Pose::from_parts(
+            .map(|rotation| {
+                InputTrial::at(Pose::from_parts(
                     (tip.coords - rotation * tip_in_tool).into(),
                     *rotation,
-                ),
+                ))
             })
             .collect();
         let outcome = study(&scenario, &Mode::Input(trials.into()));
@@ -253,10 +252,8 @@ fn intervals_leave_less_than_the_rooms_own_field() {
             let index = upper.index(place);
             assert!(index.iter().any(|i| i % 2 == 1));
             let tip = upper.point_mm(index);
-            let trials = tool_rotations.iter().map(|rotation| InputTrial {
-                tracker_from_crf: None,
-                crf_from_tool: with_tip_at(&tip, rotation),
-            });
+            let trials =
+                tool_rotations.iter().map(|rotation| InputTrial::at(with_tip_at(&tip, rotation)));
             let mode = Mode::Input(trials.collect());
             let found = expected(&scenario, &mode, &CancelToken::default()).unwrap();
             let share = [(found.intervals[0][1], 1.0), (found.of(Metric::ANGLE_RMS).1[1], 1.0)];

@@ -296,14 +296,10 @@ mod tests {
     use trackwright_field::random_models::Seeded;
     use trackwright_geometry::pose::pose_from_parts;
     use trackwright_geometry::rotation::rotation_angle_rad;
-    use trackwright_simulation::SensorOrientation;
 
     fn body() -> RigidBody {
-        let sensor = |name: &str, at: [f64; 3], axis: Vector3<f64>| Sensor {
-            name: name.to_owned(),
-            position_in_body: at.into(),
-            orientation: SensorOrientation::FiveDof(nalgebra::Unit::new_normalize(axis)),
-            coil: None,
+        let sensor = |name: &str, at: [f64; 3], axis: Vector3<f64>| {
+            Sensor::five_dof(name, at, nalgebra::Unit::new_normalize(axis))
         };
         RigidBody {
             name: "pointer".to_owned(),

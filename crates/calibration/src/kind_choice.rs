@@ -340,10 +340,8 @@ impl Judge<'_> {
             let rest: Vec<usize> =
                 (0..rows).filter(|row| out.binary_search(row).is_err()).collect();
             for (&row, given) in out.iter().zip(predict(out, &rest)?) {
-                let measured = &self.samples.samples[row].error;
-                let p = measured.position_mm - given.position_mm;
-                let r = measured.rotation_rad - given.rotation_rad;
-                residuals[row] = Some([p.x, p.y, p.z, r.x, r.y, r.z]);
+                let (measured, given) = (self.samples.samples[row].error.values(), given.values());
+                residuals[row] = Some(std::array::from_fn(|k| measured[k] - given[k]));
             }
         }
         Ok(residuals)

@@ -310,7 +310,7 @@ mod tests {
     const ROUND_OFF: f64 = 16.0 * f64::EPSILON;
 
     fn sensor(name: &str, position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-        Sensor { name: name.to_owned(), position_in_body: position.into(), orientation, coil: None }
+        Sensor::new(name, position, orientation)
     }
 
     fn along_z(name: &str) -> Sensor {

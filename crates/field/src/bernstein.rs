@@ -47,6 +47,22 @@ pub fn basis_with_slopes(order: usize, x: f64) -> ([f64; MAX_ORDER + 1], [f64; M
     (values, slopes)
 }
 
+/// Where the coefficients of an order stand in the unit cube, i slowest: a function of order 1 has
+/// its own values there as coefficients.
+pub fn control_points(order: usize) -> impl Iterator<Item = [f64; 3]> {
+    let n = order + 1;
+    (0..n.pow(3)).map(move |index| {
+        [index / (n * n), index / n % n, index % n].map(|i| i as f64 / order.max(1) as f64)
+    })
+}
+
+/// All `B_i(x) B_j(y) B_k(z)`, i slowest.
+pub fn products(order: usize, unit_position: &nalgebra::Vector3<f64>) -> Vec<f64> {
+    let mut products = Vec::with_capacity(coefficient_count(order));
+    push_products(order, unit_position, &mut products);
+    products
+}
+
 /// All `B_i(x) B_j(y) B_k(z)`, i slowest, appended to `row`.
 pub fn push_products(order: usize, unit_position: &nalgebra::Vector3<f64>, row: &mut Vec<f64>) {
     let [bx, by, bz] = [0, 1, 2].map(|k| basis(order, unit_position[k]));
@@ -114,8 +130,7 @@ mod tests {
 
     #[test]
     fn products_add_to_one() {
-        let mut row = Vec::new();
-        push_products(4, &nalgebra::Vector3::new(0.1, 0.6, 0.9), &mut row);
+        let row = products(4, &nalgebra::Vector3::new(0.1, 0.6, 0.9));
         assert_eq!(row.len(), coefficient_count(4));
         assert!((row.iter().sum::<f64>() - 1.0).abs() < 1e-14);
     }

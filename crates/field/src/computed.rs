@@ -5,9 +5,10 @@
 
 use super::compiled::{CompiledField, FieldBounds};
 use super::evaluation::Linearization;
-use super::evaluation::{Coefficient, Evaluation, error_of};
+use super::evaluation::{Coefficient, Evaluation};
 use super::gaussian::Kriging;
 use super::harmonic::HarmonicModel;
+use super::samples::PoseError;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::sync::{Arc, OnceLock};
 use trackwright_geometry::bounds::Bounds;
@@ -115,7 +116,7 @@ impl ComputedField {
         }
         for ((out, p), reading) in out.iter_mut().zip(positions_mm).zip(&batch.readings) {
             *out = Evaluation {
-                error: error_of(reading.unwrap_or_default()),
+                error: PoseError::of_values(reading.unwrap_or_default()),
                 is_inside: reading.is_some() && self.bounds.contains(p),
             };
         }
@@ -143,7 +144,7 @@ impl ComputedField {
 
     /// The error at one pose.
     pub fn evaluate(&self, position_mm: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> Evaluation {
-        let mut out = [Evaluation { error: error_of([0.0; 6]), is_inside: false }];
+        let mut out = [Evaluation { error: PoseError::of_values([0.0; 6]), is_inside: false }];
         let (p, n) = (std::slice::from_ref(position_mm), std::slice::from_ref(axis));
         self.evaluate_all(&mut ComputedBatch::default(), p, n, &mut out);
         out[0]

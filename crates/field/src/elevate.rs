@@ -31,14 +31,7 @@ impl DistortionModel {
             }
             now += 1;
         }
-        Self::new(
-            now,
-            self.directions(),
-            self.weighting(),
-            self.map(),
-            *self.bounds(),
-            coefficients,
-        )
+        self.with_coefficients(now, *self.bounds(), coefficients)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a model's answer at a pose is made of.
 
 use super::samples::PoseError;
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::SMatrix;
 
 /// The six values of one coefficient, X, Y, Z in mm and Rx, Ry, Rz in radians.
 pub type Coefficient = [f64; 6];
@@ -40,15 +40,4 @@ pub struct Linearization {
     /// this times `t`; the column space along the axis is zero. On an edge between triangles it is
     /// the derivative inside the triangle that the weights were taken from.
     pub by_axis: Matrix6x3,
-}
-
-/// The six values of an error.
-pub(crate) fn values_of(error: &PoseError) -> Coefficient {
-    let (p, r) = (&error.position_mm, &error.rotation_rad);
-    [p.x, p.y, p.z, r.x, r.y, r.z]
-}
-
-/// The error of six values.
-pub(crate) fn error_of([x, y, z, rx, ry, rz]: Coefficient) -> PoseError {
-    PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
 }

@@ -65,18 +65,8 @@ impl DistortionModel {
                 }
             }
         }
-        let [x, y, z, rx, ry, rz] = value;
-        Linearization {
-            at: Evaluation {
-                error: PoseError {
-                    position_mm: Vector3::new(x, y, z),
-                    rotation_rad: Vector3::new(rx, ry, rz),
-                },
-                is_inside,
-            },
-            by_position,
-            by_axis,
-        }
+        let at = Evaluation { error: PoseError::of_values(value), is_inside };
+        Linearization { at, by_position, by_axis }
     }
 
     /// Position in the unit cube and its derivative by each coordinate; 0 for one that is clamped
@@ -234,7 +224,6 @@ fn load<S: Simd>(net: &[f64], at: usize, vector: usize) -> S::f64s {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::evaluation::values_of;
     use crate::random_models::{Seeded, random_model, room};
     use nalgebra::Vector6;
 
@@ -253,7 +242,7 @@ mod tests {
     ];
 
     fn vector_of(error: &PoseError) -> Vector6<f64> {
-        values_of(error).into()
+        error.values().into()
     }
 
     /// A step along the sphere, not off it.

@@ -2,7 +2,6 @@
 
 use super::bernstein::{MAX_ORDER, basis, coefficient_count};
 use super::computed::{ComputedField, FieldSource, ModelKind};
-use super::evaluation::error_of;
 pub use super::evaluation::{Coefficient, Evaluation, OutsidePolicy};
 use super::samples::{MapKind, PoseError};
 use nalgebra::{Point3, Unit, Vector3};
@@ -73,6 +72,32 @@ impl DistortionModel {
         }
         bounds.check_finite()?;
         Ok(Self { order, directions, weighting, map, bounds, coefficients, computed: None })
+    }
+
+    /// A distortion map of the position alone, from its coefficients: i, then j, then k.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_position(
+        order: usize,
+        bounds: Bounds,
+        coefficients: Vec<Coefficient>,
+    ) -> Result<Self, ModelError> {
+        let (directions, weighting) = (DirectionSet::One, Weighting::default());
+        Self::new(order, directions, weighting, MapKind::Distortion, bounds, coefficients)
+    }
+
+    /// A model of the same kind with other coefficients in another box.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_coefficients(
+        &self,
+        order: usize,
+        bounds: Bounds,
+        coefficients: Vec<Coefficient>,
+    ) -> Result<Self, ModelError> {
+        Self::new(order, self.directions, self.weighting, self.map, bounds, coefficients)
     }
 
     /// A model that is no polynomial, over a box. Beyond the box it is that of the nearest point,
@@ -264,7 +289,7 @@ impl DistortionModel {
                 }
             }
         }
-        error_of(total)
+        PoseError::of_values(total)
     }
 }
 
@@ -293,6 +318,7 @@ impl TryFrom<ModelParts> for DistortionModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bernstein::control_points;
 
     fn bounds() -> Bounds {
         Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]))
@@ -300,18 +326,8 @@ mod tests {
 
     /// Coefficients sampled from a linear function: Bernstein form reproduces those exactly.
     fn linear_model(order: usize) -> DistortionModel {
-        let n = order as f64;
-        let mut coefficients = Vec::new();
-        for _ in 0..14 {
-            for i in 0..=order {
-                for j in 0..=order {
-                    for k in 0..=order {
-                        let (x, y, z) = (i as f64 / n, j as f64 / n, k as f64 / n);
-                        coefficients.push([x, y, z, x + y, 2.0 * z, 1.0]);
-                    }
-                }
-            }
-        }
+        let net = (0..14).flat_map(|_| control_points(order));
+        let coefficients = net.map(|[x, y, z]| [x, y, z, x + y, 2.0 * z, 1.0]).collect();
         DistortionModel::new(
             order,
             DirectionSet::Fourteen,
@@ -357,14 +373,7 @@ mod tests {
     #[test]
     fn numbers_that_make_no_model_are_refused() {
         let new = |order, count: usize, bounds| {
-            DistortionModel::new(
-                order,
-                DirectionSet::One,
-                Weighting::Area,
-                MapKind::Distortion,
-                bounds,
-                vec![[0.0; 6]; count],
-            )
+            DistortionModel::of_position(order, bounds, vec![[0.0; 6]; count])
         };
         assert!(matches!(new(13, 2744, bounds()), Err(ModelError::Order(13))));
         assert!(matches!(

@@ -13,6 +13,19 @@ pub struct PoseError {
     pub rotation_rad: Vector3<f64>,
 }
 
+impl PoseError {
+    /// X, Y, Z in mm and Rx, Ry, Rz in radians.
+    pub fn values(&self) -> [f64; 6] {
+        let (p, r) = (&self.position_mm, &self.rotation_rad);
+        [p.x, p.y, p.z, r.x, r.y, r.z]
+    }
+
+    /// The error of six values.
+    pub fn of_values([x, y, z, rx, ry, rz]: [f64; 6]) -> Self {
+        Self { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
+    }
+}
+
 /// A sensor's ideal pose beside the measured one, in the tracker frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {

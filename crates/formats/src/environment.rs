@@ -158,15 +158,11 @@ pub(super) mod tests {
         let residuals =
             |position_rms_mm, angle_rms_rad| Residuals { position_rms_mm, angle_rms_rad };
         Environment {
-            name: "A \"room\"".to_owned(),
-            model: model.unwrap(),
             volume: Some(Volume::AuroraCube),
             jitter: Some(Jitter {
                 growth: Some(JitterGrowth::dipole(250.0)),
                 ..Jitter::uniform(0.1, 0.001)
             }),
-            fit_validity: None,
-            process: None,
             provenance: Some(Provenance {
                 data: "data.csv".to_owned(),
                 samples: 12,
@@ -181,6 +177,7 @@ pub(super) mod tests {
                     after: residuals(1.5, None),
                 }),
             }),
+            ..Environment::of_model("A \"room\"", model.unwrap())
         }
     }
 

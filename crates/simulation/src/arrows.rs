@@ -9,7 +9,6 @@ use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use trackwright_field::{AxisModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 use trackwright_task::CancelToken;
 
@@ -124,8 +123,7 @@ fn axes_of_tool(scenario: &Scenario) -> Result<Vec<Option<Unit<Vector3<f64>>>>, 
     if tool.sensors.is_empty() {
         return Err(StudyError::NoSensors { body: tool.name.clone() });
     }
-    let tracker_from_crf =
-        scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let tracker_from_crf = scenario.tracker_from_crf();
     let turn = (tracker_from_crf * scenario.crf_from_tool).rotation;
     Ok(tool.sensors.iter().map(|s| s.axis_in_body().map(|axis| turn * axis)).collect())
 }

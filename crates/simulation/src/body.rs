@@ -63,6 +63,34 @@ pub struct Coil {
 }
 
 impl Sensor {
+    /// A sensor whose coil is not known, or that has none.
+    pub fn new(
+        name: impl Into<String>,
+        position_in_body: impl Into<Point3<f64>>,
+        orientation: SensorOrientation,
+    ) -> Self {
+        let (name, position_in_body) = (name.into(), position_in_body.into());
+        Self { name, position_in_body, orientation, coil: None }
+    }
+
+    /// A 5-DOF sensor with an axis.
+    pub fn five_dof(
+        name: impl Into<String>,
+        position_in_body: impl Into<Point3<f64>>,
+        axis_in_body: Unit<Vector3<f64>>,
+    ) -> Self {
+        Self::new(name, position_in_body, SensorOrientation::FiveDof(axis_in_body))
+    }
+
+    /// A 6-DOF sensor with a rotation `body_from_sensor`.
+    pub fn six_dof(
+        name: impl Into<String>,
+        position_in_body: impl Into<Point3<f64>>,
+        body_from_sensor: UnitQuaternion<f64>,
+    ) -> Self {
+        Self::new(name, position_in_body, SensorOrientation::SixDof(body_from_sensor))
+    }
+
     /// The sensor's local z in the body frame; none of a marker.
     pub fn axis_in_body(&self) -> Option<Unit<Vector3<f64>>> {
         self.orientation.axis()
@@ -159,12 +187,7 @@ mod tests {
     use std::f64::consts::FRAC_PI_2;
 
     fn sensor(position: [f64; 3]) -> Sensor {
-        Sensor {
-            name: "a".to_owned(),
-            position_in_body: position.into(),
-            orientation: SensorOrientation::FiveDof(Vector3::x_axis()),
-            coil: None,
-        }
+        Sensor::five_dof("a", position, Vector3::x_axis())
     }
 
     #[test]

@@ -199,12 +199,7 @@ mod tests {
     use crate::body::Sensor;
 
     fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
-        Sensor {
-            name: String::new(),
-            position_in_body: position.into(),
-            orientation: SensorOrientation::FiveDof(Unit::new_normalize(axis.into())),
-            coil: None,
-        }
+        Sensor::five_dof("", position, Unit::new_normalize(axis.into()))
     }
 
     fn body(sensors: Vec<Sensor>) -> RigidBody {

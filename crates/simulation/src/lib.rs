@@ -14,14 +14,9 @@
 //! use trackwright_simulation::*;
 //!
 //! // A room without any error, and a probe whose tip is 100 mm from its sensor.
-//! let model = DistortionModel::zero(room(), MapKind::Distortion);
-//! let environment = Environment::of_model("ideal", model);
-//! let sensor = Sensor {
-//!     name: "only".into(),
-//!     position_in_body: Point3::origin(),
-//!     orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-//!     coil: None,
-//! };
+//! let ideal = DistortionModel::zero(room(), MapKind::Distortion);
+//! let environment = Environment::of_model("ideal", ideal);
+//! let sensor = Sensor::six_dof("only", Point3::origin(), UnitQuaternion::identity());
 //! let tip_in_body = Some(Point3::new(0.0, 0.0, 100.0));
 //! let scenario = Scenario {
 //!     environment: Arc::new(environment),

@@ -12,18 +12,12 @@ use super::body::{RigidBody, SensorOrientation};
 use super::frame_fit::{Determination, determination};
 use super::tool_in_crf::FreeMotion;
 use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::svd3::svd3;
 
 /// Distance from a free axis, as a part of the distance from the centroid, below which a turn
 /// about the axis moves nothing but round-off.
 const ON_AXIS_RATIO: f64 = 1e-9;
-
-/// The error of one sensor's reading, in the caller's axes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorError {
-    pub position_mm: Vector3<f64>,
-    pub rotation_rad: Vector3<f64>,
-}
 
 /// Independent errors of one sensor, body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,7 +132,6 @@ struct LinearSensor {
     arm_mm: Vector3<f64>,
     /// `w² (I − n nᵀ)`, or `2 w² I` for a 6-DOF sensor and nothing for a marker.
     seen_mm2: Matrix3<f64>,
-    is_five_dof: bool,
 }
 
 impl LinearFit {
@@ -165,11 +158,7 @@ impl LinearFit {
                     }
                 };
                 covariance += arm_mm * arm_mm.transpose() + known * weight_mm2;
-                LinearSensor {
-                    arm_mm,
-                    seen_mm2: seen * weight_mm2,
-                    is_five_dof: matches!(s.orientation, SensorOrientation::FiveDof(_)),
-                }
+                LinearSensor { arm_mm, seen_mm2: seen * weight_mm2 }
             })
             .collect();
         let svd = svd3(&covariance);
@@ -232,7 +221,7 @@ impl LinearFit {
     }
 
     /// The motion that the sensors' errors cause, all in body axes, one error a sensor.
-    pub fn motion(&self, errors: &[SensorError]) -> SmallMotion {
+    pub fn motion(&self, errors: &[PoseError]) -> SmallMotion {
         debug_assert_eq!(errors.len(), self.sensors.len(), "one error a sensor");
         let n = self.sensors.len().max(1) as f64;
         let mut shift_mm = Vector3::zeros();
@@ -268,11 +257,6 @@ impl LinearFit {
                 UnitCovariance { position, rotation }
             })
             .collect()
-    }
-
-    /// Whether each sensor is a 5-DOF one, whose roll is no reading.
-    pub fn are_five_dof(&self) -> impl Iterator<Item = bool> + '_ {
-        self.sensors.iter().map(|s| s.is_five_dof)
     }
 
     fn contributions(
@@ -364,7 +348,7 @@ mod tests {
     const CLOSE: f64 = 1e-7;
 
     fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-        Sensor { name: String::new(), position_in_body: position.into(), orientation, coil: None }
+        Sensor::new("", position, orientation)
     }
 
     fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
@@ -382,7 +366,7 @@ mod tests {
     }
 
     /// Reads and refits with the body's frame as the tracker's.
-    fn refitted(body: &RigidBody, weight_mm: f64, errors: &[SensorError]) -> Pose {
+    fn refitted(body: &RigidBody, weight_mm: f64, errors: &[PoseError]) -> Pose {
         let readings: Vec<_> = body
             .sensors
             .iter()
@@ -402,13 +386,7 @@ mod tests {
         for index in 0..body.sensors.len() {
             for component in 0..6 {
                 let at = |size: f64| {
-                    let mut errors = vec![
-                        SensorError {
-                            position_mm: Vector3::zeros(),
-                            rotation_rad: Vector3::zeros(),
-                        };
-                        body.sensors.len()
-                    ];
+                    let mut errors = vec![PoseError::default(); body.sensors.len()];
                     if component < 3 {
                         errors[index].position_mm[component] = size;
                     } else {
@@ -489,13 +467,7 @@ mod tests {
             (Matrix3::zeros(), Matrix3::zeros(), Matrix3::zeros());
         for k in 0..3 {
             for column in 0..6 {
-                let mut errors = vec![
-                    SensorError {
-                        position_mm: Vector3::zeros(),
-                        rotation_rad: Vector3::zeros(),
-                    };
-                    3
-                ];
+                let mut errors = vec![PoseError::default(); 3];
                 if column < 3 {
                     errors[k].position_mm = half(k).column(column).into();
                 } else {

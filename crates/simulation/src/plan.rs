@@ -48,10 +48,9 @@ impl Plan {
 
     /// One trial's poses.
     pub fn trial(&self, scenario: &Scenario, index: usize) -> InputTrial {
-        let at = |crf_from_tool| InputTrial { tracker_from_crf: None, crf_from_tool };
         match self {
-            Self::Single => at(scenario.crf_from_tool),
-            Self::Motion(grid) => at(grid.pose(index)),
+            Self::Single => InputTrial::at(scenario.crf_from_tool),
+            Self::Motion(grid) => InputTrial::at(grid.pose(index)),
             Self::Input(trials) => trials[index],
         }
     }

@@ -54,10 +54,7 @@ pub fn spread(
                     range.min + index as f64 * range.step
                 })
             });
-            InputTrial {
-                tracker_from_crf: None,
-                crf_from_tool: moved(&scenario.crf_from_tool, values),
-            }
+            InputTrial::at(moved(&scenario.crf_from_tool, values))
         })
         .collect()
 }

@@ -3,11 +3,11 @@
 
 use super::along_shaft::{AlongShaft, AlongShaftSums};
 use super::motion::MotionGrid;
+use super::plan::Plan;
 use super::requirement::{Requirement, Within};
 use super::run::{Outcome, StudyError, is_rejected, run};
 use super::scenario::{InputTrial, Mode, Scenario};
 use trackwright_geometry::number::round_above;
-use trackwright_geometry::pose::Pose;
 use trackwright_task::CancelToken;
 
 /// Most trials that are kept one by one: 16 MB of them. Longer studies have figures and no profile.
@@ -131,15 +131,8 @@ pub fn trial_offsets(scenario: &Scenario, mode: &Mode, trial: usize) -> Vec<(&'s
 /// Where the tool is in one trial of a mode, with the CRF's pose where the trial brings its own;
 /// `None` past the end or where there is no range of motion.
 pub fn trial_pose(scenario: &Scenario, mode: &Mode, trial: usize) -> Option<InputTrial> {
-    let own = |crf_from_tool: Pose| InputTrial { tracker_from_crf: None, crf_from_tool };
-    match mode {
-        Mode::Single => (trial == 0).then(|| own(scenario.crf_from_tool)),
-        Mode::Motion => {
-            let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
-            (trial < grid.trials()).then(|| own(grid.pose(trial)))
-        }
-        Mode::Input(trials) => trials.get(trial).copied(),
-    }
+    let plan = Plan::new(scenario, mode).ok()?;
+    (trial < plan.len()).then(|| plan.trial(scenario, trial))
 }
 
 fn axes(grid: &MotionGrid, tip_error_mm: &[f64]) -> Vec<AxisProfile> {

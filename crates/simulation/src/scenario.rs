@@ -29,6 +29,11 @@ impl Scenario {
         let is_one_pose = matches!(mode, Mode::Single) && self.motion.is_some();
         !is_one_pose || metric.is_extreme()
     }
+
+    /// Where the design has its CRF; the tracker frame itself without one.
+    pub fn tracker_from_crf(&self) -> Pose {
+        self.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf)
+    }
 }
 
 /// A reference body and where it is.
@@ -64,4 +69,11 @@ pub struct InputTrial {
     /// The design's pose where absent; ignored without a CRF.
     pub tracker_from_crf: Option<Pose>,
     pub crf_from_tool: Pose,
+}
+
+impl InputTrial {
+    /// A pose of the tool with the CRF where the design has it.
+    pub fn at(crf_from_tool: Pose) -> Self {
+        Self { tracker_from_crf: None, crf_from_tool }
+    }
 }

@@ -51,8 +51,7 @@ pub struct PoseDetail {
 /// The design's own pose in full.
 pub fn simulate_pose(scenario: &Scenario) -> PoseDetail {
     let mut buffers = TrackBuffers::default();
-    let tracker_from_crf =
-        scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
+    let tracker_from_crf = scenario.tracker_from_crf();
     let crf = scenario.crf.as_ref().map(|crf| {
         let tracker = BodyTracker::new(&crf.body, scenario);
         let (tracked, sensors) = tracker.track_in_detail(&mut buffers, &tracker_from_crf);

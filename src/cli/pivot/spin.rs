@@ -11,7 +11,7 @@ use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::export::{PatientAxes, itk_transform};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::Output;
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::body::{RigidBody, Sensor};
 
 #[derive(Debug, Args)]
 pub(super) struct SpinArgs {
@@ -153,12 +153,11 @@ fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
         rigid: RigidBody {
             name: own_name(file, ".body.ron"),
             tip_in_body: Some(Point3::origin()),
-            sensors: vec![Sensor {
-                name: "tool".to_owned(),
-                position_in_body: body_from_tool.translation.vector.into(),
-                orientation: SensorOrientation::SixDof(body_from_tool.rotation),
-                coil: None,
-            }],
+            sensors: vec![Sensor::six_dof(
+                "tool",
+                body_from_tool.translation.vector,
+                body_from_tool.rotation,
+            )],
         },
         mesh: None,
         definition: None,

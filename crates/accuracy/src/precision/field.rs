@@ -107,24 +107,9 @@ fn other_models(max_order: usize) -> Vec<(usize, DirectionSet)> {
 /// A model of another size with values like the room's: its coefficients are the room's field at
 /// their nodes.
 fn resampled(room: &DistortionModel, order: usize, directions: DirectionSet) -> DistortionModel {
-    let bounds = room.bounds();
-    let node = |k: usize, i: usize| {
-        bounds.min_mm[k] + i as f64 / order.max(1) as f64 * bounds.size_mm()[k]
-    };
-    let mut coefficients = Vec::new();
-    for axis in directions.directions() {
-        for i in 0..=order {
-            for j in 0..=order {
-                for k in 0..=order {
-                    let at = Point3::new(node(0, i), node(1, j), node(2, k));
-                    let e = room.evaluate(&at, axis, OutsidePolicy::Clamp).error;
-                    let (p, r) = (e.position_mm, e.rotation_rad);
-                    coefficients.push([p.x, p.y, p.z, r.x, r.y, r.z]);
-                }
-            }
-        }
-    }
-    DistortionModel::new(order, directions, room.weighting(), room.map(), *bounds, coefficients)
+    let (bounds, axes) = (*room.bounds(), directions.directions());
+    let coefficients = ValueLattice::new(room, axes, order + 1).values;
+    DistortionModel::new(order, directions, room.weighting(), room.map(), bounds, coefficients)
         // Only an order beyond the largest could be refused.
         .unwrap_or_else(|_| room.clone())
 }

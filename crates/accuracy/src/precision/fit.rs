@@ -10,7 +10,7 @@ use faer::{Mat, Side};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use trackwright_field::OutsidePolicy;
-use trackwright_field::bernstein::{coefficient_count, push_products};
+use trackwright_field::bernstein::{coefficient_count, products, push_products};
 use trackwright_field::fit::DEFAULT_RCOND;
 use trackwright_field::least_squares::{LeastSquares, Triangle};
 use trackwright_simulation::Scenario;
@@ -120,18 +120,17 @@ impl System {
             .into_iter()
             .enumerate()
             .map(|(i, (position, axis))| {
-                let e = model.evaluate(&position, &axis, OutsidePolicy::Clamp).error;
-                let (p, r) = (e.position_mm, e.rotation_rad);
-                let wobble = |k: f64| WOBBLE_MM * (i as f64 * (1.0 + k)).sin();
-                (
-                    bounds.to_unit(&position),
-                    [p.x + wobble(0.0), p.y + wobble(0.1), p.z + wobble(0.2), r.x, r.y, r.z],
-                )
+                let mut values =
+                    model.evaluate(&position, &axis, OutsidePolicy::Clamp).error.values();
+                for (value, k) in values.iter_mut().zip([0.0, 0.1, 0.2]) {
+                    *value += WOBBLE_MM * (i as f64 * (1.0 + k)).sin();
+                }
+                (bounds.to_unit(&position), values)
             })
             .unzip();
         let probes = poses(bounds, PROBES, settings.seed + 1)
             .iter()
-            .map(|(position, _)| row(order, &bounds.to_unit(position)))
+            .map(|(position, _)| products(order, &bounds.to_unit(position)))
             .collect();
         Self { order, unit_positions, values, probes }
     }
@@ -141,16 +140,8 @@ impl System {
     }
 
     fn matrix(&self) -> Mat<f64> {
-        let mut a = Mat::zeros(self.unit_positions.len(), self.unknowns());
-        let mut products = Vec::new();
-        for (i, at) in self.unit_positions.iter().enumerate() {
-            products.clear();
-            push_products(self.order, at, &mut products);
-            for (j, &v) in products.iter().enumerate() {
-                a[(i, j)] = v;
-            }
-        }
-        a
+        let rows: Vec<_> = self.unit_positions.iter().map(|at| products(self.order, at)).collect();
+        Mat::from_fn(rows.len(), self.unknowns(), |i, j| rows[i][j])
     }
 
     fn right_side(&self) -> Mat<f64> {
@@ -228,12 +219,6 @@ impl System {
         };
         self.probes.iter().map(length).fold(0.0, f64::max)
     }
-}
-
-fn row(order: usize, unit_position: &Vector3<f64>) -> Vec<f64> {
-    let mut row = Vec::with_capacity(coefficient_count(order));
-    push_products(order, unit_position, &mut row);
-    row
 }
 
 /// What a fit does: the rank is certain from the extreme singular values of R, or its SVD decides.

@@ -96,8 +96,7 @@ mod tests {
     use super::*;
     use crate::precision::{Timing, testing};
     use trackwright_field::DistortionModel;
-    use trackwright_field::samples::MapKind;
-    use trackwright_geometry::directions::{DirectionSet, Weighting};
+
     use trackwright_task::Task;
 
     fn errors(model: DistortionModel) -> Vec<(usize, f64)> {
@@ -114,11 +113,8 @@ mod tests {
 
     /// A field of one orientation whose only component has these coefficients.
     fn along_x(order: usize, coefficients: impl Iterator<Item = f64>) -> DistortionModel {
-        DistortionModel::new(
+        DistortionModel::of_position(
             order,
-            DirectionSet::One,
-            Weighting::Area,
-            MapKind::Distortion,
             testing::bounds(),
             coefficients.map(|x| [x, 0.0, 0.0, 0.0, 0.0, 0.0]).collect(),
         )

@@ -2,6 +2,7 @@
 //! square of the spacing.
 
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::bernstein::control_points;
 use trackwright_field::model::Coefficient;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
@@ -13,7 +14,7 @@ pub struct ValueLattice {
     /// Nodes along each side.
     nodes: usize,
     /// Axis slowest, then x, y, z.
-    values: Vec<Coefficient>,
+    pub values: Vec<Coefficient>,
 }
 
 impl ValueLattice {
@@ -21,23 +22,12 @@ impl ValueLattice {
     pub fn new(model: &DistortionModel, axes: &[Unit<Vector3<f64>>], nodes: usize) -> Self {
         let bounds = *model.bounds();
         let nodes = nodes.max(2);
-        let place = |k: usize, i: usize| {
-            let part = i as f64 / (nodes - 1) as f64;
-            bounds.min_mm[k] + part * bounds.size_mm()[k]
+        let at_node = |axis: &Unit<Vector3<f64>>, part: [f64; 3]| {
+            let at = bounds.min_mm + Vector3::from(part).component_mul(&bounds.size_mm());
+            model.evaluate(&at, axis, OutsidePolicy::Clamp).error.values()
         };
-        let mut values = Vec::with_capacity(axes.len() * nodes.pow(3));
-        for axis in axes {
-            for i in 0..nodes {
-                for j in 0..nodes {
-                    for k in 0..nodes {
-                        let at = Point3::new(place(0, i), place(1, j), place(2, k));
-                        let e = model.evaluate(&at, axis, OutsidePolicy::Clamp).error;
-                        let (p, r) = (e.position_mm, e.rotation_rad);
-                        values.push([p.x, p.y, p.z, r.x, r.y, r.z]);
-                    }
-                }
-            }
-        }
+        let of_axis = |axis| control_points(nodes - 1).map(move |part| at_node(axis, part));
+        let values = axes.iter().flat_map(of_axis).collect();
         Self { bounds, nodes, values }
     }
 

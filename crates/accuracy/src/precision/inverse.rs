@@ -175,15 +175,7 @@ mod tests {
             .iter()
             .map(|c| std::array::from_fn(|k| c[k] * if k < 3 { 0.3 } else { 0.003 }))
             .collect();
-        DistortionModel::new(
-            2,
-            model.directions(),
-            model.weighting(),
-            MapKind::Distortion,
-            *model.bounds(),
-            coefficients,
-        )
-        .unwrap()
+        model.with_coefficients(2, *model.bounds(), coefficients).unwrap()
     }
 
     fn family() -> Family {

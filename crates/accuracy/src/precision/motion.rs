@@ -286,10 +286,7 @@ impl<'a> Sampling<'a> {
                     range.min + part * (range.max - range.min)
                 }
             });
-            InputTrial {
-                tracker_from_crf: None,
-                crf_from_tool: moved(&self.scenario.crf_from_tool, values),
-            }
+            InputTrial::at(moved(&self.scenario.crf_from_tool, values))
         });
         Poses::List(trials.collect())
     }

@@ -1,5 +1,6 @@
 //! Rooms for the tests of this part of the program.
 use std::sync::Arc;
+use trackwright_field::bernstein::control_points;
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
@@ -22,25 +23,8 @@ pub fn model(order: usize, directions: DirectionSet, weighting: Weighting) -> Di
 
 /// A model whose values are x, y, z of the unit cube twice.
 pub fn linear_model(order: usize) -> DistortionModel {
-    let n = order as f64;
-    let mut coefficients = Vec::new();
-    for i in 0..=order {
-        for j in 0..=order {
-            for k in 0..=order {
-                let unit = [i, j, k].map(|v| v as f64 / n);
-                coefficients.push(std::array::from_fn(|v| unit[v % 3]));
-            }
-        }
-    }
-    DistortionModel::new(
-        order,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        bounds(),
-        coefficients,
-    )
-    .expect("finite coefficients")
+    let coefficients = control_points(order).map(|[x, y, z]| [x, y, z, x, y, z]).collect();
+    DistortionModel::of_position(order, bounds(), coefficients).expect("finite coefficients")
 }
 
 /// Largest coefficient of a position.

@@ -2,12 +2,13 @@
 
 use super::case::Methods;
 use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::bernstein::products;
 use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::fit::{Fit, fit};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::least_squares::Solution;
-use trackwright_field::samples::PoseError;
-use trackwright_field::{DistortionModel, OutsidePolicy};
+use trackwright_field::samples::{PoseError, Sample};
 use trackwright_geometry::directions::{DirectionSet, DirectionWeights, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_from_matrix};
 use trackwright_geometry::rotation::AxisRotation;
@@ -25,34 +26,13 @@ pub const NORMAL_EQUATIONS: Methods = Methods {
         if settings.directions != DirectionSet::One {
             return Ok(own);
         }
-        let rows: Vec<Vec<f64>> = set
-            .samples
-            .iter()
-            .map(|s| {
-                let mut row = Vec::new();
-                let unit = own.model.bounds().to_unit(&s.position_mm);
-                trackwright_field::bernstein::push_products(settings.order, &unit, &mut row);
-                row
-            })
-            .collect();
-        let values: Vec<_> = set
-            .samples
-            .iter()
-            .map(|s| {
-                let (p, r) = (s.error.position_mm, s.error.rotation_rad);
-                [p.x, p.y, p.z, r.x, r.y, r.z]
-            })
-            .collect();
+        let row =
+            |s: &Sample| products(settings.order, &own.model.bounds().to_unit(&s.position_mm));
+        let rows: Vec<_> = set.samples.iter().map(row).collect();
+        let values: Vec<_> = set.samples.iter().map(|s| s.error.values()).collect();
         let found = by_normal_equations(&rows, &values, settings.rcond, settings.ridge);
         let room = &own.model;
-        let model = DistortionModel::new(
-            room.order(),
-            room.directions(),
-            room.weighting(),
-            room.map(),
-            *room.bounds(),
-            found.unknowns,
-        )?;
+        let model = room.with_coefficients(room.order(), *room.bounds(), found.unknowns)?;
         Ok(Fit { model, ..own })
     },
     ..Methods::OWN
@@ -171,8 +151,7 @@ pub const MONOMIALS: Methods = Methods {
                 })
                 .sum();
         }
-        let [x, y, z, rx, ry, rz] = values;
-        PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
+        PoseError::of_values(values)
     },
     ..Methods::OWN
 };
@@ -181,9 +160,7 @@ pub const MONOMIALS: Methods = Methods {
 pub const DIFFERENCES: Methods = Methods {
     derivatives: |model, position_mm, axis, outside| {
         let at = |p: Point3<f64>, n: Unit<Vector3<f64>>| {
-            let e = model.evaluate(&p, &n, outside).error;
-            let (p, r) = (e.position_mm, e.rotation_rad);
-            nalgebra::Vector6::new(p.x, p.y, p.z, r.x, r.y, r.z)
+            nalgebra::Vector6::from(model.evaluate(&p, &n, outside).error.values())
         };
         let columns = |change: &dyn Fn(Vector3<f64>) -> nalgebra::Vector6<f64>, step: f64| {
             let slopes = [Vector3::x(), Vector3::y(), Vector3::z()]
@@ -313,11 +290,8 @@ pub const MOMENTS_ABOUT_ORIGIN: Methods = Methods {
 /// Everything right but for the last six digits.
 pub const SINGLE_PRECISION: Methods = Methods {
     evaluate: |model, position_mm, axis, outside| {
-        let e = model.evaluate(position_mm, axis, outside).error;
-        PoseError {
-            position_mm: e.position_mm.map(|v| f64::from(v as f32)),
-            rotation_rad: e.rotation_rad.map(|v| f64::from(v as f32)),
-        }
+        let values = model.evaluate(position_mm, axis, outside).error.values();
+        PoseError::of_values(values.map(|v| f64::from(v as f32)))
     },
     ..Methods::OWN
 };

@@ -140,7 +140,7 @@ pub fn pivot_rows(
     let mut given = Vec::with_capacity(measured.len());
     for (index, pose) in measured.iter().enumerate() {
         task.step(index, 2 * measured.len())?;
-        given.push(InputTrial { tracker_from_crf: None, crf_from_tool: compensator.nearest(pose) });
+        given.push(InputTrial::at(compensator.nearest(pose)));
     }
     let trials = simulated(&scenario, given, &task.subtask(0.5, 1.0))?;
     let rows = measured.iter().zip(&trials).enumerate();

@@ -33,12 +33,8 @@ fn probe() -> DesignBody {
     let image = r#"{"count": 1, "id": 7, "fiducials": [{"x": 1.5, "y": 0, "z": -0.0}]}"#;
     let definition = DefinitionFile { kind: DefinitionKind::SawJson, bytes: image.into() };
     let mut probe = body("probe");
-    probe.rigid.sensors = vec![Sensor {
-        name: "marker 1".to_owned(),
-        position_in_body: Point3::new(1.5, 0.0, -0.0),
-        orientation: SensorOrientation::Marker,
-        coil: None,
-    }];
+    probe.rigid.sensors =
+        vec![Sensor::new("marker 1", Point3::new(1.5, 0.0, -0.0), SensorOrientation::Marker)];
     probe.definition = Some(Arc::new(definition));
     probe
 }

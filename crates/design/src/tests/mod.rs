@@ -11,12 +11,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
 
 fn sensor(name: &str, z_mm: f64) -> Sensor {
-    Sensor {
-        name: name.to_owned(),
-        position_in_body: Point3::new(0.0, 0.0, z_mm),
-        orientation: SensorOrientation::FiveDof(Vector3::z_axis()),
-        coil: None,
-    }
+    Sensor::five_dof(name, Point3::new(0.0, 0.0, z_mm), Vector3::z_axis())
 }
 
 fn body(reference: &str) -> DesignBody {

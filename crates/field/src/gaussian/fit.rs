@@ -4,7 +4,6 @@ use super::amplitude::Amplitude;
 use super::field::{ErrorValues, GaussianField, Row, Trend};
 use super::hyper_parameters::{self, HyperParameters, errors_of};
 use super::kernel::{FieldPoint, Kernel};
-use crate::evaluation::values_of;
 use crate::samples::{PoseError, SampleSet};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -127,9 +126,9 @@ fn rows(set: &SampleSet, trend: Option<&[PoseError]>) -> Vec<Row> {
     let rounded = |value: f64, parts: f64| (value * parts).round() / parts;
     let row = |i: usize| {
         let sample = &set.samples[i];
-        let mut error = values_of(&sample.error);
+        let mut error = sample.error.values();
         if let Some(trend) = trend.and_then(|t| t.get(i)) {
-            for (e, t) in error.iter_mut().zip(values_of(trend)) {
+            for (e, t) in error.iter_mut().zip(trend.values()) {
                 *e -= t;
             }
         }

@@ -4,7 +4,6 @@ use super::field::{ErrorValues, GaussianField, Trend};
 use super::fit::GaussianError;
 use super::kernel::FieldPoint;
 use super::posterior::{Conditioned, DrawnErrors, log_amplitude_std};
-use crate::evaluation::values_of;
 use crate::samples::PoseError;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
@@ -142,7 +141,7 @@ impl GaussianField {
 fn less_model(mean: ErrorValues, trend: Trend, model: &PoseError) -> Vector6<f64> {
     let mean = Vector6::from(mean);
     match trend {
-        Trend::None => mean - Vector6::from(values_of(model)),
+        Trend::None => mean - Vector6::from(model.values()),
         Trend::Model => mean,
     }
 }

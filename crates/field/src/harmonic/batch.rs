@@ -6,7 +6,7 @@
 
 use super::model::HarmonicModel;
 use super::solid_harmonics::{MAX_TERMS, gradients, terms};
-use crate::evaluation::{Coefficient, values_of};
+use crate::evaluation::Coefficient;
 use crate::generator::MAX_COILS;
 use crate::generator::lanes::{LANES, LaneDipole, Lanes, read_axes};
 use crate::samples::PoseError;
@@ -38,7 +38,7 @@ impl WithSimd for Errors<'_> {
                 let errors = errors.unwrap_or([None; LANES]);
                 for (k, out) in out.iter_mut().enumerate() {
                     let plain = || self.model.axis_error_at(&positions[k], &axes[k]).ok();
-                    *out = errors[k].or_else(plain).map(|error| values_of(&error));
+                    *out = errors[k].or_else(plain).map(|error| error.values());
                 }
             }
         });
@@ -157,7 +157,7 @@ mod tests {
             let mut found = vec![None; 203];
             model.axis_errors(&positions, &axes, &mut found);
             for ((p, n), found) in positions.iter().zip(&axes).zip(found) {
-                let plain = model.axis_error_at(p, n).ok().map(|error| values_of(&error));
+                let plain = model.axis_error_at(p, n).ok().map(|error| error.values());
                 match (found, plain) {
                     (Some(found), Some(plain)) => {
                         for c in 0..6 {

@@ -141,15 +141,9 @@ mod tests {
             let unit = Vector3::from(intervals.map(|interval| interval[end]));
             bounds.min_mm + bounds.size_mm().component_mul(&unit)
         };
-        DistortionModel::new(
-            model.order(),
-            model.directions(),
-            model.weighting(),
-            model.map(),
-            trackwright_geometry::bounds::Bounds { min_mm: at(0), max_mm: at(1) },
-            Nets::of(model, intervals).of_direction.concat(),
-        )
-        .unwrap()
+        let bounds = trackwright_geometry::bounds::Bounds { min_mm: at(0), max_mm: at(1) };
+        let net = Nets::of(model, intervals).of_direction.concat();
+        model.with_coefficients(model.order(), bounds, net).unwrap()
     }
 
     #[test]

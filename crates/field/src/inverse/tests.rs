@@ -197,15 +197,7 @@ fn along_x(coefficients: &[f64]) -> DistortionModel {
     for (index, c) in net.iter_mut().enumerate() {
         c[0] = coefficients[index / (order + 1).pow(2)];
     }
-    DistortionModel::new(
-        order,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        Bounds::from(([0.0; 3], [100.0; 3])),
-        net,
-    )
-    .unwrap()
+    DistortionModel::of_position(order, Bounds::from(([0.0; 3], [100.0; 3])), net).unwrap()
 }
 
 /// `x + e(x)` rises to x = 30, falls to 70 and rises again.
@@ -322,15 +314,7 @@ fn readings_that_are_nan_have_no_answer() {
 fn far_coordinates_come_back_to_round_off() {
     let far = Bounds::from(([1e6; 3], [1e6 + 500.0; 3]));
     let near = random_model(2, DirectionSet::Fourteen, Weighting::Area, [1.0, 0.01], 3);
-    let model = DistortionModel::new(
-        2,
-        near.directions(),
-        near.weighting(),
-        MapKind::Distortion,
-        far,
-        near.coefficients().to_vec(),
-    )
-    .unwrap();
+    let model = near.with_coefficients(2, far, near.coefficients().to_vec()).unwrap();
     let mut seeded = Seeded::new(6);
     let poses: Vec<_> = (0..30).map(|_| seeded.pose(&far, 0.0)).collect();
     for (pose, found) in poses.iter().zip(undone(&model, &poses, OutsidePolicy::Clamp)) {

@@ -335,10 +335,8 @@ impl Judge<'_> {
             if self.system.order > 0 {
                 self.predict(fold, row, &mut products, &mut predicted);
             }
-            let error = &self.problem.set.samples[row].error;
-            let (e, r) = (&error.position_mm, &error.rotation_rad);
+            let measured = self.problem.set.samples[row].error.values();
             for (ridge, p) in predicted.chunks_exact(VALUES).enumerate() {
-                let measured = [e.x, e.y, e.z, r.x, r.y, r.z];
                 visit(row, ridge, std::array::from_fn(|i| measured[i] - p[i]));
             }
         }

@@ -122,7 +122,7 @@ fn fill_basis(order: usize, x: f64, b: &mut [f64; MAX_VALUES]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bernstein::{coefficient_count, push_products};
+    use crate::bernstein::{coefficient_count, products};
     use faer::Mat;
 
     #[test]
@@ -135,8 +135,7 @@ mod tests {
             assert_eq!(form.len(), (2 * order + 1).pow(3));
             for unit in [[0.1, 0.6, 0.9], [0.0, 1.0, 0.5], [1.2, -0.1, 0.3]] {
                 let unit = Vector3::from(unit);
-                let mut b = Vec::new();
-                push_products(order, &unit, &mut b);
+                let b = products(order, &unit);
                 let mut exact = 0.0;
                 let mut size = 0.0;
                 for i in 0..p {

@@ -50,10 +50,5 @@ pub(super) fn id_of(name: &str) -> Option<i64> {
 
 /// The marker of a slot, counted from 0.
 pub(super) fn marker(slot: usize, position_in_body: Point3<f64>) -> Sensor {
-    Sensor {
-        name: format!("marker {}", slot + 1),
-        position_in_body,
-        orientation: SensorOrientation::Marker,
-        coil: None,
-    }
+    Sensor::new(format!("marker {}", slot + 1), position_in_body, SensorOrientation::Marker)
 }

@@ -6,7 +6,7 @@
 use super::super::error::FormatError;
 use super::ndi_rom::{Checksum, IdentityAt, Image, OnMismatch, check_finite, sum};
 use nalgebra::{Unit, Vector3};
-use trackwright_simulation::body::{Sensor, SensorOrientation};
+use trackwright_simulation::body::Sensor;
 
 /// Version 1; the other kind of image begins with letters, every text too.
 pub(super) const MAGIC: &[u8] = &[1, 0];
@@ -180,11 +180,9 @@ impl EmRom {
     }
 
     pub(super) fn sensors(&self) -> Vec<Sensor> {
-        let sensor = |(slot, coil): (usize, EmCoil)| Sensor {
-            name: format!("coil {}", slot + 1),
-            position_in_body: coil.position.map(f64::from).into(),
-            orientation: SensorOrientation::FiveDof(coil.axis()),
-            coil: None,
+        let sensor = |(slot, coil): (usize, EmCoil)| {
+            let place = coil.position.map(f64::from);
+            Sensor::five_dof(format!("coil {}", slot + 1), place, coil.axis())
         };
         self.coils().into_iter().enumerate().map(sensor).collect()
     }

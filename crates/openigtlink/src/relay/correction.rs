@@ -14,7 +14,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_simulation::Scenario;
 use trackwright_simulation::body_compensation::BodyCompensator;
 use trackwright_simulation::body_prediction::{BodyPrediction, BodyPredictor};
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::{RigidBody, Sensor};
 use trackwright_task::Task;
 
 /// A room that poses are compensated by.
@@ -162,12 +162,7 @@ fn one_sensor() -> RigidBody {
     RigidBody {
         name: String::new(),
         tip_in_body: None,
-        sensors: vec![Sensor {
-            name: String::new(),
-            position_in_body: Point3::origin(),
-            orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-            coil: None,
-        }],
+        sensors: vec![Sensor::six_dof("", Point3::origin(), UnitQuaternion::identity())],
     }
 }
 

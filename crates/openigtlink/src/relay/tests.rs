@@ -6,10 +6,8 @@ use crate::codec::{Orientation, QuaternionElement};
 use proptest::prelude::*;
 use std::sync::Arc;
 use trackwright_field::compensation::Method;
-use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::pose_from_array;
 
 fn pose(x: f64) -> Pose {
@@ -111,11 +109,8 @@ fn value<'m>(message: &'m Message, key: &str) -> &'m str {
 
 /// A room that measures everything 2 mm too far along x.
 fn shifted_room() -> LiveRoom {
-    let model = DistortionModel::new(
+    let model = DistortionModel::of_position(
         1,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
         Bounds::from(([-200.0, -200.0, -500.0], [200.0, 200.0, -100.0])),
         vec![[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]; 8],
     )

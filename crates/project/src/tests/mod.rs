@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use trackwright_design::{BodyRole, Edit, Origin};
 use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{DefinitionFormat, from_body};
-use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::body::{RigidBody, Sensor};
 
 /// A folder with `a.design.ron` and all that belongs to it.
 pub fn saved_world() -> (TempDir, World) {
@@ -47,12 +47,7 @@ fn tetrahedron(size: f64) -> String {
 
 /// A maker's file: the image of two coils.
 fn rom(name: &str) -> Vec<u8> {
-    let coil = |name: &str, x, axis| Sensor {
-        name: name.to_owned(),
-        position_in_body: Point3::new(x, 0.0, 40.0),
-        orientation: SensorOrientation::FiveDof(axis),
-        coil: None,
-    };
+    let coil = |name: &str, x, axis| Sensor::five_dof(name, Point3::new(x, 0.0, 40.0), axis);
     let sensors =
         vec![coil("coil 1", -2.0, Vector3::z_axis()), coil("coil 2", 2.0, Vector3::x_axis())];
     let rigid = RigidBody { name: name.to_owned(), tip_in_body: None, sensors };

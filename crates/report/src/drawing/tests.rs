@@ -96,12 +96,7 @@ fn a_dimension_is_as_long_as_its_number() {
         name: "b".to_owned(),
         tip_in_body: Some(Point3::origin()),
         sensors: [25.0, 100.0]
-            .map(|z| Sensor {
-                name: "s".to_owned(),
-                position_in_body: Point3::new(0.0, 0.0, z),
-                orientation: SensorOrientation::FiveDof(Vector3::x_axis()),
-                coil: None,
-            })
+            .map(|z| Sensor::five_dof("s", Point3::new(0.0, 0.0, z), Vector3::x_axis()))
             .to_vec(),
     };
     let drawing = drawn(&body, None);
@@ -154,12 +149,7 @@ fn markup_in_names_is_text_in_a_drawing_too() {
 
 #[test]
 fn bodies_of_extreme_sizes_are_drawn() {
-    let at = |place: [f64; 3]| Sensor {
-        name: String::new(),
-        position_in_body: place.into(),
-        orientation: SensorOrientation::Marker,
-        coil: None,
-    };
+    let at = |place: [f64; 3]| Sensor::new("", place, SensorOrientation::Marker);
     for sensors in [
         vec![],
         vec![at([0.0; 3])],

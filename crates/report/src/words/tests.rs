@@ -26,7 +26,7 @@ fn held(turn: UnitQuaternion<f64>, shift: [f64; 3]) -> WorstPose {
     let own = scenario.crf_from_tool;
     let crf_from_tool: Pose =
         pose_from_parts(own.translation.vector + Vector3::from(shift), turn * own.rotation);
-    let trial = InputTrial { tracker_from_crf: None, crf_from_tool };
+    let trial = InputTrial::at(crf_from_tool);
     let mode = Mode::Input(vec![trial].into());
     worst_pose(&scenario, &mode, &trial)
 }
@@ -180,13 +180,10 @@ fn a_plate_of_sensors_has_no_shaft() {
         sensor.position_in_body = place.into();
     }
     let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2);
-    let trial = InputTrial {
-        tracker_from_crf: None,
-        crf_from_tool: pose_from_parts(
-            scenario.crf_from_tool.translation.vector,
-            turn * scenario.crf_from_tool.rotation,
-        ),
-    };
+    let trial = InputTrial::at(pose_from_parts(
+        scenario.crf_from_tool.translation.vector,
+        turn * scenario.crf_from_tool.rotation,
+    ));
     let found = worst_pose(&scenario, &Mode::Input(vec![trial].into()), &trial);
     assert_eq!(found.shaft_elevation_deg, None);
     assert_eq!(found.in_short().as_deref(), Some("turned by 90°"));

@@ -1,7 +1,6 @@
 //! How the tool is held in one trial, compared with its pose in the design and with the field
 //! generator: measured first, then put into words that hold for these numbers.
 
-use trackwright_geometry::pose::Pose;
 use trackwright_simulation::scenario::InputTrial;
 use trackwright_simulation::{Mode, Scenario, shaft_in_body};
 
@@ -39,7 +38,7 @@ pub struct WorstPose {
 
 /// Measures a trial against the design.
 pub fn worst_pose(scenario: &Scenario, mode: &Mode, trial: &InputTrial) -> WorstPose {
-    let own_crf = scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let own_crf = scenario.tracker_from_crf();
     let trial_crf = match &scenario.crf {
         None => own_crf,
         Some(_) => trial.tracker_from_crf.unwrap_or(own_crf),

@@ -4,7 +4,6 @@ use crate::scenario::InputTrial;
 use crate::tool_in_crf::relative_error;
 use crate::tracker::TrackBuffers;
 use crate::trial::Simulator;
-use nalgebra::Vector3;
 use trackwright_field::gaussian::{DrawnErrors, ErrorValues, FieldPoint, GaussianField, Trend};
 use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::Pose;
@@ -80,7 +79,7 @@ impl<'a> DrawnTrials<'a> {
                 None => own.tool[point / self.tracker_from_tool.len()],
                 Some(point) => own.crf[point / self.tracker_from_crf.len()],
             };
-            let error = pose_error(&std::array::from_fn(|c| values[c] + own[c]));
+            let error = PoseError::of_values(std::array::from_fn(|c| values[c] + own[c]));
             match trend {
                 Trend::None => error,
                 Trend::Model => PoseError {
@@ -137,10 +136,4 @@ impl<'a> DrawnTrials<'a> {
         })
         .collect()
     }
-}
-
-/// An error as the field has it, from six values.
-fn pose_error(values: &ErrorValues) -> PoseError {
-    let [x, y, z, rx, ry, rz] = *values;
-    PoseError { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }
 }

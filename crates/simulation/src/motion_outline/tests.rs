@@ -1,7 +1,7 @@
 //! Lines against the trials they stand for, and handles under rays that point at them.
 
 use super::*;
-use crate::body::{Sensor, SensorOrientation};
+use crate::body::Sensor;
 use nalgebra::UnitQuaternion;
 use trackwright_geometry::bounds::Bounds;
 
@@ -14,12 +14,7 @@ fn tool(tip: [f64; 3]) -> RigidBody {
     RigidBody {
         name: "probe".into(),
         tip_in_body: Some(tip.into()),
-        sensors: vec![Sensor {
-            name: "far".into(),
-            position_in_body: Point3::new(5.0, 0.0, 150.0),
-            orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-            coil: None,
-        }],
+        sensors: vec![Sensor::six_dof("far", [5.0, 0.0, 150.0], UnitQuaternion::identity())],
     }
 }
 

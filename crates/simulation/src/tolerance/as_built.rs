@@ -7,7 +7,6 @@
 
 use crate::body::{RigidBody, Sensor};
 use crate::frame_fit::FrameFitter;
-use crate::linear_fit::SensorError;
 use crate::metric::Statistics;
 use crate::motion::MotionError;
 use crate::pose_rule::PoseRule;
@@ -20,6 +19,7 @@ use crate::tool_in_crf::relative_error;
 use crate::work::Work;
 use nalgebra::{Point3, Vector3};
 use trackwright_field::OutsidePolicy;
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_task::{CancelToken, Cancelled};
@@ -34,12 +34,12 @@ const SHIFT: [f64; 6] = [0.414_214, 0.732_051, 0.236_068, 0.645_751, 0.316_625, 
 /// How far off each sensor of both bodies is, in its body's axes, one a sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildErrors {
-    pub tool: Vec<SensorError>,
-    pub crf: Vec<SensorError>,
+    pub tool: Vec<PoseError>,
+    pub crf: Vec<PoseError>,
 }
 
 /// Off by nothing.
-pub const AS_DRAWN: SensorError = SensorError {
+pub const AS_DRAWN: PoseError = PoseError {
     position_mm: Vector3::new(0.0, 0.0, 0.0),
     rotation_rad: Vector3::new(0.0, 0.0, 0.0),
 };
@@ -109,8 +109,7 @@ impl<'a> BuiltStudy<'a> {
         };
         let crf = scenario.crf.as_ref();
         let crf = crf.map(|crf| built(&crf.body, vec![crf.tracker_from_crf], 1)).transpose()?;
-        let tracker_from_crf =
-            scenario.crf.as_ref().map_or_else(Pose::identity, |c| c.tracker_from_crf);
+        let tracker_from_crf = scenario.tracker_from_crf();
         let tracker_from_tool = poses.iter().map(|pose| tracker_from_crf * pose).collect();
         let tool = built(&scenario.tool, tracker_from_tool, run)?;
         let crf_is_inside = crf.as_ref().is_none_or(|crf| crf.readings.are_inside(0, None));
@@ -239,7 +238,7 @@ impl<'a> Built<'a> {
     fn fit(
         &self,
         buffers: &mut BuiltBuffers,
-        errors: &[SensorError],
+        errors: &[PoseError],
         cancel: &CancelToken,
     ) -> Result<(), Cancelled> {
         buffers.fitted.clear();
@@ -266,11 +265,10 @@ impl<'a> Built<'a> {
 }
 
 /// A sensor that is off.
-pub fn built_sensor(sensor: &Sensor, error: &SensorError) -> Sensor {
-    Sensor {
-        name: String::new(),
-        position_in_body: sensor.position_in_body + error.position_mm,
-        orientation: sensor.orientation.rotated_by(&exp_vector(&error.rotation_rad)),
-        coil: None,
-    }
+pub fn built_sensor(sensor: &Sensor, error: &PoseError) -> Sensor {
+    Sensor::new(
+        "",
+        sensor.position_in_body + error.position_mm,
+        sensor.orientation.rotated_by(&exp_vector(&error.rotation_rad)),
+    )
 }

@@ -4,7 +4,6 @@ use super::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use super::search::worst_ratio;
 use super::sheet::{BuiltBody, ManufacturingSheet, SheetBody};
 use crate::body::{Sensor, SensorOrientation};
-use crate::linear_fit::SensorError;
 use crate::requirement::Check;
 use crate::run::StudyError;
 use crate::scenario::Scenario;
@@ -15,6 +14,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, UnitBall, UnitDisc};
 use rayon::prelude::*;
 use serde::Serialize;
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_task::Task;
 
@@ -115,13 +115,13 @@ fn drawn(scenario: &Scenario, sheet: &ManufacturingSheet, rng: &mut ChaCha8Rng) 
     }
 }
 
-fn of_body(sensors: &[Sensor], body: Option<&SheetBody>, rng: &mut ChaCha8Rng) -> Vec<SensorError> {
+fn of_body(sensors: &[Sensor], body: Option<&SheetBody>, rng: &mut ChaCha8Rng) -> Vec<PoseError> {
     let together = body.and_then(|b| b.together.as_ref());
     let position_mm = together.map_or(0.0, |t| t.position_mm.value());
     let angle_rad = together.map_or(0.0, |t| t.angle_deg.value()).to_radians();
     sensors
         .iter()
-        .map(|sensor| SensorError {
+        .map(|sensor| PoseError {
             position_mm: in_ball(rng) * position_mm,
             rotation_rad: match &sensor.orientation {
                 SensorOrientation::Marker => Vector3::zeros(),

@@ -19,9 +19,10 @@
 use super::as_built::{AS_DRAWN, BuildErrors, BuiltStudy};
 use super::sheet::BuiltBody;
 use crate::body::{RigidBody, SensorOrientation};
-use crate::linear_fit::{LinearFit, SensorError};
+use crate::linear_fit::LinearFit;
 use crate::metric::{ErrorOf, Metric, Summary};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Unit, Vector3};
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::{log_quaternion, perpendicular};
 
@@ -377,7 +378,7 @@ fn blocks(
         let mut effect = SMatrix::<f64, 12, 3>::zeros();
         for component in 0..3 {
             let mut errors = vec![AS_DRAWN; body.sensors.len()];
-            let SensorError { position_mm, rotation_rad } = &mut errors[sensor];
+            let PoseError { position_mm, rotation_rad } = &mut errors[sensor];
             match kind {
                 ErrorKind::Position => position_mm[component] = 1.0,
                 ErrorKind::Angle => rotation_rad[component] = 1.0,

@@ -6,12 +6,13 @@ use super::error::UncertaintyError;
 use super::still::{FreeBody, Still};
 use crate::figures::FreeAxis;
 use crate::frame_fit::Determination;
-use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance, SensorError, SmallMotion};
+use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance, SmallMotion};
 use crate::scenario::Scenario;
 use crate::trial::BodyDetail;
 use crate::work::Work;
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 use trackwright_field::environment::LocalJitter;
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::Pose;
 
 /// How the tip scatters and how far it is shifted, to first order; CRF axes.
@@ -158,7 +159,7 @@ impl InCrf {
         let errors: Vec<_> = detail
             .sensors
             .iter()
-            .map(|s| SensorError {
+            .map(|s| PoseError {
                 position_mm: body_from_tracker * s.error.position_mm,
                 rotation_rad: body_from_tracker * s.error.rotation_rad,
             })

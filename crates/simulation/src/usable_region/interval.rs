@@ -82,10 +82,9 @@ fn open_square(
     if task.cancel.is_cancelled() {
         return Err(Cancelled);
     }
-    let trials = orientations.iter().map(|turn| InputTrial {
-        tracker_from_crf: None,
-        crf_from_tool: simulator.crf_from_tool_with_tip_at(tip, turn),
-    });
+    let trials = orientations
+        .iter()
+        .map(|turn| InputTrial::at(simulator.crf_from_tool_with_tip_at(tip, turn)));
     let mode = Mode::Input(trials.collect());
     let found = match expected(scenario, &mode, &task.cancel) {
         Ok(found) => found,

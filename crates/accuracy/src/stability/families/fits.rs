@@ -269,7 +269,6 @@ impl Exact {
     fn of(sample: &Sample, settings: &FitSettings, bounds: &Bounds) -> Self {
         let unit = references::unit_position(bounds, &point3(&sample.position_mm));
         let [x, y, z] = unit.map(|u| references::basis(settings.order, &u));
-        let (p, r) = (sample.error.position_mm, sample.error.rotation_rad);
         Self {
             products: x
                 .iter()
@@ -277,7 +276,7 @@ impl Exact {
                 .flat_map(|xy| z.iter().map(move |z| &xy * z))
                 .collect(),
             weights: settings.directions.weights(&sample.axis, settings.weighting),
-            values: [p.x, p.y, p.z, r.x, r.y, r.z],
+            values: sample.error.values(),
         }
     }
 }

@@ -159,11 +159,9 @@ fn five_dof(sensors: &[At], offset: [f64; 3]) -> RigidBody {
         tip_in_body: None,
         sensors: sensors
             .iter()
-            .map(|(position, axis)| Sensor {
-                name: String::new(),
-                position_in_body: Point3::from(*position) + Vector3::from(offset),
-                orientation: SensorOrientation::FiveDof(Unit::new_normalize((*axis).into())),
-                coil: None,
+            .map(|(position, axis)| {
+                let place = Point3::from(*position) + Vector3::from(offset);
+                Sensor::five_dof("", place, Unit::new_normalize((*axis).into()))
             })
             .collect(),
     }
@@ -203,12 +201,8 @@ fn read(body: RigidBody, weight_mm: f64, at: [f64; 3], distortion: f64) -> Setup
 
 fn six_dof(count: usize, distortion: f64) -> Setup {
     let mut sequence = Sequence::new(19);
-    let sensors = (0..count).map(|_| Sensor {
-        name: String::new(),
-        position_in_body: Point3::from(sequence.vector() * 40.0),
-        orientation: SensorOrientation::SixDof(sequence.rotation()),
-        coil: None,
-    });
+    let sensors =
+        (0..count).map(|_| Sensor::six_dof("", sequence.vector() * 40.0, sequence.rotation()));
     let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() };
     read(body, 100.0, HERE, distortion)
 }

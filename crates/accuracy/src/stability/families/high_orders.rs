@@ -2,7 +2,6 @@
 
 use super::prelude::*;
 use crate::stability::systems::{SOLUTION, singular_values};
-use trackwright_field::bernstein::push_products;
 use trackwright_field::least_squares::LeastSquares;
 
 /// Twelve Bernstein polynomials an axis come to a condition of 1e10; none of them is cut off.
@@ -146,9 +145,7 @@ fn refined(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     for _ in 0..unknowns * 3 / 2 {
         let u = Vector3::from_fn(|_, _| sequence.unit());
-        let mut row = Vec::with_capacity(unknowns);
-        push_products(order, &u, &mut row);
-        rows.push(row);
+        rows.push(products(order, &u));
         values.push([(1.0 + u.x + u.y).powi(-3) * u.z.cos() + 0.01 * sequence.signed(); 6]);
     }
     let mut system = LeastSquares::new(unknowns);

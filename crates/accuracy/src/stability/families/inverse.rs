@@ -106,15 +106,7 @@ fn steep(a_mm: f64) -> Option<DistortionModel> {
     let along_x = [0.0, a_mm, -a_mm, 0.0];
     let coefficients =
         (0..64).map(|i| [along_x[i / 16], 0.3, -0.2, 0.0, 0.002 * (i % 4) as f64, 0.001]).collect();
-    DistortionModel::new(
-        3,
-        DirectionSet::One,
-        Weighting::Area,
-        MapKind::Distortion,
-        cube([-100.0; 3], 200.0),
-        coefficients,
-    )
-    .ok()
+    DistortionModel::of_position(3, cube([-100.0; 3], 200.0), coefficients).ok()
 }
 
 fn case(

@@ -109,9 +109,7 @@ fn scattered(
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     for i in 0..count {
         let u = place(i, Vector3::from_fn(|_, _| sequence.unit()));
-        let mut row = Vec::new();
-        trackwright_field::bernstein::push_products(order, &u, &mut row);
-        rows.push(row);
+        rows.push(products(order, &u));
         // A field that no polynomial reaches, and noise.
         values.push(std::array::from_fn(|k| {
             (1.0 + u.x + 0.3 * (k as f64) * u.y).powi(-3) * u.z.cos() + 0.01 * sequence.signed()

@@ -10,9 +10,9 @@ pub use crate::stability::case::{
     Case, Extent, Family, Methods, Quantity, Row, Sequence, cube, model,
 };
 pub use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
-pub use trackwright_field::bernstein::coefficient_count;
+pub use trackwright_field::bernstein::{coefficient_count, products};
 pub use trackwright_field::fit::FitSettings;
-pub use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
+pub use trackwright_field::samples::{PoseError, Sample, SampleSet};
 pub use trackwright_field::{DistortionModel, OutsidePolicy};
 pub use trackwright_geometry::bounds::Bounds;
 pub use trackwright_geometry::directions::{DirectionSet, Weighting};

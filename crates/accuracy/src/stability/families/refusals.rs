@@ -67,14 +67,7 @@ fn must(
 
 fn models() -> Vec<Case> {
     let made = |bounds: Bounds, value: f64| {
-        DistortionModel::new(
-            1,
-            DirectionSet::One,
-            Weighting::Area,
-            MapKind::Distortion,
-            bounds,
-            vec![[0.0, 0.0, value, 0.0, 0.0, 0.0]; 8],
-        )
+        DistortionModel::of_position(1, bounds, vec![[0.0, 0.0, value, 0.0, 0.0, 0.0]; 8])
     };
     let mut cases = Vec::new();
     for (name, value) in [("NaN", NAN), ("infinity", INF)] {
@@ -266,12 +259,7 @@ fn frames() -> Vec<Case> {
     let fitted = |m: &Methods, place: f64, weight_mm: f64| -> Pose {
         let mut sequence = Sequence::new(91);
         let sensors: Vec<_> = (0..4)
-            .map(|_| Sensor {
-                name: String::new(),
-                position_in_body: Point3::from(sequence.vector() * 50.0),
-                orientation: SensorOrientation::FiveDof(sequence.axis()),
-                coil: None,
-            })
+            .map(|_| Sensor::five_dof("", sequence.vector() * 50.0, sequence.axis()))
             .collect();
         let mut readings: Vec<_> = sensors
             .iter()
@@ -306,12 +294,7 @@ fn frames() -> Vec<Case> {
         let body = RigidBody {
             name: "body".to_owned(),
             tip_in_body: None,
-            sensors: vec![Sensor {
-                name: String::new(),
-                position_in_body: Point3::origin(),
-                orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-                coil: None,
-            }],
+            sensors: vec![Sensor::six_dof("", Point3::origin(), UnitQuaternion::identity())],
         };
         let reading = Reading { position_mm: Point3::origin(), rotation: nan };
         let pose = (m.frame)(&body, 100.0, &[reading], &Pose::identity()).tracker_from_body;

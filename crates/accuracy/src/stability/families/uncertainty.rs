@@ -87,19 +87,9 @@ fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> Rigid
     let sensors = (0..count).map(|i| {
         let along = 25.0 * i as f64 / (count as f64 / 4.0);
         let aside = Vector3::new(sequence.signed(), sequence.signed(), 0.0) * aside_mm;
+        let place = Vector3::new(0.0, 0.0, along) + aside + Vector3::repeat(offset_mm);
         let axis = sequence.axis();
-        Sensor {
-            name: String::new(),
-            position_in_body: Point3::from(
-                Vector3::new(0.0, 0.0, along) + aside + Vector3::repeat(offset_mm),
-            ),
-            orientation: SensorOrientation::FiveDof(if is_parallel {
-                Vector3::z_axis()
-            } else {
-                axis
-            }),
-            coil: None,
-        }
+        Sensor::five_dof("", place, if is_parallel { Vector3::z_axis() } else { axis })
     });
     RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
 }

@@ -486,7 +486,7 @@ mod tests {
             of: 3375,
             kind: ModeKind::Motion,
             offsets: vec![("x", -20.0), ("rz", 22.5)],
-            pose: InputTrial { tracker_from_crf: None, crf_from_tool: Pose::identity() },
+            pose: InputTrial::at(Pose::identity()),
         };
         let words = "trial 1,203 of 3,375: x \u{2212}20\u{2009}mm, rz 22.5°";
         assert_eq!(trial_words(&trial), words);

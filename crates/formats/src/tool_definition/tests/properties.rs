@@ -40,11 +40,8 @@ proptest! {
     fn coils_come_back_within_angle_rounding(
         coils in prop::collection::vec((any_image_place(), any_axis()), 2..=8),
     ) {
-        let sensors = coils.iter().enumerate().map(|(i, (place, axis))| Sensor {
-            name: format!("coil {}", i + 1),
-            position_in_body: place.map(f64::from).into(),
-            orientation: SensorOrientation::FiveDof(*axis),
-            coil: None,
+        let sensors = coils.iter().enumerate().map(|(i, (place, axis))| {
+            Sensor::five_dof(format!("coil {}", i + 1), place.map(f64::from), *axis)
         });
         let body = body_of(sensors.collect(), Some(Point3::origin()));
         let image = rom_bytes(&body);
