@@ -3,8 +3,7 @@
 use super::arrows::coordinates_mm;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
-use trackwright_field::compensation::{Compensated, Method, compensate};
-use trackwright_field::inverse::Inverse;
+use trackwright_field::compensation::{Compensator, Method};
 use trackwright_field::model::Evaluation;
 use trackwright_field::samples::{MapKind, PoseError};
 use trackwright_field::{AxisModel, DistortionModel, OutsidePolicy};
@@ -253,17 +252,14 @@ fn nothing() -> Evaluation {
     }
 }
 
-/// True minus measured at every point, as [`compensate`] finds it.
+/// True minus measured at every point, as a [`Compensator`] finds it.
 fn corrections(
     model: &DistortionModel,
     plan: &FieldPlan,
     axes: &[Unit<Vector3<f64>>],
     task: &Task,
 ) -> Result<Vec<Evaluation>, Cancelled> {
-    let inverse = match model.map() {
-        MapKind::Distortion => Some(Inverse::new(model, plan.outside)),
-        MapKind::Correction => None,
-    };
+    let compensator = Compensator::new(model, plan.outside, Method::of(model.map()));
     let rotations: Vec<_> = axes
         .iter()
         .map(|axis| exp_vector(&axis_rotation(&Vector3::z_axis(), axis).vector_rad))
@@ -283,21 +279,10 @@ fn corrections(
                 .map(|i| Vector3::new(xs[i % nx], ys[i / nx % ny], zs[i / (nx * ny)]))
                 .map(|at| pose_from_parts(at, *turn))
                 .collect();
-            let found: Vec<(Option<Pose>, bool)> = match &inverse {
-                Some(inverse) => {
-                    let found = inverse.undistort(&measured, &quiet)?;
-                    found.into_iter().map(|at| (at.pose, at.is_inside)).collect()
-                }
-                None => {
-                    let found =
-                        compensate(model, &measured, plan.outside, Method::Correction, &quiet)?;
-                    let parts = |at: Compensated| (at.pose, at.is_inside);
-                    found.into_iter().map(parts).collect()
-                }
-            };
-            for ((sum, (pose, is_inside)), read) in sums.iter_mut().zip(found).zip(&measured) {
-                add(sum, &pose.map_or_else(nothing, |pose| moved(read, &pose)));
-                sum.is_inside &= is_inside;
+            let found = compensator.compensate(&measured, &quiet)?;
+            for ((sum, found), read) in sums.iter_mut().zip(found).zip(&measured) {
+                add(sum, &found.pose.map_or_else(nothing, |pose| moved(read, &pose)));
+                sum.is_inside &= found.is_inside;
             }
         }
         for sum in &mut sums {

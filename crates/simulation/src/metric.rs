@@ -288,16 +288,6 @@ enum Panel {
     Brief,
 }
 
-/// Whether a decision keeps a figure.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Decided {
-    No,
-    Always,
-    /// Decisions that were made before there was the figure have none.
-    #[expect(dead_code, reason = "for the next figure that is added")]
-    Since,
-}
-
 /// What a figure is called and where it is shown.
 #[derive(Clone, Copy)]
 struct Row {
@@ -310,14 +300,15 @@ struct Row {
     panel: Panel,
     /// Shown large at the head of a report.
     is_large: bool,
-    decided: Decided,
+    /// Whether a decision keeps it.
+    is_decided: bool,
     /// Where a requirement can bound it: what the window sets the bound to first.
     bound: Option<f64>,
 }
 
 const fn row(metric: Metric, [name, label]: [&'static str; 2], printed: u8) -> Row {
-    let (panel, is_large, decided, bound) = (Panel::Hidden, false, Decided::No, None);
-    Row { metric, name, label, printed, panel, is_large, decided, bound }
+    let (panel, bound) = (Panel::Hidden, None);
+    Row { metric, name, label, printed, panel, is_large: false, is_decided: false, bound }
 }
 
 impl Row {
@@ -329,8 +320,8 @@ impl Row {
         Self { is_large: true, ..self }
     }
 
-    const fn decided(self, decided: Decided) -> Self {
-        Self { decided, ..self }
+    const fn decided(self) -> Self {
+        Self { is_decided: true, ..self }
     }
 
     const fn bound(self, first: f64) -> Self {
@@ -340,34 +331,33 @@ impl Row {
 
 /// In the order of files: tip before angle.
 const TABLE: [Row; 14] = {
-    use Decided::Always;
     use Panel::{Brief, Full};
     [
         row(Metric::TIP_RMS, ["position_rms", "tip error RMS"], 0)
             .panel(Brief)
             .large()
-            .decided(Always)
+            .decided()
             .bound(1.0),
         row(Metric::tip(Summary::Mean), ["position_mean", "tip error mean"], 1)
             .panel(Full)
-            .decided(Always),
+            .decided(),
         row(Metric::tip(Summary::Std), ["position_std", "tip error std"], 6),
         row(Metric::tip(Summary::Min), ["position_min", "tip error min"], 5),
         row(Metric::tip(Summary::Median), ["position_median", "tip error median"], 2),
         row(Metric::TIP_P95, ["position_p95", "tip error 95th percentile"], 3)
             .panel(Full)
             .large()
-            .decided(Always)
+            .decided()
             .bound(1.5),
         row(Metric::TIP_MAX, ["position_max", "tip error max"], 4)
             .panel(Brief)
             .large()
-            .decided(Always)
+            .decided()
             .bound(2.0),
         row(Metric::ANGLE_RMS, ["angle_rms", "angle error RMS"], 0)
             .panel(Brief)
             .large()
-            .decided(Always)
+            .decided()
             .bound(0.5),
         row(Metric::angle(Summary::Mean), ["angle_mean", "angle error mean"], 1).panel(Full),
         row(Metric::angle(Summary::Std), ["angle_std", "angle error std"], 6),
@@ -375,10 +365,10 @@ const TABLE: [Row; 14] = {
         row(Metric::angle(Summary::Median), ["angle_median", "angle error median"], 2),
         row(Metric::angle(Summary::P95), ["angle_p95", "angle error 95th percentile"], 3)
             .panel(Full)
-            .decided(Always),
+            .decided(),
         row(Metric::ANGLE_MAX, ["angle_max", "angle error max"], 4)
             .panel(Brief)
-            .decided(Always)
+            .decided()
             .bound(1.0),
     ]
 };
@@ -433,7 +423,7 @@ impl Metric {
 
     /// Those that a decision keeps.
     pub fn decided() -> impl Iterator<Item = Self> + Clone {
-        TABLE.into_iter().filter(|row| row.decided != Decided::No).map(|row| row.metric)
+        TABLE.into_iter().filter(|row| row.is_decided).map(|row| row.metric)
     }
 
     /// All, in the order in which they are printed.
@@ -497,11 +487,6 @@ impl Metric {
         self.row().is_large
     }
 
-    /// Whether every decision keeps it.
-    pub fn is_always_decided(self) -> bool {
-        self.row().decided == Decided::Always
-    }
-
     /// The bound that is set first where none is; `None` where a requirement cannot bound it.
     pub fn first_bound(self) -> Option<f64> {
         self.row().bound
@@ -532,6 +517,16 @@ pub fn values_of_errors(errors: impl Iterator<Item = [f64; 2]>) -> Option<Metric
     let (mut tip_mm, mut angle_deg): (Vec<f64>, Vec<f64>) =
         errors.map(|[tip, angle]| (tip, angle)).unzip();
     Some(values(&Statistics::of(&mut tip_mm)?, &Statistics::of(&mut angle_deg)?))
+}
+
+/// The figures of trials of which some are spread over all: extremes are of all, the others of those.
+pub fn values_of_spread(
+    spread: impl Iterator<Item = [f64; 2]>,
+    all: impl Iterator<Item = [f64; 2]>,
+) -> Option<MetricValues> {
+    let (of_spread, of_all) = (values_of_errors(spread)?, values_of_errors(all)?);
+    let value = |k: usize| if METRICS[k].is_extreme() { of_all[k] } else { of_spread[k] };
+    Some(std::array::from_fn(value))
 }
 
 /// Values of some figures, mm and degrees.

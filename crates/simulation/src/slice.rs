@@ -178,13 +178,8 @@ fn tip_errors(scenario: &Scenario, plan: &SlicePlan, cancel: &CancelToken) -> Ro
             Some((sampled.collect(), buffers.take_work()))
         })
         .collect();
-    let rows = rows.ok_or(StudyError::Cancelled)?;
-    let mut work = simulator.own_work();
-    let mut sampled = Vec::with_capacity(plan.points());
-    for (row, cost) in rows {
-        sampled.extend(row);
-        work += cost;
-    }
+    let (sampled, cost): (Vec<_>, Work) = rows.ok_or(StudyError::Cancelled)?.into_iter().unzip();
+    let (sampled, work) = (sampled.concat(), simulator.own_work() + cost);
     let work = Work { slice_evaluations: work.study_evaluations, study_evaluations: 0, ..work };
     Ok((sampled, work))
 }
@@ -234,13 +229,13 @@ fn supports(
 }
 
 /// Rows of points in parallel.
-fn each_point(
+pub(super) fn each_point<T: Clone + Send>(
     plan: &SlicePlan,
     cancel: &CancelToken,
-    sample: impl Fn(usize, usize) -> Sampled + Sync,
-) -> Result<Vec<Sampled>, StudyError> {
+    sample: impl Fn(usize, usize) -> T + Sync,
+) -> Result<Vec<T>, StudyError> {
     let [nu, nv] = plan.counts;
-    let rows: Option<Vec<Vec<Sampled>>> = (0..nv)
+    let rows: Option<Vec<Vec<T>>> = (0..nv)
         .into_par_iter()
         .map(|v| (!cancel.is_cancelled()).then(|| (0..nu).map(|u| sample(u, v)).collect()))
         .collect();

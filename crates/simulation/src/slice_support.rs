@@ -2,6 +2,7 @@
 
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
+use super::slice::each_point;
 use super::slice_plan::SlicePlan;
 use super::slice_quantity::Quantity;
 use super::trial::Simulator;
@@ -27,14 +28,12 @@ pub fn slice_support(
         return Ok(None);
     };
     if !quantity.needs_tool() {
-        return each_point(plan, cancel, |u, v| {
-            support.is_valid(&plan.point_mm(u, v), &plan.sensor_axis)
-        });
+        let is_valid = |u, v| support.is_valid(&plan.point_mm(u, v), &plan.sensor_axis);
+        return each_point(plan, cancel, is_valid).map(Some);
     }
     check(scenario)?;
     let simulator = Simulator::new(scenario);
-    let tracker_from_crf =
-        scenario.crf.as_ref().map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let tracker_from_crf = scenario.tracker_from_crf();
     let is_crf_supported = scenario
         .crf
         .as_ref()
@@ -45,6 +44,7 @@ pub fn slice_support(
         let tool = tracker_from_crf * simulator.crf_from_tool_with_tip_at(&tip, &rotation);
         is_crf_supported && is_supported(support, &scenario.tool, &tool)
     })
+    .map(Some)
 }
 
 fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: &Pose) -> bool {
@@ -55,18 +55,4 @@ fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: &Pos
             None => support.is_marker_valid(&position_mm),
         }
     })
-}
-
-/// Rows of points in parallel.
-fn each_point(
-    plan: &SlicePlan,
-    cancel: &CancelToken,
-    is_supported: impl Fn(usize, usize) -> bool + Sync,
-) -> Result<Option<Vec<bool>>, StudyError> {
-    let [nu, nv] = plan.counts;
-    let rows: Option<Vec<Vec<bool>>> = (0..nv)
-        .into_par_iter()
-        .map(|v| (!cancel.is_cancelled()).then(|| (0..nu).map(|u| is_supported(u, v)).collect()))
-        .collect();
-    Ok(Some(rows.ok_or(StudyError::Cancelled)?.concat()))
 }

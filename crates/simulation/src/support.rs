@@ -2,13 +2,12 @@
 //! own over the trials, done only where it is requested.
 
 use super::figures::{FigureRow, RowOf};
-use super::motion::MotionGrid;
+use super::plan::Plan;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
 use crate::body::RigidBody;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::sync::Arc;
 use trackwright_field::{FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
@@ -74,7 +73,7 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
         .as_ref()
         .ok_or_else(|| SurveyError::NoSupport(environment.name.clone()))?;
     let looker = Looker::new(scenario, support);
-    let poses = Poses::new(scenario, mode)?;
+    let plan = Plan::new(scenario, mode)?;
     let mut sum = Looked::default();
     let mut found = SupportSurvey {
         trials: 0,
@@ -85,12 +84,12 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
         greatest_distance_mm: 0.0,
         evaluations: looker.crf.map_or(0, |crf| crf.evaluations),
     };
-    let all = poses.len();
+    let all = plan.len();
     for start in (0..all).step_by(BATCH) {
         task.step(start, all)?;
         let trials: Vec<_> = (start..(start + BATCH).min(all))
             .into_par_iter()
-            .map(|index| looker.trial(&poses, index))
+            .map(|index| looker.trial(&plan.trial(scenario, index)))
             .collect();
         for (trial, evaluations) in trials {
             found.evaluations += evaluations;
@@ -191,8 +190,8 @@ impl<'a> Looker<'a> {
     }
 
     /// One trial, and how many look-ups it cost.
-    fn trial(&self, poses: &Poses, index: usize) -> (Looked, u64) {
-        let (moved_crf, crf_from_tool) = poses.at(index);
+    fn trial(&self, trial: &InputTrial) -> (Looked, u64) {
+        let InputTrial { tracker_from_crf: moved_crf, crf_from_tool } = *trial;
         let Some(crf) = &self.scenario.crf else {
             let tool = self.body(&self.scenario.tool, &crf_from_tool);
             return (tool, tool.evaluations);
@@ -237,43 +236,5 @@ impl<'a> Looker<'a> {
                 evaluations: 1,
             })
         })
-    }
-}
-
-/// The poses that a mode visits.
-enum Poses {
-    Single(Pose),
-    Motion(Box<MotionGrid>),
-    Input(Arc<[InputTrial]>),
-}
-
-impl Poses {
-    fn new(scenario: &Scenario, mode: &Mode) -> Result<Self, StudyError> {
-        Ok(match mode {
-            Mode::Single => Self::Single(scenario.crf_from_tool),
-            Mode::Motion => {
-                let motion = scenario.motion.ok_or(StudyError::NoMotion)?;
-                Self::Motion(Box::new(motion.grid(&scenario.crf_from_tool)?))
-            }
-            Mode::Input(trials) if trials.is_empty() => return Err(StudyError::NoTrials),
-            Mode::Input(trials) => Self::Input(trials.clone()),
-        })
-    }
-
-    fn len(&self) -> usize {
-        match self {
-            Self::Single(_) => 1,
-            Self::Motion(grid) => grid.trials(),
-            Self::Input(trials) => trials.len(),
-        }
-    }
-
-    /// `tracker_from_crf`, where it is not the design's, and `crf_from_tool`.
-    fn at(&self, index: usize) -> (Option<Pose>, Pose) {
-        match self {
-            Self::Single(pose) => (None, *pose),
-            Self::Motion(grid) => (None, grid.pose(index)),
-            Self::Input(trials) => (trials[index].tracker_from_crf, trials[index].crf_from_tool),
-        }
     }
 }

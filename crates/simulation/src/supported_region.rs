@@ -37,14 +37,8 @@ pub enum SupportedRegionError {
     NoSupport(String),
     #[error("{count} points along an axis, expected at least 2")]
     Count { count: usize },
-    #[error("cancelled")]
-    Cancelled,
-}
-
-impl From<Cancelled> for SupportedRegionError {
-    fn from(_: Cancelled) -> Self {
-        Self::Cancelled
-    }
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// The region where a sensor along `axis` (tracker frame) finds supported field, from a lattice of

@@ -57,6 +57,12 @@ impl Add for Work {
     }
 }
 
+impl Extend<Work> for Work {
+    fn extend<I: IntoIterator<Item = Work>>(&mut self, more: I) {
+        more.into_iter().for_each(|work| *self += work);
+    }
+}
+
 impl AddAssign for Work {
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;

@@ -78,7 +78,7 @@ fn decided_figures<'de, D: Deserializer<'de>>(
     fields: &'static MetricFields,
 ) -> Result<MetricMap, D::Error> {
     let found = MetricMap::deserialize(deserializer, name, fields)?;
-    let is_missing = |metric: &Metric| metric.is_always_decided() && found.get(*metric).is_none();
+    let is_missing = |metric: &Metric| found.get(*metric).is_none();
     match fields.metrics().iter().find(|metric| is_missing(metric)) {
         Some(metric) => Err(D::Error::missing_field(metric.summary.key())),
         None => Ok(found),

@@ -1,6 +1,6 @@
 //! A design's figures between the poses of its grid, and in other fields that its room might have.
 
-use crate::metric::{METRICS, MetricValues, values_of_errors};
+use crate::metric::{MetricValues, values_of_errors, values_of_spread};
 use crate::motion::{AxisRange, moved};
 use crate::run::{StudyError, is_rejected, run};
 use crate::scenario::{InputTrial, Mode, Scenario};
@@ -69,10 +69,7 @@ pub fn range_trials(
                     false => range.min,
                 }
             });
-            InputTrial {
-                tracker_from_crf: None,
-                crf_from_tool: moved(&scenario.crf_from_tool, offsets),
-            }
+            InputTrial::at(moved(&scenario.crf_from_tool, offsets))
         });
         trials.collect()
     };
@@ -136,10 +133,9 @@ pub struct DrawnAt {
 impl DrawnAt {
     /// Evenly spread poses, or the design's own where nothing moves, and the worst of the grid.
     pub fn new(scenario: &Scenario, spread: &[Vec<InputTrial>], worst: &[InputTrial]) -> Self {
-        let own = InputTrial { tracker_from_crf: None, crf_from_tool: scenario.crf_from_tool };
         let mut trials: Vec<_> = spread.iter().flatten().copied().collect();
         if trials.is_empty() {
-            trials.push(own);
+            trials.push(InputTrial::at(scenario.crf_from_tool));
         }
         let spread = trials.len();
         trials.extend(worst);
@@ -161,12 +157,8 @@ impl DrawnAt {
 
     /// The figures of the errors at the poses, those of extremes from all of them.
     pub fn figures_of(&self, errors: &[Errors]) -> Option<MetricValues> {
-        let (spread, _) = errors.split_at(self.spread.min(errors.len()));
-        let (of_spread, of_all) = (figures_of(spread.iter())?, figures_of(errors.iter())?);
-        Some(std::array::from_fn(|index| match METRICS[index].is_extreme() {
-            true => of_all[index],
-            false => of_spread[index],
-        }))
+        let spread = errors.iter().take(self.spread);
+        values_of_spread(spread.flatten().copied(), errors.iter().flatten().copied())
     }
 
     /// The figures in a room with this field.

@@ -1,7 +1,7 @@
 //! Expected figures: a mode's trials in fields drawn from what the room's measurements leave possible.
 
 use super::drawn_trials::DrawnTrials;
-use crate::metric::{METRICS, Metric, MetricValues, values_of_errors};
+use crate::metric::{METRICS, Metric, MetricValues, values_of_errors, values_of_spread};
 use crate::plan::{Plan, each_trial};
 use crate::run::{StudyError, check, is_rejected};
 use crate::scenario::{InputTrial, Mode, Scenario};
@@ -165,16 +165,8 @@ pub fn expected(
         f64::from(within) / f64::from(all.max(1))
     };
     let figures_of = |errors: &[[f64; 2]]| -> Option<MetricValues> {
-        let pick = |only_spread: bool| {
-            let kept = errors.iter().zip(&spread);
-            let kept = kept.filter(|(_, is_spread)| **is_spread || !only_spread);
-            values_of_errors(kept.map(|(errors, _)| *errors))
-        };
-        let (of_spread, of_all) = (pick(true)?, pick(false)?);
-        Some(std::array::from_fn(|k| match METRICS[k].is_extreme() {
-            true => of_all[k],
-            false => of_spread[k],
-        }))
+        let kept = errors.iter().zip(&spread).filter(|(_, spread)| **spread);
+        values_of_spread(kept.map(|(errors, _)| *errors), errors.iter().copied())
     };
     let sensors = drawn.sensor_errors(process, DRAWS, SENSOR_SEED);
     let found: Option<Vec<(MetricValues, f64)>> = fields

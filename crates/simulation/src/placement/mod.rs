@@ -46,7 +46,7 @@ pub use outcome::{
 pub use rule::AxisRule;
 
 use super::refit::RefitBuffers;
-use super::run::check;
+use super::run::{StudyError, check};
 use super::scenario::Scenario;
 use super::work::Work;
 use best::find_best;
@@ -113,7 +113,7 @@ pub fn place(
         });
     };
     task.step(0, 1)?;
-    let study = Study::new(scenario)?;
+    let study = Study::new(scenario).map_err(StudyError::from)?;
     let candidates = Candidates::new(sensor, plan);
     let (mut outcome, features) = match (plan.body, &scenario.crf) {
         (PlacedBody::Crf, Some(crf)) => {
@@ -175,12 +175,8 @@ fn on_crf(
             Ok((placement, buffers.take_work()))
         })
         .collect();
-    let mut work = many.own_work() + few.own_work();
-    let mut places = Vec::with_capacity(candidates.places.len());
-    for (placement, cost) in found? {
-        work += cost;
-        places.push(placement);
-    }
+    let (places, cost): (Vec<_>, Work) = found?.into_iter().unzip();
+    let work = many.own_work() + few.own_work() + cost;
     Ok(candidates.outcome(&places, study.trials, true, work))
 }
 
@@ -241,8 +237,7 @@ fn leaves_box(
     candidates: &Candidates,
 ) -> Vec<bool> {
     let bounds = *scenario.environment.model.bounds();
-    let crf = scenario.crf.as_ref();
-    let tracker_from_crf = crf.map_or_else(Pose::identity, |crf| crf.tracker_from_crf);
+    let tracker_from_crf = scenario.tracker_from_crf();
     let ends = study.corners.iter().map(|pose| tracker_from_crf * pose);
     let poses: Vec<Pose> = few.tracker_from_tool().iter().copied().chain(ends).collect();
     candidates
@@ -265,18 +260,13 @@ fn compute(
     known: &[Option<Found>],
     task: &Task,
 ) -> Result<Computed, Cancelled> {
-    let found: Result<Vec<(usize, Found, Work)>, Cancelled> = places
+    let found: Result<Vec<((usize, Found), Work)>, Cancelled> = places
         .par_iter()
         .filter(|place| known[**place].is_none())
         .map_init(RefitBuffers::default, |buffers, &place| {
             let found = tool.found(buffers, &candidates.sensors[place], &task.cancel)?;
-            Ok((place, found, buffers.take_work()))
+            Ok(((place, found), buffers.take_work()))
         })
         .collect();
-    let mut work = Work::default();
-    let places = found?.into_iter().map(|(place, found, cost)| {
-        work += cost;
-        (place, found)
-    });
-    Ok((places.collect(), work))
+    Ok(found?.into_iter().unzip())
 }

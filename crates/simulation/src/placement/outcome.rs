@@ -129,12 +129,6 @@ impl From<Cancelled> for PlacementError {
     }
 }
 
-impl From<MotionError> for PlacementError {
-    fn from(error: MotionError) -> Self {
-        Self::Study(error.into())
-    }
-}
-
 /// A tip RMS, and whether the sensor leaves the model's box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Found {
@@ -205,7 +199,7 @@ pub(super) struct Study {
 }
 
 impl Study {
-    pub fn new(scenario: &Scenario) -> Result<Self, PlacementError> {
+    pub fn new(scenario: &Scenario) -> Result<Self, MotionError> {
         let Some(motion) = scenario.motion else {
             return Ok(Self {
                 trials: 1,

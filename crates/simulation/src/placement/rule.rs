@@ -78,12 +78,7 @@ mod tests {
             SensorOrientation::SixDof(UnitQuaternion::from_euler_angles(0.3, 1.0, -2.0)),
         ];
         for orientation in orientations {
-            let sensor = Sensor {
-                name: "moved".into(),
-                position_in_body: Point3::origin(),
-                orientation,
-                coil: None,
-            };
+            let sensor = Sensor::new("moved", Point3::origin(), orientation);
             let axis = |rule: AxisRule| {
                 let placed = rule.placed(&sensor, &at);
                 assert_eq!(placed.position_in_body, at.position_mm);
