@@ -86,9 +86,7 @@ impl Dependence {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand_chacha::ChaCha8Rng;
-    use rand_chacha::rand_core::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
+    use trackwright_field::random_models::Seeded;
 
     /// A series that a short program of anyone's can make again.
     fn smoothed(count: usize) -> Vec<Vector3<f64>> {
@@ -116,13 +114,12 @@ mod tests {
 
     #[test]
     fn autoregression_has_its_effective_size() {
-        let mut random = ChaCha8Rng::seed_from_u64(2);
-        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let mut random = Seeded::new(2);
         let a = 0.8;
         let mut state = Vector3::zeros();
         let series: Vec<_> = (0..20_000)
             .map(|_| {
-                state = state * a + Vector3::new(normal(), normal(), normal());
+                state = state * a + random.normal_vector();
                 state
             })
             .collect();
@@ -134,10 +131,8 @@ mod tests {
 
     #[test]
     fn white_noise_is_independent() {
-        let mut random = ChaCha8Rng::seed_from_u64(3);
-        let series: Vec<_> = (0..2000)
-            .map(|_| Vector3::from_fn(|_, _| StandardNormal.sample(&mut random)))
-            .collect();
+        let mut random = Seeded::new(3);
+        let series: Vec<_> = (0..2000).map(|_| random.normal_vector()).collect();
         let found = Dependence::of(&series);
         assert!(found.inflation < 1.2 && found.block < 5.0, "{found:?}");
         let constant = Dependence::of(&[Vector3::new(1.0, 2.0, 3.0); 50]);

@@ -72,10 +72,7 @@ impl KindScored {
     pub fn settings(&self, tried: &SelectSettings) -> FitSettings {
         match &self.candidate {
             Some(candidate) => tried.fit_settings(candidate),
-            None => FitSettings {
-                map: tried.map,
-                ..FitSettings::new(0, trackwright_geometry::directions::DirectionSet::One)
-            },
+            None => FitSettings::without_polynomials(tried.map),
         }
     }
 }

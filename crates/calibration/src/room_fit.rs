@@ -180,21 +180,9 @@ fn polynomials(
         ))?,
         false => (None, None),
     };
-    let process = match order.with_support {
-        true => {
-            let refit = Refit::Polynomials { settings, is_symmetric };
-            let task = task_of(RoomStage::Process);
-            kept_process(room_process(measured, &fit, &refit, &task))?
-        }
-        false => None,
-    };
-    Ok(Made {
-        fit,
-        fit_validity: support,
-        support_left_out,
-        process: process.map(Arc::new),
-        harmonic: None,
-    })
+    let refit = Refit::Polynomials { settings, is_symmetric };
+    let process = kept_process(order, &fit, &refit, task_of)?;
+    Ok(Made { fit, fit_validity: support, support_left_out, process, harmonic: None })
 }
 
 fn kriging(
@@ -203,13 +191,8 @@ fn kriging(
 ) -> Result<Made, RoomError> {
     let task = task_of(RoomStage::Process);
     let (fit, process) = fit_kriging(order.table.samples, order.settings.map, &task)?;
-    Ok(Made {
-        fit,
-        fit_validity: None,
-        support_left_out: None,
-        process: Some(process),
-        harmonic: None,
-    })
+    let process = Some(process);
+    Ok(Made { fit, fit_validity: None, support_left_out: None, process, harmonic: None })
 }
 
 fn harmonics(
@@ -220,22 +203,10 @@ fn harmonics(
     let samples = order.table.samples;
     let fitting = task_of(RoomStage::Fitting);
     let (fit, report, table) = fit_harmonic(samples, harmonic, order.settings.map, &fitting)?;
-    let process = match order.with_support {
-        true => {
-            let refit =
-                Refit::Harmonic { table: &table, degree: report.degree, loss: harmonic.loss };
-            let task = task_of(RoomStage::Process);
-            kept_process(room_process(samples, &fit, &refit, &task))?
-        }
-        false => None,
-    };
-    Ok(Made {
-        fit,
-        fit_validity: None,
-        support_left_out: None,
-        process: process.map(Arc::new),
-        harmonic: Some(report),
-    })
+    let refit = Refit::Harmonic { table: &table, degree: report.degree, loss: harmonic.loss };
+    let process = kept_process(order, &fit, &refit, task_of)?;
+    let harmonic = Some(report);
+    Ok(Made { fit, fit_validity: None, support_left_out: None, process, harmonic })
 }
 
 /// A support that is too large to keep is left out, and this is reported.
@@ -256,10 +227,16 @@ fn kept(
 
 /// Measurements that are too few, or all the same, have no process.
 fn kept_process(
-    process: Result<GaussianField, GaussianError>,
-) -> Result<Option<GaussianField>, RoomError> {
-    match process {
-        Ok(process) => Ok(Some(process)),
+    order: &RoomOrder,
+    fit: &Fit,
+    refit: &Refit,
+    task_of: &mut impl FnMut(RoomStage) -> Task,
+) -> Result<Option<Arc<GaussianField>>, RoomError> {
+    if !order.with_support {
+        return Ok(None);
+    }
+    match room_process(order.table.samples, fit, refit, &task_of(RoomStage::Process)) {
+        Ok(process) => Ok(Some(Arc::new(process))),
         Err(GaussianError::Cancelled(cancelled)) => Err(FitError::Cancelled(cancelled).into()),
         Err(_) => Ok(None),
     }

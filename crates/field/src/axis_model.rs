@@ -172,9 +172,8 @@ mod tests {
                         let expected = model.evaluate(p, &axis, OutsidePolicy::Clamp);
                         for found in [at_axis.evaluate(p, OutsidePolicy::Clamp), in_batch] {
                             assert_eq!(found.is_inside, expected.is_inside);
-                            let d = found.error.position_mm - expected.error.position_mm;
-                            let r = found.error.rotation_rad - expected.error.rotation_rad;
-                            assert!(d.amax().max(r.amax()) < 1e-13, "{set:?} {order} {d}");
+                            let d = found.error.largest_difference(&expected.error);
+                            assert!(d < 1e-13, "{set:?} {order} {d}");
                         }
                     }
                 }

@@ -227,19 +227,11 @@ mod tests {
     use crate::random_models::{Seeded, random_model, room};
     use nalgebra::Vector6;
 
-    const SETS: [(DirectionSet, Weighting); 11] = [
-        (DirectionSet::One, Weighting::Area),
-        (DirectionSet::Six, Weighting::Area),
-        (DirectionSet::Six, Weighting::Gnomonic),
-        (DirectionSet::Twelve, Weighting::Area),
-        (DirectionSet::Twelve, Weighting::Gnomonic),
-        (DirectionSet::Fourteen, Weighting::Area),
-        (DirectionSet::Fourteen, Weighting::Gnomonic),
-        (DirectionSet::TwentySix, Weighting::Area),
-        (DirectionSet::TwentySix, Weighting::Gnomonic),
-        (DirectionSet::FortyTwo, Weighting::Area),
-        (DirectionSet::FortyTwo, Weighting::Gnomonic),
-    ];
+    /// One orientation, of which no weighting decides anything, then the others in both weightings.
+    fn sets() -> impl Iterator<Item = (DirectionSet, Weighting)> {
+        let both = |set| [Weighting::Area, Weighting::Gnomonic].map(|weighting| (set, weighting));
+        DirectionSet::ALL.into_iter().flat_map(both).skip(1)
+    }
 
     fn vector_of(error: &PoseError) -> Vector6<f64> {
         error.values().into()
@@ -274,7 +266,7 @@ mod tests {
         // derivatives of size n³ is off by n (n² ε²)^(1/3), some 1e-8 at order 8.
         let mut seeded = Seeded::new(3);
         for order in 1..=8 {
-            for (set, weighting) in SETS {
+            for (set, weighting) in sets() {
                 let model = random_model(order, set, weighting, [1.0, 1.0], order as u64);
                 let outside = OutsidePolicy::Extrapolate;
                 let (p, n) = loop {
@@ -315,7 +307,7 @@ mod tests {
     #[test]
     fn on_edges_slopes_are_those_from_inside() {
         let p = room().center_mm();
-        for (set, weighting) in SETS.into_iter().skip(1) {
+        for (set, weighting) in sets().skip(1) {
             let model = random_model(2, set, weighting, [1.0, 1.0], 5);
             for triangle in set.triangles() {
                 let [a, b, c] = triangle.map(|i| set.directions()[i].into_inner());
@@ -359,11 +351,8 @@ mod tests {
     #[test]
     fn without_distortion_there_is_no_slope() {
         let model = DistortionModel::zero(room(), crate::samples::MapKind::Distortion);
-        let there = model.evaluate_with_jacobian(
-            &Point3::origin(),
-            &Vector3::z_axis(),
-            OutsidePolicy::Clamp,
-        );
+        let (at, axis) = (Point3::origin(), Vector3::z_axis());
+        let there = model.evaluate_with_jacobian(&at, &axis, OutsidePolicy::Clamp);
         assert_eq!(there.by_position, Matrix6x3::zeros());
         assert_eq!(there.by_axis, Matrix6x3::zeros());
         assert_eq!(there.at.error, PoseError::default());

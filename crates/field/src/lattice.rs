@@ -271,10 +271,8 @@ mod tests {
                                     let expected = model.evaluate(&p, &axis, outside);
                                     let found = found.next().unwrap();
                                     assert_eq!(found.is_inside, expected.is_inside, "{p}");
-                                    let (f, e) = (found.error, expected.error);
-                                    let d = (f.position_mm - e.position_mm).amax();
-                                    let r = (f.rotation_rad - e.rotation_rad).amax();
-                                    assert!(d.max(r) < tolerance, "order {order} at {p}: {d} {r}");
+                                    let d = found.error.largest_difference(&expected.error);
+                                    assert!(d < tolerance, "order {order} at {p}: {d}");
                                 }
                             }
                         }

@@ -20,6 +20,12 @@ impl PoseError {
         [p.x, p.y, p.z, r.x, r.y, r.z]
     }
 
+    /// The largest difference in any of the six values.
+    pub fn largest_difference(&self, other: &Self) -> f64 {
+        let pairs = self.values().into_iter().zip(other.values());
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
     /// The error of six values.
     pub fn of_values([x, y, z, rx, ry, rz]: [f64; 6]) -> Self {
         Self { position_mm: Vector3::new(x, y, z), rotation_rad: Vector3::new(rx, ry, rz) }

@@ -88,13 +88,8 @@ impl<'a> BodyPredictor<'a> {
         let mut is_valid = !self.sensors.is_empty();
         for sensor in &self.sensors {
             let position_mm = tracker_from_body * sensor.position_in_body;
-            let at = match &sensor.axis_in_body {
-                Some(axis) => {
-                    let axis = tracker_from_body.rotation * axis;
-                    support.at(&position_mm, &axis, self.outside)
-                }
-                None => support.at_marker(&position_mm, self.outside),
-            };
+            let axis = sensor.axis_in_body.map(|axis| tracker_from_body.rotation * axis);
+            let at = support.at_sensor(&position_mm, axis.as_ref(), self.outside);
             is_valid &= at.is_valid;
             position_mm2 += at.position_std_error_mm.powi(2) / count;
             angle_rad2 = angle_rad2

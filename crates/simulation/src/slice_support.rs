@@ -5,11 +5,9 @@ use super::scenario::Scenario;
 use super::slice::each_point;
 use super::slice_plan::SlicePlan;
 use super::slice_quantity::Quantity;
+use super::support::is_supported;
 use super::trial::Simulator;
-use crate::body::RigidBody;
 use rayon::prelude::*;
-use trackwright_field::FitValidity;
-use trackwright_geometry::pose::Pose;
 use trackwright_task::CancelToken;
 
 /// Whether the field is supported ([FitValidity::is_valid`]) at each point of the plan, in the order
@@ -45,14 +43,4 @@ pub fn slice_support(
         is_crf_supported && is_supported(support, &scenario.tool, &tool)
     })
     .map(Some)
-}
-
-fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: &Pose) -> bool {
-    body.sensors.iter().all(|sensor| {
-        let position_mm = tracker_from_body * sensor.position_in_body;
-        match sensor.axis_in_body() {
-            Some(axis) => support.is_valid(&position_mm, &(tracker_from_body.rotation * axis)),
-            None => support.is_marker_valid(&position_mm),
-        }
-    })
 }

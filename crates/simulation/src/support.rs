@@ -61,6 +61,14 @@ impl From<Cancelled> for SurveyError {
     }
 }
 
+/// Whether the model is valid at every sensor of a body.
+pub fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: &Pose) -> bool {
+    body.sensors.iter().all(|sensor| {
+        let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
+        support.is_sensor_valid(&(tracker_from_body * sensor.position_in_body), axis.as_ref())
+    })
+}
+
 /// Looks up the support of every sensor in every trial of a mode. The CRF is looked up once where
 /// it stands still. The result does not depend on the number of threads.
 ///
@@ -212,10 +220,7 @@ impl<'a> Looker<'a> {
         body.sensors.iter().fold(Looked::default(), |sum, sensor| {
             let position = tracker_from_body * sensor.position_in_body;
             let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
-            let at = match axis {
-                Some(axis) => self.support.at(&position, &axis, self.scenario.outside),
-                None => self.support.at_marker(&position, self.scenario.outside),
-            };
+            let at = self.support.at_sensor(&position, axis.as_ref(), self.scenario.outside);
             let angle = at.angle_std_error_rad.unwrap_or(0.0);
             let is_determined = at.position_std_error_mm.is_finite() && angle.is_finite();
             let [mm, rad] = match is_determined {

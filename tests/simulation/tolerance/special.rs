@@ -3,7 +3,7 @@
 use super::*;
 use crate::support::studies::cancelled;
 use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
-use trackwright_simulation::tolerance::first_order::{ErrorKind, FirstOrder};
+use trackwright_simulation::tolerance::first_order::FirstOrder;
 
 #[test]
 fn sheets_without_tolerances_state_the_reason() {
@@ -99,7 +99,7 @@ fn a_tilt_about_the_coils_own_axis_is_no_error() {
     let study = BuiltStudy::new(&scenario, at_most_mm(1.0)).unwrap();
     let first_order = FirstOrder::new(&study, &[scenario.crf_from_tool]);
     let angle = &first_order.blocks[1];
-    assert_eq!(angle.kind, ErrorKind::Angle);
+    assert_eq!(angle.kind, trackwright_simulation::ErrorOf::Angle);
     let axis = Unit::new_normalize(Vector3::new(0.0, 0.6, 0.8));
     let across = perpendicular(&axis).into_inner();
     assert!((angle.unit_along(&(across + axis.into_inner() * 5.0)) - across).norm() < 1e-12);

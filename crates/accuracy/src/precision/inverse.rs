@@ -3,7 +3,7 @@
 
 use super::sampling::poses;
 use super::{Family, Row, Settings, Steps, What, no_field};
-use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use trackwright_field::batch::Batch;
 use trackwright_field::compensation::{Method, compensate};
@@ -12,8 +12,8 @@ use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
-use trackwright_simulation::Scenario;
 use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::{Scenario, Sensor};
 use trackwright_task::Cancelled;
 
 /// Fixed-point steps after the first, which is the shortcut.
@@ -100,7 +100,7 @@ impl Readings {
     fn new(model: &DistortionModel, settings: &Settings) -> Self {
         let ideal: Vec<Pose> = poses(model.bounds(), settings.poses, settings.seed)
             .into_iter()
-            .map(|(position, axis)| pose_from_parts(position.coords, rotation_to(&axis)))
+            .map(|(position, axis)| Sensor::five_dof("", position, axis).body_from_sensor())
             .collect();
         let measured = ideal.iter().map(|p| model.distort(p, OUTSIDE).0).collect();
         Self { ideal, measured }
@@ -119,13 +119,6 @@ impl Readings {
             })
             .fold(0.0, f64::max)
     }
-}
-
-/// A rotation that takes z to an axis; which, nothing depends on.
-fn rotation_to(axis: &Unit<Vector3<f64>>) -> UnitQuaternion<f64> {
-    UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), axis).unwrap_or_else(|| {
-        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-    })
 }
 
 /// `p ← p_m - e_pos(p, n)`, `n ← exp(-e_ori(p, n)) n_m`, from the reading itself: it converges

@@ -125,15 +125,11 @@ fn common_frame(scenario: &Scenario, rows: &[AgreementRow]) -> Option<CommonFram
 
 /// Distance of the tool's farthest sensor from the room's box, 0 within it.
 fn from_box_mm(scenario: &Scenario, row: &AgreementRow) -> f64 {
-    let tracker_from_crf = match (&scenario.crf, row.tracker_from_crf) {
-        (None, _) => None,
-        (Some(crf), given) => Some(given.unwrap_or(crf.tracker_from_crf)),
-    };
+    let tracker_from_crf = row.tracker_from_crf_in(scenario);
     let bounds = scenario.environment.model.bounds();
     let sensors = scenario.tool.sensors.iter();
     let distances = sensors.map(|sensor| {
-        let in_crf = row.crf_from_tool * sensor.position_in_body;
-        let at = tracker_from_crf.map_or(in_crf, |pose| pose * in_crf);
+        let at = tracker_from_crf * (row.crf_from_tool * sensor.position_in_body);
         (at - bounds.clamp(&at)).norm()
     });
     distances.fold(0.0, f64::max)

@@ -7,7 +7,8 @@ use trackwright_field::{FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use trackwright_simulation::scenario::Scenario;
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::support::is_supported;
+use trackwright_simulation::{RigidBody, Sensor};
 
 /// What a sensor's reading scatters by, a component: variances in mm² and rad².
 type Variances = [f64; 2];
@@ -78,13 +79,8 @@ impl<'a> Noise<'a> {
         let provenance = self.scenario.environment.provenance.as_ref()?;
         let left = provenance.holdout.as_ref().map_or(provenance.train_after, |h| h.after);
         let of = |sensor: &Sensor, _: &Pose| {
-            // The turn of an axis has two components.
-            let components = match sensor.orientation {
-                SensorOrientation::FiveDof(_) => 2.0,
-                SensorOrientation::SixDof(_) | SensorOrientation::Marker => 3.0,
-            };
             let angle_rad = left.angle_rms_rad.unwrap_or(0.0);
-            Some([left.position_rms_mm.powi(2) / 3.0, angle_rad.powi(2) / components])
+            Some([left.position_rms_mm.powi(2) / 3.0, angle_rad.powi(2) / rotations(sensor)])
         };
         Some(self.tip_covariance(row, &of)?.trace())
     }
@@ -92,31 +88,13 @@ impl<'a> Noise<'a> {
     /// Whether a sensor of tool or CRF leans on field that the samples do not support.
     pub fn is_unsupported(&self, row: &AgreementRow) -> Option<bool> {
         let support = self.scenario.environment.fit_validity.as_ref()?;
-        let is_held = |body: &RigidBody, pose: &Pose| {
-            body.sensors.iter().all(|sensor| {
-                let at = pose * sensor.position_in_body;
-                match sensor.axis_in_body() {
-                    Some(axis) => support.is_valid(&at, &(pose.rotation * axis)),
-                    None => support.is_marker_valid(&at),
-                }
-            })
-        };
-        let tracker_from_crf = self.tracker_from_crf(row);
+        let tracker_from_crf = row.tracker_from_crf_in(self.scenario);
         let crf = self.scenario.crf.as_ref();
         let tool = tracker_from_crf * row.crf_from_tool;
         Some(
-            !(is_held(&self.scenario.tool, &tool)
-                && crf.is_none_or(|crf| is_held(&crf.body, &tracker_from_crf))),
+            !(is_supported(support, &self.scenario.tool, &tool)
+                && crf.is_none_or(|crf| is_supported(support, &crf.body, &tracker_from_crf))),
         )
-    }
-
-    fn tracker_from_crf(&self, row: &AgreementRow) -> Pose {
-        let design = self.scenario.crf.as_ref().map(|crf| crf.tracker_from_crf);
-        match (design, row.tracker_from_crf) {
-            (None, _) => Pose::identity(),
-            (Some(_), Some(given)) => given,
-            (Some(design), None) => design,
-        }
     }
 
     fn tip_covariance(
@@ -124,7 +102,7 @@ impl<'a> Noise<'a> {
         row: &AgreementRow,
         of: &impl Fn(&Sensor, &Pose) -> Option<Variances>,
     ) -> Option<Matrix3<f64>> {
-        let tracker_from_crf = self.tracker_from_crf(row);
+        let tracker_from_crf = row.tracker_from_crf_in(self.scenario);
         let tracker_from_tool = tracker_from_crf * row.crf_from_tool;
         let tip_in_tool = self.scenario.tool.judged_tip_in_body();
         let at_tip = |linear: &LinearFit,
@@ -171,6 +149,11 @@ impl<'a> Noise<'a> {
     }
 }
 
+/// Components of a rotation's variance: the turn of an axis has two.
+fn rotations(sensor: &Sensor) -> f64 {
+    if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 }
+}
+
 /// The support gives lengths of vectors.
 fn field_variances(
     support: &FitValidity,
@@ -178,13 +161,9 @@ fn field_variances(
     at: &Point3<f64>,
     tracker_from_body: &Pose,
 ) -> Variances {
-    let (found, components) = match sensor.axis_in_body() {
-        None => (support.at_marker(at, OutsidePolicy::Clamp), 3.0),
-        Some(axis) => (
-            support.at(at, &(tracker_from_body.rotation * axis), OutsidePolicy::Clamp),
-            if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 },
-        ),
-    };
+    let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
+    let found = support.at_sensor(at, axis.as_ref(), OutsidePolicy::Clamp);
+    let components = rotations(sensor);
     let angle_rad = found.angle_std_error_rad.unwrap_or(0.0);
     [found.position_std_error_mm.powi(2) / 3.0, angle_rad.powi(2) / components]
 }

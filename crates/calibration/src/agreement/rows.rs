@@ -68,6 +68,12 @@ pub struct AgreementRow {
 }
 
 impl AgreementRow {
+    /// Where the CRF is: as it was recorded, else as the design has it; the tracker frame without one.
+    pub fn tracker_from_crf_in(&self, scenario: &Scenario) -> Pose {
+        let given = self.tracker_from_crf.filter(|_| scenario.crf.is_some());
+        given.unwrap_or_else(|| scenario.tracker_from_crf())
+    }
+
     /// Measured minus predicted.
     pub fn residual_mm(&self) -> Vector3<f64> {
         self.measured_mm - self.predicted_mm

@@ -2,7 +2,7 @@
 //! frames found agree with best.
 
 use super::CharacterisationSettings;
-use crate::hand_eye::{HandEye, PairedReading, ReadingNoise};
+use crate::hand_eye::{self, HandEye, PairedReading, ReadingNoise};
 use crate::long_run::{EffectiveSize, long_run};
 use crate::pose_stream::{Clock, ClockFaults, PoseStream};
 use crate::robust::Loss;
@@ -159,11 +159,8 @@ impl PathPair {
 }
 
 /// Six components of an error in the scales of the sensor.
-fn whitened(found: &HandEye, reading: &PairedReading) -> nalgebra::Vector6<f64> {
-    let [off_mm, turn_rad] = found.error_vectors(reading);
-    let scale = &found.scales[reading.sensor];
-    let (a, b) = (off_mm / scale.position_mm, turn_rad / scale.angle_rad);
-    nalgebra::Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+fn whitened(found: &HandEye, reading: &PairedReading) -> nalgebra::SVector<f64, 6> {
+    hand_eye::whitened(&found.pose_error(reading), &found.scales[reading.sensor])
 }
 
 /// Where a function of one valley is least (golden section).

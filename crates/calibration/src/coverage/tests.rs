@@ -1,21 +1,15 @@
 //! What is counted once, what is missing, and where to go next.
 
 use super::*;
-use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
-use trackwright_geometry::pose::pose_from_parts;
+use trackwright_simulation::Sensor;
 
 fn cube() -> Coverage {
     Coverage::new(CoveragePlan { volume: Volume::AuroraCube, directions: DirectionSet::Six })
 }
 
 fn turned(at: [f64; 3], axis: Vector3<f64>) -> Pose {
-    let to = Unit::new_normalize(axis);
-    let rotation =
-        UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), &to).unwrap_or_else(|| {
-            UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-        });
-    pose_from_parts(Vector3::from(at), rotation)
+    Sensor::five_dof("", at, Unit::new_normalize(axis)).body_from_sensor()
 }
 
 #[test]

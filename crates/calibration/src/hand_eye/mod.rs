@@ -28,8 +28,10 @@ use super::long_run::{EffectiveSize, LongRun, long_run_along};
 use super::robust::{Loss, largest_std_dev};
 use super::still_pose::{Spread, is_finite};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3};
+pub(super) use solve::whitened;
 use solve::{Solved, scatter_matrix, scatter_vector, whitened_slopes};
 use std::collections::{BTreeMap, BTreeSet};
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::{log_quaternion, rotation_angle_rad};
 use trackwright_geometry::svd3::svd3;
@@ -250,6 +252,14 @@ pub fn hand_eye(
     })
 }
 
+/// What was read less what should have been, in the frame of both.
+fn pose_error(read: &Pose, expected: &Pose) -> PoseError {
+    PoseError {
+        position_mm: read.translation.vector - expected.translation.vector,
+        rotation_rad: log_quaternion(&(read.rotation * expected.rotation.inverse())),
+    }
+}
+
 impl PairedReading {
     fn is_finite(&self) -> bool {
         is_finite(&self.reference_from_body) && is_finite(&self.tracker_from_sensor)
@@ -265,17 +275,14 @@ impl HandEye {
     }
 
     /// What a reading is off by, in the EM tracker's frame: mm, and a rotation vector in radians.
-    pub fn error_vectors(&self, reading: &PairedReading) -> [Vector3<f64>; 2] {
-        let expected = self.expected(reading);
-        let off = reading.tracker_from_sensor.translation.vector - expected.translation.vector;
-        let turn = reading.tracker_from_sensor.rotation * expected.rotation.inverse();
-        [off, log_quaternion(&turn)]
+    pub fn pose_error(&self, reading: &PairedReading) -> PoseError {
+        pose_error(&reading.tracker_from_sensor, &self.expected(reading))
     }
 
     /// Distance and angle between a reading and where it should be, mm and radians.
     pub fn error(&self, reading: &PairedReading) -> (f64, f64) {
-        let [off, turn] = self.error_vectors(reading);
-        (off.norm(), turn.norm())
+        let error = self.pose_error(reading);
+        (error.position_mm.norm(), error.rotation_rad.norm())
     }
 
     /// Standard errors of `tracker_from_reference` along the worst direction: of its rotation, and of
@@ -327,7 +334,7 @@ fn covariance(readings: &[PairedReading], solved: &Solved, loss: Loss) -> Option
     for (reading, sigma) in readings.iter().zip(&solved.sigmas) {
         let residual = solved.frames.residual(reading);
         let slopes = whitened_slopes(solved.frames.slopes(reading, &residual), sigma);
-        let r = residual.whitened(sigma);
+        let r = whitened(&residual, sigma);
         let s = r.norm();
         let weight = loss.weight(s);
         // ρ bends along the residual by ρ'' and across it by ρ' / s.

@@ -3,12 +3,13 @@
 //!
 //! A change of a pose turns its rotation from the left, `R ← exp(δ) R`, and adds to its translation.
 
-use super::{HandEyeSettings, PairedReading};
+use super::{HandEyeSettings, PairedReading, pose_error};
 use crate::robust::{Loss, median, scale_of_lengths};
 use crate::still_pose::Spread;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3};
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::rotation::{exp_vector, log_quaternion};
+use trackwright_geometry::rotation::exp_vector;
 
 /// Least scales, for exact readings: a tenth of the last digits that trackers write.
 const LEAST: Spread = Spread { position_mm: 1e-4, angle_rad: 1e-7 };
@@ -39,13 +40,6 @@ pub(super) struct Frames {
     pub x: Vec<Pose>,
 }
 
-/// What a reading is off by, in the EM tracker's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Residual {
-    pub position_mm: Vector3<f64>,
-    pub rotation_rad: Vector3<f64>,
-}
-
 /// An answer with what its readings were divided by.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Solved {
@@ -57,18 +51,14 @@ pub(super) struct Solved {
 }
 
 impl Frames {
-    pub fn residual(&self, reading: &PairedReading) -> Residual {
+    pub fn residual(&self, reading: &PairedReading) -> PoseError {
         let expected = self.y * reading.reference_from_body * self.x[reading.sensor];
-        let read = &reading.tracker_from_sensor;
-        Residual {
-            position_mm: read.translation.vector - expected.translation.vector,
-            rotation_rad: log_quaternion(&(read.rotation * expected.rotation.inverse())),
-        }
+        pose_error(&reading.tracker_from_sensor, &expected)
     }
 
     /// Slopes of the residual (position, then rotation) in a change of `Y` (rotation, translation)
     /// and of the sensor's `X`.
-    pub fn slopes(&self, reading: &PairedReading, residual: &Residual) -> Slopes {
+    pub fn slopes(&self, reading: &PairedReading, residual: &PoseError) -> Slopes {
         let turn = self.y.rotation * reading.reference_from_body.rotation;
         let turn = turn.to_rotation_matrix().into_inner();
         let body = &reading.reference_from_body;
@@ -105,14 +95,11 @@ impl Frames {
     }
 }
 
-impl Residual {
-    /// In standard deviations: six components.
-    pub fn whitened(&self, sigma: &Spread) -> SVector<f64, 6> {
-        let mut all = SVector::<f64, 6>::zeros();
-        all.fixed_rows_mut::<3>(0).copy_from(&(self.position_mm / sigma.position_mm));
-        all.fixed_rows_mut::<3>(3).copy_from(&(self.rotation_rad / sigma.angle_rad));
-        all
-    }
+/// Six components of an error in the scales of a reading.
+pub(crate) fn whitened(error: &PoseError, sigma: &Spread) -> SVector<f64, 6> {
+    let (position_mm, angle_rad) = (sigma.position_mm, sigma.angle_rad);
+    let (p, r) = (error.position_mm / position_mm, error.rotation_rad / angle_rad);
+    SVector::from([p.x, p.y, p.z, r.x, r.y, r.z])
 }
 
 pub(super) fn whitened_slopes(mut slopes: Slopes, sigma: &Spread) -> Slopes {
@@ -244,7 +231,7 @@ fn scales_of(readings: &[PairedReading], frames: &Frames) -> Vec<Spread> {
 
 fn cost(readings: &[PairedReading], sigmas: &[Spread], frames: &Frames, loss: Loss) -> f64 {
     let each = readings.iter().zip(sigmas);
-    each.map(|(r, sigma)| loss.cost(frames.residual(r).whitened(sigma).norm())).sum()
+    each.map(|(r, sigma)| loss.cost(whitened(&frames.residual(r), sigma).norm())).sum()
 }
 
 /// The least cost for fixed standard deviations.
@@ -266,7 +253,7 @@ fn least(
         for (reading, sigma) in readings.iter().zip(sigmas) {
             let residual = frames.residual(reading);
             let slopes = whitened_slopes(frames.slopes(reading, &residual), sigma);
-            let r = residual.whitened(sigma);
+            let r = whitened(&residual, sigma);
             let weight = loss.weight(r.norm());
             scatter_matrix(&mut normal, reading.sensor, &(slopes.transpose() * slopes * weight));
             scatter_vector(&mut gradient, reading.sensor, &(slopes.transpose() * r * weight));

@@ -89,7 +89,7 @@ fn slopes_are_those_of_finite_differences() {
                     0 => pose.rotation = exp_vector(&change) * pose.rotation,
                     _ => pose.translation.vector += change,
                 }
-                moved.residual(&reading).whitened(&Spread { position_mm: 1.0, angle_rad: 1.0 })
+                whitened(&moved.residual(&reading), &Spread { position_mm: 1.0, angle_rad: 1.0 })
             };
             let slope = (at(h) - at(-h)) / (2.0 * h);
             // Round-off of a metre over the step is 1e-7, of the formula h².

@@ -31,12 +31,6 @@ fn poses(count: usize, set: DirectionSet) -> (Vec<Point3<f64>>, Vec<Unit<Vector3
         .unzip()
 }
 
-fn difference(a: &Evaluation, b: &Evaluation) -> f64 {
-    (a.error.position_mm - b.error.position_mm)
-        .amax()
-        .max((a.error.rotation_rad - b.error.rotation_rad).amax())
-}
-
 const LEVELS: [Instructions; 3] = [Instructions::Best, Instructions::Avx2, Instructions::Portable];
 
 #[test]
@@ -58,7 +52,7 @@ fn a_batch_gives_what_single_evaluations_give() {
                         for ((p, a), found) in positions.iter().zip(&axes).zip(&out) {
                             let expected = model.evaluate(p, a, outside);
                             assert_eq!(found.is_inside, expected.is_inside);
-                            let d = difference(found, &expected);
+                            let d = found.error.largest_difference(&expected.error);
                             assert!(
                                 d <= 1e-13 * scale,
                                 "{set:?} {weighting:?} order {order} {outside:?} {level:?} {d}"

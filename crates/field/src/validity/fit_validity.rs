@@ -197,9 +197,17 @@ impl FitValidity {
         self.leverage_share(position_mm, axis) <= 1.0 + LEVERAGE_SLACK
     }
 
-    /// As [`Self::at`] for a marker, which has no axis: the worst over the basis orientations, whose
+    /// As [`Self::at`]; for a marker, which has no axis, the worst over the basis orientations, whose
     /// mean is its error, and no angle.
-    pub fn at_marker(&self, position_mm: &Point3<f64>, outside: OutsidePolicy) -> FitValidityAt {
+    pub fn at_sensor(
+        &self,
+        position_mm: &Point3<f64>,
+        axis: Option<&Unit<Vector3<f64>>>,
+        outside: OutsidePolicy,
+    ) -> FitValidityAt {
+        if let Some(axis) = axis {
+            return self.at(position_mm, axis, outside);
+        }
         let each = self.directions.directions().iter();
         let worst =
             each.map(|axis| self.at(position_mm, axis, outside)).reduce(|a, b| FitValidityAt {
@@ -215,10 +223,14 @@ impl FitValidity {
         }
     }
 
-    /// As [`FitValidityAt::is_valid`] of [`Self::at_marker`], without the other figures.
-    pub fn is_marker_valid(&self, position_mm: &Point3<f64>) -> bool {
-        let mut axes = self.directions.directions().iter();
-        axes.all(|axis| self.is_valid(position_mm, axis))
+    /// As [`FitValidityAt::is_valid`] of [`Self::at_sensor`], without the other figures.
+    pub fn is_sensor_valid(
+        &self,
+        position_mm: &Point3<f64>,
+        axis: Option<&Unit<Vector3<f64>>>,
+    ) -> bool {
+        let axes = axis.map_or(self.directions.directions(), std::slice::from_ref);
+        axes.iter().all(|axis| self.is_valid(position_mm, axis))
     }
 
     /// What the forms are evaluated with.

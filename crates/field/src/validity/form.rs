@@ -5,7 +5,7 @@
 //! coefficient add up to 1 (Vandermonde), so a coefficient is a mean of the matrix's entries and
 //! never larger than the largest of them.
 
-use crate::bernstein::MAX_ORDER;
+use crate::bernstein::{MAX_ORDER, binomial, fill_basis};
 use faer::MatRef;
 use nalgebra::Vector3;
 use pulp::{Simd, WithSimd};
@@ -39,11 +39,6 @@ fn factors(order: usize) -> Vec<Vec<f64>> {
                 .collect()
         })
         .collect()
-}
-
-/// Exact in 64 bits up to the 24 that are needed.
-fn binomial(n: usize, k: usize) -> f64 {
-    (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64)
 }
 
 /// All products of Bernstein values at one point of the unit cube: a form's value is one sum of
@@ -102,20 +97,6 @@ impl WithSimd for Dot<'_> {
         let sum = simd.reduce_sum_f64s(simd.add_f64s(pair(0, 1), pair(2, 3)));
         let rest = a_rest.iter().zip(b_rest);
         sum + rest.map(|(a, b)| a * b).sum::<f64>()
-    }
-}
-
-/// As [`crate::bernstein::basis`], to twice its order.
-fn fill_basis(order: usize, x: f64, b: &mut [f64; MAX_VALUES]) {
-    b[0] = 1.0;
-    for n in 1..=order {
-        let mut carried = 0.0;
-        for value in &mut b[..n] {
-            let old = *value;
-            *value = carried + (1.0 - x) * old;
-            carried = x * old;
-        }
-        b[n] = carried;
     }
 }
 

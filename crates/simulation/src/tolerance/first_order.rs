@@ -35,7 +35,7 @@ type Jacobian = SMatrix<f64, 3, 12>;
 pub struct Block {
     pub body: BuiltBody,
     pub sensor: usize,
-    pub kind: ErrorKind,
+    pub kind: ErrorOf,
     /// Of a unit error, mm or radian.
     effect: SMatrix<f64, 12, 3>,
     /// Turns about it are no error: the axis of a 5-DOF sensor, for its angle.
@@ -56,12 +56,6 @@ impl Block {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum ErrorKind {
-    Position,
-    Angle,
-}
-
 /// A way of being off: a unit vector for each block.
 pub type Direction = Vec<Vector3<f64>>;
 
@@ -69,17 +63,13 @@ pub type Direction = Vec<Vector3<f64>>;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
     summary: Summary,
-    of: ErrorKind,
+    of: ErrorOf,
     limit: f64,
 }
 
 impl Bound {
     fn new((metric, limit): (Metric, f64)) -> Self {
-        let of = match metric.of {
-            ErrorOf::Position => ErrorKind::Position,
-            ErrorOf::Angle => ErrorKind::Angle,
-        };
-        Self { summary: metric.summary, of, limit }
+        Self { summary: metric.summary, of: metric.of, limit }
     }
 
     /// Whether every pose has to be looked at to know its figure.
@@ -143,8 +133,8 @@ impl FirstOrder {
             blocks.extend(self::blocks(&crf.body, weight_mm, BuiltBody::Crf, &center));
         }
         Self {
-            position_mm2: mean_square(&poses, ErrorKind::Position),
-            turn_rad2: mean_square(&poses, ErrorKind::Angle),
+            position_mm2: mean_square(&poses, ErrorOf::Position),
+            turn_rad2: mean_square(&poses, ErrorOf::Angle),
             bounds: study.requirement().bounds().map(Bound::new).collect(),
             poses,
             blocks,
@@ -176,7 +166,8 @@ impl FirstOrder {
                 }
             }
         };
-        part(bound.of.in_unit_of_requirement(value), bound.limit)
+        let value = if bound.of == ErrorOf::Angle { value.to_degrees() } else { value };
+        part(value, bound.limit)
     }
 
     /// The next direction: where the function that touches the figure at `motions` is largest.
@@ -209,8 +200,8 @@ impl FirstOrder {
         direction: &Direction,
     ) -> Direction {
         let errors = errors.map(|[tip, turn]| match bound.of {
-            ErrorKind::Position => tip,
-            ErrorKind::Angle => turn,
+            ErrorOf::Position => tip,
+            ErrorOf::Angle => turn,
         });
         self.along(&self.gradient(bound, errors), blocks, direction)
     }
@@ -256,16 +247,16 @@ impl FirstOrder {
 
     /// By how much the errors of a kept pose change: tip in mm and turn.
     pub fn change_at(&self, pose: usize, motions: &Motions) -> [Vector3<f64>; 2] {
-        [ErrorKind::Position, ErrorKind::Angle].map(|of| {
+        ErrorOf::ALL.map(|of| {
             let pose = &self.poses[pose];
             pose.error(of, motions) - pose.error(of, &Motions::zeros())
         })
     }
 
-    fn mean_square(&self, of: ErrorKind) -> &MeanSquare {
+    fn mean_square(&self, of: ErrorOf) -> &MeanSquare {
         match of {
-            ErrorKind::Position => &self.position_mm2,
-            ErrorKind::Angle => &self.turn_rad2,
+            ErrorOf::Position => &self.position_mm2,
+            ErrorOf::Angle => &self.turn_rad2,
         }
     }
 
@@ -286,8 +277,8 @@ impl FirstOrder {
             };
             let error = &mut of_body[block.sensor];
             match block.kind {
-                ErrorKind::Position => error.position_mm = unit * *size,
-                ErrorKind::Angle => error.rotation_rad = unit * *size,
+                ErrorOf::Position => error.position_mm = unit * *size,
+                ErrorOf::Angle => error.rotation_rad = unit * *size,
             }
         }
         errors
@@ -295,43 +286,33 @@ impl FirstOrder {
 }
 
 impl Linear {
-    fn error(&self, of: ErrorKind, m: &Motions) -> Vector3<f64> {
+    fn error(&self, of: ErrorOf, m: &Motions) -> Vector3<f64> {
         let three = |at: usize| -> Vector3<f64> { m.fixed_rows::<3>(at).into_owned() };
         match of {
-            ErrorKind::Position => {
+            ErrorOf::Position => {
                 self.tip_error_mm + self.crf_from_tool * three(0)
                     - three(6)
                     - three(9).cross(&self.tip_lever_mm)
             }
-            ErrorKind::Angle => self.turn_rad + self.crf_from_tool * three(3) - three(9),
+            ErrorOf::Angle => self.turn_rad + self.crf_from_tool * three(3) - three(9),
         }
     }
 
-    fn jacobian(&self, of: ErrorKind) -> Jacobian {
+    fn jacobian(&self, of: ErrorOf) -> Jacobian {
         let mut j = Jacobian::zeros();
         let tool = match of {
-            ErrorKind::Position => 0,
-            ErrorKind::Angle => 3,
+            ErrorOf::Position => 0,
+            ErrorOf::Angle => 3,
         };
         j.fixed_columns_mut::<3>(tool).copy_from(&self.crf_from_tool);
         match of {
-            ErrorKind::Position => {
+            ErrorOf::Position => {
                 j.fixed_columns_mut::<3>(6).copy_from(&-Matrix3::identity());
                 j.fixed_columns_mut::<3>(9).copy_from(&self.tip_lever_mm.cross_matrix());
             }
-            ErrorKind::Angle => j.fixed_columns_mut::<3>(9).copy_from(&-Matrix3::identity()),
+            ErrorOf::Angle => j.fixed_columns_mut::<3>(9).copy_from(&-Matrix3::identity()),
         }
         j
-    }
-}
-
-impl ErrorKind {
-    /// Of a length in mm or an angle in radians.
-    fn in_unit_of_requirement(self, value: f64) -> f64 {
-        match self {
-            Self::Position => value,
-            Self::Angle => value.to_degrees(),
-        }
     }
 }
 
@@ -346,7 +327,7 @@ pub fn part(value: f64, limit: f64) -> f64 {
     }
 }
 
-fn mean_square(poses: &[Linear], of: ErrorKind) -> MeanSquare {
+fn mean_square(poses: &[Linear], of: ErrorOf) -> MeanSquare {
     let n = poses.len().max(1) as f64;
     let mut mean =
         MeanSquare { constant: 0.0, linear: Motions::zeros(), quadratic: SMatrix::zeros() };
@@ -374,14 +355,14 @@ fn blocks(
         BuiltBody::Tool => 0,
         BuiltBody::Crf => 6,
     };
-    let effect = |sensor: usize, kind: ErrorKind| {
+    let effect = |sensor: usize, kind: ErrorOf| {
         let mut effect = SMatrix::<f64, 12, 3>::zeros();
         for component in 0..3 {
             let mut errors = vec![AS_DRAWN; body.sensors.len()];
             let PoseError { position_mm, rotation_rad } = &mut errors[sensor];
             match kind {
-                ErrorKind::Position => position_mm[component] = 1.0,
-                ErrorKind::Angle => rotation_rad[component] = 1.0,
+                ErrorOf::Position => position_mm[component] = 1.0,
+                ErrorOf::Angle => rotation_rad[component] = 1.0,
             }
             let motion = fit.motion(&errors);
             let mut column = effect.column_mut(component);
@@ -391,10 +372,8 @@ fn blocks(
         effect
     };
     let kinds = |orientation: &SensorOrientation| match orientation {
-        SensorOrientation::Marker => &[ErrorKind::Position][..],
-        SensorOrientation::FiveDof(_) | SensorOrientation::SixDof(_) => {
-            &[ErrorKind::Position, ErrorKind::Angle][..]
-        }
+        SensorOrientation::Marker => &[ErrorOf::Position][..],
+        SensorOrientation::FiveDof(_) | SensorOrientation::SixDof(_) => &ErrorOf::ALL[..],
     };
     let sensors = body.sensors.iter().enumerate();
     sensors
@@ -405,7 +384,7 @@ fn blocks(
             kind,
             effect: effect(sensor, kind),
             idle_axis: match (kind, &body.sensors[sensor].orientation) {
-                (ErrorKind::Angle, SensorOrientation::FiveDof(axis)) => Some(*axis),
+                (ErrorOf::Angle, SensorOrientation::FiveDof(axis)) => Some(*axis),
                 _ => None,
             },
         })

@@ -24,13 +24,14 @@ pub use sheet::{
 
 use super::expected::{expected_where_measured, judged, judged_checks};
 use super::figures::Unsettled;
+use super::metric::ErrorOf;
 use super::own_study::mode_of;
 use super::requirement::Check;
 use super::run::{StudyError, run};
 use super::scenario::Scenario;
 use super::work::Work;
 use as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
-use first_order::{Direction, ErrorKind, FirstOrder};
+use first_order::{Direction, FirstOrder};
 use rayon::prelude::*;
 use search::{Cost, Family, Found, Search, worst_ratio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -195,23 +196,23 @@ fn no_axis() -> Tolerances {
     Tolerances { position_mm: none.clone(), angle_deg: none }
 }
 
-fn of_kind(tolerances: &mut Tolerances, kind: ErrorKind) -> &mut Tolerance {
+fn of_kind(tolerances: &mut Tolerances, kind: ErrorOf) -> &mut Tolerance {
     match kind {
-        ErrorKind::Position => &mut tolerances.position_mm,
-        ErrorKind::Angle => &mut tolerances.angle_deg,
+        ErrorOf::Position => &mut tolerances.position_mm,
+        ErrorOf::Angle => &mut tolerances.angle_deg,
     }
 }
 
 /// As far as is looked, mm or degrees, and what one of that unit is in the core's.
-fn scale_of(kind: ErrorKind) -> (f64, f64) {
+fn scale_of(kind: ErrorOf) -> (f64, f64) {
     match kind {
-        ErrorKind::Position => (MAX_POSITION_MM, 1.0),
-        ErrorKind::Angle => (MAX_ANGLE_DEG, 1.0_f64.to_radians()),
+        ErrorOf::Position => (MAX_POSITION_MM, 1.0),
+        ErrorOf::Angle => (MAX_ANGLE_DEG, 1.0_f64.to_radians()),
     }
 }
 
 /// Errors of one kind that are all of one size.
-fn family_of(blocks: Vec<usize>, kind: ErrorKind) -> Family {
+fn family_of(blocks: Vec<usize>, kind: ErrorOf) -> Family {
     let (cap, unit) = scale_of(kind);
     Family { sizes: vec![unit; blocks.len()], blocks, cap, floor: SMALLEST }
 }
@@ -260,7 +261,7 @@ fn limiting_check(
 /// One kind of error of one body in the sheet's last step.
 struct Share {
     body: BuiltBody,
-    kind: ErrorKind,
+    kind: ErrorOf,
     blocks: Vec<usize>,
     /// With all sensors of the body off by it and nothing else, mm or degrees.
     by_itself: f64,
@@ -276,9 +277,9 @@ fn together(
     step: &(impl Fn() -> Result<(), Cancelled> + Sync),
 ) -> Result<(), NoTolerances> {
     let blocks = &search.first_order.blocks;
-    let kinds: Vec<(BuiltBody, ErrorKind, Vec<usize>)> = [BuiltBody::Tool, BuiltBody::Crf]
+    let kinds: Vec<(BuiltBody, ErrorOf, Vec<usize>)> = [BuiltBody::Tool, BuiltBody::Crf]
         .into_iter()
-        .flat_map(|body| [ErrorKind::Position, ErrorKind::Angle].map(|kind| (body, kind)))
+        .flat_map(|body| ErrorOf::ALL.map(|kind| (body, kind)))
         .map(|(body, kind)| {
             let is_of = |i: &usize| blocks[*i].body == body && blocks[*i].kind == kind;
             (body, kind, (0..blocks.len()).filter(is_of).collect())
