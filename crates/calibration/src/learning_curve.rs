@@ -2,7 +2,6 @@
 
 use super::kind_choice::{KindChoice, KindError, TriedKind, choose_kind};
 use super::room_choice::{Grouping, RowLabels};
-use super::room_model::rows_of;
 use trackwright_field::gaussian::chosen_rows;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::SelectSettings;
@@ -50,7 +49,7 @@ pub fn learning_curve(
     for &size in sizes {
         let part = |rows: usize| rows as f64 / all.max(1) as f64;
         let rows = chosen_rows(samples.samples.len(), size);
-        let some = rows_of(samples, &rows);
+        let some = samples.of_rows(&rows);
         let task = task.subtask(part(before), part(before + size));
         let (_, choice) = choose_kind(&some, labels_of(labels, &rows), tried, kinds, &task)?;
         points.push(LearningPoint { rows: rows.len(), choice });

@@ -149,7 +149,7 @@ impl HarmonicTable {
         max_degree: usize,
         task: &Task,
     ) -> Result<Self, RoomModelError> {
-        let part = rows_of(samples, from);
+        let part = samples.of_rows(from);
         let learned = Self::new(&part, &GeneratorChoice::Learned, max_degree, task)?;
         let known = GeneratorChoice::Known(learned.generator);
         Self::new(samples, &known, max_degree, task)
@@ -165,15 +165,6 @@ impl HarmonicTable {
     ) -> Result<HarmonicFit, HarmonicFitError> {
         let settings = HarmonicFitSettings { loss, ..HarmonicFitSettings::new(degree) };
         self.rows.fit(task, used, &settings)
-    }
-}
-
-/// Some of the samples.
-pub(super) fn rows_of(samples: &SampleSet, rows: &[usize]) -> SampleSet {
-    SampleSet {
-        samples: rows.iter().map(|&row| samples.samples[row]).collect(),
-        has_rotations: samples.has_rotations,
-        ambiguous: 0,
     }
 }
 

@@ -1,7 +1,7 @@
 //! The process of a room's field: around the model where held-out rows show that this is better,
 //! else by itself.
 
-use super::room_model::{HarmonicTable, predicted, rows_of};
+use super::room_model::{HarmonicTable, predicted};
 use trackwright_field::DistortionModel;
 use trackwright_field::batch::Batch;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit_with};
@@ -128,12 +128,12 @@ impl Refit<'_> {
         let quiet = Task::cancelled_by(task.cancel.clone());
         match *self {
             Self::Polynomials { settings, is_symmetric } => {
-                let mut known = rows_of(samples, rest);
+                let mut known = samples.of_rows(rest);
                 if is_symmetric {
                     known = known.with_turned_axes();
                 }
                 match fit_with(&known, settings, Some(*bounds), &quiet) {
-                    Ok(fitted) => Ok(Some(trend(&fitted.model, &rows_of(samples, out)))),
+                    Ok(fitted) => Ok(Some(trend(&fitted.model, &samples.of_rows(out)))),
                     Err(FitError::Cancelled(cancelled)) => Err(cancelled.into()),
                     Err(_) => Ok(None),
                 }

@@ -137,6 +137,16 @@ impl SampleSet {
 }
 
 impl SampleSet {
+    /// The samples of some rows.
+    #[must_use]
+    pub fn of_rows(&self, rows: &[usize]) -> Self {
+        Self {
+            samples: rows.iter().map(|&row| self.samples[row]).collect(),
+            has_rotations: self.has_rotations,
+            ambiguous: 0,
+        }
+    }
+
     /// The samples and, of each, one whose axis is turned round: a 5-DOF coil reads the same there.
     #[must_use]
     pub fn with_turned_axes(&self) -> Self {

@@ -6,7 +6,7 @@ use super::folds::Folds;
 use super::scoring::{FoldSums, HeldOutScores, Residual};
 use super::settings::{Candidate, SelectError, SelectSettings};
 use crate::bernstein::{coefficient_count, push_products};
-use crate::fit::{FitMethod, FitSettings, factor};
+use crate::fit::{FitMethod, factor};
 use crate::least_squares::{Decomposition, Triangle, VALUES};
 use crate::rows::Progress;
 use crate::samples::{Sample, SampleSet};
@@ -107,20 +107,15 @@ impl<'a> Problem<'a> {
 
 impl Split {
     pub fn new(set: &SampleSet, folds: Folds) -> Self {
-        let samples = folds
-            .rows
-            .iter()
-            .map(|rows| SampleSet {
-                samples: rows.iter().map(|&row| set.samples[row]).collect(),
-                has_rotations: set.has_rotations,
-                ambiguous: 0,
-            })
-            .collect();
-        Self { folds, samples }
+        Self { samples: folds.rows.iter().map(|rows| set.of_rows(rows)).collect(), folds }
     }
 }
 
 impl System {
+    pub fn candidate(&self, ridge: f64) -> Candidate {
+        Candidate { order: self.order, directions: self.directions, ridge }
+    }
+
     /// Work in units of its own, roughly in proportion to time.
     fn cost(&self) -> usize {
         match self.order {
@@ -154,11 +149,7 @@ pub(super) fn scores(
         let blocks: Vec<_> =
             rows.par_chunks(BLOCK_ROWS).map(|rows| judge.sums(fold, rows)).collect();
         for (ridge, of_folds) in sums.iter_mut().enumerate() {
-            let mut sum = FoldSums::default();
-            for block in &blocks {
-                sum.add(&block[ridge]);
-            }
-            of_folds.push(sum);
+            of_folds.push(blocks.iter().map(|block| block[ridge]).sum());
         }
         let is_determined = |row: &&usize| judge.is_determined(fold, **row);
         determined += rows.iter().filter(is_determined).count();
@@ -216,15 +207,7 @@ fn fit_complements(
     if system.order == 0 {
         return Ok(Vec::new());
     }
-    let fit_settings = FitSettings {
-        order: system.order,
-        directions: system.directions,
-        method: settings.method,
-        map: settings.map,
-        weighting: settings.weighting,
-        ridge: 0.0,
-        rcond: settings.rcond,
-    };
+    let fit_settings = settings.fit_settings(&system.candidate(0.0));
     let quiet = progress.quiet();
     // By fold, then orientation.
     let parts: Vec<Vec<Triangle>> = split

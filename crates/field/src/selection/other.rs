@@ -39,13 +39,8 @@ pub fn score<E: From<SelectError>>(
     let mut scored = Vec::new();
     for (by, folds) in std::iter::once((HoldOutBy::Rows, all.rows)).chain(known) {
         let residuals = residuals(&folds)?;
-        let by_fold = folds.rows.iter().map(|rows| {
-            let mut sums = FoldSums::default();
-            for residual in rows.iter().filter_map(|&row| residuals[row].as_ref()) {
-                sums.add(&FoldSums::of(residual));
-            }
-            sums
-        });
+        let of_row = |&row: &usize| residuals[row].as_ref().map(FoldSums::of);
+        let by_fold = folds.rows.iter().map(|rows| rows.iter().filter_map(of_row).sum());
         let scores = HeldOutScores::of_sums(by_fold.collect(), set.has_rotations);
         scored.push((by, scores));
     }

@@ -1,6 +1,7 @@
 //! Scores of held-out residuals, whatever kind of model left them: per fold, over all, and paired.
 
 use crate::least_squares::VALUES;
+use std::iter::Sum;
 
 /// What a model left of a row that it was not fitted to: X, Y, Z in mm, Rx, Ry, Rz in radians.
 pub type Residual = [f64; VALUES];
@@ -73,13 +74,18 @@ impl FoldSums {
     }
 }
 
+impl Sum for FoldSums {
+    fn sum<I: Iterator<Item = Self>>(parts: I) -> Self {
+        let mut all = Self::default();
+        parts.for_each(|part| all.add(&part));
+        all
+    }
+}
+
 impl HeldOutScores {
     /// Scores over all folds from the sums of each.
     pub fn of_sums(by_fold: Vec<FoldSums>, has_rotations: bool) -> Self {
-        let mut all = FoldSums::default();
-        for sums in &by_fold {
-            all.add(sums);
-        }
+        let all: FoldSums = by_fold.iter().copied().sum();
         Self {
             overall: Scores {
                 position_rms_mm: all.position_mean_square_mm2().sqrt(),
@@ -122,11 +128,8 @@ impl HeldOutScores {
 /// Scores of residuals, one for each row of the table.
 #[cfg(test)]
 pub(super) fn of_residuals(residuals: &[Residual], folds: &super::folds::Folds) -> HeldOutScores {
-    let by_fold = folds.rows.iter().map(|rows| {
-        let mut sums = FoldSums::default();
-        rows.iter().for_each(|&row| sums.add(&FoldSums::of(&residuals[row])));
-        sums
-    });
+    let of_rows = |rows: &Vec<usize>| rows.iter().map(|&row| FoldSums::of(&residuals[row])).sum();
+    let by_fold = folds.rows.iter().map(of_rows);
     HeldOutScores::of_sums(by_fold.collect(), true)
 }
 

@@ -171,7 +171,7 @@ pub fn select_by(
         let overall = |outcome: &Outcome, i: usize| outcome.scores[i].overall;
         for (i, &ridge) in system.ridges.iter().enumerate() {
             table.push(Scored {
-                candidate: Candidate { order: system.order, directions: system.directions, ridge },
+                candidate: system.candidate(ridge),
                 by_row: overall(&by_row, i),
                 by_group: by_group.as_ref().map(|outcome| overall(outcome, i)),
                 by_sensor: by_sensor.as_ref().map(|outcome| overall(outcome, i)),
@@ -211,9 +211,7 @@ pub fn select_by(
 /// chosen where another order is determined, and they are the ones that take hours.
 fn affordable(systems: Vec<System>, method: FitMethod, rows: usize) -> (Vec<System>, Vec<System>) {
     let is_hopeless = |system: &System| {
-        let candidate =
-            Candidate { order: system.order, directions: system.directions, ridge: 0.0 };
-        method == FitMethod::Joint && candidate.coefficients() >= rows
+        method == FitMethod::Joint && system.candidate(0.0).coefficients() >= rows
     };
     let all_are = systems.iter().all(|system| system.order == 0 || is_hopeless(system));
     if all_are {
