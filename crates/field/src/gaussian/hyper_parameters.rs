@@ -1,6 +1,6 @@
 //! Length scales, parts of the variance and nugget that make the measurements likely.
 
-use super::field::{ErrorValues, Row};
+use super::field::Row;
 use super::kernel::{Kernel, KernelScale};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -136,6 +136,5 @@ fn log_likelihood(kernel: &Kernel, rows: &[Row], has_rotations: bool) -> f64 {
 
 /// The rows' errors, a row each.
 pub(super) fn errors_of(rows: &[Row]) -> Mat<f64> {
-    let error = |i: usize| -> &ErrorValues { &rows[i].error };
-    Mat::from_fn(rows.len(), 6, |i, j| error(i)[j])
+    Mat::from_fn(rows.len(), 6, |i, j| rows[i].error[j])
 }

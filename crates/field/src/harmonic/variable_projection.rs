@@ -376,28 +376,26 @@ mod tests {
     use super::super::learn::{Start, start};
     use super::*;
 
+    /// Judges the problem of some of the room's measurements, of either content.
+    fn each_problem(count: usize, kind: Start, ridge: f64, judge: impl Fn(&Problem<'_>)) {
+        for content in [MeasurementContent::FiveDof, MeasurementContent::SixDof] {
+            let measurements = &room_a("fit").measurements[..count];
+            let harmonics = &Harmonics::new(measurements, content, 2);
+            judge(&Problem { measurements, content, harmonics, ridge, start: start(kind) });
+        }
+    }
+
     /// Central differences of the whole cost, which at the best coefficients has the same slope as
     /// at fixed ones; of the residuals at fixed coefficients for the matrix's part.
     #[test]
     fn the_slope_is_the_difference_of_the_cost() {
-        for content in [MeasurementContent::FiveDof, MeasurementContent::SixDof] {
-            let mut set = room_a("fit");
-            set.measurements.truncate(60);
-            let harmonics = Harmonics::new(&set.measurements, content, 2);
-            let begin = start(Start::Triads);
-            let problem = Problem {
-                measurements: &set.measurements,
-                content,
-                harmonics: &harmonics,
-                // Whose own change with the generator is not in the slope, so next to none.
-                ridge: 1e-7,
-                start: begin.clone(),
-            };
-            let unknowns = OF_COIL * begin.0.len();
+        // A ridge, whose own change with the generator is not in the slope, of next to nothing.
+        each_problem(60, Start::Triads, 1e-7, |problem| {
+            let unknowns = OF_COIL * problem.start.0.len();
             let off: Vec<_> = (0..unknowns).map(|k| 0.05 * (k as f64).sin()).collect();
             let task = Task::default();
             let weights: Vec<_> = (0..60).map(|k| 1.0 - 0.01 * f64::from(k % 9)).collect();
-            let state = problem.state(&task, begin.moved(&off), &weights).unwrap();
+            let state = problem.state(&task, problem.start.moved(&off), &weights).unwrap();
             let (_, slope) = problem.equations(&state, &weights);
             let largest = slope.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
             let h = 1e-4;
@@ -415,25 +413,14 @@ mod tests {
                     slope[k]
                 );
             }
-        }
+        });
     }
 
     #[test]
     fn residual_slopes_are_differences() {
-        for content in [MeasurementContent::FiveDof, MeasurementContent::SixDof] {
-            let mut set = room_a("fit");
-            set.measurements.truncate(20);
-            let harmonics = Harmonics::new(&set.measurements, content, 2);
-            let begin = start(Start::Circle);
-            let problem = Problem {
-                measurements: &set.measurements,
-                content,
-                harmonics: &harmonics,
-                ridge: 1e-3,
-                start: begin.clone(),
-            };
+        each_problem(20, Start::Circle, 1e-3, |problem| {
             let task = Task::default();
-            let state = problem.state(&task, begin, &[1.0; 20]).unwrap();
+            let state = problem.state(&task, problem.start.clone(), &[1.0; 20]).unwrap();
             let slopes = problem.slopes(&state, &problem.system(&state.maps));
             let h = 1e-5;
             for column in 0..slopes.ncols() {
@@ -441,7 +428,8 @@ mod tests {
                     let mut step = vec![0.0; slopes.ncols()];
                     step[column] = h;
                     let generator = state.dipoles.moved(&step).generator("");
-                    let maps = Maps::new(&task, &generator, &set.measurements, content).unwrap();
+                    let (measurements, content) = (problem.measurements, problem.content);
+                    let maps = Maps::new(&task, &generator, measurements, content).unwrap();
                     problem.system(&maps).residuals(&state.solved.coefficients)
                 };
                 let (plus, minus) = (residuals(h), residuals(-h));
@@ -451,6 +439,6 @@ mod tests {
                     assert!((difference - slopes[(row, column)]).abs() < 1e-6 * scale);
                 }
             }
-        }
+        });
     }
 }

@@ -256,9 +256,7 @@ fn each_direction(
         .into_par_iter()
         .map(|(pair, [a, b])| {
             let matrix = &gains[a] * &grams[pair] * gains[b].transpose();
-            let both_ways = if a == b { 1.0 } else { 2.0 };
-            let form = coefficients(order, (matrix * faer::Scale(both_ways)).as_ref());
-            rounded(form, steps[a].min(steps[b]))
+            rounded(both_ways(order, matrix, a == b), steps[a].min(steps[b]))
         })
         .collect();
     let leverage = factors
@@ -363,6 +361,12 @@ fn tally(
     Tally { grams, squares }
 }
 
+/// The form of a pair of directions, which counts in both orders.
+fn both_ways(order: usize, matrix: Mat<f64>, is_same: bool) -> Vec<f64> {
+    let times = if is_same { 1.0 } else { 2.0 };
+    coefficients(order, (matrix * faer::Scale(times)).as_ref())
+}
+
 /// Squared lengths of what a model leaves of position and rotation.
 fn residual_squares(sample: &Sample, model: impl Fn(usize) -> f64) -> [f64; 2] {
     let (p, r) = (&sample.error.position_mm, &sample.error.rotation_rad);
@@ -447,10 +451,9 @@ fn jointly(
             .collect::<Vec<_>>()
             .into_par_iter()
             .map(|[a, b]| {
-                let both_ways = if a == b { 1.0 } else { 2.0 };
-                let left = factor.scaled(a * p, p, |k| both_ways * scale(k));
+                let left = factor.scaled(a * p, p, scale);
                 let right = factor.v.subrows(b * p, p);
-                rounded(coefficients(order, (&left * right.transpose()).as_ref()), step)
+                rounded(both_ways(order, &left * right.transpose(), a == b), step)
             })
             .collect()
     };
@@ -464,10 +467,8 @@ fn jointly(
         true => pairs
             .iter()
             .map(|[a, b]| {
-                let both_ways = if a == b { 1.0 } else { 2.0 };
                 let block = |d: usize| factor.v.subrows(d * p, p);
-                let matrix = projector(block(a), block(b), a == b);
-                coefficients(order, (matrix * faer::Scale(both_ways)).as_ref())
+                both_ways(order, projector(block(a), block(b), a == b), a == b)
             })
             .collect(),
     };

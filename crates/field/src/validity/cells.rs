@@ -37,13 +37,16 @@ impl Default for Cells {
 impl Cells {
     /// Cells of a lattice, with the tree that searches them.
     pub fn new(origin_mm: Point3<f64>, edge_mm: f64, cells: Vec<Cell>) -> Self {
-        let center = |c: &Cell| {
-            Point3::from(std::array::from_fn(|k| {
-                origin_mm[k] + edge_mm * (f64::from(c.index[k]) + 0.5)
-            }))
-        };
-        let tree = Tree::new(cells.iter().map(|c| (center(c), c.directions)).collect());
-        Self { origin_mm, edge_mm, cells, tree }
+        let mut found = Self { origin_mm, edge_mm, cells, tree: Tree::new(Vec::new()) };
+        let points = found.cells.iter().map(|c| (found.center_mm(c), c.directions));
+        found.tree = Tree::new(points.collect());
+        found
+    }
+
+    /// Middle of a cell, tracker frame.
+    pub(super) fn center_mm(&self, cell: &Cell) -> Point3<f64> {
+        let along = |k: usize| self.edge_mm * (f64::from(cell.index[k]) + 0.5);
+        Point3::from(std::array::from_fn(|k| self.origin_mm[k] + along(k)))
     }
 
     /// Thins samples, each with the bits of its directions.
@@ -112,27 +115,16 @@ impl Cells {
                 expected: MAX_CELLS,
             });
         }
+        let wrong = |found, expected| Err(FitValidityPartsError::Value { name, found, expected });
         if length_problem(self.edge_mm).is_some() {
-            return Err(FitValidityPartsError::Value {
-                name,
-                found: self.edge_mm,
-                expected: "an edge in mm, at most 1e6",
-            });
+            return wrong(self.edge_mm, "an edge in mm, at most 1e6");
         }
         let is_wrong = |v: &&f64| position_problem([*v]).is_some();
         if let Some(&found) = self.origin_mm.iter().find(is_wrong) {
-            return Err(FitValidityPartsError::Value {
-                name,
-                found,
-                expected: "an origin of at most 1e6 mm",
-            });
+            return wrong(found, "an origin of at most 1e6 mm");
         }
         match self.cells.iter().find(|c| c.directions >> directions != 0) {
-            Some(c) => Err(FitValidityPartsError::Value {
-                name,
-                found: c.directions as f64,
-                expected: "bits of the model's directions",
-            }),
+            Some(c) => wrong(c.directions as f64, "bits of the model's directions"),
             None => Ok(()),
         }
     }

@@ -16,7 +16,7 @@ use crate::evaluation::Coefficient;
 use crate::model::DistortionModel;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatMut, MatRef, RowRef, Side};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, Exp1, StandardNormal};
@@ -217,15 +217,10 @@ impl FitValidity {
         }
         let factor = normal.llt(Side::Lower).map_err(|_| DrawError::NotDetermined)?;
         let mut moved = factor.solve(&right);
-        match system.direction {
-            Some(direction) => self.calibrate(direction, places, moved.as_mut())?,
-            None => {
-                let each = unknowns / self.directions.len();
-                for direction in 0..self.directions.len() {
-                    let own = moved.as_mut().subrows_mut(direction * each, each);
-                    self.calibrate(direction, places, own)?;
-                }
-            }
+        let directions = system.direction.map_or(0..self.directions.len(), |d| d..d + 1);
+        let each = unknowns / directions.len();
+        for (block, direction) in directions.enumerate() {
+            self.calibrate(direction, places, moved.as_mut().subrows_mut(block * each, each))?;
         }
         Ok(moved)
     }
@@ -238,20 +233,15 @@ impl FitValidity {
             let place = &places[place];
             products.clear();
             push_products(self.order, &place.unit, &mut products);
+            let mut put = |block: usize, weight: f64| {
+                let first = block * products.len();
+                for (column, value) in products.iter().enumerate() {
+                    rows[(row, first + column)] = weight * value;
+                }
+            };
             match system.direction {
-                Some(_) => {
-                    for (column, value) in products.iter().enumerate() {
-                        rows[(row, column)] = weight * value;
-                    }
-                }
-                None => {
-                    for (direction, weight) in place.weights.iter() {
-                        let first = direction * products.len();
-                        for (column, value) in products.iter().enumerate() {
-                            rows[(row, first + column)] = weight * value;
-                        }
-                    }
-                }
+                Some(_) => put(0, weight),
+                None => place.weights.iter().for_each(|(direction, weight)| put(direction, weight)),
             }
         }
         rows
@@ -295,18 +285,9 @@ impl FitValidity {
         let cells = &self.parts.cells;
         let mut places = Vec::new();
         for cell in cells.cells() {
-            let center = Point3::from(std::array::from_fn(|k| {
-                cells.origin_mm()[k] + cells.edge_mm() * (f64::from(cell.index[k]) + 0.5)
-            }));
-            let unit = self.bounds.to_unit(&self.bounds.clamp(&center));
-            places.extend(
-                samples_of(self.directions, cell.directions, &mut random).into_iter().map(
-                    |(directions, weights)| SamplePosition {
-                        unit,
-                        weights: AxisWeights::new(&directions, &weights),
-                    },
-                ),
-            );
+            let unit = self.bounds.to_unit(&self.bounds.clamp(&cells.center_mm(cell)));
+            let samples = samples_of(self.directions, cell.directions, &mut random);
+            places.extend(samples.into_iter().map(|weights| SamplePosition { unit, weights }));
         }
         places
     }
@@ -319,11 +300,7 @@ fn known(std: &[Option<f64>]) -> Result<Vec<f64>, DrawError> {
 
 /// Samples whose axes weigh these directions: one where they are a triangle or part of one, else as
 /// many as are needed.
-fn samples_of(
-    set: DirectionSet,
-    bits: u64,
-    random: &mut ChaCha8Rng,
-) -> Vec<([usize; 3], [f64; 3])> {
+fn samples_of(set: DirectionSet, bits: u64, random: &mut ChaCha8Rng) -> Vec<AxisWeights> {
     let has = |direction: usize| bits >> direction & 1 == 1;
     let mut exponential = || -> f64 { Exp1.sample(random) };
     let mut samples = Vec::new();
@@ -335,7 +312,7 @@ fn samples_of(
             *weight = exponential();
         }
         let sum: f64 = weights.iter().sum();
-        samples.push((directions, weights.map(|w| w / sum)));
+        samples.push(AxisWeights::new(&directions, &weights.map(|w| w / sum)));
     };
     for &triangle in set.triangles() {
         let is_needed = triangle.iter().any(|&d| left >> d & 1 == 1);
