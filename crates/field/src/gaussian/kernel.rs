@@ -67,12 +67,7 @@ impl Kernel {
     /// zero.
     pub fn lower_triangle(&self, points: &[FieldPoint]) -> Mat<f64> {
         let rows = PointColumns::of(points);
-        let columns: Vec<Vec<f64>> = points
-            .par_iter()
-            .enumerate()
-            .map(|(j, point)| rows.covariances(self, j, point))
-            .collect();
-        lower_from(&columns)
+        lower_from(points.len(), |j| rows.covariances(self, j, &points[j]))
     }
 
     /// Covariances among rows with their noise, the lower triangle.
@@ -86,9 +81,9 @@ impl Kernel {
     }
 }
 
-/// A lower triangle from its columns, each of which begins at the diagonal.
-pub(super) fn lower_from(columns: &[Vec<f64>]) -> Mat<f64> {
-    let n = columns.len();
+/// A lower triangle of `n` columns, each of which begins at the diagonal.
+pub(super) fn lower_from(n: usize, column: impl Fn(usize) -> Vec<f64> + Sync + Send) -> Mat<f64> {
+    let columns: Vec<_> = (0..n).into_par_iter().map(column).collect();
     Mat::from_fn(n, n, |i, j| match i.checked_sub(j) {
         Some(below) => columns[j][below],
         None => 0.0,

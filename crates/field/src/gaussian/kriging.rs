@@ -7,14 +7,13 @@ use super::amplitude::Amplitude;
 use super::field::{ErrorValues, GaussianField};
 use super::fit::{GaussianError, scaled};
 use super::hyper_parameters::errors_of;
-use super::kernel::{FieldPoint, Kernel, matern};
+use super::kernel::{FieldPoint, Kernel, lower_from, matern};
 use crate::compiled::CompiledField;
 use crate::compiled::even_harmonics::{self, MAX_FUNCTIONS, functions};
 use crate::evaluation::Coefficient;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use nalgebra::Point3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use trackwright_geometry::bounds::Bounds;
@@ -173,21 +172,16 @@ impl Series {
         task: &Task,
     ) -> Result<faer::linalg::solvers::Llt<f64>, GaussianError> {
         let rows = &process.rows;
-        let columns: Vec<Vec<f64>> = (0..rows.len())
-            .into_par_iter()
-            .map(|j| {
-                let below = &rows[j..];
-                below.iter().map(|row| self.covariance(&row.point, &rows[j].point)).collect()
-            })
-            .collect();
+        let mut matrix = lower_from(rows.len(), |j| {
+            let below = rows[j..].iter();
+            below.map(|row| self.covariance(&row.point, &rows[j].point)).collect()
+        });
         if task.cancel.is_cancelled() {
             return Err(Cancelled.into());
         }
-        let matrix = Mat::from_fn(rows.len(), rows.len(), |i, j| {
-            let (low, high) = (i.min(j), i.max(j));
-            let noise = if i == j { self.nugget * rows[i].noise_factor + self.lost } else { 0.0 };
-            columns[low][high - low] + noise
-        });
+        for (i, row) in rows.iter().enumerate() {
+            matrix[(i, i)] += self.nugget * row.noise_factor + self.lost;
+        }
         matrix
             .llt(faer::Side::Lower)
             .map_err(|_| GaussianError::NotPositiveDefinite { rows: rows.len() })

@@ -225,10 +225,7 @@ fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
         };
         near * (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) * (-0.5 * turn).exp())
     };
-    let columns = (0..at.len()).into_par_iter();
-    let columns: Vec<Vec<f64>> =
-        columns.map(|j| at[j..].iter().map(|a| between(a, &at[j])).collect()).collect();
-    lower_from(&columns)
+    lower_from(at.len(), |j| at[j..].iter().map(|a| between(a, &at[j])).collect())
 }
 
 /// Lower Cholesky factor of a covariance, of which the lower triangle is read, that round-off may have made

@@ -417,9 +417,10 @@ fn check(
             Err(FitValidityPartsError::Count { name, found, expected })
         }
     };
+    let wrong = |name, found, expected| Err(FitValidityPartsError::Value { name, found, expected });
     let values = |name, values: &[f64]| match values.iter().find(|v| !(v.is_finite() && **v >= 0.0))
     {
-        Some(&found) => Err(FitValidityPartsError::Value { name, found, expected: "zero or more" }),
+        Some(&found) => wrong(name, found, "zero or more"),
         None => Ok(()),
     };
     let some = |std: &[Option<f64>]| std.iter().flatten().copied().collect::<Vec<_>>();
@@ -439,11 +440,7 @@ fn check(
         for form in forms.iter().filter(|f| !(may_be_zero && f.is_empty())) {
             count(name, form.len(), coefficients)?;
             if let Some(&found) = form.iter().find(|v| !v.is_finite()) {
-                return Err(FitValidityPartsError::Value {
-                    name,
-                    found,
-                    expected: "finite numbers",
-                });
+                return wrong(name, found, "finite numbers");
             }
         }
         Ok(())
