@@ -1,8 +1,7 @@
 //! Whether sensors on one rigid body keep their distances: the one check of a room that needs no
 //! reference at all.
 
-use trackwright_geometry::pose::Pose;
-use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::pose::{Pose, distances};
 
 /// Mean, population standard deviation, least and largest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,15 +35,8 @@ pub struct RigidCheck {
 /// assert!(rigid_check(&[]).is_none());
 /// ```
 pub fn rigid_check(moments: &[(Pose, Pose)]) -> Option<RigidCheck> {
-    let distances =
-        moments.iter().map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
-    let angles =
-        moments.iter().map(|(a, b)| rotation_angle_rad(&(a.rotation.inverse() * b.rotation)));
-    Some(RigidCheck {
-        moments: moments.len(),
-        distance_mm: range(&distances.collect::<Vec<_>>())?,
-        angle_rad: range(&angles.collect::<Vec<_>>())?,
-    })
+    let (mm, rad): (Vec<_>, Vec<_>) = moments.iter().map(|(a, b)| distances(a, b)).unzip();
+    Some(RigidCheck { moments: moments.len(), distance_mm: range(&mm)?, angle_rad: range(&rad)? })
 }
 
 fn range(values: &[f64]) -> Option<Range> {

@@ -7,8 +7,8 @@
 
 use super::robust::{median, scale_of_lengths};
 use nalgebra::{UnitQuaternion, Vector3};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::rotation::{exp_vector, log_quaternion, rotation_angle_rad};
+use trackwright_geometry::pose::{Pose, distances, pose_from_parts};
+use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 
 /// Standard deviations of a component: of a position along an axis, of a rotation vector.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,18 +89,6 @@ pub fn still_pose(readings: &[Pose]) -> Option<StillPose> {
             angle_rad: middle(off.iter().map(|d| d.1).collect()),
         },
     })
-}
-
-/// Distance and angle between two poses, mm and radians.
-pub fn distances(a: &Pose, b: &Pose) -> (f64, f64) {
-    (
-        (a.translation.vector - b.translation.vector).norm(),
-        rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
-    )
-}
-
-pub(crate) fn is_finite(pose: &Pose) -> bool {
-    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|v| v.is_finite())
 }
 
 /// Position and rotation, each of the reading whose distances to the others sum to the least.

@@ -10,8 +10,7 @@
 //! then by a parabola through the three best.
 
 use super::pose_stream::PoseStream;
-use trackwright_geometry::pose::Pose;
-use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::pose::{Pose, distances};
 
 /// What a shift has to have.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -253,12 +252,7 @@ fn speeds(stream: &PoseStream, step_s: f64, window_s: f64, max_gap_s: f64) -> [S
         let time_s = point as f64 * step_s;
         let ends: Option<(Pose, Pose)> =
             stream.at(time_s - half_s, max_gap_s).zip(stream.at(time_s + half_s, max_gap_s));
-        let (turn, way) = ends.map_or((f64::NAN, f64::NAN), |(a, b)| {
-            (
-                rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
-                (b.translation.vector - a.translation.vector).norm(),
-            )
-        });
+        let (way, turn) = ends.map_or((f64::NAN, f64::NAN), |(a, b)| distances(&a, &b));
         turning.push(turn / window_s);
         moving.push(way / window_s);
     }

@@ -8,8 +8,8 @@ use super::model::DistortionModel;
 use super::samples::{MapKind, PoseError};
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::rotation::{exp_vector, rotation_angle_rad};
+use trackwright_geometry::pose::{Pose, distances, is_finite, pose_from_parts};
+use trackwright_geometry::rotation::exp_vector;
 use trackwright_task::{Cancelled, Task};
 
 /// Readings that one core corrects before it looks whether anyone still wants them.
@@ -138,10 +138,8 @@ fn corrected_by(
         measured.translation.vector - error.position_mm,
         exp_vector(&-error.rotation_rad) * measured.rotation,
     );
-    let is_finite = measured.translation.vector.iter().all(|v| v.is_finite())
-        && pose.translation.vector.iter().all(|v| v.is_finite())
-        && pose.rotation.coords.iter().all(|v| v.is_finite());
-    let state = match (is_finite, is_inside, outside) {
+    let is_known = measured.translation.vector.iter().all(|v| v.is_finite()) && is_finite(&pose);
+    let state = match (is_known, is_inside, outside) {
         (false, ..) => InverseState::NotConverged,
         (true, false, OutsidePolicy::Reject) => InverseState::Rejected,
         (true, ..) => InverseState::Converged,
@@ -183,7 +181,7 @@ impl Tally {
                 InverseState::Rejected => tally.rejected += 1,
             }
             if let Some(pose) = found.pose {
-                let (mm, rad) = distance(reading, &pose);
+                let (mm, rad) = distances(reading, &pose);
                 tally.largest_correction_mm = tally.largest_correction_mm.max(mm);
                 tally.largest_correction_rad = tally.largest_correction_rad.max(rad);
             }
@@ -222,7 +220,7 @@ impl Difference {
         let sure = |c: &Compensated| c.pose.filter(|_| c.state == InverseState::Converged);
         let mut sum = Self::default();
         for (a, b) in a.iter().zip(b).filter_map(|(a, b)| sure(a).zip(sure(b))) {
-            let (mm, rad) = distance(&a, &b);
+            let (mm, rad) = distances(&a, &b);
             sum.compared += 1;
             sum.position_rms_mm += mm * mm;
             sum.angle_rms_rad += rad * rad;
@@ -236,12 +234,4 @@ impl Difference {
             ..sum
         })
     }
-}
-
-/// Millimetres and radians from one pose to another.
-fn distance(a: &Pose, b: &Pose) -> (f64, f64) {
-    (
-        (a.translation.vector - b.translation.vector).norm(),
-        rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
-    )
 }

@@ -1,5 +1,6 @@
 //! Rigid poses, and their seven-number form in files and tables.
 
+use crate::rotation::rotation_angle_rad;
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 /// A rigid pose `target_from_source`: `x_target = R x_source + p`, lengths in millimetres.
@@ -47,6 +48,19 @@ pub fn quaternion_to_array(rotation: &UnitQuaternion<f64>) -> [f64; 4] {
 /// The quaternion of a rotation matrix.
 pub fn quaternion_from_matrix(rotation: &Matrix3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation))
+}
+
+/// Distance and angle between two poses, mm and radians.
+pub fn distances(a: &Pose, b: &Pose) -> (f64, f64) {
+    (
+        (a.translation.vector - b.translation.vector).norm(),
+        rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
+    )
+}
+
+/// Whether all numbers of a pose are finite.
+pub fn is_finite(pose: &Pose) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|v| v.is_finite())
 }
 
 #[cfg(test)]

@@ -11,13 +11,12 @@ use super::{
 };
 use crate::dependence::Dependence;
 use crate::pivot::{Pivot, PivotError, PivotLimits, pivot};
-use crate::still_pose::is_finite;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 use std::collections::HashSet;
 use trackwright_field::OutsidePolicy;
-use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::rotation_angle_rad;
 use trackwright_simulation::Statistics;
 use trackwright_simulation::expected::{Expected, expected_where_measured};

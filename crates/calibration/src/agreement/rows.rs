@@ -2,12 +2,11 @@
 
 use super::AgreementError;
 use crate::pivot::Pivot;
-use crate::still_pose::is_finite;
 use nalgebra::{Point3, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::Method;
 use trackwright_field::samples::Measurement;
-use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_simulation::body_compensation::BodyCompensator;
 use trackwright_simulation::run::run;

@@ -1,10 +1,9 @@
 //! Rooms without distortion, recorded by made-up trackers: what was put in comes out.
 
 use super::*;
-use crate::still_pose::distances;
 use nalgebra::UnitQuaternion;
 use trackwright_field::random_models::Seeded;
-use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::pose::{distances, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_simulation::recording::{ToolTrack, TrackSample};
 

@@ -26,13 +26,13 @@ mod tests;
 
 use super::long_run::{EffectiveSize, LongRun, long_run_along};
 use super::robust::{Loss, largest_std_dev};
-use super::still_pose::{Spread, is_finite};
+use super::still_pose::Spread;
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, UnitQuaternion, Vector3};
 pub(super) use solve::whitened;
 use solve::{Solved, scatter_matrix, scatter_vector, whitened_slopes};
 use std::collections::{BTreeMap, BTreeSet};
 use trackwright_field::samples::PoseError;
-use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::{log_quaternion, rotation_angle_rad};
 use trackwright_geometry::svd3::svd3;
 

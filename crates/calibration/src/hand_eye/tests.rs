@@ -1,9 +1,8 @@
 //! Known frames found again, with noise and without, and motions that do not determine them.
 
 use super::*;
-use crate::still_pose::distances;
 use trackwright_field::random_models::Seeded;
-use trackwright_geometry::pose::pose_from_parts;
+use trackwright_geometry::pose::{distances, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
 
 /// A room as it is: a reference a metre away, sensors some centimetres from the body's origin.

@@ -14,6 +14,7 @@ use crate::generator::{Generator, GeneratorError};
 use crate::samples::{Measurement, MeasurementContent, MeasurementSet};
 use faer::Mat;
 use nalgebra::Point3;
+use trackwright_geometry::pose::is_finite;
 use trackwright_task::{Cancelled, Task};
 
 /// Damping of the scaled columns relative to their largest singular value, of the worked cases.
@@ -251,13 +252,10 @@ pub(super) fn check(set: &MeasurementSet) -> Result<(), HarmonicFitError> {
     if set.measurements.is_empty() {
         return Err(HarmonicFitError::NoMeasurements);
     }
-    let is_finite = |m: &Measurement| {
-        [&m.tracker_from_ideal, &m.tracker_from_measured].iter().all(|pose| {
-            let position = pose.translation.vector.iter().all(|v| v.is_finite());
-            position && pose.rotation.coords.iter().all(|v| v.is_finite())
-        })
+    let is_wrong = |m: &Measurement| {
+        !(is_finite(&m.tracker_from_ideal) && is_finite(&m.tracker_from_measured))
     };
-    match set.measurements.iter().position(|m| !is_finite(m)) {
+    match set.measurements.iter().position(is_wrong) {
         Some(index) => Err(HarmonicFitError::NotFinite(index)),
         None => Ok(()),
     }

@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use std::sync::Arc;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::Weighting;
-use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::pose::distances;
 
 const SETS: [(DirectionSet, Weighting); 8] = [
     (DirectionSet::One, Weighting::Area),
@@ -32,12 +32,6 @@ fn undone(model: &DistortionModel, poses: &[Pose], outside: OutsidePolicy) -> Ve
     undistort(model, &measured, outside, &Task::default()).unwrap()
 }
 
-/// How far a pose is from another, mm and radians, roll included.
-fn difference(a: &Pose, b: &Pose) -> (f64, f64) {
-    let turn = rotation_angle_rad(&(a.rotation.inverse() * b.rotation));
-    ((a.translation.vector - b.translation.vector).norm(), turn)
-}
-
 /// Counts what converged; each such is the pose itself.
 #[track_caller]
 fn count_right(poses: &[Pose], found: &[Undistorted]) -> usize {
@@ -46,7 +40,7 @@ fn count_right(poses: &[Pose], found: &[Undistorted]) -> usize {
         assert_eq!(found.pose.is_some(), found.state.has_answer());
         if found.state == InverseState::Converged {
             converged += 1;
-            let (mm, rad) = difference(pose, &found.pose.unwrap());
+            let (mm, rad) = distances(pose, &found.pose.unwrap());
             assert!(mm < 1e-9 && rad < 1e-12, "{mm:e} mm, {rad:e} rad: {found:?}");
             assert!(found.residual_mm < 1e-9 && found.residual_rad < 1e-12);
         }
@@ -110,7 +104,7 @@ fn undistort_inverts_computed_models() {
         let poses = poses(40, 0.0, 5);
         let moved: f64 = poses
             .iter()
-            .map(|pose| difference(pose, &model.distort(pose, OutsidePolicy::Clamp).0).0)
+            .map(|pose| distances(pose, &model.distort(pose, OutsidePolicy::Clamp).0).0)
             .fold(0.0, f64::max);
         assert!(moved > 0.1, "{:?}: {moved}", model.kind());
         let found = undone(&model, &poses, OutsidePolicy::Clamp);
@@ -320,7 +314,7 @@ fn far_coordinates_come_back_to_round_off() {
     for (pose, found) in poses.iter().zip(undone(&model, &poses, OutsidePolicy::Clamp)) {
         assert_eq!(found.state, InverseState::Converged);
         // A coordinate has half an epsilon of 1.7e6 mm; eight roundings, three axes.
-        let (mm, rad) = difference(pose, &found.pose.unwrap());
+        let (mm, rad) = distances(pose, &found.pose.unwrap());
         assert!(mm < 8.0 * 1.7e6 * f64::EPSILON && rad < 1e-12, "{mm:e} {rad:e}");
     }
 }
@@ -392,7 +386,7 @@ proptest! {
             let found = undistort(&model, &measured, outside, &Task::default()).unwrap();
             for (reading, found) in measured.iter().zip(found) {
                 let Some(pose) = found.pose else { continue };
-                let (mm, rad) = difference(reading, &model.distort(&pose, outside).0);
+                let (mm, rad) = distances(reading, &model.distort(&pose, outside).0);
                 // What was left of the equations, and the round-off of distorting once more.
                 let (left_mm, left_rad) = (2.0 * found.residual_mm, 4.0 * found.residual_rad);
                 prop_assert!(mm < left_mm + 1e-9, "{:e} {:?}", mm, found);
@@ -409,7 +403,7 @@ proptest! {
         let found = undistort(&model, &[pose, rolled], OutsidePolicy::Clamp, &Task::default()).unwrap();
         if let (Some(a), Some(b)) = (found[0].pose, found[1].pose) {
             prop_assert!((a.translation.vector - b.translation.vector).norm() < 1e-9);
-            let (_, roll_back) = difference(&a, &b);
+            let (_, roll_back) = distances(&a, &b);
             prop_assert!((roll_back - roll.abs()).abs() < 1e-12);
         }
     }
