@@ -3,7 +3,6 @@
 use nalgebra::{Unit, Vector3};
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Outcome, RigidBody, Scenario, Sensor, SensorOrientation,
@@ -17,13 +16,11 @@ pub fn room(model: DistortionModel) -> Environment {
 
 /// A distortion map without orientations.
 pub fn one_direction(order: usize, bounds: Bounds, coefficients: Vec<[f64; 6]>) -> DistortionModel {
-    let map = trackwright_field::samples::MapKind::Distortion;
-    let (directions, weighting) = (DirectionSet::One, Weighting::Area);
-    DistortionModel::new(order, directions, weighting, map, bounds, coefficients).unwrap()
+    DistortionModel::of_position(order, bounds, coefficients).unwrap()
 }
 
 pub fn sensor(position: [f64; 3], orientation: SensorOrientation) -> Sensor {
-    Sensor { name: "s".into(), position_in_body: position.into(), orientation, coil: None }
+    Sensor::new("s", position, orientation)
 }
 
 /// A 5-DOF sensor.

@@ -7,7 +7,6 @@ use super::slice_plan::SlicePlan;
 use super::slice_quantity::Quantity;
 use super::support::is_supported;
 use super::trial::Simulator;
-use rayon::prelude::*;
 use trackwright_task::CancelToken;
 
 /// Whether the field is supported ([FitValidity::is_valid`]) at each point of the plan, in the order

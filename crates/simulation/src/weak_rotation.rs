@@ -98,12 +98,7 @@ mod tests {
     const WEIGHT_MM: f64 = 100.0;
 
     fn five(position: [f64; 3], axis: [f64; 3]) -> Sensor {
-        Sensor {
-            name: String::new(),
-            position_in_body: position.into(),
-            orientation: SensorOrientation::FiveDof(Unit::new_normalize(axis.into())),
-            coil: None,
-        }
+        Sensor::five_dof("", position, Unit::new_normalize(axis.into()))
     }
 
     fn weak(sensors: Vec<Sensor>) -> Option<WeakRotation> {

@@ -1,7 +1,7 @@
 //! Contributions add up, a sensor without distortion has none, and the worst trials are where they are.
 
 use super::*;
-use crate::body::{Sensor, SensorOrientation};
+use crate::body::Sensor;
 use crate::metric::Metric;
 use crate::motion::{AxisRange, Motion};
 use crate::run::run;
@@ -14,27 +14,13 @@ use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 
 fn sensor(name: &str, at: [f64; 3]) -> Sensor {
-    Sensor {
-        name: name.to_owned(),
-        position_in_body: at.into(),
-        orientation: SensorOrientation::SixDof(UnitQuaternion::identity()),
-        coil: None,
-    }
+    Sensor::six_dof(name, at, UnitQuaternion::identity())
 }
 
 fn scenario(model: DistortionModel) -> Scenario {
-    let environment = Environment {
-        name: "room".into(),
-        model,
-        volume: None,
-        jitter: None,
-        provenance: None,
-        fit_validity: None,
-        process: None,
-    };
     let range = |reach: f64, step: f64| Some(AxisRange { min: -reach, max: reach, step });
     Scenario {
-        environment: Arc::new(environment),
+        environment: Arc::new(Environment::of_model("room", model)),
         tool: RigidBody {
             name: "probe".into(),
             tip_in_body: Some(Point3::new(0.0, 0.0, -80.0)),
@@ -72,10 +58,7 @@ fn rough() -> DistortionModel {
 fn growing_with_y() -> DistortionModel {
     // Of the corners the second index is y's.
     let corner = |k: usize| [if k / 2 % 2 == 1 { 1.0 } else { 0.0 }, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let directions = DirectionSet::One;
-    let corners = (0..8).map(corner).collect();
-    DistortionModel::new(1, directions, Weighting::Area, MapKind::Distortion, room(), corners)
-        .unwrap()
+    DistortionModel::of_position(1, room(), (0..8).map(corner).collect()).unwrap()
 }
 
 #[test]
