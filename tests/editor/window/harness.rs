@@ -195,6 +195,13 @@ impl Window {
         self.click(self.control(name));
     }
 
+    /// Finds a command by its name, as a person would who does not know its key.
+    pub fn run_command(&mut self, name: &str) {
+        self.key("ctrl+shift+p");
+        self.write(name);
+        self.key("Return");
+    }
+
     /// Presses modifiers or lets go of them.
     fn hold(&mut self, action: &str, modifiers: &[&str]) {
         if !modifiers.is_empty() {

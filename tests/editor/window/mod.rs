@@ -5,6 +5,7 @@ mod broken_file;
 mod decide;
 mod display;
 mod drag;
+mod first_day;
 mod harness;
 mod killed;
 mod layer;

@@ -74,13 +74,6 @@ fn arrow_of_crf(world: &World, camera: &OrbitCamera) -> ([f64; 2], [f64; 2]) {
     (grip, way.map(|d| d / length))
 }
 
-/// Finds a command by its name, as a person would who does not know its key.
-fn run_command(window: &mut Window, name: &str) {
-    window.key("ctrl+shift+p");
-    window.write(name);
-    window.key("Return");
-}
-
 /// Presses at a place, moves along a direction, and lets go.
 fn drag(window: &mut Window, at: [f64; 2], along: [f64; 2], way_px: u32) {
     window.point_at(at);
@@ -112,7 +105,7 @@ fn undo_save_and_reopen_keep_every_digit() {
     steps.push(window.figures());
     assert_eq!(window.document("undo"), added.replace("Add", "Move"));
 
-    run_command(&mut window, "Mirror sensors at x");
+    window.run_command("Mirror sensors at x");
     steps.push(window.figures());
     assert_eq!(window.document("undo"), added.replace("Add", "Mirror"));
 

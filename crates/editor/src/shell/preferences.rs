@@ -237,7 +237,7 @@ fn shrink_to_screen(
 }
 
 /// Height of a slide in egui's points: what is written on it is read from the back of a room, on a
-/// window of any size.
+/// window of any size, whatever the size of the panels.
 const STAGE_POINTS: f64 = 560.0;
 
 /// A size that is on the largest of the screens as a whole.
@@ -262,9 +262,9 @@ fn scale_interface(
         let target_px = camera.and_then(|camera| camera.logical_target_size());
         let zoom = match (workspace.is_presentation, target_px) {
             (true, Some(px)) => (f64::from(px.y) / STAGE_POINTS).max(0.5),
-            _ => 1.0,
+            _ => scale.0,
         };
-        let zoom = (scale.0 * zoom) as f32;
+        let zoom = zoom as f32;
         // A pixel more or less is no other size.
         if (ctx.zoom_factor() / zoom - 1.0).abs() > 2e-3 {
             ctx.set_zoom_factor(zoom);

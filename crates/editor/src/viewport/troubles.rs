@@ -3,7 +3,7 @@
 use crate::viewport::coil_fit::ShownFindings;
 use bevy::prelude::Resource;
 use trackwright_design::BodyRole;
-use trackwright_simulation::figures::capitalised;
+use trackwright_simulation::figures::{capitalised, with_minus_signs};
 use trackwright_simulation::{BodyDetail, CoilFinding, Determination, PoseDetail};
 
 /// What keeps bodies from standing where they are now, as whoever follows a tracker knows it.
@@ -43,7 +43,7 @@ pub fn sensor_trouble_text(
 /// What a body's sensors do not determine, or barely, in words.
 pub fn determination_text(detail: &BodyDetail) -> Option<String> {
     if let Some(weak) = &detail.weak_rotation {
-        return Some(capitalised(&weak.statement()));
+        return Some(with_minus_signs(&capitalised(&weak.statement())));
     }
     let text = match detail.determination {
         Determination::Full => return None,

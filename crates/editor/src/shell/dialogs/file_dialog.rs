@@ -120,11 +120,22 @@ impl FileKind {
     /// A file to write, with the ending that a person left out. That of a tool definition is a choice
     /// of its format.
     fn named(self, file: PathBuf) -> PathBuf {
+        let file = self.with_one_ending(file);
         match self {
             Self::Design => with_extension(&file),
             Self::Body => file,
             _ if file.extension().is_some() => file,
             _ => ending_with(&file, self.extensions()[0]),
+        }
+    }
+
+    /// Only the letters before the ending are selected: whoever types a whole name has its ending twice.
+    fn with_one_ending(self, file: PathBuf) -> PathBuf {
+        let Some(text) = file.to_str() else { return file };
+        let doubled = self.extensions().iter().find(|end| text.ends_with(&end.repeat(2)));
+        match doubled {
+            Some(end) => text[..text.len() - end.len()].into(),
+            None => file,
         }
     }
 
@@ -540,6 +551,8 @@ mod tests {
     fn an_ending_that_was_left_out_is_added() {
         let named = |kind: FileKind, name: &str| kind.named(name.into());
         assert_eq!(named(FileKind::Design, "a"), Path::new("a.design.ron"));
+        let twice = "b/a.design.ron.design.ron";
+        assert_eq!(named(FileKind::Design, twice), Path::new("b/a.design.ron"));
         assert_eq!(named(FileKind::Page, "a"), Path::new("a.html"));
         assert_eq!(named(FileKind::Lattice, "a.vti"), Path::new("a.vti"));
         assert_eq!(named(FileKind::Body, "a"), Path::new("a"));

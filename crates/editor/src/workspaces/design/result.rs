@@ -12,7 +12,7 @@ use crate::widgets::verdict::{bound_text, figure_color};
 use crate::workspaces::design::baseline::Change;
 use bevy_egui::egui::{self, Align, Label, Layout, RichText, Ui};
 use trackwright_design::Document;
-use trackwright_simulation::figures::{capitalised, with_separators};
+use trackwright_simulation::figures::{capitalised, with_minus_signs, with_separators};
 use trackwright_simulation::{
     ErrorOf, Expected, FigureRow, Figures, Headline, Metric, RowOf, figure_rows, headline,
 };
@@ -183,7 +183,7 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
     // What is not known for certain yet has no verdict, nor has one pose against an RMS of many.
     let is_judged = !result.is_one_pose || headline.metric.is_extreme();
     let bound = headline.bound.filter(|_| !is_pending && is_judged);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let color = figure_color(bound.map(|bound| bound.verdict));
         let value = with_unit(&format!("{:.2}", headline.value), unit);
         ui.label(RichText::new(value).font(theme::figure_font()).color(color));
@@ -279,10 +279,10 @@ pub fn warnings(figures: &Figures) -> Vec<String> {
         texts.push(format!("{} left out", counted(figures.rejected, "trial was", "trials were")));
     }
     if let Some(free) = &figures.free_axis {
-        texts.push(capitalised(&free.statement()));
+        texts.push(with_minus_signs(&capitalised(&free.statement())));
     }
     if let Some(weak) = &figures.barely_determined {
-        texts.push(capitalised(&weak.statement()));
+        texts.push(with_minus_signs(&capitalised(&weak.statement())));
     } else if figures.poorly_determined {
         texts.push("A rotation is poorly determined: noise decides it".to_owned());
     }

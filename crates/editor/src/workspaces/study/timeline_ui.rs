@@ -291,6 +291,9 @@ fn paint_icon(painter: &egui::Painter, icon: Icon, at: Pos2, color: egui::Color3
     }
 }
 
+/// Room that the log's button takes with its whole name, points.
+const LOG_WIDTH: f32 = 110.0;
+
 fn log_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>) {
     match view.log_part {
         Some(part) => {
@@ -301,7 +304,9 @@ fn log_ui(ui: &mut Ui, view: &TimelineView, actions: &mut Vec<TimelineAction>) {
             quiet_ui(ui, "writing the log");
         }
         None => {
-            text_button(ui, WRITE_LOG.name, &WRITE_LOG, true, actions);
+            let is_narrow = ui.available_width() < LOG_WIDTH;
+            let name = if is_narrow { "Log…" } else { WRITE_LOG.name };
+            text_button(ui, name, &WRITE_LOG, true, actions);
         }
     }
 }
