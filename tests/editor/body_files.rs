@@ -271,7 +271,7 @@ fn the_next_definition_is_looked_for_beside_the_last() {
         folder
     };
     assert_eq!(begins_in(&mut app), folder.path().canonicalize().unwrap());
-    let rom = write(&folder, "roms/8700339.rom", &coils());
+    let rom = write(&folder, "roms/8700339.rom", coils());
     request_and_wait(&mut app, BodyFileRequest::open(BodyRole::Tool, rom));
     assert_eq!(begins_in(&mut app), folder.path().join("roms").canonicalize().unwrap());
 }
@@ -374,7 +374,7 @@ fn a_body_read_for_another_design_is_dropped() {
 #[test]
 fn a_design_gains_a_crf_from_a_file() {
     let (folder, mut app) = app();
-    let rom = write(&folder, "8700339.rom", &coils());
+    let rom = write(&folder, "8700339.rom", coils());
     app.world_mut().write_message(FileRequest::OpenBuiltIn("endoscope".into()));
     app.update();
     let tool = |app: &App| world(app).document.design().tracker_from_body(BodyRole::Tool).unwrap();

@@ -97,7 +97,7 @@ fn assert_shown(app: &App, what: &str) {
 fn a_loaded_mesh_is_one_undo_step() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
-    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
+    let file = write(&folder, "shaft.obj", box_obj([6.0, 8.0, 150.0], ""));
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
     assert!(app.world().resource::<Dialogs>().current.is_none());
     assert_eq!(reference(&app), Some(MeshReference::new("shaft.obj")));
@@ -121,7 +121,7 @@ fn what_is_wrong_with_a_mesh_is_shown_next_to_it() {
         ("v 9 9 9\nf 1 2 9\n", "a triangle on one side only"),
         ("f 1 1 2\n", "no area"),
     ] {
-        let file = write(&folder, "shaft.obj", &box_obj(sides, more));
+        let file = write(&folder, "shaft.obj", box_obj(sides, more));
         request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
         assert!(app.world().resource::<Dialogs>().current.is_none(), "{more}");
         assert_shown(&app, expected);
@@ -156,7 +156,7 @@ fn an_invalid_mesh_leaves_the_design() {
 fn a_wrong_unit_opens_one_dialog() {
     let (folder, mut app) = saved_app();
     let before = reference(&app);
-    let file = write(&folder, "metres.obj", &box_obj([0.006, 0.008, 0.15], ""));
+    let file = write(&folder, "metres.obj", box_obj([0.006, 0.008, 0.15], ""));
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
     assert_eq!(reference(&app), before);
     let question: MeshDialog = dialog(&app).cloned().unwrap();
@@ -194,7 +194,7 @@ fn a_wrong_unit_opens_one_dialog() {
 #[test]
 fn a_lost_mesh_keeps_its_reference() {
     let (folder, mut app) = saved_app();
-    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
+    let file = write(&folder, "shaft.obj", box_obj([6.0, 8.0, 150.0], ""));
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file.clone()));
     app.world_mut().write_message(FileRequest::Save);
     app.update();
@@ -240,7 +240,7 @@ fn a_body_may_be_left_without_a_mesh() {
 #[test]
 fn a_mesh_of_a_closed_design_is_dropped() {
     let (folder, mut app) = saved_app();
-    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], ""));
+    let file = write(&folder, "shaft.obj", box_obj([6.0, 8.0, 150.0], ""));
     let load = MeshRequest::load(BodyRole::Tool, file);
     app.world_mut().write_message(load);
     let open = FileRequest::OpenBuiltIn("endoscope".into());
@@ -254,7 +254,7 @@ fn a_mesh_of_a_closed_design_is_dropped() {
 fn a_large_mesh_is_read_after_its_design_is_open() {
     let (folder, mut app) = saved_app();
     let large = "# nothing\n".repeat(200_000);
-    let file = write(&folder, "shaft.obj", &box_obj([6.0, 8.0, 150.0], &large));
+    let file = write(&folder, "shaft.obj", box_obj([6.0, 8.0, 150.0], &large));
     request_and_wait(&mut app, MeshRequest::load(BodyRole::Tool, file));
     app.world_mut().write_message(FileRequest::Save);
     app.update();

@@ -82,7 +82,7 @@ fn every_widget_of_a_workspace_is_explained() {
     for workspace in workspaces {
         *app.world_mut().resource_mut::<Workspace>() = workspace;
         app.update();
-        let own: Vec<_> = app.world().resource::<Panels>().0.iter().copied().collect();
+        let own: Vec<_> = app.world().resource::<Panels>().0.to_vec();
         let world = app.world_mut();
         let mut harness =
             Harness::builder().with_size(egui::vec2(420.0, 4000.0)).build_ui(move |ui| {

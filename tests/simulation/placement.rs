@@ -359,7 +359,9 @@ fn a_long_motion_is_sampled_and_reported_as_such() {
     let some: Vec<_> = all.iter().step_by(all.len() / 4).copied().collect();
     let plan = plan(PlacedBody::Tool, AxisRule::Keep, &some);
     let outcome = placed(&long, &plan);
-    assert_eq!((outcome.full, outcome.trials), (0, 12 * 12 * 12 * 25));
+    assert_eq!(outcome.trials, 12 * 12 * 12 * 25);
+    // Whole studies look for the best place alone.
+    assert!(outcome.full <= 8, "{}", outcome.full);
     for (at, place) in some.iter().zip(&outcome.places) {
         let studied = studied_mm(&long, &plan, at).unwrap();
         let off = (place.tip_rms_mm.unwrap() - studied).abs();

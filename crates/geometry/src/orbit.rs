@@ -225,7 +225,7 @@ impl OrbitCamera {
             }
             // The scale is the same at every depth.
             Projection::Orthographic => {
-                self.focus_mm += back * (point_mm - self.focus_mm).dot(&back)
+                self.focus_mm += back * (point_mm - self.focus_mm).dot(&back);
             }
         }
     }

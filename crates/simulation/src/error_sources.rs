@@ -380,13 +380,13 @@ impl Sums {
     fn add_trial(&mut self, number: usize, e: &Errors, without: impl Iterator<Item = Errors>) {
         self.numbers.push(number);
         self.errors.push(e.map(|error| error.norm()));
-        for of in 0..2 {
-            self.squares[of] += e[of].norm_squared();
+        for (sum, error) in self.squares.iter_mut().zip(e) {
+            *sum += error.norm_squared();
         }
         for (sums, without) in self.sensors.iter_mut().zip(without) {
-            for of in 0..2 {
-                sums[0][of] += e[of].dot(&(e[of] - without[of]));
-                sums[1][of] += without[of].norm_squared();
+            for (of, (error, without)) in e.iter().zip(without).enumerate() {
+                sums[0][of] += error.dot(&(error - without));
+                sums[1][of] += without.norm_squared();
             }
         }
     }

@@ -184,8 +184,8 @@ impl Window {
     #[track_caller]
     pub fn control(&self, name: &str) -> [f64; 2] {
         let from = self.printed.iter().rposition(|line| line == "controls").unwrap_or(0);
-        let places = self.printed[from..].iter().filter_map(|line| control_of(line));
-        let found = places.filter(|(own, _)| *own == name).last();
+        let mut places = self.printed[from..].iter().rev().filter_map(|line| control_of(line));
+        let found = places.find(|(own, _)| *own == name);
         found.unwrap_or_else(|| panic!("no control {name}; {}", self.newest())).1
     }
 

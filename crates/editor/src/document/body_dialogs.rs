@@ -14,6 +14,7 @@ use trackwright_project::MeshOwner;
 
 /// Dialogs about meshes.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "one dialog is open at a time")]
 pub enum MeshDialog {
     /// Chooses a mesh for a body or the anatomy.
     Load { files: FileDialog, whose: MeshOwner },

@@ -61,8 +61,7 @@ fn answer(
     mut dialogs: ResMut<Dialogs>,
     mut notice: ResMut<Notice>,
     waker: Res<Waker>,
-    mut outside: MessageWriter<OpenOutside>,
-    mut redraw: MessageWriter<RequestRedraw>,
+    (mut outside, mut redraw): (MessageWriter<OpenOutside>, MessageWriter<RequestRedraw>),
 ) {
     let Some(world) = world else {
         requests.clear();

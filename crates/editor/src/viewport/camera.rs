@@ -377,11 +377,14 @@ fn smooth(fraction: f64) -> f64 {
     fraction * fraction * (3.0 - 2.0 * fraction)
 }
 
+/// From where, into which part of the window, and how the scene is seen.
+type ViewedFrom<'a> = (&'a mut Transform, &'a mut Camera, &'a mut Projection);
+
 fn place(
     rig: Res<OrbitRig>,
     view: Option<Res<ViewportRect>>,
     window: Option<Single<&Window, With<PrimaryWindow>>>,
-    camera: Option<Single<(&mut Transform, &mut Camera, &mut Projection), With<MainCamera>>>,
+    camera: Option<Single<ViewedFrom, With<MainCamera>>>,
 ) {
     let (Some(view), Some(camera)) = (view, camera) else {
         return;

@@ -18,7 +18,7 @@ pub fn axis_ticks(most: usize) -> impl Fn(GridInput) -> Vec<GridMark> {
         let found = (most.max(1)..=most + MOST_TRIES).find_map(|most| {
             let step_size = nice_step(extent / most as f64, false);
             let (first, last) = ((low / step_size).ceil(), (high / step_size).floor());
-            (last - first >= 1.0).then(|| (step_size, first, (last - first) as usize))
+            (last - first >= 1.0).then_some((step_size, first, (last - first) as usize))
         });
         let Some((step_size, first, steps)) = found else { return Vec::new() };
         (0..=steps).map(|k| GridMark { value: (first + k as f64) * step_size, step_size }).collect()

@@ -250,7 +250,10 @@ fn leaves_box(
         .collect()
 }
 
-type Computed = (Vec<(usize, Found)>, Work);
+/// A place by its number, and what it comes to.
+type Numbered = (usize, Found);
+
+type Computed = (Vec<Numbered>, Work);
 
 /// What those of the places come to that are not known yet.
 fn compute(
@@ -260,7 +263,7 @@ fn compute(
     known: &[Option<Found>],
     task: &Task,
 ) -> Result<Computed, Cancelled> {
-    let found: Result<Vec<((usize, Found), Work)>, Cancelled> = places
+    let found: Result<Vec<(Numbered, Work)>, Cancelled> = places
         .par_iter()
         .filter(|place| known[**place].is_none())
         .map_init(RefitBuffers::default, |buffers, &place| {

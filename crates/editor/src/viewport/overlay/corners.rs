@@ -17,9 +17,9 @@ const MOST_HEIGHT_PART: f32 = 0.7;
 
 /// Whether the legend is one line: as a person wants it, or by itself in a small view.
 pub fn is_folded(choice: Option<bool>, view: Vec2, unfolded: Vec2) -> bool {
-    choice.unwrap_or_else(|| {
-        view.x < LEAST_VIEW.x || view.y < LEAST_VIEW.y || unfolded.y > MOST_HEIGHT_PART * view.y
-    })
+    let is_small =
+        view.x < LEAST_VIEW.x || view.y < LEAST_VIEW.y || unfolded.y > MOST_HEIGHT_PART * view.y;
+    choice.unwrap_or(is_small)
 }
 
 /// What a click on the legend's title comes to: the other state, kept only where it is not the one that
