@@ -52,7 +52,7 @@ pub fn charts(profile: &Profile, requirement: Option<&Requirement>) -> Vec<Chart
     charts
 }
 
-/// The error of every point of the tool's long axis: it grows away from the sensors.
+/// The error of every point of the tool's long axis, from the tip to the rearmost sensor.
 fn along_shaft(along: &AlongShaft, requirement: &Requirement) -> Chart {
     let sensors = along.sensors_mm.iter().map(|&at_mm| (at_mm, along.rms_mm(at_mm)));
     let mut series = vec![

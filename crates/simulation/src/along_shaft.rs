@@ -3,8 +3,8 @@
 //!
 //! A trial displaces a point `p` of the tool by `F̂ p − F p`. Along the line `p = tip + s u` that is
 //! `a + s b` with `a` the error of the tip and `b = (R̂ − R) u`, so that the mean square over a study
-//! is `mean |a|² + 2 s mean(a·b) + s² mean |b|²`: three sums a study, and no further frame fit. It is
-//! least near the sensors and grows away from them, as a target registration error does.
+//! is `mean |a|² + 2 s mean(a·b) + s² mean |b|²`: three sums a study, and no further frame fit. It
+//! has one minimum and grows away from it, as a target registration error does.
 
 use super::body::RigidBody;
 use super::trial::Trial;

@@ -67,7 +67,8 @@ pub(super) fn paint(painter: &Painter, view: &OverlayView) -> Painted {
     let scale = ScaleBar::new(view);
     let unfolded = Column::new(painter, view);
     let is_folded = view.can_fold && is_folded(view.is_folded, rect.size(), unfolded.size);
-    let size = if is_folded { folded_size(painter, view) } else { unfolded.size };
+    let line = folded_words(painter, view);
+    let size = if is_folded { folded_size(painter, &line) } else { unfolded.size };
     let found = corners(rect, caption.size(), vec2(scale.width, SCALE_HEIGHT), size);
     let Corners { caption: caption_rect, scale_bar, legend } = found;
     plate(painter, caption_rect.expand2(vec2(5.0, 2.0)));
@@ -81,7 +82,7 @@ pub(super) fn paint(painter: &Painter, view: &OverlayView) -> Painted {
     covered.push(legend);
     let title = view.can_fold.then(|| {
         let after_click = after_click(view.is_folded, rect.size(), unfolded.size);
-        let words = if is_folded { folded_words(view) } else { TITLE.to_owned() };
+        let words = if is_folded { line } else { TITLE.to_owned() };
         paint_title(painter, legend.min + vec2(PADDING, PADDING), words, is_folded);
         let size = vec2(legend.width(), title_height(painter) + PADDING);
         Title { rect: Rect::from_min_size(legend.min, size), after_click, is_folded }
@@ -182,17 +183,23 @@ fn magnified_words(view: &OverlayView) -> Option<String> {
     Some(words)
 }
 
-/// The one line that is left: without the factor arrows would mislead.
-fn folded_words(view: &OverlayView) -> String {
-    match magnified_words(view) {
-        Some(words) => format!("{TITLE} · {words}"),
-        None => TITLE.to_owned(),
-    }
+/// The one line that is left, as much of it as fits: without the factor arrows would mislead.
+fn folded_words(painter: &Painter, view: &OverlayView) -> String {
+    let Some(words) = magnified_words(view) else {
+        return TITLE.to_owned();
+    };
+    let factor = words.split(',').next().unwrap_or_default().to_owned();
+    let most = view.rect.width() - 2.0 * MARGIN;
+    let fits = |words: &String| folded_size(painter, words).x <= most;
+    [format!("{TITLE} · {words}"), format!("{TITLE} · {factor}")]
+        .into_iter()
+        .find(fits)
+        .unwrap_or(factor)
 }
 
-fn folded_size(painter: &Painter, view: &OverlayView) -> Vec2 {
+fn folded_size(painter: &Painter, words: &str) -> Vec2 {
     let color = palette::TEXT.color32();
-    let words = painter.layout_no_wrap(folded_words(view), theme::label_font(), color);
+    let words = painter.layout_no_wrap(words.to_owned(), theme::label_font(), color);
     words.size() + vec2(TITLE_INDENT + 2.0 * PADDING, 2.0 * PADDING)
 }
 

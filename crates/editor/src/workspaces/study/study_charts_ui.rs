@@ -294,7 +294,7 @@ fn shaft_ui(ui: &mut Ui, along: &AlongShaft, limit_mm: Option<f64>) {
             }
         });
     quiet_ui(ui, "mm, over mm from the tip; points: sensors").on_hover_text(
-        "The error at each point of the tool's long axis: it grows away from the sensors",
+        "The error at each point of the tool's long axis, from the tip to the rearmost sensor",
     );
 }
 
