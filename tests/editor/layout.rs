@@ -11,7 +11,7 @@ use trackwright_editor::workspaces::field::state::TableRole;
 use trackwright_editor::workspaces::{decide, design, field, present, study};
 
 /// Width and height in pixels, and how large the interface is.
-const SIZES: [([u32; 2], f64); 3] = [([1024, 700], 1.0), ([1024, 700], 1.5), ([1440, 900], 1.5)];
+const SIZES: [([u32; 2], f64); 2] = [([1024, 700], 1.0), ([1440, 900], 1.5)];
 
 /// Letters reach beyond their line by less than this, points.
 const SLACK: f32 = 1.5;
