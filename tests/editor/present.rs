@@ -8,8 +8,9 @@ use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use trackwright_design::view::CameraView;
-use trackwright_design::{Edit, Slide, SlideEdit, SlideFigure, View};
+use trackwright_design::{BodyRole, Edit, Slide, SlideEdit, SlideFigure, View};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use trackwright_editor::document::selection::Selection;
 use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::window::Workspace;
@@ -150,6 +151,26 @@ fn a_slides_motion_ends_with_it() {
     assert_eq!(shown(&app).map(|trial| trial.number), Some(3));
     go_to(&mut app, workspaces::design::WORKSPACE);
     assert_eq!(shown(&app), None);
+}
+
+#[test]
+fn after_slides_selection_and_trial_are_as_before() {
+    let mut app = present_app(&[slide("one", 0.1)]);
+    go_to(&mut app, workspaces::study::WORKSPACE);
+    let selected = Selection::of_sensors(BodyRole::Tool, [0, 1]);
+    *app.world_mut().resource_mut::<Selection>() = selected.clone();
+    app.world_mut().write_message(StudyRequest::Show(Some(3)));
+    settle(&mut app);
+    let shown = |app: &App| {
+        let trial = app.world().resource::<ShownDesign>().trial.clone();
+        (trial.map(|trial| trial.number), app.world().resource::<Selection>().clone())
+    };
+    let before = (Some(3), selected);
+    assert_eq!(shown(&app), before);
+    go_to(&mut app, workspaces::present::WORKSPACE);
+    assert_eq!(shown(&app), (None, Selection::default()));
+    request_and_wait(&mut app, PresentRequest::Leave);
+    assert_eq!(shown(&app), before);
 }
 
 /// The writing over a scene of 16 to 9, and the panel beside it while slides are made.

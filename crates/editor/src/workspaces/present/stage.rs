@@ -18,8 +18,18 @@ use trackwright_geometry::orbit::OrbitCamera;
 #[derive(Resource, Clone, Debug, Default, PartialEq)]
 pub struct Stage {
     shown: Option<Shown>,
-    /// From where one looked before.
-    before: Option<OrbitCamera>,
+    before: Option<Before>,
+}
+
+/// What the window showed before the presentation, and shows again after it.
+#[derive(Clone, Debug, PartialEq)]
+struct Before {
+    generation: u64,
+    camera: Option<OrbitCamera>,
+    selection: Selection,
+    trial: Option<usize>,
+    /// See [`TrialChoice::serial`].
+    trials: u64,
 }
 
 /// A slide's view is put on the screen once; then one may look around.
@@ -60,22 +70,47 @@ pub(crate) fn remember_origin(
 
 /// What a presentation changes of everything else while it lasts.
 #[derive(bevy::ecs::system::SystemParam)]
-pub(crate) struct House<'w> {
+pub(crate) struct Surroundings<'w> {
+    generation: Res<'w, WorldGeneration>,
     choice: ResMut<'w, TrialChoice>,
     selection: ResMut<'w, Selection>,
     picking: Option<ResMut<'w, PickingSettings>>,
     rig: Option<ResMut<'w, OrbitRig>>,
 }
 
-impl House<'_> {
-    /// Nothing is selected, and no hand takes hold of anything; the tool stands where it is designed.
-    fn open(&mut self) {
+impl Surroundings<'_> {
+    /// Nothing is selected and nothing can be picked; the tool stands where it is designed.
+    fn clear(&mut self) -> Before {
+        let before = Before {
+            generation: self.generation.0,
+            camera: self.rig.as_ref().map(|rig| rig.destination()),
+            selection: self.selection.clone(),
+            trial: self.choice.trial(),
+            trials: self.choice.serial(),
+        };
         self.choice.show(None);
         self.selection.set_if_neq(Selection::default());
-        self.let_pick(false);
+        self.enable_picking(false);
+        before
     }
 
-    fn let_pick(&mut self, is_enabled: bool) {
+    /// What belongs to another design stays as it is now, and so does a camera that the design's
+    /// own view sets.
+    fn restore(&mut self, before: Before, has_own_camera: bool) {
+        self.enable_picking(true);
+        if !has_own_camera && let (Some(rig), Some(camera)) = (&mut self.rig, before.camera) {
+            rig.return_to(camera);
+        }
+        if before.generation != self.generation.0 {
+            return;
+        }
+        self.selection.set_if_neq(before.selection);
+        if before.trials == self.choice.serial() {
+            self.choice.show(before.trial);
+        }
+    }
+
+    fn enable_picking(&mut self, is_enabled: bool) {
         if let Some(picking) = &mut self.picking {
             picking.is_enabled = is_enabled;
         }
@@ -100,10 +135,9 @@ pub(crate) fn may_differ(
 /// Puts the slide on the screen that is to be there, or gives the design's own view back.
 pub(crate) fn follow(
     workspace: Res<Workspace>,
-    generation: Res<WorldGeneration>,
     presenter: Res<Presenter>,
     mut stage: ResMut<Stage>,
-    mut house: House,
+    mut surroundings: Surroundings,
     world: Option<ResMut<OpenWorld>>,
 ) {
     let Some(mut world) = world else { return };
@@ -112,23 +146,18 @@ pub(crate) fn follow(
         if !stage.is_empty() {
             stage.shown = None;
             world.0.document.present(None);
-            house.let_pick(true);
-            // A view that has no camera is looked at from wherever one is.
-            let is_anywhere = world.0.document.view().camera.is_none();
-            let before = stage.before.take().filter(|_| is_anywhere);
-            if let (Some(rig), Some(before)) = (&mut house.rig, before) {
-                rig.return_to(before);
+            if let Some(before) = stage.before.take() {
+                surroundings.restore(before, world.0.document.view().camera.is_some());
             }
         }
         return;
     }
-    let wanted = wanted(&world.0.document, presenter.slide, generation.0);
+    let wanted = wanted(&world.0.document, presenter.slide, surroundings.generation.0);
     if stage.shown.as_ref() == Some(&wanted) {
         return;
     }
     if stage.is_empty() {
-        house.open();
-        stage.before = house.rig.as_ref().map(|rig| rig.destination());
+        stage.before = Some(surroundings.clear());
     }
     let mut view = wanted.view.clone();
     // A slide without a camera is seen from where one is.
