@@ -74,7 +74,8 @@ fn one_statement_names_what_is_assumed() {
     let one = ONE_SENSOR;
     let words = scratch.succeed(format!("simulate {one} --mode motion"));
     let statement = words.lines().find(|line| line.contains("sensors do not determine"));
-    let statement = statement.unwrap().replace("the CRF", "").to_owned();
+    let statement = statement.unwrap().trim_start_matches("the CRF").to_owned();
+    assert!(statement.contains("its rotation about the CRF's x axis; "), "{statement}");
     scratch.succeed(format!("report {one} -o page.html"));
     let page = scratch.read("page.html").replace("&#x27;", "'").replace("&#39;", "'");
     for (command, words) in [

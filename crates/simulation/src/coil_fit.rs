@@ -4,6 +4,7 @@
 //! body or on its surface is mounted on it, which is as good as inside. Where the mesh encloses
 //! nothing, nothing is stated about inside and outside; without a stated size nothing at all.
 
+use super::axis_words::body_name;
 use super::body::{Coil, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Serialize;
@@ -76,10 +77,6 @@ impl CoilFinding {
             }
         }
     }
-}
-
-fn body_name(key: &str) -> &str {
-    if key == "crf" { "CRF" } else { key }
 }
 
 /// The findings as statements, what two coils have in common once.

@@ -1,9 +1,12 @@
 //! A study's figures, and the one way in which they are written for a person.
 
+use super::axis_words::{axis_words, body_name, shaft_of};
 use super::metric::{Metric, MetricValues, Statistics, values};
 use super::requirement::Check;
 use super::requirement::Within;
+use super::scenario::Scenario;
 use super::weak_rotation::WeakRotation;
+use nalgebra::{Unit, Vector3};
 use serde::Serialize;
 use std::fmt;
 
@@ -49,6 +52,9 @@ pub struct FreeAxis {
     /// In that body's frame; `None` where no rotation is determined at all.
     #[serde(rename = "axis")]
     pub axis_in_body: Option<[f64; 3]>,
+    /// That of the body's shaft, if it has one, for words.
+    #[serde(skip)]
+    pub shaft_in_body: Option<[f64; 3]>,
 }
 
 /// A rotation that a study's figures take the true one for.
@@ -102,12 +108,19 @@ impl fmt::Display for Unsettled {
 }
 
 impl FreeAxis {
+    /// Of a body by its key; without an axis where no rotation is determined at all.
+    pub(super) fn of(
+        key: &'static str,
+        axis_in_body: Option<Unit<Vector3<f64>>>,
+        scenario: &Scenario,
+    ) -> Self {
+        let axis_in_body = axis_in_body.map(|axis| axis.into_inner().into());
+        Self { body: key, axis_in_body, shaft_in_body: shaft_of(key, &scenario.tool) }
+    }
+
     /// For a person.
     pub fn body_name(&self) -> &'static str {
-        match self.body {
-            "crf" => "CRF",
-            other => other,
-        }
+        body_name(self.body)
     }
 }
 
@@ -126,9 +139,10 @@ impl FreeRotation {
     pub fn statement(&self) -> String {
         let body = self.free.body_name();
         let what = match self.free.axis_in_body {
-            Some([x, y, z]) => format!(
-                "the {body}'s sensors do not determine its rotation about ({x:.4}, {y:.4}, {z:.4})"
-            ),
+            Some(axis) => {
+                let axis = axis_words(axis, self.free.shaft_in_body, body);
+                format!("the {body}'s sensors do not determine its rotation about {axis}")
+            }
             None => format!("the {body}'s sensors determine no rotation at all"),
         };
         match self.reaches_tip() {

@@ -36,6 +36,7 @@
 
 pub mod along_shaft;
 pub mod arrows;
+pub mod axis_words;
 pub mod body;
 pub mod body_compensation;
 pub mod body_prediction;
@@ -64,6 +65,7 @@ pub mod refit;
 pub mod requirement;
 pub mod run;
 pub mod scenario;
+pub mod shaft;
 pub mod slice;
 pub mod slice_plan;
 pub mod slice_probe;
@@ -81,7 +83,7 @@ pub mod usable_region;
 pub mod weak_rotation;
 pub mod work;
 
-pub use along_shaft::{AlongShaft, shaft_in_body};
+pub use along_shaft::AlongShaft;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
 pub use coil_fit::{CoilFinding, CoilMisfit, coil_findings, coil_statements};
@@ -102,6 +104,7 @@ pub use profile::{ChartedProfile, Profile, run_profiled, trial_count, trial_offs
 pub use requirement::{Requirement, Within};
 pub use run::{Outcome, StudyError, is_rejected, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
+pub use shaft::shaft_in_body;
 pub use slice::{SliceOutcome, sample_slice};
 pub use slice_plan::{SlicePlan, SlicePlane};
 pub use slice_probe::{Reading, SliceHit};

@@ -111,7 +111,7 @@ pub fn run(
             within,
             checks,
             free_axis: free.map(|(body, free)| FreeRotation {
-                free: FreeAxis { body, axis_in_body: free.axis.map(|a| a.into_inner().into()) },
+                free: FreeAxis::of(body, free.axis, scenario),
                 reach_mm: tally.free_reach_mm,
             }),
             position_mm_determined,

@@ -1,7 +1,7 @@
 //! A rotation that a body's sensors determine, but barely: what their errors are multiplied by.
 
+use super::axis_words::{axis_words, body_name, shaft_of};
 use super::body::RigidBody;
-use super::figures::FreeAxis;
 use super::linear_fit::LinearFit;
 use super::scenario::Scenario;
 use serde::Serialize;
@@ -26,6 +26,9 @@ pub struct WeakRotation {
     /// In that body's frame.
     #[serde(rename = "axis")]
     pub axis_in_body: [f64; 3],
+    /// That of the body's shaft, if it has one, for words.
+    #[serde(skip)]
+    pub shaft_in_body: Option<[f64; 3]>,
     /// Degrees that it turns by for each degree that its sensors are tilted: RMS for errors of one
     /// degree about every axis of every sensor, independent of each other.
     pub turn_per_tilt: f64,
@@ -47,6 +50,7 @@ impl WeakRotation {
         let weak = Self {
             body: key,
             axis_in_body: axis.into_inner().into(),
+            shaft_in_body: shaft_of(key, body),
             turn_per_tilt: by_tilt,
             turn_deg_per_mm: by_shift.to_degrees(),
         };
@@ -68,10 +72,8 @@ impl WeakRotation {
 
     /// What is barely determined, and what it costs; one sentence without a full stop.
     pub fn statement(&self) -> String {
-        let axis_in_body = Some(self.axis_in_body);
-        let body = FreeAxis { body: self.body, axis_in_body }.body_name();
-        // As it is printed, and zero without a sign.
-        let [x, y, z] = self.axis_in_body.map(|value| (value * 1e4).round() / 1e4 + 0.0);
+        let body = body_name(self.body);
+        let axis = axis_words(self.axis_in_body, self.shaft_in_body, body);
         let (cause, turn_deg) = match self.turn_per_tilt >= self.turn_deg_per_mm {
             true => ("1° of tilt in its sensors", self.turn_per_tilt),
             false => ("1 mm of error in its sensors' positions", self.turn_deg_per_mm),
@@ -81,8 +83,7 @@ impl WeakRotation {
             false => format!("more than {ANY_ANGLE_DEG:.0}°"),
         };
         format!(
-            "the {body}'s rotation about ({x:.4}, {y:.4}, {z:.4}) is barely determined: {cause} turns \
-             it by {turn}"
+            "the {body}'s rotation about {axis} is barely determined: {cause} turns it by {turn}"
         )
     }
 }
@@ -145,8 +146,8 @@ mod tests {
         assert!(found.turn_per_tilt < 1e-9);
         assert_eq!(
             found.statement(),
-            "the tool's rotation about (0.0000, 0.0000, 1.0000) is barely determined: 1 mm of error \
-             in its sensors' positions turns it by 41°"
+            "the tool's rotation about the tool's z axis is barely determined: 1 mm of error in its \
+             sensors' positions turns it by 41°"
         );
         assert_eq!(apart(30.0), None);
     }
@@ -154,7 +155,7 @@ mod tests {
     #[test]
     fn the_statement_names_body_axis_and_cost() {
         let text = weak(needle(3.0)).unwrap().statement();
-        assert!(text.starts_with("the tool's rotation about ("), "{text}");
+        assert!(text.starts_with("the tool's rotation about "), "{text}");
         assert!(text.ends_with("1° of tilt in its sensors turns it by 26°"), "{text}");
         let text = weak(needle(0.5)).unwrap().statement();
         assert!(text.ends_with("turns it by more than 90°"), "{text}");

@@ -13,7 +13,6 @@ use crate::work::Work;
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 use trackwright_field::environment::LocalJitter;
 use trackwright_field::samples::PoseError;
-use trackwright_geometry::pose::Pose;
 
 /// How the tip scatters and how far it is shifted, to first order; CRF axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -110,8 +109,7 @@ pub fn first_order(scenario: &Scenario) -> Result<TipUncertainty, UncertaintyErr
             holds: difference_mm
                 <= TOLERANCE * simulated_mm.norm() + round_off_mm(scenario, &tip_in_crf),
         },
-        determined: free
-            .map(|free| determined_part(&free, &scenario.crf_from_tool, &tip_in_crf, &sum)),
+        determined: free.map(|free| determined_part(&free, scenario, &tip_in_crf, &sum)),
         is_poorly_determined: is_poor(&tool) || crf_linear.as_ref().is_some_and(is_poor),
         work: still.pose.work,
     })
@@ -195,19 +193,16 @@ pub(super) fn free_body(tool: &LinearFit, crf: Option<&LinearFit>) -> Option<Fre
 
 fn determined_part(
     free: &FreeBody,
-    crf_from_tool: &Pose,
+    scenario: &Scenario,
     tip_in_crf: &Point3<f64>,
     sum: &AtTip,
 ) -> DeterminedPart {
-    let projection = free.in_crf(crf_from_tool).determined_projection(tip_in_crf);
+    let projection = free.in_crf(&scenario.crf_from_tool).determined_projection(tip_in_crf);
     let covariance_mm2 = projection * sum.covariance_mm2 * projection;
     let bias_mm = projection * sum.bias_mm;
     let rms_mm = rms(&covariance_mm2);
     DeterminedPart {
-        free_axis: FreeAxis {
-            body: free.body,
-            axis_in_body: free.motion_in_body.axis.map(|a| a.into_inner().into()),
-        },
+        free_axis: FreeAxis::of(free.body, free.motion_in_body.axis, scenario),
         covariance_mm2,
         rms_mm,
         bias_mm,

@@ -168,10 +168,7 @@ impl<'a> Scatter<'a> {
             jitter,
             tool,
             crf,
-            free_axis: free.map(|free| FreeAxis {
-                body: free.body,
-                axis_in_body: free.motion_in_body.axis.map(|a| a.into_inner().into()),
-            }),
+            free_axis: free.map(|free| FreeAxis::of(free.body, free.motion_in_body.axis, scenario)),
         })
     }
 
