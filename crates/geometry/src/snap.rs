@@ -5,6 +5,7 @@ use super::gizmo::Eye;
 use super::mesh::SurfaceMesh;
 use super::orbit::Projection;
 use super::surface::{Ray, Surface};
+use super::weld::welded;
 use nalgebra::{Point3, Unit, Vector3};
 use std::collections::HashMap;
 
@@ -15,13 +16,17 @@ const EDGE_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
 /// the rounding of a mesh in single precision.
 const END_MM: f64 = 1e-3;
 
+/// And so much more for each millimetre beside it: more than an axis that is found from a mesh is off.
+const END_SLOPE: f64 = 5e-4;
+
 /// What lies less than this behind the surface, in pixels, is still seen.
 const SEEN_PX: f64 = 1.5;
 
 /// What a point is, the one that is preferred first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SnapKind {
-    /// The middle of an end of the body, where its long axis leaves it.
+    /// The middle of an end of the body: of a body of revolution along its axis, of another one along its
+    /// longest side.
     ShaftEnd,
     /// A corner at which faces meet at an angle.
     EdgeEnd,
@@ -63,11 +68,14 @@ pub struct SnapPoint {
 pub struct SnapPoints(Vec<SnapPoint>);
 
 impl SnapPoints {
-    /// Those of the instrument, without anatomy.
-    pub fn of(mesh: &SurfaceMesh) -> Self {
+    /// Those of the instrument, without anatomy; `surface` is that of the same mesh.
+    pub fn of(mesh: &SurfaceMesh, surface: Option<&Surface>) -> Self {
         let corners = Corners::of(mesh);
         let is_sharp = corners.sharp();
-        let ends = shaft_ends(&corners.places_mm, &mesh.long_axis());
+        let longest_side = mesh.long_axis();
+        let axis = surface.and_then(|surface| surface.revolution_axis(&longest_side));
+        let along = axis.map_or(longest_side, |axis| axis.direction.into_inner());
+        let ends = shaft_ends(&corners.places_mm, &along);
         let mut points: Vec<SnapPoint> = ends
             .iter()
             .map(|at_mm| SnapPoint { kind: SnapKind::ShaftEnd, at_mm: *at_mm })
@@ -127,8 +135,13 @@ fn is_seen(at_mm: &Point3<f64>, ray: &Ray, eye: &Eye, surface: &Surface) -> bool
 fn shaft_ends(places_mm: &[Point3<f64>], along: &Vector3<f64>) -> Vec<Point3<f64>> {
     let end = |along: Vector3<f64>| {
         let far = |place: &Point3<f64>| place.coords.dot(&along);
-        let farthest = places_mm.iter().map(far).max_by(f64::total_cmp)?;
-        let of_end = places_mm.iter().filter(|place| far(place) >= farthest - END_MM);
+        let farthest = places_mm.iter().max_by(|a, b| far(a).total_cmp(&far(b)))?;
+        let is_of_end = |place: &Point3<f64>| {
+            let between = place - farthest;
+            let behind_mm = -between.dot(&along);
+            behind_mm <= END_MM + END_SLOPE * between.cross(&along).norm()
+        };
+        let of_end = places_mm.iter().filter(|place| is_of_end(place));
         let (sum, count) = of_end
             .fold((Vector3::zeros(), 0.0), |(sum, count), place| (sum + place.coords, count + 1.0));
         Some(Point3::from(sum / count))
@@ -144,25 +157,23 @@ struct Corners {
 
 impl Corners {
     fn of(mesh: &SurfaceMesh) -> Self {
-        let mut of_place: HashMap<[u64; 3], usize> = HashMap::new();
-        let mut places_mm = Vec::new();
-        let mut triangles = Vec::new();
+        let (mut positions_mm, mut corners) = (Vec::new(), Vec::new());
         for part in mesh.body_parts() {
-            // Adding zero makes one of the two zeros.
-            let key = |at: &Point3<f64>| [at.x, at.y, at.z].map(|value| (value + 0.0).to_bits());
-            let own: Vec<usize> = part
-                .positions_mm
-                .iter()
-                .map(|at| {
-                    *of_place.entry(key(at)).or_insert_with(|| {
-                        places_mm.push(*at);
-                        places_mm.len() - 1
-                    })
-                })
-                .collect();
-            triangles.extend(part.triangles.iter().map(|t| t.map(|corner| own[corner as usize])));
+            let first = positions_mm.len();
+            positions_mm.extend_from_slice(&part.positions_mm);
+            corners.extend(part.triangles.iter().map(|t| t.map(|corner| first + corner as usize)));
         }
-        Self { places_mm, triangles }
+        let vertices = welded(&positions_mm);
+        let mut places_mm: Vec<Point3<f64>> = Vec::new();
+        for (vertex, at_mm) in vertices.iter().zip(&positions_mm) {
+            // Vertices are counted in the order in which they are first met.
+            if *vertex as usize == places_mm.len() {
+                places_mm.push(*at_mm);
+            }
+        }
+        let triangles =
+            corners.into_iter().map(|t: [usize; 3]| t.map(|corner| vertices[corner] as usize));
+        Self { places_mm, triangles: triangles.collect() }
     }
 
     /// For each place whether it is on an edge: where faces meet at an angle, or where one ends.

@@ -34,7 +34,7 @@ impl Surfaces {
     /// What a pointer snaps to on a body; `None` where it has no mesh.
     pub fn snap_points(&self, role: BodyRole) -> Option<&SnapPoints> {
         let own = self.0[role as usize].as_ref()?;
-        Some(own.snap_points.get_or_init(|| SnapPoints::of(&own.mesh)))
+        Some(own.snap_points.get_or_init(|| SnapPoints::of(&own.mesh, own.surface.as_deref())))
     }
 
     /// The same with normals that are smooth over shallow edges, whatever the mesh has.

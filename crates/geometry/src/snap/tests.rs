@@ -1,6 +1,7 @@
 use super::*;
 use crate::mesh::MeshPart;
 use crate::orbit::{AxisEnd, OrbitCamera, Projection};
+use nalgebra::UnitQuaternion;
 use std::f64::consts::TAU;
 
 const RADIUS_MM: f64 = 1.5;
@@ -45,24 +46,53 @@ fn eye(end: AxisEnd, projection: Projection) -> Eye {
     Eye { camera, view_px: [900.0, 600.0] }
 }
 
+fn points(mesh: &SurfaceMesh) -> SnapPoints {
+    SnapPoints::of(mesh, Surface::new(mesh).as_ref())
+}
+
+fn ends(mesh: &SurfaceMesh) -> Vec<Point3<f64>> {
+    let points = points(mesh);
+    let ends = points.iter().filter(|point| point.kind == SnapKind::ShaftEnd);
+    ends.map(|point| point.at_mm).collect()
+}
+
 const SIDE: AxisEnd = AxisEnd::new(crate::orbit::Axis::X, true);
 
 /// What a pointer so far from the pixel of a point snaps to.
 fn snapped(mesh: &SurfaceMesh, eye: &Eye, at: Point3<f64>, by_px: [f64; 2]) -> Option<SnapPoint> {
     let [x, y] = eye.camera.project(&at, eye.view_px).unwrap();
     let ray = eye.camera.ray([x + by_px[0], y + by_px[1]], eye.view_px);
-    SnapPoints::of(mesh).under(&ray, eye, &Surface::new(mesh).unwrap())
+    points(mesh).under(&ray, eye, &Surface::new(mesh).unwrap())
 }
 
 #[test]
 fn the_shaft_end_is_the_end_of_its_axis() {
     let at_mm = Vector3::new(3.0, -2.0, 0.0);
-    let points = SnapPoints::of(&shaft(at_mm));
-    let ends: Vec<_> = points.iter().filter(|p| p.kind == SnapKind::ShaftEnd).collect();
+    let ends = ends(&shaft(at_mm));
     assert_eq!(ends.len(), 2);
     for (end, z) in ends.iter().zip([LENGTH_MM, 0.0]) {
-        let off_mm = (end.at_mm - Point3::from(at_mm) - Vector3::z() * z).norm();
+        let off_mm = (end - Point3::from(at_mm) - Vector3::z() * z).norm();
         assert!(off_mm < 1e-12, "{off_mm}");
+    }
+}
+
+#[test]
+fn a_slanted_shaft_ends_on_its_axis() {
+    // Its longest side is along z, its axis is not.
+    let turn = UnitQuaternion::from_euler_angles(0.3, -0.4, 0.0);
+    let mut mesh = shaft(Vector3::zeros());
+    let part = &mut mesh.parts[0];
+    for at in &mut part.positions_mm {
+        *at = turn * *at;
+    }
+    for normal in &mut part.normals {
+        *normal = turn * *normal;
+    }
+    let ends = ends(&mesh);
+    assert_eq!(ends.len(), 2);
+    for (end, z) in ends.iter().zip([LENGTH_MM, 0.0]) {
+        let off_mm = (end - turn * Point3::new(0.0, 0.0, z)).norm();
+        assert!(off_mm < 1e-9, "{off_mm}");
     }
 }
 
@@ -70,14 +100,13 @@ fn the_shaft_end_is_the_end_of_its_axis() {
 fn each_place_is_one_point() {
     let mut mesh = shaft(Vector3::zeros());
     mesh.parts.push(mesh.parts[0].clone());
-    let points = SnapPoints::of(&mesh);
-    assert_eq!(points.iter().count(), 2 + 2 + 2 * SIDES as usize);
+    assert_eq!(points(&mesh).iter().count(), 2 + 2 + 2 * SIDES as usize);
 }
 
 #[test]
 fn rims_are_edges_and_the_middle_of_a_face_is_none() {
     let mesh = shaft(Vector3::zeros());
-    for point in SnapPoints::of(&mesh).iter() {
+    for point in points(&mesh).iter() {
         let is_rim = (point.at_mm.coords.xy().norm() - RADIUS_MM).abs() < 1e-9;
         assert_eq!(point.kind == SnapKind::EdgeEnd, is_rim, "{point:?}");
     }
@@ -117,5 +146,5 @@ fn a_hidden_corner_is_left_out() {
 fn a_vertex_between_smooth_faces_has_less_reach() {
     assert!(SnapKind::Vertex.reach_px() < SnapKind::EdgeEnd.reach_px());
     assert!(SnapKind::EdgeEnd.reach_px() < SnapKind::ShaftEnd.reach_px());
-    assert!(SnapPoints::of(&SurfaceMesh::default()).iter().next().is_none());
+    assert!(points(&SurfaceMesh::default()).iter().next().is_none());
 }
