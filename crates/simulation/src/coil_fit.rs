@@ -3,6 +3,11 @@
 //! A coil is a cylinder of its stated size about its sensor's axis. One that lies wholly outside the
 //! body or on its surface is mounted on it, which is as good as inside. Where the mesh encloses
 //! nothing, nothing is stated about inside and outside; without a stated size nothing at all.
+//!
+//! The bore of a cannula is inside the body, also where the mesh has it: a point is in a bore where
+//! the body has a wall all around the coil's axis, within the coil's length. Its limits: a bore that is
+//! open along its side by more than a twenty-fourth of a turn is none, nor is one wider than twice the
+//! coil's length; a narrow slot that a coil stands in counts as a bore.
 
 use super::axis_words::body_name;
 use super::body::{Coil, Sensor};
@@ -117,16 +122,34 @@ pub fn coil_findings(
 /// How far a coil that is partly in a body sticks out of it; `None` where it is inside, outside or on
 /// the surface, and where the surface encloses nothing.
 pub fn sticks_out_mm(sensor: &Sensor, surface: &Surface) -> Option<f64> {
-    let cylinder = Cylinder::of(sensor)?;
-    if !surface.is_closed() {
-        return None;
-    }
-    let stations: Vec<Station> =
-        (0..=STATIONS).map(|k| Station::at(&cylinder, k, surface)).collect();
-    let is_in = stations.iter().any(|station| station.inside > 0);
-    let out_mm = stations.iter().map(|station| station.out_mm).fold(0.0, f64::max);
-    let is_misfit = is_in && out_mm > LEAST_MM && !cylinder.lies_on(surface);
-    is_misfit.then_some(out_mm)
+    let cylinder = Cylinder::of(sensor).filter(|cylinder| cylinder.sticks_out(surface))?;
+    let out_mm = (0..=STATIONS).map(|k| Station::at(&cylinder, k, surface).out_mm);
+    Some(out_mm.fold(0.0, f64::max))
+}
+
+/// Whether a sensor's coil fits among the other sensors of its body and, where that has one, in its
+/// surface: nothing is then found of it by [`coil_findings`].
+pub fn coil_fits<'a>(
+    sensor: &Sensor,
+    mut others: impl Iterator<Item = &'a Sensor>,
+    surface: Option<&Surface>,
+) -> bool {
+    let sticks_out = |surface| Cylinder::of(sensor).is_some_and(|own| own.sticks_out(surface));
+    others.all(|other| overlap_mm(sensor, other).is_none()) && !surface.is_some_and(sticks_out)
+}
+
+/// Whether a coil's middle is in the body, and the coil is not one that lies on the surface.
+pub(super) fn is_embedded(sensor: &Sensor, surface: &Surface) -> bool {
+    let Some(cylinder) = Cylinder::of(sensor).filter(|_| surface.is_closed()) else {
+        return false;
+    };
+    surface.contains(&cylinder.middle_mm) && !cylinder.lies_on(surface)
+}
+
+/// Whether nothing of a coil is out of the body.
+pub(super) fn is_within(sensor: &Sensor, surface: &Surface) -> bool {
+    let is_in = |cylinder: &Cylinder, k| Station::at(cylinder, k, surface).out_mm <= LEAST_MM;
+    Cylinder::of(sensor).is_none_or(|cylinder| (0..=STATIONS).all(|k| is_in(&cylinder, k)))
 }
 
 /// How far two coils would have to be moved apart at the least; `None` where they are apart.
@@ -162,16 +185,48 @@ impl Cylinder {
         self.middle_mm - *self.axis * (self.size.length_mm / 2.0)
     }
 
-    /// The points around the axis so far from the start.
-    fn ring(&self, along_mm: f64) -> impl Iterator<Item = Point3<f64>> {
+    /// The points around a point of the middle line.
+    fn ring(&self, center: &Point3<f64>) -> impl Iterator<Item = Point3<f64>> + use<> {
+        let center = *center;
         let x = perpendicular(&self.axis);
         let y = self.axis.cross(&x);
-        let center = self.start_mm() + *self.axis * along_mm;
         let radius_mm = self.radius_mm();
         (0..AROUND).map(move |k| {
             let (sine, cosine) = (f64::from(k) / f64::from(AROUND) * TAU).sin_cos();
             center + (*x * cosine + y * sine) * radius_mm
         })
+    }
+
+    /// Whether it is partly in a body and partly out of it, and does not lie on its surface.
+    fn sticks_out(&self, surface: &Surface) -> bool {
+        if !surface.is_closed() {
+            return false;
+        }
+        let (mut is_in, mut is_out) = (false, false);
+        // The ends first: if anything of it is out of the body, they mostly are.
+        let partly = [0, STATIONS].into_iter().chain(1..STATIONS).any(|k| {
+            let station = Station::at(self, k, surface);
+            is_in |= station.inside > 0;
+            is_out |= station.out_mm > LEAST_MM;
+            is_in && is_out
+        });
+        partly && (self.is_in_bore(surface) || !self.lies_on(surface))
+    }
+
+    /// Its middle line at a station.
+    fn middle_at(&self, station: u32) -> Point3<f64> {
+        let along_mm = self.size.length_mm * f64::from(station) / f64::from(STATIONS);
+        self.start_mm() + *self.axis * along_mm
+    }
+
+    /// Whether its middle line is in a bore somewhere.
+    fn is_in_bore(&self, surface: &Surface) -> bool {
+        (0..=STATIONS).any(|k| self.has_wall_around(&self.middle_at(k), surface))
+    }
+
+    /// Whether a point of it is in a bore that runs as it does.
+    fn has_wall_around(&self, point: &Point3<f64>, surface: &Surface) -> bool {
+        surface.is_bore(point, &self.axis, self.size.length_mm)
     }
 
     /// Whether it lies on the surface: its middle line is outside, or dips into the body along it,
@@ -190,7 +245,7 @@ impl Cylinder {
             let is_shallow = depth_mm <= MOST_DIP_RADII * self.radius_mm()
                 && depth_mm <= MOST_DIP_SLOPE * length_mm;
             // A rod thinner than the coil is in it, not under it.
-            is_shallow && self.ring(places[1]).any(|point| surface.contains(&point))
+            is_shallow && self.ring(&ray.at(places[1])).any(|point| surface.contains(&point))
         })
     }
 
@@ -207,7 +262,7 @@ impl Cylinder {
 
 /// A cross-section of a coil against the body.
 struct Station {
-    /// Points of it that are in the body.
+    /// Points of it that are in the body or in a bore of it.
     inside: usize,
     /// How far the farthest one is outside.
     out_mm: f64,
@@ -215,11 +270,10 @@ struct Station {
 
 impl Station {
     fn at(cylinder: &Cylinder, number: u32, surface: &Surface) -> Self {
-        let along_mm = cylinder.size.length_mm * f64::from(number) / f64::from(STATIONS);
+        let middle = cylinder.middle_at(number);
         let mut station = Self { inside: 0, out_mm: 0.0 };
-        let middle = cylinder.start_mm() + *cylinder.axis * along_mm;
-        for point in cylinder.ring(along_mm).chain([middle]) {
-            if surface.contains(&point) {
+        for point in cylinder.ring(&middle).chain([middle]) {
+            if surface.contains(&point) || cylinder.has_wall_around(&point, surface) {
                 station.inside += 1;
             } else {
                 let off_mm = (surface.closest(&point).position_mm - point).norm();
@@ -351,6 +405,79 @@ mod tests {
         let across = sensor("a", [0.0, 0.0, 50.0], [1.0, 0.0, 0.0]);
         assert!(sticks_out_mm(&across, &tube).unwrap() > 3.4);
         assert_eq!(sticks_out_mm(&along(0.0, 50.0), &tube), None, "in the bore");
+    }
+
+    /// A tube of 2 mm with a bore of 1.2 mm, 100 mm long and open at both ends: one shell.
+    fn open_tube() -> Surface {
+        turned(&[&[[0.6, 0.0], [1.0, 0.0], [1.0, 100.0], [0.6, 100.0], [0.6, 0.0]]])
+    }
+
+    #[test]
+    fn a_coil_in_an_open_tube_is_inside() {
+        let tube = open_tube();
+        assert!(tube.is_closed());
+        assert_eq!(sticks_out_mm(&along(0.0, 50.0), &tube), None, "in the bore");
+        assert_eq!(sticks_out_mm(&along(0.4, 50.0), &tube), None, "partly in the wall");
+        assert_eq!(sticks_out_mm(&along(0.0, 4.6), &tube), None, "just within the mouth");
+        assert_eq!(sticks_out_mm(&along(1.4, 50.0), &tube), None, "mounted outside");
+    }
+
+    #[test]
+    fn a_coil_half_out_of_a_tube_sticks_out() {
+        for z in [0.0, 100.0] {
+            let found = sticks_out_mm(&along(0.0, z), &open_tube()).unwrap();
+            // Half of 9 mm from the mouth, and across to its rim.
+            assert!((4.5..4.6).contains(&found), "{found}");
+        }
+        // Wholly out, it is not in this body.
+        assert_eq!(sticks_out_mm(&along(0.0, -10.0), &open_tube()), None);
+    }
+
+    #[test]
+    fn a_blind_bore_holds_a_coil_up_to_its_mouth() {
+        // Bored from z = 0 to 30 of 100 mm.
+        let blind = turned(&[&[
+            [0.0, 30.0],
+            [0.6, 30.0],
+            [0.6, 0.0],
+            [1.0, 0.0],
+            [1.0, 100.0],
+            [0.0, 100.0],
+        ]]);
+        assert!(blind.is_closed());
+        for z in [5.0, 20.0, 28.0, 32.0, 60.0] {
+            assert_eq!(sticks_out_mm(&along(0.0, z), &blind), None, "{z}");
+        }
+        let found = sticks_out_mm(&along(0.0, 2.5), &blind).unwrap();
+        assert!((2.0..2.2).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn a_coil_in_a_notch_is_outside() {
+        // An L of 10 mm by 3 mm, 40 mm along z.
+        let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 3.0], [3.0, 3.0], [3.0, 10.0], [0.0, 10.0]];
+        let mut part = MeshPart::default();
+        for z in [0.0, 40.0] {
+            part.positions_mm.extend(outline.map(|[x, y]| Point3::new(x, y, z)));
+        }
+        part.normals = vec![Vector3::z(); 12];
+        for i in 0..6 {
+            let next = (i + 1) % 6;
+            part.triangles.extend([[i, next, next + 6], [i, next + 6, i + 6]]);
+        }
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]] {
+            part.triangles.extend([[a, c, b], [a + 6, b + 6, c + 6]]);
+        }
+        let mesh = SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() };
+        let angle = Surface::new(&mesh).unwrap();
+        assert!(angle.is_closed());
+        let in_notch = |z| sensor("a", [4.0, 4.0, z], [0.0, 0.0, 1.0]);
+        // Mounted there, also where it stands out at the end.
+        assert_eq!(sticks_out_mm(&in_notch(20.0), &angle), None);
+        assert_eq!(sticks_out_mm(&in_notch(40.0), &angle), None);
+        let through = sensor("a", [3.0, 8.0, 20.0], [1.0, 0.0, 0.0]);
+        let found = sticks_out_mm(&through, &angle).unwrap();
+        assert!((found - 4.5).abs() < 0.1, "{found}");
     }
 
     #[test]

@@ -86,7 +86,7 @@ pub mod work;
 pub use along_shaft::AlongShaft;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
-pub use coil_fit::{CoilFinding, CoilMisfit, coil_findings, coil_statements};
+pub use coil_fit::{CoilFinding, CoilMisfit, coil_findings, coil_fits, coil_statements};
 pub use error_sources::{ErrorSources, error_sources};
 pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,

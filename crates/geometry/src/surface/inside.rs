@@ -1,13 +1,22 @@
 //! What is inside a surface that encloses something: a shell, or several that overlap.
 
 use super::{NodeContent, Ray, STACK, Surface, Triangle, box_distance_along};
+use crate::rotation::perpendicular;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::slice::ParallelSliceMut;
+use std::f64::consts::TAU;
 
 /// Directions that are looked in, none along an axis or a diagonal that meshes have edges in: a ray
 /// through an edge counts it twice, so that two of three decide.
 const DIRECTIONS: [[f64; 3]; 3] =
     [[0.367_1, 0.812_3, 0.453_9], [-0.713_7, 0.201_1, 0.671_3], [0.531_9, -0.447_7, 0.718_9]];
+
+/// Directions across an axis in which a bore has to have a wall: what is open along its side by more
+/// than this part of a turn is no bore.
+const ACROSS: u32 = 24;
+
+/// The first of them, in parts of a step: none then runs to a corner of a round part of as many sides.
+const OFF_CORNERS: f64 = 0.381_966;
 
 /// Where a line goes through a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +79,32 @@ impl Surface {
             }
         }
         parts
+    }
+
+    /// Whether a point that is outside of the solid is in a bore along an axis: square to the axis the
+    /// surface is nearer than `reach_mm` all around. A bore may be open at its ends, not along its side.
+    ///
+    /// The walls of a tube may be one closed shell, so that its bore is as much outside of the solid as
+    /// the room is. Its walls are the difference, and the axis has to be known: from side to side of a
+    /// groove there are walls as well.
+    pub fn is_bore(
+        &self,
+        point_mm: &Point3<f64>,
+        axis: &Unit<Vector3<f64>>,
+        reach_mm: f64,
+    ) -> bool {
+        let x = perpendicular(axis);
+        let y = axis.cross(&x);
+        let has_wall = |k: u32| {
+            let turn_rad = (f64::from(k) + OFF_CORNERS) / f64::from(ACROSS) * TAU;
+            let (sine, cosine) = turn_rad.sin_cos();
+            let direction = Unit::new_normalize(*x * cosine + y * sine);
+            let hit = self.hit(&Ray { origin_mm: *point_mm, direction });
+            hit.is_some_and(|hit| hit.distance_mm <= reach_mm)
+        };
+        // Opposite ones one after the other: most points outside have one that is free.
+        let half = ACROSS / 2;
+        (0..half).all(|k| has_wall(k) && has_wall(k + half)) && !self.contains(point_mm)
     }
 
     /// Everywhere the ray meets the surface, from either side.
@@ -181,6 +216,51 @@ mod tests {
         for (part, expected) in parts.iter().flatten().zip(expected.iter().flatten()) {
             assert!((part - expected).abs() < 0.02, "{parts:?}");
         }
+    }
+
+    /// An outline in the plane, drawn out along z, with the triangles of its ends.
+    fn drawn_out(outline: &[[f64; 2]], pieces: &[[usize; 3]], length_mm: f64) -> Surface {
+        let mut part = crate::mesh::MeshPart::default();
+        for z in [0.0, length_mm] {
+            part.positions_mm.extend(outline.iter().map(|[x, y]| Point3::new(*x, *y, z)));
+        }
+        part.normals = vec![Vector3::z(); part.positions_mm.len()];
+        let count = outline.len() as u32;
+        for i in 0..count {
+            let [a, b] = [i, (i + 1) % count];
+            part.triangles.extend([[a, b, b + count], [a, b + count, a + count]]);
+        }
+        for [a, b, c] in pieces.iter().map(|piece| piece.map(|corner| corner as u32)) {
+            part.triangles.extend([[a, c, b], [a + count, b + count, c + count]]);
+        }
+        let surface = Surface::new(&SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() });
+        let surface = surface.unwrap();
+        assert!(surface.is_closed());
+        surface
+    }
+
+    #[test]
+    fn a_tubes_bore_is_a_bore() {
+        let surface = Surface::new(&tube()).unwrap();
+        let along = Vector3::z_axis();
+        for (x, is_bore) in [(0.0, true), (0.9, true), (1.5, false), (3.0, false)] {
+            let point = Point3::new(x, 0.1, 50.0);
+            assert_eq!(surface.is_bore(&point, &along, 9.0), is_bore, "{x}");
+        }
+        assert!(!surface.is_bore(&Point3::new(0.0, 0.1, 50.0), &along, 0.5), "too wide");
+    }
+
+    #[test]
+    fn a_notch_is_no_bore() {
+        // An L: 10 mm wide and high, 3 mm thick.
+        let outline = [[0.0, 0.0], [10.0, 0.0], [10.0, 3.0], [3.0, 3.0], [3.0, 10.0], [0.0, 10.0]];
+        let pieces = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+        let surface = drawn_out(&outline, &pieces, 40.0);
+        for axis in [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()] {
+            assert!(!surface.is_bore(&Point3::new(4.0, 4.0, 20.0), &axis, 50.0), "{axis:?}");
+        }
+        // Nor is it one behind a wall: the room is on the other side.
+        assert!(!surface.is_bore(&Point3::new(-1.0, 5.0, 20.0), &Vector3::z_axis(), 50.0));
     }
 
     #[test]
