@@ -5,7 +5,7 @@ use super::field_layers::{app_with, rest};
 use super::pointer::SimulatedPointer;
 use bevy::prelude::*;
 use trackwright_design::view::{CoilDepth, Layers};
-use trackwright_design::{BodyRole, Design};
+use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld, ViewRequest};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::best_place::{BestPlaceMark, LEGEND_ORDER, MOVE_TO_BEST};
@@ -15,7 +15,7 @@ use trackwright_editor::layers::placement;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand};
 use trackwright_editor::shell::window::Workspace;
-use trackwright_simulation::{BestPlace, Metric};
+use trackwright_simulation::{BestPlace, Coil, Metric};
 
 const SENSOR: usize = 1;
 
@@ -60,6 +60,9 @@ fn a_click_on_the_best_place_gives_what_it_promised() {
     rest(&mut pointer.app);
     let sensor = pointer.design().tool.body.rigid.sensors[SENSOR].clone();
     assert_eq!(sensor, best.sensor);
+    let world = &pointer.app.world().resource::<OpenWorld>().0;
+    let found = trackwright_simulation::coil_statements(&trackwright_project::coil_findings(world));
+    assert!(found.is_empty(), "the program warns of its best place: {found:?}");
     let (figure_mm, own_mm) = expected_mm(&pointer.app);
     // The same study of the same design, its place rounded by nothing but the edit.
     assert!((figure_mm - promised.rms_mm).abs() < 1e-9, "{figure_mm} {}", promised.rms_mm);
@@ -99,6 +102,21 @@ fn a_command_puts_the_coil_on_the_surface_and_back() {
         let note = legends.bar(placement::LAYER.order).unwrap().note.clone().unwrap();
         assert_eq!(note, format!("coil {}, axis as it is", depth.name()));
     }
+}
+
+#[test]
+fn a_coil_that_fits_nowhere_is_stated() {
+    let mut app = app();
+    let mut sensor = design(&app).tool.body.rigid.sensors[SENSOR].clone();
+    // So large that the tool's other coils are in it wherever it is.
+    sensor.coil = Some(Coil { diameter_mm: 800.0, length_mm: 800.0 });
+    let edit = Edit::SetSensor { body: BodyRole::Tool, index: SENSOR, sensor };
+    request(&mut app, EditRequest::Apply(edit));
+    rest(&mut app);
+    app.update();
+    assert_eq!(named(&mut app, "best place"), 0);
+    let words = app.world().resource::<Legends>().words(LEGEND_ORDER).unwrap();
+    assert_eq!(words, "no best place: the coil fits at none");
 }
 
 #[test]

@@ -25,7 +25,8 @@ fn built_in(name: &str, body: PlacedBody) -> (Scenario, Vec<SurfacePoint>) {
 }
 
 fn plan(body: PlacedBody, rule: AxisRule, candidates: &[SurfacePoint]) -> PlacementPlan {
-    PlacementPlan { body, sensor: 1, rule, candidates: candidates.into() }
+    let (candidates, depth) = (candidates.into(), CoilDepth::Surface);
+    PlacementPlan { body, sensor: 1, rule, candidates, depth, surface: None }
 }
 
 /// All pictures of a placement, the last one its outcome.
@@ -114,7 +115,7 @@ fn imagined(name: &str, sensor: usize, depth: CoilDepth) -> (Scenario, Placement
     let mesh = placement_mesh(mesh).unwrap_or_else(|| SurfaceMesh::clone(mesh));
     let candidates = depth.places(&mesh, &scenario.tool.sensors[sensor].position_in_body).into();
     let (body, rule) = (PlacedBody::Tool, AxisRule::Keep);
-    (scenario, PlacementPlan { body, sensor, rule, candidates }, mesh)
+    (scenario, PlacementPlan { body, sensor, rule, candidates, depth, surface: None }, mesh)
 }
 
 #[test]
@@ -198,6 +199,7 @@ fn values_between_vertices_are_linear_on_the_triangle() {
         full: 0,
         trials: 1,
         best: None,
+        fits_nowhere: false,
         is_final: true,
         work: Work::default(),
     };

@@ -136,6 +136,9 @@ impl Stage<'_> {
             sensor,
             rule: self.view.placement_rule,
             candidates: self.view.placement_depth.places(mesh, &own_mm).into(),
+            depth: self.view.placement_depth,
+            // For the best place, which is not exported.
+            surface: None,
         };
         let outcome = place(scenario, &plan, task, &mut |_| ());
         Ok(PaintedBody { body, sensor, outcome: outcome.map_err(|error| error.to_string())? })

@@ -146,10 +146,20 @@ pub(super) fn is_embedded(sensor: &Sensor, surface: &Surface) -> bool {
     surface.contains(&cylinder.middle_mm) && !cylinder.lies_on(surface)
 }
 
-/// Whether nothing of a coil is out of the body.
+/// Whether nothing of a coil is out of the body. Most coils that are not are known by one end.
 pub(super) fn is_within(sensor: &Sensor, surface: &Surface) -> bool {
-    let is_in = |cylinder: &Cylinder, k| Station::at(cylinder, k, surface).out_mm <= LEAST_MM;
-    Cylinder::of(sensor).is_none_or(|cylinder| (0..=STATIONS).all(|k| is_in(&cylinder, k)))
+    let Some(cylinder) = Cylinder::of(sensor) else {
+        return true;
+    };
+    let is_in = |point: &Point3<f64>| {
+        surface.contains(point)
+            || (surface.closest(point).position_mm - point).norm() <= LEAST_MM
+            || cylinder.has_wall_around(point, surface)
+    };
+    [0, STATIONS].into_iter().chain(1..STATIONS).all(|k| {
+        let middle = cylinder.middle_at(k);
+        is_in(&middle) && cylinder.ring(&middle).all(|point| is_in(&point))
+    })
 }
 
 /// How far two coils would have to be moved apart at the least; `None` where they are apart.

@@ -26,6 +26,9 @@ pub const LEGEND_ORDER: u32 = 121;
 /// Letters of a sensor's name in the legend.
 const NAME_CHARS: usize = 16;
 
+/// What stands for the best place where there is none.
+const FITS_NOWHERE: &str = "no best place: the coil fits at none";
+
 pub const MOVE_TO_BEST: Command = Command::new(
     EDIT,
     56,
@@ -86,6 +89,9 @@ fn mark(
         }
         false => LegendKey::new(ball, format!("best place found: {}", value(found))),
     });
+    let fits_nowhere = layer.fits_nowhere(document.revision());
+    let key = key
+        .or_else(|| fits_nowhere.then(|| LegendKey::new(Swatch::Nothing, FITS_NOWHERE.to_owned())));
     let legend = Legend { keys: key.into_iter().collect(), ..Legend::default() };
     legends.set(LEGEND_ORDER, legend);
     // Over a sensor that is there already it would only hide it.
@@ -152,10 +158,17 @@ pub(crate) fn move_on_request(
     mut edits: MessageWriter<EditRequest>,
     mut notice: ResMut<Notice>,
 ) {
-    match world.and_then(|world| edit(&layer, &world)) {
+    match world.as_ref().and_then(|world| edit(&layer, world)) {
         Some(edit) => {
             edits.write(EditRequest::Apply(edit));
         }
-        None => *notice = Notice::Refused("The best place is not known yet".to_owned()),
+        None => {
+            let revision = world.map(|world| world.0.document.revision());
+            let why = match revision.is_some_and(|revision| layer.fits_nowhere(revision)) {
+                true => "There is no best place: the coil fits at none",
+                false => "The best place is not known yet",
+            };
+            *notice = Notice::Refused(why.to_owned());
+        }
     }
 }

@@ -78,6 +78,12 @@ impl PlacementLayer {
         let best = found.best.clone().filter(|_| is_newest)?;
         Some(FoundBest { body: key.body, sensor: key.sensor, revision: key.revision, best })
     }
+
+    /// Whether the last picture of a revision has no best place because the coil fits at none.
+    pub(crate) fn fits_nowhere(&self, revision: u64) -> bool {
+        let found = self.newest.found().filter(|(key, _)| self.newest.requested() == Some(key));
+        found.is_some_and(|(key, found)| key.revision == revision && found.fits_nowhere)
+    }
 }
 
 /// The mesh whose vertices are places, and what it was made from.
@@ -262,7 +268,8 @@ fn request(
         layer.mesh = None;
         return;
     };
-    let is_placeholder = world.0.mesh(key.body).is_none();
+    let own_mesh = world.0.mesh(key.body).cloned();
+    let is_placeholder = own_mesh.is_none();
     let made = layer.mesh.take().filter(|made| is_same_mesh(&made.made_from, &shown));
     let made = made.unwrap_or_else(|| PlacementMesh::new(shown, is_placeholder));
     let mesh = Arc::clone(&made.mesh);
@@ -281,6 +288,8 @@ fn request(
             sensor: key.sensor,
             rule: key.rule,
             candidates: key.depth.places(&mesh, &own_mm).into(),
+            depth: key.depth,
+            surface: own_mesh.and_then(|mesh| Surface::new(&mesh)).map(Arc::new),
         };
         // What cannot be placed leaves the body unpainted: the result panel shows why.
         let _ = place(&scenario, &plan, task, &mut |outcome| {

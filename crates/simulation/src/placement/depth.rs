@@ -1,7 +1,6 @@
 //! How deep below the surface a sensor is imagined: a coil lies in a bore as often as on the outside.
 
-use super::vertices;
-use nalgebra::Point3;
+use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::mesh::SurfaceMesh;
@@ -18,6 +17,18 @@ const EDGES_ACROSS: f64 = 100.0;
 pub fn placement_mesh(mesh: &SurfaceMesh) -> Option<SurfaceMesh> {
     let diagonal_mm = mesh.body_bounds()?.diagonal_mm();
     mesh.finer(LONGEST_EDGE_MM.max(diagonal_mm / EDGES_ACROSS))
+}
+
+/// The vertices of an instrument, part after part in the mesh's order; one whose normal has no
+/// direction looks along z.
+pub fn vertices(mesh: &SurfaceMesh) -> Vec<SurfacePoint> {
+    mesh.body_parts()
+        .flat_map(|part| part.positions_mm.iter().zip(&part.normals))
+        .map(|(position_mm, normal)| SurfacePoint {
+            position_mm: *position_mm,
+            normal: Unit::try_new(*normal, 1e-12).unwrap_or_else(Vector3::z_axis),
+        })
+        .collect()
 }
 
 /// How deep below the surface a sensor is put.
@@ -84,7 +95,6 @@ fn depth_mm(vertices: &[SurfacePoint], surface: &Surface, point: &Point3<f64>) -
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector3;
     use trackwright_geometry::placeholder::placeholder;
 
     /// A rod of 1.5 mm along z.

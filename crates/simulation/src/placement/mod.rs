@@ -39,7 +39,7 @@ mod rule;
 mod tool;
 
 pub use best::BestPlace;
-pub use depth::{CoilDepth, placement_mesh};
+pub use depth::{CoilDepth, placement_mesh, vertices};
 pub use outcome::{
     Basis, ExpectedTip, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan,
 };
@@ -53,14 +53,11 @@ use best::find_best;
 use crf::CrfAt;
 use interval::OpenParts;
 use known::Known;
-use nalgebra::{Unit, Vector3};
 use outcome::{Candidates, Found, NOWHERE, Study, difference_mm};
 use rayon::prelude::*;
 use tool::ToolAt;
-use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::spread::{Position, farthest_first};
-use trackwright_geometry::surface::SurfacePoint;
 use trackwright_task::{Cancelled, Task};
 
 /// Trials that go into fully computed vertices.
@@ -75,18 +72,6 @@ const FIRST_VERTICES: usize = 512;
 
 /// Trials up to which there is one picture only.
 const AT_ONCE: usize = 100_000;
-
-/// The vertices of an instrument, part after part in the mesh's order; one whose normal has no
-/// direction looks along z.
-pub fn vertices(mesh: &SurfaceMesh) -> Vec<SurfacePoint> {
-    mesh.body_parts()
-        .flat_map(|part| part.positions_mm.iter().zip(&part.normals))
-        .map(|(position_mm, normal)| SurfacePoint {
-            position_mm: *position_mm,
-            normal: Unit::try_new(*normal, 1e-12).unwrap_or_else(Vector3::z_axis),
-        })
-        .collect()
-}
 
 /// Finds what each place comes to; `deliver` gets each picture, the last one too, which is
 /// returned. The result does not depend on the number of threads.

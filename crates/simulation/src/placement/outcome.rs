@@ -1,6 +1,7 @@
 //! Places of a sensor: what is wanted, what one comes to, and what is known of all.
 
 use super::best::BestPlace;
+use super::depth::CoilDepth;
 use super::rule::AxisRule;
 use crate::body::Sensor;
 use crate::metric::Metric;
@@ -15,7 +16,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::spread::Position;
-use trackwright_geometry::surface::SurfacePoint;
+use trackwright_geometry::surface::{Surface, SurfacePoint};
 use trackwright_task::Cancelled;
 
 /// Poses that every vertex is computed at.
@@ -49,6 +50,10 @@ pub struct PlacementPlan {
     pub rule: AxisRule,
     /// Body frame.
     pub candidates: Arc<[SurfacePoint]>,
+    /// How deep they are below the surface.
+    pub depth: CoilDepth,
+    /// Of the body, where it has a mesh: at the best place the coil fits in it.
+    pub surface: Option<Arc<Surface>>,
 }
 
 /// What one place comes to.
@@ -106,6 +111,8 @@ pub struct PlacementOutcome {
     pub trials: usize,
     /// The best of them as a study of its own; `None` before the last picture.
     pub best: Option<BestPlace>,
+    /// Whether there is no best place because the coil fits at none.
+    pub fits_nowhere: bool,
     /// Whether nothing better follows.
     pub is_final: bool,
     /// So far.
@@ -290,6 +297,7 @@ impl Candidates {
             places,
             trials,
             best: None,
+            fits_nowhere: false,
             is_final,
             work: Work {
                 placement_evaluations: work.study_evaluations,

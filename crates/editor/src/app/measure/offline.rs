@@ -14,7 +14,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 use trackwright_design::{BodyRole, Edit};
 use trackwright_simulation::placement::vertices;
-use trackwright_simulation::{AxisRule, PlacedBody, PlacementPlan, place};
+use trackwright_simulation::{AxisRule, CoilDepth, PlacedBody, PlacementPlan, place};
 use trackwright_task::Task;
 
 /// A tube of 20,000 vertices.
@@ -92,6 +92,8 @@ pub fn placement() -> Result<Placed, MeasureError> {
         sensor: 0,
         rule: AxisRule::default(),
         candidates: vertices(&tube(around, along)).into(),
+        depth: CoilDepth::Surface,
+        surface: None,
     };
     let mut first = None;
     place(&scenario, &plan, &Task::default(), &mut |_| {
