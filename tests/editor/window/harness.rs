@@ -41,6 +41,8 @@ pub struct Window {
     /// Recovery files and the like are this window's own.
     _state: Option<tempfile::TempDir>,
     id: String,
+    /// Clicks since the start, and commands that were found by their names.
+    clicks: usize,
     /// `None` where the test keeps its turn itself.
     _turn: Option<Turn>,
 }
@@ -102,6 +104,7 @@ impl Window {
             screen,
             _state: None,
             id: String::new(),
+            clicks: 0,
             _turn: None,
         };
         window.wait_for("its first figures", |printed| {
@@ -140,7 +143,12 @@ impl Window {
         self.point_at(at);
         // A button that is held is no click: no pause between its press and its release.
         self.xdotool(&["click", "1"]);
+        self.clicks += 1;
         self.settle();
+    }
+
+    pub fn clicks(&self) -> usize {
+        self.clicks
     }
 
     pub fn press_button(&mut self) {
@@ -183,10 +191,30 @@ impl Window {
     /// [`Self::open_with_controls`].
     #[track_caller]
     pub fn control(&self, name: &str) -> [f64; 2] {
-        let from = self.printed.iter().rposition(|line| line == "controls").unwrap_or(0);
-        let mut places = self.printed[from..].iter().rev().filter_map(|line| control_of(line));
-        let found = places.find(|(own, _)| *own == name);
-        found.unwrap_or_else(|| panic!("no control {name}; {}", self.newest())).1
+        let found = controls(&self.printed).rev().find(|control| control.name == name);
+        let found = found.unwrap_or_else(|| panic!("no control {name}; {}", self.newest()));
+        [0, 1].map(|k| found.corner[k] + found.size[k] / 2.0)
+    }
+
+    /// The texts to the right of a label, from left to right.
+    #[track_caller]
+    pub fn row(&self, label: &str) -> Vec<String> {
+        let middle = |control: &Control| control.corner[1] + control.size[1] / 2.0;
+        let own = controls(&self.printed).find(|control| control.name == label);
+        let own = own.unwrap_or_else(|| panic!("no {label}; {}", self.newest()));
+        let is_beside = |control: &Control| {
+            control.corner[0] > own.corner[0] && (middle(control) - middle(&own)).abs() < 3.0
+        };
+        let mut row: Vec<_> = controls(&self.printed).filter(is_beside).collect();
+        row.sort_by(|a, b| a.corner[0].total_cmp(&b.corner[0]));
+        row.into_iter().map(|control| control.name.to_owned()).collect()
+    }
+
+    /// Waits until a control of this name is shown.
+    #[track_caller]
+    pub fn wait_for_control(&mut self, name: &str) {
+        self.wait_for(name, |printed| controls(printed).any(|control| control.name == name));
+        self.settle();
     }
 
     /// Clicks a control.
@@ -200,6 +228,7 @@ impl Window {
         self.key("ctrl+shift+p");
         self.write(name);
         self.key("Return");
+        self.clicks += 1;
     }
 
     /// Presses modifiers or lets go of them.
@@ -359,12 +388,25 @@ impl Drop for Window {
     }
 }
 
-/// Name and middle from `control X Y WIDTH HEIGHT ROLE NAME`.
-fn control_of(line: &str) -> Option<(&str, [f64; 2])> {
+/// What is shown with a name, in pixels of the window.
+struct Control<'a> {
+    name: &'a str,
+    corner: [f64; 2],
+    size: [f64; 2],
+}
+
+/// What the newest list of controls names.
+fn controls(printed: &[String]) -> impl DoubleEndedIterator<Item = Control<'_>> {
+    let from = printed.iter().rposition(|line| line == "controls").unwrap_or(0);
+    printed[from..].iter().filter_map(|line| control_of(line))
+}
+
+/// From `control X Y WIDTH HEIGHT ROLE NAME`.
+fn control_of(line: &str) -> Option<Control<'_>> {
     let mut words = line.strip_prefix("control ")?.splitn(6, ' ');
     let mut number = || words.next()?.parse::<f64>().ok();
-    let [x, y, width, height] = [number()?, number()?, number()?, number()?];
-    Some((words.nth(1)?, [x + width / 2.0, y + height / 2.0]))
+    let (corner, size) = ([number()?, number()?], [number()?, number()?]);
+    Some(Control { name: words.nth(1)?, corner, size })
 }
 
 fn last_of<'a>(printed: &'a [String], word: &str) -> Option<&'a str> {
