@@ -110,6 +110,15 @@ pub const TEXT_STRONG: Rgb = Rgb::pair(0xF4F6F8, 0x0C0F13);
 pub const ACCENT: Rgb = Rgb::pair(0x4FA3FF, 0x1766D0);
 pub const SHADOW: Rgb = Rgb::hex(0x000000);
 
+/// How opaque the plates behind writing in the 3D view are: lines of the scene do not strike it
+/// through.
+pub const PLATE_ALPHA: u8 = 215;
+
+/// The plate behind writing in the 3D view, in the theme of now.
+pub fn plate() -> Color32 {
+    PANEL.color32_alpha(PLATE_ALPHA)
+}
+
 // What a figure means; a sign always stands beside the colour.
 pub const ERROR: Rgb = Rgb::pair(0xF05D5E, 0xC0282A);
 
@@ -154,4 +163,68 @@ pub fn of_part(role: trackwright_design::BodyRole, own: bevy::color::LinearRgba)
     let own = [own.red, own.green, own.blue].map(f64::from);
     let [r, g, b] = trackwright_scene::palette::of_part(role, own, Theme::now().ground());
     Color::srgb(r as f32, g as f32, b as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of text on its ground, the least of the Web Content Accessibility Guidelines (level AA).
+    const LEAST_CONTRAST: f64 = 4.5;
+
+    fn channels(color: [u8; 3]) -> [f64; 3] {
+        color.map(|channel| f64::from(channel) / 255.0)
+    }
+
+    fn luminance(color: [f64; 3]) -> f64 {
+        let [r, g, b] = color.map(|channel| match channel <= 0.04045 {
+            true => channel / 12.92,
+            false => ((channel + 0.055) / 1.055).powf(2.4),
+        });
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    }
+
+    fn contrast(one: [f64; 3], other: [f64; 3]) -> f64 {
+        let (one, other) = (luminance(one) + 0.05, luminance(other) + 0.05);
+        one.max(other) / one.min(other)
+    }
+
+    /// A plate with something of the scene behind it.
+    fn plate_over(scene: [f64; 3], ground: Ground) -> [f64; 3] {
+        let opacity = f64::from(PLATE_ALPHA) / 255.0;
+        let plate = channels(PANEL.on(ground));
+        std::array::from_fn(|k| opacity * plate[k] + (1.0 - opacity) * scene[k])
+    }
+
+    #[test]
+    fn black_on_white_has_a_contrast_of_21() {
+        assert!((contrast([0.0; 3], [1.0; 3]) - 21.0).abs() < 1e-12);
+        assert!((contrast([0.3; 3], [0.3; 3]) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn writing_on_panels_and_plates_is_readable() {
+        let colors = [TEXT, TEXT_QUIET, TEXT_STRONG, ACCENT, ERROR, MET, MISSED];
+        for ground in [Ground::Dark, Ground::Light] {
+            let behind = channels(BACKGROUND.on(ground));
+            for under in [channels(PANEL.on(ground)), plate_over(behind, ground)] {
+                for color in colors {
+                    let found = contrast(channels(color.on(ground)), under);
+                    assert!(found >= LEAST_CONTRAST, "{color:?} {ground:?}: {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn text_on_a_plate_is_readable_over_anything() {
+        for ground in [Ground::Dark, Ground::Light] {
+            for scene in [[0.0; 3], [1.0; 3]] {
+                for color in [TEXT, TEXT_STRONG] {
+                    let found = contrast(channels(color.on(ground)), plate_over(scene, ground));
+                    assert!(found >= LEAST_CONTRAST, "{color:?} {ground:?}: {found}");
+                }
+            }
+        }
+    }
 }

@@ -51,7 +51,7 @@ const fn channels(code: u32) -> [u8; 3] {
 
 // What a figure means; a sign always stands beside the colour.
 pub const MET: Rgb = Rgb::pair(0x3FB37F, 0x1B7F52);
-pub const MISSED: Rgb = Rgb::pair(0xF2994A, 0xB15A00);
+pub const MISSED: Rgb = Rgb::pair(0xF2994A, 0xAB5600);
 
 pub const TOOL: Rgb = Rgb::pair(0xB9B4AC, 0x4E4A44);
 pub const CRF: Rgb = Rgb::pair(0x4F8C8A, 0x14555F);

@@ -32,8 +32,6 @@ impl Plugin for ViewAxesPlugin {
 
 /// Distance from the edges of the 3D view, in pixels.
 const MARGIN: f32 = 12.0;
-/// How opaque the plate behind it is.
-const PLATE_ALPHA: u8 = 200;
 /// Side of the square that it takes, in pixels.
 const SIDE: f32 = 92.0;
 /// From the middle to an end that lies across the view.
@@ -84,8 +82,7 @@ pub fn view_axes_ui(ui: &mut Ui, camera: &OrbitCamera) -> Vec<ViewAxesAction> {
     let mut actions = Vec::new();
     // With clicks, a drag begins where the pointer moves and not with each press.
     let (rect, whole) = ui.allocate_exact_size(vec2(SIDE, SIDE), Sense::click_and_drag());
-    let color = palette::BACKGROUND.color32_alpha(PLATE_ALPHA);
-    ui.painter().circle_filled(rect.center(), SIDE / 2.0, color);
+    ui.painter().circle_filled(rect.center(), SIDE / 2.0, palette::plate());
     if whole.dragged() && whole.drag_delta() != egui::Vec2::ZERO {
         let by = whole.drag_delta();
         actions.push(ViewAxesAction::Orbit([f64::from(by.x), f64::from(by.y)]));

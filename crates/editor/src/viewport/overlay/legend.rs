@@ -20,9 +20,6 @@ use trackwright_field::Environment;
 use trackwright_geometry::magnification::MAX_GHOST_TURN_RAD;
 use trackwright_report::room;
 
-/// How opaque the plates behind writing are.
-pub const PLATE_ALPHA: u8 = 200;
-
 /// Between a plate's edge and what is written on it.
 const PADDING: f32 = 8.0;
 /// Between the parts of the legend.
@@ -109,9 +106,9 @@ pub fn title_ui(ctx: &egui::Context, title: &Title) -> bool {
     response.on_hover_text(about).clicked()
 }
 
-/// A dark plate behind a legend, so that it reads over any scene.
+/// A plate behind a legend, so that it reads over any scene.
 fn plate(painter: &Painter, rect: Rect) {
-    painter.rect_filled(rect, 4.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
+    painter.rect_filled(rect, 4.0, palette::plate());
 }
 
 /// Everything below the title.

@@ -21,9 +21,6 @@ use trackwright_simulation::SensorOrientation;
 /// Where the letters of the tracker's axes stand: just beyond the arrows.
 const AXIS_LETTER_MM: f64 = 130.0;
 
-/// Opacity of the plates behind labels: lines of the scene do not strike them through.
-const PLATE_ALPHA: u8 = 215;
-
 /// Radius of the plate behind a letter of a handle's axis.
 const LETTER_PX: f32 = 8.0;
 
@@ -93,7 +90,7 @@ fn paint_labels(painter: &Painter, view: &OverlayView, labels: &[Label], covered
         if let Some(line) = leader(label.at, rect) {
             painter.line_segment(line, Stroke::new(1.0, label.color.color32_alpha(140)));
         }
-        painter.rect_filled(rect, 3.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
+        painter.rect_filled(rect, 3.0, palette::plate());
         if label.is_needed && label.color == palette::MISSED {
             let stroke = Stroke::new(1.0, label.color.color32());
             painter.rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);
@@ -304,7 +301,7 @@ fn gizmo_letters(painter: &Painter, view: &OverlayView) -> Vec<Rect> {
         let [tip, at] = view.gizmo?.arrow_end_px(axis, &view.eye())?.map(place);
         let font = theme::body_font();
         let text = axis.name();
-        painter.circle_filled(at, LETTER_PX, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
+        painter.circle_filled(at, LETTER_PX, palette::plate());
         let letter = painter.text(at, Align2::CENTER_CENTER, text, font, color.color32());
         Some(letter.union(Rect::from_center_size(tip, vec2(HEAD_PX, HEAD_PX))))
     };

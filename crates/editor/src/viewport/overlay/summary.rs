@@ -3,7 +3,6 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::viewport::overlay::OverlayView;
-use crate::viewport::overlay::legend::PLATE_ALPHA;
 use crate::widgets::basic::{THIN_SPACE, counted, length, with_unit};
 use crate::widgets::theme;
 use crate::widgets::verdict::{bound_text, figure_color};
@@ -53,7 +52,6 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
         line(&rest, theme::label_font(), palette::TEXT_QUIET.color32());
     }
     let covered = covered.expand(6.0);
-    let color = palette::BACKGROUND.color32_alpha(PLATE_ALPHA);
-    painter.set(plate, Shape::rect_filled(covered, 4.0, color));
+    painter.set(plate, Shape::rect_filled(covered, 4.0, palette::plate()));
     covered
 }

@@ -25,8 +25,6 @@ const MARGIN: f32 = 26.0;
 const FOOT: f32 = 62.0;
 /// Widest caption, of the stage.
 const CAPTION_PART: f32 = 0.62;
-/// How opaque the plate behind writing is.
-const PLATE_ALPHA: u8 = 190;
 
 /// Draws the slide; what it covers is added to `covered`.
 pub fn stage_ui(
@@ -114,7 +112,7 @@ fn plated(
 ) -> Rect {
     let rect = align.anchor_size(at, text.size());
     let plate = rect.expand2(vec2(10.0, 6.0));
-    painter.rect_filled(plate, 6.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
+    painter.rect_filled(plate, 6.0, palette::plate());
     painter.galley(rect.min, Arc::clone(text), palette::TEXT_STRONG.color32());
     covered.push(plate);
     plate
@@ -136,7 +134,7 @@ fn figures(painter: &Painter, at: Pos2, shown: &[PlainFigure], covered: &mut Vec
         let size = vec2(value.size().x.max(words.size().x), value.size().y + words.size().y - 2.0);
         let rect = Rect::from_min_size(top, size);
         let plate = rect.expand2(vec2(10.0, 5.0));
-        painter.rect_filled(plate, 6.0, palette::BACKGROUND.color32_alpha(PLATE_ALPHA));
+        painter.rect_filled(plate, 6.0, palette::plate());
         let words_at = rect.left_top() + vec2(0.0, value.size().y - 2.0);
         painter.galley(rect.min, value, color);
         painter.galley(words_at, words, quiet);
