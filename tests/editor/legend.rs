@@ -129,6 +129,27 @@ fn no_two_things_in_the_legend_share_a_colour() {
 }
 
 #[test]
+fn a_slide_explains_nothing_to_drag() {
+    let mut app = app();
+    let all = layers(&app);
+    show(&mut app, |view| {
+        for layer in &all {
+            *(layer.switch)(&mut view.layers) = true;
+        }
+    });
+    let (open, legends) = (app.world().resource::<OpenWorld>(), app.world().resource::<Legends>());
+    let words = |is_slide| {
+        let found = LegendEntries::new(&open.0, &all, legends, is_slide);
+        found.keys.into_iter().map(|key| key.text).collect::<Vec<_>>()
+    };
+    let is_about_dragging = |text: &String| text.contains("move");
+    assert!(words(false).iter().any(is_about_dragging), "{:?}", words(false));
+    let slide = words(true);
+    assert!(!slide.iter().any(is_about_dragging), "{slide:?}");
+    assert!(slide.iter().any(|text| text == "range of motion"), "{slide:?}");
+}
+
+#[test]
 fn the_opening_view_shows_few_things() {
     let mut app = create_scene_app();
     settle(&mut app);

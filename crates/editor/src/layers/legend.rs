@@ -73,11 +73,18 @@ impl LegendKey {
         Self { audience: Audience::Designers, ..self }
     }
 
+    /// On slides only, in place of a key [for designers](Self::for_designers).
+    #[must_use]
+    pub fn for_slides(self) -> Self {
+        Self { audience: Audience::Slides, ..self }
+    }
+
     /// Whether it is shown, on a slide or elsewhere.
     pub fn is_shown(&self, is_slide: bool) -> bool {
         match self.audience {
             Audience::All => true,
             Audience::Designers => !is_slide,
+            Audience::Slides => is_slide,
         }
     }
 }
@@ -115,6 +122,8 @@ pub enum Audience {
     All,
     /// People who design, not those who see slides.
     Designers,
+    /// Those who see slides, where nothing can be dragged.
+    Slides,
 }
 
 /// A line of the list of magnified things.

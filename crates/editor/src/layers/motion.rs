@@ -52,11 +52,14 @@ pub struct MotionPlugin;
 
 const LAYER: LayerInfo = LayerInfo {
     keys: |open| {
-        let is_drawn = outline_of(open.document.design()).is_some();
-        let key = || {
-            LegendKey::new(Swatch::Line(palette::MOTION), "range of motion; balls move its ends")
-        };
-        is_drawn.then(key).into_iter().collect()
+        if outline_of(open.document.design()).is_none() {
+            return Vec::new();
+        }
+        let key = |words: &str| LegendKey::new(Swatch::Line(palette::MOTION), words);
+        vec![
+            key("range of motion; balls move its ends").for_designers(),
+            key("range of motion").for_slides(),
+        ]
     },
     ..LayerInfo::new("Range of motion", 80, |layers| &mut layers.motion)
 };
