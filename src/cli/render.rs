@@ -34,7 +34,8 @@ pub struct RenderArgs {
     /// With the panels around it, as in the window
     #[arg(long)]
     pub window: bool,
-    /// Size of panels and labels in percent, as the window's preference
+    /// Size of panels and labels in percent, as the window's preference: at most what leaves the
+    /// window 960 x 600 points
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u32).range(50..=300))]
     pub scale: u32,
     /// With the panels of this workspace around it, or the writing of a slide

@@ -138,3 +138,25 @@ fn the_interface_scales_within_bounds() {
     }
     assert_eq!(scale.0, 3.0);
 }
+
+#[test]
+fn a_small_window_limits_the_scale() {
+    let scale = |scale, width, height| InterfaceScale(scale).in_window(Vec2::new(width, height));
+    assert_eq!(scale(2.0, 3840.0, 2160.0), 2.0);
+    assert_eq!(scale(1.5, 1440.0, 900.0), 1.5);
+    assert_eq!(scale(2.0, 1440.0, 900.0), 1.5);
+    // Both sides have to fit.
+    assert_eq!(scale(3.0, 4000.0, 720.0), 1.2);
+    assert_eq!(scale(3.0, 1200.0, 4000.0), 1.25);
+    // It only reduces what was enlarged.
+    assert_eq!(scale(2.0, 640.0, 480.0), 1.0);
+    assert_eq!(scale(0.8, 640.0, 480.0), 0.8);
+    // Each step shows: the size that was left on a larger screen is no detour.
+    let mut left = InterfaceScale(3.0);
+    left.step_in_window(-1, Some(Vec2::new(1440.0, 900.0)));
+    assert_eq!(left.0, 1.25);
+    for _ in 0..5 {
+        left.step_in_window(1, Some(Vec2::new(1440.0, 900.0)));
+    }
+    assert_eq!(left.0, 1.5);
+}

@@ -41,7 +41,27 @@ impl Default for InterfaceScale {
     }
 }
 
+/// Width and height in egui's points that the panels and the 3D view need: in a smaller window a
+/// larger scale would cut what is written.
+pub const LEAST_POINTS: [f64; 2] = [960.0, 600.0];
+
 impl InterfaceScale {
+    /// The scale in a window of a size in logical pixels: as large as leaves [`LEAST_POINTS`], and
+    /// never reduced below 1.
+    pub fn in_window(self, size_px: Vec2) -> f64 {
+        let [width, height] = LEAST_POINTS;
+        let most = (f64::from(size_px.x) / width).min(f64::from(size_px.y) / height);
+        self.0.min(most.max(1.0))
+    }
+
+    /// The next larger (1) or smaller (-1) size that shows in a window of a size in logical pixels.
+    pub fn step_in_window(&mut self, direction: i32, size_px: Option<Vec2>) {
+        let shown = |scale: Self| size_px.map_or(scale.0, |px| scale.in_window(px));
+        self.0 = shown(*self);
+        self.step(direction);
+        self.0 = shown(*self);
+    }
+
     /// The next larger (1) or smaller (-1) size.
     pub fn step(&mut self, direction: i32) {
         let now = self.0;
@@ -254,15 +274,19 @@ fn scale_interface(
     mut contexts: EguiContexts,
     mut redraw: MessageWriter<RequestRedraw>,
     mut unsettled: Local<usize>,
+    mut last_px: Local<Option<Vec2>>,
 ) -> Result {
-    // Slides grow with the window, which may change its size at any time.
-    if scale.is_changed() || workspace.is_changed() || workspace.is_presentation {
+    // Unknown before the first frame.
+    let target_px = camera.and_then(|camera| camera.logical_target_size());
+    // Slides grow with the window, and so does the largest scale.
+    let is_resized = *last_px != target_px;
+    *last_px = target_px;
+    if scale.is_changed() || workspace.is_changed() || is_resized || workspace.is_presentation {
         let ctx = contexts.ctx_mut()?;
-        // Unknown before the first frame.
-        let target_px = camera.and_then(|camera| camera.logical_target_size());
         let zoom = match (workspace.is_presentation, target_px) {
             (true, Some(px)) => (f64::from(px.y) / STAGE_POINTS).max(0.5),
-            _ => scale.0,
+            (false, Some(px)) => scale.in_window(px),
+            (_, None) => scale.0,
         };
         let zoom = zoom as f32;
         // A pixel more or less is no other size.

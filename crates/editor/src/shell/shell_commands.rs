@@ -3,6 +3,7 @@
 use crate::palette::Theme;
 use crate::shell::command_palette::{self, CommandPages};
 use crate::shell::commands::{AddCommand, Command, HELP, VIEW};
+use crate::shell::egui_camera::EguiCamera;
 use crate::shell::help;
 use crate::shell::keys::Keys;
 use crate::shell::preferences::InterfaceScale;
@@ -28,12 +29,13 @@ const SWITCH_THEME: Command = Command::new(
     "Light or dark",
     "Dark for a dim room, light for daylight and for paper",
 );
-const LARGER: Command =
-    Command::new(VIEW, 34, "Larger interface", "Makes everything that is written larger").keys(&[
-        Keys::control("+"),
-        Keys::control("="),
-        Keys::control_shift("+"),
-    ]);
+const LARGER: Command = Command::new(
+    VIEW,
+    34,
+    "Larger interface",
+    "Makes everything that is written larger, up to what leaves the window 960 × 600 points",
+)
+.keys(&[Keys::control("+"), Keys::control("="), Keys::control_shift("+")]);
 const SMALLER: Command =
     Command::new(VIEW, 35, "Smaller interface", "Makes everything that is written smaller")
         .keys(&[Keys::control("-")]);
@@ -71,14 +73,26 @@ impl Plugin for ShellCommandsPlugin {
                 *theme = theme.other();
                 theme.apply();
             })
-            .add_command(LARGER, |mut scale: ResMut<InterfaceScale>| scale.step(1))
-            .add_command(SMALLER, |mut scale: ResMut<InterfaceScale>| scale.step(-1))
+            .add_command(LARGER, |scale: ResMut<InterfaceScale>, camera: Shown| {
+                step(scale, camera, 1)
+            })
+            .add_command(SMALLER, |scale: ResMut<InterfaceScale>, camera: Shown| {
+                step(scale, camera, -1)
+            })
             .add_command(PLAIN_SIZE, |mut scale: ResMut<InterfaceScale>| {
                 *scale = InterfaceScale::default();
             })
             .add_command(SHOW_PALETTE, |mut pages: ResMut<CommandPages>| pages.show_palette())
             .add_command(SHOW_SHORTCUTS, |mut pages: ResMut<CommandPages>| pages.show_shortcuts());
     }
+}
+
+/// The camera that shows the window, once there is one.
+type Shown<'w, 's> = Option<Single<'w, 's, &'static Camera, With<EguiCamera>>>;
+
+fn step(mut scale: ResMut<InterfaceScale>, camera: Shown, direction: i32) {
+    let size_px = camera.and_then(|camera| camera.logical_target_size());
+    scale.step_in_window(direction, size_px);
 }
 
 fn toggle_label(is_shown: bool, name: &str) -> String {
