@@ -2,6 +2,9 @@
 //! text lies on another.
 
 use crate::copied::Copied;
+use bevy::math::Vec2;
+use std::collections::BTreeSet;
+use std::process::Command;
 use trackwright_editor::app::picture::{self, ComparedDesigns, PictureSetup, StudyTrial};
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::painted_text::PaintedText;
@@ -10,11 +13,22 @@ use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::field::state::TableRole;
 use trackwright_editor::workspaces::{decide, design, field, present, study};
 
-/// Width and height in pixels, and how large the interface is.
-const SIZES: [([u32; 2], f64); 2] = [([1024, 700], 1.0), ([1440, 900], 1.5)];
+/// Width and height in pixels.
+const SIZES: [[u32; 2]; 3] = [[1024, 700], [1440, 900], [3840, 2160]];
+
+/// How large the interface is.
+const SCALES: [f64; 3] = [1.0, 1.5, 2.0];
 
 /// Letters reach beyond their line by less than this, points.
 const SLACK: f32 = 1.5;
+
+/// A window as egui lays it out, in points: a picture of that size at scale 1 has the same texts at
+/// the same places, with fewer pixels to paint.
+fn points(size: [u32; 2], scale: f64) -> [u32; 2] {
+    let [width, height] = size;
+    let shown = InterfaceScale(scale).in_window(Vec2::new(width as f32, height as f32));
+    size.map(|side| (f64::from(side) / shown).round() as u32)
+}
 
 fn setups(copy: &Copied) -> Vec<(Workspace, PictureSetup)> {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -70,20 +84,51 @@ fn faults(texts: &[PaintedText], width: f32) -> Vec<String> {
     faults
 }
 
+/// Faults of every workspace.
+fn faults_of_all(copy: &Copied, size: [u32; 2], scale: f64, theme: Theme) -> Vec<String> {
+    let mut found = Vec::new();
+    let [width, height] = size;
+    let shown = InterfaceScale(scale).in_window(Vec2::new(width as f32, height as f32));
+    for (workspace, setup) in setups(copy) {
+        let world = trackwright_project::open_design(&copy.design).unwrap();
+        let setup = PictureSetup { scale: InterfaceScale(scale), theme, ..setup };
+        let texts = picture::texts(world, size, setup).unwrap();
+        assert!(texts.len() > 4, "{}: {} texts", workspace.name, texts.len());
+        let at = format!("{} {width}x{height} {scale} {theme:?}", workspace.name);
+        let faults = faults(&texts, width as f32 / shown as f32);
+        found.extend(faults.into_iter().map(|fault| format!("{at}: {fault}")));
+    }
+    found
+}
+
 #[test]
 fn no_text_is_cut_or_lies_on_another() {
     let copy = Copied::new("pointer-on-head");
-    let mut found = Vec::new();
-    for (size, scale) in SIZES {
-        for (workspace, setup) in setups(&copy) {
-            let world = trackwright_project::open_design(&copy.design).unwrap();
-            let setup = PictureSetup { scale: InterfaceScale(scale), ..setup };
-            let texts = picture::texts(world, size, setup).unwrap();
-            assert!(texts.len() > 4, "{}: {} texts", workspace.name, texts.len());
-            let at = format!("{} {}x{} {scale}", workspace.name, size[0], size[1]);
-            let width = size[0] as f32 / scale as f32;
-            found.extend(faults(&texts, width).into_iter().map(|fault| format!("{at}: {fault}")));
-        }
-    }
+    // What is the same window in points is laid out once.
+    let all = SIZES.iter().flat_map(|size| SCALES.map(|scale| points(*size, scale)));
+    let windows: BTreeSet<[u32; 2]> = all.collect();
+    assert_eq!(windows.len(), 7, "{windows:?}");
+    let found: Vec<String> = (windows.into_iter())
+        .flat_map(|window| faults_of_all(&copy, window, 1.0, Theme::Dark))
+        .collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// The theme is the whole process's: this runs alone, started by the test below.
+#[test]
+#[ignore = "changes the theme of tests beside it"]
+fn no_text_is_cut_in_this_light_process() {
+    let copy = Copied::new("pointer-on-head");
+    let found = faults_of_all(&copy, SIZES[0], SCALES[2], Theme::Light);
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// The themes differ in colours only: light is laid out where room is least.
+#[test]
+fn no_text_is_cut_in_the_light_theme() {
+    let own = std::env::current_exe().unwrap();
+    let alone = ["--exact", "layout::no_text_is_cut_in_this_light_process", "--ignored"];
+    let output = Command::new(own).args(alone).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && text.contains("1 passed"), "{text}");
 }
