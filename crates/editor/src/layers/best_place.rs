@@ -7,12 +7,10 @@ use crate::document::state::Notice;
 use crate::layers::legend::{Legend, LegendKey, Legends, Swatch};
 use crate::layers::placement::{FoundBest, PlacementLayer};
 use crate::palette;
-use crate::scene::materials::glow::GlowMaterial;
-use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::commands::{Command, EDIT};
 use crate::shell::window::Workspace;
-use crate::viewport::ball_handle::{self, BallHandle, BallWords};
+use crate::viewport::ball_handle::{BallHandle, Balls, LARGE_PX};
 use crate::widgets::basic::{length, short_name};
 use bevy::picking::events::{Click, Pointer};
 use bevy::picking::pointer::PointerButton;
@@ -70,11 +68,8 @@ fn own_sensor<'d>(design: &'d Design, found: &FoundBest) -> Option<&'d Sensor> {
 }
 
 fn mark(
-    mut commands: Commands,
     (layer, shown, world): (Res<PlacementLayer>, Res<ShownDesign>, Res<OpenWorld>),
-    mut drawn: Query<(Entity, &mut BallHandle, &mut BallWords, &mut BestPlaceMark)>,
-    shapes: Res<GlyphShapes>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
+    mut balls: Balls<BestPlaceMark>,
     mut legends: ResMut<Legends>,
 ) {
     let document = &world.0.document;
@@ -101,27 +96,10 @@ fn mark(
         let at_mm = tracker_from_body * found.best.sensor.position_in_body;
         let name = short_name(&own.name, NAME_CHARS);
         let words = format!("Click to move {name} to the best place found: {}", value(&found));
-        let place = BallHandle { at_mm, radius_px: ball_handle::LARGE_PX };
-        Some((place, words, BestPlaceMark(found.best)))
+        let place = BallHandle { at_mm, radius_px: LARGE_PX };
+        Some((BestPlaceMark(found.best), place, words))
     });
-    let Some((place, words, mark)) = placed else {
-        for (entity, ..) in &drawn {
-            commands.entity(entity).despawn();
-        }
-        return;
-    };
-    if let Some((_, mut ball, mut old_words, mut old)) = drawn.iter_mut().next() {
-        old.set_if_neq(mark);
-        ball.set_if_neq(place);
-        old_words.set_if_neq(BallWords(words));
-        return;
-    }
-    let material = materials.add(ball_handle::material(palette::BEST_PLACE));
-    commands.spawn((
-        Name::new("best place"),
-        mark,
-        ball_handle::ball(place, words, &shapes, material),
-    ));
+    balls.place("best place", palette::BEST_PLACE, placed, |_, _| true);
 }
 
 /// The edit that puts the sensor there; `None` where nothing is known of the open design.

@@ -7,6 +7,7 @@ pub mod best_place;
 pub mod commands;
 pub mod field_arrows;
 pub mod ghost;
+pub mod glow_sphere;
 pub mod layers_ui;
 pub mod legend;
 pub mod legend_entries;

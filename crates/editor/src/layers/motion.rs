@@ -14,18 +14,15 @@ use crate::layers::legend::{LegendKey, Swatch};
 use crate::layers::registry::{AddLayer, LayerInfo};
 use crate::palette::Theme;
 use crate::palette::ThemedColor;
-use crate::scene::materials::glow::GlowMaterial;
-use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{Presentation, Workspace};
-use crate::viewport::ball_handle::{self, BallHandle};
+use crate::viewport::ball_handle::{BallHandle, Balls, SMALL_PX};
 use crate::viewport::camera::Sight;
-use crate::viewport::drag_edits::DragEdits;
+use crate::viewport::fine_pointer::DragKeys;
+use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::widgets::basic::{THIN_SPACE, counted, signed};
 use crate::{convert, palette};
 use bevy::ecs::system::SystemParam;
-use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
-use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use trackwright_design::{BodyRole, Design, Edit};
 use trackwright_geometry::pose::Pose;
@@ -38,14 +35,9 @@ const LINE_ALPHA: f32 = 0.65;
 const MARK_ALPHA: f32 = 0.45;
 const STEM_ALPHA: f32 = 0.35;
 
-/// A press that moves less than this changes nothing.
-const DEAD_ZONE_PX: f32 = 3.0;
-
 /// With Ctrl ends are rounded to this.
 const ROUND_MM: f64 = 1.0;
 const ROUND_DEG: f64 = 5.0;
-
-const CTRL: [KeyCode; 2] = [KeyCode::ControlLeft, KeyCode::ControlRight];
 
 /// Draws the range of motion while its layer is on and the design has one.
 pub struct MotionPlugin;
@@ -75,14 +67,11 @@ struct MotionLines {
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub struct MotionBall(pub MotionHandle);
 
-/// The end that is held.
-#[derive(Resource, Default)]
-struct MotionDrag(Option<Held>);
-
-struct Held {
-    end: HeldEnd,
-    /// Whether it moved far enough for an undo step to be open.
-    has_begun: bool,
+/// What a drag reads.
+#[derive(SystemParam)]
+pub struct Grip<'w> {
+    sight: Sight<'w>,
+    keys: DragKeys<'w>,
 }
 
 /// What it shows.
@@ -90,20 +79,10 @@ const ABOUT: &str = "What the range of motion runs through, with balls that set 
 
 impl Plugin for MotionPlugin {
     fn build(&self, app: &mut App) {
-        app.add_layer(LAYER, ABOUT)
-            .init_resource::<MotionDrag>()
-            .add_observer(on_drag_start)
-            .add_observer(on_drag)
-            .add_observer(on_drag_end)
-            .add_systems(
-                Update,
-                (
-                    let_go_on_escape
-                        .run_if(resource_exists::<ButtonInput<KeyCode>>)
-                        .in_set(EditorSystems::Input),
-                    (draw_lines, place_balls).run_if(needs_drawing).in_set(EditorSystems::Draw),
-                ),
-            );
+        app.add_layer(LAYER, ABOUT).add_plugins(scene_drag::plugin::<MotionBall>).add_systems(
+            Update,
+            (draw_lines, place_balls).run_if(needs_drawing).in_set(EditorSystems::Draw),
+        );
     }
 }
 
@@ -199,124 +178,39 @@ fn draw_lines(
     commands.spawn((Name::new("range of motion"), wanted, lines));
 }
 
-/// One a handle; those that are there keep their entity, so that a drag goes on.
-fn place_balls(
-    mut commands: Commands,
-    shown: Shown,
-    mut drawn: Query<(Entity, &mut MotionBall, &mut BallHandle)>,
-    shapes: Res<GlyphShapes>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-) {
+/// One a handle.
+fn place_balls(shown: Shown, mut balls: Balls<MotionBall>) {
     let outline = shown.has_balls().then(|| shown.outline()).flatten();
-    let mut wanted = outline.unwrap_or_default().handles;
-    for (entity, mut ball, mut place) in &mut drawn {
-        let is_its = |h: &MotionHandle| (h.axis, h.end) == (ball.0.axis, ball.0.end);
-        let Some(index) = wanted.iter().position(is_its) else {
-            commands.entity(entity).despawn();
-            continue;
+    let wanted = outline.unwrap_or_default().handles.into_iter().map(|handle| {
+        let place = BallHandle { at_mm: handle.at_mm, radius_px: SMALL_PX };
+        (MotionBall(handle), place, words(&handle))
+    });
+    let is_same = |a: &MotionBall, b: &MotionBall| (a.0.axis, a.0.end) == (b.0.axis, b.0.end);
+    balls.place("motion handle", palette::MOTION, wanted, is_same);
+}
+
+impl SceneDrag for MotionBall {
+    type Held = HeldEnd;
+    type Grip = Grip<'static>;
+
+    fn take(&self, grip: &Grip, _: &Selection, at: Vec2) -> Option<HeldEnd> {
+        let motion = grip.sight.world.as_ref()?.0.document.design().motion?;
+        self.0.take(&motion, &grip.sight.ray(at)?)
+    }
+
+    fn label(_: &HeldEnd) -> String {
+        "Set range of motion".to_owned()
+    }
+
+    fn edit(held: &mut HeldEnd, grip: &Grip, at: Vec2) -> Option<(Edit, String)> {
+        let round_to = match held.handle().axis {
+            0..3 => ROUND_MM,
+            _ => ROUND_DEG,
         };
-        let handle = wanted.swap_remove(index);
-        ball.set_if_neq(MotionBall(handle));
-        place.set_if_neq(place_of(&handle));
-    }
-    if wanted.is_empty() {
-        return;
-    }
-    let material = materials.add(ball_handle::material(palette::MOTION));
-    for handle in wanted {
-        commands.spawn((
-            Name::new("motion handle"),
-            MotionBall(handle),
-            ball_handle::ball(place_of(&handle), words(&handle), &shapes, material.clone()),
-        ));
-    }
-}
-
-fn place_of(handle: &MotionHandle) -> BallHandle {
-    BallHandle { at_mm: handle.at_mm, radius_px: ball_handle::SMALL_PX }
-}
-
-fn on_drag_start(
-    mut drag: On<Pointer<DragStart>>,
-    balls: Query<&MotionBall>,
-    sight: Sight,
-    mut held: ResMut<MotionDrag>,
-    mut edits: DragEdits,
-) {
-    let Ok(ball) = balls.get(drag.entity) else {
-        return;
-    };
-    drag.propagate(false);
-    if drag.button != PointerButton::Primary {
-        return;
-    }
-    let design = sight.world.as_ref().map(|world| world.0.document.design());
-    let (Some(motion), Some(ray)) =
-        (design.and_then(|design| design.motion), sight.ray(drag.pointer_location.position))
-    else {
-        return;
-    };
-    if let Some(end) = ball.0.take(&motion, &ray) {
-        edits.take_hold();
-        held.0 = Some(Held { end, has_begun: false });
-    }
-}
-
-fn on_drag(
-    mut drag: On<Pointer<Drag>>,
-    balls: Query<(), With<MotionBall>>,
-    sight: Sight,
-    keys: Option<Res<ButtonInput<KeyCode>>>,
-    mut held: ResMut<MotionDrag>,
-    mut edits: DragEdits,
-) {
-    if !balls.contains(drag.entity) {
-        return;
-    }
-    drag.propagate(false);
-    let Some(held) = &mut held.0 else { return };
-    if !held.has_begun && drag.distance.length() < DEAD_ZONE_PX {
-        return;
-    }
-    let at = drag.pointer_location.position;
-    let is_rounded = keys.is_some_and(|keys| keys.any_pressed(CTRL));
-    let round_to = match held.end.handle().axis {
-        0..3 => ROUND_MM,
-        _ => ROUND_DEG,
-    };
-    let Some(motion) =
-        sight.ray(at).and_then(|ray| held.end.motion_at(&ray, is_rounded.then_some(round_to)))
-    else {
-        return;
-    };
-    if !held.has_begun {
-        held.has_begun = true;
-        edits.begin("Set range of motion".to_owned());
-    }
-    let text = readout_text(held.end.handle(), &motion);
-    edits.apply(Edit::SetMotion(Some(motion)), at, text);
-}
-
-fn on_drag_end(
-    mut drag: On<Pointer<DragEnd>>,
-    balls: Query<(), With<MotionBall>>,
-    mut held: ResMut<MotionDrag>,
-    mut edits: DragEdits,
-) {
-    if !balls.contains(drag.entity) || drag.button != PointerButton::Primary {
-        return;
-    }
-    drag.propagate(false);
-    edits.end(held.0.take().is_some_and(|held| held.has_begun));
-}
-
-fn let_go_on_escape(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut held: ResMut<MotionDrag>,
-    mut edits: DragEdits,
-) {
-    if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some_and(|held| held.has_begun) {
-        edits.cancel();
+        let round_to = grip.keys.is_snapping().then_some(round_to);
+        let motion = held.motion_at(&grip.sight.ray(at)?, round_to)?;
+        let text = readout_text(held.handle(), &motion);
+        Some((Edit::SetMotion(Some(motion)), text))
     }
 }
 

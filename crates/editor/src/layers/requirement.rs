@@ -2,20 +2,24 @@
 //! should end inside.
 
 use crate::document::requests::OpenWorld;
+use crate::layers::glow_sphere::{GlowSphere, SphereLook};
 use crate::layers::legend::{Legend, LegendKey, Legends, Swatch};
 use crate::layers::magnification::{ShownErrors, ShownMagnification, ToolErrors};
 use crate::layers::registry::{AddLayer, LayerInfo};
-use crate::scene::materials::glow::GlowMaterial;
-use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::widgets::basic::{length, times};
 use crate::{convert, palette};
 use bevy::prelude::*;
 
 /// The sphere is little more than its outline, so that it hides nothing.
-const ALPHA: f32 = 0.015;
-const RIM_ALPHA: f32 = 0.8;
-const RIM: f32 = 5.0;
+const LOOK: SphereLook = SphereLook {
+    name: "requirement",
+    color: palette::REQUIREMENT,
+    alpha: 0.015,
+    rim_alpha: 0.8,
+    rim: 5.0,
+    order_mm: 100.0,
+};
 
 /// A sphere with a larger radius than this share of the view's height would be a frame around
 /// everything: the vector ends so deep inside it that it shows nothing.
@@ -72,32 +76,8 @@ fn explain(
     legends.set(LAYER.order, legend);
 }
 
-fn show(
-    mut commands: Commands,
-    errors: ShownErrors,
-    mut drawn: Query<(Entity, &mut Transform), With<RequirementSphere>>,
-    shapes: Res<GlyphShapes>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-) {
-    let Some(place) = place(&errors) else {
-        for (entity, _) in &drawn {
-            commands.entity(entity).despawn();
-        }
-        return;
-    };
-    if let Some((_, mut transform)) = drawn.iter_mut().next() {
-        transform.set_if_neq(place);
-        return;
-    }
-    let material =
-        GlowMaterial::translucent(palette::REQUIREMENT, ALPHA, RIM_ALPHA).rim(RIM).order(100.0);
-    commands.spawn((
-        Name::new("requirement"),
-        RequirementSphere,
-        Mesh3d(shapes.sphere.clone()),
-        MeshMaterial3d(materials.add(material)),
-        place,
-    ));
+fn show(errors: ShownErrors, mut sphere: GlowSphere<RequirementSphere>) {
+    sphere.show(place(&errors), RequirementSphere, &LOOK);
 }
 
 /// Of the unit sphere: `None` while the layer is off, without a limit, and where it would be a frame.

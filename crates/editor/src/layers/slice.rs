@@ -12,12 +12,10 @@ use crate::layers::settings::{
 };
 use crate::layers::slice_picture::{ColorScale, SliceLook, inset, picture};
 use crate::runner::results::Results;
-use crate::scene::materials::glow::GlowMaterial;
 use crate::scene::materials::map::MapMaterial;
-use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{DragReadout, DragText, Workspace};
-use crate::viewport::ball_handle::{self, BallHandle};
+use crate::viewport::ball_handle::{BallHandle, Balls, LARGE_PX};
 use crate::viewport::camera::Sight;
 use crate::widgets::basic::{NumberField, decimal, number_ui, with_unit};
 use crate::widgets::tooltip::Explain;
@@ -290,37 +288,21 @@ fn handle_of(slice: &SliceOutcome) -> SliceHandle {
 }
 
 fn place_handle(
-    mut commands: Commands,
     world: Res<OpenWorld>,
     workspace: Option<Res<Workspace>>,
     results: Res<Results>,
-    mut drawn: Query<(Entity, &mut SliceHandle, &mut BallHandle)>,
-    shapes: Res<GlyphShapes>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
+    mut balls: Balls<SliceHandle>,
 ) {
     // An audience takes hold of nothing.
     let is_held = workspace.is_none_or(|workspace| !workspace.is_presentation);
     let is_on = is_held && world.0.document.view().layers.slice;
-    let Some(slice) = results.slice.as_ref().filter(|_| is_on) else {
-        for (entity, ..) in &drawn {
-            commands.entity(entity).despawn();
-        }
-        return;
-    };
-    let handle = handle_of(&slice.value);
-    let place = BallHandle { at_mm: handle.at_mm, radius_px: ball_handle::LARGE_PX };
-    if let Some((_, mut old, mut ball)) = drawn.iter_mut().next() {
-        old.set_if_neq(handle);
-        ball.set_if_neq(place);
-        return;
-    }
-    let material = materials.add(ball_handle::material(palette::SLICE_HANDLE));
-    let words = "Drag to move the slice across its plane, in whole millimetres".to_owned();
-    commands.spawn((
-        Name::new("slice handle"),
-        handle,
-        ball_handle::ball(place, words, &shapes, material),
-    ));
+    let wanted = results.slice.as_ref().filter(|_| is_on).map(|slice| {
+        let handle = handle_of(&slice.value);
+        let place = BallHandle { at_mm: handle.at_mm, radius_px: LARGE_PX };
+        let words = "Drag to move the slice across its plane, in whole millimetres".to_owned();
+        (handle, place, words)
+    });
+    balls.place("slice handle", palette::SLICE_HANDLE, wanted, |_, _| true);
 }
 
 fn on_drag_start(

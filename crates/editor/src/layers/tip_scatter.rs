@@ -1,10 +1,9 @@
 //! The ellipsoid that holds 95 % of where the tracker's jitter puts the tip, around the ghost's.
 
+use crate::layers::glow_sphere::{GlowSphere, SphereLook};
 use crate::layers::legend::{Legend, Legends, StrokeKey};
 use crate::layers::magnification::ShownErrors;
 use crate::layers::registry::{AddLayer, LayerInfo};
-use crate::scene::materials::glow::GlowMaterial;
-use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::{convert, palette};
 use bevy::prelude::*;
@@ -12,10 +11,14 @@ use nalgebra::{Matrix3, Vector3};
 use trackwright_design::BodyRole;
 use trackwright_geometry::pose::Pose;
 
-const ALPHA: f32 = 0.10;
-const RIM_ALPHA: f32 = 0.9;
-const RIM: f32 = 3.0;
-const ORDER_MM: f32 = 150.0;
+const LOOK: SphereLook = SphereLook {
+    name: "tip scatter",
+    color: palette::SCATTER,
+    alpha: 0.10,
+    rim_alpha: 0.9,
+    rim: 3.0,
+    order_mm: 150.0,
+};
 
 /// The layer.
 const LAYER: LayerInfo = LayerInfo::new("Tip scatter", 90, |layers| &mut layers.tip_scatter);
@@ -44,36 +47,11 @@ impl Plugin for TipScatterPlugin {
     }
 }
 
-fn show(
-    mut commands: Commands,
-    errors: ShownErrors,
-    mut drawn: Query<(Entity, &mut Transform), With<TipScatter>>,
-    shapes: Res<GlyphShapes>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-    mut legends: ResMut<Legends>,
-) {
+fn show(errors: ShownErrors, mut ellipsoid: GlowSphere<TipScatter>, mut legends: ResMut<Legends>) {
     let is_known = matches!(errors.results.scatter, Some(Ok(_)));
     let stroke = (is_known && LAYER.is_on(errors.layers())).then_some(STROKE);
     legends.set(LAYER.order, Legend { stroke, ..Legend::default() });
-    let Some(place) = place(&errors) else {
-        for (entity, _) in &drawn {
-            commands.entity(entity).despawn();
-        }
-        return;
-    };
-    if let Some((_, mut transform)) = drawn.iter_mut().next() {
-        transform.set_if_neq(place);
-        return;
-    }
-    let material =
-        GlowMaterial::translucent(palette::SCATTER, ALPHA, RIM_ALPHA).rim(RIM).order(ORDER_MM);
-    commands.spawn((
-        Name::new("tip scatter"),
-        TipScatter,
-        Mesh3d(shapes.sphere.clone()),
-        MeshMaterial3d(materials.add(material)),
-        place,
-    ));
+    ellipsoid.show(place(&errors), TipScatter, &LOOK);
 }
 
 /// Of the unit sphere: `None` while the layer is off or nothing is known.

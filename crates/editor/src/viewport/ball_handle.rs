@@ -9,6 +9,8 @@ use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::scene::screen_size::{ScreenSized, SizeBounds};
 use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
+use bevy::ecs::component::Mutable;
+use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Out, Over, Pointer};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -58,26 +60,55 @@ impl Plugin for HandlePlugin {
     }
 }
 
-/// Everything of a ball but its name.
-pub fn ball(
-    handle: BallHandle,
-    words: String,
-    shapes: &GlyphShapes,
-    material: Handle<GlowMaterial>,
-) -> impl Bundle {
-    (
-        handle,
-        BallWords(words),
-        size(&handle, false),
-        Mesh3d(shapes.sphere.clone()),
-        MeshMaterial3d(material),
-        Transform::from_translation(convert::point(&handle.at_mm)),
-    )
+/// The balls of one kind, each with what it is the ball of.
+#[derive(SystemParam)]
+pub struct Balls<'w, 's, B: Component<Mutability = Mutable> + PartialEq> {
+    commands: Commands<'w, 's>,
+    drawn: Query<'w, 's, (Entity, &'static mut B, &'static mut BallHandle, &'static mut BallWords)>,
+    shapes: Option<Res<'w, GlyphShapes>>,
+    materials: ResMut<'w, Assets<GlowMaterial>>,
 }
 
-/// What balls of a colour are made of; they shine through whatever hides them.
-pub fn material(color: Rgb) -> GlowMaterial {
-    GlowMaterial::translucent(color, ALPHA, ALPHA).shown(Shown::Always).order(ORDER_MM)
+impl<B: Component<Mutability = Mutable> + PartialEq> Balls<'_, '_, B> {
+    /// Spawns, moves and takes away balls, so that there are those that are wanted, each with its
+    /// words. One that is still wanted keeps its entity, so that a drag goes on.
+    pub fn place(
+        &mut self,
+        name: &'static str,
+        color: Rgb,
+        wanted: impl IntoIterator<Item = (B, BallHandle, String)>,
+        is_same: impl Fn(&B, &B) -> bool,
+    ) {
+        let mut wanted: Vec<_> = wanted.into_iter().collect();
+        for (entity, mut old, mut handle, mut words) in &mut self.drawn {
+            let Some(index) = wanted.iter().position(|(new, ..)| is_same(new, &old)) else {
+                self.commands.entity(entity).despawn();
+                continue;
+            };
+            let (new, place, text) = wanted.swap_remove(index);
+            old.set_if_neq(new);
+            handle.set_if_neq(place);
+            words.set_if_neq(BallWords(text));
+        }
+        let Some(shapes) = self.shapes.as_ref().filter(|_| !wanted.is_empty()) else {
+            return;
+        };
+        // They shine through whatever hides them.
+        let material = GlowMaterial::translucent(color, ALPHA, ALPHA);
+        let material = self.materials.add(material.shown(Shown::Always).order(ORDER_MM));
+        for (ball, place, text) in wanted {
+            self.commands.spawn((
+                Name::new(name),
+                ball,
+                place,
+                BallWords(text),
+                size(&place, false),
+                Mesh3d(shapes.sphere.clone()),
+                MeshMaterial3d(material.clone()),
+                Transform::from_translation(convert::point(&place.at_mm)),
+            ));
+        }
+    }
 }
 
 fn size(handle: &BallHandle, is_hovered: bool) -> ScreenSized {

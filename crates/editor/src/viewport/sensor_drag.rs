@@ -1,7 +1,7 @@
 //! Taking hold of a sensor and sliding it along its body.
 //!
-//! Picking selects the sensor; everything else happens on the core's surface in f64. A drag is
-//! one undo step: `Begin`, an `Apply` for each move, `Commit`, or `Cancel` on Escape.
+//! Picking selects the sensor; everything else happens on the core's surface in f64. How a drag
+//! begins and ends is [`scene_drag`]'s.
 //!
 //! The sensor's axis stays as it is, and one on the axis of a body of revolution slides along that,
 //! unless drags follow the surface.
@@ -9,19 +9,18 @@
 use crate::document::requests::ActiveDrag;
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::scene::{BodyRoot, SensorMark};
-use crate::schedule::EditorSystems;
 use crate::shell::window::ViewportRect;
 use crate::viewport::camera::Sight;
 use crate::viewport::camera_gestures::Gesture;
-use crate::viewport::drag_edits::DragEdits;
-use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
+use crate::viewport::fine_pointer::DragKeys;
 use crate::viewport::gizmo::GizmoHandle;
 use crate::viewport::picking::Targets;
+use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::viewport::scene_menu::SceneMenu;
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use bevy::ecs::system::SystemParam;
-use bevy::picking::events::{Click, Drag, DragEnd, DragStart, Out, Over, Pointer};
+use bevy::picking::events::{Click, Out, Over, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -40,16 +39,13 @@ const SNAP_MM: f64 = 1.0;
 /// Hovering, selecting and dragging in the 3D view.
 pub struct DragPlugin;
 
-/// The sensor that is held.
-#[derive(Resource, Default)]
-pub struct HeldSensor(Option<Held>);
-
 /// Whether the axis of a dragged sensor turns with the surface's normal; else it stays as it is. A
 /// drag goes on as it began.
 #[derive(Resource, Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FollowsSurface(pub bool);
 
-struct Held {
+/// The sensor that is held.
+pub struct HeldSensor {
     body: BodyRole,
     index: usize,
     start: Sensor,
@@ -59,10 +55,9 @@ struct Held {
     on_surface: Option<(Arc<Surface>, SurfaceDrag)>,
     in_plane: PlaneDrag,
     long_axis: Vector3<f64>,
-    pointer: FinePointer,
 }
 
-impl Held {
+impl HeldSensor {
     /// The held sensor where it is now, and the others as it takes them along.
     fn edit(&self, sensor: Sensor, start: &Pose, now: &Pose) -> Edit {
         let (body, index) = (self.body, self.index);
@@ -80,22 +75,13 @@ impl Held {
 
 impl Plugin for DragPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<HeldSensor>()
+        app.add_plugins(scene_drag::plugin::<SensorMark>)
             .init_resource::<FollowsSurface>()
             .init_resource::<SceneMenu>()
             .add_observer(on_over.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_out)
             .add_observer(on_click.run_if(resource_equals(SceneTool::Select)))
             .add_observer(on_menu_click)
-            .add_observer(on_drag_start)
-            .add_observer(on_drag.run_if(resource_equals(SceneTool::Select)))
-            .add_observer(on_drag_end)
-            .add_systems(
-                Update,
-                let_go_on_escape
-                    .run_if(resource_exists::<ButtonInput<KeyCode>>)
-                    .in_set(EditorSystems::Input),
-            )
             .add_systems(
                 EguiPrimaryContextPass,
                 show_cursor.run_if(resource_equals(SceneTool::Select)),
@@ -240,17 +226,11 @@ fn on_menu_click(
     redraws.write(RequestRedraw);
 }
 
-fn on_drag_start(mut drag: On<Pointer<DragStart>>, sensors: Query<&SensorMark>) {
-    // The drag begins beyond the dead zone, in `on_drag`.
-    if sensors.contains(drag.entity) {
-        drag.propagate(false);
-    }
-}
-
 /// What a drag reads.
 #[derive(SystemParam)]
-struct Grip<'w> {
+pub struct Grip<'w> {
     sight: Sight<'w>,
+    tool: Res<'w, SceneTool>,
     surfaces: Res<'w, Surfaces>,
     follows: Res<'w, FollowsSurface>,
     keys: DragKeys<'w>,
@@ -263,60 +243,12 @@ impl Grip<'_> {
         Some(ray.transformed_by(&tracker_from_body.inverse()))
     }
 
-    /// Takes hold of a sensor with the pointer at `at`.
-    fn take(&self, mark: &SensorMark, at: Vec2, selection: &Selection) -> Option<Held> {
-        let world = &self.sight.world.as_ref()?.0;
-        // Where the body is shown; the sensor moves within its body, so what is edited is the same.
-        let design = self.sight.design()?;
-        let sensors = &design.body(mark.body)?.rigid.sensors;
-        let start = sensors.get(mark.index)?.clone();
-        let others = match selection.sensors() {
-            Some((body, indices)) if body == mark.body && indices.contains(&mark.index) => indices
-                .into_iter()
-                .filter(|index| *index != mark.index)
-                .filter_map(|index| Some((index, sensors.get(index)?.clone())))
-                .collect(),
-            _ => Vec::new(),
-        };
-        let tracker_from_body = design.tracker_from_body(mark.body)?;
-        let ray = self.ray(at, &tracker_from_body)?;
-        let pose = start.body_from_sensor();
-        let long_axis = world.mesh(mark.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
-        let surface = match self.follows.0 {
-            true => self.surfaces.smooth_of(mark.body),
-            false => self.surfaces.of(mark.body),
-        };
-        let guide = DragGuide {
-            long_axis,
-            axis: surface.and_then(|surface| surface.revolution_axis(&long_axis)),
-            follows_surface: self.follows.0,
-        };
-        let on_surface = surface.map(|surface| {
-            let grabbed = surface.under(&ray, &start.position_in_body);
-            (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, &guide))
-        });
-        let forward = self.sight.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
-        Some(Held {
-            body: mark.body,
-            index: mark.index,
-            others,
-            in_plane: PlaneDrag::new(pose, &ray, tracker_from_body.rotation.inverse() * forward),
-            start,
-            tracker_from_body,
-            on_surface,
-            long_axis: guide.axis.map_or(long_axis, |axis| axis.direction.into_inner()),
-            pointer: FinePointer::new(at),
-        })
-    }
-
     /// Where the held sensor is with the pointer at `at`.
-    fn pose(&self, held: &mut Held, at: Vec2) -> Option<Pose> {
+    fn pose(&self, held: &mut HeldSensor, at: Vec2) -> Option<Pose> {
         let snap_mm = self.keys.is_snapping().then_some(SNAP_MM);
-        let is_off = self.keys.is_off();
-        let at = held.pointer.at(at, self.keys.is_fine());
         let ray = self.ray(at, &held.tracker_from_body)?;
         match &mut held.on_surface {
-            Some((surface, drag)) if !is_off => {
+            Some((surface, drag)) if !self.keys.is_off() => {
                 let near = drag.start_body_from_sensor().translation.vector;
                 let hit = surface.under(&ray, &Point3::from(near));
                 let grid = snap_mm.map(|step_mm| Grid::at(surface, &hit, step_mm));
@@ -327,76 +259,79 @@ impl Grip<'_> {
     }
 }
 
-fn on_drag(
-    mut drag: On<Pointer<Drag>>,
-    sensors: Query<&SensorMark>,
-    grip: Grip,
-    mut selection: ResMut<Selection>,
-    mut held: ResMut<HeldSensor>,
-    mut edits: DragEdits,
-) {
-    let Ok(mark) = sensors.get(drag.entity) else {
-        return;
-    };
-    drag.propagate(false);
-    let at = drag.pointer_location.position;
-    if drag.button != PointerButton::Primary
-        || drag.distance.length() < DEAD_ZONE_PX && !edits.is_active()
-    {
-        return;
-    }
-    if held.0.is_none() {
-        // After Escape the button is still down: that drag is over.
-        if edits.is_active() {
-            return;
+impl SceneDrag for SensorMark {
+    type Held = HeldSensor;
+    type Grip = Grip<'static>;
+
+    fn take(&self, grip: &Grip, selection: &Selection, at: Vec2) -> Option<HeldSensor> {
+        if *grip.tool != SceneTool::Select {
+            return None;
         }
-        let Some(taken) = grip.take(mark, at - drag.distance, &selection) else {
-            return;
+        let world = &grip.sight.world.as_ref()?.0;
+        // Where the body is shown; the sensor moves within its body, so what is edited is the same.
+        let design = grip.sight.design()?;
+        let sensors = &design.body(self.body)?.rigid.sensors;
+        let start = sensors.get(self.index)?.clone();
+        let others = match selection.sensors() {
+            Some((body, indices)) if body == self.body && indices.contains(&self.index) => indices
+                .into_iter()
+                .filter(|index| *index != self.index)
+                .filter_map(|index| Some((index, sensors.get(index)?.clone())))
+                .collect(),
+            _ => Vec::new(),
         };
-        edits.begin(match taken.others.len() {
-            0 => format!("Move sensor {}", taken.start.name),
-            others => format!("Move {} sensors", others + 1),
+        let tracker_from_body = design.tracker_from_body(self.body)?;
+        let ray = grip.ray(at, &tracker_from_body)?;
+        let pose = start.body_from_sensor();
+        let long_axis = world.mesh(self.body).map_or_else(Vector3::z, |mesh| mesh.long_axis());
+        let surface = match grip.follows.0 {
+            true => grip.surfaces.smooth_of(self.body),
+            false => grip.surfaces.of(self.body),
+        };
+        let guide = DragGuide {
+            long_axis,
+            axis: surface.and_then(|surface| surface.revolution_axis(&long_axis)),
+            follows_surface: grip.follows.0,
+        };
+        let on_surface = surface.map(|surface| {
+            let grabbed = surface.under(&ray, &start.position_in_body);
+            (Arc::clone(surface), SurfaceDrag::new(pose, &grabbed, &guide))
         });
-        let mut after = selection.clone();
-        after.take(Selected::Sensor(mark.body, mark.index));
-        selection.set_if_neq(after);
-        held.0 = Some(taken);
+        let forward = grip.sight.rig.camera.tracker_from_camera().rotation * -Vector3::z_axis();
+        Some(HeldSensor {
+            body: self.body,
+            index: self.index,
+            others,
+            in_plane: PlaneDrag::new(pose, &ray, tracker_from_body.rotation.inverse() * forward),
+            start,
+            tracker_from_body,
+            on_surface,
+            long_axis: guide.axis.map_or(long_axis, |axis| axis.direction.into_inner()),
+        })
     }
-    let Some(held) = &mut held.0 else { return };
-    let Some(pose) = grip.pose(held, at) else {
-        return;
-    };
-    let start = held.start.body_from_sensor();
-    let sensor = held.start.moved(&start, &pose);
-    let text = readout_text(held, &sensor);
-    edits.apply(held.edit(sensor, &start, &pose), at, text);
-}
 
-fn on_drag_end(
-    mut drag: On<Pointer<DragEnd>>,
-    sensors: Query<&SensorMark>,
-    mut held: ResMut<HeldSensor>,
-    mut edits: DragEdits,
-) {
-    if !sensors.contains(drag.entity) || drag.button != PointerButton::Primary {
-        return;
+    fn selected(&self) -> Option<Selected> {
+        Some(Selected::Sensor(self.body, self.index))
     }
-    drag.propagate(false);
-    edits.end(held.0.take().is_some());
-}
 
-fn let_go_on_escape(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut held: ResMut<HeldSensor>,
-    mut edits: DragEdits,
-) {
-    if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some() {
-        edits.cancel();
+    fn label(held: &HeldSensor) -> String {
+        match held.others.len() {
+            0 => format!("Move sensor {}", held.start.name),
+            others => format!("Move {} sensors", others + 1),
+        }
+    }
+
+    fn edit(held: &mut HeldSensor, grip: &Grip, at: Vec2) -> Option<(Edit, String)> {
+        let pose = grip.pose(held, at)?;
+        let start = held.start.body_from_sensor();
+        let sensor = held.start.moved(&start, &pose);
+        let text = readout_text(held, &sensor);
+        Some((held.edit(sensor, &start, &pose), text))
     }
 }
 
 /// Where the sensor is along its body, and how far that is from where it was.
-fn readout_text(held: &Held, sensor: &Sensor) -> String {
+fn readout_text(held: &HeldSensor, sensor: &Sensor) -> String {
     let along = |sensor: &Sensor| sensor.position_in_body.coords.dot(&held.long_axis);
     let moved_mm = (sensor.position_in_body - held.start.position_in_body).norm();
     format!("{:.2}\u{2009}mm along   moved {:.2}\u{2009}mm", along(sensor), moved_mm)

@@ -5,20 +5,16 @@ use crate::document::requests::OpenWorld;
 use crate::document::selection::{Selected, Selection};
 use crate::document::shown::ShownDesign;
 use crate::palette;
-use crate::scene::materials::glow::GlowMaterial;
-use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::window::{Presentation, Workspace};
-use crate::viewport::ball_handle::{self, BallHandle};
+use crate::viewport::ball_handle::{BallHandle, Balls, LARGE_PX};
 use crate::viewport::camera::Sight;
-use crate::viewport::drag_edits::DragEdits;
-use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
+use crate::viewport::fine_pointer::DragKeys;
+use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use crate::viewport::tool::aim::snap_on;
 use bevy::ecs::system::SystemParam;
-use bevy::picking::events::{Drag, DragEnd, DragStart, Pointer};
-use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use trackwright_design::{BodyRole, Edit};
@@ -32,28 +28,23 @@ pub struct TipDragPlugin;
 pub struct TipBall(pub BodyRole);
 
 /// The tip that is held.
-#[derive(Resource, Default)]
-struct HeldTip(Option<Held>);
-
-struct Held {
+pub struct HeldTip {
     body: BodyRole,
     start_mm: Point3<f64>,
-    pointer: FinePointer,
+}
+
+/// What a drag reads.
+#[derive(SystemParam)]
+pub struct Grip<'w> {
+    sight: Sight<'w>,
+    surfaces: Res<'w, Surfaces>,
+    keys: DragKeys<'w>,
 }
 
 impl Plugin for TipDragPlugin {
     fn build(&self, app: &mut App) {
-        app.init_resource::<HeldTip>()
-            .add_observer(on_drag_start)
-            .add_observer(on_drag)
-            .add_observer(on_drag_end)
-            .add_systems(
-                Update,
-                let_go_on_escape
-                    .run_if(resource_exists::<ButtonInput<KeyCode>>)
-                    .in_set(EditorSystems::Input),
-            )
-            .add_systems(Update, place_ball.in_set(EditorSystems::Draw));
+        app.add_plugins(scene_drag::plugin::<TipBall>)
+            .add_systems(Update, place_ball.run_if(is_due).in_set(EditorSystems::Draw));
     }
 }
 
@@ -86,66 +77,33 @@ impl Shown<'_> {
         }
         let tip = shown.design.body(role)?.rigid.tip_in_body?;
         let at_mm = shown.design.tracker_from_body(role)? * tip;
-        Some((role, BallHandle { at_mm, radius_px: ball_handle::LARGE_PX }))
+        Some((role, BallHandle { at_mm, radius_px: LARGE_PX }))
     }
 }
 
-fn place_ball(
-    mut commands: Commands,
-    shown: Shown,
-    mut drawn: Query<(Entity, &TipBall, &mut BallHandle)>,
-    shapes: Option<Res<GlyphShapes>>,
-    mut materials: ResMut<Assets<GlowMaterial>>,
-) {
-    let mut wanted = shown.ball();
-    for (entity, ball, mut handle) in &mut drawn {
-        match wanted {
-            Some((role, place)) if role == ball.0 => {
-                handle.set_if_neq(place);
-                wanted = None;
-            }
-            _ => commands.entity(entity).despawn(),
-        }
-    }
-    let (Some((role, place)), Some(shapes)) = (wanted, shapes) else {
-        return;
-    };
-    let words = format!(
-        "Drag to move the tip of the {role} · snaps to corners and shaft ends · Alt frees it · \
-         Shift moves finely · Esc takes it back"
-    );
-    let material = materials.add(ball_handle::material(palette::ERROR_VECTOR));
-    commands.spawn((
-        Name::new("tip handle"),
-        TipBall(role),
-        ball_handle::ball(place, words, &shapes, material),
-    ));
+fn is_due(on: Shown) -> bool {
+    on.world.is_none_or(|world| world.is_changed())
+        || on.shown.is_none_or(|shown| shown.is_changed())
+        || on.selection.is_changed()
+        || on.workspace.is_changed()
+        || on.tool.is_changed()
+        || on.presentation.is_changed()
 }
 
-fn on_drag_start(mut drag: On<Pointer<DragStart>>, balls: Query<(), With<TipBall>>) {
-    // The drag begins beyond the dead zone, in `on_drag`.
-    if balls.contains(drag.entity) {
-        drag.propagate(false);
-    }
-}
-
-/// What a drag reads.
-#[derive(SystemParam)]
-struct Grip<'w> {
-    sight: Sight<'w>,
-    surfaces: Res<'w, Surfaces>,
-    keys: DragKeys<'w>,
+fn place_ball(shown: Shown, mut balls: Balls<TipBall>) {
+    let wanted = shown.ball().map(|(role, place)| {
+        let words = format!(
+            "Drag to move the tip of the {role} · snaps to corners and shaft ends · Alt frees \
+             it · Shift moves finely · Esc takes it back"
+        );
+        (TipBall(role), place, words)
+    });
+    balls.place("tip handle", palette::ERROR_VECTOR, wanted, |a, b| a == b);
 }
 
 impl Grip<'_> {
-    fn take(&self, body: BodyRole, at: Vec2) -> Option<Held> {
-        let start_mm = self.sight.design()?.body(body)?.rigid.tip_in_body?;
-        Some(Held { body, start_mm, pointer: FinePointer::new(at) })
-    }
-
     /// Where the held tip is with the pointer at `at`, and what it snapped to.
-    fn place(&self, held: &mut Held, at: Vec2) -> Option<(Point3<f64>, Option<SnapKind>)> {
-        let at = held.pointer.at(at, self.keys.is_fine());
+    fn place(&self, held: &HeldTip, at: Vec2) -> Option<(Point3<f64>, Option<SnapKind>)> {
         let design = self.sight.design()?;
         let ray = self.sight.ray(at)?;
         let body_from_tracker = design.tracker_from_body(held.body)?.inverse();
@@ -165,62 +123,27 @@ impl Grip<'_> {
     }
 }
 
-fn on_drag(
-    mut drag: On<Pointer<Drag>>,
-    balls: Query<&TipBall>,
-    grip: Grip,
-    mut held: ResMut<HeldTip>,
-    mut edits: DragEdits,
-) {
-    let Ok(TipBall(body)) = balls.get(drag.entity) else {
-        return;
-    };
-    drag.propagate(false);
-    let at = drag.pointer_location.position;
-    let is_short = drag.distance.length() < DEAD_ZONE_PX && !edits.is_active();
-    if drag.button != PointerButton::Primary || is_short {
-        return;
+impl SceneDrag for TipBall {
+    type Held = HeldTip;
+    type Grip = Grip<'static>;
+
+    fn take(&self, grip: &Grip, _: &Selection, _: Vec2) -> Option<HeldTip> {
+        let start_mm = grip.sight.design()?.body(self.0)?.rigid.tip_in_body?;
+        Some(HeldTip { body: self.0, start_mm })
     }
-    if held.0.is_none() {
-        // After Escape the button is still down: that drag is over.
-        if edits.is_active() {
-            return;
-        }
-        let Some(taken) = grip.take(*body, at - drag.distance) else {
-            return;
+
+    fn label(held: &HeldTip) -> String {
+        format!("Move {} tip", held.body)
+    }
+
+    fn edit(held: &mut HeldTip, grip: &Grip, at: Vec2) -> Option<(Edit, String)> {
+        let (tip, snap) = grip.place(held, at)?;
+        let moved_mm = (tip - held.start_mm).norm();
+        let moved = format!("moved {moved_mm:.2}\u{2009}mm");
+        let text = match snap {
+            Some(snap) => format!("{}   {moved}", snap.name()),
+            None => moved,
         };
-        edits.begin(format!("Move {body} tip"));
-        held.0 = Some(taken);
-    }
-    let Some(held) = &mut held.0 else { return };
-    let Some((tip, snap)) = grip.place(held, at) else {
-        return;
-    };
-    let moved_mm = (tip - held.start_mm).norm();
-    let moved = format!("moved {moved_mm:.2}\u{2009}mm");
-    let text = snap.map_or_else(|| moved.clone(), |snap| format!("{}   {moved}", snap.name()));
-    edits.apply(Edit::SetTip { body: *body, tip_in_body: Some(tip) }, at, text);
-}
-
-fn on_drag_end(
-    mut drag: On<Pointer<DragEnd>>,
-    balls: Query<(), With<TipBall>>,
-    mut held: ResMut<HeldTip>,
-    mut edits: DragEdits,
-) {
-    if !balls.contains(drag.entity) || drag.button != PointerButton::Primary {
-        return;
-    }
-    drag.propagate(false);
-    edits.end(held.0.take().is_some());
-}
-
-fn let_go_on_escape(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut held: ResMut<HeldTip>,
-    mut edits: DragEdits,
-) {
-    if keys.just_pressed(KeyCode::Escape) && held.0.take().is_some() {
-        edits.cancel();
+        Some((Edit::SetTip { body: held.body, tip_in_body: Some(tip) }, text))
     }
 }

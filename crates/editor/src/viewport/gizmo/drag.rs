@@ -1,15 +1,13 @@
 //! Hovering a handle, and dragging what it belongs to: one undo step a drag.
 
 use crate::document::requests::ActiveDrag;
-use crate::document::selection::Selected;
-use crate::schedule::EditorSystems;
+use crate::document::selection::{Selected, Selection};
 use crate::viewport::camera::Sight;
-use crate::viewport::drag_edits::DragEdits;
-use crate::viewport::fine_pointer::{DEAD_ZONE_PX, DragKeys, FinePointer};
+use crate::viewport::fine_pointer::DragKeys;
 use crate::viewport::gizmo::{CurrentGizmo, GizmoHandle, HoveredHandle};
+use crate::viewport::scene_drag::{self, Dragged, SceneDrag};
 use bevy::ecs::system::SystemParam;
-use bevy::picking::events::{Drag, DragEnd, DragStart, Out, Over, Pointer};
-use bevy::picking::pointer::PointerButton;
+use bevy::picking::events::{Out, Over, Pointer};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::{EguiContexts, EguiPrimaryContextPass, egui};
@@ -19,40 +17,66 @@ use trackwright_geometry::gizmo::{Handle, HandleDrag, HandleKind};
 use trackwright_geometry::movement::Movement;
 
 /// The handle that is held.
-#[derive(Resource, Default)]
-pub struct HeldHandle(Option<Held>);
+pub type HeldHandle = Dragged<GizmoHandle>;
 
-struct Held {
+/// A handle and what it moves.
+pub struct HeldGizmo {
     target: Selected,
     handle: Handle,
     drag: HandleDrag,
     /// The design when it was taken hold of: every pose of the drag comes from there.
     start: Arc<Design>,
-    pointer: FinePointer,
+}
+
+/// What a drag reads.
+#[derive(SystemParam)]
+pub struct Grip<'w> {
+    sight: Sight<'w>,
+    current: Res<'w, CurrentGizmo>,
+    keys: DragKeys<'w>,
 }
 
 impl HeldHandle {
     pub fn handle(&self) -> Option<Handle> {
-        self.0.as_ref().map(|held| held.handle)
+        self.get().map(|held| held.handle)
     }
 }
 
-impl Held {
-    fn edit(&self, movement: &Movement) -> Option<Edit> {
-        match self.target {
-            Selected::Body(role) => self.start.moved_body(role, movement),
-            Selected::Sensor(role, index) => self.start.turned_sensor(role, index, movement),
-            Selected::Tip(_) | Selected::Anatomy(_) => None,
-        }
+impl SceneDrag for GizmoHandle {
+    type Held = HeldGizmo;
+    type Grip = Grip<'static>;
+
+    fn take(&self, grip: &Grip, _: &Selection, at: Vec2) -> Option<HeldGizmo> {
+        let shown = grip.current.0?;
+        let world = &grip.sight.world.as_ref()?.0;
+        let ray = grip.sight.ray(at)?;
+        Some(HeldGizmo {
+            target: shown.target,
+            handle: self.0,
+            drag: HandleDrag::new(&shown.gizmo, self.0, &ray, &grip.sight.eye())?,
+            start: world.document.shared_design(),
+        })
     }
 
-    /// What undo calls it.
-    fn label(&self) -> String {
-        let verb = match self.handle.kind {
+    fn label(held: &HeldGizmo) -> String {
+        let verb = match held.handle.kind {
             HandleKind::Arrow => "Move",
             HandleKind::Ring => "Turn",
         };
-        format!("{verb} {}", name_of(&self.start, self.target))
+        format!("{verb} {}", name_of(&held.start, held.target))
+    }
+
+    fn edit(held: &mut HeldGizmo, grip: &Grip, at: Vec2) -> Option<(Edit, String)> {
+        let mut movement = held.drag.movement_at(&grip.sight.ray(at)?)?;
+        if grip.keys.is_snapping() {
+            movement = movement.snapped();
+        }
+        let edit = match held.target {
+            Selected::Body(role) => held.start.moved_body(role, &movement),
+            Selected::Sensor(role, index) => held.start.turned_sensor(role, index, &movement),
+            Selected::Tip(_) | Selected::Anatomy(_) => None,
+        };
+        Some((edit?, amount_text(&movement)))
     }
 }
 
@@ -74,18 +98,9 @@ pub fn name_of(design: &Design, target: Selected) -> String {
 }
 
 pub(crate) fn plugin(app: &mut App) {
-    app.init_resource::<HeldHandle>()
+    app.add_plugins(scene_drag::plugin::<GizmoHandle>)
         .add_observer(on_over)
         .add_observer(on_out)
-        .add_observer(on_drag_start)
-        .add_observer(on_drag)
-        .add_observer(on_drag_end)
-        .add_systems(
-            Update,
-            let_go_on_escape
-                .run_if(resource_exists::<ButtonInput<KeyCode>>)
-                .in_set(EditorSystems::Input),
-        )
         .add_systems(EguiPrimaryContextPass, show_cursor);
 }
 
@@ -112,110 +127,6 @@ fn on_out(
     {
         hovered.0 = None;
         redraws.write(RequestRedraw);
-    }
-}
-
-fn on_drag_start(mut drag: On<Pointer<DragStart>>, handles: Query<&GizmoHandle>) {
-    // The drag begins beyond the dead zone, in `on_drag`.
-    if handles.contains(drag.entity) {
-        drag.propagate(false);
-    }
-}
-
-/// What a drag reads.
-#[derive(SystemParam)]
-struct Grip<'w> {
-    sight: Sight<'w>,
-    current: Res<'w, CurrentGizmo>,
-    keys: DragKeys<'w>,
-}
-
-impl Grip<'_> {
-    /// Takes hold of a handle with the pointer at `at`.
-    fn take(&self, handle: Handle, at: Vec2) -> Option<Held> {
-        let shown = self.current.0?;
-        let world = &self.sight.world.as_ref()?.0;
-        let ray = self.sight.ray(at)?;
-        Some(Held {
-            target: shown.target,
-            handle,
-            drag: HandleDrag::new(&shown.gizmo, handle, &ray, &self.sight.eye())?,
-            start: world.document.shared_design(),
-            pointer: FinePointer::new(at),
-        })
-    }
-
-    /// What the held handle did, with the pointer at `at`.
-    fn movement(&self, held: &mut Held, at: Vec2) -> Option<Movement> {
-        let at = held.pointer.at(at, self.keys.is_fine());
-        let movement = held.drag.movement_at(&self.sight.ray(at)?)?;
-        Some(match self.keys.is_snapping() {
-            true => movement.snapped(),
-            false => movement,
-        })
-    }
-}
-
-fn on_drag(
-    mut drag: On<Pointer<Drag>>,
-    handles: Query<&GizmoHandle>,
-    grip: Grip,
-    mut held: ResMut<HeldHandle>,
-    mut edits: DragEdits,
-) {
-    let Ok(GizmoHandle(handle)) = handles.get(drag.entity) else {
-        return;
-    };
-    drag.propagate(false);
-    let at = drag.pointer_location.position;
-    if drag.button != PointerButton::Primary
-        || drag.distance.length() < DEAD_ZONE_PX && !edits.is_active()
-    {
-        return;
-    }
-    if held.0.is_none() {
-        // After Escape the button is still down: that drag is over.
-        if edits.is_active() {
-            return;
-        }
-        let Some(taken) = grip.take(*handle, at - drag.distance) else {
-            return;
-        };
-        edits.begin(taken.label());
-        held.0 = Some(taken);
-    }
-    let Some(held) = &mut held.bypass_change_detection().0 else {
-        return;
-    };
-    let Some(movement) = grip.movement(held, at) else {
-        return;
-    };
-    if let Some(edit) = held.edit(&movement) {
-        edits.apply(edit, at, amount_text(&movement));
-    }
-}
-
-fn on_drag_end(
-    mut drag: On<Pointer<DragEnd>>,
-    handles: Query<&GizmoHandle>,
-    mut held: ResMut<HeldHandle>,
-    mut edits: DragEdits,
-) {
-    if !handles.contains(drag.entity) || drag.button != PointerButton::Primary {
-        return;
-    }
-    drag.propagate(false);
-    edits.end(held.0.take().is_some());
-}
-
-fn let_go_on_escape(
-    keys: Res<ButtonInput<KeyCode>>,
-    mut held: ResMut<HeldHandle>,
-    mut edits: DragEdits,
-) {
-    if keys.just_pressed(KeyCode::Escape) && held.bypass_change_detection().0.is_some() {
-        held.0 = None;
-        edits.cancel();
     }
 }
 
