@@ -120,6 +120,22 @@ fn with_control_an_end_is_rounded_to_a_millimetre() {
 }
 
 #[test]
+fn with_shift_an_end_moves_finely() {
+    let mut pointer = pointer();
+    let before = pointer.design();
+    let (handle, at, by) = upper_end(&mut pointer, 0..3, 1.4 * SHIFT_STEP_MM);
+    pointer.drag(at, by, PointerButton::Primary);
+    pointer.hold(KeyCode::ShiftLeft);
+    // All the way back counts for a tenth, which is less than a step.
+    for back in [0.05, 1.0] {
+        pointer.move_to(at + by * (1.0 - back));
+        pointer.app.update();
+    }
+    pointer.release(at, PointerButton::Primary);
+    assert_eq!(pointer.design(), with_upper_end(&before, handle.axis, SHIFT_STEP_MM));
+}
+
+#[test]
 fn the_status_line_explains_the_end() {
     let mut pointer = pointer();
     let (handle, at, _) = upper_end(&mut pointer, 3..6, TURN_STEP_DEG);

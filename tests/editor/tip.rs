@@ -1,11 +1,11 @@
 //! The tip: a click and a drag snap it to points of its body, and a modifier frees it.
 
-use super::app::{create_scene_app_with, named, settle};
+use super::app::{change_view, create_scene_app_with, named, settle};
 use super::pointer::SimulatedPointer;
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::Point3;
-use trackwright_design::BodyRole;
+use trackwright_design::{BodyRole, Thing};
 use trackwright_editor::document::commands::{CANCEL_DRAG, DocumentCommandsPlugin};
 use trackwright_editor::document::requests::EditRequest;
 use trackwright_editor::document::selection::Selected;
@@ -114,6 +114,23 @@ fn the_selected_tip_is_dragged_to_the_shaft_end() {
     assert_eq!(pointer.design(), before);
     pointer.select(None);
     assert_eq!(named(&mut pointer.app, "tip handle"), 0);
+}
+
+#[test]
+fn the_ball_of_the_tip_needs_a_free_body_and_no_tool() {
+    let mut pointer = pointer();
+    pointer.select(Some(Selected::Tip(BodyRole::Tool)));
+    let balls = |pointer: &mut SimulatedPointer| named(&mut pointer.app, "tip handle");
+    assert_eq!(balls(&mut pointer), 1);
+    for expected in [0, 1] {
+        change_view(&mut pointer.app, |view| view.locked.toggle(Thing::Tool));
+        assert_eq!(balls(&mut pointer), expected);
+    }
+    for (tool, expected) in [(SceneTool::SetTip, 0), (SceneTool::Select, 1)] {
+        *pointer.app.world_mut().resource_mut::<SceneTool>() = tool;
+        settle(&mut pointer.app);
+        assert_eq!(balls(&mut pointer), expected);
+    }
 }
 
 #[test]
