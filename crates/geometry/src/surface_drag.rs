@@ -16,7 +16,7 @@ const FLAT_ANGLE_RAD: f64 = std::f64::consts::PI / 180.0;
 
 /// A sensor this close to the axis of a body of revolution lies on it, as in the bore of a needle: more
 /// than a place that was typed or clicked is off, less than the wall of any tube.
-const ON_AXIS_MM: f64 = 0.1;
+pub const ON_AXIS_MM: f64 = 0.1;
 
 /// A grid that places on a surface are rounded to.
 #[derive(Clone, Copy, Debug, PartialEq)]

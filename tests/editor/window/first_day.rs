@@ -66,7 +66,7 @@ fn save_and_check(window: &mut Window, design: &Path) {
 fn click_best_place(window: &mut Window) {
     for _ in 0..60 {
         let picture = window.picture();
-        let marks = picture.blobs(|[r, g, b]| g > 200 && g - r > 40 && g > b + 120);
+        let marks = picture.blobs(is_mark);
         let mark = marks.iter().map(|mark| mark.center()).find(|[x, _]| *x < LEGEND_LEFT as f64);
         if let Some(at) = mark {
             window.click(at);
@@ -74,6 +74,12 @@ fn click_best_place(window: &mut Window) {
         }
     }
     panic!("no best place is marked");
+}
+
+/// The mark's green, which is between that of the slice's handle and the yellow of sensors.
+fn is_mark(pixel: [u8; 3]) -> bool {
+    let [r, g, b] = pixel.map(i32::from);
+    g > 200 && g - r > 40 && g - b > 120
 }
 
 /// A row of the comparison as the command line has it: baseline, this, difference, judgement.

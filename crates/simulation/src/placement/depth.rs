@@ -4,7 +4,9 @@ use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::revolution::RevolutionAxis;
 use trackwright_geometry::surface::{Surface, SurfacePoint};
+use trackwright_geometry::surface_drag::ON_AXIS_MM;
 
 /// A place's value stands for what is nearer than this.
 const LONGEST_EDGE_MM: f64 = 6.0;
@@ -37,7 +39,8 @@ pub enum CoilDepth {
     /// Its middle on the surface.
     #[default]
     Surface,
-    /// As deep as it lies now; where the body is thinner than that on both sides, in its middle.
+    /// As deep as it lies now; where the body is thinner than that on both sides, in its middle. On
+    /// the axis of a round body, along that.
     Own,
 }
 
@@ -63,6 +66,17 @@ impl CoilDepth {
         let Some(surface) = surface else {
             return places;
         };
+        // Of either direction.
+        let is_on = |axis: &RevolutionAxis| axis.arm_mm(sensor_in_body).norm() <= ON_AXIS_MM;
+        if let Some(axis) = surface.revolution_axis(&Vector3::z()).filter(is_on) {
+            // Exactly in line: two coils in line leave a rotation free, and hardly beside each other
+            // they determine it by noise.
+            for place in &mut places {
+                let way_mm = axis.along_mm(&place.position_mm) - axis.along_mm(sensor_in_body);
+                place.position_mm = sensor_in_body + axis.direction.into_inner() * way_mm;
+            }
+            return places;
+        }
         let depth_mm = depth_mm(&places, &surface, sensor_in_body);
         if depth_mm > 0.0 {
             places.par_iter_mut().for_each(|place| {
@@ -111,11 +125,23 @@ mod tests {
         assert_eq!(places.len(), all.len());
         for (place, vertex) in places.iter().zip(&all) {
             assert_eq!(place.normal, vertex.normal);
+            // In line with where it is, to round-off.
+            let off_mm = place.position_mm.coords.xy().norm();
+            assert!(off_mm < 1e-9, "{off_mm}");
+            assert!((place.position_mm.z - vertex.position_mm.z).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn beside_the_axis_a_coil_keeps_its_depth() {
+        let mesh = rod();
+        // 0.5 mm off the axis of a rod of 1.5 mm radius.
+        let places = CoilDepth::Own.places(&mesh, &Point3::new(0.5, 0.0, 60.0));
+        for (place, vertex) in places.iter().zip(&vertices(&mesh)) {
             // Along the rod, and not at its rounded ends.
             if vertex.normal.dot(&Vector3::z()).abs() < 1e-9 {
-                let off_mm = place.position_mm.coords.xy().norm();
-                // Half of the thickness of a polygon is a little less than the radius of its circle.
-                assert!(off_mm < 0.02, "{off_mm}");
+                let depth_mm = (vertex.position_mm - place.position_mm).norm();
+                assert!((depth_mm - 1.0).abs() < 0.02, "{depth_mm}");
             }
         }
     }

@@ -10,7 +10,9 @@ use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
 use crate::widgets::verdict::{bound_text, figure_color};
 use crate::workspaces::design::baseline::Change;
-use bevy_egui::egui::{self, Align, Label, Layout, RichText, Ui};
+use bevy_egui::egui::{
+    self, Align, Label, Layout, RichText, TextStyle, TextWrapMode, Ui, WidgetText,
+};
 use trackwright_design::Document;
 use trackwright_simulation::figures::{capitalised, with_minus_signs, with_separators};
 use trackwright_simulation::{
@@ -192,7 +194,8 @@ fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
             ui.label(text).explained(INTERVAL);
         }
         if let Some((text, color)) = result.change.and_then(|change| change_text(change, unit)) {
-            ui.label(RichText::new(text).color(color.color32()))
+            // On the next line as a whole, where it finds no room.
+            ui.add(Label::new(RichText::new(text).color(color.color32())).extend())
                 .explained("Change since the last edit began");
         }
     });
@@ -226,13 +229,27 @@ fn change_text(change: Change, unit: &str) -> Option<(String, palette::Rgb)> {
 }
 
 fn figure_ui(ui: &mut Ui, row: &FigureRow) {
+    let value = with_unit(&row.value, row.unit);
     ui.horizontal(|ui| {
-        let label = ui.label(RichText::new(&row.label).color(palette::TEXT_QUIET.color32()));
+        let painted = WidgetText::from(&value).into_galley(
+            ui,
+            Some(TextWrapMode::Extend),
+            f32::INFINITY,
+            TextStyle::Body,
+        );
+        // What leaves no room for its value takes two lines.
+        let most = ui.available_width() - painted.size().x - ui.spacing().item_spacing.x;
+        let text = RichText::new(&row.label).color(palette::TEXT_QUIET.color32());
+        let label = ui.vertical(|ui| {
+            ui.set_max_width(most);
+            ui.add(Label::new(text).wrap())
+        });
+        let label = label.inner;
         if let RowOf::Metric(metric) = row.of {
             label.explained(metric.about());
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.label(with_unit(&row.value, row.unit));
+            ui.label(value);
         });
     });
 }
