@@ -3,8 +3,10 @@
 
 use crate::copied::Copied;
 use bevy::math::Vec2;
+use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use std::process::Command;
+use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::app::picture::{self, ComparedDesigns, PictureSetup, StudyTrial};
 use trackwright_editor::palette::Theme;
 use trackwright_editor::shell::painted_text::PaintedText;
@@ -12,6 +14,7 @@ use trackwright_editor::shell::preferences::InterfaceScale;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::field::state::TableRole;
 use trackwright_editor::workspaces::{decide, design, field, present, study};
+use trackwright_simulation::SensorOrientation;
 
 /// Width and height in pixels.
 const SIZES: [[u32; 2]; 3] = [[1024, 700], [1440, 900], [3840, 2160]];
@@ -109,6 +112,37 @@ fn no_text_is_cut_or_lies_on_another() {
     let windows: BTreeSet<[u32; 2]> = all.collect();
     assert_eq!(windows.len(), 7, "{windows:?}");
     let found: Vec<String> = (windows.into_iter())
+        .flat_map(|window| faults_of_all(&copy, window, 1.0, Theme::Dark))
+        .collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// A needle with two coils in line and long names, in a file with a long name.
+fn long_names() -> Copied {
+    let mut copy = Copied::new("new-tool-on-crf");
+    let mut world = trackwright_project::open_design(&copy.design).unwrap();
+    let document = &mut world.document;
+    let long = "biopsy needle for the liver, second draft with a wider bore";
+    document.apply(Edit::SetName(long.to_owned())).unwrap();
+    for index in [0, 1] {
+        let mut sensor = document.design().tool.body.rigid.sensors[index].clone();
+        sensor.name = format!("coil {index} at the end of the narrow part");
+        sensor.orientation = SensorOrientation::FiveDof(Vector3::z_axis());
+        let body = BodyRole::Tool;
+        document.apply(Edit::SetSensor { body, index, sensor }).unwrap();
+    }
+    trackwright_project::save(&mut world).unwrap();
+    let design = copy.design.with_file_name(format!("{}.design.ron", long.replace(' ', "-")));
+    std::fs::rename(&copy.design, &design).unwrap();
+    copy.design = design;
+    copy
+}
+
+#[test]
+fn long_names_and_warnings_find_room() {
+    let copy = long_names();
+    let found: Vec<String> = [[960, 600], [1024, 700], [1440, 900]]
+        .into_iter()
         .flat_map(|window| faults_of_all(&copy, window, 1.0, Theme::Dark))
         .collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
