@@ -173,7 +173,7 @@ fn the_first_day_needs_no_coordinate() {
             .filter_map(|word| word.parse::<f64>().ok())
             .map(|mm| format!("{mm:.2} mm"))
             .collect();
-        let shown: Vec<String> = shown.iter().map(|text| text.replace('\u{202f}', " ")).collect();
+        let shown: Vec<String> = shown.iter().map(|text| text.replace('\u{2009}', " ")).collect();
         assert_eq!(shown, printed, "{line}");
     }
     window.click_control("Use in this design…");
@@ -191,7 +191,7 @@ fn the_first_day_needs_no_coordinate() {
     window.control(&format!("Trial {number} in the CRF"));
     let shown = window.row("tip error");
     let worst_mm = worst["position_mm"].as_f64().unwrap();
-    assert_eq!(shown.last().unwrap().replace('\u{202f}', " "), format!("{worst_mm:.2} mm"));
+    assert_eq!(shown.last().unwrap().replace('\u{2009}', " "), format!("{worst_mm:.2} mm"));
 
     // A baseline, the best place of the other sensor, and what it is better by.
     window.click_control("Decide");
