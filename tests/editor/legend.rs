@@ -19,7 +19,7 @@ use trackwright_editor::layers::registry::{LayerInfo, LayerRegistry};
 use trackwright_editor::layers::{field_arrows, placement, slice};
 use trackwright_editor::palette::{Ground, Rgb};
 use trackwright_editor::viewport::overlay::OverlayPlugin;
-use trackwright_editor::viewport::overlay::legend::{Title, title_ui};
+use trackwright_editor::viewport::overlay::legend::{Title, entries_ui, title_ui};
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
 use trackwright_simulation::{Metric, Requirement};
@@ -226,9 +226,47 @@ fn the_placement_bar_names_where_the_coil_is() {
 }
 
 #[test]
+fn every_entry_of_the_legend_is_explained() {
+    let mut app = app();
+    show(&mut app, |view| view.layers.placement = true);
+    for layer in layers(&app) {
+        show(&mut app, |view| *(layer.switch)(&mut view.layers) = true);
+        let found = entries(&app);
+        let all = found.strokes.len() + found.keys.len() + found.bars.len();
+        assert_eq!(found.abouts.len(), all, "{}", layer.name);
+        let short: Vec<_> =
+            found.abouts.iter().filter(|about| about.split(' ').count() < 4).collect();
+        assert!(short.is_empty(), "{}: {short:?}", layer.name);
+        if let Some(stroke) = layer.stroke {
+            let place = found.strokes.iter().position(|other| *other == stroke).unwrap();
+            let is_own = |other: &LayerInfo| {
+                other.stroke == Some(stroke) && other.about == found.abouts[place]
+            };
+            assert!(layers(&app).iter().any(is_own), "{}", layer.name);
+        }
+    }
+}
+
+#[test]
+fn an_entry_under_the_pointer_is_explained() {
+    let rect = |y: f32| egui::Rect::from_min_size(egui::pos2(20.0, y), egui::vec2(120.0, 15.0));
+    let entries = vec![(rect(60.0), "About the first"), (rect(80.0), "About the second")];
+    let title = Title { rect: rect(30.0), entries, after_click: None, is_folded: false };
+    let mut harness = Harness::builder()
+        .with_size(egui::vec2(300.0, 200.0))
+        .build_ui(|ui| entries_ui(ui.ctx(), &title));
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("About").is_none());
+    harness.hover_at(egui::pos2(40.0, 88.0));
+    harness.run_steps(2);
+    assert!(harness.query_by_label("About the second").is_some());
+    assert!(harness.query_by_label("About the first").is_none());
+}
+
+#[test]
 fn a_click_on_the_title_folds_the_legend() {
     let rect = egui::Rect::from_min_size(egui::pos2(20.0, 30.0), egui::vec2(120.0, 22.0));
-    let title = Title { rect, after_click: Some(true), is_folded: false };
+    let title = Title { rect, entries: Vec::new(), after_click: Some(true), is_folded: false };
     let clicks = Cell::new(0);
     let mut harness = Harness::builder().with_size(egui::vec2(300.0, 200.0)).build_ui(|ui| {
         clicks.set(clicks.get() + usize::from(title_ui(ui.ctx(), &title)));

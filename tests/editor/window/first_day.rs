@@ -233,7 +233,7 @@ fn the_first_day_needs_no_coordinate() {
     save_and_check(&mut window, &design);
     window.run_command("Report");
     window.key("Return");
-    window.wait_for_control("Saved needle.html");
+    window.wait_for("the report", |_| file("needle.html").exists());
     let page = std::fs::read_to_string(file("needle.html")).unwrap();
     let by_command = own.path().join("needle.html");
     succeed(&["report", &text(&design), "-o", &text(&by_command)]);

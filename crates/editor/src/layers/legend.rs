@@ -91,7 +91,7 @@ impl LegendKey {
 
 impl ColorBar {
     /// Whether the same colours mean the same values.
-    fn has_scale_of(&self, other: &Self) -> bool {
+    pub(super) fn has_scale_of(&self, other: &Self) -> bool {
         (self.unit, self.map, self.min, self.max) == (other.unit, other.map, other.min, other.max)
     }
 }
@@ -177,11 +177,11 @@ impl Legends {
         Some(&self.0.get(&order)?.keys.first()?.text)
     }
 
-    pub fn bars(&self) -> impl Iterator<Item = &ColorBar> {
-        self.0.values().filter_map(|legend| legend.bar.as_ref())
+    /// With where each stands, as the others.
+    pub fn bars(&self) -> impl Iterator<Item = (u32, &ColorBar)> {
+        self.0.iter().filter_map(|(order, legend)| Some((*order, legend.bar.as_ref()?)))
     }
 
-    /// With where each stands.
     pub fn keys(&self) -> impl Iterator<Item = (u32, &LegendKey)> {
         self.0.iter().flat_map(|(order, legend)| legend.keys.iter().map(|key| (*order, key)))
     }

@@ -16,7 +16,14 @@ pub struct LegendEntries {
     pub keys: Vec<LegendKey>,
     /// One a scale.
     pub bars: Vec<ColorBar>,
+    /// What each of these is, in a sentence: strokes, keys, bars.
+    pub abouts: Vec<&'static str>,
 }
+
+/// What stands beside the layers that draw it.
+const BODIES: &str = "Tool and CRF with their sensors, where the design has them";
+const BODIES_ORDER: u32 = 0;
+const OTHER: &str = "What the open workspace adds to the scene";
 
 impl LegendEntries {
     /// Of the open design; on a slide without what stands beside the things by name.
@@ -26,23 +33,40 @@ impl LegendEntries {
         let own = on.iter().filter_map(|layer| Some((layer.order, layer.stroke?)));
         let mut strokes: Vec<_> = own.chain(legends.strokes()).collect();
         strokes.sort_by_key(|(order, _)| *order);
-        let mut strokes: Vec<_> = strokes.into_iter().map(|(_, stroke)| stroke).collect();
-        strokes.dedup();
+        strokes.dedup_by_key(|(_, stroke)| *stroke);
         let of_layers = on
             .iter()
             .flat_map(|layer| (layer.keys)(open).into_iter().map(|key| (layer.order, key)));
-        let mut keys: Vec<_> = of_bodies(&open.document).into_iter().map(|key| (0, key)).collect();
+        let mut keys: Vec<_> =
+            of_bodies(&open.document).into_iter().map(|key| (BODIES_ORDER, key)).collect();
         keys.extend(of_layers);
         keys.extend(legends.keys().map(|(order, key)| (order, key.clone())));
         keys.sort_by_key(|(order, _)| *order);
-        let keys = keys.into_iter().map(|(_, key)| key).filter(|key| key.is_shown(is_slide));
-        let mut once: Vec<LegendKey> = Vec::new();
-        for key in keys {
-            if !once.contains(&key) {
-                once.push(key);
+        let mut once: Vec<(u32, LegendKey)> = Vec::new();
+        for (order, key) in keys.into_iter().filter(|(_, key)| key.is_shown(is_slide)) {
+            if !once.iter().any(|(_, other)| *other == key) {
+                once.push((order, key));
             }
         }
-        Self { strokes, keys: once, bars: merged(legends.bars().cloned()) }
+        let bars = merged(legends.bars().map(|(_, bar)| bar.clone()));
+        // Of several on one scale that of the first.
+        let of_bar = |bar: &ColorBar| {
+            let mut all = legends.bars();
+            all.find(|(_, other)| bar.has_scale_of(other)).map_or(0, |(order, _)| order)
+        };
+        let orders = strokes.iter().map(|(order, _)| *order);
+        let orders = orders.chain(once.iter().map(|(order, _)| *order));
+        let about = |order: u32| match layers.iter().find(|layer| layer.order == order) {
+            Some(layer) => layer.about,
+            None if order == BODIES_ORDER => BODIES,
+            None => OTHER,
+        };
+        Self {
+            abouts: orders.chain(bars.iter().map(of_bar)).map(about).collect(),
+            strokes: strokes.into_iter().map(|(_, stroke)| stroke).collect(),
+            keys: once.into_iter().map(|(_, key)| key).collect(),
+            bars,
+        }
     }
 }
 

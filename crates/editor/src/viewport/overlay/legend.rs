@@ -12,8 +12,8 @@ use crate::viewport::overlay::ruler::round_below;
 use crate::widgets::basic::{THIN_SPACE, times};
 use crate::widgets::theme;
 use bevy_egui::egui::{
-    self, Align2, Area, Galley, Id, Order, Painter, Pos2, Rect, Sense, Shape, Stroke, Vec2,
-    WidgetInfo, WidgetType, pos2, vec2,
+    self, Align2, Area, Galley, Id, LayerId, Order, Painter, Pos2, Rect, Sense, Shape, Stroke,
+    Tooltip, Vec2, WidgetInfo, WidgetType, pos2, vec2,
 };
 use std::sync::Arc;
 use trackwright_field::Environment;
@@ -40,10 +40,12 @@ pub fn caption(environment: &Environment) -> String {
     room::caption(environment)
 }
 
-/// The legend's title as it was painted.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The legend's title as it was painted, and its entries.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Title {
     pub rect: Rect,
+    /// Where each entry is, and what it is in a sentence; none while it is folded.
+    pub entries: Vec<(Rect, &'static str)>,
     /// What a person's choice becomes with a click on it.
     pub after_click: Option<bool>,
     pub is_folded: bool,
@@ -82,7 +84,13 @@ pub(super) fn paint(painter: &Painter, view: &OverlayView) -> Painted {
         let words = if is_folded { line } else { TITLE.to_owned() };
         paint_title(painter, legend.min + vec2(PADDING, PADDING), words, is_folded);
         let size = vec2(legend.width(), title_height(painter) + PADDING);
-        Title { rect: Rect::from_min_size(legend.min, size), after_click, is_folded }
+        let rect = Rect::from_min_size(legend.min, size);
+        let abouts = view.legend.abouts.iter().copied();
+        let entries = match is_folded {
+            true => Vec::new(),
+            false => unfolded.places(legend).into_iter().zip(abouts).collect(),
+        };
+        Title { rect, entries, after_click, is_folded }
     });
     if !is_folded {
         unfolded.paint(painter, legend);
@@ -104,6 +112,21 @@ pub fn title_ui(ctx: &egui::Context, title: &Title) -> bool {
         false => "Folds the legend to one line",
     };
     response.on_hover_text(about).clicked()
+}
+
+/// The sentence of the entry under the pointer. Nothing lies over the scene for it: it is dragged and
+/// zoomed there as everywhere.
+pub fn entries_ui(ctx: &egui::Context, title: &Title) {
+    let at = ctx.input(|input| input.pointer.hover_pos().filter(|_| !input.pointer.any_down()));
+    let Some(at) =
+        at.filter(|at| ctx.layer_id_at(*at).is_none_or(|it| it.order == Order::Background))
+    else {
+        return;
+    };
+    if let Some((rect, about)) = title.entries.iter().find(|(rect, _)| rect.contains(at)) {
+        let (layer, id) = (LayerId::background(), Id::new("legend entry"));
+        Tooltip::always_open(ctx.clone(), layer, id, *rect).show(|ui| ui.label(*about));
+    }
 }
 
 /// A plate behind a legend, so that it reads over any scene.
@@ -148,20 +171,35 @@ impl<'a> Column<'a> {
         Self { head, keys, bars, size, title_height }
     }
 
+    fn start(&self, frame: Rect) -> Pos2 {
+        frame.min + vec2(PADDING, PADDING + self.title_height)
+    }
+
+    /// Where the keys and the bars are.
+    fn places(&self, frame: Rect) -> Vec<Rect> {
+        let head = self.head.as_ref().map_or(0.0, |head| head.size().y + 2.0);
+        let mut at = self.start(frame) + vec2(0.0, head);
+        let keys = self.keys.iter().map(|key| (0.0, key.size));
+        let bars = self.bars.iter().map(|bar| (GAP, bar.size));
+        let place = |(gap, size): (f32, Vec2)| {
+            let rect = Rect::from_min_size(at + vec2(0.0, gap), size);
+            at.y += gap + size.y;
+            rect
+        };
+        keys.chain(bars).map(place).collect()
+    }
+
     fn paint(&self, painter: &Painter, frame: Rect) {
-        let mut at = frame.min + vec2(PADDING, PADDING + self.title_height);
         if let Some(head) = &self.head {
-            painter.galley(at, Arc::clone(head), palette::TEXT_STRONG.color32());
-            at.y += head.size().y + 2.0;
+            painter.galley(self.start(frame), Arc::clone(head), palette::TEXT_STRONG.color32());
         }
-        for key in &self.keys {
-            key.paint(painter, at);
-            at.y += key.size.y;
+        let places = self.places(frame);
+        let (keys, bars) = places.split_at(self.keys.len());
+        for (key, place) in self.keys.iter().zip(keys) {
+            key.paint(painter, place.min);
         }
-        for bar in &self.bars {
-            at.y += GAP;
-            bar.paint(painter, at);
-            at.y += bar.size.y;
+        for (bar, place) in self.bars.iter().zip(bars) {
+            bar.paint(painter, place.min);
         }
     }
 }

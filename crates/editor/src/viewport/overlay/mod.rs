@@ -213,7 +213,9 @@ fn draw(
     };
     let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(rect);
     let title = paint(&painter, &view);
-    if let Some(title) = title.filter(|title| legend::title_ui(ctx, title)) {
+    let Some(title) = title else { return Ok(()) };
+    legend::entries_ui(ctx, &title);
+    if legend::title_ui(ctx, &title) {
         commands.insert_resource(LegendFolded(title.after_click));
     }
     Ok(())
