@@ -231,20 +231,24 @@ fn change_text(change: Change, unit: &str) -> Option<(String, palette::Rgb)> {
 fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     let value = with_unit(&row.value, row.unit);
     ui.horizontal(|ui| {
-        let painted = WidgetText::from(&value).into_galley(
-            ui,
-            Some(TextWrapMode::Extend),
-            f32::INFINITY,
-            TextStyle::Body,
-        );
-        // What leaves no room for its value takes two lines.
-        let most = ui.available_width() - painted.size().x - ui.spacing().item_spacing.x;
+        let width = |text: &str| {
+            let text = WidgetText::from(text);
+            let mode = Some(TextWrapMode::Extend);
+            text.into_galley(ui, mode, f32::INFINITY, TextStyle::Body).size().x
+        };
+        let most = ui.available_width() - width(&value) - ui.spacing().item_spacing.x;
         let text = RichText::new(&row.label).color(palette::TEXT_QUIET.color32());
-        let label = ui.vertical(|ui| {
-            ui.set_max_width(most);
-            ui.add(Label::new(text).wrap())
-        });
-        let label = label.inner;
+        let label = match width(&row.label) <= most {
+            true => ui.label(text),
+            // What leaves no room for its value takes two lines.
+            false => {
+                let two_lines = |ui: &mut Ui| {
+                    ui.set_max_width(most);
+                    ui.add(Label::new(text).wrap())
+                };
+                ui.vertical(two_lines).inner
+            }
+        };
         if let RowOf::Metric(metric) = row.of {
             label.explained(metric.about());
         }
