@@ -87,9 +87,13 @@ fn compared(of: &Value, quantity: &str, figure: &str) -> [String; 4] {
     let value = |row: usize| of["rows"][row][quantity][figure].as_f64().unwrap();
     let difference = &of["rows"][1]["against_baseline"][quantity][figure];
     let change = format!("{:+.3}", difference["difference"].as_f64().unwrap());
-    let verdict = difference["verdict"].as_str().unwrap().replace('_', " ");
+    // Its name in files is older than its words.
+    let verdict = match difference["verdict"].as_str().unwrap() {
+        "not_told" => "not significant",
+        other => other,
+    };
     let [baseline, this] = [0, 1].map(|row| format!("{:.3}", value(row)));
-    [baseline, this, change.replace('-', "−"), verdict]
+    [baseline, this, change.replace('-', "−"), verdict.to_owned()]
 }
 
 #[test]
