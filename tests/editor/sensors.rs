@@ -108,17 +108,23 @@ fn coils_are_searched_after_an_edit() {
 }
 
 #[test]
-fn a_mirror_copy_onto_itself_is_refused() {
-    let mut app = app();
-    select(&mut app, BodyRole::Tool, &[0]);
-    let before = document(&app).design().clone();
-    assert_eq!(before.tool.body.rigid.sensors[0].position_in_body.x, 0.0);
-    run(&mut app, SensorCommand::MirrorCopy(MirrorPlane::X));
-    assert_eq!(*document(&app).design(), before);
-    let Notice::Refused(why) = app.world().resource::<Notice>() else {
-        panic!("no reason is shown");
-    };
-    assert!(why.contains("lies on the plane x = 0"), "{why}");
+fn a_mirror_image_onto_itself_is_refused() {
+    for (command, reason) in [
+        (SensorCommand::MirrorCopy(MirrorPlane::X), "lies on the plane x = 0"),
+        (SensorCommand::Mirror(MirrorPlane::X), "its own mirror image in the plane x = 0"),
+    ] {
+        let mut app = app();
+        select(&mut app, BodyRole::Tool, &[0]);
+        let before = document(&app).design().clone();
+        assert_eq!(before.tool.body.rigid.sensors[0].position_in_body.x, 0.0);
+        run(&mut app, command);
+        assert_eq!(*document(&app).design(), before);
+        assert_eq!(document(&app).undo_label(), None);
+        let Notice::Refused(why) = app.world().resource::<Notice>() else {
+            panic!("no reason is shown");
+        };
+        assert!(why.contains(reason), "{why}");
+    }
 }
 
 #[test]

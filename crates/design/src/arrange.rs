@@ -14,12 +14,15 @@ pub const MAX_ARRAY: usize = 1000;
 /// round-off of a place that was computed.
 const ON_PLANE_MM: f64 = 1e-6;
 
+/// An axis turned by less than this is the same: 1e-6 mm at the end of a part 100 mm long.
+const SAME_AXIS_RAD: f64 = 1e-8;
+
 /// Something done to sensors of one body. Lengths in millimetres, directions in the body frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Arrangement {
     /// A copy of each sensor in the same place, to be moved from there.
     Duplicate,
-    /// Each sensor goes to its mirror image; see [`mirrored`].
+    /// Each sensor goes to its mirror image; see [`mirrored`]. One at least must be another then.
     Mirror(MirrorPlane),
     /// Each sensor stays, and a copy goes to its mirror image; none may lie on the plane, where
     /// both would be in one place.
@@ -69,6 +72,12 @@ pub enum ArrangeError {
          nothing was copied"
     )]
     OnMirrorPlane { name: String, plane: MirrorPlane },
+    #[error("sensor {name} is its own mirror image in the plane {plane}, so nothing was changed")]
+    OwnImage { name: String, plane: MirrorPlane },
+    #[error(
+        "each of the {count} sensors is its own mirror image in the plane {plane}, so nothing was changed"
+    )]
+    OwnImages { count: usize, plane: MirrorPlane },
 }
 
 impl MirrorPlane {
@@ -102,7 +111,8 @@ impl Arrangement {
     ) -> Result<Vec<Sensor>, ArrangeError> {
         let mut arranged = sensors.to_vec();
         let mut names: HashSet<String> = sensors.iter().map(|s| s.name.clone()).collect();
-        for index in as_set(indices) {
+        let indices = as_set(indices);
+        for &index in &indices {
             let count = sensors.len();
             let sensor = sensors.get(index).ok_or(ArrangeError::NoSuchSensor { index, count })?;
             match self {
@@ -125,6 +135,18 @@ impl Arrangement {
                     let axis = direction(direction_in_body)?;
                     arranged[index].orientation = aligned(&sensor.orientation, axis);
                 }
+            }
+        }
+        if let Self::Mirror(plane) = *self
+            && indices.iter().all(|&index| is_same(&sensors[index], &arranged[index]))
+        {
+            match indices[..] {
+                [] => {}
+                [only] => {
+                    let name = sensors[only].name.clone();
+                    return Err(ArrangeError::OwnImage { name, plane });
+                }
+                _ => return Err(ArrangeError::OwnImages { count: indices.len(), plane }),
             }
         }
         for sensor in &mut arranged[sensors.len()..] {
@@ -227,6 +249,23 @@ pub fn mirrored(sensor: &Sensor, plane: MirrorPlane) -> Sensor {
         }
     };
     image
+}
+
+/// Whether a sensor and its mirror image are in one place and point the same way.
+fn is_same(sensor: &Sensor, image: &Sensor) -> bool {
+    let moved_mm = (image.position_in_body - sensor.position_in_body).norm();
+    let is_turned = match (&sensor.orientation, &image.orientation) {
+        (SensorOrientation::FiveDof(before), SensorOrientation::FiveDof(after)) => {
+            (after.into_inner() - before.into_inner()).norm() > SAME_AXIS_RAD
+        }
+        // A quaternion and its negative are one rotation. Half the angle is compared, by its sine.
+        (SensorOrientation::SixDof(before), SensorOrientation::SixDof(after)) => {
+            (before.inverse() * after).imag().norm() > SAME_AXIS_RAD / 2.0
+        }
+        _ => false,
+    };
+    // An image is twice as far from its sensor as the plane.
+    moved_mm <= 2.0 * ON_PLANE_MM && !is_turned
 }
 
 /// The negative, and zero for zero: nobody wants to read `-0` in a file.
@@ -453,6 +492,73 @@ mod tests {
             );
         }
         assert_eq!(names(&copy.arranged(&[beside], &[0]).unwrap()), ["beside", "beside 2"]);
+    }
+
+    #[test]
+    fn a_mirror_image_of_the_same_sensor_is_refused() {
+        use SensorOrientation::{FiveDof, Marker, SixDof};
+        let mirror = Arrangement::Mirror(MirrorPlane::X);
+        let turn = |axis: Unit<Vector3<f64>>, angle_rad| {
+            SixDof(UnitQuaternion::from_axis_angle(&axis, angle_rad))
+        };
+        let quarter = std::f64::consts::FRAC_PI_2;
+        // x and z are mirrored as arrows: only a frame with its y axis normal to the plane, where both
+        // lie in it, is as before.
+        let y_is_normal = turn(Vector3::z_axis(), quarter);
+        let in_plane = Unit::new_normalize(Vector3::new(0.0, 3.0, -4.0));
+        let nearly = Unit::new_normalize(Vector3::new(1e-12, 3.0, -4.0));
+        let oblique = Unit::new_normalize(Vector3::new(1e-3, 3.0, -4.0));
+        for (x_mm, orientation, is_changed) in [
+            (0.0, Marker, false),
+            (-0.0, FiveDof(in_plane), false),
+            (1e-12, FiveDof(nearly), false),
+            (0.0, y_is_normal, false),
+            (0.0, turn(Vector3::z_axis(), -quarter), false),
+            (1e-3, Marker, true),
+            (1e-3, FiveDof(in_plane), true),
+            (0.0, FiveDof(oblique), true),
+            // It points the other way then.
+            (0.0, FiveDof(Vector3::x_axis()), true),
+            (0.0, turn(Vector3::x_axis(), quarter), true),
+            (0.0, turn(Vector3::y_axis(), quarter), true),
+            (1e-3, y_is_normal, true),
+        ] {
+            let top = sensor("top", [x_mm, 2.0, 3.0], orientation);
+            let found = mirror.arranged(std::slice::from_ref(&top), &[0]);
+            assert_eq!(found.is_ok(), is_changed, "{top:?}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn mirroring_is_refused_only_where_none_changes() {
+        let mirror = Arrangement::Mirror(MirrorPlane::Y);
+        let at = |name: &str, y_mm: f64| {
+            let mut sensor = along_z(name);
+            sensor.position_in_body.y = y_mm;
+            sensor
+        };
+        let sensors = [at("left", 0.0), at("right", 0.0), at("top", 5.0)];
+        for (indices, expected) in [
+            (
+                &[1, 1][..],
+                Err(
+                    "sensor right is its own mirror image in the plane y = 0, so nothing was changed",
+                ),
+            ),
+            (
+                &[0, 1],
+                Err(
+                    "each of the 2 sensors is its own mirror image in the plane y = 0, so nothing \
+                     was changed",
+                ),
+            ),
+            (&[0, 1, 2], Ok(-5.0)),
+        ] {
+            let found = mirror.arranged(&sensors, indices);
+            let top_y_mm = found.map(|sensors| sensors[2].position_in_body.y);
+            let top_y_mm = top_y_mm.map_err(|error| error.to_string());
+            assert_eq!(top_y_mm, expected.map_err(str::to_owned));
+        }
     }
 
     #[test]
