@@ -359,7 +359,7 @@ impl FileState<'_> {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
             Ok(report) => {
-                let saved = saved_words(world.0.document.origin(), &report.written);
+                let saved = saved_words(file_name(world.0.document.origin()), &report.written);
                 let kept = report.kept.iter().map(|kept| format!("; {kept}"));
                 *self.notice = Notice::Done(format!("{saved}{}", kept.collect::<String>()));
                 self.remember();

@@ -1,5 +1,6 @@
 //! Dialogs about designs and their files.
 
+use crate::document::file_names::path_name;
 use crate::document::requests::{Export, FileRequest, SharedChoice};
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, overwrite_ui, text_ui, title_ui};
@@ -44,8 +45,8 @@ pub enum DesignDialog {
         text: String,
         is_usable: bool,
     },
-    /// Somebody else changed files of the design; `is_saving`: the design is about to
-    /// be saved over them.
+    /// Another program changed files of the design; `is_saving`: the design is about to be saved
+    /// over them.
     ChangedOnDisk {
         lines: Vec<String>,
         is_saving: bool,
@@ -116,7 +117,7 @@ impl DesignDialog {
         })
     }
 
-    /// What somebody else changed.
+    /// What another program changed.
     pub fn changed_on_disk(changes: &[ChangedFile], is_saving: bool) -> Self {
         let line = |changed: &ChangedFile| {
             let what = match changed.change {
@@ -130,17 +131,12 @@ impl DesignDialog {
 
     /// Names the designs that a save would change too.
     pub fn shared_bodies(shared: &[SharedBody]) -> Self {
-        let name = |path: &PathBuf| {
-            path.file_name().map_or_else(
-                || path.display().to_string(),
-                |name| name.to_string_lossy().into_owned(),
-            )
-        };
         let lines = shared
             .iter()
             .map(|body| {
-                let designs: Vec<String> = body.designs.iter().map(name).collect();
-                format!("{} is also used by {}", name(&body.file), designs.join(", "))
+                let designs: Vec<String> =
+                    body.designs.iter().map(|file| path_name(file)).collect();
+                format!("{} is also used by {}", path_name(&body.file), designs.join(", "))
             })
             .collect();
         Self::SharedBodies { lines }
@@ -272,7 +268,7 @@ impl DesignDialog {
                 }
             }
             Self::ChangedOnDisk { lines, is_saving } => {
-                title_ui(ui, "Somebody else changed files of this design");
+                title_ui(ui, "Files of this design were changed by another program");
                 lines.iter().for_each(|line| text_ui(ui, line));
                 let reload = FileRequest::Reload;
                 if *is_saving {

@@ -12,19 +12,21 @@ pub fn file_name(origin: &Origin) -> String {
     match origin {
         Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
         Origin::BuiltIn(name) => format!("{name} (built in)"),
-        Origin::File(path) => path
-            .file_name()
-            .map_or_else(|| path.display().to_string(), |n| n.to_string_lossy().into_owned()),
+        Origin::File(path) => path_name(path),
     }
 }
 
-/// `Saved needle.design.ron, tool.body.ron, operating-table.env.ron`: the design, then every other file
-/// that was written with it.
-pub fn saved_words(origin: &Origin, written: &[PathBuf]) -> String {
-    let design = file_name(origin);
-    let others = written.iter().filter_map(|path| path.file_name());
-    let others = others.map(|name| name.to_string_lossy().into_owned());
-    let names = std::iter::once(design.clone()).chain(others.filter(|name| *name != design));
+/// What a person calls a file: its name without its folder.
+pub fn path_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or(path.as_os_str());
+    name.to_string_lossy().into_owned()
+}
+
+/// `Saved needle.design.ron, tool.body.ron, operating-table.env.ron`: a file by its name, then every
+/// other one that was written with it.
+pub fn saved_words(file: String, written: &[PathBuf]) -> String {
+    let others = written.iter().map(|path| path_name(path)).filter(|name| *name != file);
+    let names = std::iter::once(file.clone()).chain(others);
     format!("Saved {}", names.collect::<Vec<_>>().join(", "))
 }
 
@@ -83,12 +85,12 @@ mod tests {
 
     #[test]
     fn saving_names_every_file_the_design_first() {
-        let origin = Origin::File("a/needle.design.ron".into());
+        let design = || file_name(&Origin::File("a/needle.design.ron".into()));
         let written = ["tool.body.ron", "operating-table.env.ron", "needle.design.ron"];
         let written = written.map(|name| Path::new("a").join(name));
         let words = "Saved needle.design.ron, tool.body.ron, operating-table.env.ron";
-        assert_eq!(saved_words(&origin, &written), words);
-        assert_eq!(saved_words(&origin, &[]), "Saved needle.design.ron");
+        assert_eq!(saved_words(design(), &written), words);
+        assert_eq!(saved_words(design(), &[]), "Saved needle.design.ron");
     }
 
     #[test]

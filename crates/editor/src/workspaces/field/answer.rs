@@ -1,5 +1,6 @@
 //! Carries out the panels' requests, or starts the thread that does.
 
+use crate::document::file_names::{path_name, saved_words};
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::Job;
@@ -184,7 +185,7 @@ impl FieldParams<'_> {
                 self.remember(RoomSource::File(
                     file.canonicalize().unwrap_or_else(|_| file.to_owned()),
                 ));
-                *self.notice = Notice::Done(format!("Saved {}", file.display()));
+                *self.notice = Notice::Done(saved_words(path_name(file), &[]));
             }
             Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be saved", &error)),
         }
