@@ -1,13 +1,16 @@
 //! Recovery files of an app without a window.
 
+use super::harness::use_open_dialog;
 use crate::copied::Copied;
 use bevy::prelude::*;
+use bevy_egui::egui;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::StatePlugin;
 use trackwright_editor::document::apply::DocumentPlugin;
 use trackwright_editor::document::autosave::{AutosavePlugin, RecoveryFolder};
 use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::state::Notice;
+use trackwright_editor::shell::dialogs::{Dialogs, Outcome};
 
 fn app(copy: &Copied, folder: &std::path::Path) -> App {
     let mut app = App::new();
@@ -63,4 +66,54 @@ fn without_a_recovery_folder_a_notice_is_shown() {
     move_sensor(&mut app, 70.0);
     let design = app.world().resource::<OpenWorld>().0.document.design();
     assert_eq!(design.tool.body.rigid.sensors[0].position_in_body.z, 70.0);
+}
+
+/// The next start after a crash, with a key pressed in the dialog that it shows.
+fn restart(copy: &Copied, folder: &std::path::Path, key: egui::Key) -> App {
+    let mut crashed = app(copy, folder);
+    move_sensor(&mut crashed, 71.5);
+    drop(crashed);
+    let mut app = app(copy, folder);
+    let shown = app.world_mut().resource_mut::<Dialogs>().current.take();
+    let mut dialog = shown.expect("a dialog");
+    assert_eq!(dialog.name(), "recover");
+    match use_open_dialog(dialog.as_mut(), |harness| harness.key_press(key)) {
+        Some(Outcome::Request(write)) => {
+            write(&mut app.world_mut().commands());
+            app.world_mut().flush();
+        }
+        Some(Outcome::Close) => {}
+        Some(Outcome::Become(other)) => panic!("{other:?}"),
+        None => panic!("the dialog stays open"),
+    }
+    app.update();
+    app
+}
+
+fn is_edit_open(app: &App) -> bool {
+    let design = app.world().resource::<OpenWorld>().0.document.design();
+    design.tool.body.rigid.sensors[0].position_in_body.z == 71.5
+}
+
+#[test]
+fn enter_recovers_unsaved_changes() {
+    let copy = Copied::new("pointer-on-head");
+    let folder = tempfile::tempdir().unwrap();
+    let app = restart(&copy, folder.path(), egui::Key::Enter);
+    assert!(is_edit_open(&app));
+    assert!(app.world().resource::<OpenWorld>().0.document.is_dirty());
+}
+
+#[test]
+fn escape_keeps_the_recovery_file() {
+    let copy = Copied::new("pointer-on-head");
+    let folder = tempfile::tempdir().unwrap();
+    let app = restart(&copy, folder.path(), egui::Key::Escape);
+    assert!(!is_edit_open(&app));
+    drop(app);
+    let left = trackwright_project::leftovers(folder.path()).unwrap();
+    assert_eq!(left.len(), 1);
+    let world = left[0].open().unwrap();
+    let body = world.document.design().body(BodyRole::Tool).unwrap();
+    assert_eq!(body.rigid.sensors[0].position_in_body.z, 71.5);
 }

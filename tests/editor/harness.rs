@@ -4,7 +4,7 @@ use bevy_egui::egui;
 use egui_kittest::Harness;
 use std::cell::RefCell;
 use std::rc::Rc;
-use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer};
+use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, OpenDialog, Outcome, dialog_ui};
 
 /// What a panel requested in all its frames.
 pub type Requests<T> = Rc<RefCell<Vec<T>>>;
@@ -43,4 +43,12 @@ pub fn use_dialog<D: Dialog>(
     act: impl FnOnce(&mut Harness),
 ) -> Option<DialogAnswer<D>> {
     use_panel([620.0, 500.0], |ui| dialog.ui(ui), act).into_iter().next()
+}
+
+/// What becomes of a dialog that stands before everything else while it is used.
+pub fn use_open_dialog(
+    dialog: &mut dyn OpenDialog,
+    act: impl FnOnce(&mut Harness),
+) -> Option<Outcome> {
+    use_panel([620.0, 500.0], |ui| dialog_ui(ui.ctx(), dialog), act).into_iter().next()
 }

@@ -5,7 +5,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::shell::dialogs::folder::{self, Entry};
 use crate::shell::dialogs::{Dialog, DialogAnswer, title_ui};
-use crate::widgets::basic::{Row, quiet_ui, row_ui, warning_ui};
+use crate::widgets::basic::{Row, main_button, quiet_ui, row_ui, warning_ui};
 use crate::widgets::theme;
 use bevy_egui::egui::text::{CCursor, CCursorRange};
 use bevy_egui::egui::{
@@ -355,7 +355,7 @@ impl FileDialog {
                     0 | 1 => self.verb.to_owned(),
                     many => format!("{} {many}", self.verb),
                 };
-                if ui.button(verb).clicked() || is_entered {
+                if ui.add(main_button(&verb)).clicked() || is_entered {
                     let mut files = std::mem::take(&mut self.marked);
                     files.extend(self.path());
                     chosen = Some(files);

@@ -10,6 +10,7 @@ use crate::palette;
 use crate::palette::ThemedColor;
 use crate::schedule::UiSystems;
 use crate::shell::dialogs::file_dialog::FileDialog;
+use crate::widgets::basic::main_button;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::egui::{self, Align, Id, Label, Layout, RichText, Ui};
@@ -184,13 +185,7 @@ fn draw(
     let Some(dialog) = &mut open.current else {
         return Ok(());
     };
-    // egui keeps the size of what it has seen: a short question is no list of files.
-    let modal = egui::Modal::new(Id::new(("dialog", dialog.name())))
-        .backdrop_color(palette::SHADOW.color32_alpha(140))
-        .show(ctx, |ui| dialog.draw(ui));
-    let is_closed = modal.should_close();
-    let outcome = modal.inner.or(is_closed.then_some(Outcome::Close));
-    let Some(outcome) = outcome else { return Ok(()) };
+    let Some(outcome) = dialog_ui(ctx, dialog.as_mut()) else { return Ok(()) };
     commands.write_message(RequestRedraw);
     open.current = match outcome {
         Outcome::Close => None,
@@ -201,6 +196,16 @@ fn draw(
         }
     };
     Ok(())
+}
+
+/// Draws a dialog before everything else; Escape and a click beside it close it.
+pub fn dialog_ui(ctx: &egui::Context, dialog: &mut dyn OpenDialog) -> Option<Outcome> {
+    // egui keeps the size of what it has seen: a short question is no list of files.
+    let modal = egui::Modal::new(Id::new(("dialog", dialog.name())))
+        .backdrop_color(palette::SHADOW.color32_alpha(140))
+        .show(ctx, |ui| dialog.draw(ui));
+    let is_closed = modal.should_close();
+    modal.inner.or(is_closed.then_some(Outcome::Close))
 }
 
 /// The heading, which makes the dialog as wide as all are.
@@ -214,14 +219,17 @@ pub fn text_ui(ui: &mut Ui, text: impl Into<String>) {
     ui.add(Label::new(text.into()).wrap());
 }
 
-/// Buttons at the right, the first the one that Enter presses.
+/// Buttons at the right, the first the one that Enter presses, which stands out.
 pub fn buttons_ui<A: Clone>(ui: &mut Ui, buttons: &[(&str, A)]) -> Option<A> {
     let mut answer = None;
     ui.add_space(12.0);
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         for (index, (text, then)) in buttons.iter().enumerate().rev() {
-            let response = ui.button(*text);
             let is_default = index == 0;
+            let response = match is_default {
+                true => ui.add(main_button(text)),
+                false => ui.button(*text),
+            };
             if is_default && ui.memory(|m| m.focused().is_none()) {
                 response.request_focus();
             }

@@ -9,7 +9,7 @@ use crate::shell::requests::Requests;
 use crate::shell::shortcuts::{KeysHeld, ShortcutsSystems};
 use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::{
-    FIELD_WIDTH, NumberChange, NumberField, number_ui, quiet_ui, warning_ui,
+    FIELD_WIDTH, NumberChange, NumberField, main_button, number_ui, quiet_ui, warning_ui,
 };
 use crate::widgets::tooltip::{Explain, button_ui};
 use bevy::prelude::*;
@@ -209,7 +209,7 @@ pub fn row_page_ui(
             page.is_open = false;
         }
         let is_entered = !was_typing && ui.input(|input| input.key_pressed(Key::Enter));
-        let make = ui.add_enabled(can_be_made, egui::Button::new("Make row"));
+        let make = ui.add_enabled(can_be_made, main_button("Make row"));
         let make = make.explained("Adds the sensors of the row in one step");
         if make.clicked() || (is_entered && can_be_made) {
             request = edit.map(EditRequest::Apply);
