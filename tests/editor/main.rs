@@ -19,6 +19,7 @@ mod field_workspace;
 mod file_dialogs;
 mod gizmo;
 mod harness;
+mod help;
 mod layer_settings;
 mod layout;
 mod legend;
