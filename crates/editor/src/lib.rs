@@ -35,6 +35,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`workspaces::decide::DecidePlugin`] | the Decide workspace: a pinned baseline, designs and rooms in one table |
 /// | [`workspaces::decide::baseline_ghost::BaselineGhostPlugin`] | the baseline in the scene |
 /// | [`workspaces::present::PresentPlugin`] | the Present workspace: slides instead of panels |
+/// | [`document::own_program::OwnProgramPlugin`] | files that this program writes in another process |
 /// | [`document::report::ReportPlugin`] | the design's report, by a process of its own |
 /// | [`document::exports::ExportsPlugin`] | files for 3D Slicer, ParaView and others, likewise |
 /// | [`document::open_outside::OpenOutsidePlugin`] | files that other programs show |
@@ -94,6 +95,7 @@ impl PluginGroup for EditorPlugins {
             .add(workspaces::decide::DecidePlugin)
             .add(workspaces::decide::baseline_ghost::BaselineGhostPlugin)
             .add(workspaces::present::PresentPlugin)
+            .add(document::own_program::OwnProgramPlugin)
             .add(document::report::ReportPlugin)
             .add(document::exports::ExportsPlugin)
             .add(document::open_outside::OpenOutsidePlugin)

@@ -88,4 +88,4 @@ pub use state::{
 pub use tool::{ReadTool, body_format_of, is_same_file};
 pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, WatchedPart, accept_changes, changes};
-pub use write::{KeptFile, check_place};
+pub use write::{KeptFile, check_place, remove_interrupted};

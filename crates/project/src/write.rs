@@ -167,6 +167,13 @@ pub(super) fn remove_leftovers(folder: &Path) {
     }
 }
 
+/// Removes what an interrupted write of a file left beside it; the file stays as it is.
+pub fn remove_interrupted(file: &Path) {
+    // Written where links lead to.
+    let real = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+    remove_leftovers(&folder_of(&real));
+}
+
 /// Makes the new name outlast a power cut, where the file system can.
 fn sync_folder(folder: &Path) {
     if cfg!(unix) {
@@ -330,6 +337,17 @@ mod tests {
         write_bytes(&file, b"whole").unwrap();
         assert!(in_use.path.exists());
         drop(in_use);
+        assert_eq!(files(folder.path()), ["a.csv"]);
+    }
+
+    #[test]
+    fn an_interrupted_write_leaves_the_old_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.csv");
+        for file in [&file, &folder.path().join(".trackwright-a.tmp")] {
+            fs::write(file, "old").unwrap();
+        }
+        remove_interrupted(&file);
         assert_eq!(files(folder.path()), ["a.csv"]);
     }
 

@@ -1,14 +1,34 @@
 //! This program in a process of its own, on a copy of the open design: what it writes there is what the
-//! command line writes, and the window stays as it is.
+//! command line writes, and the window stays as it is. One file is written at a time, and can be
+//! cancelled.
 //!
 //! The copy is the design as it is, saved or not, in a folder that lives as long as the work.
 
-use crate::document::file_names::default_file_name;
-use bevy::prelude::Resource;
+use crate::document::file_names::{default_file_name, path_name};
+use crate::document::requests::FileRequest;
+use crate::document::state::Notice;
+use crate::runner::jobs::Job;
+use crate::runner::wake::Waker;
+use crate::schedule::EditorSystems;
+use crate::shell::dialogs::{Dialogs, ErrorDialog};
+use bevy::app::AppExit;
+use bevy::ecs::system::SystemParam;
+use bevy::prelude::*;
+use bevy::window::RequestRedraw;
 use std::ffi::OsString;
+use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use trackwright_project::{StoreError, World};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::Duration;
+use trackwright_project::{StoreError, World as StoreWorld};
+use trackwright_task::{Cancelled, Task};
+
+/// How often the process is checked for its end, and for whether it is to be ended.
+const POLL: Duration = Duration::from_millis(5);
+
+/// Writes files for the plugins that request it by [`OwnProgramWriter`], and cancels on
+/// [`FileRequest::CancelWriting`].
+pub struct OwnProgramPlugin;
 
 /// The program that is started: this one.
 #[derive(Resource, Clone, Debug, PartialEq, Eq)]
@@ -21,41 +41,186 @@ impl Default for OwnProgram {
     }
 }
 
+/// A file that is to be written, and what is stated about it.
+#[derive(Clone, Debug)]
+pub struct FileTask {
+    pub file: PathBuf,
+    /// The notice once it is written.
+    pub written: String,
+    /// The title of the dialog that states why it is not.
+    pub failed: &'static str,
+    /// What follows once it is written.
+    pub follow: fn(&mut Commands, PathBuf),
+}
+
+/// The file that is being written.
+#[derive(Resource, Default)]
+pub struct WriteJob(Option<(FileTask, Job<Result<(), OwnProgramError>>)>);
+
+impl WriteJob {
+    pub fn is_writing(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Its name.
+    pub fn file_name(&self) -> Option<String> {
+        self.0.as_ref().map(|(task, _)| path_name(&task.file))
+    }
+}
+
+/// What the program is started with, but for the file that it writes.
+pub type Arguments = Result<Vec<OsString>, StoreError>;
+
 /// Why a process wrote nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum OwnProgramError {
     #[error(transparent)]
     Copy(#[from] StoreError),
     #[error("the program cannot be started: {0}")]
-    Start(std::io::Error),
+    Start(#[from] io::Error),
     /// In the words of the command line.
     #[error("{0}")]
     Program(String),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
-/// Runs a command that writes a file; its output. `arguments` gets the copy, which has been opened, and
-/// its file. What is there already is replaced: the person was shown that it is.
-pub(crate) fn write_by(
+impl Plugin for OwnProgramPlugin {
+    fn build(&self, app: &mut App) {
+        app.init_resource::<OwnProgram>()
+            .init_resource::<WriteJob>()
+            .add_systems(
+                Update,
+                (
+                    cancel.run_if(on_message::<FileRequest>),
+                    receive.run_if(|job: Res<WriteJob>| job.is_writing()),
+                )
+                    .chain()
+                    .in_set(EditorSystems::Solve),
+            )
+            .add_systems(Last, end.run_if(on_message::<AppExit>));
+    }
+}
+
+/// Starts the program.
+#[derive(SystemParam)]
+pub struct OwnProgramWriter<'w> {
+    program: Res<'w, OwnProgram>,
+    job: ResMut<'w, WriteJob>,
+    waker: Res<'w, Waker>,
+    pub notice: ResMut<'w, Notice>,
+}
+
+impl OwnProgramWriter<'_> {
+    /// Writes a file by a command, whose arguments are made from the copy of the design, which has
+    /// been opened, and its file. What is there already is replaced: the person was shown that it is.
+    pub fn write(
+        &mut self,
+        open: &StoreWorld,
+        task: FileTask,
+        arguments: impl FnOnce(&StoreWorld, &Path) -> Arguments + Send + 'static,
+    ) {
+        if let Some(file) = self.job.file_name() {
+            *self.notice = Notice::Refused(format!("{file} is being written"));
+            return;
+        }
+        let (program, open, file) = (self.program.0.clone(), open.clone(), task.file.clone());
+        let job = Job::start("own program", &self.waker, move |task| {
+            write_by(&program, open, &file, arguments, task)
+        });
+        self.job.0 = Some((task, job));
+        // The status bar states what is written.
+        self.notice.set_if_neq(Notice::Nothing);
+    }
+}
+
+fn write_by(
     program: &Path,
-    mut world: World,
+    mut world: StoreWorld,
     file: &Path,
-    arguments: impl FnOnce(&World, &Path) -> Result<Vec<OsString>, StoreError>,
-) -> Result<String, OwnProgramError> {
-    let folder = tempfile::tempdir().map_err(OwnProgramError::Start)?;
+    arguments: impl FnOnce(&StoreWorld, &Path) -> Arguments,
+    task: &Task,
+) -> Result<(), OwnProgramError> {
+    let folder = tempfile::tempdir()?;
     let copy = folder.path().join(default_file_name(&world.document));
     trackwright_project::save_as(&mut world, &copy)?;
-    let output = Command::new(program)
-        .args(arguments(&world, &copy)?)
+    // A file takes any number of words while nobody reads them.
+    let mut complaint = tempfile::tempfile()?;
+    let arguments = arguments(&world, &copy)?;
+    task.step(0, 1)?;
+    let child = Command::new(program)
+        .args(arguments)
         .arg("--output")
         .arg(file)
         .args(file.exists().then_some("--overwrite"))
         .stdin(Stdio::null())
-        .output()
-        .map_err(OwnProgramError::Start)?;
-    let [result, complaint] = [output.stdout, output.stderr]
-        .map(|bytes| String::from_utf8_lossy(&bytes).trim().to_owned());
-    match output.status.success() {
-        true => Ok(result),
-        false => Err(OwnProgramError::Program(complaint.trim_start_matches("error: ").to_owned())),
+        .stdout(Stdio::null())
+        .stderr(complaint.try_clone()?)
+        .spawn()?;
+    if wait(child, task)?.success() {
+        return Ok(());
+    }
+    if task.cancel.is_cancelled() {
+        trackwright_project::remove_interrupted(file);
+        return Err(Cancelled.into());
+    }
+    let mut bytes = Vec::new();
+    complaint.rewind()?;
+    complaint.read_to_end(&mut bytes)?;
+    let words = String::from_utf8_lossy(&bytes);
+    Err(OwnProgramError::Program(words.trim().trim_start_matches("error: ").to_owned()))
+}
+
+/// Waits until the process has ended, and ends it once that is requested.
+fn wait(mut child: Child, task: &Task) -> io::Result<ExitStatus> {
+    while !task.cancel.is_cancelled() {
+        if let Some(status) = child.try_wait()? {
+            return Ok(status);
+        }
+        std::thread::sleep(POLL);
+    }
+    child.kill()?;
+    child.wait()
+}
+
+fn cancel(mut requests: MessageReader<FileRequest>, job: Res<WriteJob>) {
+    if requests.read().any(|request| *request == FileRequest::CancelWriting)
+        && let Some((_, job)) = &job.0
+    {
+        job.cancel();
+    }
+}
+
+/// The window closes: nothing is left half written.
+fn end(mut job: ResMut<WriteJob>) {
+    if let Some((_, mut job)) = job.0.take() {
+        job.cancel();
+        job.finish();
+    }
+}
+
+fn receive(
+    mut job: ResMut<WriteJob>,
+    mut commands: Commands,
+    mut dialogs: ResMut<Dialogs>,
+    mut notice: ResMut<Notice>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    let running = job.bypass_change_detection().0.as_ref();
+    let Some(answer) = running.and_then(|(_, job)| job.answer()) else {
+        return;
+    };
+    let Some((task, _)) = job.0.take() else { return };
+    redraw.write(RequestRedraw);
+    match answer {
+        Ok(Ok(())) => {
+            *notice = Notice::Done(task.written);
+            (task.follow)(&mut commands, task.file);
+        }
+        Ok(Err(OwnProgramError::Cancelled(_))) => {
+            *notice = Notice::Done(format!("Cancelled writing {}", path_name(&task.file)));
+        }
+        Ok(Err(error)) => dialogs.show(ErrorDialog::new(task.failed, &error)),
+        Err(lost) => dialogs.show(ErrorDialog::new(task.failed, &lost)),
     }
 }

@@ -80,11 +80,11 @@ pub enum FileRequest {
     Recover,
     /// Gives the newest of it up.
     DropLeftover,
-    /// Reads the design again: somebody else changed its files.
+    /// Reads the design again: another program changed its files.
     Reload,
     /// Goes on with what is open although its files were changed; the next save writes over them.
     KeepMine,
-    /// Saves over files that somebody else changed.
+    /// Saves over files that another program changed.
     SaveOver,
     /// Puts the design into another room.
     AssignRoom(RoomSource),
@@ -102,6 +102,8 @@ pub enum FileRequest {
     /// Shows the dialog that chooses where something goes for other programs.
     ShowExport(Export),
     Export(Export, PathBuf),
+    /// Stops writing a report or a file for other programs.
+    CancelWriting,
 }
 
 /// What is written for other programs.

@@ -364,6 +364,11 @@ impl<T: Send + 'static> Job<T> {
         self.0.cancel();
     }
 
+    /// Waits until it is done.
+    pub fn finish(&mut self) {
+        self.0.finish();
+    }
+
     /// Its answer, once there is one.
     pub fn answer(&self) -> Option<Result<T, Lost>> {
         self.0.answers().pop().map(|answer| answer.value)

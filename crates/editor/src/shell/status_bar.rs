@@ -1,18 +1,23 @@
 //! The line at the bottom: what the pointer can do now, and what the study took.
 
-use crate::document::requests::{ActiveDrag, OpenWorld};
+use crate::document::own_program::WriteJob;
+use crate::document::requests::{ActiveDrag, FileRequest, OpenWorld};
 use crate::document::selection::{Hovered, Selected};
 use crate::document::state::Notice;
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::runner::results::Results;
 use crate::shell::window::{PointerHint, Presentation, StatusNote};
-use crate::widgets::basic::{THIN_SPACE, counted, quiet_ui};
+use crate::widgets::basic::{THIN_SPACE, counted, quiet_ui, short_name};
+use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
-use bevy_egui::egui::{self, Align, Layout, RichText, Ui};
+use bevy_egui::egui::{self, Align, Button, Layout, RichText, Ui};
 use std::time::Duration;
 use trackwright_design::{BodyRole, Design};
 use trackwright_formats::printable::printable;
+
+/// Letters of a file's name, so that the rest of the line is seen in a narrow window.
+const MOST_LETTERS: usize = 40;
 
 /// What the line shows.
 pub struct StatusView<'a> {
@@ -22,6 +27,8 @@ pub struct StatusView<'a> {
     /// Trials of the study shown and how long it took; a picture, which is the same each time,
     /// shows no time.
     pub study: Option<(usize, Option<Duration>)>,
+    /// The file that is being written, by its name.
+    pub writing: Option<String>,
     /// Trials with a sensor outside the model's box.
     pub outside: usize,
     /// What was done or refused last, if the person has not done anything since.
@@ -37,6 +44,8 @@ pub(crate) fn status_bar(
     (note, pointer): (Res<StatusNote>, Res<PointerHint>),
     (hovered, drag): (Res<Hovered>, Res<ActiveDrag>),
     presentation: Res<Presentation>,
+    writing: Option<Res<WriteJob>>,
+    mut requests: MessageWriter<FileRequest>,
 ) {
     let design = world.0.document.design();
     let study = results.study.as_ref();
@@ -48,13 +57,15 @@ pub(crate) fn status_bar(
             (study.value.figures.trials, took)
         }),
         outside: study.map_or(0, |study| study.value.figures.outside),
+        writing: writing.and_then(|job| job.file_name()),
         notice: &notice,
     };
-    status_bar_ui(&mut ui, &status);
+    requests.write_batch(status_bar_ui(&mut ui, &status));
 }
 
 /// Draws the line from what it shows.
-pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
+pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) -> Option<FileRequest> {
+    let mut request = None;
     ui.horizontal_centered(|ui| {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.add_space(6.0);
@@ -75,6 +86,17 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
                 ui.add_space(6.0);
+                if let Some(file) = &status.writing {
+                    ui.label(small(format!("Writing {}…", short_name(file, MOST_LETTERS))));
+                    let cancel = ui.add(Button::new(small("Cancel".to_owned())).small());
+                    if cancel
+                        .explained("Stops writing the file; an older one of its name stays")
+                        .clicked()
+                    {
+                        request = Some(FileRequest::CancelWriting);
+                    }
+                    ui.add_space(10.0);
+                }
                 if let Some(note) = status.note {
                     ui.label(small(note.to_owned()).color(palette::ACCENT.color32()));
                     ui.add_space(10.0);
@@ -88,6 +110,7 @@ pub fn status_bar_ui(ui: &mut Ui, status: &StatusView) {
             });
         });
     });
+    request
 }
 
 fn small(text: String) -> RichText {
