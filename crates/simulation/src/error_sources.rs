@@ -10,7 +10,11 @@
 //! sensors of tool and CRF add up to `e` and the parts to 1. A part is negative where a sensor's error
 //! cancels others. `docs/methods/error-sources.md` has the derivation.
 
-use super::body::RigidBody;
+mod at_trial;
+
+pub use at_trial::{TrialSource, source_words, trial_sources};
+
+use super::body::{RigidBody, Sensor};
 use super::expected::spread;
 use super::figures::with_separators;
 use super::frame_fit::{FrameFitter, Reading};
@@ -407,21 +411,20 @@ impl Sums {
     fn sources(self, scenario: &Scenario, grid: Option<&MotionGrid>) -> ErrorSources {
         let trials = self.errors.len();
         let rms = |squares: [f64; 2]| squares.map(|sum| (sum / trials as f64).sqrt());
-        let tool = scenario.tool.sensors.iter().map(|sensor| ("tool", sensor));
-        let crf = scenario.crf.iter().flat_map(|crf| &crf.body.sensors);
-        let named = tool.chain(crf.map(|sensor| ("CRF", sensor)));
-        let sensors = named.zip(&self.sensors).map(|((body, sensor), [product, without])| {
-            let part = |of: usize| match self.squares[of] > 0.0 {
-                true => product[of] / self.squares[of],
-                false => 0.0,
-            };
-            SensorSource {
-                body,
-                name: sensor.name.clone(),
-                part: [part(0), part(1)],
-                rms_without: rms(*without),
-            }
-        });
+        let sensors = named_sensors(scenario).zip(&self.sensors).map(
+            |((body, sensor), [product, without])| {
+                let part = |of: usize| match self.squares[of] > 0.0 {
+                    true => product[of] / self.squares[of],
+                    false => 0.0,
+                };
+                SensorSource {
+                    body,
+                    name: sensor.name.clone(),
+                    part: [part(0), part(1)],
+                    rms_without: rms(*without),
+                }
+            },
+        );
         let worst = |of: usize| grid.and_then(|grid| self.worst_trials(grid, of));
         ErrorSources {
             trials,
@@ -457,6 +460,13 @@ impl Sums {
             ranges: ranges.collect(),
         })
     }
+}
+
+/// The tool's sensors, then the CRF's, each with its body.
+fn named_sensors(scenario: &Scenario) -> impl Iterator<Item = (&'static str, &Sensor)> {
+    let tool = scenario.tool.sensors.iter().map(|sensor| ("tool", sensor));
+    let crf = scenario.crf.iter().flat_map(|crf| &crf.body.sensors);
+    tool.chain(crf.map(|sensor| ("CRF", sensor)))
 }
 
 /// In the order of a grid.

@@ -6,6 +6,7 @@ use crate::metric::Metric;
 use crate::motion::{AxisRange, Motion};
 use crate::run::run;
 use crate::scenario::ScenarioCrf;
+use crate::trial::simulate_pose;
 use nalgebra::UnitQuaternion;
 use std::sync::Arc;
 use trackwright_field::random_models::{random_model, room};
@@ -61,8 +62,8 @@ fn growing_with_y() -> DistortionModel {
     DistortionModel::of_position(1, room(), (0..8).map(corner).collect()).unwrap()
 }
 
-#[test]
-fn contributions_of_all_sensors_add_up() {
+/// With a CRF of two sensors.
+fn with_crf() -> Scenario {
     let mut scenario = scenario(rough());
     let crf = RigidBody {
         name: "crf".into(),
@@ -72,6 +73,12 @@ fn contributions_of_all_sensors_add_up() {
     scenario.crf =
         Some(ScenarioCrf { body: crf, tracker_from_crf: Pose::translation(20.0, 0.0, -290.0) });
     scenario.crf_from_tool = Pose::translation(0.0, 10.0, 0.0);
+    scenario
+}
+
+#[test]
+fn contributions_of_all_sensors_add_up() {
+    let scenario = with_crf();
     let found = sources(&scenario, &Mode::Motion);
     assert_eq!(found.sensors.len(), 5);
     for of in ErrorOf::ALL {
@@ -135,4 +142,64 @@ fn words_state_part_rms_and_range() {
         "The worst 5 % of the trials lie at y 120 mm to 150 mm, rotations about x of 40° to 60° \
          from the design's pose"
     );
+}
+
+/// The scenario's own pose, and the sum of all contributions there.
+fn at_own_pose(scenario: &Scenario) -> (f64, f64, Vec<TrialSource>) {
+    let found = trial_sources(scenario, InputTrial::at(scenario.crf_from_tool));
+    let sum_mm = found.iter().map(|source| source.along_tip_error_mm).sum();
+    (simulate_pose(scenario).trial.tip_error_mm, sum_mm, found)
+}
+
+#[test]
+fn contributions_at_a_trial_add_up_to_its_error() {
+    let scenario = with_crf();
+    let (error_mm, sum_mm, found) = at_own_pose(&scenario);
+    let names: Vec<_> = found.iter().map(|source| (source.body, source.name.as_str())).collect();
+    let expected =
+        [("tool", "front"), ("tool", "rear"), ("tool", "side"), ("CRF", "a"), ("CRF", "b")];
+    assert_eq!(names, expected);
+    assert!(error_mm > 1e-3 && (sum_mm - error_mm).abs() < 0.01 * error_mm, "{error_mm} {sum_mm}");
+    let mut alone = self::scenario(rough());
+    alone.tool.sensors.truncate(1);
+    let (error_mm, sum_mm, found) = at_own_pose(&alone);
+    assert!(found.len() == 1 && error_mm > 1e-3);
+    assert!((sum_mm - error_mm).abs() < 1e-9, "the only sensor has all of it");
+}
+
+#[test]
+fn contributions_are_those_of_the_single_study() {
+    let scenario = with_crf();
+    let study = sources(&scenario, &Mode::Single);
+    let (error_mm, _, found) = at_own_pose(&scenario);
+    for (source, at_trial) in study.sensors.iter().zip(found) {
+        let part_mm = source.part(ErrorOf::Position) * error_mm;
+        assert!((part_mm - at_trial.along_tip_error_mm).abs() < 1e-9, "{at_trial:?} {part_mm}");
+    }
+}
+
+#[test]
+fn a_trial_without_sensors_has_no_contributions() {
+    let mut bare = scenario(rough());
+    bare.tool.sensors.clear();
+    assert_eq!(trial_sources(&bare, InputTrial::at(bare.crf_from_tool)), []);
+}
+
+#[test]
+fn contributions_in_words_are_sorted_and_add_up() {
+    let source = |body, name: &str, along_tip_error_mm| TrialSource {
+        body,
+        name: name.to_owned(),
+        along_tip_error_mm,
+    };
+    let all = [
+        source("tool", "front", 0.1201),
+        source("tool", "rear", -0.314),
+        source("CRF", "a", 0.05),
+        source("CRF", "b", -0.004),
+    ];
+    let words = |most| source_words(&all, most, " ");
+    assert_eq!(words(4), ["rear −0.31 mm", "front 0.12 mm", "CRF a 0.05 mm", "CRF b 0.00 mm"]);
+    assert_eq!(words(3), words(4), "one alone is named");
+    assert_eq!(words(2), ["rear −0.31 mm", "front 0.12 mm", "2 others 0.05 mm"]);
 }
