@@ -18,6 +18,7 @@ mod generator;
 mod import;
 mod jitter;
 mod live;
+mod missed;
 mod model_kind;
 mod named_design;
 mod numbers;

@@ -1,6 +1,7 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 use super::expected;
+use super::missed::{self, Missed};
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
 use super::uncertainty::UncertaintyArgs;
@@ -12,8 +13,8 @@ use trackwright_project::{Output, World};
 use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
-    self, CancelToken, ErrorOf, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
-    coil_statements, error_sources, figure_rows,
+    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
+    coil_statements, figure_rows,
 };
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -117,12 +118,15 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     let figures = &outcome.figures;
     let needed =
         expected::needed(&scenario, &mode, expected.as_ref(), figures).with_context(named)?;
+    let missed = Missed::of(args.body, (&scenario, &mode), figures, expected.as_ref())
+        .with_context(named)?;
     let single = last.filter(|_| required == ModeArg::Single);
     let coils = trackwright_project::coil_findings(&world);
     match args.format {
         Format::Json => {
             let mut value = as_json(figures, single.as_ref(), expected.as_ref());
             expected::add_needed(&mut value, &needed);
+            missed::add_json(&mut value, args.body, (&scenario, &mode), figures, missed.as_ref());
             if let Some(report) = &uncertainty {
                 value["uncertainty"] = report.as_json(figures);
             }
@@ -139,7 +143,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             let (single, expected) = (single.as_ref(), expected.as_ref());
             let mut parts =
                 vec![study_text(&title, (&scenario, &mode), &outcome, single, expected)];
-            parts.extend(missed_lines(&scenario, &mode, figures, expected).with_context(named)?);
+            parts.extend(missed.iter().flat_map(Missed::lines));
             parts.extend(expected::needed_lines(&needed));
             parts.extend(uncertainty.iter().map(|report| report.as_text(figures)));
             parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
@@ -192,9 +196,17 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
         let expected = expected::of(&scenario, &mode)?;
         let (single, expected) = (single.as_ref(), expected.as_ref());
         let mut parts = vec![study_text(&title, (&scenario, &mode), &outcome, single, expected)];
-        parts.extend(missed_lines(&scenario, &mode, &outcome.figures, expected)?);
+        let missed = Missed::of(args.body, (&scenario, &mode), &outcome.figures, expected)?;
+        parts.extend(missed.iter().flat_map(Missed::lines));
         texts.push(parts.join("\n"));
         let mut value = as_json(&outcome.figures, single, expected);
+        missed::add_json(
+            &mut value,
+            args.body,
+            (&scenario, &mode),
+            &outcome.figures,
+            missed.as_ref(),
+        );
         value["target"] = json!(study.target);
         values.push(value);
     }
@@ -263,31 +275,12 @@ pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let title = title(&world);
     let (single, expected) = (single.as_ref(), expected.as_ref());
     let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
-    for line in missed_lines(&scenario, &mode, &outcome.figures, expected)? {
+    let missed = Missed::of(BodyRole::Tool, (&scenario, &mode), &outcome.figures, expected)?;
+    for line in missed.iter().flat_map(Missed::lines) {
         text.push('\n');
         text.push_str(&line);
     }
     output::print(&text)
-}
-
-/// Why bounds are missed: where the error comes from, of each kind of error that misses one.
-fn missed_lines(
-    scenario: &Scenario,
-    mode: &Mode,
-    figures: &Figures,
-    expected: Option<&Expected>,
-) -> anyhow::Result<Vec<String>> {
-    let bounds = judged(figures, expected);
-    let is_missed = |of: &ErrorOf| {
-        let mut missed = bounds.iter().filter(|bound| bound.verdict == BoundVerdict::Missed);
-        missed.any(|bound| bound.metric.of == *of && scenario.judges(mode, bound.metric))
-    };
-    let kinds: Vec<ErrorOf> = ErrorOf::ALL.into_iter().filter(is_missed).collect();
-    if kinds.is_empty() {
-        return Ok(Vec::new());
-    }
-    let sources = error_sources(scenario, mode, &CancelToken::default())?;
-    Ok(kinds.into_iter().flat_map(|of| sources.words(of, " ")).collect())
 }
 
 /// What a person has to know of a design before its figures: a body of a size that no instrument has,

@@ -10,6 +10,7 @@ mod crf_alone;
 mod doubtful_meshes;
 mod doubts;
 mod endings;
+mod error_sources;
 mod explain;
 mod export;
 mod export_scene;
