@@ -35,7 +35,7 @@ use trackwright_editor::workspaces::study::state::StudyRequest;
 use trackwright_editor::{convert, workspaces};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    AxisRange, Mode, Motion, Scenario, figure_rows, simulate_pose, trial_pose,
+    AxisRange, Mode, Motion, Scenario, figure_rows, simulate_pose, trial_pose, trial_sources,
 };
 
 fn study_app() -> App {
@@ -122,6 +122,25 @@ fn a_shown_trial_has_its_own_figures() {
     let results = results(&app);
     assert_eq!(results.pose_trial, None);
     assert_eq!(results.pose.as_ref().unwrap().value.trial, own.trial);
+}
+
+#[test]
+fn only_a_shown_trial_has_contributions() {
+    let mut app = study_app();
+    assert!(results(&app).sources.is_empty(), "the design's own pose is shown");
+    request_and_wait(&mut app, StudyRequest::ShowWorst);
+    let number = shown_trial(&app).unwrap();
+    let of = scenario(&app);
+    let expected = trial_sources(&of, trial_pose(&of, &Mode::Motion, number).unwrap());
+    assert!(expected.len() >= 2);
+    let found = &results(&app).sources;
+    assert_eq!(found.len(), expected.len());
+    for (one, other) in found.iter().zip(&expected) {
+        assert_eq!((one.body, &one.name), (other.body, &other.name));
+        assert!((one.along_tip_error_mm - other.along_tip_error_mm).abs() < 1e-9, "{one:?}");
+    }
+    show_workspace(&mut app, workspaces::design::WORKSPACE);
+    assert!(results(&app).sources.is_empty(), "no trial is shown there");
 }
 
 #[test]

@@ -21,8 +21,8 @@ use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_project::MeasuredError;
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Metric, Mode, Requirement, Scenario, run_profiled, simulate_pose,
-    trial_offsets, trial_pose,
+    CancelToken, ChartedProfile, Metric, Mode, Requirement, Scenario, TrialSource, run_profiled,
+    simulate_pose, source_words, trial_offsets, trial_pose,
 };
 
 fn scenario() -> Scenario {
@@ -163,6 +163,7 @@ fn a_trial_is_shown_in_numbers_with_units() {
                 columns: ["true", "simulated"],
                 rotation: form,
                 has_crf: true,
+                sources: &[],
                 measured: None,
                 requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
             };
@@ -195,6 +196,7 @@ fn a_single_trial_has_no_verdict_against_an_rms() {
                 columns: ["true", "simulated"],
                 rotation: RotationForm::EulerAngles,
                 has_crf: true,
+                sources: &[],
                 measured: None,
                 requirement: Some(Requirement::at_most([(metric, 1e-3)])),
             };
@@ -219,6 +221,7 @@ fn a_recorded_pose_shows_what_was_measured() {
             columns: ["true", "simulated"],
             rotation: RotationForm::EulerAngles,
             has_crf: true,
+            sources: &[],
             measured: Some(&measured),
             requirement: None,
         };
@@ -227,6 +230,50 @@ fn a_recorded_pose_shows_what_was_measured() {
     harness.get_by_label("measured tip error");
     harness.get_by_label("0.50\u{2009}mm");
     harness.get_by_label("0.125°");
+}
+
+#[test]
+fn contributions_are_listed_within_a_narrow_panel() {
+    let detail = simulate_pose(&scenario());
+    let source = |body, name: &str, along_tip_error_mm| TrialSource {
+        body,
+        name: name.to_owned(),
+        along_tip_error_mm,
+    };
+    let none = Vec::new();
+    let two = vec![source("tool", "front", 0.12), source("CRF", "left", -0.31)];
+    let long = "a sensor whose name is longer than the panel is wide by half".to_owned();
+    let many: Vec<TrialSource> = (0..9)
+        .map(|k| source("tool", &format!("{long} {k}"), 0.1))
+        .chain([source("tool", &"x".repeat(60), 0.2)])
+        .collect();
+    let starts = "tip error from ";
+    for (sources, listed) in [(&none, 0), (&two, 2), (&many, 7)] {
+        let (mut harness, _) = panel([270.0, 900.0], |ui| {
+            let view = TrialView {
+                trial: Some(&detail.trial),
+                title: "Trial 1".to_owned(),
+                columns: ["true", "simulated"],
+                rotation: RotationForm::EulerAngles,
+                has_crf: true,
+                sources,
+                measured: None,
+                requirement: None,
+            };
+            trial_ui(ui, &view)
+        });
+        harness.run_steps(2);
+        let Some(text) = harness.query_by_label_contains(starts) else {
+            assert_eq!(listed, 0);
+            continue;
+        };
+        assert!(text.rect().right() <= 270.0, "{:?}", text.rect());
+        let words = source_words(sources, 6, "\u{2009}");
+        assert_eq!(words.len(), listed);
+        harness.get_by_label(&format!("{starts}{}", words.join(", ")));
+    }
+    let words = source_words(&two, 6, "\u{2009}").join(", ");
+    assert_eq!(words, "CRF left \u{2212}0.31\u{2009}mm, front 0.12\u{2009}mm");
 }
 
 #[test]

@@ -6,7 +6,9 @@ use crate::runner::solved::{Extent, Scatter};
 use crate::runner::wake::Waker;
 use bevy::prelude::*;
 use std::time::Duration;
-use trackwright_simulation::{ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome};
+use trackwright_simulation::{
+    ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome, TrialSource,
+};
 
 /// The newest results that the panels and the scene show.
 #[derive(Resource, Default)]
@@ -30,6 +32,9 @@ pub struct Results {
     pub pose_serial: u64,
     /// Of the same pose; `None` while its layer is off.
     pub scatter: Option<Scatter>,
+    /// What each sensor contributes to the tip error of the shown trial; empty at the design's own
+    /// pose and of live poses.
+    pub sources: Vec<TrialSource>,
     pub slice: Option<Stamped<SliceOutcome>>,
     /// Why there are no figures, in words.
     pub problem: Option<String>,

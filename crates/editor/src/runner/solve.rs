@@ -2,7 +2,7 @@
 //! newer one.
 
 use crate::document::requests::{ActiveDrag, OpenWorld};
-use crate::document::shown::WantedTrial;
+use crate::document::shown::{LIVE, WantedTrial};
 use crate::document::state::WorldGeneration;
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::diagnostics::{Diagnostics, Explain};
@@ -155,9 +155,12 @@ fn submit(
     let Wishes { choice, wanted, workspace } = wishes;
     let document = &world.0.document;
     let stamp = Stamp { generation: generation.0, revision: document.revision() };
+    let trial = wanted.as_ref().and_then(|wanted| wanted.number);
     let wish = PoseWish {
         scatter: document.view().layers.tip_scatter && world.0.environment.jitter.is_some(),
-        trial: wanted.as_ref().and_then(|wanted| wanted.number),
+        // Only the Study workspace lists them, of the trial that it shows.
+        sources: trial.is_some_and(|number| number < LIVE),
+        trial,
         serial: choice.serial(),
     };
     let profile = workspace.charts_trials;
@@ -320,10 +323,10 @@ fn show(
 
 fn count(solved: &Solved, diagnostics: &mut Diagnostics) {
     match solved {
-        Solved::Pose(value, scatter, _) => {
+        Solved::Pose(solved, _) => {
             diagnostics.poses += 1;
-            diagnostics.work += value.work;
-            if let Some(Ok(scatter)) = scatter.as_deref() {
+            diagnostics.work += solved.detail.work;
+            if let Some(Ok(scatter)) = &solved.scatter {
                 diagnostics.work += scatter.work;
             }
         }
@@ -363,13 +366,14 @@ fn accept(
         is_new
     };
     match solved {
-        Solved::Pose(value, scatter, wish) => {
+        Solved::Pose(solved, wish) => {
             let is_new = stamped_is_new(&mut newest.pose);
             if is_new {
-                results.scatter = scatter.map(|scatter| *scatter);
+                results.scatter = solved.scatter;
+                results.sources = solved.sources;
                 results.pose_trial = wish.trial;
                 results.pose_serial = wish.serial;
-                results.pose = Some(Stamped { revision, value: *value, took });
+                results.pose = Some(Stamped { revision, value: solved.detail, took });
             }
             is_new
         }

@@ -3,9 +3,9 @@
 use crate::document::trials::ModeKind;
 use trackwright_simulation::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Expected, Mode, Outcome, PoseDetail, Quantity, Scenario,
-    SliceOutcome, SlicePlan, StudyError, run, run_profiled, sample_slice, simulate_pose,
-    slice_support,
+    CancelToken, ChartedProfile, Expected, InputTrial, Mode, Outcome, PoseDetail, Quantity,
+    Scenario, SliceOutcome, SlicePlan, StudyError, TrialSource, run, run_profiled, sample_slice,
+    simulate_pose, slice_support, trial_sources,
 };
 use trackwright_task::Cancelled;
 
@@ -23,6 +23,8 @@ pub struct SliceWish {
 pub struct PoseWish {
     /// How far jitter scatters the tip.
     pub scatter: bool,
+    /// What each sensor contributes to the tip error.
+    pub sources: bool,
     /// The trial whose pose the scenario has; `None` for the design's own.
     pub trial: Option<usize>,
     /// Distinguishes trials of one number where their poses are others.
@@ -57,9 +59,18 @@ pub enum Extent {
 /// Where jitter puts the tip, or why that is not known.
 pub type Scatter = Result<TipUncertainty, UncertaintyError>;
 
+/// A pose, and what is wanted beside it.
+pub struct SolvedPose {
+    pub detail: PoseDetail,
+    /// `None` where it is not wanted.
+    pub scatter: Option<Scatter>,
+    /// Of each sensor to the tip error; empty where they are not wanted.
+    pub sources: Vec<TrialSource>,
+}
+
 /// A result by kind. Cancelled work reports that, in order that it can be counted.
 pub enum Solved {
-    Pose(Box<PoseDetail>, Option<Box<Scatter>>, PoseWish),
+    Pose(Box<SolvedPose>, PoseWish),
     Study(Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
     /// `None` where the room keeps no measurements to draw fields from.
     Expected(Result<Option<Box<Expected>>, Cancelled>),
@@ -69,8 +80,16 @@ pub enum Solved {
 
 impl Solved {
     pub fn pose(scenario: &Scenario, wish: PoseWish) -> Self {
-        let scatter = wish.scatter.then(|| Box::new(first_order(scenario)));
-        Self::Pose(Box::new(simulate_pose(scenario)), scatter, wish)
+        let own_pose = InputTrial::at(scenario.crf_from_tool);
+        let solved = SolvedPose {
+            detail: simulate_pose(scenario),
+            scatter: wish.scatter.then(|| first_order(scenario)),
+            sources: match wish.sources {
+                true => trial_sources(scenario, own_pose),
+                false => Vec::new(),
+            },
+        };
+        Self::Pose(Box::new(solved), wish)
     }
 
     /// A study, and what it is charted from where that is wanted.

@@ -87,6 +87,7 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
         columns: ["true", "simulated"],
         rotation: shown.state.rotation,
         has_crf: design.crf.is_some(),
+        sources: &results.sources,
         measured: shown.measured().zip(results.pose_trial).and_then(|(all, trial)| all.get(trial)),
         requirement: design.requirement,
     };

@@ -7,11 +7,11 @@ use crate::widgets::basic::{
 };
 use crate::widgets::tooltip::Explain;
 use crate::workspaces::study::state::{RotationForm, StudyRequest};
-use bevy_egui::egui::{self, Align, Grid, Layout, RichText, Ui};
+use bevy_egui::egui::{self, Align, Grid, Label, Layout, RichText, Ui};
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_project::MeasuredError;
-use trackwright_simulation::{Requirement, Trial};
+use trackwright_simulation::{Requirement, Trial, TrialSource, source_words};
 
 /// What the panel shows.
 pub struct TrialView<'a> {
@@ -24,6 +24,8 @@ pub struct TrialView<'a> {
     pub rotation: RotationForm,
     /// Poses are relative to the CRF, or to the tracker where there is none.
     pub has_crf: bool,
+    /// What each sensor contributes to the tip error; empty where that is not looked at.
+    pub sources: &'a [TrialSource],
     /// What was measured there, where the trials are a recording of the built tool.
     pub measured: Option<&'a MeasuredError>,
     /// What the trial is held against, as far as it is about single trials.
@@ -75,6 +77,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             quaternion(poses[1])
         ));
     errors_ui(ui, trial, view.requirement.as_ref());
+    sources_ui(ui, view.sources);
     if let Some(measured) = view.measured {
         measured_ui(ui, measured);
     }
@@ -121,6 +124,24 @@ fn errors_ui(ui: &mut Ui, trial: &Trial, requirement: Option<&Requirement>) {
     figure_ui(ui, "tip error", &error, color);
     let angle = with_unit(&decimal(trial.angle_error_deg, 3), "°");
     figure_ui(ui, "angle error", &angle, palette::TEXT);
+}
+
+/// Sensors that are listed; a body of many would push the charts out of the panel.
+const MOST_SOURCES: usize = 6;
+
+/// What each sensor contributes to the tip error, as one paragraph: the panel is narrow, and names
+/// are as long as a person made them.
+fn sources_ui(ui: &mut Ui, sources: &[TrialSource]) {
+    if sources.is_empty() {
+        return;
+    }
+    let words = source_words(sources, MOST_SOURCES, "\u{2009}").join(", ");
+    let text =
+        RichText::new(format!("tip error from {words}")).color(palette::TEXT_QUIET.color32());
+    ui.add(Label::new(text).wrap()).explained(
+        "What each sensor contributes along the tip error: in first order they add up to it. A \
+         negative one cancels a part of the others'",
+    );
 }
 
 /// What the built tool was off there, in the same axes.

@@ -55,6 +55,7 @@ pub(crate) fn pose_panel(
         columns: ["compensated", "measured"],
         rotation: study.rotation,
         has_crf: design.crf.is_some(),
+        sources: &[],
         measured: None,
         requirement: None,
     };
