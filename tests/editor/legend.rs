@@ -17,7 +17,7 @@ use trackwright_editor::layers::legend::{ColorBar, Legends};
 use trackwright_editor::layers::legend_entries::LegendEntries;
 use trackwright_editor::layers::registry::{LayerInfo, LayerRegistry};
 use trackwright_editor::layers::{field_arrows, placement, slice};
-use trackwright_editor::palette::{Ground, Rgb};
+use trackwright_editor::palette::{self, Ground, Rgb};
 use trackwright_editor::viewport::overlay::OverlayPlugin;
 use trackwright_editor::viewport::overlay::legend::{Title, entries_ui, title_ui};
 use trackwright_field::Environment;
@@ -112,7 +112,10 @@ fn no_two_things_in_the_legend_share_a_colour() {
         let colors = key.swatch.colors().into_iter();
         colors.map(|color| (key.text.clone(), color))
     });
-    let things: Vec<(String, Rgb)> = strokes.chain(keys).collect();
+    // Drawn in one workspace only, over any layer.
+    let ghosts = [("baseline", palette::BASELINE), ("tool as measured", palette::MEASURED)];
+    let ghosts = ghosts.map(|(name, color)| (name.to_owned(), color));
+    let things: Vec<(String, Rgb)> = strokes.chain(keys).chain(ghosts).collect();
     assert!(things.len() > 15, "{things:?}");
     // Eight bits a channel: nearer colours are hard to tell apart.
     const LEAST: f64 = 40.0;

@@ -25,6 +25,7 @@ mod layout;
 mod legend;
 mod live;
 mod magnification;
+mod measured_ghost;
 mod meshes;
 mod missed;
 mod motion_box;

@@ -277,6 +277,15 @@ fn a_crf_recording_judges_in_the_crf() {
     let squares: f64 = measured.iter().map(|m| m.tip_error_in_crf_mm.norm_squared()).sum();
     let measured_mm = (squares / measured.len() as f64).sqrt();
     assert!((measured_mm - found.measured_rms_mm).abs() < 1e-9 * measured_mm);
+    // The measured pose, which the scene shows, has these errors.
+    let tip = scenario(&app).tool.judged_tip_in_body();
+    for (measured, trial) in measured.iter().zip(choice.input().unwrap().trials.iter()) {
+        let [pose, truth] = [measured.crf_from_tool.unwrap(), trial.crf_from_tool];
+        let error = pose * tip - truth * tip;
+        assert!((error - measured.tip_error_in_crf_mm).norm() < 1e-9, "{error} {measured:?}");
+        let angle_deg = pose.rotation.angle_to(&truth.rotation).to_degrees();
+        assert!((angle_deg - measured.angle_error_deg.unwrap()).abs() < 1e-6, "{angle_deg}");
+    }
     app.insert_resource(workspaces::decide::WORKSPACE);
     rest(&mut app);
     // Saved elsewhere, it is still that recording.

@@ -213,6 +213,7 @@ fn a_recorded_pose_shows_what_was_measured() {
     let measured = MeasuredError {
         tip_error_in_crf_mm: nalgebra::Vector3::new(0.3, 0.0, -0.4),
         angle_error_deg: Some(0.125),
+        crf_from_tool: None,
     };
     let (harness, _) = panel([276.0, 400.0], |ui| {
         let view = TrialView {

@@ -29,6 +29,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`workspaces::design::DesignPlugin`] | the Design workspace: bodies, sensors, the result |
 /// | [`workspaces::study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`workspaces::study::precision::PrecisionPlugin`] | error against run time, measured on request |
+/// | [`workspaces::study::measured_ghost::MeasuredGhostPlugin`] | a recorded pose as it was measured |
 /// | [`workspaces::field::FieldPlugin`] | rooms from measurements |
 /// | [`workspaces::live::LivePlugin`] | the Live workspace: a tracker over the network |
 /// | [`workspaces::live::cells::CellsPlugin`] | where samples were taken, in the scene |
@@ -88,6 +89,7 @@ impl PluginGroup for EditorPlugins {
             .add(workspaces::design::DesignPlugin)
             .add(workspaces::study::StudyPlugin)
             .add(workspaces::study::precision::PrecisionPlugin)
+            .add(workspaces::study::measured_ghost::MeasuredGhostPlugin)
             .add(workspaces::field::FieldPlugin)
             .add(workspaces::field::samples::SamplesPlugin)
             .add(workspaces::live::LivePlugin)

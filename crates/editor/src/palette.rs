@@ -127,6 +127,8 @@ pub const GENERATOR: Rgb = Rgb::pair(0x3A3F47, 0x5A626D);
 pub const SELECTED: Rgb = Rgb::pair(0xFFFFFF, 0x0C0F13);
 /// A pinned design beside the one that is worked on.
 pub const BASELINE: Rgb = Rgb::pair(0xC9A0FF, 0xA020C0);
+/// The built tool as it was measured at a recorded pose, in the scene and in charts.
+pub const MEASURED: Rgb = Rgb::pair(0xFF7A1A, 0xE05A00);
 /// The ball that moves the slice.
 pub const SLICE_HANDLE: Rgb = Rgb::pair(0x7FFFD4, 0x00A884);
 /// Error vectors over coloured maps.

@@ -16,6 +16,7 @@ use std::sync::Arc;
 use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_design::Design;
 use trackwright_field::Environment;
+use trackwright_geometry::pose::Pose;
 use trackwright_procedure::{
     DecidedRecording, DecidedStudies, DecisionBasis, Plan, Recording, Room, RoomName, RoomStudies,
     Step, StepStatus, step_status,
@@ -216,6 +217,8 @@ pub struct MeasuredError {
     /// Of the tip, in the CRF's axes; in the tracker's without a CRF.
     pub tip_error_in_crf_mm: Vector3<f64>,
     pub angle_error_deg: Option<f64>,
+    /// The pose that was measured, in the tracker's frame without a CRF; `None` of a pivoted tool.
+    pub crf_from_tool: Option<Pose>,
 }
 
 /// Why a recording has no poses to be looked at beside the design's trials.
@@ -255,6 +258,7 @@ pub fn recorded_poses(
     if found.has_crf != world.document.design().crf.is_some() {
         return Err(RecordedPosesError::WithoutCrf);
     }
+    let tip_in_tool = world.document.design().tool.body.rigid.judged_tip_in_body();
     let rows = &found.agreement.rows;
     Ok(RecordedPoses {
         trials: rows
@@ -269,6 +273,7 @@ pub fn recorded_poses(
             .map(|row| MeasuredError {
                 tip_error_in_crf_mm: row.measured_mm,
                 angle_error_deg: row.measured_rad.map(|turn| turn.norm().to_degrees()),
+                crf_from_tool: row.crf_from_tool_measured(&tip_in_tool),
             })
             .collect(),
     })

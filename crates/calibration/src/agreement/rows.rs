@@ -2,12 +2,12 @@
 
 use super::AgreementError;
 use crate::pivot::Pivot;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Translation3, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::Method;
 use trackwright_field::samples::Measurement;
 use trackwright_geometry::pose::{Pose, is_finite};
-use trackwright_geometry::rotation::log_quaternion;
+use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 use trackwright_simulation::body_compensation::BodyCompensator;
 use trackwright_simulation::run::run;
 use trackwright_simulation::scenario::{InputTrial, Mode, Scenario};
@@ -71,6 +71,15 @@ impl AgreementRow {
     pub fn tracker_from_crf_in(&self, scenario: &Scenario) -> Pose {
         let given = self.tracker_from_crf.filter(|_| scenario.crf.is_some());
         given.unwrap_or_else(|| scenario.tracker_from_crf())
+    }
+
+    /// The pose that was measured, so that a tip there is off by the measured error; `None` of a pivoted
+    /// tool.
+    pub fn crf_from_tool_measured(&self, tip_in_tool: &Point3<f64>) -> Option<Pose> {
+        let rotation = exp_vector(&self.measured_rad?) * self.crf_from_tool.rotation;
+        let tip_in_crf = self.crf_from_tool * tip_in_tool + self.measured_mm;
+        let translation = Translation3::from(tip_in_crf - rotation * tip_in_tool);
+        Some(Pose::from_parts(translation, rotation))
     }
 
     /// Measured minus predicted.
@@ -203,4 +212,37 @@ fn simulated(
 /// Where the tip is at a row.
 pub fn tip_in_crf(row: &AgreementRow, scenario: &Scenario) -> Point3<f64> {
     row.crf_from_tool * scenario.tool.judged_tip_in_body()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_gives_back_its_measured_pose() {
+        let tip = Point3::new(3.0, -4.0, 80.0);
+        let pose = |at: [f64; 3], turn: [f64; 3]| {
+            Pose::from_parts(Translation3::from(at), exp_vector(&turn.into()))
+        };
+        let truth = pose([10.0, -20.0, 30.0], [0.4, -1.0, 0.7]);
+        let measured = pose([10.5, -20.3, 29.0], [0.41, -1.02, 0.69]);
+        let turn = measured.rotation * truth.rotation.inverse();
+        let row = AgreementRow {
+            crf_from_tool: truth,
+            tracker_from_crf: None,
+            measured_mm: measured * tip - truth * tip,
+            predicted_mm: Vector3::zeros(),
+            measured_rad: Some(log_quaternion(&turn)),
+            predicted_rad: Vector3::zeros(),
+            group: 0,
+            outside: 0,
+            is_unsupported: None,
+            is_used: true,
+        };
+        let found = row.crf_from_tool_measured(&tip).unwrap();
+        assert!((found * tip - measured * tip).norm() < 1e-12);
+        assert!(found.rotation.angle_to(&measured.rotation) < 1e-7);
+        let pivoted = AgreementRow { measured_rad: None, ..row };
+        assert_eq!(pivoted.crf_from_tool_measured(&tip), None);
+    }
 }

@@ -4,6 +4,7 @@ pub mod commands;
 pub mod dialog;
 pub mod input;
 pub mod log;
+pub mod measured_ghost;
 pub mod play;
 pub mod precision;
 pub mod precision_ui;

@@ -384,7 +384,7 @@ fn chart_ui(
                     Points::new("measured", PlotPoints::from(measured.clone()))
                         .shape(MarkerShape::Circle)
                         .radius(2.5)
-                        .color(palette::SERIES[1].color32()),
+                        .color(palette::MEASURED.color32()),
                 );
             }
             if let Some(limit_mm) = limit_mm {

@@ -149,7 +149,7 @@ fn measured_ui(ui: &mut Ui, measured: &MeasuredError) {
     let e = measured.tip_error_in_crf_mm;
     let axes = [e.x, e.y, e.z].map(|v| decimal(v, 2)).join(", ");
     figure_ui(ui, "measured x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
-    figure_ui(ui, "measured tip error", &length(e.norm()), palette::SERIES[1]);
+    figure_ui(ui, "measured tip error", &length(e.norm()), palette::MEASURED);
     if let Some(angle_deg) = measured.angle_error_deg {
         let angle = with_unit(&decimal(angle_deg, 3), "°");
         figure_ui(ui, "measured angle error", &angle, palette::TEXT);
