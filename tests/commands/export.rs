@@ -256,6 +256,11 @@ fn tips_of_a_pivoted_tool_surround_the_pivot() {
     let written: Value = serde_json::from_str(&scratch.read("tips.mrk.json")).unwrap();
     let points = list(&written["markups"][0], "controlPoints");
     assert_eq!(points.len(), 57);
+    // A person reads labels in Slicer, and counts from 1.
+    assert!(points[0]["label"] == "1" && points[56]["label"] == "57", "{written}");
+    scratch.succeed(format!("export poses {recording} -o third.mrk.json --row 2"));
+    let third: Value = serde_json::from_str(&scratch.read("third.mrk.json")).unwrap();
+    assert_eq!(list(&third["markups"][0], "controlPoints")[0]["label"], "3");
     let pivot = flipped(&point(&found["pivot"]));
     let squares = points.iter().map(|p| (point(&p["position"]) - pivot).norm_squared());
     let rms_mm = (squares.sum::<f64>() / 57.0).sqrt();

@@ -62,7 +62,8 @@ fn tips_are_those_of_the_simulation_log() {
         let points = list["controlPoints"].as_array().unwrap();
         assert_eq!(points.len(), rows.len());
         for (point, row) in points.iter().zip(&rows) {
-            assert_eq!(point["label"], row[0].to_string());
+            // The table has rows counted from 0; a person reads labels.
+            assert_eq!(point["label"], (row[0] + 1.0).to_string());
             // LPS, of the tracker's numbers as RAS.
             let [x, y, z] = numbers::<3>(&point["position"]);
             assert_eq!([-x, -y, z], [row[first], row[first + 1], row[first + 2]]);

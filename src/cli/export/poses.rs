@@ -91,7 +91,8 @@ pub fn run(args: &PosesArgs, files: &Files) -> anyhow::Result<()> {
             let points: Vec<_> = chosen
                 .iter()
                 .map(|(row, pose)| MarkupPoint {
-                    label: row.to_string(),
+                    // As a person counts poses.
+                    label: (row + 1).to_string(),
                     tracker_from_point: *pose,
                 })
                 .collect();

@@ -131,7 +131,8 @@ fn list(
     pose: impl Fn(&StudiedTip) -> Pose,
 ) -> MarkupList {
     let point = |tip: &StudiedTip| MarkupPoint {
-        label: tip.trial.to_string(),
+        // As a person counts trials.
+        label: (tip.trial + 1).to_string(),
         tracker_from_point: pose(tip),
     };
     MarkupList { name, color: [red, green, blue], points: tips.iter().map(point).collect() }
