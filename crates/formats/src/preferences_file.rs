@@ -153,6 +153,15 @@ mod tests {
     }
 
     #[test]
+    fn older_preferences_read_as_before() {
+        let older = "(version: 1, is_maximised: false, is_light: false, scale: 1.0, \
+                     panels: (left: true, right: true, history: false), workspace: \"Design\")";
+        assert_eq!(parse(older.as_bytes()), Ok(Preferences::default()));
+        // What has its default is not written: older versions read the file.
+        assert!(!write(&Preferences::default()).contains("is_legend_folded"));
+    }
+
+    #[test]
     fn impossible_window_values_are_refused() {
         let refused = |from: &str, to: &str| {
             let preferences = Preferences { window: Some([1280, 720]), ..Preferences::default() };

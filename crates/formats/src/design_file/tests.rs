@@ -3,7 +3,7 @@
 use super::*;
 use crate::test_cases::assert_refused;
 use trackwright_design::SlideFigure;
-use trackwright_design::view::{CameraView, Magnification};
+use trackwright_design::view::{AxisRule, CameraView, CoilDepth, Layers, Magnification};
 use trackwright_simulation::Metric;
 
 const EXAMPLE: &str = r#"(
@@ -123,6 +123,44 @@ fn what_is_written_reads_back() {
     let text = write(&design);
     assert_eq!(parse(text.as_bytes()).unwrap(), design);
     assert_eq!(text.lines().count(), 9, "{text}");
+}
+
+#[test]
+fn views_without_newer_fields_read_as_before() {
+    // As written before cameras had a projection, placement a depth, and the requirement a layer.
+    let older = EXAMPLE.replace(
+        "    motion: (",
+        "    view: (
+        camera: (focus_mm: (1.0, 2.0, 3.0), distance_mm: 900.0, azimuth_rad: 0.7, elevation_rad: 0.3),
+        layers: (volume: true, generator: true, grid: true, anatomy: true, sensor_errors: true, tip_error: true, ghost: true, motion: true, tip_scatter: true, slice: true, arrows: true, placement: true, region: true, support: true, labels: true),
+        placement_rule: Normal,
+        placement_range_mm: 4.0,
+    ),
+    motion: (",
+    );
+    let read = parse(older.as_bytes()).unwrap();
+    let camera = CameraView {
+        focus_mm: [1.0, 2.0, 3.0],
+        distance_mm: 900.0,
+        azimuth_rad: 0.7,
+        elevation_rad: 0.3,
+        is_orthographic: false,
+    };
+    let all = Layers::named("all").unwrap();
+    let expected = View {
+        camera: Some(camera),
+        layers: Layers { requirement: false, ..all },
+        placement_rule: AxisRule::Normal,
+        placement_depth: CoilDepth::Surface,
+        placement_range_mm: Some(4.0),
+        ..View::default()
+    };
+    assert_eq!(read.view, expected);
+    // What has its default is not written: older versions open the file.
+    let text = write(&read);
+    for newer in ["is_orthographic", "placement_depth"] {
+        assert!(!text.contains(newer), "{newer}: {text}");
+    }
 }
 
 #[test]
