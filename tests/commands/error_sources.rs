@@ -81,3 +81,20 @@ fn contributions_at_the_worst_trial_add_up() {
     assert!(worst_mm > 0.2 && (sum_mm - worst_mm).abs() < 0.05 * worst_mm, "{sum_mm} {worst_mm}");
     assert!(sensors.iter().any(|sensor| sensor["body"] == "crf"), "{sensors:?}");
 }
+
+#[test]
+fn sources_of_a_crf_alone_are_its_own_sensors() {
+    let scratch = Scratch::new();
+    let to = "requirement: (position_rms: 0.0001),\n        targets: [";
+    scratch.copy_built_in("pointer-on-head", DESIGN, "targets: [", to);
+    let line = format!("simulate {DESIGN} --body crf --mode single");
+    let found = scratch.json(&line);
+    for target in list(&found, "targets") {
+        let missed = list(&target["error_sources"]["tip_error"], "sensors");
+        for sensors in [list(target, "worst_contributions"), missed] {
+            let are_own = sensors.iter().all(|sensor| sensor["body"] == "crf");
+            assert!(are_own && !sensors.is_empty(), "{target}");
+        }
+    }
+    scratch.succeed_with(&line, &["of the CRF carries"]);
+}
