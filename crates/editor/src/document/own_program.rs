@@ -172,6 +172,10 @@ fn write_by(
 }
 
 /// Waits until the process has ended, and ends it once that is requested.
+#[expect(
+    clippy::disallowed_methods,
+    reason = "neither a process nor a cancelled task wakes anyone: both are looked at again"
+)]
 fn wait(mut child: Child, task: &Task) -> io::Result<ExitStatus> {
     while !task.cancel.is_cancelled() {
         if let Some(status) = child.try_wait()? {

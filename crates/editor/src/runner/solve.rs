@@ -398,7 +398,7 @@ fn accept(
                     results.profile =
                         profile.map(|value| Stamped { revision, value: *value, took });
                 }
-                results.study = study.map(|value| Stamped { revision, value, took });
+                results.study = study.map(|value| Stamped { revision, value: *value, took });
             }
             is_new
         }
@@ -412,7 +412,7 @@ fn accept(
         Solved::Slice(Ok(Some(value)), quantity) => {
             let is_wanted = wanted.slice == Some((value.plan, quantity));
             if is_wanted {
-                results.slice = Some(Stamped { revision, value, took });
+                results.slice = Some(Stamped { revision, value: *value, took });
             }
             is_wanted
         }

@@ -71,11 +71,11 @@ pub struct SolvedPose {
 /// A result by kind. Cancelled work reports that, in order that it can be counted.
 pub enum Solved {
     Pose(Box<SolvedPose>, PoseWish),
-    Study(Result<(Outcome, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
+    Study(Result<(Box<Outcome>, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
     /// `None` where the room keeps no measurements to draw fields from.
     Expected(Result<Option<Box<Expected>>, Cancelled>),
     /// `None` where the room has no model validity.
-    Slice(Result<Option<SliceOutcome>, StudyError>, Quantity),
+    Slice(Result<Option<Box<SliceOutcome>>, StudyError>, Quantity),
 }
 
 impl Solved {
@@ -100,6 +100,7 @@ impl Solved {
             true => run_profiled(scenario, &wish.mode, cancel)
                 .map(|(outcome, profile)| (outcome, profile.map(charted).map(Box::new))),
         };
+        let study = study.map(|(outcome, profile)| (Box::new(outcome), profile));
         Self::Study(study, wish.of)
     }
 
@@ -110,7 +111,7 @@ impl Solved {
                 slice.is_supported =
                     slice_support(scenario, quantity, plan, cancel)?.unwrap_or_default();
             }
-            Ok(sampled)
+            Ok(sampled.map(Box::new))
         });
         Self::Slice(sampled, quantity)
     }

@@ -74,10 +74,10 @@ impl Plugin for ShellCommandsPlugin {
                 theme.apply();
             })
             .add_command(LARGER, |scale: ResMut<InterfaceScale>, camera: Shown| {
-                step(scale, camera, 1)
+                step(scale, camera, 1);
             })
             .add_command(SMALLER, |scale: ResMut<InterfaceScale>, camera: Shown| {
-                step(scale, camera, -1)
+                step(scale, camera, -1);
             })
             .add_command(PLAIN_SIZE, |mut scale: ResMut<InterfaceScale>| {
                 *scale = InterfaceScale::default();

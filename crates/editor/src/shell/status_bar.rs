@@ -38,14 +38,11 @@ pub struct StatusView<'a> {
 /// Draws the line.
 pub(crate) fn status_bar(
     mut ui: InMut<Ui>,
-    world: Res<OpenWorld>,
-    results: Res<Results>,
-    notice: Res<Notice>,
+    (world, results, notice): (Res<OpenWorld>, Res<Results>, Res<Notice>),
     (note, pointer): (Res<StatusNote>, Res<PointerHint>),
     (hovered, drag): (Res<Hovered>, Res<ActiveDrag>),
     presentation: Res<Presentation>,
-    writing: Option<Res<WriteJob>>,
-    mut requests: MessageWriter<FileRequest>,
+    (writing, mut requests): (Option<Res<WriteJob>>, MessageWriter<FileRequest>),
 ) {
     let design = world.0.document.design();
     let study = results.study.as_ref();
