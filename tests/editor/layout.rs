@@ -122,8 +122,8 @@ fn long_names() -> Copied {
     let mut copy = Copied::new("new-tool-on-crf");
     let mut world = trackwright_project::open_design(&copy.design).unwrap();
     let document = &mut world.document;
-    let long = "biopsy needle for the liver, second draft with a wider bore";
-    document.apply(Edit::SetName(long.to_owned())).unwrap();
+    // Its field scrolls what is longer.
+    document.apply(Edit::SetName("biopsy needle, second draft".to_owned())).unwrap();
     for index in [0, 1] {
         let mut sensor = document.design().tool.body.rigid.sensors[index].clone();
         sensor.name = format!("coil {index} at the end of the narrow part");
@@ -132,7 +132,8 @@ fn long_names() -> Copied {
         document.apply(Edit::SetSensor { body, index, sensor }).unwrap();
     }
     trackwright_project::save(&mut world).unwrap();
-    let design = copy.design.with_file_name(format!("{}.design.ron", long.replace(' ', "-")));
+    let long = "biopsy-needle-for-the-liver-second-draft-with-a-wider-bore.design.ron";
+    let design = copy.design.with_file_name(long);
     std::fs::rename(&copy.design, &design).unwrap();
     copy.design = design;
     copy

@@ -250,7 +250,8 @@ fn contributions_are_listed_within_a_narrow_panel() {
         .collect();
     let starts = "tip error from ";
     for (sources, listed) in [(&none, 0), (&two, 2), (&many, 7)] {
-        let (mut harness, _) = panel([270.0, 900.0], |ui| {
+        // 270 points between the margins.
+        let (mut harness, _) = panel([286.0, 900.0], |ui| {
             let view = TrialView {
                 trial: Some(&detail.trial),
                 title: "Trial 1".to_owned(),
@@ -268,7 +269,7 @@ fn contributions_are_listed_within_a_narrow_panel() {
             assert_eq!(listed, 0);
             continue;
         };
-        assert!(text.rect().right() <= 270.0, "{:?}", text.rect());
+        assert!(text.rect().right() <= 278.0, "{:?}", text.rect());
         let words = source_words(sources, 6, "\u{2009}");
         assert_eq!(words.len(), listed);
         harness.get_by_label(&format!("{starts}{}", words.join(", ")));
