@@ -114,9 +114,13 @@ pub const SHADOW: Rgb = Rgb::hex(0x000000);
 /// through.
 pub const PLATE_ALPHA: u8 = 215;
 
-/// The plate behind writing in the 3D view, in the theme of now.
+/// The plate behind writing in the 3D view, in the theme of now. In the light one it is opaque: what
+/// is translucent is blended darker there, and looks grey beside the panels.
 pub fn plate() -> Color32 {
-    PANEL.color32_alpha(PLATE_ALPHA)
+    match Theme::now() {
+        Theme::Dark => PANEL.color32_alpha(PLATE_ALPHA),
+        Theme::Light => PANEL.color32(),
+    }
 }
 
 // What a figure means; a sign always stands beside the colour.
