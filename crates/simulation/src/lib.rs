@@ -53,6 +53,7 @@ pub mod linear_fit;
 pub mod metric;
 pub mod motion;
 pub mod motion_outline;
+pub mod mounting;
 pub mod own_study;
 pub mod pairs;
 pub mod placement;
@@ -96,6 +97,7 @@ pub use figures::{FigureRow, Figures, RowOf, figure_rows};
 pub use frame_fit::Determination;
 pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
+pub use mounting::{Mounting, MountingAxis, MountingRegion};
 pub use placement::{
     AxisRule, Basis, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
     PlacementPlan, place,
