@@ -4,6 +4,7 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh_report::length_doubt;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 
 /// Turns below this come from the rounding of products of rotations.
 const MIN_TURN_RAD: f64 = 1e-12;
@@ -94,6 +95,18 @@ impl Sensor {
     /// The sensor's local z in the body frame; none of a marker.
     pub fn axis_in_body(&self) -> Option<Unit<Vector3<f64>>> {
         self.orientation.axis()
+    }
+
+    /// The sensor with its axis along a direction, by the smallest turn; a marker as it is.
+    #[must_use]
+    pub fn pointed_along(self, axis_in_body: &Unit<Vector3<f64>>) -> Self {
+        match self.axis_in_body() {
+            Some(own) if own != *axis_in_body => {
+                let turn = exp_vector(&axis_rotation(&own, axis_in_body).vector_rad);
+                Self { orientation: self.orientation.rotated_by(&turn), ..self }
+            }
+            _ => self,
+        }
     }
 
     /// The sensor after its pose was moved from `start` to `now` in the body frame; where the

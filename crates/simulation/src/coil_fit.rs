@@ -167,10 +167,26 @@ pub(super) fn is_within(sensor: &Sensor, surface: &Surface) -> bool {
 /// Each is taken for the cylinder with rounded ends that is within it, so that what is reported
 /// overlaps, and coils end to end do not.
 pub fn overlap_mm(one: &Sensor, other: &Sensor) -> Option<f64> {
-    let [one, other] = [Cylinder::of(one)?, Cylinder::of(other)?];
-    let gap_mm = segment_distance(&one.core(), &other.core());
-    let overlap_mm = one.core_radius_mm() + other.core_radius_mm() - gap_mm;
+    let overlap_mm = -coil_gap_mm(one, other)?;
     (overlap_mm > LEAST_MM).then_some(overlap_mm)
+}
+
+/// The least distance between two coils, below zero where they overlap; each is taken for the
+/// cylinder with rounded ends that is within it. `None` where one has no stated size.
+pub fn coil_gap_mm(one: &Sensor, other: &Sensor) -> Option<f64> {
+    let [one, other] = [Cylinder::of(one)?, Cylinder::of(other)?];
+    let between_mm = segment_distance(&one.core(), &other.core());
+    Some(between_mm - one.core_radius_mm() - other.core_radius_mm())
+}
+
+/// Points of a coil's outside, half a millimetre apart along one of 9 mm, and of its middle line; of
+/// a sensor whose coil has no stated size, where it is.
+pub fn coil_points(sensor: &Sensor) -> Vec<Point3<f64>> {
+    let Some(cylinder) = Cylinder::of(sensor) else {
+        return vec![sensor.position_in_body];
+    };
+    let stations = (0..=STATIONS).map(|k| cylinder.middle_at(k));
+    stations.flat_map(|middle| cylinder.ring(&middle).chain([middle])).collect()
 }
 
 /// A coil in its body.

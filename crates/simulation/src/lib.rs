@@ -87,7 +87,9 @@ pub mod work;
 pub use along_shaft::AlongShaft;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
-pub use coil_fit::{CoilFinding, CoilMisfit, coil_findings, coil_fits, coil_statements};
+pub use coil_fit::{
+    CoilFinding, CoilMisfit, coil_findings, coil_fits, coil_gap_mm, coil_points, coil_statements,
+};
 pub use error_sources::{ErrorSources, TrialSource, error_sources, source_words, trial_sources};
 pub use expected::{
     BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,

@@ -12,9 +12,9 @@ mod verdict;
 pub(super) use drawn_trials::{DrawnTrials, SensorErrors};
 pub use figures::{
     DRAWS, Expected, ExpectedError, ExpectedRow, ExpectedWithin, expected, expected_rows,
-    expected_where_measured,
+    expected_where_measured, spread,
 };
-pub(super) use figures::{SENSOR_SEED, WIDENING, spread};
+pub(super) use figures::{SENSOR_SEED, WIDENING};
 pub use more_rows::{MoreMeasuring, more_measuring, most_times, shrinking};
 pub use verdict::{
     BoundVerdict, Headline, JudgedBound, RequirementFigures, headline, judged, judged_checks,

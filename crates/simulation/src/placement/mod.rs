@@ -43,7 +43,7 @@ pub use depth::{CoilDepth, placement_mesh, vertices};
 pub use outcome::{
     Basis, ExpectedTip, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan,
 };
-pub use rule::AxisRule;
+pub use rule::{AxisRule, along_surface};
 
 use super::refit::RefitBuffers;
 use super::run::{StudyError, check};

@@ -3,7 +3,7 @@
 use crate::body::Sensor;
 use nalgebra::{Unit, Vector3};
 use serde::{Deserialize, Serialize};
-use trackwright_geometry::rotation::{axis_rotation, exp_vector, perpendicular};
+use trackwright_geometry::rotation::perpendicular;
 use trackwright_geometry::surface::SurfacePoint;
 
 /// Shortest part of an axis along the surface that still is a direction.
@@ -36,25 +36,21 @@ impl AxisRule {
     /// The sensor at a place of its body's surface, by the smallest turn that the rule needs; a
     /// marker needs none.
     pub fn placed(self, sensor: &Sensor, at: &SurfacePoint) -> Sensor {
-        let mut placed = sensor.clone();
-        placed.position_in_body = at.position_mm;
+        let placed = Sensor { position_in_body: at.position_mm, ..sensor.clone() };
         let Some(own) = sensor.axis_in_body() else {
             return placed;
         };
         let axis = match self {
             Self::Keep => own,
             Self::Normal => at.normal,
-            Self::Tangent => along(&own, &at.normal),
+            Self::Tangent => along_surface(&own, &at.normal),
         };
-        if axis != own {
-            let turn = exp_vector(&axis_rotation(&own, &axis).vector_rad);
-            placed.orientation = sensor.orientation.rotated_by(&turn);
-        }
-        placed
+        placed.pointed_along(&axis)
     }
 }
 
-fn along(axis: &Unit<Vector3<f64>>, normal: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+/// The direction along a surface that is nearest to an axis.
+pub fn along_surface(axis: &Unit<Vector3<f64>>, normal: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     let part = axis.into_inner() - normal.into_inner() * normal.dot(axis);
     Unit::try_new(part, MIN_ALONG).unwrap_or_else(|| perpendicular(normal))
 }

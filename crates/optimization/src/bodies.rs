@@ -1,0 +1,211 @@
+//! A layout while it is searched for: bodies and poses, and the numbers that move them.
+
+use crate::outcome::OptimizeError;
+use crate::places::{Place, Places};
+use crate::problem::{PoseBounds, Problem};
+use nalgebra::{Translation3, Vector3};
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::rotation::exp_vector;
+use trackwright_simulation::{PlacedBody, RigidBody, Scenario, ScenarioCrf};
+
+/// What a study needs besides the room.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Bodies {
+    pub tool: RigidBody,
+    pub crf: Option<RigidBody>,
+    /// `None` without a CRF.
+    pub tracker_from_crf: Option<Pose>,
+    pub crf_from_tool: Pose,
+}
+
+impl Bodies {
+    pub fn of(scenario: &Scenario) -> Self {
+        Self {
+            tool: scenario.tool.clone(),
+            crf: scenario.crf.as_ref().map(|crf| crf.body.clone()),
+            tracker_from_crf: scenario.crf.as_ref().map(|crf| crf.tracker_from_crf),
+            crf_from_tool: scenario.crf_from_tool,
+        }
+    }
+
+    pub fn body(&self, body: PlacedBody) -> Option<&RigidBody> {
+        match body {
+            PlacedBody::Tool => Some(&self.tool),
+            PlacedBody::Crf => self.crf.as_ref(),
+        }
+    }
+
+    pub fn body_mut(&mut self, body: PlacedBody) -> Option<&mut RigidBody> {
+        match body {
+            PlacedBody::Tool => Some(&mut self.tool),
+            PlacedBody::Crf => self.crf.as_mut(),
+        }
+    }
+
+    /// The scenario with these bodies where they are.
+    pub fn in_room(&self, scenario: &Scenario) -> Scenario {
+        Scenario {
+            tool: self.tool.clone(),
+            crf: self
+                .crf
+                .clone()
+                .zip(self.tracker_from_crf)
+                .map(|(body, tracker_from_crf)| ScenarioCrf { body, tracker_from_crf }),
+            crf_from_tool: self.crf_from_tool,
+            ..scenario.clone()
+        }
+    }
+
+    /// The field generator moved in its own axes: all else stays where it is in the room. The
+    /// field's errors go with the generator.
+    fn with_generator_moved(&mut self, moved: &Pose) {
+        let back = moved.inverse();
+        match &mut self.tracker_from_crf {
+            Some(tracker_from_crf) => *tracker_from_crf = back * *tracker_from_crf,
+            None => self.crf_from_tool = back * self.crf_from_tool,
+        }
+    }
+
+    /// The CRF moved in its own axes; the tool stays where it is in the room.
+    fn with_crf_moved(&mut self, moved: &Pose) {
+        if let Some(tracker_from_crf) = &mut self.tracker_from_crf {
+            *tracker_from_crf *= moved;
+            self.crf_from_tool = moved.inverse() * self.crf_from_tool;
+        }
+    }
+}
+
+/// A sensor that moves: its body and its number there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Slot {
+    pub body: PlacedBody,
+    pub index: usize,
+}
+
+/// The slots of a problem and where each may be.
+pub(crate) struct Movable<'a> {
+    pub slots: Vec<Slot>,
+    tool: Places<'a>,
+    crf: Option<Places<'a>>,
+    generator: Option<PoseBounds>,
+    crf_pose: Option<PoseBounds>,
+    /// What nothing was moved of.
+    pub base: Bodies,
+}
+
+/// Places of all slots, and how far the poses were moved: three shifts in mm and three turns in
+/// degrees each.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Position {
+    pub places: Vec<Place>,
+    pub generator: Vector6,
+    pub crf_pose: Vector6,
+}
+
+type Vector6 = [f64; 6];
+
+/// Turn of a pose, degrees, that counts as much as a millimetre.
+const TURN_DEG_PER_MM: f64 = 0.1;
+
+impl<'a> Movable<'a> {
+    pub fn new(
+        problem: &'a Problem,
+        base: Bodies,
+        slots: Vec<Slot>,
+    ) -> Result<Self, OptimizeError> {
+        for bounds in [problem.moves.generator, problem.moves.crf_pose].into_iter().flatten() {
+            for found in bounds.shift_mm.iter().copied().chain([bounds.turn_deg]) {
+                if !(found.is_finite() && found >= 0.0) {
+                    return Err(OptimizeError::Bounds {
+                        found,
+                        expected: "a finite number from 0",
+                    });
+                }
+            }
+        }
+        let crf = problem.crf.as_ref().zip(base.crf.as_ref());
+        Ok(Self {
+            tool: Places::new(&problem.tool, base.tool.tip_in_body),
+            crf: crf.map(|(mounted, body)| Places::new(mounted, body.tip_in_body)),
+            generator: problem.moves.generator,
+            crf_pose: problem.moves.crf_pose.filter(|_| base.crf.is_some()),
+            slots,
+            base,
+        })
+    }
+
+    /// Where the sensors of a body may be.
+    pub fn places(&self, body: PlacedBody) -> Option<&Places<'a>> {
+        match body {
+            PlacedBody::Tool => Some(&self.tool),
+            PlacedBody::Crf => self.crf.as_ref(),
+        }
+    }
+
+    /// Poses as they are, sensors at these places.
+    pub fn position(&self, places: Vec<Place>) -> Position {
+        Position { places, generator: [0.0; 6], crf_pose: [0.0; 6] }
+    }
+
+    pub fn bodies(&self, position: &Position) -> Bodies {
+        let mut bodies = self.base.clone();
+        for (slot, place) in self.slots.iter().zip(&position.places) {
+            if let Some(body) = bodies.body_mut(slot.body) {
+                let sensor = &mut body.sensors[slot.index];
+                sensor.position_in_body = place.sensor.position_in_body;
+                sensor.orientation = place.sensor.orientation;
+            }
+        }
+        bodies.with_crf_moved(&small_pose(&position.crf_pose));
+        bodies.with_generator_moved(&small_pose(&position.generator));
+        bodies
+    }
+
+    /// Numbers that move a position, sensor by sensor, then the poses.
+    pub fn dimensions(&self, position: &Position) -> usize {
+        self.slot_dimensions(position).sum::<usize>() + self.pose_bounds().count() * 6
+    }
+
+    /// Numbers that move each slot.
+    pub fn slot_dimensions(&self, position: &Position) -> impl Iterator<Item = usize> {
+        let each = self.slots.iter().zip(&position.places);
+        each.map(|(slot, place)| self.places(slot.body).map_or(0, |p| p.dimensions(place)))
+    }
+
+    fn pose_bounds(&self) -> impl Iterator<Item = PoseBounds> {
+        self.generator.into_iter().chain(self.crf_pose)
+    }
+
+    /// The position after ways in mm, allowed or not; poses are kept within their bounds.
+    pub fn moved(&self, position: &Position, way_mm: &[f64]) -> Position {
+        let mut rest = way_mm;
+        let mut out = position.clone();
+        for (slot, place) in self.slots.iter().zip(&mut out.places) {
+            let Some(places) = self.places(slot.body) else { continue };
+            let (own, others) = rest.split_at(places.dimensions(place));
+            rest = others;
+            *place = places.moved(place, own);
+        }
+        let moved = [(self.generator, &mut out.generator), (self.crf_pose, &mut out.crf_pose)];
+        for (bounds, pose) in moved {
+            let Some(bounds) = bounds else { continue };
+            let (own, others) = rest.split_at(6);
+            rest = others;
+            for (k, way_mm) in own.iter().enumerate() {
+                let (most, scale) = match k {
+                    0..3 => (bounds.shift_mm[k], 1.0),
+                    _ => (bounds.turn_deg, TURN_DEG_PER_MM),
+                };
+                pose[k] = (pose[k] + way_mm * scale).clamp(-most, most);
+            }
+        }
+        out
+    }
+}
+
+/// A pose of three shifts in mm and a rotation vector in degrees.
+fn small_pose(numbers: &Vector6) -> Pose {
+    let [x, y, z, rx, ry, rz] = *numbers;
+    let turn = Vector3::new(rx, ry, rz).map(f64::to_radians);
+    Pose::from_parts(Translation3::new(x, y, z), exp_vector(&turn))
+}

@@ -1,0 +1,31 @@
+//! Finds where sensors serve a design best, within what can be built, and what the gain is worth in
+//! fields that the search did not see.
+//!
+//! A candidate place's readings at every pose are computed once, so that a layout costs its frame fits
+//! alone. Layouts of a grid are all judged where they are few enough; steps off the grid follow.
+//! `docs/methods/optimal-placement.md` derives what is done.
+//!
+//! Lengths are in mm, angles in radians unless a name states degrees.
+
+mod bodies;
+mod channel;
+mod choice;
+mod constraint;
+mod grid_search;
+mod judge;
+mod optimize;
+mod outcome;
+mod places;
+mod polish;
+mod problem;
+mod scatter;
+mod search;
+mod table;
+mod verdict;
+
+pub use constraint::Constraint;
+pub use optimize::optimize;
+pub use outcome::{Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain};
+pub use problem::{
+    Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,
+};

@@ -1,0 +1,261 @@
+//! The whole search: the start, every set of sensors that is asked for, and what the best is worth.
+
+use crate::bodies::Bodies;
+use crate::choice::{Choice, choices};
+use crate::judge::{Judge, Judged};
+use crate::outcome::{Layout, OptimizeError, Optimized, Progress};
+use crate::problem::{Goal, Problem, Settings};
+use crate::search::{Search, Studied};
+use crate::verdict::{asked, binding, flatness, gain};
+use trackwright_simulation::{CancelToken, StudyError, run};
+use trackwright_task::{Cancelled, Task};
+
+/// Layouts that are listed.
+const LISTED: usize = 6;
+
+/// Seed of the fields that the gain is judged in, apart from that of the search.
+const UNSEEN_SEED: u64 = 0x5eed;
+
+/// Part of the work that the search is, for progress.
+const SEARCH_PART: f64 = 0.85;
+
+/// Finds the best places of what may move.
+///
+/// `enough` ends the search with the best so far; `task` gives it up. `deliver` gets each layout that is
+/// better than those before it. The result does not depend on the number of threads, and where it
+/// was not ended early on the problem and the settings alone.
+///
+/// # Errors
+/// See [`OptimizeError`].
+pub fn optimize(
+    problem: &Problem,
+    settings: &Settings,
+    enough: &CancelToken,
+    task: &Task,
+    deliver: &mut dyn FnMut(&Progress),
+) -> Result<Optimized, OptimizeError> {
+    let first = problem.scenarios.first().ok_or(OptimizeError::NoRoom)?;
+    if asked(problem.goal).is_empty() {
+        return Err(OptimizeError::NothingAsked);
+    }
+    let choices = choices(problem)?;
+    let own = Bodies::of(first);
+    let mut figures = Vec::with_capacity(problem.scenarios.len());
+    for scenario in &problem.scenarios {
+        figures.push(run(scenario, &problem.mode, &task.cancel, None)?.figures);
+    }
+    let judge = Judge::new(problem, &own, &figures)?;
+    if !judge.asks_anything() {
+        return Err(OptimizeError::NothingAsked);
+    }
+    // Its own study leaves the field at no more poses than itself.
+    let no_start = || StudyError::AllRejected { trials: figures[0].trials };
+    let start = judge.study(&own, &task.cancel)?.ok_or_else(no_start)?;
+    let start = layout(&own, start, None);
+    let share = 1.0 / choices.len() as f64;
+    let mut best_objective = start.objective;
+    let mut evaluations = 0;
+    let mut found: Vec<Found> = Vec::new();
+    let mut refused = None;
+    for (number, choice) in choices.iter().enumerate() {
+        let part = |k: usize| SEARCH_PART * k as f64 * share;
+        task.subtask(part(number), part(number + 1)).step(0, 1).map_err(cancelled)?;
+        let search = Search::new(&judge, choice, *settings, (enough, share))?;
+        let before = evaluations;
+        let searched = search.run(&mut |studied: &Studied, judged| {
+            if studied.judged.objective < best_objective {
+                best_objective = studied.judged.objective;
+                let best = layout(&studied.bodies, studied.judged.clone(), choice.cost);
+                deliver(&Progress { best: &best, evaluations: before + judged });
+            }
+        });
+        match searched {
+            Ok(searched) => {
+                evaluations += searched.evaluations;
+                let listed = searched.studied.into_iter().take(LISTED);
+                let certain_to_mm = searched.certain_to_mm;
+                found.push(Found { choice, search, studied: listed.collect(), certain_to_mm });
+            }
+            // Fewer sensors may still have places.
+            Err(error @ OptimizeError::NoPlace { .. }) if choices.len() > 1 => {
+                refused = Some(error)
+            }
+            Err(error) => return Err(error),
+        }
+    }
+    let with_layout = |found: &&Found| !found.studied.is_empty();
+    if found.iter().filter(with_layout).count() == 0 {
+        let choice = &choices[0];
+        let too_many = choice.slots.first().map(|slot| OptimizeError::TooMany {
+            body: crate::outcome::body_key(slot.body),
+            sensors: choice.bodies.body(slot.body).map_or(0, |body| body.sensors.len()),
+        });
+        let own_is_best = choices.iter().any(|choice| choice.is_own) && !enough.is_cancelled();
+        match (refused, too_many) {
+            (Some(error), _) => return Err(error),
+            (None, Some(error)) if own_is_best || enough.is_cancelled() => return Err(error),
+            (None, Some(error)) => return Err(error),
+            (None, None) => return Err(OptimizeError::NothingMoves),
+        }
+    }
+    let pareto = pareto(&found);
+    let chosen = best_choice(problem.goal, &found);
+    let of_choice = &found[chosen];
+    let studied = &of_choice.studied[0];
+    let is_start = of_choice.choice.is_own && studied.judged.objective >= start.objective;
+    let best = match is_start {
+        true => start.clone(),
+        false => layout(&studied.bodies, studied.judged.clone(), of_choice.choice.cost),
+    };
+    let search = &of_choice.search;
+    let reference = search.judge.few_value(&search.movable.bodies(&studied.position));
+    let reference = reference?.unwrap_or(f64::INFINITY);
+    let (binding, flatness) = match is_start {
+        true => (Vec::new(), Vec::new()),
+        false => (
+            binding(search, &studied.position, reference),
+            flatness(search, &studied.position, reference),
+        ),
+    };
+    let judging = task.subtask(SEARCH_PART, 1.0);
+    let best_bodies = if is_start { &own } else { &studied.bodies };
+    let (gain, is_better) = match is_start {
+        true => (Vec::new(), false),
+        false => gain(
+            problem,
+            (&own, start.objective),
+            (best_bodies, best.objective),
+            settings.seed.wrapping_add(UNSEEN_SEED),
+            &judging,
+        )
+        .map_err(cancelled)?,
+    };
+    task.step(1, 1).map_err(cancelled)?;
+    let mut notes = notes(problem);
+    if refused.is_some() {
+        notes.push("the regions do not hold as many sensors as were allowed".into());
+    }
+    let candidates = of_choice.studied.iter();
+    Ok(Optimized {
+        candidates: candidates
+            .map(|s| layout(&s.bodies, s.judged.clone(), of_choice.choice.cost))
+            .collect(),
+        undetermined: undetermined(&best),
+        pareto,
+        is_better,
+        evaluations,
+        certain_to_mm: of_choice.certain_to_mm,
+        gain,
+        binding,
+        flatness,
+        is_stopped: enough.is_cancelled(),
+        notes,
+        start,
+        best,
+    })
+}
+
+/// What the search for one set of sensors has found.
+struct Found<'a> {
+    choice: &'a Choice,
+    search: Search<'a>,
+    studied: Vec<Studied>,
+    certain_to_mm: Option<f64>,
+}
+
+fn cancelled(_: Cancelled) -> OptimizeError {
+    OptimizeError::Study(StudyError::Cancelled)
+}
+
+fn layout(bodies: &Bodies, judged: Judged, cost: Option<f64>) -> Layout {
+    Layout {
+        tool: bodies.tool.clone(),
+        crf: bodies.crf.clone(),
+        tracker_from_crf: bodies.tracker_from_crf,
+        crf_from_tool: bodies.crf_from_tool,
+        objective: judged.objective,
+        figures: judged.figures,
+        cost,
+    }
+}
+
+/// How many sensors there are in all.
+fn sensors(layout: &Layout) -> usize {
+    layout.tool.sensors.len() + layout.crf.as_ref().map_or(0, |crf| crf.sensors.len())
+}
+
+/// Layouts of which no other has as few sensors, as low a cost and as low an objective.
+fn pareto(found: &[Found]) -> Vec<Layout> {
+    let best = found.iter().filter_map(|found| {
+        let studied = found.studied.first()?;
+        Some(layout(&studied.bodies, studied.judged.clone(), found.choice.cost))
+    });
+    let all: Vec<Layout> = best.collect();
+    let key =
+        |layout: &Layout| (sensors(layout) as f64, layout.cost.unwrap_or(0.0), layout.objective);
+    let is_dominated = |layout: &Layout| {
+        let own = key(layout);
+        all.iter().any(|other| {
+            let other = key(other);
+            other != own && other.0 <= own.0 && other.1 <= own.1 && other.2 <= own.2
+        })
+    };
+    let mut kept: Vec<Layout> = all.iter().filter(|l| !is_dominated(l)).cloned().collect();
+    kept.sort_by(|a, b| sensors(a).cmp(&sensors(b)).then(a.objective.total_cmp(&b.objective)));
+    kept
+}
+
+/// The fewest sensors that meet all that is required, else the least objective.
+fn best_choice(goal: Goal, found: &[Found]) -> usize {
+    let objective =
+        |k: &usize| found[*k].studied.first().map_or(f64::INFINITY, |s| s.judged.objective);
+    let count = |k: &usize| {
+        let bodies = &found[*k].choice.bodies;
+        bodies.tool.sensors.len() + bodies.crf.as_ref().map_or(0, |crf| crf.sensors.len())
+    };
+    let all = 0..found.len();
+    let meets = |k: &usize| matches!(goal, Goal::Requirement(_)) && objective(k) <= 1.0;
+    let fewest = all
+        .clone()
+        .filter(meets)
+        .min_by(|a, b| count(a).cmp(&count(b)).then(objective(a).total_cmp(&objective(b))));
+    let least = all.min_by(|a, b| objective(a).total_cmp(&objective(b)));
+    fewest.or(least).unwrap_or(0)
+}
+
+fn undetermined(best: &Layout) -> Vec<String> {
+    let Some(figures) = best.figures.first() else {
+        return Vec::new();
+    };
+    let free = figures.free_axis.as_ref().map(|free| free.statement());
+    let weak = figures.barely_determined.as_ref().map(|weak| weak.statement());
+    free.into_iter().chain(weak).collect()
+}
+
+fn notes(problem: &Problem) -> Vec<String> {
+    let mut notes = Vec::new();
+    if problem.scenarios.iter().any(|scenario| scenario.environment.jitter.is_some()) {
+        notes.push("the jitter that a room states counts: E|e|² = |bias|² + tr cov".to_owned());
+    }
+    if problem.moves.generator.is_some() {
+        notes.push(
+            "the field's errors are taken to go with the generator: right for metal that does, such as \
+             the table that it is fixed to"
+                .to_owned(),
+        );
+    }
+    let bodies = [
+        ("tool", Some(&problem.scenarios[0].tool), &problem.moves.tool),
+        ("crf", problem.scenarios[0].crf.as_ref().map(|crf| &crf.body), &problem.moves.crf),
+    ];
+    for (key, body, moved) in bodies {
+        let Some(body) = body else { continue };
+        let has_no_coil = |k: &&usize| body.sensors.get(**k).is_some_and(|s| s.coil.is_none());
+        if moved.iter().any(|k| has_no_coil(&k)) {
+            notes.push(format!(
+                "sensors of the {key} state no coil size: they are points that may be at one place"
+            ));
+        }
+    }
+    notes
+}

@@ -1,0 +1,139 @@
+//! What a search has found, and what that is worth.
+
+use crate::constraint::Constraint;
+use serde::Serialize;
+use trackwright_geometry::pose::Pose;
+use trackwright_simulation::comparison::Difference;
+use trackwright_simulation::{Figures, PlacedBody, RigidBody, StudyError};
+
+/// A design's sensors and poses, and what its study comes to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    pub tool: RigidBody,
+    pub crf: Option<RigidBody>,
+    /// `None` without a CRF.
+    pub tracker_from_crf: Option<Pose>,
+    pub crf_from_tool: Pose,
+    /// What the search makes least: a ratio to the requirement, or a figure in its unit.
+    pub objective: f64,
+    /// Of the study in each room, as a study of its own gives them.
+    pub figures: Vec<Figures>,
+    /// Of the sensors, where they have one.
+    pub cost: Option<f64>,
+}
+
+/// Where a search is.
+#[derive(Clone, Debug)]
+pub struct Progress<'a> {
+    /// The best so far.
+    pub best: &'a Layout,
+    /// Layouts that were judged so far.
+    pub evaluations: u64,
+}
+
+/// What a search comes to.
+#[derive(Clone, Debug)]
+pub struct Optimized {
+    pub start: Layout,
+    /// The layout with the least objective; the start where nothing is better.
+    pub best: Layout,
+    /// Whether the gain over the start is one that the rooms can tell: nothing is to be changed by
+    /// itself where it is not.
+    pub is_better: bool,
+    /// Distinct good layouts, the best first.
+    pub candidates: Vec<Layout>,
+    /// The best layout of each number of sensors that was asked for, fewest first; those alone that
+    /// none with as few sensors, and as low a cost, is better than.
+    pub pareto: Vec<Layout>,
+    /// Layouts that were judged.
+    pub evaluations: u64,
+    /// Every layout of a grid was judged on which no allowed place is farther from one of its places
+    /// than this; `None` where there were too many for that.
+    pub certain_to_mm: Option<f64>,
+    pub gain: Vec<RoomGain>,
+    pub binding: Vec<Binding>,
+    pub flatness: Vec<Flatness>,
+    /// What the sensors of the best layout leave open, one statement each.
+    pub undetermined: Vec<String>,
+    /// Whether it was stopped before its end.
+    pub is_stopped: bool,
+    /// What is to be known of the result, one statement each.
+    pub notes: Vec<String>,
+}
+
+/// The best layout against the start in one room, in fields that the search did not see.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RoomGain {
+    /// The environment's name.
+    pub room: String,
+    /// One of each of [`METRICS`](trackwright_simulation::METRICS); empty where a study has no figures.
+    pub differences: Vec<Difference>,
+}
+
+/// A constraint without which a better layout was near.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Binding {
+    /// `tool` or `crf`.
+    pub body: &'static str,
+    pub sensor: String,
+    #[serde(flatten)]
+    pub constraint: Constraint,
+}
+
+/// How far one sensor may be from its best place.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Flatness {
+    /// `tool` or `crf`.
+    pub body: &'static str,
+    pub sensor: String,
+    /// The least way, in the direction that matters most, that makes the objective 5 % larger.
+    /// `None` where no way within the regions does.
+    pub within_mm: Option<f64>,
+}
+
+/// Its key in files.
+pub(crate) fn body_key(body: PlacedBody) -> &'static str {
+    match body {
+        PlacedBody::Tool => "tool",
+        PlacedBody::Crf => "crf",
+    }
+}
+
+/// Why nothing was searched.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum OptimizeError {
+    #[error("nothing is required of the design, and no figure is named that is to be made least")]
+    NothingAsked,
+    #[error("nothing may move")]
+    NothingMoves,
+    #[error("no room to search in")]
+    NoRoom,
+    #[error("the {body} has {sensors} sensors, number {sensor} is none of them")]
+    NoSensor { body: &'static str, sensor: usize, sensors: usize },
+    #[error("the design has no CRF whose sensors could move")]
+    NoCrf,
+    #[error(
+        "no place of the {body} holds the coil of {sensor}: {allowed} of {tried} places of its \
+         mounting regions are allowed{}", most_common_words(.most_common)
+    )]
+    NoPlace {
+        body: &'static str,
+        sensor: String,
+        allowed: usize,
+        tried: usize,
+        /// What stands in the way at most of them.
+        most_common: Option<Constraint>,
+    },
+    #[error("the {body}'s regions do not hold {sensors} sensors beside each other")]
+    TooMany { body: &'static str, sensors: usize },
+    #[error("{least} to {most} sensors of the {body}, of which {fixed} do not move")]
+    Count { body: &'static str, least: usize, most: usize, fixed: usize },
+    #[error("a bound on how far a pose may be moved is {found}, expected {expected}")]
+    Bounds { found: f64, expected: &'static str },
+    #[error(transparent)]
+    Study(#[from] StudyError),
+}
+
+fn most_common_words(constraint: &Option<Constraint>) -> String {
+    constraint.as_ref().map_or_else(String::new, |c| format!("; at most others {}", c.words()))
+}

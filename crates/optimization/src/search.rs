@@ -1,0 +1,435 @@
+//! The search for one set of sensors: a coarse grid, a finer one, then steps off the grid, judged over
+//! few poses first and as the study has it at the end.
+
+use crate::bodies::{Bodies, Movable, Position, Slot};
+use crate::choice::Choice;
+use crate::constraint::{Constraint, pair_fault};
+use crate::grid_search::{GridFound, GridSearch, layouts};
+use crate::judge::{Judge, Judged};
+use crate::outcome::{OptimizeError, body_key};
+use crate::places::{Grid, Place};
+use crate::polish::{Found, polished, spread_out};
+use crate::problem::Settings;
+use crate::table::Table;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+use trackwright_simulation::{CancelToken, StudyError};
+
+/// Part of the frame fits that the first, coarse grid may take, so that there is a first answer soon.
+const FIRST_PART: f64 = 0.02;
+
+/// Part that the grid may take.
+const GRID_PART: f64 = 0.4;
+
+/// Part that steps off the grid may take, over few poses.
+const STEPS_PART: f64 = 0.2;
+
+/// Part that the last steps may take, with the whole study.
+const STUDY_PART: f64 = 0.3;
+
+/// Fewest places with which all layouts of a grid are judged; below, the grid says too little.
+const FEWEST_PLACES: usize = 14;
+
+/// Most places of one sensor.
+const MOST_PLACES: usize = 400;
+
+/// Places of one sensor where layouts are too many to judge all.
+const EXCHANGED_PLACES: usize = 96;
+
+/// Starts off the grid.
+const STARTS: usize = 6;
+
+/// Of them, those that are judged with the whole study.
+const FINALISTS: usize = 3;
+
+/// Layouts whose study is made where the grid's own order of the best is close: figures of few poses
+/// are within this part of the study's.
+const CLOSE: f64 = 0.03;
+const MOST_STUDIES: usize = 24;
+
+/// Two layouts are distinct if a sensor is farther from its place than this, or than twice the grid's
+/// spacing.
+const DISTINCT_MM: f64 = 5.0;
+
+/// First steps off a grid whose spacing is not known.
+const FIRST_STEP_MM: f64 = 5.0;
+
+/// A layout with its study.
+#[derive(Clone, Debug)]
+pub(crate) struct Studied {
+    pub position: Position,
+    pub bodies: Bodies,
+    pub judged: Judged,
+}
+
+/// What the search for one set of sensors comes to.
+pub(crate) struct Searched {
+    /// Distinct, the best first; empty where no layout is allowed.
+    pub studied: Vec<Studied>,
+    pub evaluations: u64,
+    pub certain_to_mm: Option<f64>,
+}
+
+/// One search.
+pub(crate) struct Search<'a> {
+    pub judge: &'a Judge<'a>,
+    pub movable: Movable<'a>,
+    pub settings: Settings,
+    /// Ends the search with the best so far.
+    pub enough: &'a CancelToken,
+    /// Part of the frame fits that is this search's.
+    pub share: f64,
+    evaluations: AtomicU64,
+}
+
+impl<'a> Search<'a> {
+    /// # Errors
+    /// Bounds of poses that are no numbers.
+    pub fn new(
+        judge: &'a Judge<'a>,
+        choice: &Choice,
+        settings: Settings,
+        (enough, share): (&'a CancelToken, f64),
+    ) -> Result<Self, OptimizeError> {
+        let movable = Movable::new(judge.problem, choice.bodies.clone(), choice.slots.clone())?;
+        let evaluations = AtomicU64::new(0);
+        Ok(Self { judge, movable, settings, enough, share, evaluations })
+    }
+
+    /// Runs it; `deliver` gets layouts that are better than those before.
+    ///
+    /// # Errors
+    /// A slot without a place, and what [`Judge::study`] returns.
+    pub fn run(&self, deliver: &mut dyn FnMut(&Studied, u64)) -> Result<Searched, OptimizeError> {
+        let start = self.start();
+        let (coarse, _) = self.grid(FIRST_PART)?;
+        let first = coarse.layouts.first().map(|layout| layout.chosen.clone());
+        let places = self.places_of_grid(FIRST_PART)?.0;
+        let mut first_positions: Vec<Position> = Vec::new();
+        first_positions.extend(first.map(|chosen| self.position(&places, &chosen)));
+        let first_studied = self.studied(&first_positions)?;
+        if let Some(studied) = first_studied.first() {
+            deliver(studied, self.evaluations.load(Ordering::Relaxed));
+        }
+        let (found, grids) = self.grid(GRID_PART)?;
+        let spacing_mm = grids.iter().map(|grid| grid.spacing_mm).collect::<Option<Vec<f64>>>();
+        let spacing_mm = spacing_mm.map(|all| all.into_iter().fold(0.0, f64::max));
+        let places: Vec<Vec<Place>> = grids.into_iter().map(|grid| grid.places).collect();
+        let step_mm = spacing_mm.unwrap_or(FIRST_STEP_MM).max(1.0);
+        let is_exhaustive = found.is_exhaustive;
+        // All that the few poses do not tell from the best.
+        let best = found.layouts.first().map_or(f64::INFINITY, |layout| layout.value);
+        let close = found.layouts.iter().take_while(|layout| layout.value <= best * (1.0 + CLOSE));
+        let is_told = close.count() <= MOST_STUDIES;
+        let mut starts: Vec<Found> = Vec::new();
+        let on_grid = found.layouts.iter().map(|layout| Found {
+            position: self.position(&places, &layout.chosen),
+            value: layout.value,
+        });
+        for found in start.into_iter().chain(on_grid) {
+            let is_new = starts.iter().all(|other| {
+                far_mm(&found.position, &other.position) > DISTINCT_MM.max(2.0 * step_mm)
+            });
+            if is_new {
+                starts.push(found);
+            }
+        }
+        starts.sort_by(|a, b| a.value.total_cmp(&b.value));
+        starts.truncate(STARTS);
+        let polished = self.off_grid(starts, step_mm, is_exhaustive && spacing_mm.is_some())?;
+        let mut positions: Vec<Position> =
+            polished.iter().map(|found| found.position.clone()).collect();
+        let close: Vec<Position> = found
+            .layouts
+            .iter()
+            .take(MOST_STUDIES)
+            .take_while(|layout| layout.value <= best * (1.0 + CLOSE))
+            .map(|layout| self.position(&places, &layout.chosen))
+            .collect();
+        positions.extend(close);
+        positions.extend(first_positions);
+        let studied = self.studied(&positions)?;
+        if let Some(best) = studied.first() {
+            deliver(best, self.evaluations.load(Ordering::Relaxed));
+        }
+        let studied = self.last_steps(studied, step_mm, deliver)?;
+        let certain_to_mm = spacing_mm.filter(|_| is_exhaustive && is_told);
+        let evaluations = self.evaluations.load(Ordering::Relaxed);
+        Ok(Searched { studied, evaluations, certain_to_mm })
+    }
+
+    /// The layout as it is, put on the regions, where that is allowed.
+    fn start(&self) -> Option<Found> {
+        let each = self.movable.slots.iter().map(|slot| {
+            let sensor = &self.movable.base.body(slot.body)?.sensors[slot.index];
+            self.movable.places(slot.body)?.nearest(sensor)
+        });
+        let position = self.movable.position(each.collect::<Option<Vec<_>>>()?);
+        let value = self.value(&position).ok().flatten()?;
+        Some(Found { position, value })
+    }
+
+    /// Grids of all slots of as many places as a part of the frame fits affords.
+    fn places_of_grid(&self, part: f64) -> Result<(Vec<Vec<Place>>, Vec<Grid>), OptimizeError> {
+        let grids = self.grids(part)?;
+        Ok((grids.iter().map(|grid| grid.places.clone()).collect(), grids))
+    }
+
+    fn affordable(&self, part: f64) -> f64 {
+        let fits = self.judge.few_fits(&self.movable.base) as f64;
+        self.settings.most_fits as f64 * self.share * part / fits.max(1.0)
+    }
+
+    fn grids(&self, part: f64) -> Result<Vec<Grid>, OptimizeError> {
+        let slots = &self.movable.slots;
+        let alike = self.alike();
+        let affordable = self.affordable(part);
+        let of_count = |count: usize| {
+            let mut all = 1.0;
+            for slot in 0..slots.len() {
+                let (mut order, mut other) = (0.0, alike[slot]);
+                while let Some(before) = other {
+                    order += 1.0;
+                    other = alike[before];
+                }
+                all *= (count as f64 - order).max(0.0) / (order + 1.0);
+            }
+            all
+        };
+        let count = (2..=MOST_PLACES).take_while(|count| of_count(*count) <= affordable).last();
+        let count = match count {
+            Some(count) if count >= FEWEST_PLACES => count,
+            _ => EXCHANGED_PLACES,
+        };
+        let mut grids: Vec<Grid> = Vec::with_capacity(slots.len());
+        for (number, slot) in slots.iter().enumerate() {
+            // Those that are alike share one grid.
+            if let Some(other) = alike[number] {
+                grids.push(grids[other].clone());
+                continue;
+            }
+            let body = self.movable.base.body(slot.body);
+            let (Some(body), Some(places)) = (body, self.movable.places(slot.body)) else {
+                return Err(OptimizeError::NoCrf);
+            };
+            let sensor = &body.sensors[slot.index];
+            let mut grid = places.grid(sensor, count);
+            let still = |index: &usize| !slots.contains(&Slot { body: slot.body, index: *index });
+            let gap_mm = places.body.mounting.least_gap_mm;
+            let others: Vec<_> =
+                (0..body.sensors.len()).filter(still).map(|k| &body.sensors[k]).collect();
+            let mut faults: Vec<Constraint> = Vec::new();
+            grid.places.retain(|place| {
+                let fault =
+                    others.iter().find_map(|other| pair_fault(&place.sensor, other, gap_mm));
+                let is_allowed = fault.is_none();
+                faults.extend(fault);
+                is_allowed
+            });
+            if grid.places.is_empty() {
+                return Err(OptimizeError::NoPlace {
+                    body: body_key(slot.body),
+                    sensor: sensor.name.clone(),
+                    allowed: 0,
+                    tried: grid.tried,
+                    most_common: faults.into_iter().next().or(grid.most_common),
+                });
+            }
+            grids.push(grid);
+        }
+        Ok(grids)
+    }
+
+    /// For each slot the one before it that is as good in any place.
+    fn alike(&self) -> Vec<Option<usize>> {
+        let slots = &self.movable.slots;
+        let sensor =
+            |slot: &Slot| self.movable.base.body(slot.body).map(|body| &body.sensors[slot.index]);
+        let each = slots.iter().enumerate().map(|(number, slot)| {
+            let own = sensor(slot)?;
+            (0..number).rev().find(|&other| {
+                slots[other].body == slot.body
+                    && sensor(&slots[other]).is_some_and(|other| {
+                        other.coil == own.coil && other.orientation == own.orientation
+                    })
+            })
+        });
+        each.collect()
+    }
+
+    fn grid(&self, part: f64) -> Result<(GridFound, Vec<Grid>), OptimizeError> {
+        let (places, grids) = self.places_of_grid(part)?;
+        if places.is_empty() {
+            return Ok((GridFound::default(), grids));
+        }
+        let alike = self.alike();
+        let slots = &self.movable.slots;
+        let table = Table::new(self.judge, &self.movable.base, slots, &places)?;
+        let search = GridSearch::new(&self.movable, &table, slots, &places, &alike, self.enough);
+        let affordable = self.affordable(part);
+        let found = match layouts(&places, &alike) <= 1.2 * affordable {
+            true => search.all(),
+            false => search.by_exchanges(self.settings.seed, affordable as u64),
+        };
+        self.evaluations.fetch_add(found.evaluations, Ordering::Relaxed);
+        Ok((found, grids))
+    }
+
+    fn position(&self, places: &[Vec<Place>], chosen: &[usize]) -> Position {
+        let each = places.iter().zip(chosen).map(|(places, k)| places[*k].clone());
+        self.movable.position(each.collect())
+    }
+
+    /// Steps off the grid from each start, over few poses.
+    fn off_grid(
+        &self,
+        starts: Vec<Found>,
+        step_mm: f64,
+        is_known: bool,
+    ) -> Result<Vec<Found>, OptimizeError> {
+        if starts.is_empty() {
+            return Ok(starts);
+        }
+        let each = (self.affordable(STEPS_PART) / starts.len() as f64) as u64;
+        let starts = starts.into_par_iter().enumerate();
+        let mut found: Vec<Found> = starts
+            .map(|(number, start)| {
+                let value = |position: &Position| self.value(position);
+                // From the best of all layouts of a fine grid there is no far way to go.
+                let start = match is_known {
+                    true => start,
+                    false => {
+                        let seed = self.settings.seed.wrapping_add(1 + number as u64);
+                        spread_out(&self.movable, &start, 2.0 * step_mm, (each / 2, seed), value)
+                    }
+                };
+                polished(&self.movable, &start, step_mm, each / 2, value)
+            })
+            .collect();
+        found.sort_by(|a, b| a.value.total_cmp(&b.value));
+        Ok(found)
+    }
+
+    /// The study of each, the best first; those that are not allowed are left out, and of near ones all
+    /// but the best.
+    fn studied(&self, positions: &[Position]) -> Result<Vec<Studied>, OptimizeError> {
+        let mut all = Vec::new();
+        for position in positions {
+            if let Some(studied) = self.study(position)? {
+                all.push(studied);
+            }
+        }
+        Ok(distinct(all))
+    }
+
+    fn study(&self, position: &Position) -> Result<Option<Studied>, StudyError> {
+        if self.fault(position).is_some() {
+            return Ok(None);
+        }
+        let bodies = self.movable.bodies(position);
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        // Whoever has enough still gets the study of the best.
+        let judged = self.judge.study(&bodies, &CancelToken::default())?;
+        Ok(judged.map(|judged| Studied { position: position.clone(), bodies, judged }))
+    }
+
+    /// Steps with the whole study from each of the best.
+    fn last_steps(
+        &self,
+        studied: Vec<Studied>,
+        step_mm: f64,
+        deliver: &mut dyn FnMut(&Studied, u64),
+    ) -> Result<Vec<Studied>, OptimizeError> {
+        let fits = self.settings.most_fits as f64 * self.share * STUDY_PART;
+        let trials: usize = studied
+            .first()
+            .map_or(1, |best| best.judged.figures.iter().map(|figures| figures.trials).sum());
+        let each = (fits / trials.max(1) as f64 / FINALISTS as f64) as u64;
+        let (finalists, rest) = studied.split_at(FINALISTS.min(studied.len()));
+        let mut all = rest.to_vec();
+        for finalist in finalists {
+            let start =
+                Found { position: finalist.position.clone(), value: finalist.judged.objective };
+            let value = |position: &Position| match self.enough.is_cancelled() {
+                true => Err(()),
+                false => match self.study(position) {
+                    Ok(studied) => Ok(studied.map(|studied| studied.judged.objective)),
+                    Err(_) => Err(()),
+                },
+            };
+            let found = polished(&self.movable, &start, step_mm / 4.0, each, value);
+            match self.study(&found.position)? {
+                Some(studied) => {
+                    deliver(&studied, self.evaluations.load(Ordering::Relaxed));
+                    all.push(studied);
+                }
+                None => all.push(finalist.clone()),
+            }
+        }
+        Ok(distinct(all))
+    }
+
+    /// What a position comes to over few poses; `None` of what is not allowed, an error where the
+    /// search is to end.
+    pub fn value(&self, position: &Position) -> Result<Option<f64>, ()> {
+        if self.enough.is_cancelled() {
+            return Err(());
+        }
+        if self.fault(position).is_some() {
+            return Ok(None);
+        }
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        self.judge.few_value(&self.movable.bodies(position)).map_err(|_| ())
+    }
+
+    /// What stands in the way of a position, if anything: what costs least is looked at first.
+    pub fn fault(&self, position: &Position) -> Option<Constraint> {
+        (0..self.movable.slots.len())
+            .find_map(|slot| self.fault_of(position, slot))
+            .or_else(|| self.judge.determination_fault(&self.movable.bodies(position)))
+    }
+
+    /// What stands in the way of one sensor's place.
+    pub fn fault_of(&self, position: &Position, number: usize) -> Option<Constraint> {
+        let slot = self.movable.slots[number];
+        let places = self.movable.places(slot.body)?;
+        let bodies = self.movable.bodies(position);
+        let sensors = &bodies.body(slot.body)?.sensors;
+        let gap_mm = places.body.mounting.least_gap_mm;
+        let others = sensors.iter().enumerate().filter(|(index, _)| *index != slot.index);
+        let own = &sensors[slot.index];
+        let mut others = others.map(|(_, other)| other);
+        others
+            .find_map(|other| pair_fault(own, other, gap_mm))
+            .or_else(|| places.fault(&position.places[number]))
+    }
+}
+
+/// The farthest that a sensor, or a pose, is from where it is in another layout.
+fn far_mm(one: &Position, other: &Position) -> f64 {
+    let places = one.places.iter().zip(&other.places);
+    let sensors = places.map(|(a, b)| {
+        let way = a.sensor.position_in_body - b.sensor.position_in_body;
+        // A turned axis counts by what it moves half a coil's length by.
+        let turn = match (a.sensor.axis_in_body(), b.sensor.axis_in_body()) {
+            (Some(a), Some(b)) => a.dot(&b).clamp(-1.0, 1.0).abs().acos() * 10.0,
+            _ => 0.0,
+        };
+        way.norm().max(turn)
+    });
+    let poses = [(&one.generator, &other.generator), (&one.crf_pose, &other.crf_pose)];
+    let poses = poses.into_iter().flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
+    sensors.chain(poses).fold(0.0, f64::max)
+}
+
+/// The best first, of those that are near each other the best alone.
+fn distinct(mut all: Vec<Studied>) -> Vec<Studied> {
+    all.sort_by(|a, b| a.judged.objective.total_cmp(&b.judged.objective));
+    let mut out: Vec<Studied> = Vec::new();
+    for studied in all {
+        if out.iter().all(|other| far_mm(&studied.position, &other.position) > DISTINCT_MM) {
+            out.push(studied);
+        }
+    }
+    out
+}
