@@ -17,6 +17,7 @@ use trackwright_calibration::time_alignment::AlignmentSettings;
 use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::characterised;
 use trackwright_simulation::body::{RigidBody, Sensor};
+use trackwright_simulation::mounting::Mounting;
 
 /// Make a room's measurements from recordings of the tracker beside those of a reference tracker
 #[derive(Debug, Args)]
@@ -227,6 +228,7 @@ fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
         },
         mesh: None,
         definition: None,
+        mounting: Mounting::default(),
     }
 }
 

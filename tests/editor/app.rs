@@ -46,7 +46,9 @@ use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_field::Environment;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
-use trackwright_simulation::{AxisRange, Metric, Motion, Requirement, RigidBody, Scenario, Sensor};
+use trackwright_simulation::{
+    AxisRange, Metric, Motion, Mounting, Requirement, RigidBody, Scenario, Sensor,
+};
 
 /// Writes a room, whatever was there.
 pub fn write_environment(file: &std::path::Path, room: &Environment) {
@@ -78,6 +80,7 @@ fn body(name: &str, tip: Option<Point3<f64>>, sensors: Vec<Sensor>) -> DesignBod
         mesh: None,
         rigid: RigidBody { name: name.into(), tip_in_body: tip, sensors },
         definition: None,
+        mounting: Mounting::default(),
     }
 }
 

@@ -27,7 +27,7 @@ use trackwright_editor::workspaces::design::body_file_ui::{BodyFileView, body_fi
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{DefinitionFormat, OnMismatch, from_body};
-use trackwright_simulation::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::{Mounting, RigidBody, Sensor, SensorOrientation};
 
 /// The image of a tool of these sensors, and a byte behind it that is none of its own.
 fn image(sensors: Vec<SensorOrientation>) -> Vec<u8> {
@@ -37,7 +37,7 @@ fn image(sensors: Vec<SensorOrientation>) -> Vec<u8> {
     });
     let body = studies::body(sensors.collect(), None);
     let rigid = RigidBody { name: "8700339".into(), ..body };
-    let body = BodyFile { rigid, mesh: None, definition: None };
+    let body = BodyFile { rigid, mesh: None, definition: None, mounting: Mounting::default() };
     let conversion = from_body(&body, DefinitionFormat::Rom).unwrap();
     [&conversion.definition.write()[..], &[0xee]].concat()
 }

@@ -11,6 +11,7 @@ use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::body::RigidBody;
 use trackwright_simulation::motion::Motion;
+use trackwright_simulation::mounting::Mounting;
 use trackwright_simulation::requirement::Requirement;
 
 /// Everything that a study of a tool depends on, apart from the room itself.
@@ -43,13 +44,15 @@ pub struct DesignBody {
     pub rigid: RigidBody,
     /// The maker's file that the body came from: what no body has of it stays with the body.
     pub definition: Option<Arc<DefinitionFile>>,
+    /// Where its sensors may be put.
+    pub mounting: Mounting,
 }
 
 impl DesignBody {
     /// A body of which only the file is known: nothing can be simulated of it before it is read.
     pub fn of_file(reference: String) -> Self {
         let rigid = RigidBody { name: String::new(), tip_in_body: None, sensors: Vec::new() };
-        Self { reference, mesh: None, rigid, definition: None }
+        Self { reference, mesh: None, rigid, definition: None, mounting: Mounting::default() }
     }
 }
 

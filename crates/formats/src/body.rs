@@ -1,12 +1,12 @@
 //! Bodies, `*.body.ron`: a tool or CRF with its sensors.
 
 use super::error::{FormatError, from_base64, in_part};
+use super::mounting::{self, BoxEntry, MountingEntry, RegionEntry};
 use super::ron_text::{self, RonWriter, Version};
 use super::tool_definition::definition::ToolDefinition;
 use super::tool_definition::ndi_rom::OnMismatch;
 use data_encoding::BASE64;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
 use std::collections::HashMap;
 use std::sync::Arc;
 use trackwright_design::DesignBody;
@@ -14,6 +14,7 @@ use trackwright_design::definition::{DefinitionFile, DefinitionKind};
 use trackwright_geometry::limits::length_above_zero_problem;
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_simulation::body::{Coil, RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::mounting::Mounting;
 
 /// What a body file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +24,8 @@ pub struct BodyFile {
     pub mesh: Option<MeshReference>,
     /// The maker's file that the body came from, for what of it no body has.
     pub definition: Option<Arc<DefinitionFile>>,
+    /// Where its sensors may be put.
+    pub mounting: Mounting,
 }
 
 impl BodyFile {
@@ -32,6 +35,7 @@ impl BodyFile {
             rigid: body.rigid.clone(),
             mesh: body.mesh.clone(),
             definition: body.definition.clone(),
+            mounting: body.mounting.clone(),
         }
     }
 }
@@ -47,11 +51,10 @@ struct BodyEntry {
     tip: Option<[f64; 3]>,
     sensors: Vec<SensorEntry>,
     tool_definition: Option<DefinitionEntry>,
-    /// Where sensors may be put: known, and not used by this version.
-    #[serde(rename = "mounting")]
-    _mounting: Option<IgnoredAny>,
-    #[serde(rename = "keep_out")]
-    _keep_out: Option<IgnoredAny>,
+    mounting: Option<Vec<RegionEntry>>,
+    keep_out: Option<Vec<BoxEntry>>,
+    least_gap: Option<f64>,
+    tip_clearance: Option<f64>,
 }
 
 /// A whole file of a kind, in base64.
@@ -115,10 +118,17 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
         sensors.push(sensor);
     }
     let tip_in_body = entry.tip.map(|tip| ron_text::point("tip", tip)).transpose()?;
+    let mounting = MountingEntry {
+        regions: entry.mounting,
+        keep_out: entry.keep_out,
+        least_gap: entry.least_gap,
+        tip_clearance: entry.tip_clearance,
+    };
     Ok(BodyFile {
         rigid: RigidBody { name: entry.name, tip_in_body, sensors },
         mesh: read_mesh(entry.mesh, entry.mesh_unit)?,
         definition: entry.tool_definition.map(read_definition).transpose()?,
+        mounting: mounting.check()?,
     })
 }
 
@@ -200,6 +210,7 @@ pub fn write(body: &BodyFile) -> String {
         out.list("sensors", |out| {
             body.rigid.sensors.iter().for_each(|sensor| out.line(sensor_line(sensor)));
         });
+        mounting::write(out, &body.mounting);
         if let Some(definition) = &body.definition {
             let (kind, file) = (definition.kind, BASE64.encode(&definition.bytes));
             out.field("tool_definition", format_args!("(kind: {kind:?}, file: \"{file}\")"));
@@ -229,6 +240,7 @@ fn sensor_line(sensor: &Sensor) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mounting::tests::any_mounting;
     use crate::test_cases::assert_refused;
     use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
     use proptest::prelude::*;
@@ -272,7 +284,7 @@ mod tests {
             error(&text),
             "line 5, column 5: found the unknown field `maker`, expected `version` or `name` or \
              `mesh` or `mesh_unit` or `tip` or `sensors` or `tool_definition` or `mounting` or \
-             `keep_out`"
+             `keep_out` or `least_gap` or `tip_clearance`"
         );
         // A later version is reported before its fields are read, or its end.
         let later = text.replace("version: 1", "version: 9");
@@ -371,6 +383,7 @@ mod tests {
             mesh in prop::option::of((any_text(1), prop::option::of(unit()))),
             tip in prop::option::of(prop::array::uniform3(any_coordinate())),
             mut sensors in prop::collection::vec(sensor(), 1..5),
+            mounting in any_mounting(),
         ) {
             for (i, sensor) in sensors.iter_mut().enumerate() {
                 sensor.name = format!("sensor \"{i}\" \\ {name}");
@@ -379,6 +392,7 @@ mod tests {
                 rigid: RigidBody { name, tip_in_body: tip.map(Point3::from), sensors },
                 mesh: mesh.map(|(file, unit)| MeshReference { file, unit }),
                 definition: None,
+                mounting,
             };
             let text = write(&body);
             let back = parse(text.as_bytes()).unwrap();

@@ -50,8 +50,9 @@ impl DesignFile {
     ) -> Result<(Design, View), E> {
         for role in BodyRole::ALL {
             if let Some(own) = self.design.body_mut(role) {
-                let BodyFile { rigid, mesh, definition } = body(&own.reference)?;
-                (own.rigid, own.mesh, own.definition) = (rigid, mesh, definition);
+                let BodyFile { rigid, mesh, definition, mounting } = body(&own.reference)?;
+                let reference = std::mem::take(&mut own.reference);
+                *own = DesignBody { reference, rigid, mesh, definition, mounting };
             }
         }
         Ok((self.design, self.view))

@@ -149,8 +149,14 @@ const BODY: &str = r#"(
         (name: "handle", kind: SixDof, position: (12.0, 0.0, 150.0), rotation: (1.0, 0.0, 0.0, 0.0)),
     ],
     tool_definition: (kind: SawJson, file: "DEFINITION"),
-    mounting: [],
-    keep_out: [],
+    mounting: [
+        Surface(axis: Normal, boxes: [(min: (0.0, -1.0, 2.0), max: (1.0, 1.0, 3.0))]),
+        Channel(points: [(0.0, 0.0, 10.0), (0.0, 0.0, 130.0)], radius: 0.5, axis: Along),
+        Seat(position: (1.0, 2.0, 3.0), axis: (0.0, 0.0, 1.0)),
+    ],
+    keep_out: [(min: (-5.0, -5.0, 0.0), max: (5.0, 5.0, 20.0))],
+    least_gap: 9.0,
+    tip_clearance: 5.0,
 )
 "#;
 

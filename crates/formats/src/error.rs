@@ -10,6 +10,7 @@ use trackwright_geometry::bounds::BoundsError;
 use trackwright_geometry::limits::short;
 use trackwright_procedure::Step;
 use trackwright_simulation::motion::MotionError;
+use trackwright_simulation::mounting::MountingError;
 
 /// Why bytes are not the file they should be. The file's name is added by who read it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -70,6 +71,8 @@ pub enum FormatError {
         "checksum is {stored}, expected {computed}, the sum of the bytes: they are not what was once written"
     )]
     Checksum { stored: u32, computed: u32 },
+    #[error(transparent)]
+    Mounting(#[from] MountingError),
     #[error(transparent)]
     View(#[from] ViewError),
     #[error("procedure.{}.{cause}", step.key())]

@@ -38,6 +38,7 @@ pub mod markups;
 pub mod matrices;
 pub mod measurements;
 pub mod mesh;
+mod mounting;
 mod nearest;
 pub mod pivot_recording;
 pub mod points;

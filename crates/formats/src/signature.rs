@@ -124,16 +124,12 @@ pub fn may_replace(old: &[u8], new: &[u8], extension: &str) -> Result<(), Signat
     }
 }
 
-/// Fields of bodies that this version reads past and does not write.
-const UNWRITTEN: [&str; 2] = ["mounting", "keep_out"];
-
-/// Whether a document in RON has comments that the program did not write, or fields that it does not.
+/// Whether a document in RON has comments that the program did not write.
 pub fn holds_more_than_written(document: &[u8]) -> bool {
     let text = String::from_utf8_lossy(document);
     let (fields, comments) = fields_and_comments(&text);
     let is_by_hand = comments.iter().any(|comment| !is_own_comment(comment));
-    let is_unwritten = fields.iter().any(|field| UNWRITTEN.contains(field));
-    (is_by_hand || is_unwritten) && document_kind(&fields).is_some()
+    is_by_hand && document_kind(&fields).is_some()
 }
 
 fn is_own_comment(comment: &str) -> bool {
@@ -254,7 +250,7 @@ mod tests {
     fn comments_are_found_outside_of_strings_only() {
         assert!(holds_more_than_written(b"(sensors: [], // mine\n)"));
         assert!(holds_more_than_written(b"(sensors: [] /* mine */)"));
-        assert!(holds_more_than_written(b"(sensors: [], keep_out: [])"));
+        assert!(!holds_more_than_written(b"(sensors: [], keep_out: [])"));
         assert!(!holds_more_than_written(br#"(name: "a \" // b", sensors: [])"#));
     }
 

@@ -98,6 +98,7 @@ impl BodyImport {
             mesh: found.mesh,
             rigid: found.rigid,
             definition: found.definition,
+            mounting: found.mounting,
         };
         self.reach_mesh(&mut body);
         // What is there already is not another one because its file would be called otherwise.

@@ -184,10 +184,10 @@ fn sync_folder(folder: &Path) {
 /// What the name of a file's former version ends in.
 const FORMER: &str = ".old";
 
-/// A file that held comments, or fields that this version does not use, which its new version lacks.
+/// A file that held comments, which its new version lacks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{}: comments, and fields that this version does not use, are not kept; the file as it was is {}",
+    "{}: comments are not kept; the file as it was is {}",
     file.display(), former.display()
 )]
 pub struct KeptFile {

@@ -99,7 +99,7 @@ pub use figures::{FigureRow, Figures, RowOf, figure_rows};
 pub use frame_fit::Determination;
 pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
-pub use mounting::{Mounting, MountingAxis, MountingRegion};
+pub use mounting::{Mounting, MountingAxis, MountingError, MountingRegion};
 pub use placement::{
     AxisRule, Basis, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
     PlacementPlan, place,

@@ -12,6 +12,7 @@ use trackwright_formats::export::{PatientAxes, itk_transform};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::Output;
 use trackwright_simulation::body::{RigidBody, Sensor};
+use trackwright_simulation::mounting::Mounting;
 
 #[derive(Debug, Args)]
 pub(super) struct SpinArgs {
@@ -161,6 +162,7 @@ fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
         },
         mesh: None,
         definition: None,
+        mounting: Mounting::default(),
     }
 }
 

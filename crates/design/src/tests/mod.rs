@@ -9,6 +9,7 @@ use super::*;
 use nalgebra::{Point3, Vector3};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::body::{RigidBody, Sensor, SensorOrientation};
+use trackwright_simulation::mounting::Mounting;
 
 fn sensor(name: &str, z_mm: f64) -> Sensor {
     Sensor::five_dof(name, Point3::new(0.0, 0.0, z_mm), Vector3::z_axis())
@@ -24,6 +25,7 @@ fn body(reference: &str) -> DesignBody {
             sensors: vec![sensor("a", 0.1), sensor("b", 50.0)],
         },
         definition: None,
+        mounting: Mounting::default(),
     }
 }
 

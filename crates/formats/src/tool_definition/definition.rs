@@ -15,6 +15,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 use trackwright_design::definition::{DefinitionFile, DefinitionKind};
 use trackwright_simulation::body::RigidBody;
+use trackwright_simulation::mounting::Mounting;
 
 /// Longest definition that is read, bytes: a thousand times any real one.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -55,6 +56,7 @@ pub fn read_body(
         rigid: definition.to_body(),
         mesh: None,
         definition: Some(Arc::new(definition.file())),
+        mounting: Mounting::default(),
     };
     Ok((file, Some(kind)))
 }

@@ -208,6 +208,9 @@ pub enum Lost {
     /// Diameters and lengths.
     #[error("the coil sizes of {}", sensors(*count))]
     CoilSizes { count: usize },
+    /// Mounting regions, forbidden boxes and least distances.
+    #[error("where sensors may be put")]
+    Mounting,
     /// Of 5-DOF sensors, in a format of markers.
     #[error("the axes of {}: they are markers there", sensors(*count))]
     Axes { count: usize },
@@ -234,6 +237,7 @@ impl Lost {
             Self::BodyName { .. } => "body_name",
             Self::SensorNames { .. } => "sensor_names",
             Self::CoilSizes { .. } => "coil_sizes",
+            Self::Mounting => "mounting",
             Self::Axes { .. } => "axes",
             Self::Rotations { .. } => "rotations",
             Self::Digits { .. } => "digits",

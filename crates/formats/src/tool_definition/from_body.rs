@@ -142,6 +142,9 @@ pub fn from_body(body: &BodyFile, format: DefinitionFormat) -> Result<Conversion
         0 => {}
         count => lost.push(Lost::CoilSizes { count }),
     }
+    if !body.mounting.is_empty() {
+        lost.push(Lost::Mounting);
+    }
     match format {
         DefinitionFormat::Rom | DefinitionFormat::ToolPlist => rom_of(body, carried, format, lost),
         DefinitionFormat::AtracsysIni | DefinitionFormat::SawJson => {

@@ -16,6 +16,7 @@ use trackwright_design::{BodyRole, Edit, Origin};
 use trackwright_formats::BodyFile;
 use trackwright_formats::tool_definition::{DefinitionFormat, from_body};
 use trackwright_simulation::body::{RigidBody, Sensor};
+use trackwright_simulation::mounting::Mounting;
 
 /// A folder with `a.design.ron` and all that belongs to it.
 pub fn saved_world() -> (TempDir, World) {
@@ -51,7 +52,7 @@ fn rom(name: &str) -> Vec<u8> {
     let sensors =
         vec![coil("coil 1", -2.0, Vector3::z_axis()), coil("coil 2", 2.0, Vector3::x_axis())];
     let rigid = RigidBody { name: name.to_owned(), tip_in_body: None, sensors };
-    let body = BodyFile { rigid, mesh: None, definition: None };
+    let body = BodyFile { rigid, mesh: None, definition: None, mounting: Mounting::default() };
     let conversion = from_body(&body, DefinitionFormat::Rom).unwrap();
     conversion.definition.write().into_owned()
 }

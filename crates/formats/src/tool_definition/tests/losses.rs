@@ -21,6 +21,7 @@ fn held(body: &BodyFile) -> BTreeMap<String, String> {
     add("name", rigid.name.clone());
     let tip = rigid.judged_tip_in_body();
     add("the tip (", format!("{tip:?}"));
+    add("where sensors may be put", format!("{:?}", body.mounting));
     let sensors = rigid.sensors.iter().enumerate();
     for (number, sensor) in sensors {
         // To what seven digits keep.
@@ -110,6 +111,7 @@ fn what_another_format_does_not_hold_is_named() {
         let mut body = read(bytes, extension).unwrap();
         // A tip that the maker's file may not have room for.
         body.rigid.tip_in_body = Some(Point3::new(0.5, -9.0, 3.0));
+        body.mounting.tip_clearance_mm = 5.0;
         for format in FORMATS {
             let written = to(&body, format);
             let back = read(&written.definition.write(), "").unwrap();
@@ -130,6 +132,7 @@ fn what_another_format_does_not_hold_is_named() {
     for what in [
         "name",
         "the tip (",
+        "where sensors may be put",
         "the axes of 2 sensors",
         "serial number and date",
         "normals of markers",

@@ -15,6 +15,7 @@ use std::f32::consts::PI;
 use trackwright_design::definition::DefinitionKind;
 use trackwright_simulation::body::RigidBody;
 use trackwright_simulation::body::{Sensor, SensorOrientation};
+use trackwright_simulation::mounting::Mounting;
 
 const PLACES: [[f32; 3]; 4] =
     [[0.0, -0.0, 0.0], [0.0, 28.59, 41.02], [0.0, 0.0, 88.0], [0.0, -44.32, 40.45]];

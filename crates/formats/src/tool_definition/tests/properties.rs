@@ -19,6 +19,7 @@ fn body_of(sensors: Vec<Sensor>, tip_in_body: Option<Point3<f64>>) -> BodyFile {
         rigid: RigidBody { name: "geometry 1".to_owned(), tip_in_body, sensors },
         mesh: None,
         definition: None,
+        mounting: Mounting::default(),
     }
 }
 
