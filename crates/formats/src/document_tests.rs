@@ -493,12 +493,12 @@ fn ranges(document: &Document) -> Vec<(Range<usize>, Range<usize>)> {
     let mut found = Vec::new();
     for at in 0..tokens.len().saturating_sub(1) {
         match (text(at), text(at + 1)) {
-            ("min", ":") => {
+            ("min", ":") if tokens[at + 2].0 != Token::Sign('(') => {
                 let ends = numbers_from(at, 2);
                 found.push((ends[0].clone(), ends[1].clone()));
             }
             // Two corners, in which each axis has its own range.
-            ("box", ":") | ("Box", "(") => {
+            ("min" | "box", ":") | ("Box", "(") => {
                 let corners = numbers_from(at, 6);
                 let pairs = (0..3).map(|k| (corners[k].clone(), corners[k + 3].clone()));
                 found.extend(pairs);
@@ -529,6 +529,6 @@ fn every_reversed_range_is_named() {
             assert!(is_named, "{}: {error}", document.at(&min));
         }
     }
-    // Seven ranges of motion, three boxes of a model and one of a volume.
-    assert_eq!(tried, 7 + 3 * 4);
+    // Seven ranges of motion; three boxes of a model, one of a volume, and two of a body.
+    assert_eq!(tried, 7 + 3 * 6);
 }
