@@ -47,6 +47,7 @@ pub(super) fn check_body(role: BodyRole, body: &DesignBody) -> Result<(), EditEr
     if let Some(tip) = &body.rigid.tip_in_body {
         check_position("the tip", tip.iter())?;
     }
+    body.mounting.check()?;
     body.mesh.as_ref().map_or(Ok(()), check_mesh)
 }
 

@@ -15,6 +15,7 @@ use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::body::Sensor;
 use trackwright_simulation::motion::Motion;
+use trackwright_simulation::mounting::Mounting;
 use trackwright_simulation::requirement::Requirement;
 
 /// One change of a design.
@@ -65,6 +66,8 @@ pub enum Edit {
     SetEnvironment(String),
     /// A file relative to the body's.
     SetMesh { body: BodyRole, mesh: Option<MeshReference> },
+    /// Where sensors of the body may be put.
+    SetMounting { body: BodyRole, mounting: Box<Mounting> },
     /// Another tool or CRF in the place of this one, with all that its file holds, where it is.
     SetBody { body: BodyRole, content: Box<DesignBody> },
     /// A CRF for a design without one. Nothing moves: tool and anatomy are where they were in the
@@ -176,6 +179,11 @@ impl Edit {
                 }
                 body.mesh = mesh;
             }
+            Self::SetMounting { body, mounting } => {
+                let body = body_of(design, body)?;
+                mounting.check()?;
+                body.mounting = *mounting;
+            }
             Self::SetBody { body, content } => {
                 let old = body_of(design, body)?;
                 check_body(body, &content)?;
@@ -248,6 +256,7 @@ impl Edit {
             Self::SetOrientationWeight(_) => "Change orientation weight".into(),
             Self::SetEnvironment(_) => "Change environment".into(),
             Self::SetMesh { body, .. } => format!("Change {body}'s mesh"),
+            Self::SetMounting { body, .. } => format!("Change {body}'s mounting regions"),
             Self::SetBody { body, content } => {
                 format!("Use {} as the {body}", content.rigid.name)
             }

@@ -7,6 +7,7 @@ use super::view::ViewError;
 use trackwright_geometry::limits::short;
 use trackwright_procedure::Step;
 use trackwright_simulation::motion::MotionError;
+use trackwright_simulation::mounting::MountingError;
 
 // A file may hold any number of these; edits stop here.
 
@@ -50,6 +51,8 @@ pub enum EditError {
     Motion(#[from] MotionError),
     #[error("crf.{0}")]
     CrfMotion(MotionError),
+    #[error(transparent)]
+    Mounting(#[from] MountingError),
     #[error(transparent)]
     Arrange(#[from] ArrangeError),
     #[error("the design has no anatomy at {index}, it has {count}")]

@@ -10,6 +10,7 @@ use trackwright_simulation::Metric;
 use trackwright_simulation::SensorOrientation;
 use trackwright_simulation::body::Coil;
 use trackwright_simulation::motion::{AxisRange, Motion};
+use trackwright_simulation::{MountingAxis, MountingRegion};
 
 #[test]
 fn edits_state_what_they_do() {
@@ -120,6 +121,7 @@ fn bodies_that_cannot_be_studied_are_refused() {
             "already has a sensor named \"marker 1\"",
         ),
         (with(|b| b.mesh = Some(MeshReference::new(""))), "mesh's file is empty"),
+        (with(|b| b.mounting.tip_clearance_mm = -1.0), "tip_clearance is -1, expected zero"),
     ] {
         let mut document = document();
         let error = document.apply(edit).unwrap_err().to_string();
@@ -130,6 +132,44 @@ fn bodies_that_cannot_be_studied_are_refused() {
 
 fn set_mesh(mesh: MeshReference) -> Edit {
     Edit::SetMesh { body: BodyRole::Tool, mesh: Some(mesh) }
+}
+
+fn set_mounting(mounting: Mounting) -> Edit {
+    Edit::SetMounting { body: BodyRole::Tool, mounting: Box::new(mounting) }
+}
+
+/// A needle's lumen.
+fn channel() -> Mounting {
+    let region = MountingRegion::Channel {
+        points_mm: vec![Point3::new(0.0, 0.0, 10.0), Point3::new(0.0, 0.0, 130.0)],
+        radius_mm: Some(0.5),
+        axis: MountingAxis::Along,
+    };
+    Mounting { regions: vec![region], tip_clearance_mm: 5.0, ..Mounting::default() }
+}
+
+#[test]
+fn mounting_regions_change_no_study() {
+    let mut document = document();
+    let before = document.shared_design();
+    assert!(document.apply(set_mounting(channel())).unwrap());
+    assert_eq!(document.undo_label(), Some("Change tool's mounting regions"));
+    assert_eq!(document.design().tool.body.mounting, channel());
+    assert!(document.design().has_studies_of(&before));
+    assert!(!document.apply(set_mounting(channel())).unwrap(), "nothing changes");
+    document.undo();
+    assert!(std::sync::Arc::ptr_eq(&document.shared_design(), &before));
+    document.redo();
+    assert_eq!(document.design().tool.body.mounting, channel());
+    // A body that comes in the place of this one brings its own.
+    document.apply(set_body(probe())).unwrap();
+    assert!(document.design().tool.body.mounting.is_empty());
+    let mut alone = design();
+    alone.crf = None;
+    let mut lone = Document::new(alone, View::default(), Origin::File("x".into()));
+    let mounting = Box::new(channel());
+    let of_crf = Edit::SetMounting { body: BodyRole::Crf, mounting };
+    assert_eq!(lone.apply(of_crf), Err(EditError::NoCrf));
 }
 
 #[test]
@@ -173,6 +213,20 @@ fn refused_edits_change_nothing() {
                 ..MeshReference::new("a.stl")
             }),
             "the mesh's unit is 0, expected a number above zero",
+        ),
+        (
+            set_mounting(Mounting { least_gap_mm: Some(f64::NAN), ..channel() }),
+            "least_gap is NaN, expected zero or more",
+        ),
+        (
+            set_mounting(Mounting {
+                regions: vec![MountingRegion::Surface {
+                    axis: MountingAxis::Along,
+                    boxes: Vec::new(),
+                }],
+                ..Mounting::default()
+            }),
+            "mounting[0].axis is Along, expected Free or Normal or Tangent or AsItIs for a surface",
         ),
         (Edit::SetEnvironment(String::new()), "the environment's file is empty, expected a name"),
     ] {
