@@ -8,6 +8,7 @@
 //! from behind too, and brings a second library of vectors; `bvh` 0.13 took at least twice the time a
 //! query and twice the memory. `docs/developing/measurements.md` has the figures.
 
+mod axis_channel;
 mod inside;
 mod thickness;
 
@@ -15,6 +16,7 @@ use super::bounds::Bounds;
 use super::mesh::SurfaceMesh;
 use super::revolution::RevolutionAxis;
 use super::weld::welded;
+pub use axis_channel::AxisChannel;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::OnceLock;
 

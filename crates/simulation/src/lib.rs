@@ -54,6 +54,7 @@ pub mod metric;
 pub mod motion;
 pub mod motion_outline;
 pub mod mounting;
+mod mounting_channel;
 pub mod own_study;
 pub mod pairs;
 pub mod placement;
@@ -100,6 +101,7 @@ pub use frame_fit::Determination;
 pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
 pub use mounting::{Mounting, MountingAxis, MountingError, MountingRegion};
+pub use mounting_channel::channel_of;
 pub use placement::{
     AxisRule, Basis, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
     PlacementPlan, place,
