@@ -2,6 +2,7 @@
 
 mod import_body;
 mod meshes;
+mod mounting;
 mod recovery;
 mod tool;
 
