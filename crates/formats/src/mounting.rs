@@ -87,7 +87,9 @@ pub(super) fn write(out: &mut RonWriter, mounting: &Mounting) {
             keep_out.iter().for_each(|own| out.line(format_args!("{},", box_text(own))));
         });
     }
-    least_gap_mm.into_iter().for_each(|gap_mm| out.plain("least_gap", gap_mm));
+    if let Some(gap_mm) = least_gap_mm {
+        out.plain("least_gap", gap_mm);
+    }
     if *tip_clearance_mm != 0.0 {
         out.plain("tip_clearance", tip_clearance_mm);
     }

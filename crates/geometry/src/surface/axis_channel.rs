@@ -1,8 +1,8 @@
 //! The straight channel along the axis of a round body: its bore, or the middle of its solid.
 //!
 //! At stations along the axis of revolution rays go out square to it. Each ray counts the walls that it
-//! meets, so that parts may overlap: the sum over all of it tells whether it began in the solid, and the
-//! first place where that changes is the wall. The majority of a station's rays decides whether it is in
+//! meets, so that parts may overlap: their sum shows whether it began in the solid, and the first place
+//! where that changes is the wall. The majority of a station's rays decides whether it is in
 //! the solid or in a bore, so that a mesh with holes has a channel too. The radius is the one that most
 //! of the stations have room for: a tip or a cone does not narrow the channel, it ends there.
 
