@@ -37,7 +37,7 @@ const LEAST_BORE: f64 = 1.0 / 3.0;
 const NARROW: f64 = 0.1;
 
 /// Stations that are narrower by less belong to the channel.
-const SLACK: f64 = 0.02;
+const SLACK: f64 = 0.01;
 
 /// Halvings that find an end: a millionth of the way between two stations.
 const HALVINGS: u32 = 20;
