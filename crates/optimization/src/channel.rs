@@ -91,7 +91,7 @@ mod tests {
         let (place, direction) = channel.at(75.0);
         assert!((place - Point3::new(0.0, 15.0, 70.0)).norm() < 1e-12);
         assert!((direction.y - 0.6).abs() < 1e-15);
-        assert!((channel.nearest_mm(&Point3::new(4.0, 15.0, 67.0)) - 75.0).abs() < 1e-12);
+        assert!((channel.nearest_mm(&Point3::new(4.0, 15.0, 70.0)) - 75.0).abs() < 1e-12);
     }
 
     #[test]

@@ -21,6 +21,8 @@ mod problem;
 mod scatter;
 mod search;
 mod table;
+#[cfg(test)]
+mod tests;
 mod verdict;
 
 pub use constraint::Constraint;
