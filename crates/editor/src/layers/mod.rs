@@ -25,6 +25,7 @@ pub mod slice;
 pub mod slice_picture;
 pub mod tip_error;
 pub mod tip_scatter;
+pub mod tool_ghost;
 pub mod validity;
 
 use bevy::prelude::*;

@@ -5,23 +5,30 @@ use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
 use crate::layers::legend::{Legend, Legends, StrokeKey};
 use crate::layers::magnification::{ShownErrors, ToolErrors};
-use crate::scene::body_meshes::{Shapes, paints_in_software};
+use crate::layers::tool_ghost::{GhostLook, ToolGhost};
 use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::scene::screen_size::{ScreenSized, SizeBounds};
 use crate::scene::shapes::GlyphShapes;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
 use crate::workspaces::decide::against::Against;
-use crate::workspaces::decide::state::DecideState;
+use crate::workspaces::decide::state::{DecideState, Pinned};
 use crate::{convert, palette};
+use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
-use bevy::render::renderer::RenderAdapterInfo;
 
-const MIDDLE_ALPHA: f32 = 0.10;
-const RIM_ALPHA: f32 = 0.85;
+const LOOK: GhostLook = GhostLook {
+    name: "baseline ghost",
+    color: palette::BASELINE,
+    middle_alpha: 0.10,
+    rim_alpha: 0.85,
+    hidden_alpha: None,
+    // Behind the design's own ghost.
+    order_mm: 150.0,
+    is_of_design: false,
+};
+
 const SENSOR_ALPHA: f32 = 0.9;
-/// Behind the design's own ghost.
-const ORDER_MM: f32 = 150.0;
 /// Over what hides it.
 const SENSOR_ORDER_MM: f32 = 18_000.0;
 /// A sensor of the baseline, in millimetres and within pixels.
@@ -39,21 +46,44 @@ const STROKE: StrokeKey = StrokeKey {
 /// Draws the baseline while the workspace is shown.
 pub struct BaselineGhostPlugin;
 
-/// The ghost, by the pin that it was made for.
+/// The baseline's ghost.
 #[derive(Component)]
-#[require(Transform, Visibility)]
-struct GhostRoot(u64);
+struct BaselineGhost;
 
 /// Where the baseline's sensors are, by the pin that they were made for.
 #[derive(Component)]
 #[require(Transform, Visibility)]
 struct SensorsRoot(u64);
 
+/// What is drawn of the baseline.
+#[derive(SystemParam)]
+struct ShownBaseline<'w> {
+    errors: ShownErrors<'w>,
+    state: Res<'w, DecideState>,
+    against: Res<'w, Against>,
+    workspace: Res<'w, Workspace>,
+}
+
+impl ShownBaseline<'_> {
+    /// Whether or not anything is known of it.
+    fn pinned(&self) -> Option<&Pinned> {
+        self.state.pinned.as_ref().filter(|_| self.workspace.shows_baseline)
+    }
+
+    /// Its tool once it was simulated in the design's room.
+    fn tool(&self) -> Option<(&Pinned, ToolErrors)> {
+        let pinned = self.pinned()?;
+        let (_, found) = self.against.found(pinned.serial)?;
+        Some((pinned, ToolErrors::of(&pinned.design, &found.pose)?))
+    }
+}
+
 impl Plugin for BaselineGhostPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            show.run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
+            (show_ghost, show_sensors)
+                .run_if(resource_exists::<OpenWorld>.and_then(resource_exists::<ShownDesign>))
                 .run_if(
                     crate::layers::tip_error::anything_moved
                         .or_else(resource_changed::<Against>)
@@ -65,82 +95,52 @@ impl Plugin for BaselineGhostPlugin {
     }
 }
 
-fn show(
-    mut commands: Commands,
-    (errors, state, against, workspace): (
-        ShownErrors,
-        Res<DecideState>,
-        Res<Against>,
-        Res<Workspace>,
-    ),
-    mut ghosts: Query<(Entity, &mut Transform, &GhostRoot), Without<SensorsRoot>>,
-    mut sensors: Query<(Entity, &mut Transform, &SensorsRoot), Without<GhostRoot>>,
-    mut assets: (ResMut<Assets<Mesh>>, ResMut<Assets<GlowMaterial>>),
-    (shapes, adapter): (Res<GlyphShapes>, Option<Res<RenderAdapterInfo>>),
+fn show_ghost(
+    baseline: ShownBaseline,
+    mut ghost: ToolGhost<BaselineGhost>,
     mut legends: ResMut<Legends>,
 ) {
-    let pinned = workspace.shows_baseline.then_some(state.pinned.as_ref()).flatten();
-    legends.set(LEGEND_ORDER, Legend { stroke: pinned.map(|_| STROKE), ..Legend::default() });
-    let found = pinned.and_then(|pinned| Some((pinned, against.found(pinned.serial)?.1)));
-    let tool = found
-        .and_then(|(pinned, found)| Some((pinned, ToolErrors::of(&pinned.design, &found.pose)?)));
-    let Some((pinned, tool)) = tool else {
-        for entity in ghosts.iter().map(|g| g.0).chain(sensors.iter().map(|s| s.0)) {
+    let stroke = baseline.pinned().map(|_| STROKE);
+    legends.set(LEGEND_ORDER, Legend { stroke, ..Legend::default() });
+    let tool = baseline.tool();
+    let tool = tool.and_then(|(pinned, tool)| Some((pinned.tool_mesh.as_ref()?, tool)));
+    ghost.show(tool, baseline.errors.times(), BaselineGhost, &LOOK);
+}
+
+fn show_sensors(
+    mut commands: Commands,
+    baseline: ShownBaseline,
+    mut roots: Query<(Entity, &mut Transform, &SensorsRoot)>,
+    shapes: Res<GlyphShapes>,
+    mut materials: ResMut<Assets<GlowMaterial>>,
+) {
+    let Some((pinned, tool)) = baseline.tool() else {
+        for (entity, ..) in &roots {
             commands.entity(entity).despawn();
         }
         return;
     };
-    let ghost_at = convert::transform(&tool.ghost(errors.times()).world_from_body);
-    let tool_at = convert::transform(&tool.tracker_from_tool);
-    let mut is_drawn = [false; 2];
-    for (entity, mut place, root) in &mut ghosts {
+    let place = convert::transform(&tool.tracker_from_tool);
+    if let Some((entity, mut transform, root)) = roots.iter_mut().next() {
         if root.0 == pinned.serial {
-            place.set_if_neq(ghost_at);
-            is_drawn[0] = true;
-        } else {
-            commands.entity(entity).despawn();
+            transform.set_if_neq(place);
+            return;
         }
+        commands.entity(entity).despawn();
     }
-    for (entity, mut place, root) in &mut sensors {
-        if root.0 == pinned.serial {
-            place.set_if_neq(tool_at);
-            is_drawn[1] = true;
-        } else {
-            commands.entity(entity).despawn();
-        }
-    }
-    let (meshes, materials) = (&mut assets.0, &mut assets.1);
-    if let (false, Some(mesh)) = (is_drawn[0], &pinned.tool_mesh) {
-        let look = GlowMaterial::translucent(palette::BASELINE, MIDDLE_ALPHA, RIM_ALPHA);
-        let look = materials.add(look.order(ORDER_MM));
-        let mut root =
-            commands.spawn((Name::new("baseline ghost"), GhostRoot(pinned.serial), ghost_at));
-        let is_software = paints_in_software(adapter);
-        for part in mesh.parts.iter().filter(|part| !part.is_anatomy()) {
-            let shapes = Shapes::of_part(part, meshes, is_software);
-            let fine = Mesh3d(shapes.fine.clone());
-            root.with_child((fine, shapes, MeshMaterial3d(look.clone())));
-        }
-    }
-    if !is_drawn[1] {
-        let look = GlowMaterial::translucent(palette::BASELINE, SENSOR_ALPHA, SENSOR_ALPHA)
-            .shown(Shown::Always)
-            .order(SENSOR_ORDER_MM);
-        let look = materials.add(look);
-        let mut root =
-            commands.spawn((Name::new("baseline sensors"), SensorsRoot(pinned.serial), tool_at));
-        for sensor in &pinned.design.tool.body.rigid.sensors {
-            let at_mm = sensor.position_in_body;
-            root.with_child((
-                Mesh3d(shapes.ball.clone()),
-                MeshMaterial3d(look.clone()),
-                Transform::from_translation(convert::point(&at_mm)),
-                ScreenSized {
-                    at_mm: tool.tracker_from_tool * at_mm,
-                    across: SENSOR,
-                    along: SENSOR,
-                },
-            ));
-        }
+    let look = GlowMaterial::translucent(palette::BASELINE, SENSOR_ALPHA, SENSOR_ALPHA)
+        .shown(Shown::Always)
+        .order(SENSOR_ORDER_MM);
+    let look = materials.add(look);
+    let mut root =
+        commands.spawn((Name::new("baseline sensors"), SensorsRoot(pinned.serial), place));
+    for sensor in &pinned.design.tool.body.rigid.sensors {
+        let at_mm = sensor.position_in_body;
+        root.with_child((
+            Mesh3d(shapes.ball.clone()),
+            MeshMaterial3d(look.clone()),
+            Transform::from_translation(convert::point(&at_mm)),
+            ScreenSized { at_mm: tool.tracker_from_tool * at_mm, across: SENSOR, along: SENSOR },
+        ));
     }
 }

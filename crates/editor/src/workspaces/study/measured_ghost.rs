@@ -5,22 +5,24 @@ use crate::document::shown::ShownDesign;
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::layers::legend::{Legend, Legends, StrokeKey};
 use crate::layers::magnification::{ShownErrors, ToolErrors};
+use crate::layers::tool_ghost::{GhostLook, ToolGhost};
+use crate::palette;
 use crate::scene::bodies::shown_mesh;
-use crate::scene::body_meshes::{BodyMeshes, is_same_mesh, paints_in_software};
-use crate::scene::materials::glow::GlowMaterial;
 use crate::schedule::EditorSystems;
-use crate::{convert, palette};
 use bevy::prelude::*;
-use bevy::render::renderer::RenderAdapterInfo;
-use std::sync::Arc;
 use trackwright_design::BodyRole;
-use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::Pose;
 
-const MIDDLE_ALPHA: f32 = 0.12;
-const RIM_ALPHA: f32 = 0.9;
-/// Behind the design's own ghost.
-const ORDER_MM: f32 = 175.0;
+const LOOK: GhostLook = GhostLook {
+    name: "measured ghost",
+    color: palette::MEASURED,
+    middle_alpha: 0.12,
+    rim_alpha: 0.9,
+    hidden_alpha: None,
+    // Behind the design's own ghost.
+    order_mm: 175.0,
+    is_of_design: true,
+};
 
 /// In the legend it comes after the design's own ghost.
 const LEGEND_ORDER: u32 = 72;
@@ -34,10 +36,9 @@ const STROKE: StrokeKey = StrokeKey {
 /// Draws the measured tool while a recorded pose is shown.
 pub struct MeasuredGhostPlugin;
 
-/// The ghost, and the mesh that it was made from.
+/// The measured tool's ghost.
 #[derive(Component)]
-#[require(Transform, Visibility)]
-struct GhostRoot(Arc<SurfaceMesh>);
+struct MeasuredGhost;
 
 impl Plugin for MeasuredGhostPlugin {
     fn build(&self, app: &mut App) {
@@ -54,47 +55,16 @@ impl Plugin for MeasuredGhostPlugin {
 }
 
 fn show(
-    mut commands: Commands,
-    (errors, choice): (ShownErrors, Res<TrialChoice>),
-    mut ghosts: Query<(Entity, &mut Transform, &GhostRoot)>,
-    (mut made, mut meshes): (ResMut<BodyMeshes>, ResMut<Assets<Mesh>>),
-    mut materials: ResMut<Assets<GlowMaterial>>,
-    adapter: Option<Res<RenderAdapterInfo>>,
+    errors: ShownErrors,
+    choice: Res<TrialChoice>,
+    mut ghost: ToolGhost<MeasuredGhost>,
     mut legends: ResMut<Legends>,
 ) {
     let tool = measured_tool(&errors, &choice);
     let mesh = tool.and_then(|_| shown_mesh(&errors.world.0, BodyRole::Tool));
     let stroke = mesh.as_ref().map(|_| STROKE);
     legends.set(LEGEND_ORDER, Legend { stroke, ..Legend::default() });
-    let (Some(tool), Some(mesh)) = (tool, &mesh) else {
-        for (entity, ..) in &ghosts {
-            commands.entity(entity).despawn();
-        }
-        return;
-    };
-    let place = convert::transform(&tool.ghost(errors.times()).world_from_body);
-    if let Some((entity, mut transform, made_from)) = ghosts.iter_mut().next() {
-        if is_same_mesh(&made_from.0, mesh) {
-            transform.set_if_neq(place);
-            return;
-        }
-        commands.entity(entity).despawn();
-    }
-    let look = GlowMaterial::translucent(palette::MEASURED, MIDDLE_ALPHA, RIM_ALPHA);
-    let look = materials.add(look.order(ORDER_MM));
-    let mut root =
-        commands.spawn((Name::new("measured ghost"), GhostRoot(Arc::clone(mesh)), place));
-    let is_software = paints_in_software(adapter);
-    for (part, shapes) in made.of(BodyRole::Tool, mesh, &mut meshes, is_software) {
-        if part.is_anatomy() {
-            continue;
-        }
-        root.with_child((
-            Mesh3d(shapes.fine.clone()),
-            shapes.clone(),
-            MeshMaterial3d(look.clone()),
-        ));
-    }
+    ghost.show(mesh.as_ref().zip(tool), errors.times(), MeasuredGhost, &LOOK);
 }
 
 /// The built tool at the recorded pose that is shown; `None` where none is, or where its measured pose
