@@ -4,11 +4,11 @@ use super::choice::Choice;
 use anyhow::bail;
 use std::path::Path;
 use trackwright_formats::export::PatientAxes;
+use trackwright_project::file_name;
 
 /// Whether a file's name ends so, in any case.
 pub fn ends_with(file: &Path, ending: &str) -> bool {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    name.to_lowercase().ends_with(ending)
+    file_name(file).to_lowercase().ends_with(ending)
 }
 
 /// Which of the endings a file has; `what` is to be written to it.
@@ -33,8 +33,7 @@ pub fn file_kind(
 
 /// A file's name without folder and ending.
 pub fn own_name(file: &Path, ending: &str) -> String {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    name.split(ending).next().unwrap_or_default().to_owned()
+    file_name(file).split(ending).next().unwrap_or_default().to_owned()
 }
 
 /// What 3D Slicer takes the tracker's x, y and z for.

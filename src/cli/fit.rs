@@ -341,11 +341,6 @@ pub(super) fn read(
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 
-/// A file's name without its folder.
-pub(super) fn file_name(file: &Path) -> String {
-    file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
-}
-
 pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
     let (fitted, holdout) = (&room.fit, holdout_of(room));
     let residuals = |r: &Residuals| {

@@ -1,6 +1,6 @@
 //! `generator learn`: the coils that explain a tracker's measurements.
 
-use super::fit::{file_name, read};
+use super::fit::read;
 use super::model_kind::checked_degree;
 use super::prelude::*;
 use clap::Subcommand;

@@ -66,8 +66,8 @@ pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(|| args.design.display().to_string())?;
     let (scene_glb, scene_legend) = scene(&world).unzip();
     let extras = Extras {
-        design_file: name_of(&args.design),
-        input_file: args.input.as_deref().and_then(name_of),
+        design_file: Some(file_name(&args.design)),
+        input_file: args.input.as_deref().map(file_name),
         date: Some(date),
         slides: slides(&world)?,
         scene_glb,
@@ -78,10 +78,6 @@ pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
     output.write_bytes(html.as_bytes())?;
     let megabytes = html.len() as f64 / 1e6;
     output::print(&format!("{}: {megabytes:.2} MB", file.display()))
-}
-
-fn name_of(file: &Path) -> Option<String> {
-    file.file_name().map(|name| name.to_string_lossy().into_owned())
 }
 
 /// The scene that turns, and what it shows. Without one the page has its drawing.

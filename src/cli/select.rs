@@ -1,9 +1,7 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
 use super::choose::{self, HoldOutArg};
-use super::fit::{
-    FittingArgs, Target, VolumeArg, as_json as fit_json, file_name, fit_and_write, read,
-};
+use super::fit::{FittingArgs, Target, VolumeArg, as_json as fit_json, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::model_kind::{LOSS, tried_kinds};
 use super::prelude::*;

@@ -3,7 +3,7 @@
 
 use super::error::StoreError;
 use super::open::Reader;
-use super::paths::absolute;
+use super::paths::{absolute, file_name};
 use super::read::{Kind, Storage, read};
 use super::write::{write_bytes, write_error};
 use std::fs;
@@ -29,7 +29,7 @@ pub struct KeptBaseline {
 
 /// Where the baseline of a design's file is kept: `needle.baseline.ron` beside `needle.design.ron`.
 pub fn baseline_file_of(design_file: &Path) -> PathBuf {
-    let name = design_file.file_name().unwrap_or_default().to_string_lossy();
+    let name = file_name(design_file);
     let stem = name.strip_suffix(DESIGN_EXTENSION).unwrap_or(&name);
     design_file.with_file_name(format!("{stem}{BASELINE_EXTENSION}"))
 }

@@ -64,6 +64,7 @@ pub use open::{
     World, generator_mesh, open_builtin, open_builtin_without_meshes, open_design,
     open_design_to_show, open_design_without_meshes, refresh_environment,
 };
+pub use paths::file_name;
 pub use procedure::{
     MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,
     recorded_poses, reference_to_file,

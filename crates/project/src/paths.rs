@@ -66,7 +66,7 @@ pub(super) fn in_real_folder(file: &Path) -> PathBuf {
 
 /// The path, or the first of `name-2.ext`, `name-3.ext`, … that will do.
 pub(super) fn free_name(path: &Path, will_do: impl Fn(&PathBuf) -> bool) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = file_name(path);
     // "pointer.body.ron" is "pointer" and ".body.ron".
     let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));
     let mut candidate = path.to_owned();
@@ -86,8 +86,10 @@ pub(super) fn folder_of(file: &Path) -> PathBuf {
     }
 }
 
-pub(super) fn file_name(file: &Path) -> String {
-    file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+/// What a person calls a file: its name without its folder; of a path without a name, such as `/`,
+/// all of it.
+pub fn file_name(file: &Path) -> String {
+    file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned()
 }
 
 /// The files of a folder whose names end so, in order.

@@ -13,7 +13,7 @@ use super::builtin;
 use super::error::StoreError;
 use super::meshes::{Meshes, WhichMeshes};
 use super::open::{Reader, World, home};
-use super::paths::files_ending;
+use super::paths::{file_name, files_ending};
 use super::read::{Kind, Storage, read};
 use super::stamps::Stamps;
 use super::state::create_private_folder;
@@ -107,7 +107,7 @@ impl Recovery {
         if self.written.as_ref().is_some_and(|(_, s)| s.is_same(snapshot)) {
             return Ok(false);
         }
-        let name = file_name(&snapshot.origin);
+        let name = plain_name(&snapshot.origin);
         let file = self.folder.join(format!("{}.{name}{RECOVERY_EXTENSION}", self.session));
         let text = recovery_file::write(&snapshot.to_file());
         write_bytes(&file, text.as_bytes())?;
@@ -288,12 +288,11 @@ fn files_of(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, StoreError> 
 }
 
 fn session_of(file: &Path) -> String {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
-    name.split('.').next().unwrap_or_default().to_owned()
+    file_name(file).split('.').next().unwrap_or_default().to_owned()
 }
 
 /// A document's name as part of a file's: letters, digits and hyphens.
-fn file_name(origin: &Origin) -> String {
+fn plain_name(origin: &Origin) -> String {
     let name = match origin {
         Origin::BuiltIn(name) => (*name).to_owned(),
         Origin::File(file) => session_of(file),

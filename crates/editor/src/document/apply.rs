@@ -3,7 +3,7 @@
 use crate::document::autosave::Leftovers;
 use crate::document::dialog::DesignDialog;
 use crate::document::file_names::{
-    default_file_name, file_folder, file_name, saved_words, with_extension, working_folder,
+    default_file_name, file_folder, origin_name, saved_words, with_extension, working_folder,
 };
 use crate::document::recent::RecentDesigns;
 use crate::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice, ViewRequest};
@@ -359,7 +359,7 @@ impl FileState<'_> {
         let Some(world) = &mut self.world else { return };
         match write(&mut world.0) {
             Ok(report) => {
-                let saved = saved_words(file_name(world.0.document.origin()), &report.written);
+                let saved = saved_words(origin_name(world.0.document.origin()), &report.written);
                 let kept = report.kept.iter().map(|kept| format!("; {kept}"));
                 *self.notice = Notice::Done(format!("{saved}{}", kept.collect::<String>()));
                 self.remember();
@@ -397,7 +397,7 @@ impl FileState<'_> {
     }
 
     fn name(&self) -> String {
-        self.world.as_ref().map(|w| file_name(w.0.document.origin())).unwrap_or_default()
+        self.world.as_ref().map(|w| origin_name(w.0.document.origin())).unwrap_or_default()
     }
 
     fn folder(&self) -> PathBuf {
@@ -446,7 +446,7 @@ fn show_title(
 
 /// `pointer.design.ron * — 0.49 mm RMS — trackwright`.
 pub fn title(document: &trackwright_design::Document, results: &Results) -> String {
-    let mut title = file_name(document.origin());
+    let mut title = origin_name(document.origin());
     if document.is_dirty() {
         title.push_str(" *");
     }

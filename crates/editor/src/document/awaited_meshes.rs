@@ -10,7 +10,7 @@ use crate::schedule::EditorSystems;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::io;
-use trackwright_project::{ImportedMesh, MeshImport, StoreError};
+use trackwright_project::{ImportedMesh, MeshImport, StoreError, file_name};
 
 /// The mesh that is being read, if any.
 #[derive(Resource, Default)]
@@ -88,9 +88,7 @@ fn follow(
 }
 
 fn reading_words(mesh: &MeshImport) -> Notice {
-    let file = mesh.file();
-    let name = file.file_name().unwrap_or(file.as_os_str());
-    Notice::Done(format!("Reading {}…", name.to_string_lossy()))
+    Notice::Done(format!("Reading {}…", file_name(mesh.file())))
 }
 
 fn lost_mesh(mesh: &MeshImport, lost: &dyn std::error::Error) -> StoreError {

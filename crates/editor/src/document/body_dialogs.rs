@@ -1,7 +1,7 @@
 //! Dialogs about meshes, body files and tool definitions.
 
 use crate::document::body_files::BodyFileRequest;
-use crate::document::meshes::{MeshRequest, name_of};
+use crate::document::meshes::MeshRequest;
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, text_ui, title_ui};
 use crate::widgets::basic::{count, length, quiet_ui, with_unit};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use trackwright_design::BodyRole;
 use trackwright_formats::tool_definition::OnMismatch;
 use trackwright_geometry::mesh_report::UnitSuggestion;
-use trackwright_project::MeshOwner;
+use trackwright_project::{MeshOwner, file_name};
 
 /// Dialogs about meshes.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,12 +87,11 @@ fn unit_ui(
     sizes: &UnitSuggestion,
 ) -> Option<DialogAnswer<MeshDialog>> {
     title_ui(ui, "Which unit is this mesh in?");
-    let name = file.file_name().unwrap_or(file.as_os_str());
     text_ui(
         ui,
         format!(
             "{} is {} long if it is in {}. How long should the {whose} be?",
-            name.to_string_lossy(),
+            file_name(file),
             size_text(sizes.found_mm),
             sizes.read_in,
         ),
@@ -218,7 +217,7 @@ impl Dialog for BodyDialog {
                 buttons_ui(ui, &[leave, ("Use it anyway", request(anyway))])
             }
             Self::Write { body, file, kind, notes, exists } => {
-                let name = name_of(file);
+                let name = file_name(file);
                 let verb = if *exists { "Replace" } else { "Save" };
                 title_ui(ui, &format!("{verb} {name}?"));
                 if *exists {

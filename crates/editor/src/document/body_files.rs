@@ -4,7 +4,7 @@
 
 use crate::document::body_dialogs::BodyDialog;
 use crate::document::file_names::file_folder;
-use crate::document::meshes::{name_of, selected_body};
+use crate::document::meshes::selected_body;
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
 use crate::document::state::{Notice, WorldGeneration};
@@ -19,7 +19,7 @@ use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, CrfPlacement, Design, DesignBody, Edit, Origin};
 use trackwright_formats::tool_definition::OnMismatch;
-use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError};
+use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError, file_name};
 
 /// Carries out [`BodyFileRequest`], in [`EditorSystems::Input`].
 pub struct BodyFilesPlugin;
@@ -182,7 +182,7 @@ impl Requested<'_> {
                 return;
             }
         };
-        *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
+        *self.notice = Notice::Done(format!("Reading {}…", file_name(&file)));
         self.loading.folder = file.parent().map(Path::to_path_buf);
         self.loading.reading = Some(Loading {
             file,
@@ -222,7 +222,7 @@ impl Requested<'_> {
             }
         };
         if world.0.document.design().body(body) == Some(&taken.body) {
-            let name = name_of(&file);
+            let name = file_name(&file);
             *self.notice = Notice::Done(format!("The {body} already matches {name}"));
         } else {
             // Nothing that is shown changes before the edit does it.

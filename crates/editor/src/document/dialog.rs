@@ -1,6 +1,5 @@
 //! Dialogs about designs and their files.
 
-use crate::document::file_names::path_name;
 use crate::document::requests::{Export, FileRequest, SharedChoice};
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, overwrite_ui, text_ui, title_ui};
@@ -9,7 +8,9 @@ use bevy_egui::egui::{Label, Ui};
 use std::path::PathBuf;
 use std::time::Duration;
 use trackwright_formats::recovery_file::RecoveryOrigin;
-use trackwright_project::{ChangedFile, FileChange, Leftover, SharedBody, Starter, StoreError};
+use trackwright_project::{
+    ChangedFile, FileChange, Leftover, SharedBody, Starter, StoreError, file_name,
+};
 
 /// Dialogs about designs.
 #[derive(Clone, Debug, PartialEq)]
@@ -135,8 +136,8 @@ impl DesignDialog {
             .iter()
             .map(|body| {
                 let designs: Vec<String> =
-                    body.designs.iter().map(|file| path_name(file)).collect();
-                format!("{} is also used by {}", path_name(&body.file), designs.join(", "))
+                    body.designs.iter().map(|file| file_name(file)).collect();
+                format!("{} is also used by {}", file_name(&body.file), designs.join(", "))
             })
             .collect();
         Self::SharedBodies { lines }

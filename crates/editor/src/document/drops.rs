@@ -2,7 +2,7 @@
 //! does it.
 
 use crate::document::body_files::BodyFileRequest;
-use crate::document::meshes::{MeshRequest, body_of_selection, name_of, selected_body};
+use crate::document::meshes::{MeshRequest, body_of_selection, selected_body};
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::selection::Selection;
 use crate::document::state::Notice;
@@ -13,7 +13,7 @@ use crate::shell::window::Workspace;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
 use std::path::Path;
-use trackwright_project::RoomSource;
+use trackwright_project::{RoomSource, file_name};
 
 /// Hands dropped files on, in [`EditorSystems::Input`]; tables go to the workspace that is shown.
 pub struct DropsPlugin;
@@ -41,7 +41,7 @@ pub fn is_table(file: &Path) -> bool {
 
 /// What a file will be used for.
 pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: bool) -> String {
-    let name = name_of(file);
+    let name = file_name(file);
     match kind_of(file) {
         Some(FileKind::Design) => format!("Open {name}"),
         Some(FileKind::Room) => format!("Put the design into {name}"),
@@ -139,14 +139,14 @@ impl Receivers<'_> {
             // The workspaces take them themselves.
             Some(FileKind::Table) if has_tables => {}
             Some(FileKind::Table) => {
-                let name = name_of(file);
+                let name = file_name(file);
                 *self.notice = Notice::Refused(format!(
                     "{name} was not read: drop tables in the Field workspace to fit a room to \
                      them, or in the Study workspace to study their poses"
                 ));
             }
             _ => {
-                let name = name_of(file);
+                let name = file_name(file);
                 *self.notice =
                     Notice::Refused(format!("{name} cannot be used: {WHAT_CAN_BE_DROPPED}"));
             }

@@ -1,7 +1,6 @@
 //! Files for 3D Slicer, ParaView and other programs, written by this program in a process of its own.
 
 use crate::document::dialog::DesignDialog;
-use crate::document::file_names::path_name;
 use crate::document::own_program::{Arguments, FileTask, OwnProgramWriter};
 use crate::document::report::folder_and_stem;
 use crate::document::requests::{Export, FileRequest, OpenWorld};
@@ -11,7 +10,7 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::ffi::OsString;
 use std::path::Path;
-use trackwright_project::{RoomSource, World as StoreWorld};
+use trackwright_project::{RoomSource, World as StoreWorld, file_name};
 
 /// Writes such a file on [`FileRequest::Export`], with
 /// [`OwnProgramPlugin`](crate::document::own_program::OwnProgramPlugin).
@@ -44,7 +43,7 @@ fn answer(
             FileRequest::Export(export, file) => {
                 let task = FileTask {
                     file: file.clone(),
-                    written: format!("Exported {}", path_name(file)),
+                    written: format!("Exported {}", file_name(file)),
                     failed: "The file cannot be exported",
                     follow: |_, _| {},
                 };

@@ -2,30 +2,24 @@
 
 use std::path::{Path, PathBuf};
 use trackwright_design::{Document, Origin};
-use trackwright_project::Starter;
+use trackwright_project::{Starter, file_name};
 
 /// What design files are called.
 pub const DESIGN_EXTENSION: &str = ".design.ron";
 
 /// What a person calls the file that a document came from.
-pub fn file_name(origin: &Origin) -> String {
+pub fn origin_name(origin: &Origin) -> String {
     match origin {
         Origin::BuiltIn(_) if Starter::of(origin).is_some() => "untitled".to_owned(),
         Origin::BuiltIn(name) => format!("{name} (built in)"),
-        Origin::File(path) => path_name(path),
+        Origin::File(path) => file_name(path),
     }
-}
-
-/// What a person calls a file: its name without its folder.
-pub fn path_name(path: &Path) -> String {
-    let name = path.file_name().unwrap_or(path.as_os_str());
-    name.to_string_lossy().into_owned()
 }
 
 /// `Saved needle.design.ron, tool.body.ron, operating-table.env.ron`: a file by its name, then every
 /// other one that was written with it.
 pub fn saved_words(file: String, written: &[PathBuf]) -> String {
-    let others = written.iter().map(|path| path_name(path)).filter(|name| *name != file);
+    let others = written.iter().map(|path| file_name(path)).filter(|name| *name != file);
     let names = std::iter::once(file.clone()).chain(others);
     format!("Saved {}", names.collect::<Vec<_>>().join(", "))
 }
@@ -33,9 +27,7 @@ pub fn saved_words(file: String, written: &[PathBuf]) -> String {
 /// What the file of a design is called; of one that was never saved, after the design's own name.
 pub fn default_file_name(document: &Document) -> String {
     match document.origin() {
-        Origin::File(path) => {
-            path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default()
-        }
+        Origin::File(path) => file_name(path),
         Origin::BuiltIn(_) => format!("{}{DESIGN_EXTENSION}", stem_of(&document.design().name)),
     }
 }
@@ -85,7 +77,7 @@ mod tests {
 
     #[test]
     fn saving_names_every_file_the_design_first() {
-        let design = || file_name(&Origin::File("a/needle.design.ron".into()));
+        let design = || origin_name(&Origin::File("a/needle.design.ron".into()));
         let written = ["tool.body.ron", "operating-table.env.ron", "needle.design.ron"];
         let written = written.map(|name| Path::new("a").join(name));
         let words = "Saved needle.design.ron, tool.body.ron, operating-table.env.ron";

@@ -22,7 +22,7 @@ use trackwright_design::{
 };
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
-use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError};
+use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError, file_name};
 
 /// Gives bodies meshes, and the design its anatomy, on [`MeshRequest`], in
 /// [`EditorSystems::Input`]; reads what an opened design leaves to be read.
@@ -196,7 +196,7 @@ impl Requested<'_> {
             return;
         };
         let whose = wanted.whose;
-        *self.notice = Notice::Done(format!("Reading {}…", name_of(&file)));
+        *self.notice = Notice::Done(format!("Reading {}…", file_name(&file)));
         self.loading.0 = Some(Loading {
             file,
             whose,
@@ -326,10 +326,4 @@ fn mesh_folder(world: &trackwright_project::World, whose: MeshOwner) -> PathBuf 
     own.and_then(|own| Some(own.file().parent()?.to_path_buf()))
         .filter(|folder| folder.is_absolute() && folder.is_dir())
         .unwrap_or_else(|| file_folder(world))
-}
-
-/// A file's name without its folder.
-pub fn name_of(file: &Path) -> String {
-    file.file_name()
-        .map_or_else(|| file.display().to_string(), |name| name.to_string_lossy().into_owned())
 }

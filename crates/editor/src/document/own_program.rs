@@ -4,7 +4,7 @@
 //!
 //! The copy is the design as it is, saved or not, in a folder that lives as long as the work.
 
-use crate::document::file_names::{default_file_name, path_name};
+use crate::document::file_names::default_file_name;
 use crate::document::requests::FileRequest;
 use crate::document::state::Notice;
 use crate::runner::jobs::Job;
@@ -20,7 +20,7 @@ use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::Duration;
-use trackwright_project::{StoreError, World as StoreWorld};
+use trackwright_project::{StoreError, World as StoreWorld, file_name};
 use trackwright_task::{Cancelled, Task};
 
 /// How often the process is checked for its end, and for whether it is to be ended.
@@ -64,7 +64,7 @@ impl WriteJob {
 
     /// Its name.
     pub fn file_name(&self) -> Option<String> {
-        self.0.as_ref().map(|(task, _)| path_name(&task.file))
+        self.0.as_ref().map(|(task, _)| file_name(&task.file))
     }
 }
 
@@ -222,7 +222,7 @@ fn receive(
             (task.follow)(&mut commands, task.file);
         }
         Ok(Err(OwnProgramError::Cancelled(_))) => {
-            *notice = Notice::Done(format!("Cancelled writing {}", path_name(&task.file)));
+            *notice = Notice::Done(format!("Cancelled writing {}", file_name(&task.file)));
         }
         Ok(Err(error)) => dialogs.show(ErrorDialog::new(task.failed, &error)),
         Err(lost) => dialogs.show(ErrorDialog::new(task.failed, &lost)),

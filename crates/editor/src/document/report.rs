@@ -2,7 +2,7 @@
 //! painted there; and shown in the browser.
 
 use crate::document::dialog::DesignDialog;
-use crate::document::file_names::{DESIGN_EXTENSION, default_file_name, path_name};
+use crate::document::file_names::{DESIGN_EXTENSION, default_file_name};
 use crate::document::open_outside::OpenOutside;
 use crate::document::own_program::{FileTask, OwnProgramWriter};
 use crate::document::requests::{FileRequest, OpenWorld};
@@ -13,6 +13,7 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
 use trackwright_design::Origin;
+use trackwright_project::file_name;
 
 /// Writes a report on [`FileRequest::WriteReport`], with
 /// [`OwnProgramPlugin`](crate::document::own_program::OwnProgramPlugin).
@@ -51,7 +52,7 @@ fn answer(
             FileRequest::WriteReport(file) => {
                 let task = FileTask {
                     file: file.clone(),
-                    written: format!("Wrote {}; File › Open report shows it", path_name(file)),
+                    written: format!("Wrote {}; File › Open report shows it", file_name(file)),
                     failed: "The report cannot be written",
                     follow: |commands, file| commands.insert_resource(LastReport(Some(file))),
                 };

@@ -1,6 +1,6 @@
 //! The bar at the top: menus, the file's name, the workspaces' tabs.
 
-use crate::document::file_names::file_name;
+use crate::document::file_names::origin_name;
 use crate::document::recent::RecentDesigns;
 use crate::document::requests::FileRequest;
 use crate::palette;
@@ -15,7 +15,7 @@ use crate::widgets::basic::quiet_ui;
 use crate::widgets::tooltip::{Explain, button_ui};
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Align, Button, Layout, Response, RichText, Ui, UiBuilder, vec2};
-use trackwright_project::RecentDesign;
+use trackwright_project::{RecentDesign, file_name};
 
 const TAB_WIDTH: f32 = 62.0;
 const LEAST_TAB_WIDTH: f32 = 40.0;
@@ -67,7 +67,7 @@ pub(crate) fn top_bar(
     let Some(document) = situation.document() else { return };
     let builtins: Vec<&str> = trackwright_project::builtin_names().collect();
     let view = TopBarView {
-        file: &file_name(document.origin()),
+        file: &origin_name(document.origin()),
         is_dirty: document.is_dirty(),
         builtins: &builtins,
         recent: recent.as_ref().map_or(&[], |recent| &recent.designs),
@@ -191,7 +191,7 @@ fn designs_ui(ui: &mut Ui, bar: &TopBarView, actions: &mut Vec<TopBarAction>) {
         ui.separator();
         quiet_ui(ui, "Recent");
         for design in bar.recent {
-            let name = design.file.file_name().unwrap_or_default().to_string_lossy();
+            let name = file_name(&design.file);
             let response = ui
                 .add_enabled(!design.is_missing, Button::new(name))
                 .on_hover_text(design.file.display().to_string())

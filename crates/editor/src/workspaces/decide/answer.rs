@@ -24,7 +24,7 @@ use std::sync::Arc;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{BodyRole, Decision, Edit, Origin, ProcedureEdit};
 use trackwright_procedure::Step;
-use trackwright_project::{Files, RoomSource};
+use trackwright_project::{Files, RoomSource, file_name};
 
 pub(crate) fn answer(mut requests: MessageReader<DecideRequest>, mut params: DecideParams) {
     for request in requests.read() {
@@ -391,10 +391,8 @@ pub(crate) fn receive_results(
         redraw.write(RequestRedraw);
         match answer {
             Ok(Ok(poses)) => {
-                let table = state.recorded.as_ref().map(|recorded| recorded.table.as_str());
-                let name = table.and_then(|table| Path::new(table).file_name());
-                let name = name.map_or_else(String::new, |name| name.to_string_lossy().into());
-                choice.take_recording(name, poses);
+                let table = state.recorded.as_ref().map(|recorded| Path::new(&recorded.table));
+                choice.take_recording(table.map(file_name).unwrap_or_default(), poses);
                 *workspace = study::WORKSPACE;
             }
             Ok(Err(error)) => dialogs.show(ErrorDialog::new(NO_POSES, &error)),

@@ -1,7 +1,6 @@
 //! The maker's definition that the selected body came from: its contents, and ways to another one.
 
 use crate::document::body_files::{BodyFileRequest, BodyLoading};
-use crate::document::meshes::name_of;
 use crate::widgets::basic::{quiet_ui, section_ui, warning_ui, with_unit};
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
@@ -10,7 +9,7 @@ use std::path::Path;
 use trackwright_design::BodyRole;
 use trackwright_design::definition::DefinitionFile;
 use trackwright_formats::tool_definition::{Fact, ToolDefinition};
-use trackwright_project::World;
+use trackwright_project::{World, file_name};
 
 /// What the section shows.
 pub struct BodyFileView<'a> {
@@ -93,7 +92,7 @@ fn fact_ui(ui: &mut Ui, fact: &Fact) {
 
 fn buttons_ui(ui: &mut Ui, view: &BodyFileView, actions: &mut Vec<DesignAction>) {
     if let Some(file) = view.reading {
-        ui.label(format!("Reading {}…", name_of(file)));
+        ui.label(format!("Reading {}…", file_name(file)));
         if button_ui(ui, "Cancel", "Stops reading the file").clicked() {
             actions.push(DesignAction::BodyFile(BodyFileRequest::GiveUp));
         }

@@ -1,6 +1,6 @@
 //! The mesh of the selected body or anatomy: what it is, what is wrong with it, which unit it is in, another.
 
-use crate::document::meshes::{MeshLoading, MeshRequest, name_of};
+use crate::document::meshes::{MeshLoading, MeshRequest};
 use crate::widgets::basic::{NumberChange, NumberField, counted, decimal, number_ui, quiet_ui};
 use crate::widgets::basic::{section_ui, warning_ui, with_unit};
 use crate::widgets::tooltip::{Explain, button_ui};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use trackwright_design::Edit;
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::mesh_report::MeshReport;
-use trackwright_project::{MeshOwner, World};
+use trackwright_project::{MeshOwner, World, file_name};
 
 /// What the section shows.
 pub struct MeshView<'a> {
@@ -67,7 +67,7 @@ pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<DesignAction> {
     let mut actions = Vec::new();
     section_ui(ui, "Mesh");
     if let Some(reference) = view.reference {
-        let name = name_of(Path::new(&reference.file));
+        let name = file_name(Path::new(&reference.file));
         let label = egui::Label::new(name).truncate();
         ui.add(label).explained(&reference.file);
     } else {
@@ -192,7 +192,7 @@ const UNIT_WIDTH: f32 = 130.0;
 
 fn buttons_ui(ui: &mut Ui, view: &MeshView, actions: &mut Vec<DesignAction>) {
     if let Some(file) = view.reading {
-        ui.label(RichText::new(format!("Reading {}…", name_of(file))));
+        ui.label(RichText::new(format!("Reading {}…", file_name(file))));
         if button_ui(ui, "Cancel", "Stops reading the mesh").clicked() {
             actions.push(DesignAction::Mesh(MeshRequest::GiveUp));
         }

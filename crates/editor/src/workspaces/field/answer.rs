@@ -1,6 +1,6 @@
 //! Carries out the panels' requests, or starts the thread that does.
 
-use crate::document::file_names::{path_name, saved_words};
+use crate::document::file_names::saved_words;
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::Job;
@@ -16,7 +16,7 @@ use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
 use trackwright_design::{Edit, Origin};
 use trackwright_field::Environment;
-use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomSource, RoomSummary};
+use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomSource, RoomSummary, file_name};
 
 /// Rooms that are remembered as recently used.
 const MOST_RECENT: usize = 8;
@@ -185,7 +185,7 @@ impl FieldParams<'_> {
                 self.remember(RoomSource::File(
                     file.canonicalize().unwrap_or_else(|_| file.to_owned()),
                 ));
-                *self.notice = Notice::Done(saved_words(path_name(file), &[]));
+                *self.notice = Notice::Done(saved_words(file_name(file), &[]));
             }
             Err(error) => self.dialogs.show(ErrorDialog::new("The room cannot be saved", &error)),
         }

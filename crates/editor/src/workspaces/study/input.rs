@@ -12,8 +12,7 @@ use crate::workspaces::study::dialog::StudyDialog;
 use crate::workspaces::study::state::is_study_shown;
 use bevy::prelude::*;
 use bevy::window::{FileDragAndDrop, RequestRedraw};
-use std::path::Path;
-use trackwright_project::Files;
+use trackwright_project::{Files, file_name};
 
 pub(crate) fn plugin(app: &mut App) {
     app.add_message::<FileDragAndDrop>().add_systems(
@@ -67,7 +66,7 @@ fn answer(
                 });
                 match taken {
                     Ok(trials) => {
-                        let name = name_of(path);
+                        let name = file_name(path);
                         let rows = counted(trials.len(), "pose", "poses");
                         *notice = Notice::Done(format!("Read {rows} from {name}{suspected}"));
                         choice.take_input(name, trials.into());
@@ -80,9 +79,4 @@ fn answer(
             _ => {}
         }
     }
-}
-
-fn name_of(path: &Path) -> String {
-    path.file_name()
-        .map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }

@@ -13,6 +13,7 @@ use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
 use trackwright_formats::comparison_table::Names;
+use trackwright_project::file_name;
 use trackwright_simulation::Metric;
 use trackwright_simulation::comparison::{
     Row, difference_words, notes, worst_place_words, worst_words,
@@ -243,8 +244,7 @@ fn about(what: Option<&Compare>, is_other_room: bool) -> &'static str {
 
 /// `shaver` of `folder/shaver.design.ron`.
 fn file_stem(file: &Path) -> String {
-    let name =
-        file.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let name = file_name(file);
     let stem = name.strip_suffix(".ron").unwrap_or(&name);
     stem.strip_suffix(".design").unwrap_or(stem).to_owned()
 }

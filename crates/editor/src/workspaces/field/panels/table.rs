@@ -17,6 +17,7 @@ use bevy_egui::egui::{
 };
 use bevy_egui::egui::{pos2, vec2};
 use trackwright_formats::printable::printable;
+use trackwright_project::file_name;
 
 const BAR_HEIGHT: f32 = 8.0;
 
@@ -69,8 +70,7 @@ fn table_ui(ui: &mut Ui, state: &FieldState, role: TableRole, requests: &mut Vec
         }
     }
     if let Some(reading) = &slot.reading {
-        let name = reading.file.file_name().unwrap_or_default();
-        quiet_ui(ui, format!("reading {}", name.to_string_lossy()));
+        quiet_ui(ui, format!("reading {}", file_name(&reading.file)));
         ui.horizontal(|ui| {
             let part = reading.job.progress() as f32;
             ui.add(ProgressBar::new(part).desired_width(ui.available_width() - 62.0));

@@ -12,6 +12,7 @@ use crate::workspaces::live::state::LiveState;
 use bevy_egui::egui::{self, DragValue, Ui};
 use trackwright_openigtlink::codec::DEFAULT_PORT;
 use trackwright_openigtlink::session::{Link, SessionState};
+use trackwright_project::file_name;
 
 /// Where poses are sent on at first: the port after the tracker's, which is taken on one machine.
 const FIRST_PORT: u16 = DEFAULT_PORT + 1;
@@ -124,14 +125,13 @@ pub fn recording_ui(ui: &mut Ui, state: &LiveState) -> Vec<LiveRequest> {
     let Some(recording) = recording else {
         return requests;
     };
-    let name = recording.file.file_name().unwrap_or_default().to_string_lossy();
+    let name = file_name(&recording.file);
     ui.horizontal(|ui| {
         if is_growing {
             let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 12.0), egui::Sense::hover());
             ui.painter().circle_filled(rect.center(), 4.0, palette::MISSED.color32());
         }
-        ui.add(egui::Label::new(name.as_ref()).truncate())
-            .explained(recording.file.display().to_string());
+        ui.add(egui::Label::new(name).truncate()).explained(recording.file.display().to_string());
     });
     let samples = usize::try_from(recording.samples).unwrap_or(usize::MAX);
     fact_ui(ui, "samples", &count(samples));
