@@ -14,23 +14,53 @@
 //! ```
 
 use std::fmt;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// A flag that stops a computation whose answer nobody wants any more; checked at least every few
-/// milliseconds.
-#[derive(Clone, Debug, Default)]
-pub struct CancelToken(Arc<AtomicBool>);
+/// milliseconds. What waits and cannot check it is called by it.
+#[derive(Clone, Default)]
+pub struct CancelToken(Arc<Flag>);
+
+#[derive(Default)]
+struct Flag {
+    is_cancelled: AtomicBool,
+    /// Called once the flag is set.
+    hooks: Mutex<Vec<Hook>>,
+}
+
+type Hook = Box<dyn FnOnce() + Send>;
 
 impl CancelToken {
     /// Requests that the work stop.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.is_cancelled.store(true, Ordering::Relaxed);
+        let hooks =
+            std::mem::take(&mut *self.0.hooks.lock().unwrap_or_else(PoisonError::into_inner));
+        hooks.into_iter().for_each(|hook| hook());
     }
 
     /// Whether the work is to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        self.0.is_cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Calls the hook once by the thread that cancels; at once where that has happened.
+    pub fn on_cancel(&self, hook: impl FnOnce() + Send + 'static) {
+        let mut hooks = self.0.hooks.lock().unwrap_or_else(PoisonError::into_inner);
+        // The flag is set before the hooks are called: either it is seen here or the hook is there.
+        if self.is_cancelled() {
+            drop(hooks);
+            hook();
+        } else {
+            hooks.push(Box::new(hook));
+        }
+    }
+}
+
+impl fmt::Debug for CancelToken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("CancelToken").field(&self.is_cancelled()).finish()
     }
 }
 
@@ -98,7 +128,29 @@ impl fmt::Debug for Task {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::Mutex;
+
+    #[test]
+    fn a_hook_is_called_once_by_the_cancelling_thread() {
+        let calls = Arc::new(Mutex::new(Vec::new()));
+        let hook = || {
+            let calls = calls.clone();
+            move || calls.lock().unwrap().push(std::thread::current().id())
+        };
+        let token = CancelToken::default();
+        token.on_cancel(hook());
+        assert!(calls.lock().unwrap().is_empty());
+        let other = token.clone();
+        let canceller = std::thread::spawn(move || {
+            other.cancel();
+            other.cancel();
+            std::thread::current().id()
+        });
+        let canceller = canceller.join().unwrap();
+        assert_eq!(*calls.lock().unwrap(), [canceller]);
+        // Too late to wait for it.
+        token.on_cancel(hook());
+        assert_eq!(*calls.lock().unwrap(), [canceller, std::thread::current().id()]);
+    }
 
     #[test]
     fn steps_report_their_part_and_stop_when_cancelled() {
