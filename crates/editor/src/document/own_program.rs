@@ -8,6 +8,7 @@ use crate::document::file_names::default_file_name;
 use crate::document::requests::FileRequest;
 use crate::document::state::Notice;
 use crate::runner::jobs::Job;
+use crate::runner::process::run_process;
 use crate::runner::wake::Waker;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
@@ -16,15 +17,11 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::ffi::OsString;
-use std::io::{self, Read, Seek};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::Duration;
+use std::process::Command;
 use trackwright_project::{StoreError, World as StoreWorld, file_name};
 use trackwright_task::{Cancelled, Task};
-
-/// How often the process is checked for its end, and for whether it is to be ended.
-const POLL: Duration = Duration::from_millis(5);
 
 /// Writes files for the plugins that request it by [`OwnProgramWriter`], and cancels on
 /// [`FileRequest::CancelWriting`].
@@ -144,47 +141,21 @@ fn write_by(
     let folder = tempfile::tempdir()?;
     let copy = folder.path().join(default_file_name(&world.document));
     trackwright_project::save_as(&mut world, &copy)?;
-    // A file takes any number of words while nobody reads them.
-    let mut complaint = tempfile::tempfile()?;
     let arguments = arguments(&world, &copy)?;
     task.step(0, 1)?;
-    let child = Command::new(program)
-        .args(arguments)
-        .arg("--output")
-        .arg(file)
-        .args(file.exists().then_some("--overwrite"))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(complaint.try_clone()?)
-        .spawn()?;
-    if wait(child, task)?.success() {
+    let mut command = Command::new(program);
+    command.args(arguments).arg("--output").arg(file);
+    command.args(file.exists().then_some("--overwrite"));
+    let ended = run_process(&mut command, &task.cancel)?;
+    if ended.status.success() {
         return Ok(());
     }
     if task.cancel.is_cancelled() {
         trackwright_project::remove_interrupted(file);
         return Err(Cancelled.into());
     }
-    let mut bytes = Vec::new();
-    complaint.rewind()?;
-    complaint.read_to_end(&mut bytes)?;
-    let words = String::from_utf8_lossy(&bytes);
-    Err(OwnProgramError::Program(words.trim().trim_start_matches("error: ").to_owned()))
-}
-
-/// Waits until the process has ended, and ends it once that is requested.
-#[expect(
-    clippy::disallowed_methods,
-    reason = "neither a process nor a cancelled task wakes anyone: both are looked at again"
-)]
-fn wait(mut child: Child, task: &Task) -> io::Result<ExitStatus> {
-    while !task.cancel.is_cancelled() {
-        if let Some(status) = child.try_wait()? {
-            return Ok(status);
-        }
-        std::thread::sleep(POLL);
-    }
-    child.kill()?;
-    child.wait()
+    let words = ended.complaint.trim().trim_start_matches("error: ");
+    Err(OwnProgramError::Program(words.to_owned()))
 }
 
 fn cancel(mut requests: MessageReader<FileRequest>, job: Res<WriteJob>) {
