@@ -1,5 +1,7 @@
 //! The phases of a frame.
 
+use bevy::ecs::schedule::ScheduleConfigs;
+use bevy::ecs::system::ScheduleSystem;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::EguiPrimaryContextPass;
@@ -27,6 +29,15 @@ pub enum UiSystems {
     SceneControls,
     Overlay,
     Dialogs,
+}
+
+/// What requests background work or cancels it, then what receives its answers, in
+/// [`EditorSystems::Solve`].
+pub fn request_then_receive<M, N>(
+    request: impl IntoScheduleConfigs<ScheduleSystem, M>,
+    receive: impl IntoScheduleConfigs<ScheduleSystem, N>,
+) -> ScheduleConfigs<ScheduleSystem> {
+    (request, receive).chain().in_set(EditorSystems::Solve)
 }
 
 /// Chains [`EditorSystems`] in [`Update`], and registers the request for a frame, which headless apps

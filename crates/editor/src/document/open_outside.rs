@@ -2,7 +2,7 @@
 
 use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
+use crate::schedule::request_then_receive;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -58,12 +58,10 @@ impl Plugin for OpenOutsidePlugin {
             .add_message::<OpenOutside>()
             .add_systems(
                 Update,
-                (
+                request_then_receive(
                     answer.run_if(on_message::<OpenOutside>),
                     receive.run_if(|job: Res<OpenJob>| job.is_opening()),
-                )
-                    .chain()
-                    .in_set(EditorSystems::Solve),
+                ),
             );
     }
 }

@@ -10,7 +10,7 @@ use crate::document::state::Notice;
 use crate::runner::jobs::Job;
 use crate::runner::process::run_process;
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
+use crate::schedule::request_then_receive;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::app::AppExit;
 use bevy::ecs::system::SystemParam;
@@ -88,12 +88,10 @@ impl Plugin for OwnProgramPlugin {
             .init_resource::<WriteJob>()
             .add_systems(
                 Update,
-                (
+                request_then_receive(
                     cancel.run_if(on_message::<FileRequest>),
                     receive.run_if(|job: Res<WriteJob>| job.is_writing()),
-                )
-                    .chain()
-                    .in_set(EditorSystems::Solve),
+                ),
             )
             .add_systems(Last, end.run_if(on_message::<AppExit>));
     }

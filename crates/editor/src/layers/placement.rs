@@ -17,7 +17,7 @@ use crate::scene::BodyRoot;
 use crate::scene::bodies::shown_mesh;
 use crate::scene::body_meshes::is_same_mesh;
 use crate::scene::materials::paint::PaintMaterial;
-use crate::schedule::EditorSystems;
+use crate::schedule::{EditorSystems, request_then_receive};
 use crate::shell::window::Workspace;
 use crate::viewport::surfaces::Surfaces;
 use crate::widgets::basic::{NumberField, decimal, quiet_ui, with_unit};
@@ -179,12 +179,10 @@ impl Plugin for PlacementPlugin {
             .init_resource::<PlacementLayer>()
             .add_systems(
                 Update,
-                (
+                request_then_receive(
                     request.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
                     receive.run_if(is_on),
-                )
-                    .chain()
-                    .in_set(EditorSystems::Solve),
+                ),
             )
             .add_systems(
                 Update,

@@ -9,7 +9,7 @@ use crate::palette;
 use crate::runner::diagnostics::Diagnostics;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
+use crate::schedule::{EditorSystems, request_then_receive};
 use bevy::prelude::*;
 use trackwright_simulation::usable_region::{
     RegionBasis, RegionError, UsableRegion, usable_region,
@@ -66,12 +66,10 @@ impl Plugin for RegionPlugin {
             .init_resource::<RegionLayer>()
             .add_systems(
                 Update,
-                (
+                request_then_receive(
                     request.run_if(resource_exists::<OpenWorld>).run_if(may_differ),
                     receive.run_if(is_on),
-                )
-                    .chain()
-                    .in_set(EditorSystems::Solve),
+                ),
             )
             .add_systems(
                 Update,

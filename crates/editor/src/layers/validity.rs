@@ -10,7 +10,7 @@ use crate::palette;
 use crate::runner::diagnostics::Diagnostics;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
+use crate::schedule::{EditorSystems, request_then_receive};
 use bevy::prelude::*;
 use nalgebra::{Unit, Vector3};
 use std::sync::Arc;
@@ -78,9 +78,10 @@ impl Plugin for SupportPlugin {
             .init_resource::<SupportLayer>()
             .add_systems(
                 Update,
-                (request.run_if(resource_exists_and_changed::<OpenWorld>), receive.run_if(is_on))
-                    .chain()
-                    .in_set(EditorSystems::Solve),
+                request_then_receive(
+                    request.run_if(resource_exists_and_changed::<OpenWorld>),
+                    receive.run_if(is_on),
+                ),
             )
             .add_systems(
                 Update,

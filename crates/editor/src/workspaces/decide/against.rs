@@ -5,7 +5,7 @@ use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::state::WorldGeneration;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
+use crate::schedule::request_then_receive;
 use crate::workspaces::decide::requests::is_shown;
 use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
@@ -66,12 +66,10 @@ impl Plugin for AgainstPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Against>().add_systems(
             Update,
-            (
+            request_then_receive(
                 request.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
                 receive.run_if(is_requested),
-            )
-                .chain()
-                .in_set(EditorSystems::Solve),
+            ),
         );
     }
 }

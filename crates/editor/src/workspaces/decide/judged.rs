@@ -4,7 +4,7 @@ use crate::document::requests::{ActiveDrag, OpenWorld};
 use crate::document::state::WorldGeneration;
 use crate::runner::jobs::Newest;
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
+use crate::schedule::request_then_receive;
 use crate::workspaces::decide::requests::is_shown;
 use crate::workspaces::decide::state::DecideState;
 use bevy::prelude::*;
@@ -64,12 +64,10 @@ impl Plugin for JudgedPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Judged>().add_systems(
             Update,
-            (
+            request_then_receive(
                 request.run_if(resource_exists::<OpenWorld>.and_then(is_shown)),
                 receive.run_if(is_requested),
-            )
-                .chain()
-                .in_set(EditorSystems::Solve),
+            ),
         );
     }
 }

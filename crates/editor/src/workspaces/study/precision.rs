@@ -4,8 +4,7 @@ use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
 use crate::runner::jobs::{JobInfo, Runner};
 use crate::runner::wake::Waker;
-use crate::schedule::EditorSystems;
-use crate::schedule::UiSystems;
+use crate::schedule::{UiSystems, request_then_receive};
 use crate::shell::commands::{AddCommand, Command, VIEW, write};
 use crate::shell::requests::Requests;
 use crate::workspaces::study::precision_ui::precision_window;
@@ -79,9 +78,10 @@ impl Plugin for PrecisionPlugin {
             .add_systems(EguiPrimaryContextPass, window.run_if(is_open).in_set(UiSystems::Dialogs))
             .add_systems(
                 Update,
-                (answer.run_if(on_message::<PrecisionRequest>), receive.run_if(is_measuring))
-                    .chain()
-                    .in_set(EditorSystems::Solve),
+                request_then_receive(
+                    answer.run_if(on_message::<PrecisionRequest>),
+                    receive.run_if(is_measuring),
+                ),
             );
     }
 }
