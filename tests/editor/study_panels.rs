@@ -21,8 +21,8 @@ use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_project::MeasuredError;
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Metric, Mode, Requirement, Scenario, TrialSource, run_profiled,
-    simulate_pose, source_words, trial_offsets, trial_pose,
+    CancelToken, ChartedProfile, Metric, Mode, PoseDetail, Requirement, Scenario, TrialSource,
+    run_profiled, simulate_pose, source_words, trial_offsets, trial_pose,
 };
 
 fn scenario() -> Scenario {
@@ -59,6 +59,20 @@ fn timeline<'a>(charted: &'a ChartedProfile, shown: Option<&'a ShownTrial>) -> T
         is_playing: false,
         rate_per_s: 25.0,
         log_part: None,
+    }
+}
+
+/// Without sources, requirement or what was measured.
+fn trial_view(detail: &PoseDetail) -> TrialView<'_> {
+    TrialView {
+        trial: Some(&detail.trial),
+        title: "Trial 1".to_owned(),
+        columns: ["true", "simulated"],
+        rotation: RotationForm::EulerAngles,
+        has_crf: true,
+        sources: &[],
+        measured: None,
+        requirement: None,
     }
 }
 
@@ -158,14 +172,10 @@ fn a_trial_is_shown_in_numbers_with_units() {
     ] {
         let (mut harness, requests) = panel([276.0, 400.0], |ui| {
             let view = TrialView {
-                trial: Some(&detail.trial),
                 title: "Trial 4".to_owned(),
-                columns: ["true", "simulated"],
                 rotation: form,
-                has_crf: true,
-                sources: &[],
-                measured: None,
                 requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
+                ..trial_view(&detail)
             };
             trial_ui(ui, &view)
         });
@@ -190,17 +200,8 @@ fn a_single_trial_has_no_verdict_against_an_rms() {
     let error = format!("{:.2}\u{2009}mm", detail.trial.tip_error_mm);
     let texts = [Metric::TIP_RMS, Metric::TIP_P95, Metric::TIP_MAX].map(|metric| {
         let (harness, _) = panel([276.0, 400.0], |ui| {
-            let view = TrialView {
-                trial: Some(&detail.trial),
-                title: "Trial 1".to_owned(),
-                columns: ["true", "simulated"],
-                rotation: RotationForm::EulerAngles,
-                has_crf: true,
-                sources: &[],
-                measured: None,
-                requirement: Some(Requirement::at_most([(metric, 1e-3)])),
-            };
-            trial_ui(ui, &view)
+            let requirement = Some(Requirement::at_most([(metric, 1e-3)]));
+            trial_ui(ui, &TrialView { requirement, ..trial_view(&detail) })
         });
         ["", "✖ "].map(|sign| harness.query_all_by_label(&format!("{sign}{error}")).count() > 0)
     });
@@ -216,17 +217,7 @@ fn a_recorded_pose_shows_what_was_measured() {
         crf_from_tool: None,
     };
     let (harness, _) = panel([276.0, 400.0], |ui| {
-        let view = TrialView {
-            trial: Some(&detail.trial),
-            title: "Trial 1".to_owned(),
-            columns: ["true", "simulated"],
-            rotation: RotationForm::EulerAngles,
-            has_crf: true,
-            sources: &[],
-            measured: Some(&measured),
-            requirement: None,
-        };
-        trial_ui(ui, &view)
+        trial_ui(ui, &TrialView { measured: Some(&measured), ..trial_view(&detail) })
     });
     harness.get_by_label("measured tip error");
     harness.get_by_label("0.50\u{2009}mm");
@@ -251,19 +242,8 @@ fn contributions_are_listed_within_a_narrow_panel() {
     let starts = "tip error from ";
     for (sources, listed) in [(&none, 0), (&two, 2), (&many, 7)] {
         // 270 points between the margins.
-        let (mut harness, _) = panel([286.0, 900.0], |ui| {
-            let view = TrialView {
-                trial: Some(&detail.trial),
-                title: "Trial 1".to_owned(),
-                columns: ["true", "simulated"],
-                rotation: RotationForm::EulerAngles,
-                has_crf: true,
-                sources,
-                measured: None,
-                requirement: None,
-            };
-            trial_ui(ui, &view)
-        });
+        let (mut harness, _) =
+            panel([286.0, 900.0], |ui| trial_ui(ui, &TrialView { sources, ..trial_view(&detail) }));
         harness.run_steps(2);
         let Some(text) = harness.query_by_label_contains(starts) else {
             assert_eq!(listed, 0);
