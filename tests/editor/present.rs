@@ -14,6 +14,7 @@ use trackwright_editor::document::selection::Selection;
 use trackwright_editor::document::shown::ShownDesign;
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::window::Workspace;
+use trackwright_editor::widgets::verdict::verdict_mark;
 use trackwright_editor::workspaces;
 use trackwright_editor::workspaces::design::DesignPlugin;
 use trackwright_editor::workspaces::present::panels::StageView;
@@ -22,6 +23,7 @@ use trackwright_editor::workspaces::present::panels::stage_ui::stage_ui;
 use trackwright_editor::workspaces::present::{PresentPlugin, PresentRequest, Presenter};
 use trackwright_editor::workspaces::study::StudyPlugin;
 use trackwright_editor::workspaces::study::state::StudyRequest;
+use trackwright_report::words::{PlainFigure, plain_figure};
 
 fn slide(title: &str, azimuth_rad: f64) -> Slide {
     let mut slide = Slide {
@@ -210,6 +212,22 @@ fn slide_text_stays_clear_and_visible() {
     let (mut harness, requests) = harness(&app, &presenter);
     harness.run_steps(3);
     assert!(requests.borrow().is_empty());
+}
+
+#[test]
+fn figures_on_a_slide_have_names() {
+    let mut app = present_app(&[slide("one", 0.1)]);
+    go_to(&mut app, workspaces::present::WORKSPACE);
+    let presenter = app.world().resource::<Presenter>().clone();
+    let (mut harness, _) = harness(&app, &presenter);
+    harness.run_steps(2);
+    let results = app.world().resource::<Results>();
+    let figures = &results.study.as_ref().unwrap().value.figures;
+    let largest = SlideFigure::LargestTipError;
+    let PlainFigure { value, words, verdict } =
+        plain_figure(largest, figures, results.expected_of_study()).unwrap();
+    let sign = verdict.map_or_else(String::new, |verdict| format!("{} ", verdict_mark(verdict).0));
+    harness.get_by_label(&format!("{value} {sign}{words}"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use crate::palette::ThemedColor;
 use crate::widgets::verdict::{figure_color, verdict_mark};
 use crate::workspaces::present::panels::StageView;
 use crate::workspaces::present::requests::PresentRequest;
+use bevy_egui::egui::accesskit::{self, Role};
 use bevy_egui::egui::{
     Align2, Area, Color32, Context, FontId, Frame, Galley, Id, Margin, Order, Painter, Pos2, Rect,
     TextEdit, Ui, pos2, vec2,
@@ -136,11 +137,23 @@ fn figures(painter: &Painter, at: Pos2, shown: &[PlainFigure], covered: &mut Vec
         let plate = rect.expand2(vec2(10.0, 5.0));
         painter.rect_filled(plate, 6.0, palette::plate());
         let words_at = rect.left_top() + vec2(0.0, value.size().y - 2.0);
+        name_figure(painter, rect, &format!("{} {}", value.text(), words.text()));
         painter.galley(rect.min, value, color);
         painter.galley(words_at, words, quiet);
         covered.push(plate);
         top.y = plate.bottom() + 12.0;
     }
+}
+
+/// What is only painted has no name otherwise, for screen readers and for scripts.
+fn name_figure(painter: &Painter, rect: Rect, name: &str) {
+    painter.ctx().accesskit_node_builder(Id::new(("slide figure", name)), |node| {
+        node.set_role(Role::Label);
+        node.set_value(name);
+        let [x0, y0, x1, y1] =
+            [rect.left(), rect.top(), rect.right(), rect.bottom()].map(f64::from);
+        node.set_bounds(accesskit::Rect { x0, y0, x1, y1 });
+    });
 }
 
 /// A field over the scene.
