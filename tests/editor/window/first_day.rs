@@ -9,6 +9,7 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 use trackwright_simulation::SensorOrientation;
+use trackwright_simulation::figures::with_separators;
 
 /// Where the needle's point is once the view is framed.
 const POINT_ON_SCREEN: [f64; 2] = [690.0, 92.0];
@@ -94,6 +95,38 @@ fn compared(of: &Value, quantity: &str, figure: &str) -> [String; 4] {
     };
     let [baseline, this] = [0, 1].map(|row| format!("{:.3}", value(row)));
     [baseline, this, change.replace('-', "−"), verdict.to_owned()]
+}
+
+/// What each figure of a slide is about.
+const ON_SLIDE: [&str; 3] =
+    ["of the positions are within", "typical error at the tip", "largest error at the tip"];
+
+/// Holds a slide's figures against those of the command line; the part of the positions is in its report.
+#[track_caller]
+fn check_slide([within, typical, largest]: &[String; 3], study: &Value, report: &str) {
+    for (shown, words, summary) in [(typical, ON_SLIDE[1], "median"), (largest, ON_SLIDE[2], "max")]
+    {
+        let mm = |value: &Value| format!("{:.2}", value.as_f64().expect("millimetres"));
+        let value = mm(&study["expected"]["position_mm"][summary]);
+        let interval = &study["intervals"]["position_mm"][summary];
+        let [low, high] = [0, 1].map(|end| mm(&interval[end]));
+        assert_eq!(*shown, format!("{value} mm {words}, 95 %: {low} to {high} mm"));
+    }
+    let (part, limit_and_interval) = within.split_once(ON_SLIDE[0]).expect("a part");
+    let part = part.trim_end_matches([' ', '✔', '✖', '?']);
+    let interval = limit_and_interval.strip_prefix(" 1.50 mm, 95 %: ").expect("its interval");
+    let trials = with_separators(study["trials"].as_u64().unwrap() as usize);
+    let stated = match part {
+        "100 %" => format!("all {trials} positions"),
+        "0 %" => format!("none of the {trials} positions"),
+        part => {
+            let part = part.replace("> ", "more than ").replace("< ", "less than ");
+            format!("{part} of the positions")
+        }
+    };
+    let stated = format!("Expected: {stated} within 1.5 mm (95 %: {interval})");
+    let report = report.replace('\u{2009}', " ").replace("&gt;", ">").replace("&lt;", "<");
+    assert!(report.contains(&stated), "the report does not have: {stated}");
 }
 
 #[test]
@@ -230,6 +263,7 @@ fn the_first_day_needs_no_coordinate() {
 
     // A slide and a report.
     window.click_control("Present");
+    let on_slide = ON_SLIDE.map(|words| window.name_with(words));
     window.key("e");
     window.click_control("Keep this view");
     window.key("e");
@@ -242,6 +276,7 @@ fn the_first_day_needs_no_coordinate() {
     let by_command = own.path().join("needle.html");
     succeed(&["report", &text(&design), "-o", &text(&by_command)]);
     assert!(page == std::fs::read_to_string(by_command).unwrap(), "the command line's report");
+    check_slide(&on_slide, &json(&["simulate", &text(&design), "--mode", "motion"]), &page);
 
     let saved = trackwright_project::open_design(&design).unwrap();
     let needle = saved.document.design();

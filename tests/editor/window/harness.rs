@@ -210,6 +210,14 @@ impl Window {
         row.into_iter().map(|control| control.name.to_owned()).collect()
     }
 
+    /// The whole name of what is shown with these words in it, with plain spaces.
+    #[track_caller]
+    pub fn name_with(&self, words: &str) -> String {
+        let found = controls(&self.printed).find(|control| control.name.contains(words));
+        let found = found.unwrap_or_else(|| panic!("nothing with {words}; {}", self.newest()));
+        found.name.replace('\u{2009}', " ")
+    }
+
     /// Waits until a control of this name is shown.
     #[track_caller]
     pub fn wait_for_control(&mut self, name: &str) {
