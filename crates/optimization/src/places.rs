@@ -195,7 +195,7 @@ impl<'a> Places<'a> {
             let away = |place: &&Place| (place.sensor.position_in_body - point.position_mm).norm();
             own.iter().map(away).fold(f64::INFINITY, f64::min)
         };
-        inside.map(nearest).reduce(|| 0.0, f64::max)
+        inside.map(nearest).reduce(|| 0.0, f64::max) + self.body.between_mm
     }
 
     /// What a sensor breaks at its place by itself.

@@ -33,7 +33,7 @@ struct Ways<'a, F> {
 #[derive(Debug)]
 struct Ended;
 
-impl<F: Fn(&Position) -> Result<Option<f64>, ()>> CostFunction for &Ways<'_, F> {
+impl<F: Fn(&Position, f64) -> Result<Option<f64>, ()>> CostFunction for &Ways<'_, F> {
     type Param = Vec<f64>;
     type Output = f64;
     type Error = Ended;
@@ -41,26 +41,29 @@ impl<F: Fn(&Position) -> Result<Option<f64>, ()>> CostFunction for &Ways<'_, F> 
     fn cost(&self, way: &Self::Param) -> Result<f64, Ended> {
         let way_mm: Vec<f64> = way.iter().map(|part| part * UNIT_MM).collect();
         let position = self.movable.moved(self.start, &way_mm);
-        let value = (self.value)(&position).map_err(|()| Ended)?;
+        let best = self.best.borrow().value;
+        let value = (self.value)(&position, best).map_err(|()| Ended)?;
         let Some(value) = value.filter(|value| value.is_finite()) else {
             return Ok(REFUSED);
         };
-        let mut best = self.best.borrow_mut();
-        if value < best.value {
-            *best = Found { position, value };
+        if value < best {
+            *self.best.borrow_mut() = Found { position, value };
         }
         Ok(value)
     }
 }
 
-/// The best position near a start by steps that become ever smaller. `value` returns `None` of what
-/// is not allowed, and an error where the search is to end; the best so far is then returned.
+/// The best position near a start by steps that become ever smaller.
+///
+/// `value` gets a position and what the best comes to so far: what is better than that has to be
+/// allowed, and of the rest it is not looked at. It returns `None` of what is not allowed, and an error
+/// where the search is to end; the best so far is then returned.
 pub(crate) fn polished(
     movable: &Movable,
     start: &Found,
     step_mm: f64,
     most: u64,
-    value: impl Fn(&Position) -> Result<Option<f64>, ()>,
+    value: impl Fn(&Position, f64) -> Result<Option<f64>, ()>,
 ) -> Found {
     let dimensions = movable.dimensions(&start.position);
     if dimensions == 0 {
@@ -84,7 +87,7 @@ pub(crate) fn spread_out(
     start: &Found,
     step_mm: f64,
     (most, seed): (u64, u64),
-    value: impl Fn(&Position) -> Result<Option<f64>, ()>,
+    value: impl Fn(&Position, f64) -> Result<Option<f64>, ()>,
 ) -> Found {
     let dimensions = movable.dimensions(&start.position);
     if dimensions < 2 {

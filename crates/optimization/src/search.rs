@@ -165,7 +165,7 @@ impl<'a> Search<'a> {
             self.movable.places(slot.body)?.nearest(sensor)
         });
         let position = self.movable.position(each.collect::<Option<Vec<_>>>()?);
-        let value = self.value(&position).ok().flatten()?;
+        let value = self.value(&position, f64::INFINITY).ok().flatten()?;
         Some(Found { position, value })
     }
 
@@ -294,7 +294,7 @@ impl<'a> Search<'a> {
         let starts = starts.into_par_iter().enumerate();
         let mut found: Vec<Found> = starts
             .map(|(number, start)| {
-                let value = |position: &Position| self.value(position);
+                let value = |position: &Position, best: f64| self.value(position, best);
                 // From the best of all layouts of a fine grid there is no far way to go.
                 let start = match is_known {
                     true => start,
@@ -350,7 +350,7 @@ impl<'a> Search<'a> {
         for finalist in finalists {
             let start =
                 Found { position: finalist.position.clone(), value: finalist.judged.objective };
-            let value = |position: &Position| match self.enough.is_cancelled() {
+            let value = |position: &Position, _: f64| match self.enough.is_cancelled() {
                 true => Err(()),
                 false => match self.study(position) {
                     Ok(studied) => Ok(studied.map(|studied| studied.judged.objective)),
@@ -370,16 +370,39 @@ impl<'a> Search<'a> {
     }
 
     /// What a position comes to over few poses; `None` of what is not allowed, an error where the
-    /// search is to end.
-    pub fn value(&self, position: &Position) -> Result<Option<f64>, ()> {
+    /// search is to end. Whether the body holds the coils costs most, and is looked at where the
+    /// value is below the best.
+    pub fn value(&self, position: &Position, best: f64) -> Result<Option<f64>, ()> {
         if self.enough.is_cancelled() {
             return Err(());
         }
-        if self.fault(position).is_some() {
+        let bodies = self.movable.bodies(position);
+        let slots = 0..self.movable.slots.len();
+        if slots.clone().any(|slot| self.pair_fault_of(&bodies, slot).is_some())
+            || self.judge.determination_fault(&bodies).is_some()
+        {
             return Ok(None);
         }
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        self.judge.few_value(&self.movable.bodies(position)).map_err(|_| ())
+        let value = self.judge.few_value(&bodies).map_err(|_| ())?;
+        let is_best = value.is_some_and(|value| value < best);
+        let is_allowed = !is_best || slots.into_iter().all(|slot| self.holds(position, slot));
+        Ok(value.filter(|_| is_allowed))
+    }
+
+    fn pair_fault_of(&self, bodies: &Bodies, number: usize) -> Option<Constraint> {
+        let slot = self.movable.slots[number];
+        let gap_mm = self.movable.places(slot.body)?.body.mounting.least_gap_mm;
+        let sensors = &bodies.body(slot.body)?.sensors;
+        let own = &sensors[slot.index];
+        let mut others = sensors.iter().enumerate().filter(|(index, _)| *index != slot.index);
+        others.find_map(|(_, other)| pair_fault(own, other, gap_mm))
+    }
+
+    /// Whether a sensor may be at its place by itself.
+    fn holds(&self, position: &Position, number: usize) -> bool {
+        let places = self.movable.places(self.movable.slots[number].body);
+        places.is_some_and(|places| places.fault(&position.places[number]).is_none())
     }
 
     /// What stands in the way of a position, if anything: what costs least is looked at first.
@@ -391,16 +414,8 @@ impl<'a> Search<'a> {
 
     /// What stands in the way of one sensor's place.
     pub fn fault_of(&self, position: &Position, number: usize) -> Option<Constraint> {
-        let slot = self.movable.slots[number];
-        let places = self.movable.places(slot.body)?;
-        let bodies = self.movable.bodies(position);
-        let sensors = &bodies.body(slot.body)?.sensors;
-        let gap_mm = places.body.mounting.least_gap_mm;
-        let others = sensors.iter().enumerate().filter(|(index, _)| *index != slot.index);
-        let own = &sensors[slot.index];
-        let mut others = others.map(|(_, other)| other);
-        others
-            .find_map(|other| pair_fault(own, other, gap_mm))
+        let places = self.movable.places(self.movable.slots[number].body)?;
+        self.pair_fault_of(&self.movable.bodies(position), number)
             .or_else(|| places.fault(&position.places[number]))
     }
 }

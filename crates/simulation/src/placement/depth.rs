@@ -17,8 +17,14 @@ const EDGES_ACROSS: f64 = 100.0;
 /// A body's mesh with as many vertices as placement needs: a shaft may be one triangle long. `None`
 /// where it has them.
 pub fn placement_mesh(mesh: &SurfaceMesh) -> Option<SurfaceMesh> {
+    mesh.finer(longest_edge_mm(mesh)?)
+}
+
+/// The longest edge between vertices that placement takes for all of a body's surface; `None` of a mesh
+/// without a body.
+pub fn longest_edge_mm(mesh: &SurfaceMesh) -> Option<f64> {
     let diagonal_mm = mesh.body_bounds()?.diagonal_mm();
-    mesh.finer(LONGEST_EDGE_MM.max(diagonal_mm / EDGES_ACROSS))
+    Some(LONGEST_EDGE_MM.max(diagonal_mm / EDGES_ACROSS))
 }
 
 /// The vertices of an instrument, part after part in the mesh's order; one whose normal has no

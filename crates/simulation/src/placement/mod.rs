@@ -39,7 +39,7 @@ mod rule;
 mod tool;
 
 pub use best::BestPlace;
-pub use depth::{CoilDepth, placement_mesh, vertices};
+pub use depth::{CoilDepth, longest_edge_mm, placement_mesh, vertices};
 pub use outcome::{
     Basis, ExpectedTip, PlacedBody, Placement, PlacementError, PlacementOutcome, PlacementPlan,
 };
