@@ -25,9 +25,11 @@ mod error;
 mod files;
 mod import_body;
 mod kinds;
+mod layout_edits;
 mod meshes;
 mod open;
 mod paths;
+mod placement_problem;
 mod procedure;
 mod read;
 mod recovery;
@@ -56,6 +58,7 @@ pub use error::StoreError;
 pub use files::{Files, Output};
 pub use import_body::{BodyImport, ImportedBody};
 pub use kinds::Doubted;
+pub use layout_edits::layout_edits;
 pub use meshes::{
     ImportedMesh, MeshDoubt, MeshImport, MeshOwner, MeshProblem, mesh_reference_to, refresh_meshes,
     reload_meshes,
@@ -65,6 +68,7 @@ pub use open::{
     open_design_to_show, open_design_without_meshes, refresh_environment,
 };
 pub use paths::file_name;
+pub use placement_problem::{MoveBounds, MoveError, design_rooms, named_moves, placement_problem};
 pub use procedure::{
     MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,
     recorded_poses, reference_to_file,

@@ -1,0 +1,236 @@
+//! What is searched for when an open design's sensors are to be placed: the design in its rooms, its
+//! bodies with their meshes, and what may move, by its name.
+
+use super::error::StoreError;
+use super::files::Files;
+use super::open::World;
+use super::resolve::resolve;
+use super::rooms::{RoomSource, further_rooms, own_room};
+use std::sync::Arc;
+use trackwright_design::{BodyRole, Design};
+use trackwright_field::Environment;
+use trackwright_optimization::{Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem};
+use trackwright_simulation::{Mode, Scenario};
+
+/// What is no sensor's name where it says what may move.
+const TOOL: &str = "tool";
+const CRF: &str = "crf";
+const GENERATOR: &str = "generator";
+const CRF_POSE: &str = "crf-pose";
+
+/// How far the poses may be moved that are named.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MoveBounds {
+    pub generator: PoseBounds,
+    pub crf_pose: PoseBounds,
+}
+
+/// Why names do not say what may move.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MoveError {
+    #[error("found no sensor {name:?}, expected {}", expected.join(", "))]
+    NoSuchSensor { name: String, expected: Vec<String> },
+    #[error("found {count} sensors {name:?} of the {body}, expected names that differ")]
+    SeveralSensors { name: String, body: BodyRole, count: usize },
+    #[error("{name}: the design has no CRF")]
+    NoCrf { name: &'static str },
+}
+
+/// What may move, by names: `tool` and `crf` are all sensors of a body, `generator` and `crf-pose` the
+/// poses of field generator and CRF, anything else is a sensor's name, the tool's before the CRF's.
+/// Without names all sensors of the tool move. How many sensors of which kinds there may be is left as
+/// it is.
+///
+/// # Errors
+/// See [`MoveError`].
+pub fn named_moves(
+    design: &Design,
+    names: &[String],
+    bounds: MoveBounds,
+) -> Result<Moves, MoveError> {
+    let count = |role| design.body(role).map(|body| body.rigid.sensors.len());
+    let mut moves = Moves::default();
+    if names.is_empty() {
+        moves.tool = (0..design.tool.body.rigid.sensors.len()).collect();
+    }
+    for name in names {
+        match name.as_str() {
+            TOOL => moves.tool.extend(0..design.tool.body.rigid.sensors.len()),
+            CRF => {
+                let sensors = count(BodyRole::Crf).ok_or(MoveError::NoCrf { name: CRF })?;
+                moves.crf.extend(0..sensors);
+            }
+            GENERATOR => moves.generator = Some(bounds.generator),
+            CRF_POSE if design.crf.is_none() => return Err(MoveError::NoCrf { name: CRF_POSE }),
+            CRF_POSE => moves.crf_pose = Some(bounds.crf_pose),
+            name => match sensor_named(design, name)? {
+                (BodyRole::Tool, index) => moves.tool.push(index),
+                (BodyRole::Crf, index) => moves.crf.push(index),
+            },
+        }
+    }
+    for numbers in [&mut moves.tool, &mut moves.crf] {
+        numbers.sort_unstable();
+        numbers.dedup();
+    }
+    Ok(moves)
+}
+
+fn sensor_named(design: &Design, name: &str) -> Result<(BodyRole, usize), MoveError> {
+    for (role, body) in design.bodies() {
+        let sensors = body.rigid.sensors.iter().enumerate();
+        let found: Vec<usize> =
+            sensors.filter(|(_, sensor)| sensor.name == name).map(|(index, _)| index).collect();
+        match found[..] {
+            [] => {}
+            [index] => return Ok((role, index)),
+            _ => {
+                let (name, count) = (name.to_owned(), found.len());
+                return Err(MoveError::SeveralSensors { name, body: role, count });
+            }
+        }
+    }
+    let bodies = design.bodies().flat_map(|(_, body)| &body.rigid.sensors);
+    let poses: &[&str] = match design.crf {
+        Some(_) => &[TOOL, CRF, GENERATOR, CRF_POSE],
+        None => &[TOOL, GENERATOR],
+    };
+    let others = poses.iter().map(|name| (*name).to_owned());
+    let mut expected: Vec<String> = others.collect();
+    for sensor in bodies {
+        if !expected.contains(&sensor.name) {
+            expected.push(sensor.name.clone());
+        }
+    }
+    Err(MoveError::NoSuchSensor { name: name.to_owned(), expected })
+}
+
+/// The rooms that an open design is judged in: its own and its further ones, each once.
+///
+/// # Errors
+/// One that cannot be read.
+pub fn design_rooms(files: &Files, world: &World) -> Result<Vec<Arc<Environment>>, StoreError> {
+    let mut known = vec![own_room(world)?];
+    let mut rooms = vec![Arc::clone(&world.environment)];
+    for room in further_rooms(world)? {
+        if known.contains(&room) {
+            continue;
+        }
+        if let RoomSource::File(file) = &room {
+            files.input(file)?;
+        }
+        rooms.push(Arc::new(room.read()?));
+        known.push(room);
+    }
+    Ok(rooms)
+}
+
+/// The search for the best places of what moves in an open design: over its range of motion, or at
+/// its pose where it has none.
+pub fn placement_problem(
+    world: &World,
+    environments: &[Arc<Environment>],
+    moves: Moves,
+    goal: Goal,
+    rooms: OverRooms,
+) -> Problem {
+    let design = world.document.design();
+    let scenarios: Vec<Scenario> =
+        environments.iter().map(|environment| resolve(design, environment)).collect();
+    Problem {
+        mode: study_mode(design),
+        tool: mounted(world, BodyRole::Tool).unwrap_or_default(),
+        crf: mounted(world, BodyRole::Crf),
+        scenarios,
+        moves,
+        goal,
+        rooms,
+    }
+}
+
+/// A design's own study.
+fn study_mode(design: &Design) -> Mode {
+    match design.motion {
+        Some(_) => Mode::Motion,
+        None => Mode::Single,
+    }
+}
+
+/// Where a body's sensors may be, on its mesh where that was read.
+fn mounted(world: &World, role: BodyRole) -> Option<MountedBody> {
+    let mounting = world.document.design().body(role)?.mounting.clone();
+    Some(match world.mesh(role) {
+        Some(mesh) => MountedBody::of_mesh(mounting, mesh),
+        None => MountedBody::without_mesh(mounting),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::open_builtin;
+    use nalgebra::Vector3;
+
+    fn bounds() -> MoveBounds {
+        let of = |shift_mm: f64| PoseBounds { shift_mm: Vector3::repeat(shift_mm), turn_deg: 10.0 };
+        MoveBounds { generator: of(50.0), crf_pose: of(5.0) }
+    }
+
+    fn moves(design: &Design, names: &[&str]) -> Result<Moves, MoveError> {
+        let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+        named_moves(design, &names, bounds())
+    }
+
+    #[test]
+    fn names_say_what_may_move() {
+        let world = open_builtin("pointer-on-head").unwrap();
+        let design = world.document.design();
+        let all = moves(design, &[]).unwrap();
+        assert_eq!(all, Moves { tool: vec![0, 1, 2], ..Moves::default() });
+        assert_eq!(moves(design, &["tool"]).unwrap(), all);
+        let named = moves(design, &["left", "grip", "crf-pose", "grip"]).unwrap();
+        let crf_pose = Some(bounds().crf_pose);
+        let expected = Moves { tool: vec![1], crf: vec![1], crf_pose, ..Moves::default() };
+        assert_eq!(named, expected);
+        let poses = moves(design, &["generator", "crf"]).unwrap();
+        let generator = Some(bounds().generator);
+        assert_eq!(poses, Moves { crf: vec![0, 1, 2], generator, ..Moves::default() });
+    }
+
+    #[test]
+    fn unknown_names_list_the_known_ones() {
+        let world = open_builtin("pointer-on-head").unwrap();
+        let mut design = world.document.design().clone();
+        let error = moves(&design, &["tip"]).unwrap_err().to_string();
+        let known = "tool, crf, generator, crf-pose, shaft, grip, housing, right, left, top";
+        assert_eq!(error, format!("found no sensor \"tip\", expected {known}"));
+        design.tool.body.rigid.sensors[1].name = "shaft".to_owned();
+        let error = moves(&design, &["shaft"]).unwrap_err().to_string();
+        assert_eq!(error, "found 2 sensors \"shaft\" of the tool, expected names that differ");
+        // The tool's is meant where the CRF has one of the same name.
+        design.tool.body.rigid.sensors[1].name = "left".to_owned();
+        assert_eq!(moves(&design, &["left"]).unwrap().tool, [1]);
+        design.crf = None;
+        for name in ["crf", "crf-pose"] {
+            let error = moves(&design, &[name]).unwrap_err().to_string();
+            assert_eq!(error, format!("{name}: the design has no CRF"));
+        }
+    }
+
+    #[test]
+    fn a_problem_is_the_design_in_its_rooms() {
+        let world = open_builtin("pointer-on-head").unwrap();
+        let rooms = design_rooms(&Files::default(), &world).unwrap();
+        assert_eq!(rooms.len(), 1);
+        let design = world.document.design();
+        let goal = Goal::Requirement(design.requirement.unwrap());
+        let moves = moves(design, &[]).unwrap();
+        let problem = placement_problem(&world, &rooms, moves, goal, OverRooms::Worst);
+        assert!(matches!(problem.mode, Mode::Motion));
+        assert_eq!(problem.scenarios[0].tool, design.tool.body.rigid);
+        assert_eq!(problem.tool.mounting, design.tool.body.mounting);
+        let crf = problem.crf.unwrap();
+        assert_eq!(crf.mounting, design.crf.as_ref().unwrap().body.mounting);
+        assert!(problem.tool.surface.is_some() && crf.surface.is_some());
+    }
+}
