@@ -250,12 +250,20 @@ impl<'a> Places<'a> {
     /// Numbers that move a sensor from a place: three on a surface, one in a channel, none in a seat,
     /// and three for an axis that is free.
     pub fn dimensions(&self, place: &Place) -> usize {
-        let (way, axis) = match &self.regions[place.region] {
-            Region::Surface { axis, .. } => (3, *axis),
-            Region::Channel { axis, .. } => (1, *axis),
-            Region::Seat { .. } => (0, MountingAxis::AsItIs),
+        let axis = match &self.regions[place.region] {
+            Region::Surface { axis, .. } | Region::Channel { axis, .. } => *axis,
+            Region::Seat { .. } => MountingAxis::AsItIs,
         };
-        way + if axis == MountingAxis::Free { 3 } else { 0 }
+        self.way_dimensions(place) + if axis == MountingAxis::Free { 3 } else { 0 }
+    }
+
+    /// Those of them that move the sensor's place: the first ones.
+    pub fn way_dimensions(&self, place: &Place) -> usize {
+        match &self.regions[place.region] {
+            Region::Surface { .. } => 3,
+            Region::Channel { .. } => 1,
+            Region::Seat { .. } => 0,
+        }
     }
 
     /// The place after a way of so many millimetres, allowed or not: along the channel, or to the

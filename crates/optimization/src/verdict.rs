@@ -164,17 +164,17 @@ fn named(search: &Search, number: usize) -> (&'static str, String) {
     (body_key(slot.body), sensor.map_or_else(String::new, |sensor: &Sensor| sensor.name.clone()))
 }
 
-/// Ways of one sensor alone: along its numbers, either way, and where there are three of them along
-/// the diagonals too.
+/// Ways of one sensor alone: either way along its channel, or along its surface in all directions.
 fn directions(search: &Search, position: &Position, number: usize) -> Vec<Vec<f64>> {
     let all = search.movable.dimensions(position);
     let own: Vec<usize> = search.movable.slot_dimensions(position).collect();
     let first: usize = own[..number].iter().sum();
     let steps = [-1.0, 0.0, 1.0];
-    let of_place: Vec<Vec<f64>> = match own[number] {
+    let place = &position.places[number];
+    let places = search.movable.places(search.movable.slots[number].body);
+    let of_place: Vec<Vec<f64>> = match places.map_or(0, |places| places.way_dimensions(place)) {
         0 => Vec::new(),
-        1..3 => vec![vec![-1.0], vec![1.0]],
-        // On a surface; a turn alone does not move it.
+        1 => vec![vec![-1.0], vec![1.0]],
         _ => {
             let mut all = Vec::new();
             for x in steps {
