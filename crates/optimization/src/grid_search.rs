@@ -255,7 +255,7 @@ impl GridFound {
 }
 
 /// How many layouts slots have with so many places each, near ones included.
-pub(crate) fn layouts(places: &[Vec<Place>], alike: &[Option<usize>]) -> f64 {
+pub(crate) fn layouts(places: &[usize], alike: &[Option<usize>]) -> f64 {
     let mut all = 1.0;
     for (slot, places) in places.iter().enumerate() {
         // The k-th of those that are alike has one place fewer, and k orders are one layout.
@@ -264,7 +264,7 @@ pub(crate) fn layouts(places: &[Vec<Place>], alike: &[Option<usize>]) -> f64 {
             order += 1.0;
             other = alike[before];
         }
-        all *= (places.len() as f64 - order).max(0.0) / (order + 1.0);
+        all *= (*places as f64 - order).max(0.0) / (order + 1.0);
     }
     all
 }

@@ -3,12 +3,12 @@
 use crate::bodies::Bodies;
 use crate::choice::{Choice, choices};
 use crate::judge::{Judge, Judged};
-use crate::outcome::{Layout, OptimizeError, Optimized, Progress};
+use crate::outcome::{Layout, OptimizeError, Optimized, Progress, body_key};
 use crate::problem::{Goal, Problem, Settings};
 use crate::search::{Search, Studied};
 use crate::verdict::{asked, binding, flatness, gain};
 use trackwright_simulation::{CancelToken, StudyError, run};
-use trackwright_task::{Cancelled, Task};
+use trackwright_task::Task;
 
 /// Layouts that are listed.
 const LISTED: usize = 6;
@@ -38,6 +38,8 @@ pub fn optimize(
     if asked(problem.goal).is_empty() {
         return Err(OptimizeError::NothingAsked);
     }
+    let ended = enough.clone();
+    task.cancel.on_cancel(move || ended.cancel());
     let choices = choices(problem)?;
     let own = Bodies::of(first);
     let mut figures = Vec::with_capacity(problem.scenarios.len());
@@ -59,10 +61,10 @@ pub fn optimize(
     let mut refused = None;
     for (number, choice) in choices.iter().enumerate() {
         let part = |k: usize| SEARCH_PART * k as f64 * share;
-        task.subtask(part(number), part(number + 1)).step(0, 1).map_err(cancelled)?;
+        let searching = task.subtask(part(number), part(number + 1));
         let search = Search::new(&judge, choice, *settings, (enough, share))?;
         let before = evaluations;
-        let searched = search.run(&mut |studied: &Studied, judged| {
+        let searched = search.run(&searching, &mut |studied: &Studied, judged| {
             if studied.judged.objective < best_objective {
                 best_objective = studied.judged.objective;
                 let best = layout(&studied.bodies, studied.judged.clone(), choice.cost);
@@ -78,25 +80,13 @@ pub fn optimize(
             }
             // Fewer sensors may still have places.
             Err(error @ OptimizeError::NoPlace { .. }) if choices.len() > 1 => {
-                refused = Some(error)
+                refused = Some(error);
             }
             Err(error) => return Err(error),
         }
     }
-    let with_layout = |found: &&Found| !found.studied.is_empty();
-    if found.iter().filter(with_layout).count() == 0 {
-        let choice = &choices[0];
-        let too_many = choice.slots.first().map(|slot| OptimizeError::TooMany {
-            body: crate::outcome::body_key(slot.body),
-            sensors: choice.bodies.body(slot.body).map_or(0, |body| body.sensors.len()),
-        });
-        let own_is_best = choices.iter().any(|choice| choice.is_own) && !enough.is_cancelled();
-        match (refused, too_many) {
-            (Some(error), _) => return Err(error),
-            (None, Some(error)) if own_is_best || enough.is_cancelled() => return Err(error),
-            (None, Some(error)) => return Err(error),
-            (None, None) => return Err(OptimizeError::NothingMoves),
-        }
+    if found.iter().all(|found| found.studied.is_empty()) {
+        return Err(refused.unwrap_or_else(|| too_many(&choices[0])));
     }
     let pareto = pareto(&found);
     let chosen = best_choice(problem.goal, &found);
@@ -127,10 +117,9 @@ pub fn optimize(
             (best_bodies, best.objective),
             settings.seed.wrapping_add(UNSEEN_SEED),
             &judging,
-        )
-        .map_err(cancelled)?,
+        )?,
     };
-    task.step(1, 1).map_err(cancelled)?;
+    task.step(1, 1)?;
     let mut notes = notes(problem);
     if refused.is_some() {
         notes.push("the regions do not hold as many sensors as were allowed".into());
@@ -163,8 +152,12 @@ struct Found<'a> {
     certain_to_mm: Option<f64>,
 }
 
-fn cancelled(_: Cancelled) -> OptimizeError {
-    OptimizeError::Study(StudyError::Cancelled)
+/// No layout of a choice is allowed: each of its sensors has places, but not beside the others.
+fn too_many(choice: &Choice) -> OptimizeError {
+    choice.slots.first().map_or(OptimizeError::NothingMoves, |slot| OptimizeError::TooMany {
+        body: body_key(slot.body),
+        sensors: choice.bodies.body(slot.body).map_or(0, |body| body.sensors.len()),
+    })
 }
 
 fn layout(bodies: &Bodies, judged: Judged, cost: Option<f64>) -> Layout {

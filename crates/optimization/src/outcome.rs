@@ -5,6 +5,7 @@ use serde::Serialize;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::comparison::Difference;
 use trackwright_simulation::{Figures, PlacedBody, RigidBody, StudyError};
+use trackwright_task::Cancelled;
 
 /// A design's sensors and poses, and what its study comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,6 +133,12 @@ pub enum OptimizeError {
     Bounds { found: f64, expected: &'static str },
     #[error(transparent)]
     Study(#[from] StudyError),
+}
+
+impl From<Cancelled> for OptimizeError {
+    fn from(_: Cancelled) -> Self {
+        Self::Study(StudyError::Cancelled)
+    }
 }
 
 fn most_common_words(constraint: &Option<Constraint>) -> String {

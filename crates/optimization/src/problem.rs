@@ -92,6 +92,7 @@ pub struct PoseBounds {
 }
 
 /// What is made least.
+#[expect(clippy::large_enum_variant, reason = "there is one of it in a search")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Goal {
     /// The largest ratio of a figure to its bound, one of the requirement's.

@@ -4,7 +4,7 @@
 use crate::bodies::{Bodies, Movable, Position, Slot};
 use crate::choice::Choice;
 use crate::constraint::{Constraint, pair_fault};
-use crate::grid_search::{GridFound, GridSearch, layouts};
+use crate::grid_search::{GridFound, GridLayout, GridSearch, layouts};
 use crate::judge::{Judge, Judged};
 use crate::outcome::{OptimizeError, body_key};
 use crate::places::{Grid, Place};
@@ -14,6 +14,7 @@ use crate::table::Table;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 use trackwright_simulation::{CancelToken, StudyError};
+use trackwright_task::Task;
 
 /// Part of the frame fits that the first, coarse grid may take, so that there is a first answer soon.
 const FIRST_PART: f64 = 0.02;
@@ -26,6 +27,9 @@ const STEPS_PART: f64 = 0.2;
 
 /// Part that the last steps may take, with the whole study.
 const STUDY_PART: f64 = 0.3;
+
+/// Parts of a search, for progress.
+const PARTS: usize = 5;
 
 /// Fewest places with which all layouts of a grid are judged; below, the grid says too little.
 const FEWEST_PLACES: usize = 14;
@@ -70,6 +74,22 @@ pub(crate) struct Searched {
     pub certain_to_mm: Option<f64>,
 }
 
+/// A search over grids.
+struct Gridded {
+    found: GridFound,
+    /// Of each slot.
+    places: Vec<Vec<Place>>,
+    /// See [`Grid::spacing_mm`]; the largest of all slots.
+    spacing_mm: Option<f64>,
+}
+
+impl Gridded {
+    fn position(&self, search: &Search, layout: &GridLayout) -> Position {
+        let each = self.places.iter().zip(&layout.chosen).map(|(places, k)| places[*k].clone());
+        search.movable.position(each.collect())
+    }
+}
+
 /// One search.
 pub(crate) struct Search<'a> {
     pub judge: &'a Judge<'a>,
@@ -96,25 +116,31 @@ impl<'a> Search<'a> {
         Ok(Self { judge, movable, settings, enough, share, evaluations })
     }
 
-    /// Runs it; `deliver` gets layouts that are better than those before.
+    /// Runs it; `deliver` gets the best of each part of it.
     ///
     /// # Errors
     /// A slot without a place, and what [`Judge::study`] returns.
-    pub fn run(&self, deliver: &mut dyn FnMut(&Studied, u64)) -> Result<Searched, OptimizeError> {
+    pub fn run(
+        &self,
+        task: &Task,
+        deliver: &mut dyn FnMut(&Studied, u64),
+    ) -> Result<Searched, OptimizeError> {
         let start = self.start();
-        let (coarse, _) = self.grid(FIRST_PART)?;
-        let first = coarse.layouts.first().map(|layout| layout.chosen.clone());
-        let places = self.places_of_grid(FIRST_PART)?.0;
-        let mut first_positions: Vec<Position> = Vec::new();
-        first_positions.extend(first.map(|chosen| self.position(&places, &chosen)));
-        let first_studied = self.studied(&first_positions)?;
-        if let Some(studied) = first_studied.first() {
+        let coarse = self.grid(FIRST_PART)?;
+        let first: Vec<Position> = coarse
+            .found
+            .layouts
+            .iter()
+            .take(1)
+            .map(|layout| coarse.position(self, layout))
+            .collect();
+        if let Some(studied) = self.studied(&first)?.first() {
             deliver(studied, self.evaluations.load(Ordering::Relaxed));
         }
-        let (found, grids) = self.grid(GRID_PART)?;
-        let spacing_mm = grids.iter().map(|grid| grid.spacing_mm).collect::<Option<Vec<f64>>>();
-        let spacing_mm = spacing_mm.map(|all| all.into_iter().fold(0.0, f64::max));
-        let places: Vec<Vec<Place>> = grids.into_iter().map(|grid| grid.places).collect();
+        task.step(1, PARTS)?;
+        let grid = self.grid(GRID_PART)?;
+        task.step(2, PARTS)?;
+        let (found, spacing_mm) = (&grid.found, grid.spacing_mm);
         let step_mm = spacing_mm.unwrap_or(FIRST_STEP_MM).max(1.0);
         let is_exhaustive = found.is_exhaustive;
         // All that the few poses do not tell from the best.
@@ -122,10 +148,10 @@ impl<'a> Search<'a> {
         let close = found.layouts.iter().take_while(|layout| layout.value <= best * (1.0 + CLOSE));
         let is_told = close.count() <= MOST_STUDIES;
         let mut starts: Vec<Found> = Vec::new();
-        let on_grid = found.layouts.iter().map(|layout| Found {
-            position: self.position(&places, &layout.chosen),
-            value: layout.value,
-        });
+        let on_grid = found
+            .layouts
+            .iter()
+            .map(|layout| Found { position: grid.position(self, layout), value: layout.value });
         for found in start.into_iter().chain(on_grid) {
             let is_new = starts.iter().all(|other| {
                 far_mm(&found.position, &other.position) > DISTINCT_MM.max(2.0 * step_mm)
@@ -137,6 +163,7 @@ impl<'a> Search<'a> {
         starts.sort_by(|a, b| a.value.total_cmp(&b.value));
         starts.truncate(STARTS);
         let polished = self.off_grid(starts, step_mm, is_exhaustive && spacing_mm.is_some())?;
+        task.step(3, PARTS)?;
         let mut positions: Vec<Position> =
             polished.iter().map(|found| found.position.clone()).collect();
         let close: Vec<Position> = found
@@ -144,14 +171,15 @@ impl<'a> Search<'a> {
             .iter()
             .take(MOST_STUDIES)
             .take_while(|layout| layout.value <= best * (1.0 + CLOSE))
-            .map(|layout| self.position(&places, &layout.chosen))
+            .map(|layout| grid.position(self, layout))
             .collect();
         positions.extend(close);
-        positions.extend(first_positions);
+        positions.extend(first);
         let studied = self.studied(&positions)?;
         if let Some(best) = studied.first() {
             deliver(best, self.evaluations.load(Ordering::Relaxed));
         }
+        task.step(4, PARTS)?;
         let studied = self.last_steps(studied, step_mm, deliver)?;
         let certain_to_mm = spacing_mm.filter(|_| is_exhaustive && is_told);
         let evaluations = self.evaluations.load(Ordering::Relaxed);
@@ -169,33 +197,17 @@ impl<'a> Search<'a> {
         Some(Found { position, value })
     }
 
-    /// Grids of all slots of as many places as a part of the frame fits affords.
-    fn places_of_grid(&self, part: f64) -> Result<(Vec<Vec<Place>>, Vec<Grid>), OptimizeError> {
-        let grids = self.grids(part)?;
-        Ok((grids.iter().map(|grid| grid.places.clone()).collect(), grids))
-    }
-
     fn affordable(&self, part: f64) -> f64 {
         let fits = self.judge.few_fits(&self.movable.base) as f64;
         self.settings.most_fits as f64 * self.share * part / fits.max(1.0)
     }
 
+    /// Grids of all slots of as many places as a part of the frame fits affords.
     fn grids(&self, part: f64) -> Result<Vec<Grid>, OptimizeError> {
         let slots = &self.movable.slots;
         let alike = self.alike();
         let affordable = self.affordable(part);
-        let of_count = |count: usize| {
-            let mut all = 1.0;
-            for slot in 0..slots.len() {
-                let (mut order, mut other) = (0.0, alike[slot]);
-                while let Some(before) = other {
-                    order += 1.0;
-                    other = alike[before];
-                }
-                all *= (count as f64 - order).max(0.0) / (order + 1.0);
-            }
-            all
-        };
+        let of_count = |count: usize| layouts(&vec![count; slots.len()], &alike);
         let count = (2..=MOST_PLACES).take_while(|count| of_count(*count) <= affordable).last();
         let count = match count {
             Some(count) if count >= FEWEST_PLACES => count,
@@ -257,27 +269,27 @@ impl<'a> Search<'a> {
         each.collect()
     }
 
-    fn grid(&self, part: f64) -> Result<(GridFound, Vec<Grid>), OptimizeError> {
-        let (places, grids) = self.places_of_grid(part)?;
-        if places.is_empty() {
-            return Ok((GridFound::default(), grids));
+    /// Searches grids of as many places as a part of the frame fits affords.
+    fn grid(&self, part: f64) -> Result<Gridded, OptimizeError> {
+        let grids = self.grids(part)?;
+        let spacing_mm = grids.iter().map(|grid| grid.spacing_mm).collect::<Option<Vec<f64>>>();
+        let spacing_mm = spacing_mm.map(|all| all.into_iter().fold(0.0, f64::max));
+        let places: Vec<Vec<Place>> = grids.into_iter().map(|grid| grid.places).collect();
+        let mut found = GridFound::default();
+        if !places.is_empty() {
+            let (alike, slots) = (self.alike(), &self.movable.slots);
+            let table = Table::new(self.judge, &self.movable.base, slots, &places)?;
+            let search =
+                GridSearch::new(&self.movable, &table, slots, &places, &alike, self.enough);
+            let affordable = self.affordable(part);
+            let counts: Vec<usize> = places.iter().map(Vec::len).collect();
+            found = match layouts(&counts, &alike) <= 1.2 * affordable {
+                true => search.all(),
+                false => search.by_exchanges(self.settings.seed, affordable as u64),
+            };
         }
-        let alike = self.alike();
-        let slots = &self.movable.slots;
-        let table = Table::new(self.judge, &self.movable.base, slots, &places)?;
-        let search = GridSearch::new(&self.movable, &table, slots, &places, &alike, self.enough);
-        let affordable = self.affordable(part);
-        let found = match layouts(&places, &alike) <= 1.2 * affordable {
-            true => search.all(),
-            false => search.by_exchanges(self.settings.seed, affordable as u64),
-        };
         self.evaluations.fetch_add(found.evaluations, Ordering::Relaxed);
-        Ok((found, grids))
-    }
-
-    fn position(&self, places: &[Vec<Place>], chosen: &[usize]) -> Position {
-        let each = places.iter().zip(chosen).map(|(places, k)| places[*k].clone());
-        self.movable.position(each.collect())
+        Ok(Gridded { found, places, spacing_mm })
     }
 
     /// Steps off the grid from each start, over few poses.

@@ -169,7 +169,7 @@ fn directions(search: &Search, position: &Position, number: usize) -> Vec<Vec<f6
     let all = search.movable.dimensions(position);
     let own: Vec<usize> = search.movable.slot_dimensions(position).collect();
     let first: usize = own[..number].iter().sum();
-    let steps = [-1.0, 0.0, 1.0];
+    let steps = [-1.0_f64, 0.0, 1.0];
     let place = &position.places[number];
     let places = search.movable.places(search.movable.slots[number].body);
     let of_place: Vec<Vec<f64>> = match places.map_or(0, |places| places.way_dimensions(place)) {
@@ -180,9 +180,9 @@ fn directions(search: &Search, position: &Position, number: usize) -> Vec<Vec<f6
             for x in steps {
                 for y in steps {
                     for z in steps {
-                        let length = (x * x + y * y + z * z as f64).sqrt();
+                        let length = (x * x + y * y + z * z).sqrt();
                         if length > 0.0 {
-                            all.push([x, y, z].map(|part: f64| part / length).to_vec());
+                            all.push([x, y, z].map(|part| part / length).to_vec());
                         }
                     }
                 }
