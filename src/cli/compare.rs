@@ -126,7 +126,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
 
 /// # Errors
 /// The second of two names of one file.
-fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
+pub(super) fn named_once(files: &[PathBuf], what: &str) -> anyhow::Result<()> {
     for (number, file) in files.iter().enumerate() {
         if let Some(first) =
             files[..number].iter().find(|first| trackwright_project::is_same_file(first, file))
@@ -234,7 +234,7 @@ fn offsets_as_json(worst: &WorstPose) -> Value {
     Value::Object(named.collect())
 }
 
-fn differences_as_json(differences: &[Difference], of: ErrorOf) -> Value {
+pub(super) fn differences_as_json(differences: &[Difference], of: ErrorOf) -> Value {
     let each = differences.iter().filter(|d| d.metric.of == of);
     let named: Map<String, Value> =
         each.map(|d| (d.metric.summary.key().to_owned(), json!(d))).collect();

@@ -22,6 +22,7 @@ mod missed;
 mod model_kind;
 mod named_design;
 mod numbers;
+mod optimize;
 mod output;
 mod pivot;
 mod precision;
@@ -36,6 +37,7 @@ mod report;
 mod select;
 mod simulate;
 mod stability;
+mod study;
 mod tolerances;
 mod tool_reader;
 mod tool_report;
@@ -87,6 +89,7 @@ fn subcommands() -> Vec<Registered> {
         command("compensate", compensate::run),
         command("simulate", simulate::run),
         command("compare", compare::run),
+        command("optimize", optimize::run),
         command("procedure", procedure::run),
         command("precision", precision::run),
         group("import", import::run),

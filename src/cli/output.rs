@@ -188,6 +188,11 @@ impl Shown {
         });
         Self { task, bar }
     }
+
+    /// What is going on, from now on.
+    pub fn set_message(&self, what: String) {
+        self.bar.set_message(what);
+    }
 }
 
 impl Drop for Shown {

@@ -4,17 +4,18 @@ use super::expected;
 use super::missed::{self, Missed};
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
+use super::study::{Study, as_json, simulate};
 use super::uncertainty::UncertaintyArgs;
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_project::{Output, World};
-use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged, requirement_figures};
+use trackwright_project::World;
+use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged};
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
-    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
-    coil_statements, figure_rows,
+    self, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, coil_statements,
+    figure_rows,
 };
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -105,28 +106,19 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(named)?;
     // Before the log is written: an environment without that data is an error.
     let survey = args.support.then(|| survey(&scenario, &mode).with_context(named)).transpose()?;
-    let (outcome, last) = simulate(&scenario, &mode, log.as_ref()).with_context(named)?;
+    let study = Study::of((&scenario, &mode), log.as_ref()).with_context(named)?;
+    let (outcome, expected) = (&study.outcome, study.expected.as_ref());
     if args.explain {
-        for line in trackwright_simulation::explain(&scenario, &outcome) {
+        for line in trackwright_simulation::explain(&scenario, outcome) {
             output::note(&line.to_string());
         }
-    }
-    let expected = expected::of(&scenario, &mode).with_context(named)?;
-    if args.explain {
-        output::note(&expected::explained(expected.as_ref()).to_string());
+        output::note(&expected::explained(expected).to_string());
     }
     let figures = &outcome.figures;
-    let needed =
-        expected::needed(&scenario, &mode, expected.as_ref(), figures).with_context(named)?;
-    let missed = Missed::of(args.body, (&scenario, &mode), figures, expected.as_ref())
-        .with_context(named)?;
-    let single = last.filter(|_| required == ModeArg::Single);
     let coils = trackwright_project::coil_findings(&world);
     match args.format {
         Format::Json => {
-            let mut value = as_json(figures, single.as_ref(), expected.as_ref());
-            expected::add_needed(&mut value, &needed);
-            missed::add_json(&mut value, args.body, (&scenario, &mode), figures, missed.as_ref());
+            let mut value = study.as_json((&scenario, &mode));
             if let Some(report) = &uncertainty {
                 value["uncertainty"] = report.as_json(figures);
             }
@@ -140,11 +132,10 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         }
         Format::Text => {
             let title = title(&world);
-            let (single, expected) = (single.as_ref(), expected.as_ref());
-            let mut parts =
-                vec![study_text(&title, (&scenario, &mode), &outcome, single, expected)];
-            parts.extend(missed.iter().flat_map(Missed::lines));
-            parts.extend(expected::needed_lines(&needed));
+            let single = study.single.as_ref();
+            let mut parts = vec![study_text(&title, (&scenario, &mode), outcome, single, expected)];
+            parts.extend(study.missed.iter().flat_map(Missed::lines));
+            parts.extend(expected::needed_lines(&study.needed));
             parts.extend(uncertainty.iter().map(|report| report.as_text(figures)));
             parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
             parts.extend(coil_statements(&coils));
@@ -299,63 +290,6 @@ pub(super) fn note_world(world: &World) {
 fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
     let shown = Shown::new("looking up support");
     Ok(trackwright_simulation::survey(scenario, mode, &shown.task)?)
-}
-
-/// Runs with progress and, where requested, a log; gives the last trial beside the outcome.
-fn simulate(
-    scenario: &Scenario,
-    mode: &Mode,
-    log: Option<&Output>,
-) -> anyhow::Result<(Outcome, Option<Trial>)> {
-    let trials = match (mode, &scenario.motion) {
-        (Mode::Motion, Some(motion)) => motion.grid(&scenario.crf_from_tool)?.trials(),
-        (Mode::Input(trials), _) => trials.len(),
-        _ => 1,
-    };
-    let bar = output::progress(trials as u64, "simulating");
-    let mut last = None;
-    let mut visit = |trial: &Trial| {
-        bar.inc(1);
-        last = Some(*trial);
-    };
-    let cancel = CancelToken::default();
-    let outcome = match log {
-        None => trackwright_simulation::run(scenario, mode, &cancel, Some(&mut visit))?,
-        Some(log) => trackwright_project::write_log(log, scenario, mode, &cancel, &mut visit)?,
-    };
-    bar.finish_and_clear();
-    Ok((outcome, last))
-}
-
-fn as_json(figures: &Figures, single: Option<&Trial>, expected: Option<&Expected>) -> Value {
-    let mut value = json!({
-        "trials": figures.trials,
-        "outside": figures.outside,
-        "out_of_volume": figures.out_of_volume,
-        "rejected": figures.rejected,
-        "position_mm": figures.position_mm,
-        "angle_deg": figures.angle_deg,
-        "worst": figures.worst,
-        "requirement": requirement_figures(figures),
-        "poorly_determined": figures.poorly_determined,
-    });
-    if let Some(free) = &figures.free_axis {
-        value["free_axis"] = json!(free);
-        value["position_mm_determined"] = json!(figures.position_mm_determined);
-    }
-    if let Some(weak) = &figures.barely_determined {
-        value["barely_determined"] = json!(weak);
-    }
-    if let Some(trial) = single {
-        let e = trial.tip_error_in_crf_mm;
-        value["error_mm"] = json!([e.x, e.y, e.z]);
-        value["true"] = json!(pose_to_array(&trial.crf_from_tool));
-        value["simulated"] = json!(pose_to_array(&trial.crf_from_tool_simulated));
-    }
-    if let Some(expected) = expected {
-        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
-    }
-    value
 }
 
 /// Rows as they are aligned.

@@ -177,6 +177,18 @@ impl Output<'_> {
     /// # Errors
     /// [`StoreError::NotOwn`] for anything but that kind as this program writes it.
     pub fn expect_kind(&self, kind: &'static str) -> Result<(), StoreError> {
+        self.expect(Some(kind))
+    }
+
+    /// Refuses whatever is there before any work is done: for documents that are also made by hand.
+    ///
+    /// # Errors
+    /// [`StoreError::NotOwn`] for anything but an empty file.
+    pub fn expect_new(&self) -> Result<(), StoreError> {
+        self.expect(None)
+    }
+
+    fn expect(&self, kind: Option<&'static str>) -> Result<(), StoreError> {
         let is_there = std::fs::metadata(&self.file).is_ok_and(|m| m.is_file());
         if self.files.is_overwriting || !is_there {
             return Ok(());
@@ -189,7 +201,7 @@ impl Output<'_> {
             _ if read.is_err() => Ok(()),
             Signature::Empty => Ok(()),
             Signature::Kind(found)
-                if found == kind && !signature::holds_more_than_written(&old) =>
+                if Some(found) == kind && !signature::holds_more_than_written(&old) =>
             {
                 Ok(())
             }
