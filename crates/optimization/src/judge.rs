@@ -3,7 +3,7 @@
 use crate::bodies::Bodies;
 use crate::constraint::Constraint;
 use crate::problem::{Goal, OverRooms, Problem};
-use crate::scatter::TipScatter;
+use crate::scatter::{SensorScatter, TipScatter};
 use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::Pose;
@@ -274,10 +274,13 @@ impl<'a> Judge<'a> {
         each.fold(0.0, |worst, value| if value.is_nan() { value } else { value.max(worst) })
     }
 
-    /// What jitter adds in a room that states it.
+    /// What is added in a room that states its jitter, and by how sensors are built where that is
+    /// stated.
     pub fn scatter<'b>(&self, scenario: &Scenario, bodies: &'b Bodies) -> Option<TipScatter<'b>> {
-        let jitter = scenario.environment.jitter.filter(|jitter| jitter.problem().is_none())?;
-        Some(TipScatter::new(jitter, bodies, scenario.orientation_weight_mm))
+        let jitter = scenario.environment.jitter.filter(|jitter| jitter.problem().is_none());
+        let sensors = SensorScatter { jitter, built: self.problem.built };
+        let is_any = jitter.is_some() || sensors.built.is_some();
+        is_any.then(|| TipScatter::new(sensors, bodies, scenario.orientation_weight_mm))
     }
 
     /// What a layout leaves open that the start does not, if anything.

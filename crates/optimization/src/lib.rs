@@ -29,5 +29,5 @@ pub use constraint::Constraint;
 pub use optimize::optimize;
 pub use outcome::{Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain};
 pub use problem::{
-    Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,
+    BuiltError, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,
 };

@@ -4,7 +4,7 @@ use crate::bodies::Bodies;
 use crate::choice::{Choice, choices};
 use crate::judge::{Judge, Judged};
 use crate::outcome::{Layout, OptimizeError, Optimized, Progress, body_key};
-use crate::problem::{Goal, Problem, Settings};
+use crate::problem::{BuiltError, Goal, Problem, Settings};
 use crate::search::{Search, Studied};
 use crate::verdict::{asked, binding, flatness, gain};
 use trackwright_simulation::{CancelToken, StudyError, run};
@@ -40,6 +40,10 @@ pub fn optimize(
     }
     let ended = enough.clone();
     task.cancel.on_cancel(move || ended.cancel());
+    let built = problem.built.map_or([0.0; 2], |built| [built.position_mm, built.angle_deg]);
+    if let Some(found) = built.into_iter().find(|b| !(b.is_finite() && *b >= 0.0)) {
+        return Err(OptimizeError::Bounds { found, expected: "a finite number from 0" });
+    }
     let choices = choices(problem)?;
     let own = Bodies::of(first);
     let mut figures = Vec::with_capacity(problem.scenarios.len());
@@ -229,6 +233,11 @@ fn notes(problem: &Problem) -> Vec<String> {
     let mut notes = Vec::new();
     if problem.scenarios.iter().any(|scenario| scenario.environment.jitter.is_some()) {
         notes.push("the jitter that a room states counts: E|e|² = |bias|² + tr cov".to_owned());
+    }
+    if let Some(BuiltError { position_mm, angle_deg }) = problem.built {
+        notes.push(format!(
+            "sensors are taken to be built within {position_mm} mm and {angle_deg}° (standard deviations)"
+        ));
     }
     if problem.moves.generator.is_some() {
         notes.push(

@@ -129,7 +129,9 @@ pub enum OptimizeError {
     TooMany { body: &'static str, sensors: usize },
     #[error("{least} to {most} sensors of the {body}, of which {fixed} do not move")]
     Count { body: &'static str, least: usize, most: usize, fixed: usize },
-    #[error("a bound on how far a pose may be moved is {found}, expected {expected}")]
+    #[error(
+        "a bound on how far a pose is moved or a sensor is built off is {found}, expected {expected}"
+    )]
     Bounds { found: f64, expected: &'static str },
     #[error(transparent)]
     Study(#[from] StudyError),

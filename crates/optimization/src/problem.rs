@@ -21,6 +21,17 @@ pub struct Problem {
     pub moves: Moves,
     pub goal: Goal,
     pub rooms: OverRooms,
+    /// What sensors are off by when the bodies are built, if that is stated.
+    pub built: Option<BuiltError>,
+}
+
+/// Standard deviations of where a built sensor is, independent of those of the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuiltError {
+    /// Along each axis.
+    pub position_mm: f64,
+    /// About each axis.
+    pub angle_deg: f64,
 }
 
 /// Where the sensors of a body may be, and the shape of the body.

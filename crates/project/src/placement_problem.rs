@@ -145,6 +145,7 @@ pub fn placement_problem(
         moves,
         goal,
         rooms,
+        built: None,
     }
 }
 

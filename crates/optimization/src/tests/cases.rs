@@ -94,6 +94,7 @@ pub(super) fn needle_problem(
         moves: Moves { tool: (0..starts_mm.len()).collect(), ..Moves::default() },
         goal: Goal::Figure(Metric::TIP_RMS),
         rooms: OverRooms::Worst,
+        built: None,
     }
 }
 

@@ -2,7 +2,7 @@
 //! Trans. Medical Imaging 23(5), 2004): only the markers' jitter counts.
 
 use super::cases::{ideal, needle_problem, plate, plate_top};
-use crate::{MountedBody, Moves, Optimized, Problem, Settings, optimize};
+use crate::{BuiltError, MountedBody, Moves, Optimized, Problem, Settings, optimize};
 use nalgebra::{Matrix3, Point3, SymmetricEigen, Vector3};
 use std::sync::Arc;
 use trackwright_field::environment::Jitter;
@@ -111,4 +111,15 @@ fn four_markers_are_placed_at_the_corners() {
     let least = tip_rms_mm(&corners);
     let closed = tip_rms_mm(&markers);
     assert!(closed <= 1.01 * least, "{closed} mm, corners {least} mm, {markers:?}");
+}
+
+#[test]
+fn what_is_built_off_counts_as_jitter_does() {
+    let by_jitter = search(&problem(3));
+    let mut built = problem(3);
+    built.scenarios[0].environment = Arc::new(ideal());
+    built.built = Some(BuiltError { position_mm: JITTER_MM, angle_deg: 0.0 });
+    let by_building = search(&built);
+    assert_eq!(by_building.best.objective, by_jitter.best.objective);
+    assert_eq!(by_building.best.tool, by_jitter.best.tool);
 }
