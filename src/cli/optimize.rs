@@ -1,4 +1,4 @@
-//! `optimize`: the best places for a design's sensors, and what they are worth.
+//! `optimize`: the best places for a design's sensors, and how much is gained.
 
 mod arguments;
 mod json;
@@ -105,7 +105,7 @@ struct Found {
     written: Vec<String>,
 }
 
-/// Searches, writes the better design, and prints what it is worth.
+/// Searches, writes the better design, and prints the gain.
 ///
 /// # Errors
 /// Files that can't be used, names of nothing that moves, no figure to make least, regions without a

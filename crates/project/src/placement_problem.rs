@@ -12,7 +12,7 @@ use trackwright_field::Environment;
 use trackwright_optimization::{Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem};
 use trackwright_simulation::{Mode, Scenario};
 
-/// What is no sensor's name where it says what may move.
+/// Names of what may move that are no sensor's.
 const TOOL: &str = "tool";
 const CRF: &str = "crf";
 const GENERATOR: &str = "generator";
@@ -25,7 +25,7 @@ pub struct MoveBounds {
     pub crf_pose: PoseBounds,
 }
 
-/// Why names do not say what may move.
+/// Why names do not determine what may move.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MoveError {
     #[error("found no sensor {name:?}, expected {}", expected.join(", "))]
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn names_say_what_may_move() {
+    fn names_determine_what_may_move() {
         let world = open_builtin("pointer-on-head").unwrap();
         let design = world.document.design();
         let all = moves(design, &[]).unwrap();

@@ -28,7 +28,11 @@ pub fn as_text(found: &Found) -> String {
         lines.extend(gain.flat_map(|gain| gain_lines(found.problem.goal, gain)));
     }
     lines.push(verdict(optimized, rooms.len()));
-    lines.extend(layout_lines("places", &optimized.best, &optimized.start));
+    let head = match optimized.is_better {
+        true => "its places",
+        false => "the best that was found, which is not written",
+    };
+    lines.extend(layout_lines(head, &optimized.best, &optimized.start));
     lines.extend(optimized.binding.iter().map(binding_line));
     lines.extend(optimized.flatness.iter().map(flatness_line));
     lines.extend(optimized.undetermined.iter().cloned());
@@ -59,14 +63,14 @@ fn verdict(optimized: &Optimized, rooms: usize) -> String {
     }
 }
 
-/// The figures that a requirement can be about, and those that are asked for.
+/// The figures that a requirement can be about, and those that are requested.
 fn shown(goal: Goal) -> Vec<Metric> {
-    let asked = |metric: Metric| match goal {
+    let is_requested = |metric: Metric| match goal {
         Goal::Figure(own) => own == metric,
         Goal::Requirement(requirement) => requirement.bound(metric).is_some(),
     };
     let bounded: Vec<Metric> = Metric::bounded().collect();
-    Metric::printed().filter(|metric| bounded.contains(metric) || asked(*metric)).collect()
+    Metric::printed().filter(|metric| bounded.contains(metric) || is_requested(*metric)).collect()
 }
 
 /// Start and best of one room beside each other.

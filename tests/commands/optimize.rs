@@ -1,0 +1,304 @@
+//! Better places for sensors through the command line: the design that is written has the figures that
+//! are printed, no thread changes them, and what cannot be searched is one clear error.
+
+use crate::support::golden::{list, number};
+use crate::support::program::{
+    Scratch, assert_has, assert_one_line, end_within, processor_seconds, signal,
+};
+use crate::support::wire::until;
+use serde_json::Value;
+use std::fs;
+use std::process::Stdio;
+use std::time::Duration;
+
+const DESIGN: &str = "d/pointer-on-head.design.ron";
+const BODY: &str = "d/tool.body.ron";
+const COIL: &str = "coil: (diameter: 0.8, length: 9.0)";
+const CHANNEL: &str = "Channel(points: [(0, 0, 10), (0, 0, 160)], radius: 2.0, axis: AsItIs)";
+
+/// The worked design, with sensors far up in a channel that begins near the tip, over a short range of
+/// motion.
+fn world() -> Scratch {
+    let scratch = Scratch::new();
+    scratch.copy_design_with_room("golden/pointer-on-head", "--order 2 --directions 14");
+    for (from, to) in [
+        ("0.0, 60.0), axis: (0, 0, 1)", "0.0, 130.0), axis: (0, 0, 1)"),
+        ("(8.0, 0.0, 95.0)", "(0.0, 0.0, 150.0)"),
+    ] {
+        scratch.replace(BODY, from, to);
+    }
+    let body = scratch.read(BODY).replace("),\n", &format!(", {COIL}),\n"));
+    let body = body.replace("\n    ],\n)", &format!("\n    ],\n    mounting: [{CHANNEL}],\n)"));
+    // The tip is in a line of its own.
+    scratch.write(BODY, body.replace(&format!("tip: (0, 0, 0, {COIL})"), "tip: (0, 0, 0)"));
+    let text = scratch.read(DESIGN);
+    let [motion, end] = ["motion: (", "orientation_weight"].map(|at| text.find(at).unwrap());
+    let required = "motion: (x: (min: -40, max: 40, step: 40), rx: (min: -60, max: 60, step: 30)),
+    requirement: (position_rms: 0.5),\n    ";
+    scratch.write(DESIGN, format!("{}{required}{}", &text[..motion], &text[end..]));
+    scratch
+}
+
+#[track_caller]
+fn assert_close(found: &Value, expected: &Value, at: &str) {
+    match (found, expected) {
+        (Value::Object(found), Value::Object(expected)) => {
+            let keys =
+                |map: &serde_json::Map<String, Value>| map.keys().cloned().collect::<Vec<_>>();
+            assert_eq!(keys(found), keys(expected), "{at}");
+            for (key, value) in found {
+                assert_close(value, &expected[key], &format!("{at}.{key}"));
+            }
+        }
+        (Value::Array(found), Value::Array(expected)) => {
+            assert_eq!(found.len(), expected.len(), "{at}");
+            for (k, value) in found.iter().enumerate() {
+                assert_close(value, &expected[k], &format!("{at}[{k}]"));
+            }
+        }
+        (Value::Number(_), Value::Number(_)) => {
+            let [found, expected] = [found, expected].map(number);
+            // A file has the numbers of a pose after its quaternion was made one again.
+            assert!(
+                (found - expected).abs() <= 1e-9 * (1.0 + expected.abs()),
+                "{at}: {found} {expected}"
+            );
+        }
+        _ => assert_eq!(found, expected, "{at}"),
+    }
+}
+
+/// The same without what depends on the machine.
+fn without_seconds(mut found: Value) -> Value {
+    assert!(number(&found["seconds"]) > 0.0);
+    found["seconds"] = Value::Null;
+    found
+}
+
+#[test]
+fn help_names_each_option() {
+    let options = "--move --sensors --kind --metric --environment --rooms --generator-bounds --crf-bounds \
+        --seconds --seed --format --overwrite";
+    let options: Vec<&str> = options.split_whitespace().collect();
+    Scratch::new().succeed_with("optimize --help", &options);
+}
+
+#[test]
+fn the_better_design_has_the_printed_figures() {
+    let scratch = world();
+    let before: Vec<_> = [DESIGN, BODY, "d/crf.body.ron"].map(|file| scratch.read(file)).into();
+    fs::create_dir(scratch.path("out")).unwrap();
+    for better in ["d/better.design.ron", "out/better.design.ron"] {
+        let found = scratch.json(format!("optimize {DESIGN} -o {better} --move s0,s1"));
+        assert_eq!(found["is_better"], true);
+        let [start, best] = ["start", "best"].map(|key| &found[key]);
+        assert!(number(&best["objective"]) < number(&start["objective"]));
+        for (design, layout) in [(DESIGN, start), (better, best)] {
+            let single = scratch.json(format!("simulate {design} --mode motion"));
+            assert_close(&layout["figures"], &single, design);
+            assert_close(&layout["rooms"][0]["figures"], &single, design);
+        }
+        // The largest part of a limit is that of the only limit.
+        let rms = number(&best["figures"]["position_mm"]["rms"]);
+        assert!((number(&best["objective"]) - rms / 0.5).abs() < 1e-9);
+        let gain = &found["gain"][0]["position_mm"]["rms"];
+        assert_eq!(gain["verdict"], "better");
+        assert!(number(&gain["high"]) < 0.0 && number(&gain["low"]) < number(&gain["high"]));
+        // Only the tool has changed, and only where it is new.
+        let written: Vec<_> = list(&found, "written").iter().map(|f| f.as_str().unwrap()).collect();
+        let body = if better.starts_with("d/") { "d/tool-2.body.ron" } else { "out/tool.body.ron" };
+        assert_eq!(written, [body, better]);
+        assert!(scratch.read(body).contains("mounting"));
+        let candidates = list(&found, "candidates");
+        assert_eq!(candidates[0]["tool"], best["tool"]);
+        let names = list(best, "tool").iter().map(|own| own["sensor"].as_str().unwrap());
+        assert_eq!(names.collect::<Vec<_>>(), ["s0", "s1", "s2"]);
+        assert_eq!(best["tool"][2], start["tool"][2]);
+        let flat: Vec<_> = list(&found, "flatness").iter().map(|own| &own["sensor"]).collect();
+        assert_eq!(flat, ["s0", "s1"]);
+        for key in "binding evaluations certain_to_mm pareto undetermined notes stopped".split(' ')
+        {
+            assert!(found.get(key).is_some(), "{key}");
+        }
+    }
+    let after: Vec<_> = [DESIGN, BODY, "d/crf.body.ron"].map(|file| scratch.read(file)).into();
+    assert_eq!(before, after);
+}
+
+#[test]
+fn no_better_start_is_written_as_it_is() {
+    let scratch = world();
+    let first = scratch.json(format!("optimize {DESIGN} -o d/a.design.ron --move s0"));
+    assert_eq!(first["is_better"], true);
+    let line = "optimize d/a.design.ron -o d/b.design.ron --move s0";
+    let verdict = "no better than the start as far as this room can tell";
+    let text = scratch.succeed(line);
+    assert!(text.lines().any(|line| line == verdict), "{text}");
+    assert_has(&text, &["tip error RMS", "limit", "written: d/b.design.ron"], line);
+    assert_eq!(scratch.read("d/a.design.ron"), scratch.read("d/b.design.ron"));
+    let found = scratch.json(format!("{line} --overwrite"));
+    assert_eq!(found["is_better"], false);
+    // In several rooms the verdict is on all of them.
+    scratch.fit("other.env.ron", "--order 1 --directions 14");
+    let rooms = "--environment d/room.env.ron other.env.ron --rooms mean";
+    let found = scratch.json(format!("{line} {rooms} --overwrite"));
+    assert_eq!(list(&found["best"], "rooms").len(), 2);
+    let gain = list(&found, "gain");
+    assert!(gain.is_empty() || gain.len() == 2);
+    scratch.replace(
+        "d/a.design.ron",
+        "requirement: (position_rms: 0.5)",
+        "requirement: (position_max: 1e3)",
+    );
+    let text = scratch.succeed(format!("{line} {rooms} --overwrite --metric angle_min"));
+    let verdicts = ["better than the start", "no better than the start as far as these rooms can tell"];
+    assert!(text.lines().any(|line| verdicts.contains(&line)), "{text}");
+}
+
+#[test]
+fn threads_do_not_change_what_is_found() {
+    let scratch = world();
+    let found = ["1", "2"].map(|threads| {
+        let to = format!("d/of-{threads}.design.ron");
+        let line = format!("optimize {DESIGN} -o {to} --move s0,s1 --seed 7 --format json");
+        let mut command = scratch.command(&line);
+        let output = command.env("RAYON_NUM_THREADS", threads).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let mut found = without_seconds(serde_json::from_slice(&output.stdout).unwrap());
+        assert_eq!(found["stopped"], false);
+        found["written"] = Value::Null;
+        let design = scratch.read(&to);
+        let body = design.split("tool").nth(1).unwrap().split('"').nth(1).unwrap().to_owned();
+        (found, scratch.read(&format!("d/{body}")))
+    });
+    assert_eq!(found[0], found[1]);
+}
+
+#[test]
+fn numbers_of_sensors_make_a_front() {
+    let scratch = world();
+    let line = format!("optimize {DESIGN} -o d/better.design.ron --move tool --sensors 2-4");
+    let found = scratch.json(format!("{line} --kind 5:10 --seconds 20"));
+    let pareto = list(&found, "pareto");
+    let counts: Vec<usize> = pareto.iter().map(|own| list(own, "tool").len()).collect();
+    assert!(!counts.is_empty() && counts.is_sorted(), "{counts:?}");
+    for (own, count) in pareto.iter().zip(&counts) {
+        assert_eq!(number(&own["cost"]), 10.0 * *count as f64);
+    }
+    let objectives = pareto.iter().map(|own| number(&own["objective"]));
+    assert!(objectives.collect::<Vec<_>>().is_sorted_by(|a, b| a > b), "{pareto:?}");
+    let single = scratch.json("simulate d/better.design.ron --mode motion");
+    let written = if found["is_better"] == true { &found["best"] } else { &found["start"] };
+    assert_close(&written["figures"], &single, "better");
+}
+
+#[test]
+fn a_moved_crf_leaves_the_patient() {
+    let scratch = world();
+    let targets = "), targets: [(name: \"sella\", position: (20, -40, -60))])),\n    tool";
+    scratch.replace(DESIGN, "))),\n    tool", targets);
+    let line = format!("optimize {DESIGN} -o d/better.design.ron --move crf-pose,generator");
+    let found = scratch.json(format!("{line} --crf-bounds 5,3 --generator-bounds 30,0"));
+    assert_eq!(found["best"]["tool"], found["start"]["tool"]);
+    let single = scratch.json("simulate d/better.design.ron --mode motion");
+    let written = if found["is_better"] == true { &found["best"] } else { &found["start"] };
+    assert_close(&written["figures"], &single, "better");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_keeps_the_best_so_far() {
+    let scratch = Scratch::new();
+    let line = "optimize pointer-on-head -o better.design.ron --seconds 3000 --format json";
+    let mut command = scratch.command(line);
+    let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+    until("work", || processor_seconds(child.id()) > 2.0);
+    signal(&child, "-INT");
+    let status = end_within(&mut child, Duration::from_secs(120));
+    assert!(status.success(), "{status}");
+    let output = child.wait_with_output().unwrap();
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["stopped"], true);
+    assert!(number(&found["best"]["objective"]) <= number(&found["start"]["objective"]));
+    let single = scratch.json("simulate better.design.ron --mode motion");
+    let written = if found["is_better"] == true { &found["best"] } else { &found["start"] };
+    assert_close(&written["figures"], &single, "better");
+}
+
+#[test]
+fn what_cannot_be_searched_is_one_error() {
+    let scratch = world();
+    let base = format!("optimize {DESIGN} -o better.design.ron");
+    let fails = |args: &str, words: &[&str]| {
+        scratch.refused(format!("{base} {args}"), words);
+        assert!(!scratch.has("better.design.ron"), "{args}");
+    };
+    let known = "tool, crf, generator, crf-pose, s0, s1, s2";
+    for (args, words) in [
+        ("--move tip", format!("--move: found no sensor \"tip\", expected {known}")),
+        ("--sensors 4-2", "expected a number from 1 to 32".to_owned()),
+        ("--sensors 0", "expected a number from 1 to 32".to_owned()),
+        (
+            "--move s0,s1 --sensors 1",
+            "1 to 1 sensors of the tool, of which 1 do not move".to_owned(),
+        ),
+        ("--move crf-pose --sensors 2", "--sensors and --kind need sensors that move".to_owned()),
+        ("--move crf-pose --crf-bounds -1,5", "expected mm and degrees with a comma".to_owned()),
+        (
+            "--move generator --generator-bounds 5",
+            "expected mm and degrees with a comma".to_owned(),
+        ),
+        ("--crf-bounds 5,5", "--crf-bounds needs --move crf-pose".to_owned()),
+        ("--generator-bounds 5,5", "--generator-bounds needs --move generator".to_owned()),
+        ("--kind 4:10", "with 5 or 6 degrees of freedom".to_owned()),
+        ("--metric rms", "expected one of position_rms, ".to_owned()),
+        ("--seconds 0", "expected a number above zero".to_owned()),
+        (
+            "--environment d/room.env.ron d/room.env.ron",
+            "found the same environment named twice".to_owned(),
+        ),
+        (
+            "--environment gone.env.ron",
+            "gone.env.ron: File not found, expected an environment".to_owned(),
+        ),
+    ] {
+        fails(args, &[&words]);
+    }
+    // Files that are wrong, or not to be written.
+    scratch.fail_with(
+        "optimize gone.design.ron -o a",
+        &["gone.design.ron: File not found", "a design"],
+    );
+    scratch
+        .fail_with(format!("optimize {DESIGN} -o {DESIGN}"), &["found a file that is read here"]);
+    scratch.fail_with(format!("optimize {DESIGN} -o {BODY}"), &["found a file that is read here"]);
+    scratch.fail_with(
+        format!("optimize {DESIGN} -o no/a.design.ron"),
+        &["no/a.design.ron", "no such"],
+    );
+    scratch.copy(DESIGN, "d/own.design.ron");
+    let line = format!("optimize {DESIGN} -o d/own.design.ron");
+    scratch.fail_with(line, &["d/own.design.ron: found a design", "--overwrite"]);
+    let required = "requirement: (position_rms: 0.5),";
+    scratch.replace(DESIGN, required, "");
+    fails(
+        "",
+        &[DESIGN, "found no requirement, expected one in the design, or a figure by --metric"],
+    );
+    // No place: the coil is wider than its channel.
+    scratch.replace(BODY, "radius: 2.0", "radius: 0.3");
+    let message = scratch.fail(format!("{base} --move s0 --metric position_rms"));
+    assert_one_line(&message, &[DESIGN, "no place of the tool holds the coil of s0"]);
+}
+
+#[test]
+fn a_design_without_crf_has_none_to_move() {
+    let scratch = Scratch::new();
+    scratch.copy_design_with_room("golden/pointer-no-crf", "--order 1 --directions 6");
+    for name in ["crf", "crf-pose"] {
+        scratch.fail_with(
+            format!("optimize d/pointer-no-crf.design.ron -o a.design.ron --metric position_rms --move {name}"),
+            &["--move", &format!("{name}: the design has no CRF")],
+        );
+    }
+}
