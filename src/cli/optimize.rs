@@ -8,11 +8,12 @@ use super::compare::named_once;
 use super::named_design::{note_sizes, open_named};
 use super::numbers::above_zero;
 use super::prelude::*;
-use arguments::{Bounds, bounds, kind, metric, sensors};
+use arguments::{Bounds, bounds, kind, metric, sensors, sets_of_kinds};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
+use trackwright_design::BodyRole;
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
 use trackwright_optimization::{
@@ -91,6 +92,9 @@ const ROOMS: Choice<OverRooms> = Choice(&[
 /// How far poses may be moved where that is not stated: what a table's arm and a head's curve allow.
 const GENERATOR_BOUNDS: Bounds = Bounds { mm: 50.0, deg: 10.0 };
 const CRF_BOUNDS: Bounds = Bounds { mm: 20.0, deg: 10.0 };
+
+/// More sets of sensors leave no time for each.
+const MOST_SETS: u64 = 100;
 
 /// What was searched, and what came of it.
 struct Found {
@@ -194,6 +198,22 @@ fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
     let has_sensors = !(moves.tool.is_empty() && moves.crf.is_empty());
     if !has_sensors && (args.sensors.is_some() || !args.kind.is_empty()) {
         bail!("--sensors and --kind need sensors that move, expected some in --move");
+    }
+    let (role, moving) = match moves.tool.is_empty() {
+        true => (BodyRole::Crf, moves.crf.len()),
+        false => (BodyRole::Tool, moves.tool.len()),
+    };
+    let body = world.document.design().body(role);
+    let have = body.map_or(0, |body| body.rigid.sensors.len());
+    let fixed = have - moving;
+    let numbers = args.sensors.clone().unwrap_or(have..=have);
+    let moving = numbers.start().saturating_sub(fixed)..=numbers.end().saturating_sub(fixed);
+    let sets = sets_of_kinds(moving, args.kind.len());
+    if sets > MOST_SETS {
+        bail!(
+            "--sensors and --kind: found {sets} sets of sensors, expected at most {MOST_SETS}: fewer \
+             numbers or kinds"
+        );
     }
     Ok(Moves { sensors: args.sensors.clone(), kinds: args.kind.clone(), ..moves })
 }

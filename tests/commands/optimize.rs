@@ -151,7 +151,8 @@ fn no_better_start_is_written_as_it_is() {
         "requirement: (position_max: 1e3)",
     );
     let text = scratch.succeed(format!("{line} {rooms} --overwrite --metric angle_min"));
-    let verdicts = ["better than the start", "no better than the start as far as these rooms can tell"];
+    let verdicts =
+        ["better than the start", "no better than the start as far as these rooms can tell"];
     assert!(text.lines().any(|line| verdicts.contains(&line)), "{text}");
 }
 
@@ -250,6 +251,10 @@ fn what_cannot_be_searched_is_one_error() {
         ),
         ("--crf-bounds 5,5", "--crf-bounds needs --move crf-pose".to_owned()),
         ("--generator-bounds 5,5", "--generator-bounds needs --move generator".to_owned()),
+        (
+            "--sensors 3-12 --kind 5:1 --kind 6:2 --kind 6:3:1x8",
+            "sets of sensors, expected at most 100".to_owned(),
+        ),
         ("--kind 4:10", "with 5 or 6 degrees of freedom".to_owned()),
         ("--metric rms", "expected one of position_rms, ".to_owned()),
         ("--seconds 0", "expected a number above zero".to_owned()),
