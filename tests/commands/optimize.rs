@@ -8,13 +8,12 @@ use crate::support::program::{
 use crate::support::wire::until;
 use serde_json::Value;
 use std::fs;
-use std::process::Stdio;
 use std::time::Duration;
 
 const DESIGN: &str = "d/pointer-on-head.design.ron";
 const BODY: &str = "d/tool.body.ron";
 const COIL: &str = "coil: (diameter: 0.8, length: 9.0)";
-const CHANNEL: &str = "Channel(points: [(0, 0, 10), (0, 0, 160)], radius: 2.0, axis: AsItIs)";
+const CHANNEL: &str = "Channel(points: [(0, 0, 10), (0, 0, 160)], radius: 6.0, axis: AsItIs)";
 
 /// The worked design, with sensors far up in a channel that begins near the tip, over a short range of
 /// motion.
@@ -212,13 +211,14 @@ fn a_signal_keeps_the_best_so_far() {
     let scratch = Scratch::new();
     let line = "optimize pointer-on-head -o better.design.ron --seconds 3000 --format json";
     let mut command = scratch.command(line);
-    let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+    // A pipe that nobody reads would fill up.
+    let printed = fs::File::create(scratch.path("printed.json")).unwrap();
+    let mut child = command.stdout(printed).spawn().unwrap();
     until("work", || processor_seconds(child.id()) > 2.0);
     signal(&child, "-INT");
     let status = end_within(&mut child, Duration::from_secs(120));
     assert!(status.success(), "{status}");
-    let output = child.wait_with_output().unwrap();
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found: Value = serde_json::from_str(&scratch.read("printed.json")).unwrap();
     assert_eq!(found["stopped"], true);
     assert!(number(&found["best"]["objective"]) <= number(&found["start"]["objective"]));
     let single = scratch.json("simulate better.design.ron --mode motion");
@@ -291,7 +291,7 @@ fn what_cannot_be_searched_is_one_error() {
         &[DESIGN, "found no requirement, expected one in the design, or a figure by --metric"],
     );
     // No place: the coil is wider than its channel.
-    scratch.replace(BODY, "radius: 2.0", "radius: 0.3");
+    scratch.replace(BODY, "radius: 6.0", "radius: 0.3");
     let message = scratch.fail(format!("{base} --move s0 --metric position_rms"));
     assert_one_line(&message, &[DESIGN, "no place of the tool holds the coil of s0"]);
 }
