@@ -17,7 +17,8 @@ use trackwright_design::BodyRole;
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
 use trackwright_optimization::{
-    Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings, optimize,
+    BuiltError, Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings,
+    optimize,
 };
 use trackwright_project::{MoveBounds, World, layout_edits, named_moves};
 use trackwright_simulation::{CancelToken, Metric};
@@ -70,6 +71,11 @@ pub struct OptimizeArgs {
     /// out
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
     crf_bounds: Option<Bounds>,
+
+    /// Standard deviations of where a built sensor is along each axis and of how it is turned, which then
+    /// count as well
+    #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
+    built_error: Option<Bounds>,
 
     /// End the search after this time with the best so far
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = above_zero)]
@@ -125,7 +131,10 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     note_problems(&world, &rooms);
     let moves = moves(args, &world).with_context(named)?;
     let goal = goal(args, &world).with_context(named)?;
+    let built =
+        args.built_error.map(|Bounds { mm, deg }| BuiltError { position_mm: mm, angle_deg: deg });
     let problem = trackwright_project::placement_problem(&world, &rooms, moves, goal, args.rooms);
+    let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;
     let mut better = world.clone();
     better.document.begin("Place sensors");

@@ -86,7 +86,7 @@ fn without_seconds(mut found: Value) -> Value {
 
 #[test]
 fn help_names_each_option() {
-    let options = "--move --sensors --kind --metric --environment --rooms --generator-bounds --crf-bounds \
+    let options = "--move --sensors --kind --metric --environment --rooms --generator-bounds --crf-bounds --built-error \
         --seconds --seed --format --overwrite";
     let options: Vec<&str> = options.split_whitespace().collect();
     Scratch::new().succeed_with("optimize --help", &options);

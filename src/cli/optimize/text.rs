@@ -200,9 +200,15 @@ fn sensor_row(key: &str, sensor: &Sensor) -> Vec<String> {
     let at = sensor.position_in_body;
     let name = printable(&sensor.name);
     let axis = sensor.axis_in_body().map_or_else(String::new, |axis| {
-        format!("axis ({:.3}, {:.3}, {:.3})", axis.x, axis.y, axis.z)
+        let [x, y, z] = [axis.x, axis.y, axis.z].map(rounded);
+        format!("axis ({x:.3}, {y:.3}, {z:.3})")
     });
     vec![format!("{name} ({key})"), format!("({:.2}, {:.2}, {:.2}) mm", at.x, at.y, at.z), axis]
+}
+
+/// A part of an axis as it is printed, without the sign of a zero.
+fn rounded(part: f64) -> f64 {
+    (part * 1e3).round() / 1e3 + 0.0
 }
 
 /// What each number of sensors can do.
