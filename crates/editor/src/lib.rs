@@ -27,6 +27,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`document::commands::DocumentCommandsPlugin`] | commands for files and edits |
 /// | [`viewport::commands::ViewportCommandsPlugin`] | commands of the 3D view |
 /// | [`workspaces::design::DesignPlugin`] | the Design workspace: bodies, sensors, the result |
+/// | [`workspaces::design::placement_search::ghosts::PlacementGhostsPlugin`] | places that a search found, in the scene |
 /// | [`workspaces::study::StudyPlugin`] | the Study workspace: modes, trials shown and played, the log |
 /// | [`workspaces::study::precision::PrecisionPlugin`] | error against run time, measured on request |
 /// | [`workspaces::study::measured_ghost::MeasuredGhostPlugin`] | a recorded pose as it was measured |
@@ -87,6 +88,7 @@ impl PluginGroup for EditorPlugins {
             .add(document::commands::DocumentCommandsPlugin)
             .add(viewport::commands::ViewportCommandsPlugin)
             .add(workspaces::design::DesignPlugin)
+            .add(workspaces::design::placement_search::ghosts::PlacementGhostsPlugin)
             .add(workspaces::study::StudyPlugin)
             .add(workspaces::study::precision::PrecisionPlugin)
             .add(workspaces::study::measured_ghost::MeasuredGhostPlugin)

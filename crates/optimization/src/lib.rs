@@ -17,6 +17,7 @@ mod optimize;
 mod outcome;
 mod places;
 mod polish;
+mod pose_change;
 mod problem;
 mod scatter;
 mod search;
@@ -28,6 +29,7 @@ mod verdict;
 pub use constraint::Constraint;
 pub use optimize::optimize;
 pub use outcome::{Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain};
+pub use pose_change::PoseChange;
 pub use problem::{
     BuiltError, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,
 };

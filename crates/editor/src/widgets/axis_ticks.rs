@@ -2,8 +2,9 @@
 
 use crate::widgets::basic::decimal;
 use crate::widgets::theme;
-use bevy_egui::egui::{TextStyle, Ui};
-use egui_plot::{GridInput, GridMark};
+use bevy_egui::egui::{Sense, TextStyle, Ui};
+use egui_plot::{GridInput, GridMark, Plot};
+use std::ops::RangeInclusive;
 use trackwright_report::plot::nice_step;
 
 /// Marks of an axis, at most so many steps apart from end to end.
@@ -42,6 +43,27 @@ pub fn small_marks<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
         add(ui)
     })
     .inner
+}
+
+/// Steps between marks, along and up.
+const STEPS: [usize; 2] = [4, 3];
+
+/// A chart of a panel that stays as it is and can be clicked.
+pub fn small_plot(name: &str, height: f32) -> Plot<'_> {
+    Plot::new(name)
+        .height(height)
+        .show_grid([false, true])
+        .x_grid_spacer(axis_ticks(STEPS[0]))
+        .y_grid_spacer(axis_ticks(STEPS[1]))
+        .y_axis_min_width(38.0)
+        .x_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .sense(Sense::click())
 }
 
 #[cfg(test)]

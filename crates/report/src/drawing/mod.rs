@@ -4,11 +4,13 @@
 mod body;
 mod dimension;
 mod marks;
+mod outline;
 mod paper;
 mod setup;
 mod silhouette;
 
 pub use body::body_drawings;
+pub use outline::BodyOutline;
 pub use setup::{SetUp, setup_drawing};
 
 /// Beyond this nothing is drawn: a kilometre is no tool and no room, and what is farther would leave

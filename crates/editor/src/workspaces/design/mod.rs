@@ -13,15 +13,18 @@ pub mod missed;
 pub mod motion_ui;
 pub mod outliner;
 pub mod panels;
+pub mod placement_search;
 pub mod result;
 pub mod row_page;
 pub(crate) mod rows;
 pub mod scene_menu;
 pub mod sensor_numbers;
 pub mod sensor_ui;
+pub(crate) mod workspace;
+
+pub use workspace::WORKSPACE;
 
 use crate::schedule::EditorSystems;
-use crate::shell::keys::Keys;
 use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::{PanelsShown, Workspace};
 use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
@@ -30,17 +33,9 @@ use crate::workspaces::design::missed::MissedPlugin;
 use crate::workspaces::design::panels::{
     history_panel, inspector_panel, outliner_panel, result_panel,
 };
+use crate::workspaces::design::placement_search::{PlacementSearchPlugin, is_closed};
 use crate::workspaces::layers_panel::layers_panel;
 use bevy::prelude::*;
-
-pub const WORKSPACE: Workspace = Workspace {
-    name: "Design",
-    order: 0,
-    command: "Design workspace",
-    about: "Bodies, sensors and the result",
-    keys: &[Keys::control("1")],
-    ..Workspace::NONE
-};
 
 /// The Design workspace, the menu of a sensor in the scene, and the page of a row of sensors.
 pub struct DesignPlugin;
@@ -58,7 +53,9 @@ impl Plugin for DesignPlugin {
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), outliner_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), layers_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right).fixed(), result_panel)
-            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), inspector_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_closed), inspector_panel)
+            // Its panel stands in the place of the inspector.
+            .add_plugins(PlacementSearchPlugin)
             .add_systems(
                 Update,
                 (

@@ -2,14 +2,14 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::axis_ticks::{axis_ticks, mark_text, small_marks};
+use crate::widgets::axis_ticks::{mark_text, small_marks, small_plot};
 use crate::widgets::basic::{count, counted, decimal, length, quiet_ui, section_ui, with_unit};
 use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
 use crate::workspaces::study::state::StudyRequest;
-use bevy_egui::egui::{self, Response, RichText, Sense, Ui};
+use bevy_egui::egui::{self, Response, RichText, Ui};
 use egui_plot::{
-    Bar, BarChart, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot, PlotPoints,
+    Bar, BarChart, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, PlotPoints,
     Points, VLine,
 };
 use std::ops::RangeInclusive;
@@ -17,9 +17,6 @@ use trackwright_simulation::profile::{AxisProfile, ORIENTATION, POSITION};
 use trackwright_simulation::{AlongShaft, ChartedProfile, Metric, Within};
 
 const HEIGHT: f32 = 92.0;
-
-/// Steps between marks, along and up.
-const STEPS: [usize; 2] = [4, 3];
 
 /// How far above the largest value a chart goes.
 const HEADROOM: f64 = 1.1;
@@ -71,20 +68,6 @@ pub fn share(within: &Within) -> String {
     format!("{} of trials within {}", with_unit(&shown, "%"), length(within.limit_mm))
 }
 
-fn plain(name: &str) -> Plot<'_> {
-    Plot::new(name)
-        .height(HEIGHT)
-        .show_grid([false, true])
-        .x_grid_spacer(axis_ticks(STEPS[0]))
-        .y_grid_spacer(axis_ticks(STEPS[1]))
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
-        .sense(Sense::click())
-}
-
 fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>) {
     let charted = view.charted;
     let (width, counts) = (charted.histogram.width, &charted.histogram.counts);
@@ -97,9 +80,7 @@ fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequ
     });
     let bars: Vec<Bar> = bars.collect();
     let bar_at = move |x: f64| (x / width).floor().max(0.0) as usize;
-    let plot = plain("histogram")
-        .y_axis_min_width(38.0)
-        .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+    let plot = small_plot("histogram", HEIGHT)
         .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| whole(mark.value))
         .label_formatter(|at| {
             let (HoverPosition::NearDataPoint { position, .. }
@@ -196,8 +177,7 @@ fn axis_ui(
         true => format!("{} {}", axis.axis, count(axis.values[k] as usize)),
         false => format!("{} {}", axis.axis, with_unit(&decimal(axis.values[k], 2), unit(axis))),
     };
-    let plot = plain("along the motion")
-        .y_axis_min_width(38.0)
+    let plot = small_plot("along the motion", HEIGHT)
         .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| {
             let is_whole = (mark.value - mark.value.round()).abs() < 1e-6;
             match is_number {
@@ -205,7 +185,6 @@ fn axis_ui(
                 _ => mark_text(mark),
             }
         })
-        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
         .label_formatter(|at| {
             let (HoverPosition::NearDataPoint { position, .. }
             | HoverPosition::Elsewhere { position }) = at;
@@ -267,10 +246,7 @@ fn shaft_ui(ui: &mut Ui, along: &AlongShaft, limit_mm: Option<f64>) {
     let largest = curve.iter().map(|[_, rms_mm]| *rms_mm).fold(0.0, f64::max);
     let top = largest.max(limit_mm.unwrap_or(0.0)).max(1e-6) * HEADROOM;
     let margin = 0.02 * along.length_mm;
-    plain("along the shaft")
-        .y_axis_min_width(38.0)
-        .x_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
-        .y_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| mark_text(mark))
+    small_plot("along the shaft", HEIGHT)
         .label_formatter(|at| {
             let (HoverPosition::NearDataPoint { position, .. }
             | HoverPosition::Elsewhere { position }) = at;

@@ -1,0 +1,191 @@
+//! The charts of a search: the best value over time, and the best of each number of sensors.
+
+use crate::palette::{self, ThemedColor};
+use crate::widgets::axis_ticks::{mark_text, small_marks, small_plot};
+use crate::widgets::basic::{counted, decimal, quiet_ui, section_ui, with_unit};
+use crate::workspaces::design::placement_search::state::{
+    AnswerId, PlacementSearchRequest, SearchResult,
+};
+use bevy_egui::egui::{Button, Ui};
+use egui_plot::{GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, PlotPoints, Points};
+use std::ops::RangeInclusive;
+use trackwright_optimization::{Goal, Layout};
+
+const HEIGHT: f32 = 92.0;
+
+/// What is left free above and below the values, as a part of their range, and at least of them.
+const HEADROOM: f64 = 0.12;
+const LEAST_HEADROOM: f64 = 0.01;
+
+/// Of a layout in all.
+pub fn sensor_count(layout: &Layout) -> usize {
+    layout.tool.sensors.len() + layout.crf.as_ref().map_or(0, |crf| crf.sensors.len())
+}
+
+/// What a search makes least, with its unit: `0.49 mm`, `0.83 of the requirement`.
+pub fn objective_text(goal: Goal, value: f64) -> String {
+    match goal {
+        Goal::Requirement(_) => format!("{} of the requirement", decimal(value, 2)),
+        Goal::Figure(metric) => with_unit(&decimal(value, 3), metric.unit()),
+    }
+}
+
+/// What stands along y.
+fn goal_words(goal: Goal) -> String {
+    match goal {
+        Goal::Requirement(_) => "largest ratio to the requirement".to_owned(),
+        Goal::Figure(metric) => format!("{} in {}", metric.label(), metric.unit()),
+    }
+}
+
+/// The ends of an axis around values.
+fn around(values: impl Iterator<Item = f64>) -> RangeInclusive<f64> {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    let room = (HEADROOM * (high - low)).max(LEAST_HEADROOM * high.abs()).max(1e-9);
+    low - room..=high + room
+}
+
+/// The best value so far over the time of the search, in steps up to its end; `start` is the design's
+/// own, once it is known.
+pub fn curve_ui(
+    ui: &mut Ui,
+    goal: Goal,
+    curve: &[[f64; 2]],
+    start: Option<f64>,
+    end_secs: Option<f64>,
+) {
+    let Some(&[last_secs, last_value]) = curve.last() else {
+        return;
+    };
+    let end_secs = end_secs.unwrap_or(last_secs).max(last_secs).max(1e-3);
+    let mut steps: Vec<[f64; 2]> = Vec::with_capacity(2 * curve.len() + 1);
+    for point in curve {
+        if let Some(&[_, before]) = steps.last() {
+            steps.push([point[0], before]);
+        }
+        steps.push(*point);
+    }
+    steps.push([end_secs, last_value]);
+    let values = around(curve.iter().map(|point| point[1]).chain(start));
+    small_marks(ui, |ui| {
+        small_plot("best over time", HEIGHT)
+            .label_formatter(|at| {
+                let (HoverPosition::NearDataPoint { position, .. }
+                | HoverPosition::Elsewhere { position }) = at;
+                let so_far = curve.iter().rev().find(|point| point[0] <= position.x)?;
+                let seconds = with_unit(&decimal(position.x, 1), "s");
+                Some(format!("{seconds}\n{}", objective_text(goal, so_far[1])))
+            })
+            .show(ui, |plot| {
+                plot.set_plot_bounds_x(0.0..=end_secs);
+                plot.set_plot_bounds_y(values);
+                let color = palette::SERIES[0].color32();
+                let line = Line::new("best so far", PlotPoints::from(steps));
+                plot.line(line.color(color).width(1.6));
+                if let Some(start) = start {
+                    let line = HLine::new("start", start).color(palette::TEXT_QUIET.color32());
+                    plot.hline(line.style(LineStyle::dashed_dense()).width(1.0));
+                }
+            });
+    });
+    let dashes = if start.is_some() { "; dashes: the start" } else { "" };
+    quiet_ui(ui, format!("{} over seconds{dashes}", goal_words(goal)));
+}
+
+/// The best value of each number of sensors; a click selects one.
+pub fn pareto_ui(
+    ui: &mut Ui,
+    (goal, result): (Goal, &SearchResult),
+    selected: AnswerId,
+    requests: &mut Vec<PlacementSearchRequest>,
+) {
+    let front = &result.optimized.pareto;
+    if front.len() < 2 {
+        return;
+    }
+    section_ui(ui, "By number of sensors");
+    let place = |layout: &Layout| [sensor_count(layout) as f64, layout.objective];
+    let points: Vec<[f64; 2]> = front.iter().map(place).collect();
+    let nearest = |x: f64, y: f64| {
+        let off = |k: &usize| (points[*k][0] - x).abs() + 1e-3 * (points[*k][1] - y).abs();
+        (0..points.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
+    };
+    let (first, last) = (points[0][0], points[points.len() - 1][0]);
+    let chosen = match selected {
+        AnswerId::Pareto(index) => points.get(index).copied(),
+        AnswerId::Candidate(_) => None,
+    };
+    let plot = small_marks(ui, |ui| {
+        small_plot("by number of sensors", HEIGHT)
+            .x_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| {
+                let is_whole = (mark.value - mark.value.round()).abs() < 1e-6;
+                if is_whole { mark_text(mark) } else { String::new() }
+            })
+            .label_formatter(|at| {
+                let (HoverPosition::NearDataPoint { position, .. }
+                | HoverPosition::Elsewhere { position }) = at;
+                Some(front_words(goal, &front[nearest(position.x, position.y)?]))
+            })
+            .show(ui, |plot| {
+                plot.set_plot_bounds_x(first - 0.4..=last + 0.4);
+                plot.set_plot_bounds_y(around(points.iter().map(|point| point[1])));
+                let color = palette::SERIES[0].color32();
+                let own = Points::new("best of so many", PlotPoints::from(points.clone()));
+                plot.points(own.shape(MarkerShape::Circle).radius(4.0).color(color));
+                if let Some(chosen) = chosen {
+                    let ring = Points::new("chosen", PlotPoints::from(vec![chosen]));
+                    let ring = ring.shape(MarkerShape::Circle).filled(false).radius(7.0);
+                    plot.points(ring.color(palette::TEXT_STRONG.color32()));
+                }
+            })
+    });
+    let clicked = plot.response.clicked().then(|| plot.response.interact_pointer_pos()).flatten();
+    let clicked = clicked.map(|at| plot.transform.value_from_position(at));
+    if let Some(index) = clicked.and_then(|at| nearest(at.x, at.y)) {
+        requests.push(PlacementSearchRequest::Show(AnswerId::Pareto(index)));
+    }
+    quiet_ui(ui, format!("{} over sensors in all", goal_words(goal)));
+    ui.horizontal_wrapped(|ui| {
+        for (index, layout) in front.iter().enumerate() {
+            let answer = AnswerId::Pareto(index);
+            let name = counted(sensor_count(layout), "sensor", "sensors");
+            let response = ui.add(Button::selectable(selected == answer, name));
+            let response = response.on_hover_text(front_words(goal, layout));
+            if response.clicked() {
+                requests.push(PlacementSearchRequest::Show(answer));
+            }
+            if response.hovered() {
+                requests.push(PlacementSearchRequest::Hover(Some(answer)));
+            }
+        }
+    });
+}
+
+fn front_words(goal: Goal, layout: &Layout) -> String {
+    let cost = layout.cost.map(|cost| format!(", cost {}", decimal(cost, 2))).unwrap_or_default();
+    let count = counted(sensor_count(layout), "sensor", "sensors");
+    format!("{count}{cost}\n{}", objective_text(goal, layout.objective))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackwright_simulation::{Metric, Requirement};
+
+    #[test]
+    fn values_state_what_they_are_of() {
+        let figure = Goal::Figure(Metric::TIP_RMS);
+        assert_eq!(objective_text(figure, 0.4913), "0.491\u{2009}mm");
+        let bounds = Requirement::at_most([(Metric::TIP_RMS, 1.0)]);
+        assert_eq!(objective_text(Goal::Requirement(bounds), 0.834), "0.83 of the requirement");
+        assert_eq!(goal_words(figure), "tip error RMS in mm");
+    }
+
+    #[test]
+    fn an_axis_has_room_around_equal_values() {
+        let ends = around([2.0, 2.0].into_iter());
+        assert!(*ends.start() < 2.0 && *ends.end() > 2.0);
+    }
+}
