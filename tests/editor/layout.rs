@@ -14,6 +14,7 @@ use trackwright_editor::shell::preferences::InterfaceScale;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::field::state::TableRole;
 use trackwright_editor::workspaces::{decide, design, field, present, study};
+use trackwright_optimization::Settings;
 use trackwright_simulation::SensorOrientation;
 
 /// Width and height in pixels.
@@ -147,6 +148,30 @@ fn long_names_and_warnings_find_room() {
         .flat_map(|window| faults_of_all(&copy, window, 1.0, Theme::Dark))
         .collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn found_places_have_room_in_the_panel() {
+    let copy = long_names();
+    let search = Settings { most_fits: 300_000, ..Settings::default() };
+    // The side scrolls in a low window; a high one shows all of it.
+    for size in [[960, 600], [960, 2400]] {
+        let world = trackwright_project::open_design(&copy.design).unwrap();
+        let setup = PictureSetup {
+            has_panels: true,
+            workspace: design::WORKSPACE,
+            placement_search: Some(search),
+            ..PictureSetup::default()
+        };
+        let texts = picture::texts(world, size, setup).unwrap();
+        for wanted in ["Find better places", "Sensors of the tool"] {
+            assert!(texts.iter().any(|text| text.text == wanted), "{wanted}: {texts:?}");
+        }
+        let has_result = texts.iter().any(|text| text.text == "Take this one");
+        assert!(has_result || size[1] < 1000, "{texts:?}");
+        let found = faults(&texts, size[0] as f32);
+        assert!(found.is_empty(), "{size:?}\n{}", found.join("\n"));
+    }
 }
 
 /// The theme is the whole process's: this runs alone, started by the test below.

@@ -113,7 +113,11 @@ fn no_two_things_in_the_legend_share_a_colour() {
         colors.map(|color| (key.text.clone(), color))
     });
     // Drawn in one workspace only, over any layer.
-    let ghosts = [("baseline", palette::BASELINE), ("tool as measured", palette::MEASURED)];
+    let ghosts = [
+        ("baseline", palette::BASELINE),
+        ("tool as measured", palette::MEASURED),
+        ("places found", palette::FOUND_PLACE),
+    ];
     let ghosts = ghosts.map(|(name, color)| (name.to_owned(), color));
     let things: Vec<(String, Rgb)> = strokes.chain(keys).chain(ghosts).collect();
     assert!(things.len() > 15, "{things:?}");

@@ -34,6 +34,7 @@ mod overlay;
 mod panels;
 mod picture;
 mod pixels;
+mod placement_search;
 mod pointer;
 mod precision_page;
 mod preferences;

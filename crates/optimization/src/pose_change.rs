@@ -72,7 +72,7 @@ mod tests {
     }
 
     #[test]
-    fn what_moved_is_told_from_what_stayed() {
+    fn crf_and_generator_are_kept_apart() {
         let tracker_from_crf =
             Pose::new(Vector3::new(1.0, 2.0, -300.0), Vector3::new(0.1, 0.2, 0.3));
         let crf_from_tool = Pose::new(Vector3::new(50.0, 0.0, 30.0), Vector3::new(0.0, 0.5, 0.0));

@@ -15,6 +15,7 @@ use crate::shell::window::Workspace;
 use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::decide::{self, DecideRequest};
 use crate::workspaces::design::missed::Missed;
+use crate::workspaces::design::placement_search::state::{PlacementSearch, PlacementSearchRequest};
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::present::Presenter;
@@ -31,6 +32,7 @@ use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 use trackwright_design::BodyRole;
+use trackwright_optimization::Settings;
 use trackwright_project::World;
 
 /// Longest that a picture waits for its results; a study of a million poses takes seconds.
@@ -57,6 +59,8 @@ pub struct PictureSetup {
     pub tables: Vec<(TableRole, PathBuf)>,
     /// In the Decide workspace.
     pub compared: ComparedDesigns,
+    /// In the Design workspace: better places are searched with these, and shown.
+    pub placement_search: Option<Settings>,
     /// From 0, in the Present workspace.
     pub slide: usize,
     /// In the Study workspace; `None` is the design's own pose.
@@ -245,6 +249,11 @@ fn start(world: World, size: [u32; 2], setup: PictureSetup) -> (App, Handle<Imag
     for request in setup.compared.requests() {
         app.world_mut().write_message(request);
     }
+    if let Some(settings) = setup.placement_search {
+        app.world_mut().resource_mut::<PlacementSearch>().settings = settings;
+        app.world_mut().write_message(PlacementSearchRequest::Open);
+        app.world_mut().write_message(PlacementSearchRequest::Start);
+    }
     // Letters enter the font's texture in the order in which they are first shown, and their
     // edges depend on their place there by the last bit: nothing is written before everything
     // is known, whichever answer comes first.
@@ -293,11 +302,14 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
     }
 }
 
-/// Whether tables, rooms or designs are on their way to the panels.
+/// Whether tables, rooms, designs or places are on their way to the panels.
 fn is_reading(world: &bevy::prelude::World) -> bool {
     let is_field = world.get_resource::<FieldState>();
     let is_decide = world.get_resource::<DecideState>();
-    is_field.is_some_and(FieldState::is_busy) || is_decide.is_some_and(DecideState::is_busy)
+    let is_design = world.get_resource::<PlacementSearch>();
+    is_field.is_some_and(FieldState::is_busy)
+        || is_decide.is_some_and(DecideState::is_busy)
+        || is_design.is_some_and(|search| search.running.is_some())
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
@@ -316,7 +328,8 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
     let has_figures = results.study.is_some() && results.pose.is_some() && has_expected;
     let is_read = !is_reading(world)
         && world.resource::<Messages<FieldRequest>>().is_empty()
-        && world.resource::<Messages<DecideRequest>>().is_empty();
+        && world.resource::<Messages<DecideRequest>>().is_empty()
+        && world.resource::<Messages<PlacementSearchRequest>>().is_empty();
     let is_answered = world.get_resource::<Missed>().is_none_or(Missed::is_answered);
     is_read
         && is_answered

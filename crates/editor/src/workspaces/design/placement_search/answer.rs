@@ -67,7 +67,7 @@ pub(super) fn answer(
             PlacementSearchRequest::Show(answer) => search.selected = *answer,
             PlacementSearchRequest::Hover(answer) => search.hovered = *answer,
             PlacementSearchRequest::Take(answer) => {
-                take(&mut search, document, *answer, &mut edits)
+                take(&mut search, document, *answer, &mut edits);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The result of a search: start and best side by side, what the gain is worth, what binds, and the
+//! The result of a search: start and best side by side, the verdict on the gain, what binds, and the
 //! answers that can be taken.
 
 use crate::palette::{self, ThemedColor};
@@ -70,8 +70,8 @@ pub fn result_ui(
     requests
 }
 
-/// The figures that were asked for.
-fn asked(goal: Goal) -> Vec<Metric> {
+/// The figures that are made least.
+fn least_figures(goal: Goal) -> Vec<Metric> {
     match goal {
         Goal::Figure(metric) => vec![metric],
         Goal::Requirement(requirement) => requirement.bounds().map(|(metric, _)| metric).collect(),
@@ -92,7 +92,7 @@ fn verdict_ui(ui: &mut Ui, goal: Goal, optimized: &Optimized) {
         quiet_ui(ui, "Stopped early: this is the best that was found until then");
     }
     for (room, gain) in optimized.gain.iter().enumerate() {
-        for metric in asked(goal) {
+        for metric in least_figures(goal) {
             let Some(difference) = difference(optimized, room, metric) else { continue };
             let words = with_minus_signs(&difference_words(difference, "the start"));
             let of_room = match optimized.gain.len() {
@@ -124,7 +124,7 @@ fn figures_ui(ui: &mut Ui, goal: Goal, result: &SearchResult, room: usize) {
             right_text_ui(ui, head, palette::TEXT_QUIET.color32());
         }
         ui.end_row();
-        for metric in asked(goal) {
+        for metric in least_figures(goal) {
             let name = format!("{}, {}", metric.short_label(), metric.unit());
             ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
             for figures in [&start, &best] {

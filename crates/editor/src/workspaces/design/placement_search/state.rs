@@ -62,7 +62,7 @@ impl Searched {
 
 /// What a search delivers: ever better layouts, then its result.
 pub enum Found {
-    Better { best: Layout, evaluations: u64, after_secs: f64 },
+    Better { best: Box<Layout>, evaluations: u64, after_secs: f64 },
     End(Box<Result<SearchResult, SearchError>>),
 }
 
@@ -104,7 +104,7 @@ pub struct Running {
     pub of: Arc<Searched>,
     /// Ends it with the best so far.
     pub enough: CancelToken,
-    pub best: Option<Layout>,
+    pub best: Option<Box<Layout>>,
     /// Layouts that were judged when the best was found.
     pub evaluations: u64,
 }

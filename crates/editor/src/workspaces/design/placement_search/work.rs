@@ -77,7 +77,7 @@ fn find(
     let optimized = optimize(&problem, settings, enough, task, &mut |progress| {
         has_better = true;
         let after_secs = start.elapsed().as_secs_f64();
-        let (best, evaluations) = (progress.best.clone(), progress.evaluations);
+        let (best, evaluations) = (Box::new(progress.best.clone()), progress.evaluations);
         report(Found::Better { best, evaluations, after_secs });
     });
     let optimized = optimized.map_err(|error| match error {
