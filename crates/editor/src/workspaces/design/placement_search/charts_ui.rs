@@ -141,10 +141,13 @@ pub fn pareto_ui(
                 }
             })
     });
-    let clicked = plot.response.clicked().then(|| plot.response.interact_pointer_pos()).flatten();
-    let clicked = clicked.map(|at| plot.transform.value_from_position(at));
-    if let Some(index) = clicked.and_then(|at| nearest(at.x, at.y)) {
-        requests.push(PlacementSearchRequest::Show(AnswerId::Pareto(index)));
+    let under_pointer = plot.response.hover_pos().map(|at| plot.transform.value_from_position(at));
+    if let Some(index) = under_pointer.and_then(|at| nearest(at.x, at.y)) {
+        let answer = AnswerId::Pareto(index);
+        requests.push(PlacementSearchRequest::Hover(Some(answer)));
+        if plot.response.clicked() {
+            requests.push(PlacementSearchRequest::Show(answer));
+        }
     }
     quiet_ui(ui, format!("{} over sensors in all", goal_words(goal)));
     ui.horizontal_wrapped(|ui| {

@@ -46,13 +46,15 @@ impl Plugin for PlacementGhostsPlugin {
     fn build(&self, app: &mut App) {
         app.add_systems(
             Update,
-            show.run_if(resource_exists::<ShownDesign>)
-                .run_if(
-                    resource_exists_and_changed::<PlacementSearch>
-                        .or_else(resource_changed::<ShownDesign>)
-                        .or_else(resource_changed::<Workspace>),
-                )
-                .in_set(EditorSystems::Draw),
+            show.run_if(
+                resource_exists::<ShownDesign>.and_then(resource_exists::<PlacementSearch>),
+            )
+            .run_if(
+                resource_changed::<PlacementSearch>
+                    .or_else(resource_changed::<ShownDesign>)
+                    .or_else(resource_changed::<Workspace>),
+            )
+            .in_set(EditorSystems::Draw),
         );
     }
 }

@@ -186,7 +186,8 @@ fn answers_ui(
             Goal::Figure(_) => objective_text(goal, layout.objective),
         };
         let is_selected = search.selected == answer;
-        let row = answer_row_ui(ui, result, answer, (&name, &value), is_selected);
+        let row = answer_row_ui(ui, result, answer, (&name, &value), is_selected)
+            .explained("Shows its places in the scene; a click selects it");
         if row.clicked() {
             requests.push(PlacementSearchRequest::Show(answer));
         }
@@ -194,7 +195,7 @@ fn answers_ui(
             requests.push(PlacementSearchRequest::Hover(Some(answer)));
         }
     }
-    quiet_ui(ui, "Outlines with sensors; a row under the pointer shows its places in the scene");
+    quiet_ui(ui, "Green dots: sensors that are elsewhere than at the start");
 }
 
 /// What binds, how flat the optimum is, what is undetermined, what else is to be known.
