@@ -15,6 +15,7 @@
 //! ```
 
 pub mod bounds;
+pub mod box_union;
 pub mod coarse;
 pub mod color;
 pub mod colormap;
@@ -34,6 +35,7 @@ pub mod normals;
 pub mod number;
 pub mod orbit;
 pub mod outline;
+mod patch;
 pub mod placeholder;
 pub mod pointing;
 pub mod pose;

@@ -1,7 +1,8 @@
 //! Small solids that glyphs are made of: outlines turned around an axis, spheres, arrows.
 
+use super::bounds::Bounds;
 use super::rotation::perpendicular;
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// Sides of what is turned, and of arrows, which are many.
@@ -115,6 +116,45 @@ impl Solid {
             }
         }
         solid
+    }
+
+    /// A box with its six sides.
+    pub fn cuboid(bounds: &Bounds) -> Self {
+        let mut solid = Self::default();
+        let (size_mm, corner) = (bounds.size_mm(), bounds.min_mm);
+        for axis in 0..3 {
+            for side in [0.0, 1.0] {
+                let [mut u, mut v] =
+                    [(axis + 1) % 3, (axis + 2) % 3].map(|k| Vector3::ith(k, size_mm[k]));
+                if side == 0.0 {
+                    std::mem::swap(&mut u, &mut v);
+                }
+                let from = corner + Vector3::ith(axis, side * size_mm[axis]);
+                let base = solid.positions_mm.len() as u32;
+                solid.positions_mm.extend([from, from + u, from + u + v, from + v]);
+                solid.normals.extend([Vector3::ith(axis, 2.0 * side - 1.0); 4]);
+                solid.triangles.extend([[base, base + 1, base + 2], [base, base + 2, base + 3]]);
+            }
+        }
+        solid
+    }
+
+    /// Adds a tube around a line through points, open at both ends, with a ball where it bends.
+    pub fn push_tube(&mut self, points_mm: &[Point3<f64>], radius_mm: f64) {
+        let piece = Self::turned(&[[1.0, 0.0], [1.0, 1.0]]);
+        for pair in points_mm.windows(2) {
+            let along = pair[1] - pair[0];
+            let Some(z) = Unit::try_new(along, 0.0) else { continue };
+            let x = perpendicular(&z);
+            let turn = Matrix3::from_columns(&[*x, z.cross(&x), *z]);
+            let scale = Vector3::new(radius_mm, radius_mm, along.norm());
+            let place = |p: &Point3<f64>| pair[0] + turn * p.coords.component_mul(&scale);
+            self.push(&piece, place, |n| turn * n);
+        }
+        let bends = points_mm.get(1..points_mm.len().saturating_sub(1)).unwrap_or_default();
+        for bend in bends {
+            self.push(&Self::sphere(radius_mm), |p| bend + p.coords, |n| *n);
+        }
     }
 
     /// Adds an arrow from a point; none where the vector has no direction.
@@ -239,5 +279,45 @@ mod tests {
         none.push_arrow(&start, &Vector3::zeros(), &size);
         none.push_arrow(&start, &Vector3::repeat(f64::NAN), &size);
         assert_eq!(none, Solid::default());
+    }
+
+    #[test]
+    fn a_cuboid_is_seen_from_outside() {
+        let bounds = Bounds::from(([1.0, 2.0, 3.0], [3.0, 5.0, 7.0]));
+        let solid = Solid::cuboid(&bounds);
+        assert!((volume_mm3(&solid) - 24.0).abs() < 1e-12);
+        assert_eq!(Bounds::around(solid.positions_mm.iter().copied()), Some(bounds));
+        for triangle in &solid.triangles {
+            let [a, b, c] = triangle.map(|i| solid.positions_mm[i as usize]);
+            let own = (b - a).cross(&(c - a)).normalize();
+            assert!((own - solid.normals[triangle[0] as usize]).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_tube_is_at_its_radius_from_the_line() {
+        const RADIUS_MM: f64 = 0.5;
+        let points = [[0.0, 0.0, 0.0], [0.0, 0.0, 10.0], [6.0, 0.0, 18.0]].map(Point3::from);
+        let mut solid = Solid::default();
+        solid.push_tube(&points, RADIUS_MM);
+        let off = |at: &Point3<f64>| {
+            let pieces = points.windows(2).map(|pair| {
+                let along = pair[1] - pair[0];
+                let part = (at - pair[0]).dot(&along) / along.norm_squared();
+                (at - (pair[0] + along * part.clamp(0.0, 1.0))).norm()
+            });
+            pieces.fold(f64::INFINITY, f64::min)
+        };
+        for at in &solid.positions_mm {
+            assert!(off(at) <= RADIUS_MM + 1e-9, "{at}");
+        }
+        // Its end stands square on the line.
+        assert!(
+            solid.positions_mm.iter().any(|at| at.z == 0.0 && (off(at) - RADIUS_MM).abs() < 1e-9)
+        );
+        let mut none = Solid::default();
+        none.push_tube(&points[..1], RADIUS_MM);
+        none.push_tube(&[], RADIUS_MM);
+        assert!(none.triangles.is_empty());
     }
 }

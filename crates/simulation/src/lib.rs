@@ -55,6 +55,7 @@ pub mod motion;
 pub mod motion_outline;
 pub mod mounting;
 mod mounting_channel;
+mod mounting_edits;
 pub mod own_study;
 pub mod pairs;
 pub mod placement;
@@ -102,6 +103,7 @@ pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, 
 pub use motion::{AxisRange, Motion};
 pub use mounting::{Mounting, MountingAxis, MountingError, MountingRegion};
 pub use mounting_channel::channel_of;
+pub use mounting_edits::{channel_point, new_forbidden_box};
 pub use placement::{
     AxisRule, Basis, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
     PlacementPlan, place,

@@ -44,6 +44,24 @@ impl Surface {
         end.map(|crossing| crossing.distance_mm)
     }
 
+    /// The middle of the body straight below a point of its surface: in the bore of a tube along an
+    /// axis, else halfway through the wall. `None` where the ray never leaves, as in an open mesh.
+    pub fn middle_below(
+        &self,
+        at: &SurfacePoint,
+        axis: &Unit<Vector3<f64>>,
+    ) -> Option<Point3<f64>> {
+        let inward = Ray { origin_mm: at.position_mm, direction: -at.normal };
+        let wall_mm = self.thickness_mm(at)?;
+        let mut beyond = self.sorted_crossings(&generic_ray(&at.position_mm, -at.normal));
+        beyond.retain(|crossing| crossing.distance_mm > wall_mm + SKIN_MM);
+        let far_mm = beyond.first().filter(|far| far.step > 0).map(|far| far.distance_mm);
+        let bore = far_mm.map(|far_mm| inward.at(f64::midpoint(wall_mm, far_mm)));
+        let reach_mm = far_mm.unwrap_or_default();
+        let bore = bore.filter(|middle_mm| self.is_bore(middle_mm, axis, reach_mm));
+        Some(bore.unwrap_or_else(|| inward.at(wall_mm / 2.0)))
+    }
+
     /// Whether a point of the surface is hidden in another part of the body.
     pub fn is_covered(&self, at: &SurfacePoint) -> bool {
         let crossings = self.sorted_crossings(&generic_ray(&at.position_mm, at.normal));
@@ -75,6 +93,8 @@ fn generic_ray(origin_mm: &Point3<f64>, towards: Unit<Vector3<f64>>) -> Ray {
 mod tests {
     use super::super::tests::cylinder;
     use super::*;
+    use crate::mesh::{MeshPart, SurfaceMesh};
+    use crate::solid::Solid;
 
     fn side(radius_mm: f64, z_mm: f64) -> SurfacePoint {
         SurfacePoint { position_mm: Point3::new(radius_mm, 0.0, z_mm), normal: Vector3::x_axis() }
@@ -100,5 +120,28 @@ mod tests {
         for (x_mm, is_inside) in [(0.0, true), (5.0, true), (7.5, false)] {
             assert_eq!(surface.contains(&Point3::new(x_mm, 0.0, 40.0)), is_inside, "{x_mm}");
         }
+    }
+
+    #[test]
+    fn the_middle_of_a_shaft_is_on_its_axis() {
+        let surface = Surface::new(&cylinder(2.5, 100.0, 32)).unwrap();
+        let found = surface.middle_below(&side(2.5, 40.0), &Vector3::z_axis()).unwrap();
+        assert!((found - Point3::new(0.0, 0.0, 40.0)).norm() < 1e-3, "{found}");
+    }
+
+    #[test]
+    fn the_middle_of_a_tube_is_in_its_bore() {
+        // 3 mm across with a bore of 2 mm.
+        let outline = [[1.0, 0.0], [1.5, 0.0], [1.5, 50.0], [1.0, 50.0], [1.0, 0.0]];
+        let Solid { positions_mm, normals, triangles } = Solid::turned(&outline);
+        let part = MeshPart { positions_mm, normals, triangles, ..MeshPart::default() };
+        let mesh = SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() };
+        let surface = Surface::new(&mesh).unwrap();
+        let middle = |axis| surface.middle_below(&side(1.5, 20.0), &axis).unwrap();
+        let found = middle(Vector3::z_axis());
+        assert!(found.coords.xy().norm() < 0.02, "{found}");
+        // Along another axis the walls are those of a fork: the middle of the near one.
+        let found = middle(Vector3::y_axis());
+        assert!((found.x - 1.25).abs() < 0.02, "{found}");
     }
 }
