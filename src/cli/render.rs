@@ -77,7 +77,7 @@ pub struct RenderArgs {
     pub facing_slice: bool,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
     /// tip-error, requirement, ghost, motion, tip-scatter, slice, arrows, placement (of the selected
-    /// sensor), region, support, labels; or all, or none
+    /// sensor), mounting, region, support, labels; or all, or none
     #[arg(long, value_name = "LIST", value_parser = Layers::named)]
     pub layers: Option<Layers>,
     #[command(flatten)]

@@ -29,6 +29,8 @@ pub struct Layers {
     pub arrows: bool,
     /// The selected sensor's body painted by what the tip error would be with the sensor there.
     pub placement: bool,
+    /// Where sensors of the bodies may be mounted, and where no coil may be.
+    pub mounting: bool,
     /// Where the design meets its requirement.
     pub region: bool,
     /// Where the room's model is valid: the surface around it, and hatching on the slice.
@@ -53,6 +55,7 @@ impl Default for Layers {
             slice: true,
             arrows: false,
             placement: false,
+            mounting: false,
             region: false,
             support: false,
             labels: true,
@@ -64,7 +67,7 @@ impl Default for Layers {
 type Switch = fn(&mut Layers) -> &mut bool;
 
 /// Every layer, in the order in which they are listed to a person.
-const NAMES: [(&str, Switch); 16] = [
+const NAMES: [(&str, Switch); 17] = [
     ("volume", |l| &mut l.volume),
     ("generator", |l| &mut l.generator),
     ("grid", |l| &mut l.grid),
@@ -78,6 +81,7 @@ const NAMES: [(&str, Switch); 16] = [
     ("slice", |l| &mut l.slice),
     ("arrows", |l| &mut l.arrows),
     ("placement", |l| &mut l.placement),
+    ("mounting", |l| &mut l.mounting),
     ("region", |l| &mut l.region),
     ("support", |l| &mut l.support),
     ("labels", |l| &mut l.labels),

@@ -61,6 +61,9 @@ impl Drawing<'_> {
                 children.extend(self.shape_node(&part.name, shape, look, Value::Null));
             }
         }
+        if view.layers.mounting && !is_hidden {
+            children.extend(self.mounting(role));
+        }
         children.extend(self.sensors(role));
         self.group(&format!("{role} {}", body.rigid.name), transform_of(&pose), children)
     }

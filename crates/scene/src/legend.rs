@@ -1,6 +1,7 @@
 //! What the colours of a drawn scene mean, for the page or program that shows it.
 
 use super::Stage;
+use super::mounting::{FORBIDDEN_WORDS, MOUNTING_WORDS, forbids};
 use super::palette::{self, Rgb};
 use trackwright_design::BodyRole;
 
@@ -42,6 +43,10 @@ impl Stage<'_> {
         add(layers.ghost, palette::GHOST, as_tracked);
         let moves = layers.motion && design.motion.is_some();
         add(moves, palette::MOTION, "range of motion".to_owned());
+        let mut bodies = design.bodies();
+        let forbids = bodies.any(|(_, body)| forbids(&body.mounting));
+        add(layers.mounting, palette::MOUNTING, MOUNTING_WORDS.to_owned());
+        add(layers.mounting && forbids, palette::FORBIDDEN, FORBIDDEN_WORDS.to_owned());
         let volume = self.world.environment.volume.map(|volume| volume.name().to_owned());
         add(layers.volume && volume.is_some(), palette::VOLUME, volume.unwrap_or_default());
         keys

@@ -26,6 +26,7 @@ mod errors;
 pub mod field_arrows;
 pub mod ground;
 mod legend;
+pub mod mounting;
 pub mod opening_view;
 pub mod painted;
 pub mod palette;

@@ -69,6 +69,9 @@ pub const SCATTER: Rgb = Rgb::pair(0x4A7BFF, 0x0040C0);
 pub const MOTION: Rgb = Rgb::pair(0xD9A07A, 0x7A3B2E);
 /// The best place that was found for a sensor.
 pub const BEST_PLACE: Rgb = Rgb::pair(0xB8F53D, 0x86A800);
+/// Where sensors may be mounted, and where no coil may be.
+pub const MOUNTING: Rgb = Rgb::pair(0x12E892, 0x00C04E);
+pub const FORBIDDEN: Rgb = Rgb::pair(0xC8143C, 0x8E0024);
 pub const AXIS_X: Rgb = Rgb::pair(0xE06C6C, 0xC23B3B);
 pub const AXIS_Y: Rgb = Rgb::pair(0x7CC47C, 0x4C8F1E);
 pub const AXIS_Z: Rgb = Rgb::pair(0x6C9CF0, 0x2F62C9);

@@ -19,7 +19,7 @@ pub struct SceneArgs {
 
     /// What to show, separated by commas; what the design's own view shows where left out: volume,
     /// generator, grid, anatomy, sensor-errors, tip-error, requirement, ghost, motion, tip-scatter, slice,
-    /// arrows, placement, region, support; or all, or none, which leaves bodies and sensors
+    /// arrows, placement, mounting, region, support; or all, or none, which leaves bodies and sensors
     #[arg(long, value_name = "LIST", value_parser = Layers::named)]
     layers: Option<Layers>,
 
