@@ -29,6 +29,8 @@ mod measured_ghost;
 mod meshes;
 mod missed;
 mod motion_box;
+mod mounting;
+mod mounting_panel;
 mod new_design;
 mod overlay;
 mod panels;

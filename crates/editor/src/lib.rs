@@ -55,12 +55,13 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`viewport::gizmo::GizmoPlugin`] | handles that move and turn what is selected |
 /// | [`viewport::tool::ToolPlugin`] | what a click in the scene does beside selecting |
 /// | [`viewport::tip_drag::TipDragPlugin`] | the ball by which a selected tip is dragged |
+/// | [`viewport::mounting::MountingPlugin`] | a brush and drawing tools for mounting regions |
 /// | [`viewport::pointer_hint::PointerHintPlugin`] | what the pointer can do now, in words |
 /// | [`scene::materials::MaterialsPlugin`] | what surfaces look like |
 /// | [`scene::ScenePlugin`] | bodies, sensors, volume, generator, ground |
 /// | [`layers::GlyphsPlugin`] | magnified errors and the ghost |
 /// | [`layers::commands::LayersCommandsPlugin`] | commands of layers |
-/// | [`layers::LayersPlugin`] | arrows, placement, usable region, model support |
+/// | [`layers::LayersPlugin`] | arrows, placement, mounting regions, usable region, model support |
 /// | [`viewport::ball_handle::HandlePlugin`] | balls in the scene that are dragged |
 /// | [`layers::motion::MotionPlugin`] | what the range of motion runs through, and its handles |
 /// | [`layers::slice::SlicePlugin`] | the coloured plane through the room |
@@ -116,6 +117,7 @@ impl PluginGroup for EditorPlugins {
             .add(viewport::gizmo::GizmoPlugin)
             .add(viewport::tool::ToolPlugin)
             .add(viewport::tip_drag::TipDragPlugin)
+            .add(viewport::mounting::MountingPlugin)
             .add(viewport::pointer_hint::PointerHintPlugin)
             .add(scene::materials::MaterialsPlugin)
             .add(scene::ScenePlugin)

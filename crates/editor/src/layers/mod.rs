@@ -13,6 +13,7 @@ pub mod legend;
 pub mod legend_entries;
 pub mod magnification;
 pub mod motion;
+pub mod mounting;
 pub mod placement;
 pub mod probe;
 pub mod region;
@@ -44,6 +45,7 @@ impl Plugin for RegistryPlugin {
 /// | [`field_arrows::ArrowsPlugin`] | the field's error as arrows on a lattice |
 /// | [`placement::PlacementPlugin`] | the error with the selected sensor anywhere on its body |
 /// | [`best_place::BestPlacePlugin`] | the best of these places; a click puts the sensor there |
+/// | [`mounting::MountingLayerPlugin`] | where sensors may be mounted, and where no coil may be |
 /// | [`region::RegionPlugin`] | where in the volume the design meets its requirement |
 /// | [`validity::SupportPlugin`] | where in its box the room's model is valid |
 pub struct LayersPlugin;
@@ -54,6 +56,7 @@ impl Plugin for LayersPlugin {
             field_arrows::ArrowsPlugin,
             placement::PlacementPlugin,
             best_place::BestPlacePlugin,
+            mounting::MountingLayerPlugin,
             region::RegionPlugin,
             validity::SupportPlugin,
         ));

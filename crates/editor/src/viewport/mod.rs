@@ -8,6 +8,7 @@ pub mod commands;
 pub mod fine_pointer;
 pub mod gizmo;
 pub mod light_drawing;
+pub mod mounting;
 pub mod overlay;
 pub mod picking;
 pub mod pointer_hint;

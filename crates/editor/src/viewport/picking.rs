@@ -10,6 +10,7 @@ use crate::scene::{BodyRoot, SensorMark, sensors};
 use crate::viewport::ball_handle::{BallHandle, HANDLE_PX};
 use crate::viewport::camera::{MainCamera, OrbitRig, Sight};
 use crate::viewport::gizmo::{CurrentGizmo, GizmoHandle};
+use crate::viewport::mounting::state::MountingTarget;
 use crate::viewport::surfaces::{Surfaces, make_surfaces};
 use bevy::ecs::system::SystemParam;
 use bevy::picking::PickingSystems;
@@ -52,6 +53,7 @@ pub struct Targets<'w, 's> {
     handles: Query<'w, 's, (Entity, &'static BallHandle)>,
     gizmo: Option<Res<'w, CurrentGizmo>>,
     gizmo_handles: Query<'w, 's, (Entity, &'static GizmoHandle)>,
+    mounting: Query<'w, 's, Entity, With<MountingTarget>>,
 }
 
 fn pick(
@@ -139,6 +141,10 @@ impl Targets<'_, '_> {
             let depth = (hit.position_mm - in_body.origin_mm).norm();
             Some((entity, BODIES_FROM + depth))
         });
+        // A tool for mounting regions is used on the surface, whatever is mounted there.
+        if let Some(target) = self.mounting.iter().next() {
+            return bodies.filter(|(entity, _)| *entity == target).collect();
+        }
         let things = handles.chain(sensors).chain(bodies);
         held.into_iter().chain(things).collect()
     }

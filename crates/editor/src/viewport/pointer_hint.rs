@@ -103,7 +103,10 @@ fn show_hint(
             .words()
             .or_else(|| balls.words())
             .or_else(|| follows.then(|| FOLLOWING.to_owned())),
-        tool => Some(with_tool(tool, &aim)),
+        tool => Some(match mounting_words(tool) {
+            Some(words) => format!("{words} · Esc ends"),
+            None => with_tool(tool, &aim),
+        }),
     };
     hint.set_if_neq(PointerHint(text));
 }
@@ -135,6 +138,18 @@ fn step(handle: Handle) -> String {
     match handle.kind {
         HandleKind::Arrow => format!("{STEP_MM:.0}\u{2009}mm"),
         HandleKind::Ring => format!("{STEP_DEG:.0}°"),
+    }
+}
+
+fn mounting_words(tool: SceneTool) -> Option<&'static str> {
+    match tool {
+        SceneTool::PaintPatch => Some("Drag over the selected body to paint its mounting patch"),
+        SceneTool::DrawChannel => Some(
+            "Click on the selected body for each point of the channel · Enter or a double click \
+             finishes it",
+        ),
+        SceneTool::DrawBox => Some("Drag over the selected body to draw a forbidden box"),
+        SceneTool::Select | SceneTool::AddSensor | SceneTool::SetTip => None,
     }
 }
 

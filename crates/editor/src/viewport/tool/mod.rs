@@ -36,12 +36,23 @@ pub enum SceneTool {
     AddSensor,
     /// A click puts the tip of a body there.
     SetTip,
+    /// A drag paints a mounting patch of the selected body.
+    PaintPatch,
+    /// Clicks draw a mounting channel through it.
+    DrawChannel,
+    /// A drag draws a forbidden box on it.
+    DrawBox,
 }
 
 impl SceneTool {
     /// The tool taken in hand, or put back where it is in hand already.
     pub fn toggled(self, tool: Self) -> Self {
         if self == tool { Self::Select } else { tool }
+    }
+
+    /// Whether it changes mounting regions, which the drags and clicks on a body themselves do.
+    pub fn is_for_mounting(self) -> bool {
+        matches!(self, Self::PaintPatch | Self::DrawChannel | Self::DrawBox)
     }
 }
 
@@ -75,7 +86,7 @@ impl Plugin for ToolPlugin {
                 (
                     begin.run_if(resource_changed::<SceneTool>.and_then(is_in_hand)),
                     put_back.run_if(is_in_hand),
-                    answer_clicks.run_if(on_message::<PointerInput>),
+                    answer_clicks.run_if(on_message::<PointerInput>.and_then(is_by_click)),
                 )
                     .chain()
                     .in_set(EditorSystems::Input),
@@ -93,6 +104,11 @@ impl Plugin for ToolPlugin {
 
 fn is_in_hand(tool: Res<SceneTool>) -> bool {
     *tool != SceneTool::Select
+}
+
+/// Whether a click is all that the tool takes.
+fn is_by_click(tool: Res<SceneTool>) -> bool {
+    !tool.is_for_mounting()
 }
 
 fn has_aim(aim: Res<ToolAim>) -> bool {
@@ -168,7 +184,6 @@ impl Scene<'_> {
     fn edit(&self, tool: SceneTool, point: &AimedPoint) -> Option<Edit> {
         let body = point.body;
         match tool {
-            SceneTool::Select => None,
             SceneTool::AddSensor => {
                 let sensor = new_sensor(self.sight.design()?, point)?;
                 Some(Edit::AddSensor { body, sensor })
@@ -176,6 +191,7 @@ impl Scene<'_> {
             SceneTool::SetTip => {
                 Some(Edit::SetTip { body, tip_in_body: Some(point.at.position_mm) })
             }
+            _ => None,
         }
     }
 }

@@ -113,7 +113,6 @@ fn placed(aim: &ToolAim, tool: SceneTool, shown: &ShownDesign) -> Vec<Placed> {
     let px =
         |size_px| SizeBounds { true_mm: 0.0, least_px: size_px, most_px: size_px, extra_px: 0.0 };
     match tool {
-        SceneTool::Select => Vec::new(),
         SceneTool::AddSensor => {
             let Some(sensor) = new_sensor(&shown.design, point) else {
                 return Vec::new();
@@ -146,5 +145,6 @@ fn placed(aim: &ToolAim, tool: SceneTool, shown: &ShownDesign) -> Vec<Placed> {
                 along: radius,
             }]
         }
+        _ => Vec::new(),
     }
 }

@@ -4,8 +4,11 @@ use crate::document::body_files::BodyFileRequest;
 use crate::document::meshes::MeshRequest;
 use crate::document::requests::{EditRequest, ViewRequest};
 use crate::document::selection::{Hovered, Selected, Selection};
+use crate::document::state::Notice;
 use crate::shell::commands::RunCommand;
 use crate::shell::requests::Requests;
+use crate::viewport::mounting::state::MountingState;
+use crate::viewport::tool::SceneTool;
 use crate::widgets::basic::NumberChange;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
@@ -25,6 +28,17 @@ pub enum DesignAction {
     /// Selects it with what is selected, or takes it away.
     SelectAlso(Selected),
     Hover(Selected),
+    Mounting(MountingAction),
+}
+
+/// What is set in the section of mounting regions; changes of the regions are edits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MountingAction {
+    Set(MountingState),
+    /// A tool is taken in hand, or put back.
+    Take(SceneTool),
+    /// Why something is not done.
+    Refuse(&'static str),
 }
 
 impl DesignAction {
@@ -75,8 +89,25 @@ impl DesignRequests<'_, '_> {
                 DesignAction::Select(what) => self.select(move |own| *own = Selection::of(what)),
                 DesignAction::SelectAlso(what) => self.select(move |own| own.toggle(what)),
                 DesignAction::Hover(_) => {}
+                DesignAction::Mounting(action) => self.mounting(action),
             }
         }
+    }
+
+    fn mounting(&mut self, action: MountingAction) {
+        self.commands.queue(move |world: &mut World| match action {
+            MountingAction::Set(state) => {
+                world.resource_mut::<MountingState>().set_if_neq(state);
+            }
+            MountingAction::Take(tool) => {
+                world.resource_mut::<SceneTool>().set_if_neq(tool);
+            }
+            MountingAction::Refuse(why) => {
+                let notice = Notice::Refused(why.to_owned());
+                world.resource_mut::<Notice>().set_if_neq(notice);
+            }
+        });
+        self.commands.write_message(RequestRedraw);
     }
 
     fn select(&mut self, change: impl FnOnce(&mut Selection) + Send + 'static) {

@@ -11,6 +11,8 @@ pub mod inspector;
 pub mod mesh_ui;
 pub mod missed;
 pub mod motion_ui;
+pub mod mounting_panel;
+pub mod mounting_ui;
 pub mod outliner;
 pub mod panels;
 pub mod placement_search;
@@ -30,6 +32,7 @@ use crate::shell::window::{PanelsShown, Workspace};
 use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
 use crate::workspaces::design::baseline::{Baseline, note_baseline};
 use crate::workspaces::design::missed::MissedPlugin;
+use crate::workspaces::design::mounting_panel::{is_body_selected, mounting_panel};
 use crate::workspaces::design::panels::{
     history_panel, inspector_panel, outliner_panel, result_panel,
 };
@@ -54,6 +57,10 @@ impl Plugin for DesignPlugin {
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), layers_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right).fixed(), result_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_closed), inspector_panel)
+            .add_panel(
+                PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_body_selected),
+                mounting_panel,
+            )
             // Its panel stands in the place of the inspector.
             .add_plugins(PlacementSearchPlugin)
             .add_systems(

@@ -1,0 +1,46 @@
+//! The section of mounting regions as a panel: what it reads of the open design and its surfaces.
+
+use crate::document::requests::OpenWorld;
+use crate::document::selection::{Selected, Selection};
+use crate::viewport::mounting::state::MountingState;
+use crate::viewport::surfaces::Surfaces;
+use crate::viewport::tool::SceneTool;
+use crate::workspaces::design::actions::DesignRequests;
+use crate::workspaces::design::mounting_ui::{MountingView, mounting_ui};
+use bevy::prelude::*;
+use bevy_egui::egui::Ui;
+use trackwright_simulation::channel_of;
+
+/// Whether the section is about something.
+pub(crate) fn is_body_selected(world: &World) -> bool {
+    let selection = world.get_resource::<Selection>();
+    selection.is_some_and(|own| matches!(own.primary(), Some(Selected::Body(_))))
+}
+
+pub(crate) fn mounting_panel(
+    mut ui: InMut<Ui>,
+    (world, selection): (Res<OpenWorld>, Res<Selection>),
+    (state, tool): (Option<Res<MountingState>>, Option<Res<SceneTool>>),
+    surfaces: Option<Res<Surfaces>>,
+    mut requests: DesignRequests,
+) {
+    let (Some(Selected::Body(role)), Some(state), Some(tool)) = (selection.primary(), state, tool)
+    else {
+        return;
+    };
+    let Some(body) = world.0.document.design().body(role) else {
+        return;
+    };
+    let mesh = world.0.mesh(role);
+    let surface = surfaces.as_ref().and_then(|surfaces| surfaces.of(role));
+    let view = MountingView {
+        body: role,
+        mounting: &body.mounting,
+        sensors: &body.rigid.sensors,
+        mesh: mesh.map(|mesh| &**mesh),
+        state: *state,
+        tool: *tool,
+        channel_from_mesh: &|| channel_of(surface?, &mesh?.long_axis()),
+    };
+    requests.write(mounting_ui(&mut ui, &view));
+}
