@@ -58,7 +58,7 @@ impl Plugin for DesignPlugin {
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right).fixed(), result_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_closed), inspector_panel)
             .add_panel(
-                PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_body_selected),
+                PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_mounting_shown),
                 mounting_panel,
             )
             // Its panel stands in the place of the inspector.
@@ -75,6 +75,10 @@ impl Plugin for DesignPlugin {
                 ),
             );
     }
+}
+
+fn is_mounting_shown(world: &World) -> bool {
+    is_closed(world) && is_body_selected(world)
 }
 
 pub(crate) fn is_history_shown(world: &World) -> bool {
