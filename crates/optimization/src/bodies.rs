@@ -1,7 +1,7 @@
 //! A layout while it is searched for: bodies and poses, and the numbers that move them.
 
 use crate::outcome::OptimizeError;
-use crate::places::{Place, Places};
+use crate::places::{PlacedSensor, Places};
 use crate::problem::{PoseBounds, Problem};
 use nalgebra::{Translation3, Vector3};
 use trackwright_geometry::pose::Pose;
@@ -97,7 +97,7 @@ pub(crate) struct Movable<'a> {
 /// degrees each.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Position {
-    pub places: Vec<Place>,
+    pub places: Vec<PlacedSensor>,
     pub generator: Vector6,
     pub crf_pose: Vector6,
 }
@@ -143,7 +143,7 @@ impl<'a> Movable<'a> {
     }
 
     /// Poses as they are, sensors at these places.
-    pub fn position(&self, places: Vec<Place>) -> Position {
+    pub fn position(&self, places: Vec<PlacedSensor>) -> Position {
         Position { places, generator: [0.0; 6], crf_pose: [0.0; 6] }
     }
 

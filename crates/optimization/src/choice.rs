@@ -15,7 +15,7 @@ pub(crate) struct Choice {
     pub is_own: bool,
 }
 
-/// Every number and every set of kinds that is asked for, fewest sensors first.
+/// Every number and every set of kinds that is requested, fewest sensors first.
 ///
 /// # Errors
 /// Sensors that are not there, numbers that do not go with those that do not move, and a problem in

@@ -3,7 +3,7 @@
 
 use crate::bodies::{Movable, Slot};
 use crate::constraint::pair_fault;
-use crate::places::Place;
+use crate::places::PlacedSensor;
 use crate::table::{Table, TableBuffers};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -43,7 +43,7 @@ pub(crate) struct GridFound {
 pub(crate) struct GridSearch<'a> {
     pub table: &'a Table<'a>,
     pub slots: &'a [Slot],
-    pub places: &'a [Vec<Place>],
+    pub places: &'a [Vec<PlacedSensor>],
     /// For each slot the slot before it that it may change places with, if any.
     pub alike: &'a [Option<usize>],
     /// Of each pair of slots of one body, the places that are too near to each other.
@@ -62,7 +62,7 @@ impl<'a> GridSearch<'a> {
         movable: &Movable,
         table: &'a Table<'a>,
         slots: &'a [Slot],
-        places: &'a [Vec<Place>],
+        places: &'a [Vec<PlacedSensor>],
         alike: &'a [Option<usize>],
         enough: &'a CancelToken,
     ) -> Self {

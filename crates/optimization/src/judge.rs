@@ -36,7 +36,7 @@ pub(crate) struct Judged {
 pub(crate) struct Judge<'a> {
     pub problem: &'a Problem,
     /// Each figure that counts, and what it is divided by.
-    asked: Vec<(Metric, f64)>,
+    required: Vec<(Metric, f64)>,
     /// What the start leaves open; a layout is not to leave more open.
     start: Open,
     /// Of the start, in each room: trials with a sensor outside the model's box, and out of the volume.
@@ -85,7 +85,7 @@ impl<'a> Judge<'a> {
         start: &Bodies,
         figures: &[Figures],
     ) -> Result<Self, StudyError> {
-        let asked = match problem.goal {
+        let required = match problem.goal {
             Goal::Figure(metric) => vec![(metric, 1.0)],
             Goal::Requirement(requirement) => requirement
                 .bounds()
@@ -94,7 +94,7 @@ impl<'a> Judge<'a> {
         };
         let mut judge = Self {
             problem,
-            asked,
+            required,
             start: Open { reach_mm: 0.0, is_weak: false },
             start_outside: figures.iter().map(|f| [f.outside, f.out_of_volume]).collect(),
             few_outside: Vec::new(),
@@ -116,8 +116,8 @@ impl<'a> Judge<'a> {
     }
 
     /// Whether any figure counts.
-    pub fn asks_anything(&self) -> bool {
-        !self.asked.is_empty()
+    pub fn requires_anything(&self) -> bool {
+        !self.required.is_empty()
     }
 
     /// The study of a layout in every room; `None` where it leaves the field of one of them at more
@@ -173,7 +173,7 @@ impl<'a> Judge<'a> {
         match &self.problem.mode {
             Mode::Single => Ok(plain(vec![InputTrial::at(scenario.crf_from_tool)])),
             Mode::Input(trials) => Ok(plain(some(trials))),
-            Mode::Motion if self.asked.iter().all(is_mean) => {
+            Mode::Motion if self.required.iter().all(is_mean) => {
                 let rule = PoseRule::gauss(scenario, FEW_WEIGHTED)?;
                 let trials = rule.poses.into_iter().map(InputTrial::at).collect();
                 Ok(Few { trials, weights: Some(rule.weights), run: rule.run })
@@ -266,7 +266,7 @@ impl<'a> Judge<'a> {
 
     /// The largest part of its bound that a figure is.
     fn worst(&self, mut value: impl FnMut(Metric) -> f64) -> f64 {
-        let each = self.asked.iter().map(|(metric, bound)| {
+        let each = self.required.iter().map(|(metric, bound)| {
             let value = value(*metric);
             // Of what may not be off at all, everything is too much.
             if *bound > 0.0 { value / bound } else { f64::INFINITY * value.signum() }

@@ -1,4 +1,4 @@
-//! Finds where sensors serve a design best, within what can be built, and what the gain is worth in
+//! Finds where sensors serve a design best, within what can be built, and judges the gain in
 //! fields that the search did not see.
 //!
 //! A candidate place's readings at every pose are computed once, so that a layout costs its frame fits

@@ -1,4 +1,4 @@
-//! The whole search: the start, every set of sensors that is asked for, and what the best is worth.
+//! The whole search: the start, every set of sensors that is requested, and the verdict on the best.
 
 use crate::bodies::Bodies;
 use crate::choice::{Choice, choices};
@@ -6,7 +6,7 @@ use crate::judge::{Judge, Judged};
 use crate::outcome::{Layout, OptimizeError, Optimized, Progress, body_key};
 use crate::problem::{BuiltError, Goal, Problem, Settings};
 use crate::search::{Search, Studied};
-use crate::verdict::{asked, binding, flatness, gain};
+use crate::verdict::{binding, flatness, gain, required};
 use trackwright_simulation::{CancelToken, StudyError, run};
 use trackwright_task::Task;
 
@@ -35,8 +35,8 @@ pub fn optimize(
     deliver: &mut dyn FnMut(&Progress),
 ) -> Result<Optimized, OptimizeError> {
     let first = problem.scenarios.first().ok_or(OptimizeError::NoRoom)?;
-    if asked(problem.goal).is_empty() {
-        return Err(OptimizeError::NothingAsked);
+    if required(problem.goal).is_empty() {
+        return Err(OptimizeError::NothingRequired);
     }
     let ended = enough.clone();
     task.cancel.on_cancel(move || ended.cancel());
@@ -51,8 +51,8 @@ pub fn optimize(
         figures.push(run(scenario, &problem.mode, &task.cancel, None)?.figures);
     }
     let judge = Judge::new(problem, &own, &figures)?;
-    if !judge.asks_anything() {
-        return Err(OptimizeError::NothingAsked);
+    if !judge.requires_anything() {
+        return Err(OptimizeError::NothingRequired);
     }
     // Its own study leaves the field at no more poses than itself.
     let no_start = || StudyError::AllRejected { trials: figures[0].trials };
@@ -90,7 +90,10 @@ pub fn optimize(
         }
     }
     if found.iter().all(|found| found.studied.is_empty()) {
-        return Err(refused.unwrap_or_else(|| too_many(&choices[0])));
+        if !enough.is_cancelled() {
+            return Err(refused.unwrap_or_else(|| too_many(&choices[0])));
+        }
+        return Ok(Optimized::of_start(start, evaluations, notes(problem)));
     }
     let pareto = pareto(&found);
     let chosen = best_choice(problem.goal, &found);
@@ -238,6 +241,9 @@ fn notes(problem: &Problem) -> Vec<String> {
         notes.push(format!(
             "sensors are taken to be built within {position_mm} mm and {angle_deg}° (standard deviations)"
         ));
+    }
+    if problem.moves.crf_pose.is_some() {
+        notes.push("the range of motion turns with the CRF: its axes are the CRF's".to_owned());
     }
     if problem.moves.generator.is_some() {
         notes.push(

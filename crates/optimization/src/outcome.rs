@@ -1,4 +1,4 @@
-//! What a search has found, and what that is worth.
+//! What a search has found, and the verdict on it.
 
 use crate::constraint::Constraint;
 use serde::Serialize;
@@ -43,7 +43,7 @@ pub struct Optimized {
     pub is_better: bool,
     /// Distinct good layouts, the best first.
     pub candidates: Vec<Layout>,
-    /// The best layout of each number of sensors that was asked for, fewest first; those alone that
+    /// The best layout of each number of sensors that was requested, fewest first; those alone that
     /// none with as few sensors, and as low a cost, is better than.
     pub pareto: Vec<Layout>,
     /// Layouts that were judged.
@@ -60,6 +60,27 @@ pub struct Optimized {
     pub is_stopped: bool,
     /// What is to be known of the result, one statement each.
     pub notes: Vec<String>,
+}
+
+impl Optimized {
+    /// Of a search that was ended before it had judged a layout.
+    pub(crate) fn of_start(start: Layout, evaluations: u64, notes: Vec<String>) -> Self {
+        Self {
+            best: start.clone(),
+            is_better: false,
+            candidates: Vec::new(),
+            pareto: Vec::new(),
+            evaluations,
+            certain_to_mm: None,
+            gain: Vec::new(),
+            binding: Vec::new(),
+            flatness: Vec::new(),
+            undetermined: Vec::new(),
+            is_stopped: true,
+            notes,
+            start,
+        }
+    }
 }
 
 /// The best layout against the start in one room, in fields that the search did not see.
@@ -104,7 +125,7 @@ pub(crate) fn body_key(body: PlacedBody) -> &'static str {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OptimizeError {
     #[error("nothing is required of the design, and no figure is named that is to be made least")]
-    NothingAsked,
+    NothingRequired,
     #[error("nothing may move")]
     NothingMoves,
     #[error("no room to search in")]

@@ -34,7 +34,7 @@ enum Region {
 
 /// A sensor at a place of a region.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct PlacedSensor {
     pub sensor: Sensor,
     region: usize,
     /// Way along a channel.
@@ -44,7 +44,7 @@ pub(crate) struct Place {
 /// Allowed places, and how well they stand for all of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
-    pub places: Vec<Place>,
+    pub places: Vec<PlacedSensor>,
     /// No allowed place is farther from one of these; `None` where axes are free, of which there is
     /// no grid that fine.
     pub spacing_mm: Option<f64>,
@@ -85,7 +85,7 @@ impl<'a> Places<'a> {
         let mut faults: Vec<Constraint> = Vec::new();
         for number in 0..self.regions.len() {
             let (tried, spacing_mm) = self.tried(number, sensor, each);
-            let checked: Vec<Result<Place, Constraint>> = tried
+            let checked: Vec<Result<PlacedSensor, Constraint>> = tried
                 .into_par_iter()
                 .map(|place| match self.fault(&place) {
                     None => Ok(place),
@@ -116,9 +116,14 @@ impl<'a> Places<'a> {
         grid
     }
 
-    /// Places of one region, allowed or not, so that some of them are about as many as are asked
+    /// Places of one region, allowed or not, so that some of them are about as many as are required
     /// for; and how far they are apart.
-    fn tried(&self, number: usize, sensor: &Sensor, count: usize) -> (Vec<Place>, Option<f64>) {
+    fn tried(
+        &self,
+        number: usize,
+        sensor: &Sensor,
+        count: usize,
+    ) -> (Vec<PlacedSensor>, Option<f64>) {
         match &self.regions[number] {
             Region::Seat { position_mm, axis } => {
                 let at = Sensor { position_in_body: *position_mm, ..sensor.clone() };
@@ -126,7 +131,7 @@ impl<'a> Places<'a> {
                     Some(axis) => at.pointed_along(axis),
                     None => at,
                 };
-                (vec![Place { sensor, region: number, along_mm: 0.0 }], Some(0.0))
+                (vec![PlacedSensor { sensor, region: number, along_mm: 0.0 }], Some(0.0))
             }
             Region::Channel { axis, channel } => {
                 let Some([from, to]) = channel.range_mm(sensor.coil) else {
@@ -168,9 +173,9 @@ impl<'a> Places<'a> {
         sensor: &Sensor,
         along_mm: f64,
         free: &Option<Unit<Vector3<f64>>>,
-    ) -> Place {
+    ) -> PlacedSensor {
         let Region::Channel { axis, channel } = &self.regions[number] else {
-            return Place { sensor: sensor.clone(), region: number, along_mm };
+            return PlacedSensor { sensor: sensor.clone(), region: number, along_mm };
         };
         let (position_in_body, direction) = channel.at(along_mm);
         let at = Sensor { position_in_body, ..sensor.clone() };
@@ -184,22 +189,24 @@ impl<'a> Places<'a> {
             (MountingAxis::Free, Some(axis)) => at.pointed_along(axis),
             _ => at,
         };
-        Place { sensor, region: number, along_mm }
+        PlacedSensor { sensor, region: number, along_mm }
     }
 
     /// How far an allowed place of a surface may be from the nearest of the places.
-    fn covering_mm(&self, boxes: &[Bounds], places: &[Place], number: usize) -> f64 {
+    fn covering_mm(&self, boxes: &[Bounds], places: &[PlacedSensor], number: usize) -> f64 {
         let inside = self.body.vertices.par_iter().filter(|p| is_in(boxes, &p.position_mm));
-        let own: Vec<&Place> = places.iter().filter(|place| place.region == number).collect();
+        let own: Vec<&PlacedSensor> =
+            places.iter().filter(|place| place.region == number).collect();
         let nearest = |point: &SurfacePoint| {
-            let away = |place: &&Place| (place.sensor.position_in_body - point.position_mm).norm();
+            let away =
+                |place: &&PlacedSensor| (place.sensor.position_in_body - point.position_mm).norm();
             own.iter().map(away).fold(f64::INFINITY, f64::min)
         };
         inside.map(nearest).reduce(|| 0.0, f64::max) + self.body.between_mm
     }
 
     /// What a sensor breaks at its place by itself.
-    pub fn fault(&self, place: &Place) -> Option<Constraint> {
+    pub fn fault(&self, place: &PlacedSensor) -> Option<Constraint> {
         let sensor = &place.sensor;
         let tip = self.tip_in_body.as_ref();
         match &self.regions[place.region] {
@@ -226,7 +233,7 @@ impl<'a> Places<'a> {
     }
 
     /// The place of a region that is nearest to where a sensor is, allowed or not.
-    pub fn nearest(&self, sensor: &Sensor) -> Option<Place> {
+    pub fn nearest(&self, sensor: &Sensor) -> Option<PlacedSensor> {
         let each = (0..self.regions.len()).filter_map(|number| {
             let at = &sensor.position_in_body;
             match &self.regions[number] {
@@ -243,13 +250,14 @@ impl<'a> Places<'a> {
                 Region::Seat { .. } => self.tried(number, sensor, 1).0.into_iter().next(),
             }
         });
-        let away = |place: &Place| (place.sensor.position_in_body - sensor.position_in_body).norm();
+        let away =
+            |place: &PlacedSensor| (place.sensor.position_in_body - sensor.position_in_body).norm();
         each.min_by(|a, b| away(a).total_cmp(&away(b)))
     }
 
     /// Numbers that move a sensor from a place: three on a surface, one in a channel, none in a seat,
     /// and three for an axis that is free.
-    pub fn dimensions(&self, place: &Place) -> usize {
+    pub fn dimensions(&self, place: &PlacedSensor) -> usize {
         let axis = match &self.regions[place.region] {
             Region::Surface { axis, .. } | Region::Channel { axis, .. } => *axis,
             Region::Seat { .. } => MountingAxis::AsItIs,
@@ -258,7 +266,7 @@ impl<'a> Places<'a> {
     }
 
     /// Those of them that move the sensor's place: the first ones.
-    pub fn way_dimensions(&self, place: &Place) -> usize {
+    pub fn way_dimensions(&self, place: &PlacedSensor) -> usize {
         match &self.regions[place.region] {
             Region::Surface { .. } => 3,
             Region::Channel { .. } => 1,
@@ -268,7 +276,7 @@ impl<'a> Places<'a> {
 
     /// The place after a way of so many millimetres, allowed or not: along the channel, or to the
     /// point of the surface that is nearest to the displaced one.
-    pub fn moved(&self, place: &Place, way_mm: &[f64]) -> Place {
+    pub fn moved(&self, place: &PlacedSensor, way_mm: &[f64]) -> PlacedSensor {
         let turned = |axis: MountingAxis, way_mm: &[f64]| match (axis, place.sensor.axis_in_body())
         {
             (MountingAxis::Free, Some(own)) => {
@@ -303,7 +311,7 @@ fn on_surface(
     at: &SurfacePoint,
     axis: MountingAxis,
     free: &Option<Unit<Vector3<f64>>>,
-) -> Place {
+) -> PlacedSensor {
     let placed = Sensor { position_in_body: at.position_mm, ..sensor.clone() };
     let sensor = match (axis, sensor.axis_in_body(), free) {
         (MountingAxis::Normal, _, _) => placed.pointed_along(&at.normal),
@@ -313,7 +321,7 @@ fn on_surface(
         (MountingAxis::Free, _, Some(axis)) => placed.pointed_along(axis),
         _ => placed,
     };
-    Place { sensor, region, along_mm: 0.0 }
+    PlacedSensor { sensor, region, along_mm: 0.0 }
 }
 
 /// The axes that are tried at a place: one, or half of those that are spread over all directions, as a

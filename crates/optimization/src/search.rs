@@ -7,7 +7,7 @@ use crate::constraint::{Constraint, pair_fault};
 use crate::grid_search::{GridFound, GridLayout, GridSearch, layouts};
 use crate::judge::{Judge, Judged};
 use crate::outcome::{OptimizeError, body_key};
-use crate::places::{Grid, Place};
+use crate::places::{Grid, PlacedSensor};
 use crate::polish::{Found, polished, spread_out};
 use crate::problem::Settings;
 use crate::table::Table;
@@ -31,7 +31,7 @@ const STUDY_PART: f64 = 0.3;
 /// Parts of a search, for progress.
 const PARTS: usize = 5;
 
-/// Fewest places with which all layouts of a grid are judged; below, the grid says too little.
+/// Fewest places with which all layouts of a grid are judged; below, the grid shows too little.
 const FEWEST_PLACES: usize = 14;
 
 /// Most places of one sensor.
@@ -78,7 +78,7 @@ pub(crate) struct Searched {
 struct Gridded {
     found: GridFound,
     /// Of each slot.
-    places: Vec<Vec<Place>>,
+    places: Vec<Vec<PlacedSensor>>,
     /// See [`Grid::spacing_mm`]; the largest of all slots.
     spacing_mm: Option<f64>,
 }
@@ -146,7 +146,7 @@ impl<'a> Search<'a> {
         // All that the few poses do not tell from the best.
         let best = found.layouts.first().map_or(f64::INFINITY, |layout| layout.value);
         let close = found.layouts.iter().take_while(|layout| layout.value <= best * (1.0 + CLOSE));
-        let is_told = close.count() <= MOST_STUDIES;
+        let is_significant = close.count() <= MOST_STUDIES;
         let mut starts: Vec<Found> = Vec::new();
         let on_grid = found
             .layouts
@@ -181,7 +181,7 @@ impl<'a> Search<'a> {
         }
         task.step(4, PARTS)?;
         let studied = self.last_steps(studied, step_mm, deliver)?;
-        let certain_to_mm = spacing_mm.filter(|_| is_exhaustive && is_told);
+        let certain_to_mm = spacing_mm.filter(|_| is_exhaustive && is_significant);
         let evaluations = self.evaluations.load(Ordering::Relaxed);
         Ok(Searched { studied, evaluations, certain_to_mm })
     }
@@ -274,7 +274,7 @@ impl<'a> Search<'a> {
         let grids = self.grids(part)?;
         let spacing_mm = grids.iter().map(|grid| grid.spacing_mm).collect::<Option<Vec<f64>>>();
         let spacing_mm = spacing_mm.map(|all| all.into_iter().fold(0.0, f64::max));
-        let places: Vec<Vec<Place>> = grids.into_iter().map(|grid| grid.places).collect();
+        let places: Vec<Vec<PlacedSensor>> = grids.into_iter().map(|grid| grid.places).collect();
         let mut found = GridFound::default();
         if !places.is_empty() {
             let (alike, slots) = (self.alike(), &self.movable.slots);

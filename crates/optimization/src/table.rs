@@ -3,7 +3,7 @@
 
 use crate::bodies::{Bodies, Slot};
 use crate::judge::{Few, Judge, over_rooms, rejects};
-use crate::places::Place;
+use crate::places::PlacedSensor;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::tool_in_crf::relative_error;
@@ -58,7 +58,7 @@ impl<'a> Table<'a> {
         judge: &'a Judge<'a>,
         base: &'a Bodies,
         slots: &'a [Slot],
-        places: &[Vec<Place>],
+        places: &[Vec<PlacedSensor>],
     ) -> Result<Self, StudyError> {
         let rooms = judge.problem.scenarios.iter();
         let rooms = rooms.enumerate().map(|(room, scenario)| {
@@ -73,7 +73,7 @@ impl<'a> Table<'a> {
     pub fn judge(
         &self,
         buffers: &mut TableBuffers,
-        places: &[Vec<Place>],
+        places: &[Vec<PlacedSensor>],
         chosen: &[usize],
     ) -> Option<f64> {
         let mut bodies = self.base.clone();
@@ -99,7 +99,7 @@ impl<'a> RoomTable<'a> {
         judge: &Judge,
         scenario: &'a Scenario,
         base: &Bodies,
-        (slots, places): (&[Slot], &[Vec<Place>]),
+        (slots, places): (&[Slot], &[Vec<PlacedSensor>]),
         most_outside: usize,
     ) -> Result<Self, StudyError> {
         let at = base.in_room(scenario);
@@ -198,7 +198,7 @@ impl BodyTable {
         scenario: &Scenario,
         (body, rigid): (PlacedBody, &RigidBody),
         slots: &[Slot],
-        places: &[Vec<Place>],
+        places: &[Vec<PlacedSensor>],
         (poses, run): (&[Pose], usize),
     ) -> Self {
         let mut sensors: Vec<Sensor> = rigid.sensors.clone();

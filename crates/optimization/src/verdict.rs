@@ -1,4 +1,4 @@
-//! What a best layout is worth: the gain in fields the search did not see, what binds it, how flat the
+//! The verdict on a best layout: the gain in fields the search did not see, what binds it, how flat the
 //! optimum is.
 
 use crate::bodies::{Bodies, Position};
@@ -26,8 +26,8 @@ const SHORTEST_MM: f64 = 0.25;
 /// Halvings of the last step: to a hundredth of a millimetre at 10 mm.
 const HALVINGS: usize = 10;
 
-/// Gain of an exact room that is worth a change, as a part of the objective.
-const WORTH: f64 = 1e-3;
+/// Gain in an exact room that is a reason for a change, as a part of the objective.
+const LEAST_GAIN: f64 = 1e-3;
 
 /// The best layout against the start in every room, and whether the gain is one that the rooms can
 /// tell.
@@ -60,17 +60,17 @@ pub(crate) fn gain(
         })
         .collect();
     let is_less = best_objective < start_objective * (1.0 - GAIN);
-    let asked = asked(problem.goal);
+    let required = required(problem.goal);
     let verdicts = || {
         let all = gain.iter().flat_map(|room| &room.differences);
-        all.filter(|d| asked.contains(&d.metric)).map(|d| d.verdict)
+        all.filter(|d| required.contains(&d.metric)).map(|d| d.verdict)
     };
-    let is_told =
+    let is_significant =
         verdicts().any(|v| v == Verdict::Better) && verdicts().all(|v| v != Verdict::Worse);
     // What a room that was never measured does is exact: there is nothing else it might be.
     let is_exact = problem.scenarios.iter().all(|s| is_exact(&s.environment))
-        && best_objective < start_objective * (1.0 - WORTH);
-    Ok((gain, is_less && (is_told || is_exact)))
+        && best_objective < start_objective * (1.0 - LEAST_GAIN);
+    Ok((gain, is_less && (is_significant || is_exact)))
 }
 
 fn is_exact(environment: &Environment) -> bool {
@@ -80,7 +80,7 @@ fn is_exact(environment: &Environment) -> bool {
 }
 
 /// The figures that count.
-pub(crate) fn asked(goal: Goal) -> Vec<Metric> {
+pub(crate) fn required(goal: Goal) -> Vec<Metric> {
     match goal {
         Goal::Figure(metric) => vec![metric],
         Goal::Requirement(requirement) => requirement.bounds().map(|bound| bound.0).collect(),

@@ -1,4 +1,4 @@
-//! What can be built, and what is said where nothing can.
+//! What can be built, and what is reported where nothing can.
 
 use super::cases::{CHANNEL_MM, coil, crf_problem, lumen, needle_problem, room};
 use crate::{Constraint, Goal, Moves, OptimizeError, Optimized, Problem, Settings, optimize};
@@ -76,7 +76,7 @@ fn two_coils_that_want_one_place_keep_their_gap() {
 }
 
 #[test]
-fn the_tip_keeps_its_clearance_and_it_is_told_to_bind() {
+fn coils_keep_their_clearance_to_the_tip() {
     let mut problem = needle_problem(vec![room(4)], &[60.0, 110.0], 4);
     let free = search(&problem).unwrap();
     let nearest = along_mm(&free)[0] - 4.5;
@@ -103,10 +103,10 @@ fn a_requirement_that_nothing_meets_is_still_neared() {
 }
 
 #[test]
-fn nothing_asked_and_nothing_moved_are_refused() {
+fn nothing_required_or_moved_is_refused() {
     let mut problem = needle_problem(vec![room(6)], &[60.0, 110.0], 6);
     problem.goal = Goal::Requirement(Requirement::default());
-    assert_eq!(search(&problem).unwrap_err(), OptimizeError::NothingAsked);
+    assert_eq!(search(&problem).unwrap_err(), OptimizeError::NothingRequired);
     problem.goal = Goal::Figure(Metric::TIP_RMS);
     problem.moves = Moves::default();
     assert_eq!(search(&problem).unwrap_err(), OptimizeError::NothingMoves);
@@ -121,7 +121,7 @@ fn nothing_asked_and_nothing_moved_are_refused() {
 }
 
 #[test]
-fn a_rotation_that_the_start_determines_stays_determined() {
+fn a_determined_rotation_stays_determined() {
     // The tip is off the line of the coils: in line they would leave it free.
     let mut problem = needle_problem(vec![room(7)], &[60.0, 110.0], 7);
     let beside = coil("beside", [0.0, 12.0, 130.0], Vector3::x());

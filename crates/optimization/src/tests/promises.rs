@@ -43,7 +43,7 @@ fn what_is_best_already_stays() {
     assert!(again.best.objective <= found.best.objective);
     let less = (found.best.objective - again.best.objective) / found.best.objective;
     assert!(less < 1e-3, "{less}");
-    // An exact room tells any gain; one of less than a thousandth is not worth a change.
+    // An exact room shows any gain; one of less than a thousandth is no reason for a change.
     assert!(!again.is_better);
 }
 
@@ -100,7 +100,7 @@ fn more_sensors_are_listed_where_they_are_better() {
 }
 
 #[test]
-fn the_optimum_is_as_flat_as_is_told() {
+fn the_optimum_is_as_flat_as_is_reported() {
     let problem = needle_problem(vec![room(18)], &[40.0, 100.0], 18);
     let found = search(&problem);
     for (number, flat) in found.flatness.iter().enumerate() {
@@ -115,4 +115,15 @@ fn the_optimum_is_as_flat_as_is_told() {
         let worst = at(within_mm).max(at(-within_mm));
         assert!((worst - 1.05).abs() < 5e-3, "{number}: {worst} at {within_mm} mm");
     }
+}
+
+#[test]
+fn a_search_that_is_ended_at_once_has_its_start() {
+    let problem = needle_problem(vec![room(19)], &[40.0, 100.0], 19);
+    let enough = CancelToken::default();
+    enough.cancel();
+    let task = Task::default();
+    let found = optimize(&problem, &Settings::default(), &enough, &task, &mut |_| ()).unwrap();
+    assert!(found.is_stopped && !found.is_better);
+    assert!(found.best.objective <= found.start.objective);
 }
