@@ -253,8 +253,8 @@ fn answers_are_chosen_and_shown_by_rows() {
     start_and_wait(&mut app);
     assert!(optimized(&app).candidates.len() > 1);
     let requests = use_search(&app, |harness| {
-        for label in ["better than the start", "tip RMS, mm", "Result"] {
-            harness.get_by_label_contains(label);
+        for label in ["✔ better than the start", "tip RMS, mm", "Result"] {
+            harness.get_by_label(label);
         }
         harness.get_by_label_contains("answer 2, ").click();
     });
