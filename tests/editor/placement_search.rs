@@ -269,21 +269,26 @@ fn answers_are_chosen_and_shown_by_rows() {
 #[test]
 fn each_number_of_sensors_can_be_taken() {
     let mut app = app();
-    let wish = Wish { counts: Some([1, 3]), ..Wish::of(document(&app).design()) };
-    write(&mut app, PlacementSearchRequest::Set(wish));
     start_and_wait(&mut app);
-    let front = optimized(&app).pareto.clone();
-    assert!(front.len() > 1, "{front:?}");
-    let last = AnswerId::Pareto(front.len() - 1);
-    let sensors = |layout: &Layout| {
-        layout.tool.sensors.len() + layout.crf.as_ref().map_or(0, |crf| crf.sensors.len())
-    };
-    let label = format!("{} sensors", sensors(front.last().unwrap()));
-    let requests = use_search(&app, |harness| harness.get_by_label(&label).click());
-    assert!(requests.contains(&PlacementSearchRequest::Show(last)), "{requests:?}");
-    write(&mut app, PlacementSearchRequest::Take(last));
+    let five = optimized(&app).best.clone();
+    // In this room fewer sensors are better, so that a search finds no front of several.
+    let mut four = five.clone();
+    four.tool.sensors.pop();
+    four.objective += 0.1;
+    {
+        let mut search = app.world_mut().resource_mut::<PlacementSearch>();
+        search.result.as_mut().unwrap().1.optimized.pareto = vec![four.clone(), five];
+    }
+    let first = AnswerId::Pareto(0);
+    let requests = use_search(&app, |harness| {
+        harness.get_by_label("5 sensors");
+        harness.get_by_label("4 sensors").click();
+    });
+    assert!(requests.contains(&PlacementSearchRequest::Show(first)), "{requests:?}");
+    assert!(requests.contains(&PlacementSearchRequest::Hover(Some(first))), "{requests:?}");
+    write(&mut app, PlacementSearchRequest::Take(first));
     settle(&mut app);
-    assert_eq!(document(&app).design().tool.body.rigid, front.last().unwrap().tool);
+    assert_eq!(document(&app).design().tool.body.rigid, four.tool);
     assert_eq!(document(&app).undo_label(), Some(STEP));
 }
 
