@@ -19,6 +19,7 @@ use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
 use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_editor::viewport::mounting::MountingPlugin;
 use trackwright_editor::viewport::mounting::channel::ChannelDraft;
+use trackwright_editor::viewport::mounting::seats::ADD_SEATS;
 use trackwright_editor::viewport::mounting::state::MountingState;
 use trackwright_editor::viewport::surfaces::Surfaces;
 use trackwright_editor::viewport::tool::SceneTool;
@@ -269,6 +270,21 @@ fn a_tool_ends_with_the_section_it_belongs_to() {
         assert_eq!(pointer.undo_label().as_deref(), Some("Move sensor shaft"));
         assert_eq!(mounting(&pointer), before);
     }
+}
+
+#[test]
+fn a_command_makes_seats_of_the_selected_sensors() {
+    let mut pointer = pointer();
+    let before = pointer.design();
+    let both = Selection::of_sensors(BodyRole::Tool, [SHAFT, 1]);
+    *pointer.app.world_mut().resource_mut::<Selection>() = both;
+    pointer.app.world_mut().write_message(RunCommand(ADD_SEATS.name));
+    settle(&mut pointer.app);
+    let expected: Vec<MountingRegion> =
+        before.tool.body.rigid.sensors[..2].iter().map(MountingRegion::seat_of).collect();
+    assert_eq!(mounting(&pointer).regions, expected);
+    pointer.request(EditRequest::Undo);
+    assert_eq!((pointer.design(), pointer.undo_label()), (before, None));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 pub mod channel;
 pub mod drag;
+pub mod seats;
 pub mod state;
 
 use bevy::prelude::*;
@@ -12,6 +13,6 @@ pub struct MountingPlugin;
 
 impl Plugin for MountingPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((state::plugin, drag::plugin, channel::plugin));
+        app.add_plugins((state::plugin, drag::plugin, channel::plugin, seats::plugin));
     }
 }

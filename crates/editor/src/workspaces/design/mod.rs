@@ -32,7 +32,9 @@ use crate::shell::window::{PanelsShown, Workspace};
 use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
 use crate::workspaces::design::baseline::{Baseline, note_baseline};
 use crate::workspaces::design::missed::MissedPlugin;
-use crate::workspaces::design::mounting_panel::{is_body_selected, mounting_panel};
+use crate::workspaces::design::mounting_panel::{
+    close_elsewhere, is_body_selected, mounting_panel,
+};
 use crate::workspaces::design::panels::{
     history_panel, inspector_panel, outliner_panel, result_panel,
 };
@@ -67,6 +69,9 @@ impl Plugin for DesignPlugin {
                 Update,
                 (
                     note_baseline.before(EditorSystems::Edit),
+                    close_elsewhere
+                        .run_if(resource_changed::<Workspace>)
+                        .in_set(EditorSystems::Input),
                     forget_hovered_row
                         .run_if(
                             resource_changed::<Workspace>.or_else(resource_changed::<PanelsShown>),

@@ -2,9 +2,11 @@
 
 use crate::document::requests::OpenWorld;
 use crate::document::selection::{Selected, Selection};
+use crate::shell::window::Workspace;
 use crate::viewport::mounting::state::MountingState;
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
+use crate::workspaces::design::WORKSPACE;
 use crate::workspaces::design::actions::DesignRequests;
 use crate::workspaces::design::mounting_ui::{MountingView, mounting_ui};
 use bevy::prelude::*;
@@ -15,6 +17,16 @@ use trackwright_simulation::channel_of;
 pub(crate) fn is_body_selected(world: &World) -> bool {
     let selection = world.get_resource::<Selection>();
     selection.is_some_and(|own| matches!(own.primary(), Some(Selected::Body(_))))
+}
+
+/// Regions are edited where the section is.
+pub(crate) fn close_elsewhere(workspace: Res<Workspace>, state: Option<ResMut<MountingState>>) {
+    let Some(mut state) = state.filter(|state| state.is_open) else {
+        return;
+    };
+    if *workspace != WORKSPACE {
+        state.is_open = false;
+    }
 }
 
 pub(crate) fn mounting_panel(
