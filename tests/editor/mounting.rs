@@ -6,10 +6,11 @@ use bevy::picking::PickingSettings;
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
+use std::sync::Arc;
 use std::time::Duration;
-use trackwright_design::{BodyRole, Edit};
+use trackwright_design::{BodyRole, Document, Edit, Origin};
 use trackwright_editor::document::commands::{CANCEL_DRAG, DocumentCommandsPlugin};
-use trackwright_editor::document::requests::{ActiveDrag, EditRequest};
+use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::document::state::Notice;
 use trackwright_editor::layers::legend::Legends;
@@ -24,13 +25,29 @@ use trackwright_editor::viewport::mounting::state::MountingState;
 use trackwright_editor::viewport::surfaces::Surfaces;
 use trackwright_editor::viewport::tool::SceneTool;
 use trackwright_geometry::bounds::Bounds;
+use trackwright_project::{DEFAULT_BUILTIN, World};
 use trackwright_simulation::{Mounting, MountingAxis, MountingRegion};
 
 const REGIONS: &str = "mounting regions";
 
+/// The built-in design, without the regions that it states.
+fn world() -> World {
+    let open = trackwright_project::open_builtin(DEFAULT_BUILTIN).unwrap();
+    let mut design = open.document.design().clone();
+    design.tool.body.mounting = Mounting::default();
+    if let Some(crf) = &mut design.crf {
+        crf.body.mounting = Mounting::default();
+    }
+    let view = open.document.view().clone();
+    let document = Document::new(design, view, Origin::BuiltIn(DEFAULT_BUILTIN));
+    let [tool, crf] = BodyRole::ALL.map(|role| open.mesh(role).cloned());
+    World::new(document, Arc::clone(&open.environment), tool, crf)
+}
+
 /// With what regions are drawn and edited with.
 fn pointer() -> SimulatedPointer {
     let app = create_scene_app_with(|app| {
+        app.insert_resource(OpenWorld(world()));
         app.add_plugins((CommandsPlugin, DocumentCommandsPlugin, MountingPlugin))
             .add_plugins(MountingLayerPlugin)
             // However slow the frames are, two clicks at one place are a double click.
