@@ -14,6 +14,7 @@ use trackwright_editor::shell::preferences::InterfaceScale;
 use trackwright_editor::shell::window::Workspace;
 use trackwright_editor::workspaces::{self, field::state::TableRole};
 use trackwright_geometry::orbit::{Axis, OrbitCamera};
+use trackwright_optimization::Settings as SearchSettings;
 use trackwright_project::World;
 
 /// Widest and highest picture that adapters paint into one texture.
@@ -75,6 +76,9 @@ pub struct RenderArgs {
     /// Turns the slice to face the view, through what the camera looks at
     #[arg(long)]
     pub facing_slice: bool,
+    /// Search for better places of the sensors first, and show what was found (in the Design workspace)
+    #[arg(long)]
+    pub better_places: bool,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
     /// tip-error, requirement, ghost, motion, tip-scatter, slice, arrows, placement (of the selected
     /// sensor), mounting, region, support, labels; or all, or none
@@ -172,6 +176,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
             designs: args.beside.clone(),
             recorded: args.recorded.clone(),
         },
+        placement_search: args.better_places.then(SearchSettings::default),
         trial: args.trial,
         selected,
         theme: match args.light {
