@@ -118,9 +118,9 @@ fn no_text_is_cut_or_lies_on_another() {
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
-/// A needle with two coils in line and long names, in a file with a long name.
-fn long_names() -> Copied {
-    let mut copy = Copied::new("new-tool-on-crf");
+/// A built-in tool with two coils in line and long names, in a file with a long name.
+fn long_names(name: &str) -> Copied {
+    let mut copy = Copied::new(name);
     let mut world = trackwright_project::open_design(&copy.design).unwrap();
     let document = &mut world.document;
     // Its field scrolls what is longer.
@@ -142,7 +142,7 @@ fn long_names() -> Copied {
 
 #[test]
 fn long_names_and_warnings_find_room() {
-    let copy = long_names();
+    let copy = long_names("new-tool-on-crf");
     let found: Vec<String> = [[960, 600], [1024, 700], [1440, 900]]
         .into_iter()
         .flat_map(|window| faults_of_all(&copy, window, 1.0, Theme::Dark))
@@ -152,7 +152,7 @@ fn long_names_and_warnings_find_room() {
 
 #[test]
 fn found_places_have_room_in_the_panel() {
-    let copy = long_names();
+    let copy = long_names("pointer-on-head");
     let search = Settings { most_fits: 300_000, ..Settings::default() };
     // The side scrolls in a low window; a high one shows all of it.
     for size in [[960, 600], [960, 2400]] {

@@ -134,7 +134,7 @@ pub const BASELINE: Rgb = Rgb::pair(0xC9A0FF, 0xA020C0);
 /// The built tool as it was measured at a recorded pose, in the scene and in charts.
 pub const MEASURED: Rgb = Rgb::pair(0xFF7A1A, 0xE05A00);
 /// Places that a search found for sensors, in the scene and in small pictures.
-pub const FOUND_PLACE: Rgb = Rgb::pair(0x2BEA5B, 0x00A63A);
+pub const FOUND_PLACE: Rgb = Rgb::pair(0x2DFF00, 0x007800);
 /// The ball that moves the slice.
 pub const SLICE_HANDLE: Rgb = Rgb::pair(0x7FFFD4, 0x00A884);
 /// Error vectors over coloured maps.

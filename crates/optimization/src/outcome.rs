@@ -134,14 +134,15 @@ pub enum OptimizeError {
     NoSensor { body: &'static str, sensor: usize, sensors: usize },
     #[error("the design has no CRF whose sensors could move")]
     NoCrf,
+    #[error("the {body} has neither a mesh nor mounting regions that its sensors could be put at")]
+    NoRegion { body: &'static str },
     #[error(
-        "no place of the {body} holds the coil of {sensor}: {allowed} of {tried} places of its \
-         mounting regions are allowed{}", most_common_words(.most_common)
+        "no place of the {body} holds the coil of {sensor}: {}", places_words(*.tried, .most_common)
     )]
     NoPlace {
         body: &'static str,
         sensor: String,
-        allowed: usize,
+        /// Places of its mounting regions that were looked at.
         tried: usize,
         /// What stands in the way at most of them.
         most_common: Option<Constraint>,
@@ -164,6 +165,13 @@ impl From<Cancelled> for OptimizeError {
     }
 }
 
-fn most_common_words(constraint: &Option<Constraint>) -> String {
-    constraint.as_ref().map_or_else(String::new, |c| format!("; at most others {}", c.words()))
+fn places_words(tried: usize, most_common: &Option<Constraint>) -> String {
+    match (tried, most_common) {
+        (0, _) => "its mounting regions are shorter than the coil".to_owned(),
+        (_, None) => format!("{tried} places of its mounting regions were tried"),
+        (_, Some(constraint)) => {
+            let words = constraint.words();
+            format!("{tried} places of its mounting regions were tried; at most of them it {words}")
+        }
+    }
 }

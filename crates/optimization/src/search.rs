@@ -225,6 +225,10 @@ impl<'a> Search<'a> {
                 return Err(OptimizeError::NoCrf);
             };
             let sensor = &body.sensors[slot.index];
+            let mounted = places.body;
+            if mounted.mounting.regions.is_empty() && mounted.surface.is_none() {
+                return Err(OptimizeError::NoRegion { body: body_key(slot.body) });
+            }
             let mut grid = places.grid(sensor, count);
             let still = |index: &usize| !slots.contains(&Slot { body: slot.body, index: *index });
             let gap_mm = places.body.mounting.least_gap_mm;
@@ -242,7 +246,6 @@ impl<'a> Search<'a> {
                 return Err(OptimizeError::NoPlace {
                     body: body_key(slot.body),
                     sensor: sensor.name.clone(),
-                    allowed: 0,
                     tried: grid.tried,
                     most_common: faults.into_iter().next().or(grid.most_common),
                 });
