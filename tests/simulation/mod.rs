@@ -3,6 +3,7 @@
 mod agreement;
 mod agreement_frames;
 mod arrows;
+mod best_layouts;
 mod body_compensation;
 mod body_prediction;
 mod comparison;

@@ -3,6 +3,7 @@
 use crate::problem::MountedBody;
 use nalgebra::Point3;
 use serde::Serialize;
+use trackwright_geometry::bounds::Bounds;
 use trackwright_simulation::{Coil, Sensor, coil_fits, coil_gap_mm, coil_points};
 
 /// Round-off of places that touch what bounds them.
@@ -53,13 +54,11 @@ impl Constraint {
     }
 }
 
-/// What a sensor at a place of its body breaks by itself, whatever the other sensors do and whatever
-/// region it is in; the least costly check first.
-pub(crate) fn own_fault(
+/// What a sensor breaks of what is to be kept free: the tip's surroundings and the forbidden boxes.
+pub(crate) fn kept_free_fault(
     sensor: &Sensor,
     body: &MountedBody,
     tip_in_body: Option<&Point3<f64>>,
-    is_in_channel: bool,
 ) -> Option<Constraint> {
     let mounting = &body.mounting;
     let points = coil_points(sensor);
@@ -68,8 +67,20 @@ pub(crate) fn own_fault(
     {
         return Some(Constraint::TipClearance { least_mm });
     }
-    if mounting.keep_out.iter().any(|kept| points.iter().any(|point| kept.contains(point))) {
-        return Some(Constraint::KeepOut);
+    let reaches = |kept: &Bounds| points.iter().any(|point| kept.contains(point));
+    mounting.keep_out.iter().any(reaches).then_some(Constraint::KeepOut)
+}
+
+/// What a sensor at a place of its body breaks by itself, whatever the other sensors do and whatever
+/// region it is in; the least costly check first.
+pub(crate) fn own_fault(
+    sensor: &Sensor,
+    body: &MountedBody,
+    tip_in_body: Option<&Point3<f64>>,
+    is_in_channel: bool,
+) -> Option<Constraint> {
+    if let Some(fault) = kept_free_fault(sensor, body, tip_in_body) {
+        return Some(fault);
     }
     // A channel is stated to hold its coils, whether the mesh has it or not.
     let fits = is_in_channel || coil_fits(sensor, std::iter::empty(), body.surface.as_deref());

@@ -1,7 +1,7 @@
 //! The places of a body: a grid of those that are allowed, and ways from one to the next.
 
 use crate::channel::Channel;
-use crate::constraint::{Constraint, own_fault};
+use crate::constraint::{Constraint, kept_free_fault, own_fault};
 use crate::problem::MountedBody;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -105,8 +105,9 @@ impl<'a> Places<'a> {
                 }
             }
             let spacing_mm = match &self.regions[number] {
-                Region::Surface { boxes, .. } => {
-                    spacing_mm.map(|_| self.covering_mm(boxes, &grid.places, number))
+                Region::Surface { axis, boxes } => {
+                    let own = (number, *axis, &boxes[..]);
+                    spacing_mm.map(|_| self.covering_mm(own, sensor, &grid.places))
                 }
                 _ => spacing_mm,
             };
@@ -192,17 +193,27 @@ impl<'a> Places<'a> {
         PlacedSensor { sensor, region: number, along_mm }
     }
 
-    /// How far an allowed place of a surface may be from the nearest of the places.
-    fn covering_mm(&self, boxes: &[Bounds], places: &[PlacedSensor], number: usize) -> f64 {
+    /// How far an allowed place of a surface may be from the nearest of the places; also of some that the
+    /// body does not hold a coil at.
+    fn covering_mm(
+        &self,
+        (number, axis, boxes): (usize, MountingAxis, &[Bounds]),
+        sensor: &Sensor,
+        places: &[PlacedSensor],
+    ) -> f64 {
+        let own: Vec<&PlacedSensor> = places.iter().filter(|p| p.region == number).collect();
+        let is_kept_free = |point: &&SurfacePoint| {
+            let place = on_surface(number, sensor, point, axis, &None);
+            kept_free_fault(&place.sensor, self.body, self.tip_in_body.as_ref()).is_some()
+        };
         let inside = self.body.vertices.par_iter().filter(|p| is_in(boxes, &p.position_mm));
-        let own: Vec<&PlacedSensor> =
-            places.iter().filter(|place| place.region == number).collect();
         let nearest = |point: &SurfacePoint| {
             let away =
                 |place: &&PlacedSensor| (place.sensor.position_in_body - point.position_mm).norm();
             own.iter().map(away).fold(f64::INFINITY, f64::min)
         };
-        inside.map(nearest).reduce(|| 0.0, f64::max) + self.body.between_mm
+        let allowed = inside.filter(|point| !is_kept_free(point));
+        allowed.map(nearest).reduce(|| 0.0, f64::max) + self.body.between_mm
     }
 
     /// What a sensor breaks at its place by itself.
