@@ -117,7 +117,7 @@ const DESIGN: &str = r#"(
     )],
     view: (
         camera: (focus_mm: (0.0, 0.0, -300.0), distance_mm: 900.0, azimuth_rad: 0.7, elevation_rad: 0.3, is_orthographic: true),
-        layers: (volume: true, generator: true, grid: true, anatomy: true, sensor_errors: true, tip_error: true, requirement: true, ghost: true, motion: true, tip_scatter: true, slice: true, arrows: true, placement: true, region: true, support: true, labels: true),
+        layers: (volume: true, generator: true, grid: true, anatomy: true, sensor_errors: true, tip_error: true, requirement: true, ghost: true, motion: true, tip_scatter: true, slice: true, arrows: true, placement: true, mounting: true, region: true, support: true, labels: true),
         hidden: [ToolSensor("shaft")],
         locked: [Crf],
         magnification: Times(50.0),

@@ -127,7 +127,7 @@ fn what_is_written_reads_back() {
 
 #[test]
 fn views_without_newer_fields_read_as_before() {
-    // As written before cameras had a projection, placement a depth, and the requirement a layer.
+    // As written before cameras had a projection, placement a depth, requirement and mounting a layer.
     let older = EXAMPLE.replace(
         "    motion: (",
         "    view: (
@@ -149,7 +149,7 @@ fn views_without_newer_fields_read_as_before() {
     let all = Layers::named("all").unwrap();
     let expected = View {
         camera: Some(camera),
-        layers: Layers { requirement: false, ..all },
+        layers: Layers { requirement: false, mounting: false, ..all },
         placement_rule: AxisRule::Normal,
         placement_depth: CoilDepth::Surface,
         placement_range_mm: Some(4.0),
