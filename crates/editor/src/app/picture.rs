@@ -45,6 +45,9 @@ const SETTLING_FRAMES: usize = 4;
 /// Longest between looks at what is computed or read.
 const NAP: Duration = Duration::from_millis(20);
 
+/// The same during a search for better places, whose threads give way to those that paint.
+const LONG_NAP: Duration = Duration::from_secs(2);
+
 /// Frames from the request of a picture to its bytes.
 const READBACK_FRAMES: usize = 20;
 
@@ -293,7 +296,7 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
         }
         if is_reading(app.world()) {
             // The next frame receives what was read.
-            let _ = answers.recv_timeout(NAP);
+            let _ = answers.recv_timeout(if is_searching(app.world()) { LONG_NAP } else { NAP });
         }
         // Painting more frames would take the cores from the solver.
         while start.elapsed() < PATIENCE && !is_idle(app.world()) {
@@ -306,10 +309,13 @@ fn wait_for_results(app: &mut App, answers: &Receiver<()>) -> Result<(), Picture
 fn is_reading(world: &bevy::prelude::World) -> bool {
     let is_field = world.get_resource::<FieldState>();
     let is_decide = world.get_resource::<DecideState>();
-    let is_design = world.get_resource::<PlacementSearch>();
     is_field.is_some_and(FieldState::is_busy)
         || is_decide.is_some_and(DecideState::is_busy)
-        || is_design.is_some_and(|search| search.running.is_some())
+        || is_searching(world)
+}
+
+fn is_searching(world: &bevy::prelude::World) -> bool {
+    world.get_resource::<PlacementSearch>().is_some_and(|search| search.running.is_some())
 }
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
