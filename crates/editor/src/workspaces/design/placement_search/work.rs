@@ -7,7 +7,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::sync::mpsc::channel;
 use std::time::Instant;
 use trackwright_design::BodyRole;
-use trackwright_optimization::{OptimizeError, Settings, optimize};
+use trackwright_optimization::{Settings, optimize};
 use trackwright_project::{Files, World, design_rooms, placement_problem};
 use trackwright_report::drawing::BodyOutline;
 use trackwright_task::{CancelToken, Task};
@@ -43,9 +43,6 @@ pub fn search(
     task: &Task,
     report: &mut dyn FnMut(Found),
 ) -> Result<SearchResult, SearchError> {
-    // Whoever gives the search up has enough of it.
-    let also_enough = enough.clone();
-    task.cancel.on_cancel(move || also_enough.cancel());
     let (sender, better) = channel();
     let mut found = Err(SearchError::StoppedEarly);
     pool()?.in_place_scope(|scope| {
@@ -73,22 +70,12 @@ fn find(
     let rooms = design_rooms(&Files::default(), world)?;
     let moves = searched.wish.moves(&searched.design);
     let problem = placement_problem(world, &rooms, moves, searched.goal, searched.wish.rooms);
-    let mut has_better = false;
     let optimized = optimize(&problem, settings, enough, task, &mut |progress| {
-        has_better = true;
         let after_secs = start.elapsed().as_secs_f64();
         let (best, evaluations) = (Box::new(progress.best.clone()), progress.evaluations);
         report(Found::Better { best, evaluations, after_secs });
     });
-    let optimized = optimized.map_err(|error| match error {
-        // There may have been places for all of them.
-        OptimizeError::TooMany { .. } | OptimizeError::NothingMoves
-            if enough.is_cancelled() && !has_better =>
-        {
-            SearchError::StoppedEarly
-        }
-        error => SearchError::Search(error),
-    })?;
+    let optimized = optimized.map_err(SearchError::Search)?;
     Ok(SearchResult {
         outlines: outlines(world, searched),
         optimized,
