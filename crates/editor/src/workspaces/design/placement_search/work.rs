@@ -6,32 +6,44 @@ use crate::workspaces::design::placement_search::state::{
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 use std::sync::mpsc::channel;
 use std::time::Instant;
+use thread_priority::ThreadPriority;
 use trackwright_design::BodyRole;
 use trackwright_optimization::{Settings, optimize};
 use trackwright_project::{Files, World, design_rooms, placement_problem};
 use trackwright_report::drawing::BodyOutline;
 use trackwright_task::{CancelToken, Task};
 
-/// How much less the search's threads count to the scheduler than those that answer a hand.
-#[cfg(target_os = "linux")]
-const NICENESS: i32 = 15;
-
-/// Half of the processors: what is dragged meanwhile has the others.
+/// Half of the processors: the memory and caches of all would be shared with what draws.
 fn threads() -> usize {
     std::thread::available_parallelism().map_or(1, |all| all.get().div_ceil(2))
 }
 
-/// Of low priority where a system gives single threads one.
+/// Threads that run while nothing else wants the processor.
 fn pool() -> Result<ThreadPool, ThreadPoolBuildError> {
     let pool = ThreadPoolBuilder::new().num_threads(threads());
     let pool = pool.thread_name(|_| "placement search".to_owned());
-    pool.start_handler(|_| lower_priority()).build()
+    // Where the system refuses it the search is as good, and frames are fewer.
+    pool.start_handler(|_| drop(run_when_idle())).build()
 }
 
-fn lower_priority() {
-    // Where it is refused the search is as before, and the hand slower.
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(None, NICENESS);
+/// Under Linux a thread of this policy is preempted at once by any other. A low priority alone
+/// would let it keep the processor for a time slice, some 3 ms, at each wake of a thread that draws.
+#[cfg(target_os = "linux")]
+fn run_when_idle() -> Result<(), thread_priority::Error> {
+    use thread_priority::{
+        NormalThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy,
+        thread_native_id,
+    };
+    set_thread_priority_and_policy(
+        thread_native_id(),
+        ThreadPriority::Min,
+        ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle),
+    )
+}
+
+#[cfg(not(target_os = "linux"))]
+fn run_when_idle() -> Result<(), thread_priority::Error> {
+    thread_priority::set_current_thread_priority(ThreadPriority::Min)
 }
 
 /// Searches in all rooms of the design; `report` gets each better layout.
