@@ -4,8 +4,8 @@ use super::named_design::{note_meshes, open_named};
 use super::prelude::*;
 use super::render_video::VideoArgs;
 use clap::ValueEnum;
-use trackwright_design::MissingLayer;
 use trackwright_design::view::{Layers, View};
+use trackwright_design::{BodyRole, MissingLayer};
 use trackwright_editor::app::picture::{ComparedDesigns, PictureSetup, StudyTrial};
 use trackwright_editor::app::{picture, preflight};
 use trackwright_editor::document::selection::{Selected, Selection};
@@ -76,9 +76,11 @@ pub struct RenderArgs {
     /// Turns the slice to face the view, through what the camera looks at
     #[arg(long)]
     pub facing_slice: bool,
-    /// Search for better places of the sensors first, and show what was found (in the Design workspace)
-    #[arg(long)]
-    pub better_places: bool,
+    /// Search for better places of the sensors of this body first, the tool where none is named, and show
+    /// what was found (in the Design workspace)
+    #[arg(long, value_name = "BODY", value_parser = BODY, num_args = 0..=1, require_equals = true,
+        default_missing_value = "tool")]
+    pub better_places: Option<BodyRole>,
     /// What to show, separated by commas: volume, generator, grid, anatomy, sensor-errors,
     /// tip-error, requirement, ghost, motion, tip-scatter, slice, arrows, placement (of the selected
     /// sensor), mounting, region, support, labels; or all, or none
@@ -87,6 +89,11 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub video: VideoArgs,
 }
+
+const BODY: Choice<BodyRole> = Choice(&[
+    ("tool", "The sensors of the tool", BodyRole::Tool),
+    ("crf", "The sensors of the CRF", BodyRole::Crf),
+]);
 
 const WORKSPACE: Choice<Workspace> = Choice(&[
     ("design", "Bodies, sensors, the result", workspaces::design::WORKSPACE),
@@ -144,6 +151,9 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
     }
     refuse_unused(args)?;
     let mut world = open_named(files, &args.design)?;
+    if args.better_places == Some(BodyRole::Crf) && world.document.design().crf.is_none() {
+        bail!("--better-places=crf: the design has no CRF");
+    }
     note_meshes(&world);
     preflight::adapter().context("cannot render")?;
     let size = args.size;
@@ -176,7 +186,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
             designs: args.beside.clone(),
             recorded: args.recorded.clone(),
         },
-        placement_search: args.better_places.then(SearchSettings::default),
+        placement_search: args.better_places.map(|body| (body, SearchSettings::default())),
         trial: args.trial,
         selected,
         theme: match args.light {
@@ -210,6 +220,10 @@ fn refuse_unused(args: &RenderArgs) -> anyhow::Result<()> {
         if is_given && !is_shown {
             bail!("{name}: found another workspace, expected --workspace {expected}");
         }
+    }
+    let is_design = args.workspace.is_none_or(|own| own == workspaces::design::WORKSPACE);
+    if args.better_places.is_some() && !is_design {
+        bail!("--better-places: found another workspace, expected --workspace design");
     }
     Ok(())
 }

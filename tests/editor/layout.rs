@@ -160,7 +160,7 @@ fn found_places_have_room_in_the_panel() {
         let setup = PictureSetup {
             has_panels: true,
             workspace: design::WORKSPACE,
-            placement_search: Some(search),
+            placement_search: Some((BodyRole::Tool, search)),
             ..PictureSetup::default()
         };
         let texts = picture::texts(world, size, setup).unwrap();

@@ -1,6 +1,7 @@
 //! Whether expected figures and their intervals hold in rooms that no model of the program can
 //! represent: made by an independent physical tracker, coverage counted.
 
+mod better_places;
 pub mod tracker;
 
 use crate::support::studies;

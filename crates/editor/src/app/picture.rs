@@ -16,6 +16,7 @@ use crate::workspaces::decide::state::DecideState;
 use crate::workspaces::decide::{self, DecideRequest};
 use crate::workspaces::design::missed::Missed;
 use crate::workspaces::design::placement_search::state::{PlacementSearch, PlacementSearchRequest};
+use crate::workspaces::design::placement_search::wish::Wish;
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::present::Presenter;
@@ -62,8 +63,8 @@ pub struct PictureSetup {
     pub tables: Vec<(TableRole, PathBuf)>,
     /// In the Decide workspace.
     pub compared: ComparedDesigns,
-    /// In the Design workspace: better places are searched with these, and shown.
-    pub placement_search: Option<Settings>,
+    /// In the Design workspace: better places of this body's sensors are searched, and shown.
+    pub placement_search: Option<(BodyRole, Settings)>,
     /// From 0, in the Present workspace.
     pub slide: usize,
     /// In the Study workspace; `None` is the design's own pose.
@@ -252,9 +253,12 @@ fn start(world: World, size: [u32; 2], setup: PictureSetup) -> (App, Handle<Imag
     for request in setup.compared.requests() {
         app.world_mut().write_message(request);
     }
-    if let Some(settings) = setup.placement_search {
+    if let Some((body, settings)) = setup.placement_search {
+        let design = app.world().resource::<OpenWorld>().0.document.design();
+        let wish = Wish::of_body(design, body);
         app.world_mut().resource_mut::<PlacementSearch>().settings = settings;
         app.world_mut().write_message(PlacementSearchRequest::Open);
+        app.world_mut().write_message(PlacementSearchRequest::Set(wish));
         app.world_mut().write_message(PlacementSearchRequest::Start);
     }
     // Letters enter the font's texture in the order in which they are first shown, and their

@@ -46,15 +46,23 @@ impl Reach {
 impl Wish {
     /// All sensors of a design's tool, by its requirement.
     pub fn of(design: &Design) -> Self {
-        Self {
-            tool: (0..design.tool.body.rigid.sensors.len()).collect(),
+        Self::of_body(design, BodyRole::Tool)
+    }
+
+    /// All sensors of one body, by the design's requirement.
+    pub fn of_body(design: &Design, role: BodyRole) -> Self {
+        let sensors = design.body(role).map_or(0, |body| body.rigid.sensors.len());
+        let mut wish = Self {
+            tool: BTreeSet::new(),
             crf: BTreeSet::new(),
             generator: Reach::GENERATOR,
             crf_pose: Reach::CRF,
             counts: None,
             figure: None,
             rooms: OverRooms::default(),
-        }
+        };
+        *wish.numbers_mut(role) = (0..sensors).collect();
+        wish
     }
 
     pub fn numbers(&self, role: BodyRole) -> &BTreeSet<usize> {
