@@ -1,7 +1,9 @@
 //! Panels and dialogs by themselves: drawn and used without a window.
 
 use bevy_egui::egui;
+use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, OpenDialog, Outcome, dialog_ui};
@@ -35,6 +37,29 @@ pub fn use_panel<R: IntoIterator>(
     harness.run_steps(3);
     drop(harness);
     requests.take()
+}
+
+/// Checks that no widget or label of a panel lies over another, or beyond its sides.
+pub fn assert_nothing_overlaps(harness: &Harness, width: f32, least_count: usize) {
+    let is_widget = |role| {
+        matches!(
+            role,
+            Role::Button | Role::CheckBox | Role::SpinButton | Role::ComboBox | Role::Label
+        )
+    };
+    let nodes = harness.root().children_recursive();
+    let seen: Vec<(String, egui::Rect)> = nodes
+        .filter(|node| is_widget(node.accesskit_node().role()))
+        .map(|node| (node.accesskit_node().label().unwrap_or_default(), node.rect()))
+        .collect();
+    assert!(seen.len() > least_count, "{seen:?}");
+    for (k, (name, rect)) in seen.iter().enumerate() {
+        assert!(rect.left() >= 0.0 && rect.right() <= width, "{name}: {rect:?}");
+        for (other, beside) in &seen[k + 1..] {
+            let common = rect.intersect(*beside).shrink(0.5);
+            assert!(!common.is_positive(), "{name} {rect:?}, {other} {beside:?}");
+        }
+    }
 }
 
 /// The first answer of a dialog while it is used.

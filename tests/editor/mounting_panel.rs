@@ -1,7 +1,7 @@
 //! The section of mounting regions as a function: what each of its widgets requests.
 
 use super::app::design;
-use super::harness::{panel, use_panel};
+use super::harness::{assert_nothing_overlaps, panel, use_panel};
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -207,24 +207,5 @@ fn nothing_of_the_section_is_cut_or_overlaps() {
     let view = view(&mounting, sensors, Some(&rod), &|| None);
     let (mut harness, _) = panel([300.0, 1400.0], |ui| mounting_ui(ui, &view));
     harness.run_steps(3);
-    use egui::accesskit::Role;
-    let is_widget = |role| {
-        matches!(
-            role,
-            Role::Button | Role::CheckBox | Role::SpinButton | Role::ComboBox | Role::Label
-        )
-    };
-    let nodes = harness.root().children_recursive();
-    let seen: Vec<(String, egui::Rect)> = nodes
-        .filter(|node| is_widget(node.accesskit_node().role()))
-        .map(|node| (node.accesskit_node().label().unwrap_or_default(), node.rect()))
-        .collect();
-    assert!(seen.len() > 25, "{seen:?}");
-    for (k, (name, rect)) in seen.iter().enumerate() {
-        assert!(rect.left() >= 0.0 && rect.right() <= 300.0, "{name}: {rect:?}");
-        for (other, beside) in &seen[k + 1..] {
-            let common = rect.intersect(*beside).shrink(0.5);
-            assert!(!common.is_positive(), "{name} {rect:?}, {other} {beside:?}");
-        }
-    }
+    assert_nothing_overlaps(&harness, 300.0, 25);
 }

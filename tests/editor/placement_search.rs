@@ -4,7 +4,7 @@
 use super::app::{
     create_app, create_scene_app_with, document, named, request, settle, wait_for_work, world,
 };
-use super::harness::use_panel;
+use super::harness::{assert_nothing_overlaps, panel, use_panel};
 use bevy::prelude::*;
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
@@ -23,7 +23,9 @@ use trackwright_editor::workspaces::design::placement_search::ghosts::{
     LEGEND_ORDER, PlacementGhostsPlugin,
 };
 use trackwright_editor::workspaces::design::placement_search::result_ui::{NO_BETTER, STALE};
-use trackwright_editor::workspaces::design::placement_search::search_ui::placement_search_ui;
+use trackwright_editor::workspaces::design::placement_search::search_ui::{
+    FOLD, UNFOLD, placement_search_ui,
+};
 use trackwright_editor::workspaces::design::placement_search::state::{
     AnswerId, PlacementSearch, PlacementSearchRequest, Running, Searched,
 };
@@ -290,6 +292,48 @@ fn each_number_of_sensors_can_be_taken() {
     settle(&mut app);
     assert_eq!(document(&app).design().tool.body.rigid, four.tool);
     assert_eq!(document(&app).undo_label(), Some(STEP));
+}
+
+#[test]
+fn a_result_stands_above_the_fold() {
+    let mut app = app();
+    start_and_wait(&mut app);
+    let show = |app: &App| {
+        let (design, search) = (document(app).design(), search(app));
+        // As wide and as high as the side of a window of 1024x700 with its timeline.
+        let (mut harness, _) = panel([276.0, 500.0], |ui| placement_search_ui(ui, design, search));
+        harness.run_steps(3);
+        let boxes = harness.query_all_by_role_and_label(Role::CheckBox, "shaft").count();
+        let result = harness.get_by_label("Result").rect();
+        assert_nothing_overlaps(&harness, 276.0, 12);
+        (boxes, result.top())
+    };
+    let (boxes, top) = show(&app);
+    assert_eq!(boxes, 0);
+    assert!(top < 130.0, "{top}");
+    let requests = use_search(&app, |harness| {
+        harness.get_by_label("2 sensors of the tool · ratio to the requirement");
+        harness.get_by_label(UNFOLD).click();
+    });
+    assert!(requests.contains(&PlacementSearchRequest::ShowSettings(true)), "{requests:?}");
+    write(&mut app, PlacementSearchRequest::ShowSettings(true));
+    assert_eq!(show(&app).0, 1);
+    let requests = use_search(&app, |harness| harness.get_by_label(FOLD).click());
+    assert!(requests.contains(&PlacementSearchRequest::ShowSettings(false)), "{requests:?}");
+    // Whoever starts again looks at what is found.
+    start_and_wait(&mut app);
+    assert_eq!(show(&app).0, 0);
+    // Without a result there is nothing that the settings would be in the way of.
+    let wish = Wish { figure: Some(Metric::TIP_MAX), ..Wish::of(document(&app).design()) };
+    assert_eq!(wish.summary(document(&app).design()), "2 sensors of the tool · tip error max");
+    app.insert_resource(OpenWorld(world()));
+    app.world_mut().resource_mut::<WorldGeneration>().0 += 1;
+    settle(&mut app);
+    let requests = use_search(&app, |harness| {
+        harness.get_by_role_and_label(Role::CheckBox, "shaft").click();
+        assert_eq!(harness.query_all_by_label(UNFOLD).count(), 0);
+    });
+    assert_eq!(requests.len(), 1);
 }
 
 #[test]

@@ -58,6 +58,7 @@ pub(super) fn answer(
                 search.hovered = None;
             }
             PlacementSearchRequest::Set(wish) => search.wish = Some(wish.clone()),
+            PlacementSearchRequest::ShowSettings(shown) => search.shows_settings = *shown,
             PlacementSearchRequest::Start => start(&mut search, &world, generation.0),
             PlacementSearchRequest::Stop => {
                 if let Some(running) = &search.running {
@@ -77,6 +78,7 @@ fn start(search: &mut PlacementSearch, world: &OpenWorld, generation: u64) {
     let document = &world.0.document;
     let wish = search.wish.get_or_insert_with(|| Wish::of(document.design())).clone();
     search.forget();
+    search.shows_settings = false;
     let goal = match (wish.refusal(document.design()), wish.goal(document.design())) {
         (None, Some(goal)) => goal,
         (refusal, _) => {

@@ -20,6 +20,10 @@ use trackwright_simulation::METRICS;
 const TITLE: &str = "Find better places";
 const TITLE_SIZE: f32 = 15.0;
 
+/// Settings above a search or a result are a line, until they are to be changed.
+pub const UNFOLD: &str = "Show settings";
+pub const FOLD: &str = "Fold settings";
+
 /// Letters of a sensor's name in its row.
 const NAME_CHARS: usize = 26;
 
@@ -54,17 +58,24 @@ pub fn placement_search_ui(
         }
     };
     let mut edited = wish.clone();
-    ui.add_enabled_ui(search.running.is_none(), |ui| {
-        moves_ui(ui, design, &mut edited);
-        goal_ui(ui, design, &mut edited);
-    });
+    if search.is_folded() {
+        quiet_ui(ui, wish.summary(design));
+    } else {
+        if search.has_outcome() && button_ui(ui, FOLD, "Folds them into a line").clicked() {
+            requests.push(PlacementSearchRequest::ShowSettings(false));
+        }
+        ui.add_enabled_ui(search.running.is_none(), |ui| {
+            moves_ui(ui, design, &mut edited);
+            goal_ui(ui, design, &mut edited);
+        });
+    }
     if edited != *wish {
         requests.push(PlacementSearchRequest::Set(edited));
     }
     ui.add_space(6.0);
     match &search.running {
         Some(running) => running_ui(ui, search, running, &mut requests),
-        None => start_ui(ui, design, wish, &mut requests),
+        None => start_ui(ui, search, wish.refusal(design), &mut requests),
     }
     if let Some(problem) = &search.problem {
         warning_ui(ui, problem);
@@ -223,15 +234,30 @@ fn goal_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
     });
 }
 
-fn start_ui(ui: &mut Ui, design: &Design, wish: &Wish, requests: &mut Vec<PlacementSearchRequest>) {
-    let refusal = wish.refusal(design);
-    let start = ui.add_enabled(refusal.is_none(), main_button("Start"));
-    let about = "Searches in the background; nothing changes before an answer is taken";
-    if start.explained(about).clicked() {
-        requests.push(PlacementSearchRequest::Start);
-    }
+fn start_ui(
+    ui: &mut Ui,
+    search: &PlacementSearch,
+    refusal: Option<&str>,
+    requests: &mut Vec<PlacementSearchRequest>,
+) {
+    ui.horizontal(|ui| {
+        let start = ui.add_enabled(refusal.is_none(), main_button("Start"));
+        let about = "Searches in the background; nothing changes before an answer is taken";
+        if start.explained(about).clicked() {
+            requests.push(PlacementSearchRequest::Start);
+        }
+        unfold_ui(ui, search, requests);
+    });
     if let Some(refusal) = refusal {
         warning_ui(ui, refusal);
+    }
+}
+
+/// Beside what starts or ends a search, where the settings are a line.
+fn unfold_ui(ui: &mut Ui, search: &PlacementSearch, requests: &mut Vec<PlacementSearchRequest>) {
+    let about = "Shows what may move and what is made least, to be changed";
+    if search.is_folded() && button_ui(ui, UNFOLD, about).clicked() {
+        requests.push(PlacementSearchRequest::ShowSettings(true));
     }
 }
 
@@ -242,10 +268,13 @@ fn running_ui(
     requests: &mut Vec<PlacementSearchRequest>,
 ) {
     let is_stopping = running.enough.is_cancelled();
-    let stop = ui.add_enabled(!is_stopping, main_button("Stop"));
-    if stop.explained("Ends the search with the best so far").clicked() {
-        requests.push(PlacementSearchRequest::Stop);
-    }
+    ui.horizontal(|ui| {
+        let stop = ui.add_enabled(!is_stopping, main_button("Stop"));
+        if stop.explained("Ends the search with the best so far").clicked() {
+            requests.push(PlacementSearchRequest::Stop);
+        }
+        unfold_ui(ui, search, requests);
+    });
     let words = match (&running.best, is_stopping) {
         (_, true) => "Stopping: the best so far is being judged".to_owned(),
         (None, false) => "Searching: nothing better than the start so far".to_owned(),

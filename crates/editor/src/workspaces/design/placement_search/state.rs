@@ -19,6 +19,8 @@ pub enum PlacementSearchRequest {
     Open,
     Close,
     Set(Wish),
+    /// Unfolds the settings, or folds them into a line.
+    ShowSettings(bool),
     Start,
     /// Ends the search with the best so far.
     Stop,
@@ -115,6 +117,8 @@ pub struct PlacementSearch {
     pub is_open: bool,
     /// Of the design that was opened last; `None` before the panel was opened for it.
     pub wish: Option<Wish>,
+    /// Whether all settings are shown while there is a search or a result; else they always are.
+    pub shows_settings: bool,
     /// How long and how is searched.
     pub settings: Settings,
     pub(super) runner: Runner<Arc<Searched>, Found>,
@@ -137,6 +141,7 @@ impl FromWorld for PlacementSearch {
         Self {
             is_open: false,
             wish: None,
+            shows_settings: false,
             settings: Settings::default(),
             runner: Runner::new("placement search", waker),
             running: None,
@@ -167,6 +172,16 @@ impl PlacementSearch {
             AnswerId::Pareto(_) => "places of the chosen number of sensors".to_owned(),
         };
         Some((result.layout(answer)?, searched, words))
+    }
+
+    /// Whether the settings stand as a line above what is found with them.
+    pub fn is_folded(&self) -> bool {
+        self.has_outcome() && !self.shows_settings
+    }
+
+    /// Whether there is something to be shown below the settings.
+    pub fn has_outcome(&self) -> bool {
+        self.running.is_some() || self.result.is_some()
     }
 
     /// What the search that runs is of, or else the result.

@@ -1,5 +1,6 @@
 //! What a search for better places may move and what it makes least, as a person chose it.
 
+use crate::widgets::basic::counted;
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use trackwright_design::{BodyRole, Design};
@@ -108,6 +109,36 @@ impl Wish {
             Some(metric) => Some(Goal::Figure(metric)),
             None => design.requirement.filter(|own| !own.is_empty()).map(Goal::Requirement),
         }
+    }
+
+    /// What moves, what is made least and over which rooms, in a line:
+    /// `2 sensors of the tool, field generator · tip RMS · worst room`.
+    pub fn summary(&self, design: &Design) -> String {
+        let moves = self.moves(design);
+        let sensors = |numbers: &[usize], of: &str| {
+            (!numbers.is_empty())
+                .then(|| format!("{} of the {of}", counted(numbers.len(), "sensor", "sensors")))
+        };
+        let moved: Vec<String> = [
+            sensors(&moves.tool, "tool"),
+            sensors(&moves.crf, "CRF"),
+            moves.crf_pose.map(|_| "CRF on the patient".to_owned()),
+            moves.generator.map(|_| "field generator".to_owned()),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        let moved = match moved.is_empty() {
+            true => "nothing moves".to_owned(),
+            false => moved.join(", "),
+        };
+        let figure = self.figure.map_or("ratio to the requirement", |metric| metric.label());
+        let rooms = match (design.procedure.further_rooms.is_empty(), self.rooms) {
+            (true, _) => "",
+            (false, OverRooms::Worst) => " · worst room",
+            (false, OverRooms::Mean) => " · mean over the rooms",
+        };
+        format!("{moved} · {figure}{rooms}")
     }
 
     /// Why nothing can be searched, in a sentence.
