@@ -8,19 +8,20 @@ use super::compare::named_once;
 use super::named_design::{note_sizes, open_named};
 use super::numbers::above_zero;
 use super::prelude::*;
-use arguments::{Bounds, bounds, kind, metric, sensors, sets_of_kinds};
+use arguments::{Bounds, bounds, kind, metric, sensors};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
-use trackwright_design::BodyRole;
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
 use trackwright_optimization::{
     BuiltError, Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings,
     optimize,
 };
-use trackwright_project::{MoveBounds, World, layout_edits, named_moves};
+use trackwright_project::{
+    MOST_SETS, MoveBounds, World, layout_edits, named_moves, sets_of_sensors,
+};
 use trackwright_simulation::{CancelToken, Metric};
 
 /// Find the best places for a design's sensors within what can be built, write the design that has
@@ -98,9 +99,6 @@ const ROOMS: Choice<OverRooms> = Choice(&[
 /// How far poses may be moved where that is not stated: what a table's arm and a head's curve allow.
 const GENERATOR_BOUNDS: Bounds = Bounds { mm: 50.0, deg: 10.0 };
 const CRF_BOUNDS: Bounds = Bounds { mm: 20.0, deg: 10.0 };
-
-/// More sets of sensors leave no time for each.
-const MOST_SETS: u64 = 100;
 
 /// What was searched, and what came of it.
 struct Found {
@@ -208,23 +206,15 @@ fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
     if !has_sensors && (args.sensors.is_some() || !args.kind.is_empty()) {
         bail!("--sensors and --kind need sensors that move, expected some in --move");
     }
-    let (role, moving) = match moves.tool.is_empty() {
-        true => (BodyRole::Crf, moves.crf.len()),
-        false => (BodyRole::Tool, moves.tool.len()),
-    };
-    let body = world.document.design().body(role);
-    let have = body.map_or(0, |body| body.rigid.sensors.len());
-    let fixed = have - moving;
-    let numbers = args.sensors.clone().unwrap_or(have..=have);
-    let moving = numbers.start().saturating_sub(fixed)..=numbers.end().saturating_sub(fixed);
-    let sets = sets_of_kinds(moving, args.kind.len());
+    let moves = Moves { sensors: args.sensors.clone(), kinds: args.kind.clone(), ..moves };
+    let sets = sets_of_sensors(world.document.design(), &moves);
     if sets > MOST_SETS {
         bail!(
             "--sensors and --kind: found {sets} sets of sensors, expected at most {MOST_SETS}: fewer \
              numbers or kinds"
         );
     }
-    Ok(Moves { sensors: args.sensors.clone(), kinds: args.kind.clone(), ..moves })
+    Ok(moves)
 }
 
 /// # Errors

@@ -68,7 +68,9 @@ pub use open::{
     open_design_to_show, open_design_without_meshes, refresh_environment,
 };
 pub use paths::file_name;
-pub use placement_problem::{MoveBounds, MoveError, design_rooms, named_moves, placement_problem};
+pub use placement_problem::{
+    MOST_SETS, MoveBounds, MoveError, design_rooms, named_moves, placement_problem, sets_of_sensors,
+};
 pub use procedure::{
     MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,
     recorded_poses, reference_to_file,

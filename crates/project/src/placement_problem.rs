@@ -6,6 +6,7 @@ use super::files::Files;
 use super::open::World;
 use super::resolve::resolve;
 use super::rooms::{RoomSource, further_rooms, own_room};
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
@@ -17,6 +18,9 @@ const TOOL: &str = "tool";
 const CRF: &str = "crf";
 const GENERATOR: &str = "generator";
 const CRF_POSE: &str = "crf-pose";
+
+/// More sets of sensors leave a search no time for each.
+pub const MOST_SETS: u64 = 100;
 
 /// How far the poses may be moved that are named.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +78,29 @@ pub fn named_moves(
         numbers.dedup();
     }
     Ok(moves)
+}
+
+/// How many sets of sensors a search goes through: of each number that there may be, each set of kinds
+/// of those that move. One where the sensors stay which they are.
+pub fn sets_of_sensors(design: &Design, moves: &Moves) -> u64 {
+    let (role, moving) = match moves.tool.is_empty() {
+        true => (BodyRole::Crf, moves.crf.len()),
+        false => (BodyRole::Tool, moves.tool.len()),
+    };
+    let have = design.body(role).map_or(0, |body| body.rigid.sensors.len());
+    let fixed = have.saturating_sub(moving);
+    let numbers = moves.sensors.clone().unwrap_or(have..=have);
+    let [least, most] = [numbers.start(), numbers.end()].map(|count| count.saturating_sub(fixed));
+    sets_of_kinds(least..=most, moves.kinds.len())
+}
+
+/// How many sets of kinds there are of any of these numbers of sensors, as far as they can be counted.
+fn sets_of_kinds(sensors: RangeInclusive<usize>, kinds: usize) -> u64 {
+    let of_number = |sensors: usize| {
+        let choose = |sets: u64, chosen: u64| sets.saturating_mul(sensors as u64 + chosen) / chosen;
+        (1..kinds.max(1) as u64).fold(1, choose)
+    };
+    sensors.map(of_number).fold(0, u64::saturating_add)
 }
 
 fn sensor_named(design: &Design, name: &str) -> Result<(BodyRole, usize), MoveError> {
@@ -171,6 +198,7 @@ mod tests {
     use super::*;
     use crate::open_builtin;
     use nalgebra::Vector3;
+    use trackwright_optimization::SensorChoice;
 
     fn bounds() -> MoveBounds {
         let of = |shift_mm: f64| PoseBounds { shift_mm: Vector3::repeat(shift_mm), turn_deg: 10.0 };
@@ -216,6 +244,31 @@ mod tests {
             let error = moves(&design, &[name]).unwrap_err().to_string();
             assert_eq!(error, format!("{name}: the design has no CRF"));
         }
+    }
+
+    #[test]
+    fn sets_of_kinds_are_counted() {
+        assert_eq!(sets_of_kinds(3..=3, 0), 1);
+        assert_eq!(sets_of_kinds(1..=4, 1), 4);
+        // 55, 56, 66; and two more of each that a third kind makes.
+        assert_eq!(sets_of_kinds(2..=2, 2), 3);
+        assert_eq!(sets_of_kinds(2..=2, 3), 6);
+        assert_eq!(sets_of_kinds(1..=3, 2), 2 + 3 + 4);
+    }
+
+    #[test]
+    fn sets_of_sensors_are_of_those_that_move() {
+        let world = open_builtin("pointer-on-head").unwrap();
+        let design = world.document.design();
+        let kind = SensorChoice { degrees_of_freedom: 5, coil: None, cost: 1.0 };
+        let all = moves(design, &[]).unwrap();
+        assert_eq!(sets_of_sensors(design, &all), 1);
+        let two_kinds = Moves { kinds: vec![kind; 2], ..all.clone() };
+        assert_eq!(sets_of_sensors(design, &two_kinds), 4);
+        // One of three moves: with two or three in all it is none or one that has a kind.
+        let one = moves(design, &["grip"]).unwrap();
+        let counted = Moves { sensors: Some(2..=3), ..Moves { kinds: vec![kind; 2], ..one } };
+        assert_eq!(sets_of_sensors(design, &counted), 1 + 2);
     }
 
     #[test]

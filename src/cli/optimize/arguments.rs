@@ -68,15 +68,6 @@ pub fn kind(text: &str) -> Result<SensorChoice, String> {
     }
 }
 
-/// How many sets of kinds there are of any of these numbers of sensors, as far as they can be counted.
-pub fn sets_of_kinds(sensors: RangeInclusive<usize>, kinds: usize) -> u64 {
-    let of_number = |sensors: usize| {
-        let choose = |sets: u64, chosen: u64| sets.saturating_mul(sensors as u64 + chosen) / chosen;
-        (1..kinds.max(1) as u64).fold(1, choose)
-    };
-    sensors.map(of_number).fold(0, u64::saturating_add)
-}
-
 pub fn metric(name: &str) -> Result<Metric, String> {
     let known = || METRICS.iter().map(|metric| metric.name()).collect::<Vec<_>>().join(", ");
     Metric::named(name).ok_or_else(|| format!("expected one of {}", known()))
@@ -105,16 +96,6 @@ mod tests {
         for refused in ["5", "4:1", "5:-1", "5:1:0.8", "5:1:0x9", "5:1:0.8x9:2", "5:1e9"] {
             assert!(kind(refused).is_err(), "{refused}");
         }
-    }
-
-    #[test]
-    fn sets_of_kinds_are_counted() {
-        assert_eq!(sets_of_kinds(3..=3, 0), 1);
-        assert_eq!(sets_of_kinds(1..=4, 1), 4);
-        // 55, 56, 66; and two more of each that a third kind makes.
-        assert_eq!(sets_of_kinds(2..=2, 2), 3);
-        assert_eq!(sets_of_kinds(2..=2, 3), 6);
-        assert_eq!(sets_of_kinds(1..=3, 2), 2 + 3 + 4);
     }
 
     #[test]
