@@ -3,7 +3,7 @@
 use bevy_egui::egui;
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::kittest::NodeT;
 use std::cell::RefCell;
 use std::rc::Rc;
 use trackwright_editor::shell::dialogs::{Dialog, DialogAnswer, OpenDialog, Outcome, dialog_ui};

@@ -4,7 +4,7 @@ use super::app::design;
 use super::harness::{assert_nothing_overlaps, panel, use_panel};
 use bevy_egui::egui;
 use egui_kittest::Harness;
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use trackwright_design::{BodyRole, Edit};
 use trackwright_editor::document::requests::EditRequest;

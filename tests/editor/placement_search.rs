@@ -6,6 +6,7 @@ use super::app::{
 };
 use super::harness::{assert_nothing_overlaps, panel, use_panel};
 use bevy::prelude::*;
+use bevy_egui::egui;
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -29,9 +30,9 @@ use trackwright_editor::workspaces::design::placement_search::search_ui::{
 use trackwright_editor::workspaces::design::placement_search::state::{
     AnswerId, PlacementSearch, PlacementSearchRequest, Running, Searched,
 };
-use trackwright_editor::workspaces::design::placement_search::wish::Wish;
+use trackwright_editor::workspaces::design::placement_search::wish::{Reach, Wish};
 use trackwright_editor::workspaces::design::placement_search::{FIND_PLACES, STEP};
-use trackwright_optimization::{Layout, Optimized, OverRooms, Settings, optimize};
+use trackwright_optimization::{Layout, Optimized, OverRooms, SensorChoice, Settings, optimize};
 use trackwright_project::{DEFAULT_BUILTIN, Files, design_rooms, placement_problem};
 use trackwright_simulation::{
     CancelToken, Coil, Metric, Mounting, MountingAxis, MountingRegion, Requirement,
@@ -357,6 +358,97 @@ fn the_panel_chooses_what_may_move() {
     assert_eq!(moves.generator.map(|bounds| bounds.turn_deg), Some(10.0));
     let counted = after("Number of sensors").moves(design);
     assert_eq!(counted.sensors, Some(1..=3));
+}
+
+const KINDS: [SensorChoice; 2] = [
+    SensorChoice { degrees_of_freedom: 5, coil: None, cost: 120.0 },
+    SensorChoice { degrees_of_freedom: 6, coil: None, cost: 300.0 },
+];
+
+#[test]
+fn kinds_of_sensors_are_stated_with_costs() {
+    let mut app = app();
+    let wish = Wish::of(document(&app).design());
+    let changed = |app: &App, act: &dyn Fn(&mut Harness)| {
+        let requests = use_search(app, |harness| act(harness));
+        match requests.into_iter().next() {
+            Some(PlacementSearchRequest::Set(wish)) => wish,
+            other => panic!("{other:?}"),
+        }
+    };
+    let first = changed(&app, &|harness| harness.get_by_label("Kinds of sensors").click());
+    // As the first that moves is, at one unit.
+    let [own] = first.kinds[..] else { panic!("{first:?}") };
+    assert_eq!((own.degrees_of_freedom, own.coil, own.cost), (5, None, 1.0));
+    write(&mut app, PlacementSearchRequest::Set(first.clone()));
+    let second = changed(&app, &|harness| harness.get_by_label("Add kind").click());
+    assert_eq!(second.kinds, [own, SensorChoice { degrees_of_freedom: 6, ..own }]);
+    write(&mut app, PlacementSearchRequest::Set(second));
+    let typed = changed(&app, &|harness| {
+        harness.get_by_label("cost of kind 2").click();
+        harness.run_steps(2);
+        harness.get_by_label("cost of kind 2").type_text("300");
+        harness.run_steps(1);
+        harness.key_press(egui::Key::Enter);
+    });
+    assert_eq!(typed.kinds[1].cost, 300.0);
+    let coil = changed(&app, &|harness| harness.get_by_label("coil of kind 1").click());
+    // That of the first sensor that moves.
+    assert_eq!(coil.kinds[0].coil, Some(Coil { diameter_mm: 1.0, length_mm: 2.0 }));
+    write(&mut app, PlacementSearchRequest::Set(coil.clone()));
+    assert_eq!(coil.moves(document(&app).design()).kinds, coil.kinds);
+    let (mut harness, _) =
+        panel([276.0, 900.0], |ui| placement_search_ui(ui, document(&app).design(), search(&app)));
+    harness.run_steps(3);
+    assert_nothing_overlaps(&harness, 276.0, 20);
+    drop(harness);
+    let left = changed(&app, &|harness| harness.get_by_label("Remove kind 1").click());
+    assert_eq!(left.kinds, coil.kinds[1..]);
+    let none = changed(&app, &|harness| harness.get_by_label("Kinds of sensors").click());
+    assert_eq!(none, wish);
+}
+
+#[test]
+fn too_many_sets_of_kinds_are_refused() {
+    let app = app();
+    let design = document(&app).design();
+    let kinds = vec![KINDS[0]; 6];
+    let wish = Wish { kinds, counts: Some([1, 5]), ..Wish::of(design) };
+    let why = wish.refusal(design).unwrap();
+    // Of 1 to 5 sensors of six kinds: 6 + 21 + 56 + 126 + 252.
+    assert!(why.starts_with("These kinds and numbers make 461 sets of sensors"), "{why}");
+    let few = Wish { counts: Some([1, 2]), ..wish.clone() };
+    assert_eq!(few.refusal(design), None);
+    // Kinds are of sensors that move.
+    let none =
+        Wish { tool: [].into(), generator: Reach { is_free: true, ..wish.generator }, ..wish };
+    assert_eq!((none.refusal(design), none.moves(design).kinds), (None, vec![]));
+}
+
+#[test]
+fn designs_of_each_cost_can_be_taken() {
+    let mut app = app();
+    let wish = Wish { kinds: KINDS.to_vec(), ..Wish::of(document(&app).design()) };
+    write(&mut app, PlacementSearchRequest::Set(wish));
+    start_and_wait(&mut app);
+    let found = optimized(&app);
+    let costs: Vec<f64> = found.pareto.iter().filter_map(|layout| layout.cost).collect();
+    assert_eq!(costs.len(), found.pareto.len());
+    assert!(costs.iter().all(|cost| [240.0, 420.0, 600.0].contains(cost)), "{costs:?}");
+    let cheap = found.best.clone();
+    let dear = Layout { cost: Some(600.0), objective: cheap.objective - 0.1, ..cheap.clone() };
+    let cheap = Layout { cost: Some(240.0), ..cheap };
+    {
+        let mut search = app.world_mut().resource_mut::<PlacementSearch>();
+        search.result.as_mut().unwrap().1.optimized.pareto = vec![cheap, dear];
+    }
+    let requests = use_search(&app, |harness| {
+        harness.get_by_label("By cost");
+        harness.get_by_label("2 sensors, cost 240");
+        harness.get_by_label("2 sensors, cost 600").click();
+    });
+    let second = AnswerId::Pareto(1);
+    assert!(requests.contains(&PlacementSearchRequest::Show(second)), "{requests:?}");
 }
 
 #[test]

@@ -272,6 +272,15 @@ pub fn number_ui(
     changes
 }
 
+/// A number that is part of no document: what it was set to.
+pub fn typed_number_ui(ui: &mut Ui, field: &NumberField, value: f64) -> Option<f64> {
+    let changes = number_ui(ui, field, value);
+    changes.into_iter().rev().find_map(|change| match change {
+        NumberChange::Set(value) => Some(value),
+        NumberChange::Begin | NumberChange::Commit => None,
+    })
+}
+
 /// Whether Escape was pressed in this pass or the one before. egui takes a field for left in both, and
 /// reads in the second what was typed into it.
 fn is_just_given_up(ui: &Ui) -> bool {

@@ -26,6 +26,11 @@ pub fn with_keys(about: &str, keys: &str) -> String {
     }
 }
 
+/// Names a widget for people who cannot see what stands beside it.
+pub fn labelled(ui: &Ui, response: &Response, name: &str) {
+    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name.to_owned()));
+}
+
 /// A button, with what it does in a sentence.
 pub fn button_ui(ui: &mut Ui, text: &str, about: impl Into<String>) -> Response {
     ui.button(text).explained(about)

@@ -4,9 +4,10 @@
 use crate::viewport::mounting::state::MountingState;
 use crate::viewport::tool::SceneTool;
 use crate::widgets::basic::{
-    NumberField, counted, decimal, number_ui, quiet_ui, section_ui, warning_ui, with_unit,
+    NumberField, counted, decimal, number_ui, quiet_ui, section_ui, typed_number_ui, warning_ui,
+    with_unit,
 };
-use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
+use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui, labelled};
 use crate::workspaces::design::actions::{DesignAction, MountingAction, number_edits};
 use crate::workspaces::design::rows::{AXES, right_ui, row_ui, vector_ui};
 use bevy_egui::egui::{self, ComboBox, Ui};
@@ -213,11 +214,6 @@ fn toggle_ui(ui: &mut Ui, is_on: bool, text: &str, name: &str, about: &str) -> b
     button.clicked()
 }
 
-/// A short text in a row is ambiguous to people who cannot see the row.
-fn labelled(ui: &Ui, response: &egui::Response, name: &str) {
-    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name.to_owned()));
-}
-
 fn axis_ui(
     ui: &mut Ui,
     view: &MountingView,
@@ -393,10 +389,8 @@ fn draw_ui(ui: &mut Ui, view: &MountingView, actions: &mut Vec<DesignAction>) {
     row_ui(ui, "brush", |ui| {
         let field = NumberField { min: 0.5, max: 100.0, ..NumberField::length("brush size in mm") };
         let field = field.about("Edge of the cube that the brush adds");
-        for change in number_ui(ui, &field, view.state.brush_mm) {
-            if let crate::widgets::basic::NumberChange::Set(brush_mm) = change {
-                actions.push(view.set(|state| state.brush_mm = brush_mm));
-            }
+        if let Some(brush_mm) = typed_number_ui(ui, &field, view.state.brush_mm) {
+            actions.push(view.set(|state| state.brush_mm = brush_mm));
         }
     });
 }

@@ -8,6 +8,9 @@ use trackwright_design::Edit;
 
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// Before what belongs to the row above it.
+pub(crate) const INDENT: f32 = 18.0;
+
 /// What stands at the right end of a row, the last of it first.
 pub(crate) fn right_ui<R>(ui: &mut Ui, add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), add).inner

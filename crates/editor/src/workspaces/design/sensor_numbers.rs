@@ -14,7 +14,7 @@ use trackwright_design::{BodyRole, Edit};
 use trackwright_simulation::{Coil, Sensor, SensorOrientation};
 
 /// The coil that a sensor gets when a person gives it one, mm: a common 5-DOF coil.
-const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
+pub(crate) const NEW_COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// Draws name, kind, place, axis and coil.
 pub fn sensor_numbers_ui(

@@ -82,7 +82,7 @@ fn start(search: &mut PlacementSearch, world: &OpenWorld, generation: u64) {
     let goal = match (wish.refusal(document.design()), wish.goal(document.design())) {
         (None, Some(goal)) => goal,
         (refusal, _) => {
-            search.problem = refusal.map(str::to_owned);
+            search.problem = refusal;
             return;
         }
     };

@@ -1,4 +1,4 @@
-//! The charts of a search: the best value over time, and the best of each number of sensors.
+//! The charts of a search: the best value over time, and the best of each number of sensors or cost.
 
 use crate::palette::{self, ThemedColor};
 use crate::widgets::axis_ticks::{mark_text, small_marks, small_plot};
@@ -10,6 +10,7 @@ use bevy_egui::egui::{Button, Ui};
 use egui_plot::{GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, PlotPoints, Points};
 use std::ops::RangeInclusive;
 use trackwright_optimization::{Goal, Layout};
+use trackwright_simulation::Sensor;
 
 const HEIGHT: f32 = 92.0;
 
@@ -94,7 +95,45 @@ pub fn curve_ui(
     quiet_ui(ui, format!("{} over seconds{dashes}", goal_words(goal)));
 }
 
-/// The best value of each number of sensors; a click selects one.
+/// What a front is drawn over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FrontAxis {
+    Sensors,
+    Cost,
+}
+
+impl FrontAxis {
+    fn of(front: &[Layout]) -> Self {
+        match front.iter().all(|layout| layout.cost.is_some()) {
+            true => Self::Cost,
+            false => Self::Sensors,
+        }
+    }
+
+    fn value(self, layout: &Layout) -> f64 {
+        match self {
+            Self::Sensors => sensor_count(layout) as f64,
+            Self::Cost => layout.cost.unwrap_or(0.0),
+        }
+    }
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Sensors => "By number of sensors",
+            Self::Cost => "By cost",
+        }
+    }
+
+    /// What stands along x.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Sensors => "sensors in all",
+            Self::Cost => "cost of the sensors that move, in your unit; each point is a design",
+        }
+    }
+}
+
+/// The best designs by their number of sensors, or by their cost; a click selects one.
 pub fn pareto_ui(
     ui: &mut Ui,
     (goal, result): (Goal, &SearchResult),
@@ -105,34 +144,50 @@ pub fn pareto_ui(
     if front.len() < 2 {
         return;
     }
-    section_ui(ui, "By number of sensors");
-    let place = |layout: &Layout| [sensor_count(layout) as f64, layout.objective];
-    let points: Vec<[f64; 2]> = front.iter().map(place).collect();
-    let nearest = |x: f64, y: f64| {
-        let off = |k: &usize| (points[*k][0] - x).abs() + 1e-3 * (points[*k][1] - y).abs();
+    let axis = FrontAxis::of(front);
+    section_ui(ui, axis.title());
+    let points: Vec<[f64; 2]> =
+        front.iter().map(|layout| [axis.value(layout), layout.objective]).collect();
+    let ends = [0, 1].map(|k| around(points.iter().map(|point| point[k])));
+    let ends = match axis {
+        FrontAxis::Sensors => {
+            let [counts, values] = ends;
+            [(counts.start() - 0.3)..=(counts.end() + 0.3), values]
+        }
+        FrontAxis::Cost => ends,
+    };
+    let span = ends.each_ref().map(|ends| ends.end() - ends.start());
+    let nearest = |at: [f64; 2]| {
+        let off = |k: &usize| {
+            let [along, up] = [0, 1].map(|side| (points[*k][side] - at[side]) / span[side]);
+            along.hypot(up)
+        };
         (0..points.len()).min_by(|a, b| off(a).total_cmp(&off(b)))
     };
-    let (first, last) = (points[0][0], points[points.len() - 1][0]);
     let chosen = match selected {
         AnswerId::Pareto(index) => points.get(index).copied(),
         AnswerId::Candidate(_) => None,
     };
     let plot = small_marks(ui, |ui| {
-        small_plot("by number of sensors", HEIGHT)
-            .x_axis_formatter(|mark: GridMark, _: &RangeInclusive<f64>| {
+        small_plot(axis.title(), HEIGHT)
+            .x_axis_formatter(move |mark: GridMark, _: &RangeInclusive<f64>| {
                 let is_whole = (mark.value - mark.value.round()).abs() < 1e-6;
-                if is_whole { mark_text(mark) } else { String::new() }
+                match is_whole || axis == FrontAxis::Cost {
+                    true => mark_text(mark),
+                    false => String::new(),
+                }
             })
             .label_formatter(|at| {
                 let (HoverPosition::NearDataPoint { position, .. }
                 | HoverPosition::Elsewhere { position }) = at;
-                Some(front_words(goal, &front[nearest(position.x, position.y)?]))
+                Some(front_words(goal, &front[nearest([position.x, position.y])?]))
             })
             .show(ui, |plot| {
-                plot.set_plot_bounds_x(first - 0.4..=last + 0.4);
-                plot.set_plot_bounds_y(around(points.iter().map(|point| point[1])));
+                let [along, up] = ends;
+                plot.set_plot_bounds_x(along);
+                plot.set_plot_bounds_y(up);
                 let color = palette::SERIES[0].color32();
-                let own = Points::new("best of so many", PlotPoints::from(points.clone()));
+                let own = Points::new("best designs", PlotPoints::from(points.clone()));
                 plot.points(own.shape(MarkerShape::Circle).radius(4.0).color(color));
                 if let Some(chosen) = chosen {
                     let ring = Points::new("chosen", PlotPoints::from(vec![chosen]));
@@ -142,19 +197,18 @@ pub fn pareto_ui(
             })
     });
     let under_pointer = plot.response.hover_pos().map(|at| plot.transform.value_from_position(at));
-    if let Some(index) = under_pointer.and_then(|at| nearest(at.x, at.y)) {
+    if let Some(index) = under_pointer.and_then(|at| nearest([at.x, at.y])) {
         let answer = AnswerId::Pareto(index);
         requests.push(PlacementSearchRequest::Hover(Some(answer)));
         if plot.response.clicked() {
             requests.push(PlacementSearchRequest::Show(answer));
         }
     }
-    quiet_ui(ui, format!("{} over sensors in all", goal_words(goal)));
+    quiet_ui(ui, format!("{} over {}", goal_words(goal), axis.words()));
     ui.horizontal_wrapped(|ui| {
         for (index, layout) in front.iter().enumerate() {
             let answer = AnswerId::Pareto(index);
-            let name = counted(sensor_count(layout), "sensor", "sensors");
-            let response = ui.add(Button::selectable(selected == answer, name));
+            let response = ui.add(Button::selectable(selected == answer, front_name(layout)));
             let response = response.on_hover_text(front_words(goal, layout));
             if response.clicked() {
                 requests.push(PlacementSearchRequest::Show(answer));
@@ -166,10 +220,33 @@ pub fn pareto_ui(
     });
 }
 
+/// `3 sensors, cost 420`.
+fn front_name(layout: &Layout) -> String {
+    let cost = layout.cost.map(|cost| {
+        let decimals = if cost.fract() == 0.0 { 0 } else { 2 };
+        format!(", cost {}", decimal(cost, decimals))
+    });
+    let sensors = counted(sensor_count(layout), "sensor", "sensors");
+    format!("{sensors}{}", cost.unwrap_or_default())
+}
+
+/// With its value, and which sensors it has where they differ in cost.
 fn front_words(goal: Goal, layout: &Layout) -> String {
-    let cost = layout.cost.map(|cost| format!(", cost {}", decimal(cost, 2))).unwrap_or_default();
-    let count = counted(sensor_count(layout), "sensor", "sensors");
-    format!("{count}{cost}\n{}", objective_text(goal, layout.objective))
+    let value = objective_text(goal, layout.objective);
+    let kinds = layout.cost.map(|_| format!("{}\n", kinds_words(layout))).unwrap_or_default();
+    format!("{}\n{kinds}{value}", front_name(layout))
+}
+
+/// `2 of 5-DOF, 1 of 6-DOF`.
+fn kinds_words(layout: &Layout) -> String {
+    let sensors =
+        || layout.tool.sensors.iter().chain(layout.crf.iter().flat_map(|crf| &crf.sensors));
+    let of = |degrees: u8| {
+        let own = |sensor: &&Sensor| sensor.orientation.degrees_of_freedom() == degrees;
+        let number = sensors().filter(own).count();
+        (number > 0).then(|| format!("{number} of {degrees}-DOF"))
+    };
+    [3, 5, 6].into_iter().filter_map(of).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 mod answer;
 mod charts_ui;
 pub mod ghosts;
+mod kinds_ui;
 pub mod result_ui;
 pub mod search_ui;
 pub mod state;

@@ -1,17 +1,17 @@
 //! The panel of the search for better places: what may move, what is made least, start and stop.
 
 use crate::widgets::basic::{
-    NumberChange, NumberField, count, main_button, number_ui, quiet_ui, section_ui, short_name,
-    warning_ui,
+    NumberField, count, main_button, quiet_ui, section_ui, short_name, typed_number_ui, warning_ui,
 };
 use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
 use crate::workspaces::design::placement_search::charts_ui::{curve_ui, objective_text};
+use crate::workspaces::design::placement_search::kinds_ui::kinds_ui;
 use crate::workspaces::design::placement_search::result_ui::result_ui;
 use crate::workspaces::design::placement_search::state::{
     PlacementSearch, PlacementSearchRequest, Running,
 };
 use crate::workspaces::design::placement_search::wish::{MOST_SENSORS, Reach, Wish};
-use crate::workspaces::design::rows::row_ui;
+use crate::workspaces::design::rows::{INDENT, row_ui};
 use bevy_egui::egui::{Align, ComboBox, Label, Layout, RichText, Ui};
 use trackwright_design::{BodyRole, Design};
 use trackwright_optimization::OverRooms;
@@ -30,7 +30,6 @@ const NAME_CHARS: usize = 26;
 /// Width of a field; two stand in a row.
 const NARROW: f32 = 66.0;
 const CHOICE_WIDTH: f32 = 164.0;
-const INDENT: f32 = 18.0;
 
 /// Draws the panel.
 pub fn placement_search_ui(
@@ -100,6 +99,7 @@ fn moves_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
     let about = "The field generator in the room, in its own axes; its field goes with it";
     reach_ui(ui, ("Field generator", "generator"), about, &mut wish.generator);
     counts_ui(ui, design, wish);
+    ui.scope(|ui| kinds_ui(ui, design, wish));
 }
 
 /// All sensors of a body, and each.
@@ -150,7 +150,7 @@ fn reach_ui(ui: &mut Ui, (name, short): (&str, &str), about: &str, reach: &mut R
                 _ => NumberField { max: 180.0, ..NumberField::angle(&name) },
             };
             let field = NumberField { decimals: 1, ..field.positive().width(NARROW) };
-            if let Some(typed) = typed(ui, &field, *value) {
+            if let Some(typed) = typed_number_ui(ui, &field, *value) {
                 *value = typed;
             }
         }
@@ -180,12 +180,15 @@ fn counts_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
             max: max as f64,
             ..NumberField::length(name).width(40.0)
         };
-        if let Some(new) = typed(ui, &field("fewest sensors", fixed + 1, *most), *least as f64) {
+        if let Some(new) =
+            typed_number_ui(ui, &field("fewest sensors", fixed + 1, *most), *least as f64)
+        {
             *least = new.round() as usize;
         }
         quiet_ui(ui, "to");
         let limit = MOST_SENSORS.max(sensors + 1);
-        if let Some(new) = typed(ui, &field("most sensors", *least, limit), *most as f64) {
+        if let Some(new) = typed_number_ui(ui, &field("most sensors", *least, limit), *most as f64)
+        {
             *most = new.round() as usize;
         }
         quiet_ui(
@@ -237,7 +240,7 @@ fn goal_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
 fn start_ui(
     ui: &mut Ui,
     search: &PlacementSearch,
-    refusal: Option<&str>,
+    refusal: Option<String>,
     requests: &mut Vec<PlacementSearchRequest>,
 ) {
     ui.horizontal(|ui| {
@@ -249,7 +252,7 @@ fn start_ui(
         unfold_ui(ui, search, requests);
     });
     if let Some(refusal) = refusal {
-        warning_ui(ui, refusal);
+        warning_ui(ui, &refusal);
     }
 }
 
@@ -289,12 +292,4 @@ fn running_ui(
         quiet_ui(ui, "The design has changed since the start: the search is of the one before");
     }
     curve_ui(ui, running.of.goal, &search.curve, None, None);
-}
-
-fn typed(ui: &mut Ui, field: &NumberField, value: f64) -> Option<f64> {
-    let changes = number_ui(ui, field, value);
-    changes.into_iter().rev().find_map(|change| match change {
-        NumberChange::Set(value) => Some(value),
-        NumberChange::Begin | NumberChange::Commit => None,
-    })
 }

@@ -169,7 +169,7 @@ impl PlacementSearch {
         let answer = self.hovered.unwrap_or(self.selected);
         let words = match answer {
             AnswerId::Candidate(index) => format!("places of answer {}", index + 1),
-            AnswerId::Pareto(_) => "places of the chosen number of sensors".to_owned(),
+            AnswerId::Pareto(_) => "places of the chosen design".to_owned(),
         };
         Some((result.layout(answer)?, searched, words))
     }

@@ -1,14 +1,23 @@
 //! What a search for better places may move and what it makes least, as a person chose it.
 
-use crate::widgets::basic::counted;
+use crate::widgets::basic::{count, counted};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
 use trackwright_design::{BodyRole, Design};
-use trackwright_optimization::{Goal, Moves, OverRooms, PoseBounds};
-use trackwright_simulation::Metric;
+use trackwright_optimization::{Goal, Moves, OverRooms, PoseBounds, SensorChoice};
+use trackwright_project::{MOST_SETS, sets_of_sensors};
+use trackwright_simulation::{Metric, Sensor};
 
 /// Most sensors that a search may give a body.
 pub const MOST_SENSORS: usize = 8;
+
+/// Most kinds that they may be of.
+pub const MOST_KINDS: usize = 6;
+
+/// Most that a sensor may cost.
+pub const MOST_COST: f64 = 1e6;
+
+const NEW_KIND: SensorChoice = SensorChoice { degrees_of_freedom: 5, coil: None, cost: 1.0 };
 
 /// What is searched for.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +30,8 @@ pub struct Wish {
     pub crf_pose: Reach,
     /// Fewest and most sensors; as many as there are where absent.
     pub counts: Option<[usize; 2]>,
+    /// Kinds that those may be of whose number may be another one; as they are where there are none.
+    pub kinds: Vec<SensorChoice>,
     /// The figure that is made least; the ratio to the requirement where absent.
     pub figure: Option<Metric>,
     pub rooms: OverRooms,
@@ -59,6 +70,7 @@ impl Wish {
             generator: Reach::GENERATOR,
             crf_pose: Reach::CRF,
             counts: None,
+            kinds: Vec::new(),
             figure: None,
             rooms: OverRooms::default(),
         };
@@ -86,18 +98,40 @@ impl Wish {
         [BodyRole::Tool, BodyRole::Crf].into_iter().find(|role| !self.numbers(*role).is_empty())
     }
 
+    /// The first of them, which those are like that are added.
+    pub fn first_moving<'d>(&self, design: &'d Design) -> Option<&'d Sensor> {
+        let role = self.counted()?;
+        let number = self.numbers(role).first()?;
+        design.body(role)?.rigid.sensors.get(*number)
+    }
+
+    /// Adds a kind with other degrees of freedom than the last, at the same cost.
+    pub fn add_kind(&mut self, design: &Design) {
+        let first = self.first_moving(design);
+        let new = match (self.kinds.last(), first.map(|own| own.orientation.degrees_of_freedom())) {
+            (Some(last), _) => SensorChoice {
+                degrees_of_freedom: if last.degrees_of_freedom == 5 { 6 } else { 5 },
+                ..*last
+            },
+            (None, Some(6)) => SensorChoice { degrees_of_freedom: 6, ..NEW_KIND },
+            (None, _) => NEW_KIND,
+        };
+        self.kinds.push(new);
+    }
+
     /// What may move of a design.
     pub fn moves(&self, design: &Design) -> Moves {
         let numbers = |role: BodyRole| {
             let sensors = design.body(role).map_or(0, |body| body.rigid.sensors.len());
             self.numbers(role).iter().copied().filter(|number| *number < sensors).collect()
         };
-        let counts = self.counts.filter(|_| self.counted().is_some());
+        let has_counted = self.counted().is_some();
+        let counts = self.counts.filter(|_| has_counted);
         Moves {
             tool: numbers(BodyRole::Tool),
             crf: numbers(BodyRole::Crf),
             sensors: counts.map(|[least, most]| least..=most),
-            kinds: Vec::new(),
+            kinds: if has_counted { self.kinds.clone() } else { Vec::new() },
             generator: self.generator.bounds(),
             crf_pose: self.crf_pose.bounds().filter(|_| design.crf.is_some()),
         }
@@ -142,15 +176,24 @@ impl Wish {
     }
 
     /// Why nothing can be searched, in a sentence.
-    pub fn refusal(&self, design: &Design) -> Option<&'static str> {
+    pub fn refusal(&self, design: &Design) -> Option<String> {
         let moves = self.moves(design);
         let has_sensors = !(moves.tool.is_empty() && moves.crf.is_empty());
         if !has_sensors && moves.generator.is_none() && moves.crf_pose.is_none() {
-            return Some("Nothing may move: choose a sensor, the CRF or the field generator");
+            let why = "Nothing may move: choose a sensor, the CRF or the field generator";
+            return Some(why.to_owned());
         }
         if self.goal(design).is_none() {
-            return Some("The design has no requirement: state one, or choose a figure");
+            let why = "The design has no requirement: state one, or choose a figure";
+            return Some(why.to_owned());
         }
-        None
+        let sets = sets_of_sensors(design, &moves);
+        (sets > MOST_SETS).then(|| {
+            let sets = count(usize::try_from(sets).unwrap_or(usize::MAX));
+            format!(
+                "These kinds and numbers make {sets} sets of sensors, expected at most {MOST_SETS}: \
+                 choose fewer kinds or numbers"
+            )
+        })
     }
 }
