@@ -1,4 +1,5 @@
-//! Unions of boxes, kept short: what a brush adds to them as it is dragged over a surface.
+//! Unions of boxes, kept short: what a brush adds to them, and an eraser takes out of them, as it is
+//! dragged over a surface.
 
 use super::bounds::Bounds;
 use nalgebra::{Point3, Vector3};
@@ -12,6 +13,9 @@ const STEP_PER_EDGE: f64 = 0.5;
 
 /// A stroke has no more boxes than this: a pointer that jumps far leaves a gap rather than a pause.
 const MOST_STEPS: f64 = 200.0;
+
+/// What is thinner is round-off, and is not left of a box that is cut.
+const SLIVER_MM: f64 = 1e-6;
 
 /// The cubes of an edge that a stroke from one point to another covers. Where they begin is the same
 /// for every stroke: all are on one grid.
@@ -59,6 +63,41 @@ pub fn add_box(union: &mut Vec<Bounds>, new: Bounds) {
         new = both;
     }
     union.push(new);
+}
+
+/// Takes a box out of a union: in place of those that reach into it comes what is left of them.
+pub fn remove_box(union: &mut Vec<Bounds>, removed: &Bounds) {
+    let reaches_in = |own: &Bounds| {
+        (0..3).all(|k| {
+            own.max_mm[k] - removed.min_mm[k] > SLIVER_MM
+                && removed.max_mm[k] - own.min_mm[k] > SLIVER_MM
+        })
+    };
+    let (cut, kept) = union.iter().partition(|own| reaches_in(own));
+    let cut: Vec<Bounds> = cut;
+    *union = kept;
+    for piece in cut.iter().flat_map(|own| pieces(own, removed)) {
+        add_box(union, piece);
+    }
+}
+
+/// What is left of a box without another that reaches into it: at most six boxes.
+fn pieces(own: &Bounds, removed: &Bounds) -> Vec<Bounds> {
+    let (mut left, mut pieces) = (*own, Vec::new());
+    for axis in 0..3 {
+        let [from, to] = [removed.min_mm[axis], removed.max_mm[axis]];
+        if from - left.min_mm[axis] > SLIVER_MM {
+            let mut piece = left;
+            (piece.max_mm[axis], left.min_mm[axis]) = (from, from);
+            pieces.push(piece);
+        }
+        if left.max_mm[axis] - to > SLIVER_MM {
+            let mut piece = left;
+            (piece.min_mm[axis], left.max_mm[axis]) = (to, to);
+            pieces.push(piece);
+        }
+    }
+    pieces
 }
 
 /// The box around two points with at least an edge along each axis, half of it on either side of them.
@@ -135,6 +174,54 @@ mod tests {
         let [from, to] = [Point3::origin(), Point3::new(0.0, 0.0, 60.0)];
         let cubes: Vec<Bounds> = stroke(&from, &to, 4.0).collect();
         assert_eq!(union(&cubes), [of([-2.0; 3], [2.0, 2.0, 62.0])]);
+    }
+
+    #[test]
+    fn a_removed_box_is_out_and_the_rest_stays() {
+        let whole = of([0.0; 3], [10.0; 3]);
+        let beside = of([10.0, 0.0, 0.0], [14.0, 10.0, 5.0]);
+        for removed in [
+            of([3.0; 3], [6.0; 3]),
+            of([-5.0, 2.0, 2.0], [5.0, 4.0, 20.0]),
+            of([8.0, -1.0, -1.0], [12.0, 11.0, 11.0]),
+            of([1.0, 9.0, 4.0], [20.0, 30.0, 7.0]),
+        ] {
+            let mut left = union(&[whole, beside]);
+            remove_box(&mut left, &removed);
+            assert!(left.iter().all(|own| own.check().is_ok()), "{left:?}");
+            // On a grid that lies on no face.
+            for index in 0..20 * 20 * 20 {
+                let at = [index % 20, index / 20 % 20, index / 400];
+                let at = Point3::from(at.map(|k| f64::from(k) * 0.83 - 0.41));
+                let was = [whole, beside].iter().any(|own| own.contains(&at));
+                let is = left.iter().any(|own| own.contains(&at));
+                assert_eq!(is, was && !removed.contains(&at), "{at} {removed:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_removed_box_misses_is_unchanged() {
+        let own = union(&[of([0.0; 3], [1.0; 3]), of([3.0; 3], [4.0; 3])]);
+        let mut left = own.clone();
+        // Beside the first: they have a side in common.
+        remove_box(&mut left, &of([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]));
+        assert_eq!(left, own);
+        remove_box(&mut left, &of([-1.0; 3], [2.0; 3]));
+        assert_eq!(left, own[1..]);
+        remove_box(&mut left, &of([3.0 - 1e-9, 3.0, 3.0], [4.0, 4.0, 4.0 - 1e-9]));
+        assert_eq!(left, []);
+    }
+
+    #[test]
+    fn a_stroke_back_over_a_stroke_removes_it() {
+        let [from, to] = [Point3::new(0.3, -7.1, 4.0), Point3::new(9.0, 3.0, -2.5)];
+        let cubes: Vec<Bounds> = stroke(&from, &to, 3.0).collect();
+        let mut left = union(&cubes);
+        for cube in &cubes {
+            remove_box(&mut left, cube);
+        }
+        assert_eq!(left, []);
     }
 
     #[test]

@@ -15,6 +15,7 @@
 //! ```
 
 pub mod bounds;
+pub mod box_face;
 pub mod box_union;
 pub mod coarse;
 pub mod color;

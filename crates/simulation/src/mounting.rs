@@ -86,7 +86,7 @@ pub enum MountingError {
 }
 
 /// Where a box is stated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BoxPlace {
     Surface { region: usize, index: usize },
     KeepOut { index: usize },
@@ -137,6 +137,28 @@ fn list(coordinates: &[f64; 3]) -> String {
 }
 
 impl Mounting {
+    /// A box that is stated, by its place.
+    pub fn stated_box(&self, place: BoxPlace) -> Option<&Bounds> {
+        match place {
+            BoxPlace::KeepOut { index } => self.keep_out.get(index),
+            BoxPlace::Surface { region, index } => match self.regions.get(region)? {
+                MountingRegion::Surface { boxes, .. } => boxes.get(index),
+                _ => None,
+            },
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn stated_box_mut(&mut self, place: BoxPlace) -> Option<&mut Bounds> {
+        match place {
+            BoxPlace::KeepOut { index } => self.keep_out.get_mut(index),
+            BoxPlace::Surface { region, index } => match self.regions.get_mut(region)? {
+                MountingRegion::Surface { boxes, .. } => boxes.get_mut(index),
+                _ => None,
+            },
+        }
+    }
+
     /// Whether nothing is stated.
     pub fn is_empty(&self) -> bool {
         *self == Self::default()

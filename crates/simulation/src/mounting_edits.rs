@@ -1,16 +1,19 @@
 //! What a person does to mounting regions: brush strokes, drawn channels, seats, axis rules.
 
 use super::body::Sensor;
-use super::mounting::{Mounting, MountingAxis, MountingRegion, RegionKind};
+use super::mounting::{BoxPlace, Mounting, MountingAxis, MountingRegion, RegionKind};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::box_union::add_box;
+use trackwright_geometry::box_union::{add_box, remove_box};
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::MIN_NORM;
 use trackwright_geometry::surface::{Surface, SurfacePoint};
 
 /// Edge of a forbidden box before it has a size of its own.
 const NEW_BOX_MM: f64 = 10.0;
+
+/// A patch with more boxes was painted: handles on all of them would hide it.
+const FEW_BOXES: usize = 3;
 
 impl Mounting {
     /// The patch that a brush adds to: the chosen one, else the last; `None` where there is none.
@@ -55,6 +58,63 @@ impl Mounting {
             cubes.into_iter().for_each(|cube| add_box(boxes, cube));
         }
         index
+    }
+
+    /// Takes boxes out of a patch. One without boxes, the whole surface, becomes the rest of `whole`,
+    /// a box around the body; so does a body without regions. The patch's number; `None` where there
+    /// is none, or where nothing is left of it and it is removed.
+    ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use trackwright_geometry::bounds::Bounds;
+    /// use trackwright_geometry::box_union::stroke;
+    /// use trackwright_simulation::Mounting;
+    ///
+    /// let mut mounting = Mounting::default();
+    /// let (at, whole) = (Point3::origin(), Bounds::from(([-9.0; 3], [9.0; 3])));
+    /// assert_eq!(mounting.erase(None, stroke(&at, &at, 5.0), &whole), Some(0));
+    /// assert_eq!(mounting.check(), Ok(()));
+    /// ```
+    pub fn erase(
+        &mut self,
+        region: Option<usize>,
+        cubes: impl IntoIterator<Item = Bounds>,
+        whole: &Bounds,
+    ) -> Option<usize> {
+        if self.regions.is_empty() {
+            self.regions.push(MountingRegion::whole_surface());
+        }
+        let index = self.patch_to_paint(region)?;
+        let MountingRegion::Surface { boxes, .. } = &mut self.regions[index] else {
+            return None;
+        };
+        if boxes.is_empty() {
+            boxes.push(*whole);
+        }
+        // What a stroke covers is fewer boxes than it has cubes.
+        let mut covered = Vec::new();
+        cubes.into_iter().for_each(|cube| add_box(&mut covered, cube));
+        covered.iter().for_each(|removed| remove_box(boxes, removed));
+        if boxes.is_empty() {
+            // Without boxes it would be the whole surface.
+            self.regions.remove(index);
+            return None;
+        }
+        Some(index)
+    }
+
+    /// Boxes whose faces are dragged: the forbidden ones, and those of patches that have few.
+    pub fn boxes_to_drag(&self) -> impl Iterator<Item = (BoxPlace, &Bounds)> {
+        let patches = self.regions.iter().enumerate().flat_map(|(region, own)| {
+            let boxes: &[Bounds] = match own {
+                MountingRegion::Surface { boxes, .. } if boxes.len() <= FEW_BOXES => boxes,
+                _ => &[],
+            };
+            let place = move |index| BoxPlace::Surface { region, index };
+            boxes.iter().enumerate().map(move |(index, own)| (place(index), own))
+        });
+        let keep_out = self.keep_out.iter().enumerate();
+        patches.chain(keep_out.map(|(index, own)| (BoxPlace::KeepOut { index }, own)))
     }
 }
 
@@ -159,6 +219,69 @@ mod tests {
             assert_eq!((boxes.len(), mounting.check()), (2, Ok(())));
             assert_eq!(mounting.regions[0], before.regions[0]);
         }
+    }
+
+    #[test]
+    fn an_eraser_takes_out_what_it_covers() {
+        let whole = Bounds::from(([-9.0; 3], [9.0; 3]));
+        let boxes = |mounting: &Mounting, region: usize| match &mounting.regions[region] {
+            MountingRegion::Surface { boxes, .. } => boxes.clone(),
+            other => panic!("{other:?}"),
+        };
+        let has = |boxes: &[Bounds], x: f64| {
+            boxes.iter().any(|own| own.contains(&Point3::new(x, 0.0, 0.0)))
+        };
+        // Nothing stated, and the whole surface as a patch.
+        let stated = vec![MountingRegion::whole_surface().with_axis(MountingAxis::Normal)];
+        for regions in [Vec::new(), stated] {
+            let axis = regions.first().and_then(MountingRegion::axis).unwrap_or_default();
+            let mut mounting = Mounting { regions, ..Mounting::default() };
+            assert_eq!(mounting.erase(None, cubes(4.0), &whole), Some(0));
+            let left = boxes(&mounting, 0);
+            assert!(!has(&left, 4.0) && !has(&left, 4.9) && has(&left, 5.1) && has(&left, 2.9));
+            assert_eq!((mounting.regions[0].axis(), mounting.check()), (Some(axis), Ok(())));
+        }
+        // A painted patch: a part of it, then the rest.
+        let mut mounting = Mounting::default();
+        let seat = MountingRegion::Seat { position_mm: Point3::origin(), axis: None };
+        mounting.regions.push(seat.clone());
+        assert_eq!(mounting.paint(None, cubes(0.0).chain(cubes(6.0))), 1);
+        assert_eq!(mounting.erase(Some(1), cubes(6.0), &whole), Some(1));
+        let left = boxes(&mounting, 1);
+        assert!(has(&left, 0.9) && !has(&left, 6.0));
+        assert_eq!(mounting.erase(Some(1), cubes(0.0), &whole), None);
+        assert_eq!(mounting.regions, [seat.clone()]);
+        // A seat is nothing that a brush paints.
+        assert_eq!(mounting.erase(Some(0), cubes(0.0), &whole), None);
+        assert_eq!(mounting.regions, [seat]);
+    }
+
+    #[test]
+    fn boxes_are_dragged_where_they_are_few() {
+        let boxes: Vec<Bounds> =
+            [0.0, 10.0, 20.0, 30.0].into_iter().filter_map(|x| cubes(x).next()).collect();
+        let patch = |boxes: &[Bounds]| MountingRegion::Surface {
+            axis: MountingAxis::Normal,
+            boxes: boxes.to_vec(),
+        };
+        let regions = vec![patch(&boxes), MountingRegion::whole_surface(), patch(&boxes[..1])];
+        let mut mounting =
+            Mounting { regions, keep_out: boxes[2..].to_vec(), ..Mounting::default() };
+        let found: Vec<(BoxPlace, Bounds)> =
+            mounting.boxes_to_drag().map(|(place, own)| (place, *own)).collect();
+        let expected = [
+            (BoxPlace::Surface { region: 2, index: 0 }, boxes[0]),
+            (BoxPlace::KeepOut { index: 0 }, boxes[2]),
+            (BoxPlace::KeepOut { index: 1 }, boxes[3]),
+        ];
+        assert_eq!(found, expected);
+        for (place, own) in expected {
+            assert_eq!(mounting.stated_box(place), Some(&own));
+            assert_eq!(mounting.stated_box_mut(place), Some(&mut own.clone()));
+        }
+        let none = BoxPlace::Surface { region: 1, index: 0 };
+        assert_eq!(mounting.stated_box(none), None);
+        assert_eq!(mounting.stated_box_mut(none), None);
     }
 
     #[test]
