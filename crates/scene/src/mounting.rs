@@ -28,6 +28,12 @@ const SEAT_AXIS_MM: f64 = 8.0;
 const SEAT_ARROW: ArrowSize =
     ArrowSize { shaft_mm: 0.5, head_width_mm: 1.5, head_length_mm: 2.2, most_mm: SEAT_AXIS_MM };
 
+/// Opacity of a forbidden box up to an extent, and the least part of it that a larger one has: its
+/// edges show where it is.
+const FORBIDDEN_ALPHA: f64 = 0.2;
+const SMALL_MM: f64 = 30.0;
+const LEAST_PART: f64 = 0.15;
+
 /// What a shape stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MountingPart {
@@ -44,6 +50,8 @@ pub struct MountingShape {
     pub part: MountingPart,
     pub solid: Solid,
     pub lines: Vec<Vec<Point3<f64>>>,
+    /// How opaque the solid is.
+    pub alpha: f64,
 }
 
 impl MountingPart {
@@ -64,13 +72,17 @@ impl MountingPart {
         }
     }
 
-    /// How opaque it is.
-    pub fn alpha(self) -> f64 {
+    /// How opaque one of an extent is. Where no coil may be there is something else: a large box
+    /// fades, so that the anatomy inside it is seen.
+    fn alpha(self, extent_mm: f64) -> f64 {
         match self {
             Self::Patch => 0.35,
             Self::Channel => 0.45,
             Self::Seat => 0.8,
-            Self::ForbiddenBox | Self::TipClearance => 0.2,
+            Self::ForbiddenBox | Self::TipClearance => {
+                let part = (SMALL_MM / extent_mm.max(SMALL_MM)).max(LEAST_PART);
+                FORBIDDEN_ALPHA * part
+            }
         }
     }
 }
@@ -93,16 +105,25 @@ pub fn mounting_shapes(
     };
     let mut shapes: Vec<MountingShape> =
         regions.iter().map(|region| region_shape(region, mesh)).collect();
-    shapes.extend(mounting.keep_out.iter().map(|own| MountingShape {
-        part: MountingPart::ForbiddenBox,
-        solid: Solid::cuboid(own),
-        lines: Outline::of_box(own).lines,
+    shapes.extend(mounting.keep_out.iter().map(|own| {
+        let part = MountingPart::ForbiddenBox;
+        // A long thin one hides little.
+        let size = own.size_mm();
+        let extent_mm = (size.sum() - size.max() - size.min()).max(0.0);
+        MountingShape {
+            part,
+            solid: Solid::cuboid(own),
+            lines: Outline::of_box(own).lines,
+            alpha: part.alpha(extent_mm),
+        }
     }));
     if mounting.tip_clearance_mm > 0.0 {
         let mut solid = Solid::default();
         let sphere = Solid::sphere(mounting.tip_clearance_mm);
         solid.push(&sphere, |p| tip_in_body + p.coords, |n| *n);
-        shapes.push(MountingShape { part: MountingPart::TipClearance, solid, lines: Vec::new() });
+        let part = MountingPart::TipClearance;
+        let alpha = part.alpha(2.0 * mounting.tip_clearance_mm);
+        shapes.push(MountingShape { part, solid, lines: Vec::new(), alpha });
     }
     shapes
 }
@@ -125,7 +146,7 @@ fn region_shape(region: &MountingRegion, mesh: Option<&SurfaceMesh>) -> Mounting
             (MountingPart::Seat, Vec::new())
         }
     };
-    MountingShape { part, solid, lines }
+    MountingShape { part, solid, lines, alpha: part.alpha(0.0) }
 }
 
 impl Drawing<'_> {
@@ -141,7 +162,7 @@ impl Drawing<'_> {
         let mut nodes = Vec::new();
         for shape in mounting_shapes(&body.mounting, mesh, &tip) {
             let (name, color) = (shape.part.name(), shape.part.color());
-            let look = self.veil(name, color, shape.part.alpha());
+            let look = self.veil(name, color, shape.alpha);
             nodes.extend(self.solid_node(name, &shape.solid, look, Value::Null));
             if !shape.lines.is_empty() {
                 let look = self.unlit(name, color, 1.0);
@@ -216,6 +237,24 @@ mod tests {
         assert!((clearance.center_mm() - tip).norm() < 0.1, "{clearance:?}");
         assert!(forbids(&mounting) && !forbids(&Mounting::default()));
         assert_eq!((shapes[1].lines.len(), shapes[3].lines.len()), (1, 12));
+    }
+
+    #[test]
+    fn a_large_forbidden_box_is_faint() {
+        let alpha = |[x, y, z]: [f64; 3]| {
+            let keep_out = vec![Bounds::from(([0.0; 3], [x, y, z]))];
+            let mounting = Mounting { keep_out, ..Mounting::default() };
+            let shapes = mounting_shapes(&mounting, None, &Point3::origin());
+            let own = shapes.iter().find(|shape| shape.part == MountingPart::ForbiddenBox);
+            own.unwrap().alpha
+        };
+        assert_eq!(alpha([10.0; 3]), FORBIDDEN_ALPHA);
+        // As long as a shaft.
+        assert_eq!(alpha([10.0, 300.0, 10.0]), FORBIDDEN_ALPHA);
+        // Around a head.
+        let head = alpha([180.0, 220.0, 240.0]);
+        assert!(head < 0.04 && head >= LEAST_PART * FORBIDDEN_ALPHA, "{head}");
+        assert!(alpha([60.0; 3]) > head && alpha([60.0; 3]) < FORBIDDEN_ALPHA);
     }
 
     #[test]

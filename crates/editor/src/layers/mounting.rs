@@ -191,7 +191,7 @@ impl Shapes<'_, '_> {
                 ChildOf(root),
                 Name::new(part.name()),
                 Mesh3d(self.meshes.add(mesh)),
-                MeshMaterial3d(self.materials.add(material(part))),
+                MeshMaterial3d(self.materials.add(material(shape))),
             ));
         }
         if !shape.lines.is_empty() {
@@ -223,10 +223,10 @@ fn draft_shapes(points_mm: &[Point3<f64>]) -> Vec<MountingShape> {
     mounting_shapes(&Mounting { regions, ..Mounting::default() }, None, &Point3::origin())
 }
 
-fn material(part: MountingPart) -> GlowMaterial {
-    let alpha = part.alpha() as f32;
-    let material = GlowMaterial::translucent(part.color(), alpha, alpha).order(ORDER_MM);
-    match part {
+fn material(shape: &MountingShape) -> GlowMaterial {
+    let alpha = shape.alpha as f32;
+    let material = GlowMaterial::translucent(shape.part.color(), alpha, alpha).order(ORDER_MM);
+    match shape.part {
         // They are inside the body.
         MountingPart::Channel | MountingPart::Seat => material.shown(Shown::Always),
         MountingPart::ForbiddenBox | MountingPart::TipClearance => material.both_faces(),
