@@ -19,6 +19,7 @@ use trackwright_editor::shell::commands::{CommandsPlugin, RunCommand};
 use trackwright_editor::shell::window::{DragReadout, PointerHint, ViewportRect};
 use trackwright_editor::viewport::camera::OrbitRig;
 use trackwright_editor::viewport::mounting::MountingPlugin;
+use trackwright_editor::viewport::mounting::box_handles::BoxBall;
 use trackwright_editor::viewport::mounting::channel::ChannelDraft;
 use trackwright_editor::viewport::mounting::seats::ADD_SEATS;
 use trackwright_editor::viewport::mounting::state::MountingState;
@@ -178,6 +179,171 @@ fn escape_takes_a_brush_stroke_back() {
     pointer.assert_escape_restores(&before, at + along * 60.0);
 }
 
+/// With a stroke of 60 px on the tool; from where, and which way.
+fn painted() -> (SimulatedPointer, Vec2, Vec2) {
+    let mut pointer = pointer_with(SceneTool::PaintPatch);
+    let (at, along) = pointer.shaft();
+    pointer.drag(at, along * 60.0, PointerButton::Primary);
+    pointer.release(at + along * 60.0, PointerButton::Primary);
+    (pointer, at, along)
+}
+
+#[test]
+fn an_eraser_takes_out_what_it_covers() {
+    let (mut pointer, at, along) = painted();
+    let before = pointer.design();
+    let [kept, erased, end] = [0.0, 45.0, 60.0].map(|by| under(&pointer, at + along * by));
+    take(&mut pointer, SceneTool::ErasePatch);
+    pointer.drag(at + along * 45.0, along * 15.0, PointerButton::Primary);
+    let text = pointer.resource::<DragReadout>().0.clone().unwrap().text;
+    assert!(text.ends_with(" box") || text.ends_with(" boxes"), "{text}");
+    pointer.release(at + along * 60.0, PointerButton::Primary);
+    let left = mounting(&pointer);
+    assert!(is_in(boxes(&left, 0), &kept), "{left:?} {kept}");
+    assert!(![erased, end].iter().any(|point| is_in(boxes(&left, 0), point)), "{left:?}");
+    assert_eq!(pointer.undo_label().as_deref(), Some("Erase mounting patch of the tool"));
+    pointer.request(EditRequest::Undo);
+    assert_eq!(pointer.design(), before);
+    // Without a region it is erased from the whole surface.
+    set(&mut pointer, Mounting::default());
+    pointer.click(at);
+    let left = mounting(&pointer);
+    assert!(!is_in(boxes(&left, 0), &kept) && is_in(boxes(&left, 0), &end), "{left:?}");
+}
+
+#[test]
+fn with_alt_the_brush_erases() {
+    let (mut pointer, at, along) = painted();
+    let before = mounting(&pointer);
+    let point = under(&pointer, at + along * 30.0);
+    pointer.hold(KeyCode::AltLeft);
+    pointer.drag(at + along * 20.0, along * 20.0, PointerButton::Primary);
+    // What began as erasing goes on as that.
+    pointer.app.world_mut().resource_mut::<ButtonInput<KeyCode>>().release(KeyCode::AltLeft);
+    pointer.release(at + along * 40.0, PointerButton::Primary);
+    assert!(is_in(boxes(&before, 0), &point) && !is_in(boxes(&mounting(&pointer), 0), &point));
+    assert_eq!(pointer.undo_label().as_deref(), Some("Erase mounting patch of the tool"));
+}
+
+#[test]
+fn an_erased_patch_is_removed() {
+    let mut pointer = pointer_with(SceneTool::PaintPatch);
+    let (at, along) = pointer.shaft();
+    pointer.click(at);
+    take(&mut pointer, SceneTool::ErasePatch);
+    let painted = pointer.design();
+    pointer.drag(at, along * 40.0, PointerButton::Primary);
+    let text = pointer.resource::<DragReadout>().0.clone().unwrap().text;
+    assert_eq!(text, "nothing left to erase");
+    // The rest of the stroke erases nothing of the surface that counts now.
+    assert_eq!(mounting(&pointer).regions, []);
+    pointer.escape();
+    assert_eq!(pointer.design(), painted);
+}
+
+/// Beside the shaft, so that no sensor is nearer to the pointer than its faces.
+const BOX: ([f64; 3], [f64; 3]) = ([20.0, 20.0, 90.0], [60.0, 50.0, 140.0]);
+
+/// With a forbidden box of the tool whose faces have balls.
+fn pointer_with_box() -> SimulatedPointer {
+    let mut pointer = pointer_with(SceneTool::Select);
+    let keep_out = vec![Bounds::from(BOX)];
+    set(&mut pointer, Mounting { keep_out, ..Mounting::default() });
+    pointer
+}
+
+/// Of the balls that are picked, the one that moves most on the screen: its pixel, and how far that
+/// moves when the face moves out by 10 mm.
+fn free_ball(pointer: &mut SimulatedPointer) -> (BoxBall, Vec2, Vec2) {
+    let world = pointer.app.world_mut();
+    let balls: Vec<BoxBall> = world.query::<&BoxBall>().iter(world).copied().collect();
+    let mut found = Vec::new();
+    for ball in balls {
+        let own = *mounting(pointer).stated_box(ball.place).unwrap();
+        let middle = ball.face.middle_mm(&own);
+        let out = if ball.face.is_max { 10.0 } else { -10.0 };
+        let at = pointer.pixel(&middle);
+        let ahead = middle + Vector3::ith_axis(ball.face.axis).into_inner() * out;
+        pointer.move_to(at);
+        pointer.app.update();
+        pointer.app.update();
+        let axis = ["along x", "along y", "along z"][ball.face.axis];
+        let end = if ball.face.is_max { "ends" } else { "begins" };
+        let hint = pointer.resource::<PointerHint>().0.clone().unwrap_or_default();
+        if hint.contains(&format!("the forbidden box {end} {axis}")) {
+            found.push((ball, at, pointer.pixel(&ahead) - at));
+        }
+    }
+    let longest = found.into_iter().max_by(|a, b| a.2.length().total_cmp(&b.2.length()));
+    longest.expect("a ball under the pointer")
+}
+
+#[test]
+fn a_dragged_face_resizes_a_box_in_one_step() {
+    let mut pointer = pointer_with_box();
+    let before = pointer.design();
+    let (ball, at, by) = free_ball(&mut pointer);
+    pointer.drag(at, by, PointerButton::Primary);
+    let text = pointer.resource::<DragReadout>().0.clone().unwrap().text;
+    let end = if ball.face.is_max { "to" } else { "from" };
+    assert!(text.contains(&format!(" {end} ")) && text.contains(" × "), "{text}");
+    pointer.release(at + by, PointerButton::Primary);
+    let resized = *mounting(&pointer).stated_box(ball.place).unwrap();
+    let expected = {
+        let own = Bounds::from(BOX);
+        let out = if ball.face.is_max { 10.0 } else { -10.0 };
+        ball.face.moved_to(&own, ball.face.value_mm(&own) + out)
+    };
+    // A pixel of the window has 24 bits.
+    assert!((resized.min_mm - expected.min_mm).norm() < 0.05, "{resized:?} {expected:?}");
+    assert!((resized.max_mm - expected.max_mm).norm() < 0.05, "{resized:?} {expected:?}");
+    assert_eq!(pointer.undo_label().as_deref(), Some("Resize forbidden box of the tool"));
+    assert_eq!(pointer.resource::<Selection>().primary(), Some(Selected::Body(BodyRole::Tool)));
+    pointer.request(EditRequest::Undo);
+    assert_eq!(pointer.design(), before);
+    settle(&mut pointer.app);
+    pointer.hold(KeyCode::ControlLeft);
+    pointer.drag(at, by * 0.77, PointerButton::Primary);
+    pointer.release(at + by * 0.77, PointerButton::Primary);
+    let rounded = *mounting(&pointer).stated_box(ball.place).unwrap();
+    assert_eq!(ball.face.value_mm(&rounded).fract(), 0.0, "{rounded:?}");
+}
+
+#[test]
+fn escape_takes_a_resized_box_back() {
+    let mut pointer = pointer_with_box();
+    let (_, at, by) = free_ball(&mut pointer);
+    // What was stated is a step of its own.
+    let (before, label) = (pointer.design(), pointer.undo_label());
+    pointer.drag(at, by, PointerButton::Primary);
+    assert_ne!(pointer.design(), before);
+    pointer.escape();
+    pointer.release(at + by, PointerButton::Primary);
+    assert_eq!((pointer.design(), pointer.undo_label()), (before, label));
+}
+
+#[test]
+fn boxes_have_balls_while_they_are_edited() {
+    const BALL: &str = "box handle";
+    let mut pointer = pointer_with_box();
+    assert_eq!(named(&mut pointer.app, BALL), 6);
+    take(&mut pointer, SceneTool::PaintPatch);
+    assert_eq!(named(&mut pointer.app, BALL), 0);
+    take(&mut pointer, SceneTool::Select);
+    // A box of a patch has them too.
+    let boxes = vec![Bounds::from(BOX)];
+    let patch = MountingRegion::Surface { axis: MountingAxis::Normal, boxes };
+    let both = Mounting { regions: vec![patch], ..mounting(&pointer) };
+    set(&mut pointer, both);
+    assert_eq!(named(&mut pointer.app, BALL), 12);
+    pointer.select(Some(Selected::Body(BodyRole::Crf)));
+    assert_eq!(named(&mut pointer.app, BALL), 0);
+    pointer.select(Some(Selected::Body(BodyRole::Tool)));
+    pointer.app.world_mut().resource_mut::<MountingState>().is_open = false;
+    settle(&mut pointer.app);
+    assert_eq!(named(&mut pointer.app, BALL), 0);
+}
+
 #[test]
 fn a_dragged_box_is_around_both_ends() {
     let mut pointer = pointer_with(SceneTool::DrawBox);
@@ -272,7 +438,9 @@ fn escape_discards_a_channel_and_one_point_is_none() {
 
 #[test]
 fn a_tool_ends_with_the_section_it_belongs_to() {
-    for tool in [SceneTool::PaintPatch, SceneTool::DrawChannel, SceneTool::DrawBox] {
+    for tool in
+        [SceneTool::PaintPatch, SceneTool::ErasePatch, SceneTool::DrawChannel, SceneTool::DrawBox]
+    {
         let mut pointer = pointer_with(tool);
         let hint = pointer.resource::<PointerHint>().0.clone().unwrap();
         assert!(hint.contains("selected body") && hint.ends_with("Esc ends"), "{hint}");

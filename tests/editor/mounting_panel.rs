@@ -165,6 +165,7 @@ fn a_body_without_a_channel_is_refused() {
 fn tools_are_taken_and_put_back() {
     for (name, tool) in [
         ("Paint a patch", SceneTool::PaintPatch),
+        ("Erase a patch", SceneTool::ErasePatch),
         ("Draw a channel", SceneTool::DrawChannel),
         ("Draw a forbidden box", SceneTool::DrawBox),
     ] {

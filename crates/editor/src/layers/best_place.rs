@@ -99,7 +99,7 @@ fn mark(
         let place = BallHandle { at_mm, radius_px: LARGE_PX };
         Some((BestPlaceMark(found.best), place, words))
     });
-    balls.place("best place", palette::BEST_PLACE, placed, |_, _| true);
+    balls.place("best place", |_| palette::BEST_PLACE, placed, |_, _| true);
 }
 
 /// The edit that puts the sensor there; `None` where nothing is known of the open design.

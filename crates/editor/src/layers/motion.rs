@@ -186,7 +186,7 @@ fn place_balls(shown: Shown, mut balls: Balls<MotionBall>) {
         (MotionBall(handle), place, words(&handle))
     });
     let is_same = |a: &MotionBall, b: &MotionBall| (a.0.axis, a.0.end) == (b.0.axis, b.0.end);
-    balls.place("motion handle", palette::MOTION, wanted, is_same);
+    balls.place("motion handle", |_| palette::MOTION, wanted, is_same);
 }
 
 impl SceneDrag for MotionBall {

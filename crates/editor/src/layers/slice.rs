@@ -302,7 +302,7 @@ fn place_handle(
         let words = "Drag to move the slice across its plane, in whole millimetres".to_owned();
         (handle, place, words)
     });
-    balls.place("slice handle", palette::SLICE_HANDLE, wanted, |_, _| true);
+    balls.place("slice handle", |_| palette::SLICE_HANDLE, wanted, |_, _| true);
 }
 
 fn on_drag_start(

@@ -75,7 +75,7 @@ impl<B: Component<Mutability = Mutable> + PartialEq> Balls<'_, '_, B> {
     pub fn place(
         &mut self,
         name: &'static str,
-        color: Rgb,
+        color: impl Fn(&B) -> Rgb,
         wanted: impl IntoIterator<Item = (B, BallHandle, String)>,
         is_same: impl Fn(&B, &B) -> bool,
     ) {
@@ -93,10 +93,17 @@ impl<B: Component<Mutability = Mutable> + PartialEq> Balls<'_, '_, B> {
         let Some(shapes) = self.shapes.as_ref().filter(|_| !wanted.is_empty()) else {
             return;
         };
-        // They shine through whatever hides them.
-        let material = GlowMaterial::translucent(color, ALPHA, ALPHA);
-        let material = self.materials.add(material.shown(Shown::Always).order(ORDER_MM));
+        let mut made: Vec<(Rgb, Handle<GlowMaterial>)> = Vec::new();
         for (ball, place, text) in wanted {
+            let color = color(&ball);
+            let known = made.iter().find(|(own, _)| *own == color);
+            let material = known.map(|(_, material)| material.clone()).unwrap_or_else(|| {
+                // They shine through whatever hides them.
+                let material = GlowMaterial::translucent(color, ALPHA, ALPHA);
+                let material = self.materials.add(material.shown(Shown::Always).order(ORDER_MM));
+                made.push((color, material.clone()));
+                material
+            });
             self.commands.spawn((
                 Name::new(name),
                 ball,
@@ -104,7 +111,7 @@ impl<B: Component<Mutability = Mutable> + PartialEq> Balls<'_, '_, B> {
                 BallWords(text),
                 size(&place, false),
                 Mesh3d(shapes.sphere.clone()),
-                MeshMaterial3d(material.clone()),
+                MeshMaterial3d(material),
                 Transform::from_translation(convert::point(&place.at_mm)),
             ));
         }

@@ -16,6 +16,7 @@ use crate::viewport::camera::{OrbitRig, ScenePointer, ViewKeeper};
 use crate::viewport::fine_pointer::DEAD_ZONE_PX;
 use crate::viewport::gizmo::HoveredHandle;
 use crate::viewport::surfaces::Surfaces;
+use crate::viewport::tool::SceneTool;
 use bevy::ecs::system::SystemParam;
 use bevy::input::gestures::PinchGesture;
 use bevy::input::mouse::{MouseScrollUnit, MouseWheel};
@@ -106,6 +107,7 @@ struct UnderPointer<'w> {
     hovered: Option<Res<'w, Hovered>>,
     handle: Option<Res<'w, HoveredHandle>>,
     ball: Option<Res<'w, HoveredBall>>,
+    tool: Option<Res<'w, SceneTool>>,
 }
 
 impl UnderPointer<'_> {
@@ -114,6 +116,8 @@ impl UnderPointer<'_> {
         self.hovered.as_ref().is_some_and(is_sensor)
             || self.handle.as_ref().is_some_and(|handle| handle.0.is_some())
             || self.ball.as_ref().is_some_and(|ball| ball.0.is_some())
+            // The brush erases.
+            || self.tool.as_ref().is_some_and(|tool| **tool == SceneTool::PaintPatch)
     }
 }
 

@@ -132,7 +132,7 @@ const TURN_GIZMO: Command = Command::new(
 .available_if(|now| now.workspace.has_gizmo);
 
 /// What the mouse does to things in the scene.
-const MOUSE: [MouseAction; 9] = [
+const MOUSE: [MouseAction; 10] = [
     MouseAction::new("left click; left drag", "select; move what is under the pointer"),
     MouseAction::new("Ctrl or Shift + click on a sensor", "select it with the others, or not"),
     MouseAction::new("right click on a sensor", "what can be done to it"),
@@ -143,6 +143,7 @@ const MOUSE: [MouseAction; 9] = [
         "Alt while the tip is set or dragged",
         "no snapping to corners and shaft ends",
     ),
+    MouseAction::new("Alt while a mounting patch is painted", "erase what the brush covers"),
     MouseAction::new("Esc during a drag", "cancel it"),
     MouseAction::new("Shift + click after A", "add one sensor with every click"),
 ];

@@ -143,7 +143,12 @@ fn step(handle: Handle) -> String {
 
 fn mounting_words(tool: SceneTool) -> Option<&'static str> {
     match tool {
-        SceneTool::PaintPatch => Some("Drag over the selected body to paint its mounting patch"),
+        SceneTool::PaintPatch => {
+            Some("Drag over the selected body to paint its mounting patch · Alt erases")
+        }
+        SceneTool::ErasePatch => {
+            Some("Drag over the selected body to erase what the brush covers of its mounting patch")
+        }
         SceneTool::DrawChannel => Some(
             "Click on the selected body for each point of the channel · Enter or a double click \
              finishes it",

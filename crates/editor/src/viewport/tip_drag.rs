@@ -98,7 +98,7 @@ fn place_ball(shown: Shown, mut balls: Balls<TipBall>) {
         );
         (TipBall(role), place, words)
     });
-    balls.place("tip handle", palette::ERROR_VECTOR, wanted, |a, b| a == b);
+    balls.place("tip handle", |_| palette::ERROR_VECTOR, wanted, |a, b| a == b);
 }
 
 impl Grip<'_> {

@@ -1,10 +1,11 @@
-//! Drags over a body: a brush that adds boxes to a patch, and a forbidden box between two points. A
-//! click does the same at one point.
+//! Drags over a body: a brush that adds boxes to a patch or takes them out of it, and a forbidden box
+//! between two points. A click does the same at one point.
 
 use crate::document::requests::{ActiveDrag, EditRequest};
 use crate::document::selection::Selection;
 use crate::viewport::camera::Sight;
 use crate::viewport::camera_gestures::Gesture;
+use crate::viewport::fine_pointer::DragKeys;
 use crate::viewport::mounting::state::{MountingState, MountingTarget};
 use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::viewport::surfaces::Surfaces;
@@ -14,18 +15,32 @@ use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Pointer};
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Edit};
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::box_union::{box_between, stroke};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::surface::{Surface, SurfacePoint};
 use trackwright_simulation::{Mounting, MountingRegion};
 
+/// How far beyond the body its surface is taken to be in it.
+const MARGIN_MM: f64 = 1.0;
+
+const NOTHING_LEFT: &str = "nothing left to erase";
+
+/// What a drag does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stroke {
+    Paint,
+    Erase,
+    Box,
+}
+
 /// A stroke of the brush, or a box that is drawn.
 pub struct HeldMounting {
     body: BodyRole,
-    tool: SceneTool,
+    stroke: Stroke,
     tracker_from_body: Pose,
     surface: Arc<Surface>,
     /// Where the drag began, body frame.
@@ -33,8 +48,12 @@ pub struct HeldMounting {
     /// Where the brush is.
     last_mm: Point3<f64>,
     edge_mm: f64,
-    /// The patch that is painted.
+    /// The patch that is painted or erased.
     patch: Option<usize>,
+    /// Whether nothing is left to be erased.
+    is_spent: bool,
+    /// A box around the body, with its surface inside.
+    whole: Bounds,
     mounting: Mounting,
 }
 
@@ -45,6 +64,7 @@ pub struct Grip<'w> {
     tool: Res<'w, SceneTool>,
     state: Res<'w, MountingState>,
     surfaces: Res<'w, Surfaces>,
+    keys: DragKeys<'w>,
 }
 
 pub(super) fn plugin(app: &mut App) {
@@ -58,25 +78,37 @@ impl Grip<'_> {
         surface.cast(&ray.transformed_by(&tracker_from_body.inverse()))
     }
 
-    fn held(&self, body: BodyRole, at: Vec2) -> Option<HeldMounting> {
-        let tool = *self.tool;
-        if !matches!(tool, SceneTool::PaintPatch | SceneTool::DrawBox) {
-            return None;
+    /// What a drag that begins now does.
+    fn stroke(&self) -> Option<Stroke> {
+        match *self.tool {
+            SceneTool::PaintPatch if self.keys.is_off() => Some(Stroke::Erase),
+            SceneTool::PaintPatch => Some(Stroke::Paint),
+            SceneTool::ErasePatch => Some(Stroke::Erase),
+            SceneTool::DrawBox => Some(Stroke::Box),
+            _ => None,
         }
+    }
+
+    fn held(&self, body: BodyRole, at: Vec2) -> Option<HeldMounting> {
+        let stroke = self.stroke()?;
         let design = self.sight.design()?;
         let tracker_from_body = design.tracker_from_body(body)?;
         let surface = Arc::clone(self.surfaces.of(body)?);
         let start_mm = self.hit(&surface, &tracker_from_body, at)?.position_mm;
         let mounting = design.body(body)?.mounting.clone();
+        let margin = Vector3::repeat(MARGIN_MM);
+        let of_body = self.sight.world.as_ref()?.0.mesh(body)?.body_bounds()?;
         Some(HeldMounting {
             body,
-            tool,
+            stroke,
             tracker_from_body,
             surface,
             start_mm,
             last_mm: start_mm,
             edge_mm: self.state.brush_mm,
             patch: mounting.patch_to_paint(self.state.patch),
+            is_spent: false,
+            whole: Bounds { min_mm: of_body.min_mm - margin, max_mm: of_body.max_mm + margin },
             mounting,
         })
     }
@@ -85,34 +117,45 @@ impl Grip<'_> {
 impl HeldMounting {
     /// The edit with the pointer over a point, and the text beside the pointer.
     fn reach(&mut self, at_mm: Point3<f64>) -> (Edit, String) {
-        let (mounting, text) = match self.tool {
-            SceneTool::DrawBox => {
+        let cubes = stroke(&self.last_mm, &at_mm, self.edge_mm);
+        let (mounting, text) = match self.stroke {
+            Stroke::Box => {
                 let mut mounting = self.mounting.clone();
                 let drawn = box_between(&self.start_mm, &at_mm, self.edge_mm);
                 mounting.keep_out.push(drawn);
-                let [x, y, z] = [0, 1, 2].map(|k| decimal(drawn.size_mm()[k], 1));
-                (mounting, with_unit(&format!("{x} × {y} × {z}"), "mm"))
+                (mounting, size_text(&drawn))
             }
-            _ => {
-                let cubes = stroke(&self.last_mm, &at_mm, self.edge_mm);
-                let patch = self.mounting.paint(self.patch, cubes);
-                self.patch = Some(patch);
-                let boxes = match &self.mounting.regions[patch] {
-                    MountingRegion::Surface { boxes, .. } => boxes.len(),
-                    _ => 0,
-                };
-                (self.mounting.clone(), counted(boxes, "box", "boxes"))
+            Stroke::Paint => {
+                self.patch = Some(self.mounting.paint(self.patch, cubes));
+                (self.mounting.clone(), self.boxes_text())
+            }
+            Stroke::Erase => {
+                if !self.is_spent {
+                    self.patch = self.mounting.erase(self.patch, cubes, &self.whole);
+                    self.is_spent = self.patch.is_none();
+                }
+                (self.mounting.clone(), self.boxes_text())
             }
         };
         self.last_mm = at_mm;
         (Edit::SetMounting { body: self.body, mounting: Box::new(mounting) }, text)
     }
 
-    fn name(&self) -> String {
-        match self.tool {
-            SceneTool::DrawBox => format!("Draw forbidden box of the {}", self.body),
-            _ => format!("Paint mounting patch of the {}", self.body),
+    /// What the patch consists of.
+    fn boxes_text(&self) -> String {
+        match self.patch.and_then(|patch| self.mounting.regions.get(patch)) {
+            Some(MountingRegion::Surface { boxes, .. }) => counted(boxes.len(), "box", "boxes"),
+            _ => NOTHING_LEFT.to_owned(),
         }
+    }
+
+    fn name(&self) -> String {
+        let what = match self.stroke {
+            Stroke::Paint => "Paint mounting patch",
+            Stroke::Erase => "Erase mounting patch",
+            Stroke::Box => "Draw forbidden box",
+        };
+        format!("{what} of the {}", self.body)
     }
 }
 
@@ -133,6 +176,12 @@ impl SceneDrag for MountingTarget {
         let hit = grip.hit(&held.surface, &held.tracker_from_body, at)?;
         Some(held.reach(hit.position_mm))
     }
+}
+
+/// `25.0 × 10.0 × 10.0 mm`.
+pub(super) fn size_text(bounds: &Bounds) -> String {
+    let [x, y, z] = [0, 1, 2].map(|k| decimal(bounds.size_mm()[k], 1));
+    with_unit(&format!("{x} × {y} × {z}"), "mm")
 }
 
 /// A press that hardly moves is a stroke of one box.

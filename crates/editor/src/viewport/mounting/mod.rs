@@ -1,6 +1,7 @@
-//! Mounting regions by hand: a brush that paints a patch, clicks that draw a channel, a drag that
-//! draws a forbidden box.
+//! Mounting regions by hand: a brush that paints a patch and erases it, clicks that draw a channel, a
+//! drag that draws a forbidden box, balls that resize boxes.
 
+pub mod box_handles;
 pub mod channel;
 pub mod drag;
 pub mod seats;
@@ -13,6 +14,7 @@ pub struct MountingPlugin;
 
 impl Plugin for MountingPlugin {
     fn build(&self, app: &mut App) {
-        app.add_plugins((state::plugin, drag::plugin, channel::plugin, seats::plugin));
+        app.add_plugins((state::plugin, drag::plugin, channel::plugin, seats::plugin))
+            .add_plugins(box_handles::plugin);
     }
 }

@@ -38,6 +38,8 @@ pub enum SceneTool {
     SetTip,
     /// A drag paints a mounting patch of the selected body.
     PaintPatch,
+    /// A drag takes what it covers out of its mounting patch.
+    ErasePatch,
     /// Clicks draw a mounting channel through it.
     DrawChannel,
     /// A drag draws a forbidden box on it.
@@ -52,7 +54,7 @@ impl SceneTool {
 
     /// Whether it changes mounting regions, which the drags and clicks on a body themselves do.
     pub fn is_for_mounting(self) -> bool {
-        matches!(self, Self::PaintPatch | Self::DrawChannel | Self::DrawBox)
+        matches!(self, Self::PaintPatch | Self::ErasePatch | Self::DrawChannel | Self::DrawBox)
     }
 }
 

@@ -184,7 +184,8 @@ fn region_ui(
     ui.add_space(4.0);
 }
 
-const PAINT: &str = "Drag over the body: each place of the brush is added to the patch";
+const PAINT: &str =
+    "Drag over the body: each place of the brush is added to the patch; with Alt it is erased";
 
 /// A name at the left, what is done to it at the right.
 fn head_ui(
@@ -356,8 +357,14 @@ fn add_ui(ui: &mut Ui, view: &MountingView, actions: &mut Vec<DesignAction>) {
 
 /// What is drawn with the pointer.
 fn draw_ui(ui: &mut Ui, view: &MountingView, actions: &mut Vec<DesignAction>) {
-    const TOOLS: [(SceneTool, &str, &str, &str); 3] = [
+    const TOOLS: [(SceneTool, &str, &str, &str); 4] = [
         (SceneTool::PaintPatch, "Patch", "Paint a patch", PAINT),
+        (
+            SceneTool::ErasePatch,
+            "Erase",
+            "Erase a patch",
+            "Drag over the body: each place of the brush is taken out of the patch that is painted",
+        ),
         (
             SceneTool::DrawChannel,
             "Channel",
@@ -388,7 +395,7 @@ fn draw_ui(ui: &mut Ui, view: &MountingView, actions: &mut Vec<DesignAction>) {
     }
     row_ui(ui, "brush", |ui| {
         let field = NumberField { min: 0.5, max: 100.0, ..NumberField::length("brush size in mm") };
-        let field = field.about("Edge of the cube that the brush adds");
+        let field = field.about("Edge of the cube that the brush adds or takes away");
         if let Some(brush_mm) = typed_number_ui(ui, &field, view.state.brush_mm) {
             actions.push(view.set(|state| state.brush_mm = brush_mm));
         }
