@@ -31,6 +31,17 @@ pub enum EditRequest {
     JumpTo(usize),
 }
 
+impl EditRequest {
+    /// Edits that are one undo step.
+    pub fn step(
+        label: impl Into<String>,
+        edits: impl IntoIterator<Item = Edit>,
+    ) -> impl Iterator<Item = Self> {
+        let edits = edits.into_iter().map(Self::Apply);
+        [Self::Begin(label.into())].into_iter().chain(edits).chain([Self::Commit])
+    }
+}
+
 /// Requests a change of the design's view.
 #[expect(
     clippy::large_enum_variant,

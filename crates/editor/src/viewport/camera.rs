@@ -27,7 +27,8 @@ use trackwright_design::Design;
 use trackwright_design::view::CameraView;
 use trackwright_geometry::gizmo::Eye;
 use trackwright_geometry::orbit::{self, OrbitCamera, VERTICAL_FOV_RAD};
-use trackwright_geometry::surface::Ray;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 pub use trackwright_scene::opening_view::opening_camera;
 use trackwright_scene::opening_view::{first_camera, usual_camera};
 
@@ -223,6 +224,16 @@ impl Sight<'_> {
     /// The ray under a place in the window, in the tracker frame.
     pub fn ray(&self, at: Vec2) -> Option<Ray> {
         Some(self.rig.camera.ray(self.pixel(at)?, self.rig.view_px))
+    }
+
+    /// The nearest point of a body's surface under a place in the window, in the body's frame.
+    pub fn hit(
+        &self,
+        surface: &Surface,
+        tracker_from_body: &Pose,
+        at: Vec2,
+    ) -> Option<SurfacePoint> {
+        surface.cast(&self.ray(at)?.transformed_by(&tracker_from_body.inverse()))
     }
 }
 

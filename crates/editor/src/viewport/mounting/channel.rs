@@ -1,18 +1,16 @@
 //! A channel drawn by clicks: each puts a point in the middle of the body below the pointer. Enter or
 //! a double click ends it.
 
-use crate::document::requests::{ActiveDrag, EditRequest, OpenWorld};
+use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::state::Notice;
 use crate::schedule::EditorSystems;
 use crate::viewport::camera::Sight;
-use crate::viewport::camera_gestures::Gesture;
 use crate::viewport::fine_pointer::DEAD_ZONE_PX;
-use crate::viewport::mounting::state::{EditedBody, MountingTarget};
+use crate::viewport::mounting::state::{BodyClicks, EditedBody};
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Pointer};
-use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use bevy_egui::input::EguiWantsInput;
@@ -91,10 +89,9 @@ impl Drawing<'_> {
         };
         let mut mounting = own.mounting.clone();
         mounting.regions.push(channel);
-        self.edits.write(EditRequest::Begin(format!("Draw mounting channel of the {body}")));
         let edit = Edit::SetMounting { body, mounting: Box::new(mounting) };
-        self.edits.write(EditRequest::Apply(edit));
-        self.edits.write(EditRequest::Commit);
+        let label = format!("Draw mounting channel of the {body}");
+        self.edits.write_batch(EditRequest::step(label, [edit]));
         *self.tool = SceneTool::Select;
         self.redraws.write(RequestRedraw);
     }
@@ -132,34 +129,23 @@ impl Below<'_> {
     fn point(&self, body: BodyRole, at: Vec2) -> Option<Option<Point3<f64>>> {
         let tracker_from_body = self.sight.design()?.tracker_from_body(body)?;
         let surface = self.surfaces.of(body)?;
-        let ray = self.sight.ray(at)?.transformed_by(&tracker_from_body.inverse());
-        let hit = surface.cast(&ray)?;
+        let hit = self.sight.hit(surface, &tracker_from_body, at)?;
         let mesh = self.sight.world.as_ref()?.0.mesh(body);
         let long_axis = mesh.map_or_else(Vector3::z, |mesh| mesh.long_axis());
         Some(channel_point(surface, &hit, &long_axis))
     }
 }
 
-fn on_click(
-    mut click: On<Pointer<Click>>,
-    targets: Query<&MountingTarget>,
-    below: Below,
-    (active, camera): (Res<ActiveDrag>, Option<Res<Gesture>>),
-    mut drawing: Drawing,
-) {
-    let Ok(target) = targets.get(click.entity) else {
+fn on_click(mut click: On<Pointer<Click>>, clicks: BodyClicks, below: Below, mut drawing: Drawing) {
+    let is_own = *drawing.tool == SceneTool::DrawChannel;
+    let Some(body) = clicks.body(&click).filter(|_| is_own) else {
         return;
     };
-    let has_turned = camera.is_some_and(|camera| camera.has_moved());
-    let is_own = *drawing.tool == SceneTool::DrawChannel;
-    if !is_own || click.button != PointerButton::Primary || active.0 || has_turned {
-        return;
-    }
     click.propagate(false);
     let at = click.pointer_location.position;
     if drawing.draft.is_double(&click, at) {
-        drawing.end(target.0);
-    } else if let Some(point_mm) = below.point(target.0, at) {
+        drawing.end(body);
+    } else if let Some(point_mm) = below.point(body, at) {
         drawing.add(point_mm, at);
     }
 }

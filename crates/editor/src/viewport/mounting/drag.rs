@@ -1,19 +1,17 @@
 //! Drags over a body: a brush that adds boxes to a patch or takes them out of it, and a forbidden box
 //! between two points. A click does the same at one point.
 
-use crate::document::requests::{ActiveDrag, EditRequest};
+use crate::document::requests::EditRequest;
 use crate::document::selection::Selection;
 use crate::viewport::camera::Sight;
-use crate::viewport::camera_gestures::Gesture;
 use crate::viewport::fine_pointer::DragKeys;
-use crate::viewport::mounting::state::{MountingState, MountingTarget};
+use crate::viewport::mounting::state::{BodyClicks, MountingState, MountingTarget};
 use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use crate::widgets::basic::{counted, decimal, with_unit};
 use bevy::ecs::system::SystemParam;
 use bevy::picking::events::{Click, Pointer};
-use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
@@ -21,7 +19,7 @@ use trackwright_design::{BodyRole, Edit};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::box_union::{box_between, stroke};
 use trackwright_geometry::pose::Pose;
-use trackwright_geometry::surface::{Surface, SurfacePoint};
+use trackwright_geometry::surface::Surface;
 use trackwright_simulation::{Mounting, MountingRegion};
 
 /// How far beyond the body its surface is taken to be in it.
@@ -72,12 +70,6 @@ pub(super) fn plugin(app: &mut App) {
 }
 
 impl Grip<'_> {
-    /// The nearest point of a surface under a place in the window, body frame.
-    fn hit(&self, surface: &Surface, tracker_from_body: &Pose, at: Vec2) -> Option<SurfacePoint> {
-        let ray = self.sight.ray(at)?;
-        surface.cast(&ray.transformed_by(&tracker_from_body.inverse()))
-    }
-
     /// What a drag that begins now does.
     fn stroke(&self) -> Option<Stroke> {
         match *self.tool {
@@ -94,7 +86,7 @@ impl Grip<'_> {
         let design = self.sight.design()?;
         let tracker_from_body = design.tracker_from_body(body)?;
         let surface = Arc::clone(self.surfaces.of(body)?);
-        let start_mm = self.hit(&surface, &tracker_from_body, at)?.position_mm;
+        let start_mm = self.sight.hit(&surface, &tracker_from_body, at)?.position_mm;
         let mounting = design.body(body)?.mounting.clone();
         let margin = Vector3::repeat(MARGIN_MM);
         let of_body = self.sight.world.as_ref()?.0.mesh(body)?.body_bounds()?;
@@ -173,7 +165,7 @@ impl SceneDrag for MountingTarget {
 
     fn edit(held: &mut HeldMounting, grip: &Grip, at: Vec2) -> Option<(Edit, String)> {
         // Beside the body the brush stays where it is.
-        let hit = grip.hit(&held.surface, &held.tracker_from_body, at)?;
+        let hit = grip.sight.hit(&held.surface, &held.tracker_from_body, at)?;
         Some(held.reach(hit.position_mm))
     }
 }
@@ -187,24 +179,15 @@ pub(super) fn size_text(bounds: &Bounds) -> String {
 /// A press that hardly moves is a stroke of one box.
 fn on_click(
     mut click: On<Pointer<Click>>,
-    targets: Query<&MountingTarget>,
+    clicks: BodyClicks,
     grip: Grip,
-    (active, camera): (Res<ActiveDrag>, Option<Res<Gesture>>),
     mut edits: MessageWriter<EditRequest>,
 ) {
-    let Ok(target) = targets.get(click.entity) else {
-        return;
-    };
-    let has_turned = camera.is_some_and(|camera| camera.has_moved());
-    if click.button != PointerButton::Primary || active.0 || has_turned {
-        return;
+    let at = click.pointer_location.position;
+    let held = clicks.body(&click).and_then(|body| grip.held(body, at));
+    if let Some(mut held) = held {
+        click.propagate(false);
+        let (edit, _) = held.reach(held.start_mm);
+        edits.write_batch(EditRequest::step(held.name(), [edit]));
     }
-    let Some(mut held) = grip.held(target.0, click.pointer_location.position) else {
-        return;
-    };
-    click.propagate(false);
-    let (edit, _) = held.reach(held.start_mm);
-    edits.write(EditRequest::Begin(held.name()));
-    edits.write(EditRequest::Apply(edit));
-    edits.write(EditRequest::Commit);
 }

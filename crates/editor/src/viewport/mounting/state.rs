@@ -1,11 +1,15 @@
 //! Whose mounting regions are edited, and with what.
 
+use crate::document::requests::ActiveDrag;
 use crate::document::selection::{Selected, Selection};
 use crate::scene::BodyRoot;
 use crate::schedule::EditorSystems;
 use crate::shell::window::Workspace;
+use crate::viewport::camera_gestures::Gesture;
 use crate::viewport::tool::SceneTool;
 use bevy::ecs::system::SystemParam;
+use bevy::picking::events::{Click, Pointer};
+use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
 use trackwright_design::BodyRole;
 
@@ -56,6 +60,24 @@ impl EditedBody<'_> {
 /// The body that a tool for mounting regions is used on: nothing else is picked.
 #[derive(Component, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MountingTarget(pub BodyRole);
+
+/// Clicks on that body.
+#[derive(SystemParam)]
+pub(super) struct BodyClicks<'w, 's> {
+    targets: Query<'w, 's, &'static MountingTarget>,
+    active: Res<'w, ActiveDrag>,
+    camera: Option<Res<'w, Gesture>>,
+}
+
+impl BodyClicks<'_, '_> {
+    /// The body of one that is not the end of a drag of something or of the camera.
+    pub fn body(&self, click: &On<Pointer<Click>>) -> Option<BodyRole> {
+        let target = self.targets.get(click.entity).ok()?;
+        let has_turned = self.camera.as_ref().is_some_and(|camera| camera.has_moved());
+        let counts = click.button == PointerButton::Primary && !self.active.0 && !has_turned;
+        counts.then_some(target.0)
+    }
+}
 
 pub(super) fn plugin(app: &mut App) {
     app.init_resource::<MountingState>().add_systems(

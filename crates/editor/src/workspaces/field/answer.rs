@@ -221,9 +221,8 @@ impl FieldParams<'_> {
         if let Some(left) = self.state.own.clone() {
             self.remember(left);
         }
-        self.edits.write(EditRequest::Begin(format!("Use room {name}")));
-        self.edits.write(EditRequest::Apply(Edit::SetEnvironment(reference)));
-        self.edits.write(EditRequest::Commit);
+        let edit = Edit::SetEnvironment(reference);
+        self.edits.write_batch(EditRequest::step(format!("Use room {name}"), [edit]));
     }
 
     fn remember(&mut self, place: RoomSource) {

@@ -7,7 +7,7 @@ use crate::workspaces::design::placement_search::state::{
     AnswerId, Found, PlacementSearch, PlacementSearchRequest, Running, Searched,
 };
 use crate::workspaces::design::placement_search::wish::Wish;
-use crate::workspaces::design::placement_search::work::search;
+use crate::workspaces::design::placement_search::work::SearchJob;
 use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_design::{Document, Edit, EditError};
@@ -104,8 +104,8 @@ fn start(search: &mut PlacementSearch, world: &OpenWorld, generation: u64) {
     search.is_current = true;
     let (open, settings, of) = (world.0.clone(), search.settings, Arc::clone(&searched));
     let work: Work<Found> = Box::new(move |task, report| {
-        let found = self::search(&open, &of, &settings, &enough, task, report);
-        Some(Found::End(Box::new(found)))
+        let job = SearchJob { world: &open, of: &of, settings, enough: &enough, task };
+        Some(Found::End(Box::new(job.run(report))))
     });
     search.runner.submit(JobInfo::default(), searched, work);
 }
@@ -128,9 +128,7 @@ fn take(
         return;
     }
     search.hovered = None;
-    edits.write(EditRequest::Begin(STEP.to_owned()));
-    edits.write_batch(steps.into_iter().map(EditRequest::Apply));
-    edits.write(EditRequest::Commit);
+    edits.write_batch(EditRequest::step(STEP, steps));
 }
 
 fn try_edits(document: &Document, edits: &[Edit]) -> Result<(), EditError> {

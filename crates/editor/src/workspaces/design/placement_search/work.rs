@@ -46,54 +46,52 @@ fn run_when_idle() -> Result<(), thread_priority::Error> {
     thread_priority::set_current_thread_priority(ThreadPriority::Min)
 }
 
-/// Searches in all rooms of the design; `report` gets each better layout.
-pub fn search(
-    world: &World,
-    searched: &Searched,
-    settings: &Settings,
-    enough: &CancelToken,
-    task: &Task,
-    report: &mut dyn FnMut(Found),
-) -> Result<SearchResult, SearchError> {
-    let (sender, better) = channel();
-    let mut found = Err(SearchError::StoppedEarly);
-    pool()?.in_place_scope(|scope| {
-        let found = &mut found;
-        scope.spawn(move |_| {
-            *found = find(world, searched, settings, enough, task, &mut |better| {
-                // The receiver lives as long as the search.
-                let _ = sender.send(better);
-            });
-        });
-        better.into_iter().for_each(report);
-    });
-    found
+/// What is searched, in all rooms of the design, and how it is ended.
+pub struct SearchJob<'a> {
+    pub world: &'a World,
+    pub of: &'a Searched,
+    pub settings: Settings,
+    /// Ends it with the best so far.
+    pub enough: &'a CancelToken,
+    pub task: &'a Task,
 }
 
-fn find(
-    world: &World,
-    searched: &Searched,
-    settings: &Settings,
-    enough: &CancelToken,
-    task: &Task,
-    report: &mut dyn FnMut(Found),
-) -> Result<SearchResult, SearchError> {
-    let start = Instant::now();
-    let rooms = design_rooms(&Files::default(), world)?;
-    let moves = searched.wish.moves(&searched.design);
-    let problem = placement_problem(world, &rooms, moves, searched.goal, searched.wish.rooms);
-    let optimized = optimize(&problem, settings, enough, task, &mut |progress| {
-        let after_secs = start.elapsed().as_secs_f64();
-        let (best, evaluations) = (Box::new(progress.best.clone()), progress.evaluations);
-        report(Found::Better { best, evaluations, after_secs });
-    });
-    let optimized = optimized.map_err(SearchError::Search)?;
-    Ok(SearchResult {
-        outlines: outlines(world, searched),
-        optimized,
-        rooms: rooms.iter().map(|room| room.name.clone()).collect(),
-        took_secs: start.elapsed().as_secs_f64(),
-    })
+impl SearchJob<'_> {
+    /// Searches; `report` gets each better layout.
+    pub fn run(&self, report: &mut dyn FnMut(Found)) -> Result<SearchResult, SearchError> {
+        let (sender, better) = channel();
+        let mut found = Err(SearchError::StoppedEarly);
+        pool()?.in_place_scope(|scope| {
+            let found = &mut found;
+            scope.spawn(move |_| {
+                *found = self.find(&mut |better| {
+                    // The receiver lives as long as the search.
+                    let _ = sender.send(better);
+                });
+            });
+            better.into_iter().for_each(report);
+        });
+        found
+    }
+
+    fn find(&self, report: &mut dyn FnMut(Found)) -> Result<SearchResult, SearchError> {
+        let Self { world, of, settings, enough, task } = self;
+        let start = Instant::now();
+        let rooms = design_rooms(&Files::default(), world)?;
+        let moves = of.wish.moves(&of.design);
+        let problem = placement_problem(world, &rooms, moves, of.goal, of.wish.rooms);
+        let optimized = optimize(&problem, settings, enough, task, &mut |progress| {
+            let after_secs = start.elapsed().as_secs_f64();
+            let (best, evaluations) = (Box::new(progress.best.clone()), progress.evaluations);
+            report(Found::Better { best, evaluations, after_secs });
+        });
+        Ok(SearchResult {
+            optimized: optimized.map_err(SearchError::Search)?,
+            outlines: outlines(world, of),
+            rooms: rooms.iter().map(|room| room.name.clone()).collect(),
+            took_secs: start.elapsed().as_secs_f64(),
+        })
+    }
 }
 
 fn outlines(world: &World, searched: &Searched) -> Vec<(BodyRole, BodyOutline)> {
