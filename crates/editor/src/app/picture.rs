@@ -46,7 +46,7 @@ const SETTLING_FRAMES: usize = 4;
 /// Longest between looks at what is computed or read.
 const NAP: Duration = Duration::from_millis(20);
 
-/// The same during a search for better places, whose threads give way to those that paint.
+/// The same during a search for better places: painting would take the processor from it.
 const LONG_NAP: Duration = Duration::from_secs(2);
 
 /// Frames from the request of a picture to its bytes.

@@ -102,9 +102,10 @@ fn start(search: &mut PlacementSearch, world: &OpenWorld, generation: u64) {
         evaluations: 0,
     });
     search.is_current = true;
-    let (open, settings, of) = (world.0.clone(), search.settings, Arc::clone(&searched));
+    let (settings, gives_way) = (search.settings, search.gives_way);
+    let (open, of) = (world.0.clone(), Arc::clone(&searched));
     let work: Work<Found> = Box::new(move |task, report| {
-        let job = SearchJob { world: &open, of: &of, settings, enough: &enough, task };
+        let job = SearchJob { world: &open, of: &of, settings, gives_way, enough: &enough, task };
         Some(Found::End(Box::new(job.run(report))))
     });
     search.runner.submit(JobInfo::default(), searched, work);

@@ -5,6 +5,7 @@ use crate::runner::jobs::Runner;
 use crate::runner::wake::Waker;
 use crate::workspaces::design::placement_search::wish::Wish;
 use bevy::prelude::*;
+use bevy::winit::EventLoopProxyWrapper;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
@@ -121,6 +122,8 @@ pub struct PlacementSearch {
     pub shows_settings: bool,
     /// How long and how is searched.
     pub settings: Settings,
+    /// Whether it runs while nothing else wants the processor: in a window its frames come first.
+    pub gives_way: bool,
     pub(super) runner: Runner<Arc<Searched>, Found>,
     pub running: Option<Running>,
     /// The result of the last search, and what it is of.
@@ -143,6 +146,7 @@ impl FromWorld for PlacementSearch {
             wish: None,
             shows_settings: false,
             settings: Settings::default(),
+            gives_way: world.contains_resource::<EventLoopProxyWrapper>(),
             runner: Runner::new("placement search", waker),
             running: None,
             result: None,

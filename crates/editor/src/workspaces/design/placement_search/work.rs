@@ -1,9 +1,10 @@
-//! The search itself, on threads of its own that leave the processor to whatever else wants it.
+//! The search itself, on threads of its own that leave the processor to what draws.
 
 use crate::workspaces::design::placement_search::state::{
     Found, SearchError, SearchResult, Searched,
 };
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+use std::num::NonZero;
 use std::sync::mpsc::channel;
 use std::time::Instant;
 use thread_priority::ThreadPriority;
@@ -13,17 +14,17 @@ use trackwright_project::{Files, World, design_rooms, placement_problem};
 use trackwright_report::drawing::BodyOutline;
 use trackwright_task::{CancelToken, Task};
 
-/// Half of the processors: the memory and caches of all would be shared with what draws.
-fn threads() -> usize {
-    std::thread::available_parallelism().map_or(1, |all| all.get().div_ceil(2))
-}
-
-/// Threads that run while nothing else wants the processor.
-fn pool() -> Result<ThreadPool, ThreadPoolBuildError> {
-    let pool = ThreadPoolBuilder::new().num_threads(threads());
-    let pool = pool.thread_name(|_| "placement search".to_owned());
+/// Where frames are drawn meanwhile, threads for half of the processors that run while nothing else
+/// wants these: memory and caches are shared with what draws.
+fn pool(gives_way: bool) -> Result<ThreadPool, ThreadPoolBuildError> {
+    let pool = ThreadPoolBuilder::new().thread_name(|_| "placement search".to_owned());
+    if !gives_way {
+        return pool.build();
+    }
+    let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
     // Where the system refuses it the search is as good, and frames are fewer.
-    pool.start_handler(|_| drop(run_when_idle())).build()
+    let pool = pool.start_handler(|_| drop(run_when_idle()));
+    pool.num_threads(processors.div_ceil(2)).build()
 }
 
 /// Under Linux a thread of this policy is preempted at once by any other. A low priority alone
@@ -51,6 +52,8 @@ pub struct SearchJob<'a> {
     pub world: &'a World,
     pub of: &'a Searched,
     pub settings: Settings,
+    /// See [`PlacementSearch::gives_way`](super::state::PlacementSearch::gives_way).
+    pub gives_way: bool,
     /// Ends it with the best so far.
     pub enough: &'a CancelToken,
     pub task: &'a Task,
@@ -61,7 +64,7 @@ impl SearchJob<'_> {
     pub fn run(&self, report: &mut dyn FnMut(Found)) -> Result<SearchResult, SearchError> {
         let (sender, better) = channel();
         let mut found = Err(SearchError::StoppedEarly);
-        pool()?.in_place_scope(|scope| {
+        pool(self.gives_way)?.in_place_scope(|scope| {
             let found = &mut found;
             scope.spawn(move |_| {
                 *found = self.find(&mut |better| {
@@ -75,7 +78,7 @@ impl SearchJob<'_> {
     }
 
     fn find(&self, report: &mut dyn FnMut(Found)) -> Result<SearchResult, SearchError> {
-        let Self { world, of, settings, enough, task } = self;
+        let Self { world, of, settings, enough, task, .. } = self;
         let start = Instant::now();
         let rooms = design_rooms(&Files::default(), world)?;
         let moves = of.wish.moves(&of.design);
