@@ -2,21 +2,23 @@
 //! made by the independent physical tracker, whose own readings give the truth.
 
 use super::tracker::Room;
-use super::{environment, measured, trials, truth};
+use super::{environment, measured, truth};
 use std::sync::Arc;
 use trackwright_design::BodyRole;
 use trackwright_field::Environment;
-use trackwright_geometry::pose::Pose;
 use trackwright_optimization::{Goal, Layout, Moves, OverRooms, Settings, optimize};
 use trackwright_project::{open_builtin, placement_problem};
 use trackwright_simulation::comparison::{self, Difference, Pair, Plan, Verdict, compare};
 use trackwright_simulation::{
-    CancelToken, METRICS, MetricValues, RigidBody, Scenario, ScenarioCrf,
+    CancelToken, METRICS, Metric, MetricValues, RigidBody, Scenario, ScenarioCrf,
 };
 use trackwright_task::Task;
 
 /// Rows of the second room's table.
 const ROWS: usize = 3_000;
+
+/// Half a side of its volume; 230 mm is that of the room that was searched.
+const LEAST_HALF_MM: f64 = 225.0;
 
 /// Built-in designs, and the body whose sensors move.
 const CASES: [(&str, BodyRole); 4] = [
@@ -77,20 +79,6 @@ impl Searched {
         })
     }
 
-    /// Whether all sensors are in the measured volume at every pose.
-    fn is_in(&self, room: &Room) -> bool {
-        self.scenarios(&self.scenario.environment).iter().all(|scenario| {
-            let crf = scenario.crf.as_ref();
-            let tracker_from_crf = crf.map(|crf| crf.tracker_from_crf).unwrap_or_default();
-            let holds = |body: &RigidBody, pose: &Pose| {
-                body.sensors.iter().all(|s| room.contains(&(pose * s.position_in_body).coords))
-            };
-            let mut poses = trials(scenario).into_iter().map(|pose| tracker_from_crf * pose);
-            crf.is_none_or(|crf| holds(&crf.body, &tracker_from_crf))
-                && poses.all(|pose| holds(&scenario.tool, &pose))
-        })
-    }
-
     fn in_second_room(&self, room: &Room, fitted: &Arc<Environment>) -> InSecondRoom {
         let scenarios = self.scenarios(fitted);
         let is_5_dof =
@@ -112,18 +100,20 @@ impl Searched {
 #[test]
 #[ignore = "four whole searches, minutes of work"]
 #[expect(clippy::print_stdout, reason = "its figures are those of the page of measurements")]
-fn better_places_in_a_room_of_other_metal() {
+fn long_better_places_in_other_metal() {
     let all = CASES.map(searched);
-    // The first of these rooms that is large enough.
-    let room = (1..1_000).map(|seed| Room::new(seed, false));
-    let room = room.into_iter().find(|room| all.iter().all(|found| found.is_in(room))).unwrap();
+    // The first of these rooms that is about as large as the one that was searched.
+    let mut rooms = (1..1_000).map(|seed| Room::new(seed, false));
+    let room = rooms.find(|room| room.max_mm.x >= LEAST_HALF_MM).unwrap();
     println!("room {:?} to {:?} mm", room.min_mm, room.max_mm);
     let fitted = environment(&measured(&room, ROWS, 5));
     let (mut holding, mut count) = (0, 0);
     for found in &all {
         let in_second = found.in_second_room(&room, &fitted);
         println!("{} {:?}", found.design, found.body);
-        for (metric, difference) in METRICS.iter().zip(&in_second.differences) {
+        let of_page = |metric: &Metric| [Metric::TIP_RMS, Metric::ANGLE_RMS].contains(metric);
+        for metric in METRICS.iter().filter(|metric| of_page(metric)) {
+            let difference = &in_second.differences[metric.index()];
             let k = metric.index();
             let seen = [&found.start, &found.best].map(|layout| layout.figures[0].value(*metric));
             println!(
@@ -150,4 +140,7 @@ fn better_places_in_a_room_of_other_metal() {
         }
     }
     println!("{holding} of {count} intervals hold");
+    // Of 42 independent intervals that hold with 95 %, 34 or fewer do once in 1,000 times; figures of
+    // one tool are not independent, so that a lack of a few more means little.
+    assert!(holding >= 35, "{holding} of {count}");
 }

@@ -1,4 +1,4 @@
-//! What long work shares with whoever waits for it: a flag that stops it, and its progress.
+//! What long work shares with whoever waits for it: a flag that stops it, a hold, and its progress.
 //!
 //! ```
 //! use std::sync::{Arc, Mutex};
@@ -13,6 +13,10 @@
 //! assert_eq!(half.step(2, 2), Err(Cancelled));
 //! ```
 
+mod hold;
+
+pub use hold::Hold;
+
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -20,7 +24,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A flag that stops a computation whose answer nobody wants any more; checked at least every few
 /// milliseconds. What waits and cannot check it is called by it.
 #[derive(Clone, Default)]
-pub struct CancelToken(Arc<Flag>);
+pub struct CancelToken {
+    flag: Arc<Flag>,
+    hold: Option<Hold>,
+}
 
 #[derive(Default)]
 struct Flag {
@@ -34,20 +41,31 @@ type Hook = Box<dyn FnOnce() + Send>;
 impl CancelToken {
     /// Requests that the work stop.
     pub fn cancel(&self) {
-        self.0.is_cancelled.store(true, Ordering::Relaxed);
+        self.flag.is_cancelled.store(true, Ordering::Relaxed);
         let hooks =
-            std::mem::take(&mut *self.0.hooks.lock().unwrap_or_else(PoisonError::into_inner));
+            std::mem::take(&mut *self.flag.hooks.lock().unwrap_or_else(PoisonError::into_inner));
         hooks.into_iter().for_each(|hook| hook());
     }
 
     /// Whether the work is to stop.
     pub fn is_cancelled(&self) -> bool {
-        self.0.is_cancelled.load(Ordering::Relaxed)
+        let is_cancelled = || self.flag.is_cancelled.load(Ordering::Relaxed);
+        if let Some(hold) = &self.hold {
+            hold.wait(is_cancelled);
+        }
+        is_cancelled()
+    }
+
+    /// The same flag for work that a hold lets wait: [`is_cancelled`](Self::is_cancelled) of what is
+    /// returned, and of its clones, waits first while the work is held.
+    #[must_use]
+    pub fn held_by(&self, hold: &Hold) -> Self {
+        Self { flag: Arc::clone(&self.flag), hold: Some(hold.clone()) }
     }
 
     /// Calls the hook once by the thread that cancels; at once where that has happened.
     pub fn on_cancel(&self, hook: impl FnOnce() + Send + 'static) {
-        let mut hooks = self.0.hooks.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut hooks = self.flag.hooks.lock().unwrap_or_else(PoisonError::into_inner);
         // The flag is set before the hooks are called: either it is seen here or the hook is there.
         if self.is_cancelled() {
             drop(hooks);
@@ -88,6 +106,12 @@ impl Task {
     /// Work whose progress is reported as a part from 0 to 1.
     pub fn with_progress(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
         Self { cancel: CancelToken::default(), listener: Some(Arc::new(listener)) }
+    }
+
+    /// The same task for work that a hold lets wait.
+    #[must_use]
+    pub fn held_by(&self, hold: &Hold) -> Self {
+        Self { cancel: self.cancel.held_by(hold), listener: self.listener.clone() }
     }
 
     /// A part of this task as a task of its own: its 0 is `from`, its 1 is `to`.

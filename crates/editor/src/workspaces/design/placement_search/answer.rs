@@ -102,10 +102,10 @@ fn start(search: &mut PlacementSearch, world: &OpenWorld, generation: u64) {
         evaluations: 0,
     });
     search.is_current = true;
-    let (settings, gives_way) = (search.settings, search.gives_way);
+    let (settings, hold) = (search.settings, search.hold.clone());
     let (open, of) = (world.0.clone(), Arc::clone(&searched));
     let work: Work<Found> = Box::new(move |task, report| {
-        let job = SearchJob { world: &open, of: &of, settings, gives_way, enough: &enough, task };
+        let job = SearchJob { world: &open, of: &of, settings, hold: &hold, enough: &enough, task };
         Some(Found::End(Box::new(job.run(report))))
     });
     search.runner.submit(JobInfo::default(), searched, work);

@@ -4,6 +4,7 @@
 mod answer;
 mod charts_ui;
 pub mod ghosts;
+mod give_way;
 mod kinds_ui;
 pub mod result_ui;
 pub mod search_ui;
@@ -26,6 +27,7 @@ use crate::workspaces::design::placement_search::search_ui::placement_search_ui;
 use crate::workspaces::design::placement_search::state::{PlacementSearch, PlacementSearchRequest};
 use crate::workspaces::design::workspace::WORKSPACE;
 use bevy::prelude::*;
+use bevy::winit::EventLoopProxyWrapper;
 use bevy_egui::egui::Ui;
 
 pub const FIND_PLACES: Command = Command::new(
@@ -55,6 +57,12 @@ impl Plugin for PlacementSearchPlugin {
                     )
                     .after(CommandsSystems)
                     .in_set(EditorSystems::Input),
+            )
+            .add_systems(
+                First,
+                // Without a window nobody waits for frames.
+                give_way::give_way
+                    .run_if(is_running.and_then(resource_exists::<EventLoopProxyWrapper>)),
             )
             .add_systems(
                 Update,

@@ -5,14 +5,13 @@ use crate::runner::jobs::Runner;
 use crate::runner::wake::Waker;
 use crate::workspaces::design::placement_search::wish::Wish;
 use bevy::prelude::*;
-use bevy::winit::EventLoopProxyWrapper;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
 use trackwright_optimization::{Goal, Layout, OptimizeError, Optimized, Settings};
 use trackwright_project::StoreError;
 use trackwright_report::drawing::BodyOutline;
-use trackwright_task::CancelToken;
+use trackwright_task::{CancelToken, Hold};
 
 /// A request to the panel.
 #[derive(Message, Clone, Debug, PartialEq)]
@@ -122,8 +121,8 @@ pub struct PlacementSearch {
     pub shows_settings: bool,
     /// How long and how is searched.
     pub settings: Settings,
-    /// Whether it runs while nothing else wants the processor: in a window its frames come first.
-    pub gives_way: bool,
+    /// Lets the search wait while frames are drawn.
+    pub(super) hold: Hold,
     pub(super) runner: Runner<Arc<Searched>, Found>,
     pub running: Option<Running>,
     /// The result of the last search, and what it is of.
@@ -146,7 +145,7 @@ impl FromWorld for PlacementSearch {
             wish: None,
             shows_settings: false,
             settings: Settings::default(),
-            gives_way: world.contains_resource::<EventLoopProxyWrapper>(),
+            hold: Hold::default(),
             runner: Runner::new("placement search", waker),
             running: None,
             result: None,
