@@ -164,7 +164,7 @@ fn found_places_have_room_in_the_panel() {
             ..PictureSetup::default()
         };
         let texts = picture::texts(world, size, setup).unwrap();
-        for wanted in ["Find better places", "Sensors of the tool"] {
+        for wanted in ["Find better places", "Show settings", "Result"] {
             assert!(texts.iter().any(|text| text.text == wanted), "{wanted}: {texts:?}");
         }
         let has_result = texts.iter().any(|text| text.text == "Take this one");
