@@ -17,6 +17,7 @@ use super::mesh::SurfaceMesh;
 use super::revolution::RevolutionAxis;
 use super::weld::welded;
 pub use axis_channel::AxisChannel;
+pub use inside::{BORE_DIRECTIONS, bore_directions};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::OnceLock;
 
@@ -159,6 +160,16 @@ impl Surface {
             without_area,
             axis: OnceLock::new(),
             is_closed: OnceLock::new(),
+        })
+    }
+
+    /// The corners of its triangles, each with its normal, which may have any length: what
+    /// [`closest`](Self::closest) interpolates between.
+    pub fn triangles(&self) -> impl ExactSizeIterator<Item = [(Point3<f64>, Vector3<f64>); 3]> {
+        self.triangles.iter().map(|triangle| {
+            std::array::from_fn(|k| {
+                (triangle.corners[k], self.normals[triangle.normals[k] as usize])
+            })
         })
     }
 

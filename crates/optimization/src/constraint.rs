@@ -7,7 +7,7 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_simulation::{Coil, Sensor, coil_fits, coil_gap_mm, coil_points};
 
 /// Round-off of places that touch what bounds them.
-const TOUCH_MM: f64 = 1e-6;
+pub(crate) const TOUCH_MM: f64 = 1e-6;
 
 /// Why a sensor cannot be where it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -55,7 +55,7 @@ impl Constraint {
 }
 
 /// What a sensor breaks of what is to be kept free: the tip's surroundings and the forbidden boxes.
-pub(crate) fn kept_free_fault(
+fn kept_free_fault(
     sensor: &Sensor,
     body: &MountedBody,
     tip_in_body: Option<&Point3<f64>>,
@@ -93,10 +93,20 @@ pub(crate) fn pair_fault(
     other: &Sensor,
     least_gap_mm: Option<f64>,
 ) -> Option<Constraint> {
+    let (apart_mm, least_mm) = pair_gap_mm(sensor, other, least_gap_mm);
+    // Round-off of coils that touch the gap is no fault.
+    (apart_mm < least_mm).then(|| Constraint::Gap { other: other.name.clone(), least_mm })
+}
+
+/// How far apart two sensors' coils are, and how far they have to be at the least.
+pub(crate) fn pair_gap_mm(
+    sensor: &Sensor,
+    other: &Sensor,
+    least_gap_mm: Option<f64>,
+) -> (f64, f64) {
     let length = |coil: Option<Coil>| coil.map_or(0.0, |coil| coil.length_mm);
     let least_mm = least_gap_mm.unwrap_or_else(|| length(sensor.coil).max(length(other.coil)));
     let apart_mm = coil_gap_mm(sensor, other)
         .unwrap_or_else(|| (sensor.position_in_body - other.position_in_body).norm());
-    (apart_mm < least_mm - TOUCH_MM)
-        .then(|| Constraint::Gap { other: other.name.clone(), least_mm })
+    (apart_mm + TOUCH_MM, least_mm)
 }

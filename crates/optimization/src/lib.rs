@@ -11,6 +11,7 @@ mod bodies;
 mod channel;
 mod choice;
 mod constraint;
+mod covering;
 mod grid_search;
 mod judge;
 mod optimize;

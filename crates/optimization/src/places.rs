@@ -1,7 +1,8 @@
 //! The places of a body: a grid of those that are allowed, and ways from one to the next.
 
 use crate::channel::Channel;
-use crate::constraint::{Constraint, kept_free_fault, own_fault};
+use crate::constraint::{Constraint, own_fault};
+use crate::covering::{Putting, SurfaceRegion};
 use crate::problem::MountedBody;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
@@ -41,13 +42,10 @@ pub(crate) struct PlacedSensor {
     along_mm: f64,
 }
 
-/// Allowed places, and how well they stand for all of them.
+/// Allowed places.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
     pub places: Vec<PlacedSensor>,
-    /// No allowed place is farther from one of these; `None` where axes are free, of which there is
-    /// no grid that fine.
-    pub spacing_mm: Option<f64>,
     /// Places that were looked at.
     pub tried: usize,
     /// What stands in the way at most of those that are not allowed.
@@ -81,10 +79,10 @@ impl<'a> Places<'a> {
         let seats = self.regions.iter().filter(|r| matches!(r, Region::Seat { .. })).count();
         let others = (self.regions.len() - seats).max(1);
         let each = (count.saturating_sub(seats) / others).max(2);
-        let mut grid = Grid { spacing_mm: Some(0.0), ..Grid::default() };
+        let mut grid = Grid::default();
         let mut faults: Vec<Constraint> = Vec::new();
         for number in 0..self.regions.len() {
-            let (tried, spacing_mm) = self.tried(number, sensor, each);
+            let tried = self.tried(number, sensor, each);
             let checked: Vec<Result<PlacedSensor, Constraint>> = tried
                 .into_par_iter()
                 .map(|place| match self.fault(&place) {
@@ -104,27 +102,46 @@ impl<'a> Places<'a> {
                     Err(fault) => faults.push(fault),
                 }
             }
-            let spacing_mm = match &self.regions[number] {
-                Region::Surface { axis, boxes } => {
-                    let own = (number, *axis, &boxes[..]);
-                    spacing_mm.map(|_| self.covering_mm(own, sensor, &grid.places))
-                }
-                _ => spacing_mm,
-            };
-            grid.spacing_mm = grid.spacing_mm.zip(spacing_mm).map(|(a, b)| a.max(b));
         }
         grid.most_common = most_common(faults);
         grid
     }
 
-    /// Places of one region, allowed or not, so that some of them are about as many as are required
-    /// for; and how far they are apart.
-    fn tried(
+    /// No allowed place of a sensor is farther from one of these in its region, `others` of the body
+    /// standing still; `None` where axes are free, of which there is no grid that fine, and where a
+    /// region without one of these is not shown to have no allowed place.
+    pub fn spacing_mm(
         &self,
-        number: usize,
         sensor: &Sensor,
-        count: usize,
-    ) -> (Vec<PlacedSensor>, Option<f64>) {
+        others: &[&Sensor],
+        places: &[PlacedSensor],
+    ) -> Option<f64> {
+        let (body, tip_in_body) = (self.body, self.tip_in_body);
+        let putting = Putting { body, tip_in_body, sensor, others };
+        let each = (0..self.regions.len()).map(|number| {
+            let own = || places.iter().filter(|place| place.region == number);
+            match &self.regions[number] {
+                Region::Seat { .. } => Some(0.0),
+                Region::Surface { axis: MountingAxis::Free, .. }
+                | Region::Channel { axis: MountingAxis::Free, .. } => None,
+                Region::Surface { axis, boxes } => {
+                    let region = SurfaceRegion { putting: &putting, boxes, axis: *axis };
+                    let places: Vec<_> = own().map(|own| own.sensor.position_in_body).collect();
+                    Some(region.covering_mm(&places))
+                }
+                Region::Channel { channel, .. } => {
+                    let along_mm: Vec<f64> = own().map(|own| own.along_mm).collect();
+                    let at = |way_mm| self.in_channel(number, sensor, way_mm, &None).sensor;
+                    Some(putting.channel_covering_mm(channel, &along_mm, at))
+                }
+            }
+        });
+        let most_mm = each.collect::<Option<Vec<f64>>>()?.into_iter().fold(0.0, f64::max);
+        most_mm.is_finite().then_some(most_mm)
+    }
+
+    /// Places of one region, allowed or not, so that some of them are about as many as are required.
+    fn tried(&self, number: usize, sensor: &Sensor, count: usize) -> Vec<PlacedSensor> {
         match &self.regions[number] {
             Region::Seat { position_mm, axis } => {
                 let at = Sensor { position_in_body: *position_mm, ..sensor.clone() };
@@ -132,11 +149,11 @@ impl<'a> Places<'a> {
                     Some(axis) => at.pointed_along(axis),
                     None => at,
                 };
-                (vec![PlacedSensor { sensor, region: number, along_mm: 0.0 }], Some(0.0))
+                vec![PlacedSensor { sensor, region: number, along_mm: 0.0 }]
             }
             Region::Channel { axis, channel } => {
                 let Some([from, to]) = channel.range_mm(sensor.coil) else {
-                    return (Vec::new(), Some(0.0));
+                    return Vec::new();
                 };
                 let axes = free_axes(*axis);
                 let stations = (count / axes.len()).max(2);
@@ -145,8 +162,7 @@ impl<'a> Places<'a> {
                     let along_mm = from + step_mm * k as f64;
                     axes.iter().map(move |free| self.in_channel(number, sensor, along_mm, free))
                 });
-                let spacing_mm = (*axis != MountingAxis::Free).then_some(step_mm / 2.0);
-                (places.collect(), spacing_mm)
+                places.collect()
             }
             Region::Surface { axis, boxes } => {
                 let inside = |point: &&SurfacePoint| is_in(boxes, &point.position_mm);
@@ -162,8 +178,7 @@ impl<'a> Places<'a> {
                     let at = *all[k];
                     axes.iter().map(move |free| on_surface(number, sensor, &at, *axis, free))
                 });
-                let spacing_mm = (*axis != MountingAxis::Free).then_some(0.0);
-                (places.collect(), spacing_mm)
+                places.collect()
             }
         }
     }
@@ -191,29 +206,6 @@ impl<'a> Places<'a> {
             _ => at,
         };
         PlacedSensor { sensor, region: number, along_mm }
-    }
-
-    /// How far an allowed place of a surface may be from the nearest of the places; also of some that the
-    /// body does not hold a coil at.
-    fn covering_mm(
-        &self,
-        (number, axis, boxes): (usize, MountingAxis, &[Bounds]),
-        sensor: &Sensor,
-        places: &[PlacedSensor],
-    ) -> f64 {
-        let own: Vec<&PlacedSensor> = places.iter().filter(|p| p.region == number).collect();
-        let is_kept_free = |point: &&SurfacePoint| {
-            let place = on_surface(number, sensor, point, axis, &None);
-            kept_free_fault(&place.sensor, self.body, self.tip_in_body.as_ref()).is_some()
-        };
-        let inside = self.body.vertices.par_iter().filter(|p| is_in(boxes, &p.position_mm));
-        let nearest = |point: &SurfacePoint| {
-            let away =
-                |place: &&PlacedSensor| (place.sensor.position_in_body - point.position_mm).norm();
-            own.iter().map(away).fold(f64::INFINITY, f64::min)
-        };
-        let allowed = inside.filter(|point| !is_kept_free(point));
-        allowed.map(nearest).reduce(|| 0.0, f64::max) + self.body.between_mm
     }
 
     /// What a sensor breaks at its place by itself.
@@ -258,7 +250,7 @@ impl<'a> Places<'a> {
                     let on = self.body.surface.as_ref()?.closest(at);
                     Some(on_surface(number, sensor, &on, *axis, &sensor.axis_in_body()))
                 }
-                Region::Seat { .. } => self.tried(number, sensor, 1).0.into_iter().next(),
+                Region::Seat { .. } => self.tried(number, sensor, 1).into_iter().next(),
             }
         });
         let away =

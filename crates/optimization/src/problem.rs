@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::surface::{Surface, SurfacePoint};
-use trackwright_simulation::placement::{longest_edge_mm, placement_mesh, vertices};
+use trackwright_simulation::placement::{placement_mesh, vertices};
 use trackwright_simulation::{Coil, Metric, Mode, Mounting, Requirement, Scenario};
 
 /// A design whose sensors are to be placed.
@@ -42,8 +42,6 @@ pub struct MountedBody {
     pub surface: Option<Arc<Surface>>,
     /// Points of the surface, close enough to stand for all of it.
     pub vertices: Arc<[SurfacePoint]>,
-    /// No point of the surface is farther from the nearest of them.
-    pub between_mm: f64,
 }
 
 impl MountedBody {
@@ -54,8 +52,6 @@ impl MountedBody {
             mounting,
             surface: Surface::new(mesh).map(Arc::new),
             vertices: vertices(finer.as_ref().unwrap_or(mesh)).into(),
-            // Of a triangle with three such edges, its middle.
-            between_mm: longest_edge_mm(mesh).unwrap_or(0.0) / 3.0_f64.sqrt(),
         }
     }
 

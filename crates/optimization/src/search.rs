@@ -13,7 +13,7 @@ use crate::problem::Settings;
 use crate::table::Table;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use trackwright_simulation::{CancelToken, StudyError};
+use trackwright_simulation::{CancelToken, Sensor, StudyError};
 use trackwright_task::Task;
 
 /// Part of the frame fits that the first, coarse grid may take, so that there is a first answer soon.
@@ -79,8 +79,6 @@ struct Gridded {
     found: GridFound,
     /// Of each slot.
     places: Vec<Vec<PlacedSensor>>,
-    /// See [`Grid::spacing_mm`]; the largest of all slots.
-    spacing_mm: Option<f64>,
 }
 
 impl Gridded {
@@ -140,7 +138,7 @@ impl<'a> Search<'a> {
         task.step(1, PARTS)?;
         let grid = self.grid(GRID_PART)?;
         task.step(2, PARTS)?;
-        let (found, spacing_mm) = (&grid.found, grid.spacing_mm);
+        let (found, spacing_mm) = (&grid.found, self.spacing_mm(&grid.places));
         let step_mm = spacing_mm.unwrap_or(FIRST_STEP_MM).max(1.0);
         let is_exhaustive = found.is_exhaustive;
         // All that the few poses do not tell from the best.
@@ -230,10 +228,8 @@ impl<'a> Search<'a> {
                 return Err(OptimizeError::NoRegion { body: body_key(slot.body) });
             }
             let mut grid = places.grid(sensor, count);
-            let still = |index: &usize| !slots.contains(&Slot { body: slot.body, index: *index });
             let gap_mm = places.body.mounting.least_gap_mm;
-            let others: Vec<_> =
-                (0..body.sensors.len()).filter(still).map(|k| &body.sensors[k]).collect();
+            let others = self.still(*slot);
             let mut faults: Vec<Constraint> = Vec::new();
             grid.places.retain(|place| {
                 let fault =
@@ -253,6 +249,29 @@ impl<'a> Search<'a> {
             grids.push(grid);
         }
         Ok(grids)
+    }
+
+    /// The sensors of a slot's body that do not move.
+    fn still(&self, slot: Slot) -> Vec<&Sensor> {
+        let sensors = self.movable.base.body(slot.body).map_or(&[][..], |body| &body.sensors);
+        let is_still =
+            |index: usize| !self.movable.slots.contains(&Slot { body: slot.body, index });
+        sensors.iter().enumerate().filter(|own| is_still(own.0)).map(|own| own.1).collect()
+    }
+
+    /// No allowed place of a slot is farther from one of its places than this.
+    fn spacing_mm(&self, places: &[Vec<PlacedSensor>]) -> Option<f64> {
+        let mut most_mm = 0.0_f64;
+        let alike = self.alike();
+        for (number, slot) in self.movable.slots.iter().enumerate() {
+            if alike[number].is_none() {
+                let sensor = &self.movable.base.body(slot.body)?.sensors[slot.index];
+                let of_body = self.movable.places(slot.body)?;
+                let own = of_body.spacing_mm(sensor, &self.still(*slot), &places[number])?;
+                most_mm = most_mm.max(own);
+            }
+        }
+        Some(most_mm)
     }
 
     /// For each slot the one before it that is as good in any place.
@@ -275,8 +294,6 @@ impl<'a> Search<'a> {
     /// Searches grids of as many places as a part of the frame fits affords.
     fn grid(&self, part: f64) -> Result<Gridded, OptimizeError> {
         let grids = self.grids(part)?;
-        let spacing_mm = grids.iter().map(|grid| grid.spacing_mm).collect::<Option<Vec<f64>>>();
-        let spacing_mm = spacing_mm.map(|all| all.into_iter().fold(0.0, f64::max));
         let places: Vec<Vec<PlacedSensor>> = grids.into_iter().map(|grid| grid.places).collect();
         let mut found = GridFound::default();
         if !places.is_empty() {
@@ -292,7 +309,7 @@ impl<'a> Search<'a> {
             };
         }
         self.evaluations.fetch_add(found.evaluations, Ordering::Relaxed);
-        Ok(Gridded { found, places, spacing_mm })
+        Ok(Gridded { found, places })
     }
 
     /// Steps off the grid from each start, over few poses.

@@ -198,7 +198,9 @@ mod tests {
     use super::*;
     use crate::open_builtin;
     use nalgebra::Vector3;
-    use trackwright_optimization::SensorChoice;
+    use trackwright_optimization::{SensorChoice, Settings, optimize};
+    use trackwright_simulation::CancelToken;
+    use trackwright_task::Task;
 
     fn bounds() -> MoveBounds {
         let of = |shift_mm: f64| PoseBounds { shift_mm: Vector3::repeat(shift_mm), turn_deg: 10.0 };
@@ -286,5 +288,20 @@ mod tests {
         let crf = problem.crf.unwrap();
         assert_eq!(crf.mounting, design.crf.as_ref().unwrap().body.mounting);
         assert!(problem.tool.surface.is_some() && crf.surface.is_some());
+    }
+
+    #[test]
+    fn what_does_not_hold_the_coil_is_left_out() {
+        let world = open_builtin("shaver-on-head").unwrap();
+        let rooms = design_rooms(&Files::default(), &world).unwrap();
+        let goal = Goal::Requirement(world.document.design().requirement.unwrap());
+        let moves = moves(world.document.design(), &["back"]).unwrap();
+        let problem = placement_problem(&world, &rooms, moves, goal, OverRooms::Worst);
+        let settings = Settings { most_fits: 4_000_000, ..Settings::default() };
+        let (enough, task) = (CancelToken::default(), Task::default());
+        let found = optimize(&problem, &settings, &enough, &task, &mut |_| ()).unwrap();
+        // Some places that the handle does not hold the coil at are 10 mm from all of the grid's.
+        let certain_to_mm = found.certain_to_mm.unwrap();
+        assert!(certain_to_mm < 9.0, "{certain_to_mm} mm");
     }
 }

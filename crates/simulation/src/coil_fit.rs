@@ -9,6 +9,8 @@
 //! open along its side by more than a twenty-fourth of a turn is none, nor is one wider than twice the
 //! coil's length; a narrow slot that a coil stands in counts as a bore.
 
+mod near;
+
 use super::axis_words::body_name;
 use super::body::{Coil, Sensor};
 use nalgebra::{Point3, Unit, Vector3};
@@ -16,6 +18,8 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_geometry::surface::{Ray, Surface};
+
+pub use near::{Nearby, coil_line_near, sticks_out_near};
 
 /// Less is not reported: the facets of a round part stand off it by as much.
 const LEAST_MM: f64 = 0.05;
@@ -30,6 +34,9 @@ const AROUND: u32 = 12;
 /// surface and not through a wall.
 const MOST_DIP_RADII: f64 = 0.5;
 const MOST_DIP_SLOPE: f64 = 0.1;
+
+/// Between two directions in which a bore's wall is looked for.
+const ACROSS_RAD: f64 = TAU / trackwright_geometry::surface::BORE_DIRECTIONS as f64;
 
 /// A coil that does not fit.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -90,7 +90,8 @@ pub use along_shaft::AlongShaft;
 pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
 pub use coil_fit::{
-    CoilFinding, CoilMisfit, coil_findings, coil_fits, coil_gap_mm, coil_points, coil_statements,
+    CoilFinding, CoilMisfit, Nearby, coil_findings, coil_fits, coil_gap_mm, coil_line_near,
+    coil_points, coil_statements, sticks_out_near,
 };
 pub use error_sources::{ErrorSources, TrialSource, error_sources, source_words, trial_sources};
 pub use expected::{

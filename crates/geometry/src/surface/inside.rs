@@ -13,7 +13,7 @@ const DIRECTIONS: [[f64; 3]; 3] =
 
 /// Directions across an axis in which a bore has to have a wall: what is open along its side by more
 /// than this part of a turn is no bore.
-const ACROSS: u32 = 24;
+pub const BORE_DIRECTIONS: u32 = 24;
 
 /// The first of them, in parts of a step: none then runs to a corner of a round part of as many sides.
 const OFF_CORNERS: f64 = 0.381_966;
@@ -24,6 +24,19 @@ pub(super) struct Crossing {
     pub distance_mm: f64,
     /// 1 where it goes in, -1 where it comes out.
     pub step: i32,
+}
+
+/// The directions across an axis in which a bore has to have a wall.
+pub fn bore_directions(axis: &Unit<Vector3<f64>>) -> impl Iterator<Item = Unit<Vector3<f64>>> {
+    (0..BORE_DIRECTIONS).map(|k| bore_direction(axis, k))
+}
+
+fn bore_direction(axis: &Unit<Vector3<f64>>, number: u32) -> Unit<Vector3<f64>> {
+    let x = perpendicular(axis);
+    let y = axis.cross(&x);
+    let turn_rad = (f64::from(number) + OFF_CORNERS) / f64::from(BORE_DIRECTIONS) * TAU;
+    let (sine, cosine) = turn_rad.sin_cos();
+    Unit::new_normalize(*x * cosine + y * sine)
 }
 
 impl Surface {
@@ -93,17 +106,12 @@ impl Surface {
         axis: &Unit<Vector3<f64>>,
         reach_mm: f64,
     ) -> bool {
-        let x = perpendicular(axis);
-        let y = axis.cross(&x);
         let has_wall = |k: u32| {
-            let turn_rad = (f64::from(k) + OFF_CORNERS) / f64::from(ACROSS) * TAU;
-            let (sine, cosine) = turn_rad.sin_cos();
-            let direction = Unit::new_normalize(*x * cosine + y * sine);
-            let hit = self.hit(&Ray { origin_mm: *point_mm, direction });
+            let hit = self.hit(&Ray { origin_mm: *point_mm, direction: bore_direction(axis, k) });
             hit.is_some_and(|hit| hit.distance_mm <= reach_mm)
         };
         // Opposite ones one after the other: most points outside have one that is free.
-        let half = ACROSS / 2;
+        let half = BORE_DIRECTIONS / 2;
         (0..half).all(|k| has_wall(k) && has_wall(k + half)) && !self.contains(point_mm)
     }
 

@@ -17,35 +17,35 @@ use trackwright_simulation::{
 };
 
 /// Of the needle, from the tip.
-pub(super) const CHANNEL_MM: [f64; 2] = [5.0, 145.0];
+pub(crate) const CHANNEL_MM: [f64; 2] = [5.0, 145.0];
 
-pub(super) const COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
+pub(crate) const COIL: Coil = Coil { diameter_mm: 0.8, length_mm: 9.0 };
 
 /// A room of the order whose errors are some mm and tenths of a degree.
-pub(super) fn room(seed: u64) -> Arc<Environment> {
+pub(crate) fn room(seed: u64) -> Arc<Environment> {
     let model = random_model(2, DirectionSet::Fourteen, Weighting::default(), [1.5, 0.01], seed);
     Arc::new(Environment::of_model("room", model))
 }
 
 /// A room without any error.
-pub(super) fn ideal() -> Environment {
+pub(crate) fn ideal() -> Environment {
     let model =
         DistortionModel::zero(trackwright_field::random_models::room(), MapKind::Distortion);
     Environment::of_model("ideal", model)
 }
 
 /// Some turns about x and y and ways along z.
-pub(super) fn motion() -> Motion {
+pub(crate) fn motion() -> Motion {
     let range = |far: f64| Some(AxisRange { min: -far, max: far, step: far });
     Motion { x: range(30.0), z: range(30.0), rx: range(25.0), ry: range(25.0), ..Motion::default() }
 }
 
-pub(super) fn coil(name: &str, position: [f64; 3], axis: Vector3<f64>) -> Sensor {
+pub(crate) fn coil(name: &str, position: [f64; 3], axis: Vector3<f64>) -> Sensor {
     Sensor { coil: Some(COIL), ..Sensor::five_dof(name, position, Unit::new_normalize(axis)) }
 }
 
 /// A needle of 150 mm with its tip at the origin and coils along its axis.
-pub(super) fn needle(places_mm: &[f64]) -> RigidBody {
+pub(crate) fn needle(places_mm: &[f64]) -> RigidBody {
     let each = places_mm.iter().enumerate();
     let sensors = each.map(|(k, z)| coil(&format!("coil {}", k + 1), [0.0, 0.0, *z], Vector3::z()));
     RigidBody {
@@ -56,7 +56,7 @@ pub(super) fn needle(places_mm: &[f64]) -> RigidBody {
 }
 
 /// Its lumen.
-pub(super) fn lumen() -> Mounting {
+pub(crate) fn lumen() -> Mounting {
     let points_mm = CHANNEL_MM.map(|z| Point3::new(0.0, 0.0, z)).to_vec();
     let channel =
         MountingRegion::Channel { points_mm, radius_mm: Some(0.5), axis: MountingAxis::Along };
@@ -64,7 +64,7 @@ pub(super) fn lumen() -> Mounting {
 }
 
 /// A needle in rooms, two coils of which may move.
-pub(super) fn needle_problem(
+pub(crate) fn needle_problem(
     rooms: Vec<Arc<Environment>>,
     starts_mm: &[f64],
     seed: u64,
@@ -99,7 +99,7 @@ pub(super) fn needle_problem(
 }
 
 /// A plate of 60 x 60 x 6 mm with its top at z = 0.
-pub(super) fn plate() -> SurfaceMesh {
+pub(crate) fn plate() -> SurfaceMesh {
     let half = Vector3::new(30.0, 30.0, 3.0);
     let mut part = MeshPart::default();
     for axis in 0..3 {
@@ -123,14 +123,14 @@ pub(super) fn plate() -> SurfaceMesh {
 }
 
 /// The plate's top, with a least gap and axes along it.
-pub(super) fn plate_top() -> Mounting {
+pub(crate) fn plate_top() -> Mounting {
     let top = Bounds::from(([-25.0, -25.0, -0.5], [25.0, 25.0, 0.5]));
     let region = MountingRegion::Surface { axis: MountingAxis::AsItIs, boxes: vec![top] };
     Mounting { regions: vec![region], least_gap_mm: Some(3.0), ..Mounting::default() }
 }
 
 /// A pointer held against a CRF of three coils on a plate, which may move.
-pub(super) fn crf_problem(rooms: Vec<Arc<Environment>>, seed: u64) -> Problem {
+pub(crate) fn crf_problem(rooms: Vec<Arc<Environment>>, seed: u64) -> Problem {
     let mut problem = needle_problem(rooms, &[30.0, 110.0], seed);
     let sensors = vec![
         coil("a", [-15.0, -12.0, 0.0], Vector3::x()),

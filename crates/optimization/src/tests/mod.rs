@@ -1,7 +1,7 @@
 //! Searches against what is known otherwise.
 
 mod brute_force;
-mod cases;
+pub(crate) mod cases;
 mod constraints;
 mod marker_layouts;
 mod promises;
