@@ -15,6 +15,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
+use trackwright_geometry::limits::MAX_LENGTH_MM;
 use trackwright_optimization::{
     BuiltError, Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings,
     optimize,
@@ -68,8 +69,8 @@ pub struct OptimizeArgs {
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
     generator_bounds: Option<Bounds>,
 
-    /// How far the CRF may be moved on the patient along each of its axes and turned; 20,10 where left
-    /// out
+    /// How far the CRF may be moved on the patient along each of its axes and turned; where left out 20,10,
+    /// or as far as the patch goes that the anatomy states
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
     crf_bounds: Option<Bounds>,
 
@@ -99,6 +100,9 @@ const ROOMS: Choice<OverRooms> = Choice(&[
 /// How far poses may be moved where that is not stated: what a table's arm and a head's curve allow.
 const GENERATOR_BOUNDS: Bounds = Bounds { mm: 50.0, deg: 10.0 };
 const CRF_BOUNDS: Bounds = Bounds { mm: 20.0, deg: 10.0 };
+
+/// Likewise over a patch of the anatomy, which bounds the way by itself.
+const PATCH_BOUNDS: Bounds = Bounds { mm: MAX_LENGTH_MM, deg: 10.0 };
 
 /// What was searched, and what came of it.
 struct Found {
@@ -184,9 +188,12 @@ fn note_problems(world: &World, rooms: &[Arc<Environment>]) {
 /// Names of nothing, bounds of what does not move.
 fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
     let names: Vec<String> = args.moves.iter().map(|name| name.trim().to_owned()).collect();
+    let mut anatomy = world.document.design().anatomy.iter();
+    let has_patch = anatomy.any(|anatomy| !anatomy.crf_patch.is_empty());
+    let crf_bounds = if has_patch { PATCH_BOUNDS } else { CRF_BOUNDS };
     let bounds = MoveBounds {
         generator: args.generator_bounds.unwrap_or(GENERATOR_BOUNDS).in_all_axes(),
-        crf_pose: args.crf_bounds.unwrap_or(CRF_BOUNDS).in_all_axes(),
+        crf_pose: args.crf_bounds.unwrap_or(crf_bounds).in_all_axes(),
     };
     let moves = named_moves(world.document.design(), &names, bounds).context("--move")?;
     for (option, is_given, name, is_moving) in [

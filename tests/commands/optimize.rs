@@ -230,6 +230,72 @@ fn a_moved_crf_leaves_the_patient() {
     assert_close(&written["figures"], &single, "better");
 }
 
+/// The CRF of the worked design on a plane of 200 mm, of which it may stand on a part.
+fn world_with_patch(patch: &str) -> Scratch {
+    let scratch = world();
+    let corners = ["-100 -100 0", "100 -100 0", "100 100 0", "-100 100 0"];
+    let vertices = corners.map(|corner| format!("v {corner}\n")).concat();
+    scratch.write("d/skin.obj", format!("{vertices}f 1 2 3\nf 1 3 4\n"));
+    let pose = "pose: (position: (0, 0, -9), rotation: (1, 0, 0, 0))";
+    let anatomy = format!(
+        "anatomy: [(name: \"skin\", mesh: \"skin.obj\", {pose}, crf_patch: [{patch}])],\n    motion: ("
+    );
+    scratch.replace(DESIGN, "motion: (", &anatomy);
+    scratch
+}
+
+#[test]
+fn the_crf_glides_over_its_patch() {
+    let scratch = world_with_patch("(min: (-60, -60, -5), max: (60, 60, 5))");
+    let line = format!("optimize {DESIGN} -o d/better.design.ron --seconds 3 --move crf-pose");
+    let found = scratch.json(&line);
+    assert_eq!(found["start"]["crf_moved"], Value::Null);
+    assert_eq!(found["best"]["generator_moved"], Value::Null);
+    let pose = |layout: &str| -> Vec<f64> {
+        list(&found[layout]["tracker_from_crf"]).iter().map(number).collect()
+    };
+    let (start, best) = (pose("start"), pose("best"));
+    let way: Vec<f64> = (0..3).map(|k| best[k] - start[k]).collect();
+    let way_mm = way.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let moved = &found["best"]["crf_moved"];
+    assert!((number(&moved["way_mm"]) - way_mm).abs() < 1e-9, "{moved} {way_mm}");
+    // Over a plane the CRF is only turned about the normal, by 10° at the most.
+    assert!(way_mm > 1.0 && number(&moved["turn_deg"]) <= 10.0 + 1e-9, "{moved}");
+    let notes = list(&found["notes"]).iter().map(Value::to_string).collect::<String>();
+    assert!(notes.contains("stands on the patch of the anatomy"), "{notes}");
+    let text = scratch.succeed(format!("{line} --overwrite --crf-bounds 15,0"));
+    assert!(text.contains("the CRF on the patient"), "{text}");
+    assert!(text.contains("turned by 0.00°"), "{text}");
+}
+
+#[test]
+fn a_patch_without_the_crf_is_one_error() {
+    for (patch, words) in [
+        (
+            "(min: (40, 40, -5), max: (60, 60, 5))",
+            "the CRF does not stand on the crf_patch of the anatomy \"skin\": the point of the surface that \
+             is nearest to the CRF is (",
+        ),
+        (
+            "(min: (40, 40, 5), max: (60, 60, 9))",
+            "no point of the surface of the anatomy \"skin\" is in its crf_patch: the nearest corner is ",
+        ),
+        (
+            "(min: (40, 40, 5), max: (60, 30, 9))",
+            "anatomy[0] \"skin\": crf_patch[0]: min y is 40, max y is 30, expected min at most max",
+        ),
+        (
+            "(min: (NaN, 40, 5), max: (60, 30, 9))",
+            "anatomy[0] \"skin\": crf_patch[0]: min is (NaN, 40, 5), expected finite numbers",
+        ),
+    ] {
+        let scratch = world_with_patch(patch);
+        scratch
+            .refused(format!("optimize {DESIGN} -o better.design.ron --move crf-pose"), &[words]);
+        assert!(!scratch.has("better.design.ron"), "{patch}");
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_signal_keeps_the_best_so_far() {

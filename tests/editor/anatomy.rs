@@ -28,6 +28,7 @@ fn anatomy(name: &str, file: &str) -> Anatomy {
         on: AnatomyFrame::Crf,
         frame_from_mesh: Pose::identity(),
         color: None,
+        crf_patch: Vec::new(),
     }
 }
 

@@ -1,11 +1,13 @@
 //! Anatomy: meshes that a design shows beside its bodies, the patient or what stands around. Drawn
-//! translucent and nothing else: no figure, no sensor and no placement depends on them.
+//! translucent; no figure and no sensor depends on them. Where it states a patch, the CRF may be moved
+//! over that when better places are searched for.
 
 use serde::Deserialize;
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
 
-/// A mesh that is only looked at.
+/// A mesh beside the bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anatomy {
     pub name: String,
@@ -16,6 +18,9 @@ pub struct Anatomy {
     pub frame_from_mesh: Pose,
     /// sRGB, each from 0 to 1; that of bone where none is given.
     pub color: Option<[f64; 3]>,
+    /// Boxes in the mesh's own frame, in millimetres: what of its surface is in one of them the CRF
+    /// may stand on. None: nothing is stated.
+    pub crf_patch: Vec<Bounds>,
 }
 
 /// What a mesh of anatomy moves with.

@@ -6,7 +6,9 @@ use super::content::Design;
 use super::edit_error::{EditError, MAX_ANATOMY, MAX_FURTHER_ROOMS, MAX_SLIDES};
 use super::procedure::Decision;
 use super::slides::Slide;
+use trackwright_geometry::bounds::Bounds;
 use trackwright_procedure::Step;
+use trackwright_simulation::mounting::{BoxPlace, check_box};
 
 /// A change of the anatomy.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +17,9 @@ pub enum AnatomyEdit {
     Add(Box<Anatomy>),
     /// In the place of the one at `index`.
     Set { index: usize, anatomy: Box<Anatomy> },
+    /// Where on the one at `index` the CRF may stand, in boxes of its mesh's own frame; nothing is
+    /// stated without boxes.
+    SetCrfPatch { index: usize, boxes: Vec<Bounds> },
     /// Those behind it move up.
     Remove { index: usize },
 }
@@ -41,6 +46,13 @@ impl AnatomyEdit {
                 check_name(&anatomy.name, others.map(|(_, other)| other))?;
                 list[index] = *anatomy;
             }
+            Self::SetCrfPatch { index, boxes } => {
+                let Some(anatomy) = list.get_mut(index) else {
+                    return Err(EditError::NoSuchAnatomy { index, count });
+                };
+                check_crf_patch(&boxes)?;
+                anatomy.crf_patch = boxes;
+            }
             Self::Remove { index } => {
                 if index >= count {
                     return Err(EditError::NoSuchAnatomy { index, count });
@@ -61,6 +73,12 @@ impl AnatomyEdit {
                     None => "Remove anatomy".to_owned(),
                 };
             }
+            Self::SetCrfPatch { index, .. } => {
+                return match list.get(*index) {
+                    Some(anatomy) => crf_patch_label(anatomy),
+                    None => "Change CRF patch".to_owned(),
+                };
+            }
             Self::Set { index, anatomy } => (*index, anatomy),
         };
         let Some(before) = list.get(index) else {
@@ -74,16 +92,28 @@ impl AnatomyEdit {
             format!("Move anatomy {}", anatomy.name)
         } else if before.mesh != anatomy.mesh {
             format!("Change mesh of anatomy {}", anatomy.name)
+        } else if before.crf_patch != anatomy.crf_patch {
+            crf_patch_label(anatomy)
         } else {
             format!("Change colour of anatomy {}", anatomy.name)
         }
     }
 }
 
+fn crf_patch_label(anatomy: &Anatomy) -> String {
+    format!("Change CRF patch of anatomy {}", anatomy.name)
+}
+
+fn check_crf_patch(boxes: &[Bounds]) -> Result<(), EditError> {
+    let mut boxes = boxes.iter().enumerate();
+    Ok(boxes.try_for_each(|(index, own)| check_box(BoxPlace::CrfPatch { index }, own))?)
+}
+
 fn check_anatomy(anatomy: &Anatomy) -> Result<(), EditError> {
     check_not_empty("anatomy's name", &anatomy.name)?;
     check_mesh(&anatomy.mesh)?;
     check_pose(&anatomy.frame_from_mesh)?;
+    check_crf_patch(&anatomy.crf_patch)?;
     let color = anatomy.color.iter().flatten();
     check_finite("the colour", color.clone())?;
     match color.copied().find(|part| !(0.0..=1.0).contains(part)) {
@@ -255,6 +285,7 @@ mod tests {
             on: AnatomyFrame::Crf,
             frame_from_mesh: Pose::translation(1.0, 2.0, 3.0),
             color: None,
+            crf_patch: Vec::new(),
         }
     }
 
@@ -264,6 +295,10 @@ mod tests {
 
     fn set(index: usize, anatomy: Anatomy) -> Edit {
         Edit::Anatomy(AnatomyEdit::Set { index, anatomy: Box::new(anatomy) })
+    }
+
+    fn patch(index: usize, boxes: Vec<Bounds>) -> Edit {
+        Edit::Anatomy(AnatomyEdit::SetCrfPatch { index, boxes })
     }
 
     #[test]
@@ -282,11 +317,19 @@ mod tests {
         document.apply(set(0, present.clone())).unwrap();
         present.color = Some([0.0, 0.5, 1.0]);
         document.apply(set(0, present.clone())).unwrap();
+        present.crf_patch = vec![Bounds::from(([-9.0, 0.0, 1.0], [9.0, 5.0, 2.0]))];
+        document.apply(patch(0, present.crf_patch.clone())).unwrap();
+        // What is there already is no step.
+        assert!(!document.apply(patch(0, present.crf_patch.clone())).unwrap());
+        present.crf_patch[0].max_mm.x = 8.0;
+        document.apply(set(0, present.clone())).unwrap();
         document.apply(Edit::Anatomy(AnatomyEdit::Remove { index: 1 })).unwrap();
         assert_eq!(document.design().anatomy, [present]);
         let undone: Vec<_> = std::iter::from_fn(|| document.undo()).collect();
         let expected = [
             "Remove anatomy table",
+            "Change CRF patch of anatomy skull",
+            "Change CRF patch of anatomy skull",
             "Change colour of anatomy skull",
             "Change mesh of anatomy skull",
             "Put anatomy skull on tracker",
@@ -320,6 +363,22 @@ mod tests {
                 changed(|a| a.color = Some([0.0, 1.5, 0.0])),
                 "a part of the colour is 1.5, expected a number from 0 to 1",
             ),
+            (
+                patch(
+                    0,
+                    vec![Bounds::from(([0.0; 3], [1.0; 3])), Bounds::from(([2.0; 3], [1.0; 3]))],
+                ),
+                "crf_patch[1]: min x is 2, max x is 1, expected min at most max",
+            ),
+            (
+                patch(0, vec![Bounds::from(([0.0; 3], [1.0, f64::NAN, 1.0]))]),
+                "crf_patch[0]: max is (1, NaN, 1), expected finite numbers",
+            ),
+            (
+                changed(|a| a.crf_patch = vec![Bounds::from(([0.0; 3], [1.0, 0.0, 1.0]))]),
+                "crf_patch[0]: min y and max y are 0, expected min below max",
+            ),
+            (patch(3, Vec::new()), "the design has no anatomy at 3, it has 1"),
             (set(1, anatomy("face")), "the design has no anatomy at 1, it has 1"),
             (
                 Edit::Anatomy(AnatomyEdit::Remove { index: 7 }),

@@ -108,6 +108,7 @@ const DESIGN: &str = r#"(
         on: Tracker,
         pose: (position: (0.0, 0.0, 0.0), rotation: (1.0, 0.0, 0.0, 0.0)),
         color: (0.9, 0.9, 0.8),
+        crf_patch: [(min: (-9.0, -9.0, 40.0), max: (9.0, 9.0, 60.0))],
     )],
     slides: [(
         title: "One",
@@ -529,6 +530,6 @@ fn every_reversed_range_is_named() {
             assert!(is_named, "{}: {error}", document.at(&min));
         }
     }
-    // Seven ranges of motion; three boxes of a model, one of a volume, and two of a body.
-    assert_eq!(tried, 7 + 3 * 6);
+    // Seven ranges of motion; three boxes of a model, one of a volume, two of a body, one of anatomy.
+    assert_eq!(tried, 7 + 3 * 7);
 }

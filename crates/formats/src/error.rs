@@ -73,6 +73,8 @@ pub enum FormatError {
     Checksum { stored: u32, computed: u32 },
     #[error(transparent)]
     Mounting(#[from] MountingError),
+    #[error("anatomy[{index}] {name:?}: {cause}")]
+    Anatomy { index: usize, name: String, cause: MountingError },
     #[error(transparent)]
     View(#[from] ViewError),
     #[error("procedure.{}.{cause}", step.key())]

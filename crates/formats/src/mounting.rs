@@ -19,7 +19,7 @@ pub(super) enum RegionEntry {
 /// A box as files hold it.
 #[derive(Deserialize)]
 #[serde(rename = "Box", deny_unknown_fields)]
-pub(super) struct BoxEntry {
+pub(crate) struct BoxEntry {
     min: [f64; 3],
     max: [f64; 3],
 }
@@ -69,7 +69,7 @@ impl RegionEntry {
     }
 }
 
-fn bounds_of(boxes: Option<Vec<BoxEntry>>) -> Vec<Bounds> {
+pub(crate) fn bounds_of(boxes: Option<Vec<BoxEntry>>) -> Vec<Bounds> {
     let boxes = boxes.unwrap_or_default().into_iter();
     boxes.map(|BoxEntry { min, max }| Bounds::from((min, max))).collect()
 }
@@ -118,7 +118,7 @@ fn region_text(region: &MountingRegion) -> String {
     }
 }
 
-fn box_text(own: &Bounds) -> String {
+pub(crate) fn box_text(own: &Bounds) -> String {
     format!("(min: {}, max: {})", point_text(&own.min_mm), point_text(&own.max_mm))
 }
 

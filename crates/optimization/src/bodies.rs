@@ -1,9 +1,11 @@
 //! A layout while it is searched for: bodies and poses, and the numbers that move them.
 
 use crate::outcome::OptimizeError;
+use crate::patch::{Footing, Standing};
 use crate::places::{PlacedSensor, Places};
-use crate::problem::{PoseBounds, Problem};
-use nalgebra::{Translation3, Vector3};
+use crate::problem::{MountedBody, PoseBounds, Problem};
+use nalgebra::{Point3, Translation3, Vector3};
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_simulation::{PlacedBody, RigidBody, Scenario, ScenarioCrf};
@@ -88,18 +90,22 @@ pub(crate) struct Movable<'a> {
     tool: Places<'a>,
     crf: Option<Places<'a>>,
     generator: Option<PoseBounds>,
+    /// Where the CRF moves freely.
     crf_pose: Option<PoseBounds>,
+    /// Where it moves over a patch of the patient.
+    footing: Option<Footing<'a>>,
     /// What nothing was moved of.
     pub base: Bodies,
 }
 
 /// Places of all slots, and how far the poses were moved: three shifts in mm and three turns in
-/// degrees each.
+/// degrees each; and where the CRF stands on its patch.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Position {
     pub places: Vec<PlacedSensor>,
     pub generator: Vector6,
     pub crf_pose: Vector6,
+    pub standing: Option<Standing>,
 }
 
 type Vector6 = [f64; 6];
@@ -124,11 +130,21 @@ impl<'a> Movable<'a> {
             }
         }
         let crf = problem.crf.as_ref().zip(base.crf.as_ref());
+        let crf_pose = problem.moves.crf_pose.filter(|_| base.crf.is_some());
+        let footing = match (crf_pose, &problem.crf_patches[..]) {
+            (None, _) | (_, []) => None,
+            (Some(bounds), [patch]) => Some(Footing::new(patch, &middle_of_crf(problem), bounds)?),
+            (Some(_), patches) => {
+                let anatomy = patches.iter().map(|patch| patch.anatomy.clone()).collect();
+                return Err(OptimizeError::SeveralPatches { anatomy });
+            }
+        };
         Ok(Self {
             tool: Places::new(&problem.tool, base.tool.tip_in_body),
             crf: crf.map(|(mounted, body)| Places::new(mounted, body.tip_in_body)),
             generator: problem.moves.generator,
-            crf_pose: problem.moves.crf_pose.filter(|_| base.crf.is_some()),
+            crf_pose: crf_pose.filter(|_| footing.is_none()),
+            footing,
             slots,
             base,
         })
@@ -144,7 +160,24 @@ impl<'a> Movable<'a> {
 
     /// Poses as they are, sensors at these places.
     pub fn position(&self, places: Vec<PlacedSensor>) -> Position {
-        Position { places, generator: [0.0; 6], crf_pose: [0.0; 6] }
+        let standing = self.footing.as_ref().map(|footing| footing.start);
+        Position { places, generator: [0.0; 6], crf_pose: [0.0; 6], standing }
+    }
+
+    /// Whether a pose moves.
+    pub fn has_poses(&self) -> bool {
+        self.pose_bounds().count() > 0 || self.footing.is_some()
+    }
+
+    /// Whether the CRF is within its patch and bounds; other poses always are.
+    pub fn stands(&self, position: &Position) -> bool {
+        let own = self.footing.as_ref().zip(position.standing.as_ref());
+        own.is_none_or(|(footing, standing)| footing.is_allowed(standing))
+    }
+
+    /// Where the CRF may stand, spread over its patch; nothing without one.
+    pub fn standings(&self) -> Vec<Standing> {
+        self.footing.as_ref().map_or_else(Vec::new, Footing::spread_out)
     }
 
     pub fn bodies(&self, position: &Position) -> Bodies {
@@ -156,14 +189,18 @@ impl<'a> Movable<'a> {
                 sensor.orientation = place.sensor.orientation;
             }
         }
-        bodies.with_crf_moved(&small_pose(&position.crf_pose));
+        bodies.with_crf_moved(&match (&self.footing, &position.standing) {
+            (Some(footing), Some(standing)) => footing.crf_moved(standing),
+            _ => small_pose(&position.crf_pose),
+        });
         bodies.with_generator_moved(&small_pose(&position.generator));
         bodies
     }
 
     /// Numbers that move a position, sensor by sensor, then the poses.
     pub fn dimensions(&self, position: &Position) -> usize {
-        self.slot_dimensions(position).sum::<usize>() + self.pose_bounds().count() * 6
+        let footing = self.footing.as_ref().map_or(0, |_| Footing::DIMENSIONS);
+        self.slot_dimensions(position).sum::<usize>() + self.pose_bounds().count() * 6 + footing
     }
 
     /// Numbers that move each slot.
@@ -176,7 +213,7 @@ impl<'a> Movable<'a> {
         self.generator.into_iter().chain(self.crf_pose)
     }
 
-    /// The position after ways in mm, allowed or not; poses are kept within their bounds.
+    /// The position after ways in mm, allowed or not; free poses are kept within their bounds.
     pub fn moved(&self, position: &Position, way_mm: &[f64]) -> Position {
         let mut rest = way_mm;
         let mut out = position.clone();
@@ -199,8 +236,24 @@ impl<'a> Movable<'a> {
                 pose[k] = (pose[k] + way_mm * scale).clamp(-most, most);
             }
         }
+        if let (Some(footing), Some(standing)) = (&self.footing, &mut out.standing) {
+            let way_mm = Vector3::from_column_slice(&rest[..3]);
+            *standing = footing.moved(standing, &way_mm, rest[3] * TURN_DEG_PER_MM);
+        }
         out
     }
+}
+
+/// The middle of the CRF's body; of its sensors where it has no mesh.
+fn middle_of_crf(problem: &Problem) -> Point3<f64> {
+    let vertices = problem.crf.iter().flat_map(|crf: &MountedBody| crf.vertices.iter());
+    if let Some(bounds) = Bounds::around(vertices.map(|vertex| vertex.position_mm)) {
+        return bounds.center_mm();
+    }
+    let crf = problem.scenarios.iter().find_map(|scenario| scenario.crf.as_ref());
+    let sensors = crf.map_or(&[][..], |crf| &crf.body.sensors);
+    let sum: Vector3<f64> = sensors.iter().map(|sensor| sensor.position_in_body.coords).sum();
+    Point3::from(sum / sensors.len().max(1) as f64)
 }
 
 /// A pose of three shifts in mm and a rotation vector in degrees.

@@ -16,6 +16,7 @@ mod grid_search;
 mod judge;
 mod optimize;
 mod outcome;
+mod patch;
 mod places;
 mod polish;
 mod pose_change;
@@ -30,6 +31,7 @@ mod verdict;
 pub use constraint::Constraint;
 pub use optimize::optimize;
 pub use outcome::{Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain};
+pub use patch::CrfPatch;
 pub use pose_change::PoseChange;
 pub use problem::{
     BuiltError, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,

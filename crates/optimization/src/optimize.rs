@@ -242,6 +242,12 @@ fn notes(problem: &Problem) -> Vec<String> {
             "sensors are taken to be built within {position_mm} mm and {angle_deg}° (standard deviations)"
         ));
     }
+    if let (Some(_), Some(patch)) = (problem.moves.crf_pose, problem.crf_patches.first()) {
+        notes.push(format!(
+            "the CRF stands on the patch of the anatomy {:?} and turns with its surface",
+            patch.anatomy
+        ));
+    }
     if problem.moves.crf_pose.is_some() {
         notes.push("the range of motion turns with the CRF: its axes are the CRF's".to_owned());
     }

@@ -155,6 +155,27 @@ pub enum OptimizeError {
         "a bound on how far a pose is moved or a sensor is built off is {found}, expected {expected}"
     )]
     Bounds { found: f64, expected: &'static str },
+    #[error(
+        "the anatomy {anatomy:?} has a crf_patch and no surface that it could be of: expected a mesh \
+         that can be read"
+    )]
+    NoPatchSurface { anatomy: String },
+    #[error(
+        "no point of the surface of the anatomy {anatomy:?} is in its crf_patch: the nearest corner is \
+         {off_mm:.1} mm away"
+    )]
+    EmptyPatch { anatomy: String, off_mm: f64 },
+    #[error(
+        "the CRF does not stand on the crf_patch of the anatomy {anatomy:?}: the point of the surface \
+         that is nearest to the CRF is ({}) mm in the mesh's frame, {off_mm:.1} mm beside the patch",
+        foot_mm.map(|own| format!("{own:.1}")).join(", ")
+    )]
+    BesidePatch { anatomy: String, foot_mm: [f64; 3], off_mm: f64 },
+    #[error(
+        "found a crf_patch on the anatomy {}, expected one at most",
+        anatomy.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(" and ")
+    )]
+    SeveralPatches { anatomy: Vec<String> },
     #[error(transparent)]
     Study(#[from] StudyError),
 }

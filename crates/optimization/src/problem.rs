@@ -1,5 +1,6 @@
 //! What is searched for: a design in its rooms, what may move and within what, what is judged.
 
+use crate::patch::CrfPatch;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::ops::RangeInclusive;
@@ -18,6 +19,9 @@ pub struct Problem {
     pub mode: Mode,
     pub tool: MountedBody,
     pub crf: Option<MountedBody>,
+    /// Where on the patient the CRF may stand, at most one; where nothing is stated its pose moves
+    /// freely within its bounds.
+    pub crf_patches: Vec<CrfPatch>,
     pub moves: Moves,
     pub goal: Goal,
     pub rooms: OverRooms,
@@ -75,7 +79,8 @@ pub struct Moves {
     pub kinds: Vec<SensorChoice>,
     /// How far the field generator may be moved from where it is.
     pub generator: Option<PoseBounds>,
-    /// How far the CRF may be moved on the patient.
+    /// How far the CRF may be moved on the patient. Over a patch the shift bounds how far its foot is
+    /// moved along its axes, and the turn that about the surface's normal.
     pub crf_pose: Option<PoseBounds>,
 }
 

@@ -51,6 +51,9 @@ const FINALISTS: usize = 3;
 const CLOSE: f64 = 0.03;
 const MOST_STUDIES: usize = 24;
 
+/// Layouts of the grid that are tried at other standings of the CRF.
+const STOOD_LAYOUTS: usize = 3;
+
 /// Two layouts are distinct if a sensor is farther from its place than this, or than twice the grid's
 /// spacing.
 const DISTINCT_MM: f64 = 5.0;
@@ -140,7 +143,8 @@ impl<'a> Search<'a> {
         task.step(2, PARTS)?;
         let (found, spacing_mm) = (&grid.found, self.spacing_mm(&grid.places));
         let step_mm = spacing_mm.unwrap_or(FIRST_STEP_MM).max(1.0);
-        let is_exhaustive = found.is_exhaustive;
+        // A grid is of places; of poses there is none that all were judged of.
+        let is_exhaustive = found.is_exhaustive && !self.movable.has_poses();
         // All that the few poses do not tell from the best.
         let best = found.layouts.first().map_or(f64::INFINITY, |layout| layout.value);
         let close = found.layouts.iter().take_while(|layout| layout.value <= best * (1.0 + CLOSE));
@@ -150,7 +154,8 @@ impl<'a> Search<'a> {
             .layouts
             .iter()
             .map(|layout| Found { position: grid.position(self, layout), value: layout.value });
-        for found in start.into_iter().chain(on_grid) {
+        let standing = self.on_the_patch(start.as_ref(), on_grid.clone().take(STOOD_LAYOUTS));
+        for found in start.into_iter().chain(on_grid).chain(standing) {
             let is_new = starts.iter().all(|other| {
                 far_mm(&found.position, &other.position) > DISTINCT_MM.max(2.0 * step_mm)
             });
@@ -193,6 +198,31 @@ impl<'a> Search<'a> {
         let position = self.movable.position(each.collect::<Option<Vec<_>>>()?);
         let value = self.value(&position, f64::INFINITY).ok().flatten()?;
         Some(Found { position, value })
+    }
+
+    /// The start and some layouts with the CRF at standings that are spread over its patch, the best
+    /// first.
+    fn on_the_patch(
+        &self,
+        start: Option<&Found>,
+        layouts: impl Iterator<Item = Found>,
+    ) -> Vec<Found> {
+        let standings = self.movable.standings();
+        if standings.is_empty() {
+            return Vec::new();
+        }
+        let each = start.cloned().into_iter().chain(layouts).flat_map(|found| {
+            let stood = standings.iter().copied().map(Some);
+            stood.map(move |standing| Position { standing, ..found.position.clone() })
+        });
+        let each: Vec<Position> = each.collect();
+        let judged = each.into_par_iter().filter_map(|position| {
+            let value = self.value(&position, f64::INFINITY).ok().flatten()?;
+            Some(Found { position, value })
+        });
+        let mut found: Vec<Found> = judged.collect();
+        found.sort_by(|a, b| a.value.total_cmp(&b.value));
+        found
     }
 
     fn affordable(&self, part: f64) -> f64 {
@@ -410,6 +440,9 @@ impl<'a> Search<'a> {
         }
         let bodies = self.movable.bodies(position);
         let slots = 0..self.movable.slots.len();
+        if !self.movable.stands(position) {
+            return Ok(None);
+        }
         if slots.clone().any(|slot| self.pair_fault_of(&bodies, slot).is_some())
             || self.judge.determination_fault(&bodies).is_some()
         {
@@ -441,6 +474,7 @@ impl<'a> Search<'a> {
     pub fn fault(&self, position: &Position) -> Option<Constraint> {
         (0..self.movable.slots.len())
             .find_map(|slot| self.fault_of(position, slot))
+            .or_else(|| (!self.movable.stands(position)).then_some(Constraint::PoseBound))
             .or_else(|| self.judge.determination_fault(&self.movable.bodies(position)))
     }
 
@@ -466,7 +500,11 @@ fn far_mm(one: &Position, other: &Position) -> f64 {
     });
     let poses = [(&one.generator, &other.generator), (&one.crf_pose, &other.crf_pose)];
     let poses = poses.into_iter().flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
-    sensors.chain(poses).fold(0.0, f64::max)
+    let standing = one.standing.zip(other.standing).map(|(a, b)| {
+        let way_mm = (a.foot.position_mm - b.foot.position_mm).norm();
+        way_mm.max((a.turn_deg - b.turn_deg).abs())
+    });
+    sensors.chain(poses).chain(standing).fold(0.0, f64::max)
 }
 
 /// The best first, of those that are near each other the best alone.

@@ -130,7 +130,14 @@ mod tests {
         for (name, on) in [("skull", AnatomyFrame::Crf), ("table", AnatomyFrame::Tracker)] {
             let mesh = MeshReference::new(format!("{name}.stl"));
             let frame_from_mesh = Pose::translation(1.0, 2.0, 3.0);
-            let anatomy = Anatomy { name: name.into(), mesh, on, frame_from_mesh, color: None };
+            let anatomy = Anatomy {
+                name: name.into(),
+                mesh,
+                on,
+                frame_from_mesh,
+                color: None,
+                crf_patch: Vec::new(),
+            };
             let edit = Edit::Anatomy(AnatomyEdit::Add(Box::new(anatomy)));
             world.document.apply(edit).unwrap();
         }

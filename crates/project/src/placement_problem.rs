@@ -10,7 +10,9 @@ use std::ops::RangeInclusive;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
-use trackwright_optimization::{Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem};
+use trackwright_optimization::{
+    CrfPatch, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem,
+};
 use trackwright_simulation::{Mode, Scenario};
 
 /// Names of what may move that are no sensor's.
@@ -168,12 +170,29 @@ pub fn placement_problem(
         mode: study_mode(design),
         tool: mounted(world, BodyRole::Tool).unwrap_or_default(),
         crf: mounted(world, BodyRole::Crf),
+        crf_patches: crf_patches(world),
         scenarios,
         moves,
         goal,
         rooms,
         built: None,
     }
+}
+
+/// Where on the patient the CRF may stand, as the anatomy states it.
+fn crf_patches(world: &World) -> Vec<CrfPatch> {
+    let design = world.document.design();
+    let Some(crf) = &design.crf else {
+        return Vec::new();
+    };
+    let crf_from_tracker = crf.tracker_from_crf.inverse();
+    let each = design.anatomy.iter().filter(|anatomy| !anatomy.crf_patch.is_empty());
+    let each = each.map(|anatomy| {
+        let mesh = world.anatomy_mesh(&anatomy.mesh).map(Arc::as_ref);
+        let crf_from_mesh = crf_from_tracker * anatomy.tracker_from_mesh(design);
+        CrfPatch::of_mesh(&anatomy.name, mesh, &anatomy.crf_patch, crf_from_mesh)
+    });
+    each.collect()
 }
 
 /// A design's own study.

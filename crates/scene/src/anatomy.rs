@@ -74,6 +74,7 @@ mod tests {
                 on,
                 frame_from_mesh: Pose::translation(0.0, 0.0, 5.0),
                 color: (on == AnatomyFrame::Tracker).then_some(COLOR),
+                crf_patch: Vec::new(),
             };
             let add = AnatomyEdit::Add(Box::new(anatomy));
             world.document.apply(Edit::Anatomy(add)).unwrap();

@@ -88,8 +88,17 @@ pub enum MountingError {
 /// Where a box is stated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum BoxPlace {
-    Surface { region: usize, index: usize },
-    KeepOut { index: usize },
+    Surface {
+        region: usize,
+        index: usize,
+    },
+    KeepOut {
+        index: usize,
+    },
+    /// Of the patch of anatomy that the CRF may stand on.
+    CrfPatch {
+        index: usize,
+    },
 }
 
 impl fmt::Display for BoxPlace {
@@ -97,6 +106,7 @@ impl fmt::Display for BoxPlace {
         match self {
             Self::Surface { region, index } => write!(f, "mounting[{region}].boxes[{index}]"),
             Self::KeepOut { index } => write!(f, "keep_out[{index}]"),
+            Self::CrfPatch { index } => write!(f, "crf_patch[{index}]"),
         }
     }
 }
@@ -250,7 +260,10 @@ fn check_points(region: usize, points_mm: &[Point3<f64>]) -> Result<(), Mounting
 }
 
 /// Checks a box, which has an extent along every axis.
-fn check_box(place: BoxPlace, own: &Bounds) -> Result<(), MountingError> {
+///
+/// # Errors
+/// [`MountingError::Box`] and [`MountingError::FlatBox`].
+pub fn check_box(place: BoxPlace, own: &Bounds) -> Result<(), MountingError> {
     own.check().map_err(|cause| MountingError::Box { place, cause })?;
     let axes = ['x', 'y', 'z'].into_iter().zip(own.min_mm.iter().zip(own.max_mm.iter()));
     for (axis, (&min_mm, &max_mm)) in axes {

@@ -5,7 +5,7 @@ use crate::cli::compare::differences_as_json;
 use crate::cli::prelude::*;
 use crate::cli::study::{self, Study};
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_optimization::{Layout, RoomGain};
+use trackwright_optimization::{Layout, PoseChange, RoomGain};
 use trackwright_project::{World, coil_findings, resolve};
 use trackwright_simulation::{ErrorOf, RigidBody, Sensor, SensorOrientation};
 
@@ -72,9 +72,15 @@ fn layout_as_json(found: &Found, layout: &Layout, figures: Vec<Value>) -> Value 
         "crf": layout.crf.as_ref().map(sensors_as_json),
         "tracker_from_crf": layout.tracker_from_crf.as_ref().map(pose_to_array),
         "crf_from_tool": pose_to_array(&layout.crf_from_tool),
+        "crf_moved": layout.crf_change(&found.optimized.start).map(change_as_json),
+        "generator_moved": layout.generator_change(&found.optimized.start).map(change_as_json),
         "figures": figures.first(),
         "rooms": rooms,
     })
+}
+
+fn change_as_json(change: PoseChange) -> Value {
+    json!({"way_mm": change.way_mm, "turn_deg": change.turn_deg})
 }
 
 fn sensors_as_json(body: &RigidBody) -> Vec<Value> {

@@ -5,7 +5,7 @@ use crate::cli::prelude::*;
 use trackwright_formats::printable::printable;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_optimization::{
-    Binding, Constraint, Flatness, Goal, Layout, Optimized, Problem, RoomGain,
+    Binding, Constraint, Flatness, Goal, Layout, Optimized, PoseChange, Problem, RoomGain,
 };
 use trackwright_report::text_table::{columns, lines as aligned_lines};
 use trackwright_simulation::comparison::difference_words;
@@ -182,6 +182,15 @@ fn layout_lines(head: &str, layout: &Layout, start: &Layout) -> Vec<String> {
             format!("rotation ({qw:.4}, {qx:.4}, {qy:.4}, {qz:.4})"),
         ]);
     }
+    let moved = [
+        ("the CRF on the patient", layout.crf_change(start)),
+        ("the field generator", layout.generator_change(start)),
+    ];
+    table.extend(moved.into_iter().filter_map(|(name, change)| {
+        let PoseChange { way_mm, turn_deg } = change?;
+        let cells = [format!("moved by {way_mm:.2} mm"), format!("turned by {turn_deg:.2}°")];
+        Some([name.to_owned()].into_iter().chain(cells).collect())
+    }));
     match table.is_empty() {
         true => Vec::new(),
         false => {

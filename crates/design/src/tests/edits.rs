@@ -58,6 +58,7 @@ fn a_new_crf_moves_nothing() {
             on,
             frame_from_mesh: Pose::translation(5.0, 0.0, -200.0),
             color: None,
+            crf_patch: Vec::new(),
         });
     }
     let places = |design: &Design| {

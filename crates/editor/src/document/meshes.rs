@@ -301,6 +301,7 @@ fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<E
                 },
                 frame_from_mesh: Pose::identity(),
                 color: None,
+                crf_patch: Vec::new(),
             })))
         }
     })

@@ -1,12 +1,14 @@
 //! The anatomy of a design's file: which meshes are shown beside its bodies, and where.
 
 use crate::error::FormatError;
+use crate::mounting::{BoxEntry, bounds_of, box_text};
 use crate::ron_text::{self, PoseEntry};
 use serde::Deserialize;
 use std::collections::HashMap;
 use trackwright_design::{Anatomy, AnatomyFrame};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
+use trackwright_simulation::mounting::{BoxPlace, check_box};
 
 #[derive(Deserialize)]
 #[serde(rename = "Anatomy", deny_unknown_fields)]
@@ -18,6 +20,7 @@ pub(super) struct AnatomyEntry {
     on: AnatomyFrame,
     pose: Option<PoseEntry>,
     color: Option<[f64; 3]>,
+    crf_patch: Option<Vec<BoxEntry>>,
 }
 
 /// Without a pose a mesh is where its own frame is.
@@ -60,8 +63,14 @@ fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
         Some(pose) => pose.check(&field("pose"))?,
         None => Pose::identity(),
     };
+    let crf_patch = bounds_of(entry.crf_patch);
+    for (number, own) in crf_patch.iter().enumerate() {
+        let named = |cause| FormatError::Anatomy { index, name: entry.name.clone(), cause };
+        check_box(BoxPlace::CrfPatch { index: number }, own).map_err(named)?;
+    }
     Ok(Anatomy {
         frame_from_mesh,
+        crf_patch,
         on: entry.on,
         color: entry.color,
         mesh: MeshReference { file: entry.mesh, unit: entry.mesh_unit },
@@ -83,6 +92,10 @@ pub(super) fn line(anatomy: &Anatomy) -> String {
     if let Some(color) = &anatomy.color {
         fields.push(format!("color: {}", ron_text::tuple(color)));
     }
+    if !anatomy.crf_patch.is_empty() {
+        let boxes: Vec<_> = anatomy.crf_patch.iter().map(box_text).collect();
+        fields.push(format!("crf_patch: [{}]", boxes.join(", ")));
+    }
     format!("({}),", fields.join(", "))
 }
 
@@ -91,6 +104,7 @@ mod tests {
     use super::super::{DesignFile, parse, write};
     use super::*;
     use crate::test_cases::assert_refused;
+    use trackwright_geometry::bounds::Bounds;
 
     fn design(anatomy: &str) -> String {
         format!(
@@ -113,6 +127,7 @@ mod tests {
             on: AnatomyFrame::Crf,
             frame_from_mesh: Pose::identity(),
             color: None,
+            crf_patch: Vec::new(),
         };
         assert_eq!(least.design.anatomy, std::slice::from_ref(&head));
         let mut all = least;
@@ -125,9 +140,15 @@ mod tests {
             on: AnatomyFrame::Tracker,
             frame_from_mesh: Pose::translation(0.1, -2.0, 1e-9),
             color: Some([0.0, 0.3, 1.0]),
+            crf_patch: vec![
+                Bounds::from(([-0.1, 2.0, 1e-9], [0.3, 2.5, 7.0])),
+                Bounds::from(([-5.0; 3], [5.0; 3])),
+            ],
         });
         let text = write(&all);
         assert_eq!(parse(text.as_bytes()).unwrap(), all, "{text}");
+        // What is not stated is not written: older versions open the file.
+        assert_eq!(text.matches("crf_patch").count(), 1, "{text}");
         all.design.anatomy.clear();
         assert!(!write(&all).contains("anatomy"));
     }
@@ -145,6 +166,18 @@ mod tests {
                 | anatomy[0] "a": color is NaN, expected red, green and blue from 0 to 1
             (name: "a", mesh: "a.stl", pose: (position: (0, inf, 0), rotation: (1, 0, 0, 0)))
                 | anatomy[0] "a": pose.position is (0, inf, 0), expected finite numbers
+            (name: "a", mesh: "a.stl", crf_patch: [(min: (0, 0, 0), max: (1, 1, 1)), (min: (0, 2, 0), max: (1, 1, 1))])
+                | anatomy[0] "a": crf_patch[1]: min y is 2, max y is 1, expected min at most max
+            (name: "a", mesh: "a.stl", crf_patch: [(min: (0, 0, 0), max: (1, 1, 0))])
+                | anatomy[0] "a": crf_patch[0]: min z and max z are 0, expected min below max
+            (name: "a", mesh: "a.stl", crf_patch: [(min: (0, -inf, 0), max: (1, 1, 1))])
+                | anatomy[0] "a": crf_patch[0]: min is (0, -inf, 0), expected finite numbers
+            (name: "a", mesh: "a.stl", crf_patch: [(min: (0, 0, 0), max: (1, 1, 2e6))])
+                | anatomy[0] "a": crf_patch[0]: max is (1, 1, 2000000), expected coordinates of at most 1e6 mm
+            (name: "a", mesh: "a.stl", crf_patch: [(min: (0, 0, 0), size: (1, 1, 1))]) | …`size`…
+            (name: "a", mesh: "a.stl", crf_pach: [])
+                | …found the unknown field `crf_pach`, expected `crf_patch`…
+            (name: "a", mesh: "a.stl", crf_patch: (min: (0, 0, 0), max: (1, 1, 1))) | line 1, column …
             (name: "a", mesh: "a.stl", on: Table) | …found `Table`, expected `Crf` or `Tracker`…
         "#;
         assert_refused("", cases, |anatomy| read(anatomy).unwrap_err());

@@ -91,6 +91,7 @@ pub(crate) fn needle_problem(
         mode: Mode::Motion,
         tool: MountedBody::without_mesh(lumen()),
         crf: None,
+        crf_patches: Vec::new(),
         moves: Moves { tool: (0..starts_mm.len()).collect(), ..Moves::default() },
         goal: Goal::Figure(Metric::TIP_RMS),
         rooms: OverRooms::Worst,

@@ -1,5 +1,6 @@
 //! Opening, saving and sharing files in a folder of the test's own, and what other tests share.
 
+mod crf_patch;
 mod import_body;
 mod meshes;
 mod mounting;
