@@ -252,7 +252,7 @@ fn the_crf_glides_over_its_patch() {
     assert_eq!(found["start"]["crf_moved"], Value::Null);
     assert_eq!(found["best"]["generator_moved"], Value::Null);
     let pose = |layout: &str| -> Vec<f64> {
-        list(&found[layout]["tracker_from_crf"]).iter().map(number).collect()
+        list(&found[layout], "tracker_from_crf").iter().map(number).collect()
     };
     let (start, best) = (pose("start"), pose("best"));
     let way: Vec<f64> = (0..3).map(|k| best[k] - start[k]).collect();
@@ -261,7 +261,7 @@ fn the_crf_glides_over_its_patch() {
     assert!((number(&moved["way_mm"]) - way_mm).abs() < 1e-9, "{moved} {way_mm}");
     // Over a plane the CRF is only turned about the normal, by 10° at the most.
     assert!(way_mm > 1.0 && number(&moved["turn_deg"]) <= 10.0 + 1e-9, "{moved}");
-    let notes = list(&found["notes"]).iter().map(Value::to_string).collect::<String>();
+    let notes = list(&found, "notes").iter().map(Value::to_string).collect::<String>();
     assert!(notes.contains("stands on the patch of the anatomy"), "{notes}");
     let text = scratch.succeed(format!("{line} --overwrite --crf-bounds 15,0"));
     assert!(text.contains("the CRF on the patient"), "{text}");

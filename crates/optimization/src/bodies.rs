@@ -1,7 +1,7 @@
 //! A layout while it is searched for: bodies and poses, and the numbers that move them.
 
+use crate::footing::{FootPose, Footing};
 use crate::outcome::OptimizeError;
-use crate::patch::{Footing, Standing};
 use crate::places::{PlacedSensor, Places};
 use crate::problem::{MountedBody, PoseBounds, Problem};
 use nalgebra::{Point3, Translation3, Vector3};
@@ -105,7 +105,7 @@ pub(crate) struct Position {
     pub places: Vec<PlacedSensor>,
     pub generator: Vector6,
     pub crf_pose: Vector6,
-    pub standing: Option<Standing>,
+    pub foot_pose: Option<FootPose>,
 }
 
 type Vector6 = [f64; 6];
@@ -160,8 +160,8 @@ impl<'a> Movable<'a> {
 
     /// Poses as they are, sensors at these places.
     pub fn position(&self, places: Vec<PlacedSensor>) -> Position {
-        let standing = self.footing.as_ref().map(|footing| footing.start);
-        Position { places, generator: [0.0; 6], crf_pose: [0.0; 6], standing }
+        let foot_pose = self.footing.as_ref().map(|footing| footing.start);
+        Position { places, generator: [0.0; 6], crf_pose: [0.0; 6], foot_pose }
     }
 
     /// Whether a pose moves.
@@ -170,13 +170,13 @@ impl<'a> Movable<'a> {
     }
 
     /// Whether the CRF is within its patch and bounds; other poses always are.
-    pub fn stands(&self, position: &Position) -> bool {
-        let own = self.footing.as_ref().zip(position.standing.as_ref());
-        own.is_none_or(|(footing, standing)| footing.is_allowed(standing))
+    pub fn is_on_patch(&self, position: &Position) -> bool {
+        let own = self.footing.as_ref().zip(position.foot_pose.as_ref());
+        own.is_none_or(|(footing, foot_pose)| footing.is_allowed(foot_pose))
     }
 
     /// Where the CRF may stand, spread over its patch; nothing without one.
-    pub fn standings(&self) -> Vec<Standing> {
+    pub fn foot_poses(&self) -> Vec<FootPose> {
         self.footing.as_ref().map_or_else(Vec::new, Footing::spread_out)
     }
 
@@ -189,8 +189,8 @@ impl<'a> Movable<'a> {
                 sensor.orientation = place.sensor.orientation;
             }
         }
-        bodies.with_crf_moved(&match (&self.footing, &position.standing) {
-            (Some(footing), Some(standing)) => footing.crf_moved(standing),
+        bodies.with_crf_moved(&match (&self.footing, &position.foot_pose) {
+            (Some(footing), Some(foot_pose)) => footing.crf_moved(foot_pose),
             _ => small_pose(&position.crf_pose),
         });
         bodies.with_generator_moved(&small_pose(&position.generator));
@@ -236,9 +236,9 @@ impl<'a> Movable<'a> {
                 pose[k] = (pose[k] + way_mm * scale).clamp(-most, most);
             }
         }
-        if let (Some(footing), Some(standing)) = (&self.footing, &mut out.standing) {
+        if let (Some(footing), Some(foot_pose)) = (&self.footing, &mut out.foot_pose) {
             let way_mm = Vector3::from_column_slice(&rest[..3]);
-            *standing = footing.moved(standing, &way_mm, rest[3] * TURN_DEG_PER_MM);
+            *foot_pose = footing.moved(foot_pose, &way_mm, rest[3] * TURN_DEG_PER_MM);
         }
         out
     }

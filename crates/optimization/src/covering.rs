@@ -247,7 +247,7 @@ impl Ord for Piece {
         let at = |piece: &Self| piece.corners.map(|(at, _)| <[f64; 3]>::from(at.coords));
         let [own, others] = [at(self), at(other)];
         let place = own.as_flattened().iter().zip(others.as_flattened());
-        // Those that are as far are told apart by where they are: the order is always the same.
+        // Of those that are as far where they are decides: the order is always the same.
         self.far_mm.total_cmp(&other.far_mm).then_with(|| {
             place
                 .map(|(a, b)| a.total_cmp(b))

@@ -12,26 +12,28 @@ mod channel;
 mod choice;
 mod constraint;
 mod covering;
+mod crf_patch;
+mod footing;
 mod grid_search;
 mod judge;
 mod optimize;
 mod outcome;
-mod patch;
 mod places;
 mod polish;
 mod pose_change;
 mod problem;
 mod scatter;
 mod search;
+mod slot_grids;
 mod table;
 #[cfg(test)]
 mod tests;
 mod verdict;
 
 pub use constraint::Constraint;
+pub use crf_patch::CrfPatch;
 pub use optimize::optimize;
 pub use outcome::{Binding, Flatness, Layout, OptimizeError, Optimized, Progress, RoomGain};
-pub use patch::CrfPatch;
 pub use pose_change::PoseChange;
 pub use problem::{
     BuiltError, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem, SensorChoice, Settings,

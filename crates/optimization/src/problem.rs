@@ -1,6 +1,6 @@
 //! What is searched for: a design in its rooms, what may move and within what, what is judged.
 
-use crate::patch::CrfPatch;
+use crate::crf_patch::CrfPatch;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::ops::RangeInclusive;

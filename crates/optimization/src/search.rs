@@ -6,14 +6,15 @@ use crate::choice::Choice;
 use crate::constraint::{Constraint, pair_fault};
 use crate::grid_search::{GridFound, GridLayout, GridSearch, layouts};
 use crate::judge::{Judge, Judged};
-use crate::outcome::{OptimizeError, body_key};
-use crate::places::{Grid, PlacedSensor};
+use crate::outcome::OptimizeError;
+use crate::places::PlacedSensor;
 use crate::polish::{Found, polished, spread_out};
 use crate::problem::Settings;
+use crate::slot_grids::SlotGrids;
 use crate::table::Table;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use trackwright_simulation::{CancelToken, Sensor, StudyError};
+use trackwright_simulation::{CancelToken, StudyError};
 use trackwright_task::Task;
 
 /// Part of the frame fits that the first, coarse grid may take, so that there is a first answer soon.
@@ -31,15 +32,6 @@ const STUDY_PART: f64 = 0.3;
 /// Parts of a search, for progress.
 const PARTS: usize = 5;
 
-/// Fewest places with which all layouts of a grid are judged; below, the grid shows too little.
-const FEWEST_PLACES: usize = 14;
-
-/// Most places of one sensor.
-const MOST_PLACES: usize = 400;
-
-/// Places of one sensor where layouts are too many to judge all.
-const EXCHANGED_PLACES: usize = 96;
-
 /// Starts off the grid.
 const STARTS: usize = 6;
 
@@ -51,8 +43,8 @@ const FINALISTS: usize = 3;
 const CLOSE: f64 = 0.03;
 const MOST_STUDIES: usize = 24;
 
-/// Layouts of the grid that are tried at other standings of the CRF.
-const STOOD_LAYOUTS: usize = 3;
+/// Layouts of the grid that are tried with the CRF elsewhere on its patch.
+const LAYOUTS_ON_PATCH: usize = 3;
 
 /// Two layouts are distinct if a sensor is farther from its place than this, or than twice the grid's
 /// spacing.
@@ -141,7 +133,7 @@ impl<'a> Search<'a> {
         task.step(1, PARTS)?;
         let grid = self.grid(GRID_PART)?;
         task.step(2, PARTS)?;
-        let (found, spacing_mm) = (&grid.found, self.spacing_mm(&grid.places));
+        let (found, spacing_mm) = (&grid.found, self.slot_grids().spacing_mm(&grid.places));
         let step_mm = spacing_mm.unwrap_or(FIRST_STEP_MM).max(1.0);
         // A grid is of places; of poses there is none that all were judged of.
         let is_exhaustive = found.is_exhaustive && !self.movable.has_poses();
@@ -154,8 +146,8 @@ impl<'a> Search<'a> {
             .layouts
             .iter()
             .map(|layout| Found { position: grid.position(self, layout), value: layout.value });
-        let standing = self.on_the_patch(start.as_ref(), on_grid.clone().take(STOOD_LAYOUTS));
-        for found in start.into_iter().chain(on_grid).chain(standing) {
+        let on_patch = self.on_the_patch(start.as_ref(), on_grid.clone().take(LAYOUTS_ON_PATCH));
+        for found in start.into_iter().chain(on_grid).chain(on_patch) {
             let is_new = starts.iter().all(|other| {
                 far_mm(&found.position, &other.position) > DISTINCT_MM.max(2.0 * step_mm)
             });
@@ -200,20 +192,19 @@ impl<'a> Search<'a> {
         Some(Found { position, value })
     }
 
-    /// The start and some layouts with the CRF at standings that are spread over its patch, the best
-    /// first.
+    /// The start and some layouts with the CRF at poses that are spread over its patch, the best first.
     fn on_the_patch(
         &self,
         start: Option<&Found>,
         layouts: impl Iterator<Item = Found>,
     ) -> Vec<Found> {
-        let standings = self.movable.standings();
-        if standings.is_empty() {
+        let foot_poses = self.movable.foot_poses();
+        if foot_poses.is_empty() {
             return Vec::new();
         }
         let each = start.cloned().into_iter().chain(layouts).flat_map(|found| {
-            let stood = standings.iter().copied().map(Some);
-            stood.map(move |standing| Position { standing, ..found.position.clone() })
+            let moved = foot_poses.iter().copied().map(Some);
+            moved.map(move |foot_pose| Position { foot_pose, ..found.position.clone() })
         });
         let each: Vec<Position> = each.collect();
         let judged = each.into_par_iter().filter_map(|position| {
@@ -230,104 +221,17 @@ impl<'a> Search<'a> {
         self.settings.most_fits as f64 * self.share * part / fits.max(1.0)
     }
 
-    /// Grids of all slots of as many places as a part of the frame fits affords.
-    fn grids(&self, part: f64) -> Result<Vec<Grid>, OptimizeError> {
-        let slots = &self.movable.slots;
-        let alike = self.alike();
-        let affordable = self.affordable(part);
-        let of_count = |count: usize| layouts(&vec![count; slots.len()], &alike);
-        let count = (2..=MOST_PLACES).take_while(|count| of_count(*count) <= affordable).last();
-        let count = match count {
-            Some(count) if count >= FEWEST_PLACES => count,
-            _ => EXCHANGED_PLACES,
-        };
-        let mut grids: Vec<Grid> = Vec::with_capacity(slots.len());
-        for (number, slot) in slots.iter().enumerate() {
-            // Those that are alike share one grid.
-            if let Some(other) = alike[number] {
-                grids.push(grids[other].clone());
-                continue;
-            }
-            let body = self.movable.base.body(slot.body);
-            let (Some(body), Some(places)) = (body, self.movable.places(slot.body)) else {
-                return Err(OptimizeError::NoCrf);
-            };
-            let sensor = &body.sensors[slot.index];
-            let mounted = places.body;
-            if mounted.mounting.regions.is_empty() && mounted.surface.is_none() {
-                return Err(OptimizeError::NoRegion { body: body_key(slot.body) });
-            }
-            let mut grid = places.grid(sensor, count);
-            let gap_mm = places.body.mounting.least_gap_mm;
-            let others = self.still(*slot);
-            let mut faults: Vec<Constraint> = Vec::new();
-            grid.places.retain(|place| {
-                let fault =
-                    others.iter().find_map(|other| pair_fault(&place.sensor, other, gap_mm));
-                let is_allowed = fault.is_none();
-                faults.extend(fault);
-                is_allowed
-            });
-            if grid.places.is_empty() {
-                return Err(OptimizeError::NoPlace {
-                    body: body_key(slot.body),
-                    sensor: sensor.name.clone(),
-                    tried: grid.tried,
-                    most_common: faults.into_iter().next().or(grid.most_common),
-                });
-            }
-            grids.push(grid);
-        }
-        Ok(grids)
-    }
-
-    /// The sensors of a slot's body that do not move.
-    fn still(&self, slot: Slot) -> Vec<&Sensor> {
-        let sensors = self.movable.base.body(slot.body).map_or(&[][..], |body| &body.sensors);
-        let is_still =
-            |index: usize| !self.movable.slots.contains(&Slot { body: slot.body, index });
-        sensors.iter().enumerate().filter(|own| is_still(own.0)).map(|own| own.1).collect()
-    }
-
-    /// No allowed place of a slot is farther from one of its places than this.
-    fn spacing_mm(&self, places: &[Vec<PlacedSensor>]) -> Option<f64> {
-        let mut most_mm = 0.0_f64;
-        let alike = self.alike();
-        for (number, slot) in self.movable.slots.iter().enumerate() {
-            if alike[number].is_none() {
-                let sensor = &self.movable.base.body(slot.body)?.sensors[slot.index];
-                let of_body = self.movable.places(slot.body)?;
-                let own = of_body.spacing_mm(sensor, &self.still(*slot), &places[number])?;
-                most_mm = most_mm.max(own);
-            }
-        }
-        Some(most_mm)
-    }
-
-    /// For each slot the one before it that is as good in any place.
-    fn alike(&self) -> Vec<Option<usize>> {
-        let slots = &self.movable.slots;
-        let sensor =
-            |slot: &Slot| self.movable.base.body(slot.body).map(|body| &body.sensors[slot.index]);
-        let each = slots.iter().enumerate().map(|(number, slot)| {
-            let own = sensor(slot)?;
-            (0..number).rev().find(|&other| {
-                slots[other].body == slot.body
-                    && sensor(&slots[other]).is_some_and(|other| {
-                        other.coil == own.coil && other.orientation == own.orientation
-                    })
-            })
-        });
-        each.collect()
+    fn slot_grids(&self) -> SlotGrids<'_, 'a> {
+        SlotGrids { movable: &self.movable }
     }
 
     /// Searches grids of as many places as a part of the frame fits affords.
     fn grid(&self, part: f64) -> Result<Gridded, OptimizeError> {
-        let grids = self.grids(part)?;
-        let places: Vec<Vec<PlacedSensor>> = grids.into_iter().map(|grid| grid.places).collect();
+        let grids = self.slot_grids();
+        let places = grids.places(self.affordable(part))?;
         let mut found = GridFound::default();
         if !places.is_empty() {
-            let (alike, slots) = (self.alike(), &self.movable.slots);
+            let (alike, slots) = (grids.alike(), &self.movable.slots);
             let table = Table::new(self.judge, &self.movable.base, slots, &places)?;
             let search =
                 GridSearch::new(&self.movable, &table, slots, &places, &alike, self.enough);
@@ -385,7 +289,7 @@ impl<'a> Search<'a> {
     }
 
     fn study(&self, position: &Position) -> Result<Option<Studied>, StudyError> {
-        if self.fault(position).is_some() {
+        if !self.is_allowed(position) {
             return Ok(None);
         }
         let bodies = self.movable.bodies(position);
@@ -439,11 +343,8 @@ impl<'a> Search<'a> {
             return Err(());
         }
         let bodies = self.movable.bodies(position);
-        let slots = 0..self.movable.slots.len();
-        if !self.movable.stands(position) {
-            return Ok(None);
-        }
-        if slots.clone().any(|slot| self.pair_fault_of(&bodies, slot).is_some())
+        if !self.movable.is_on_patch(position)
+            || self.has_near_pair(&bodies)
             || self.judge.determination_fault(&bodies).is_some()
         {
             return Ok(None);
@@ -451,37 +352,51 @@ impl<'a> Search<'a> {
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         let value = self.judge.few_value(&bodies).map_err(|_| ())?;
         let is_best = value.is_some_and(|value| value < best);
-        let is_allowed = !is_best || slots.into_iter().all(|slot| self.holds(position, slot));
+        let is_allowed = !is_best || self.holds_all(position);
         Ok(value.filter(|_| is_allowed))
     }
 
-    fn pair_fault_of(&self, bodies: &Bodies, number: usize) -> Option<Constraint> {
+    /// Whether a sensor that moves is too near to another one of its body: each pair once.
+    fn has_near_pair(&self, bodies: &Bodies) -> bool {
+        let slots = &self.movable.slots;
+        (0..slots.len())
+            .any(|number| self.pair_fault_of(bodies, number, &slots[..number]).is_some())
+    }
+
+    /// What stands in the way between a slot's sensor and the others of its body but those of some slots.
+    fn pair_fault_of(&self, bodies: &Bodies, number: usize, but: &[Slot]) -> Option<Constraint> {
         let slot = self.movable.slots[number];
         let gap_mm = self.movable.places(slot.body)?.body.mounting.least_gap_mm;
         let sensors = &bodies.body(slot.body)?.sensors;
         let own = &sensors[slot.index];
-        let mut others = sensors.iter().enumerate().filter(|(index, _)| *index != slot.index);
-        others.find_map(|(_, other)| pair_fault(own, other, gap_mm))
+        let is_left_out =
+            |index: usize| index == slot.index || but.contains(&Slot { index, ..slot });
+        let others = sensors.iter().enumerate().filter(|(index, _)| !is_left_out(*index));
+        others.map(|(_, other)| other).find_map(|other| pair_fault(own, other, gap_mm))
     }
 
-    /// Whether a sensor may be at its place by itself.
-    fn holds(&self, position: &Position, number: usize) -> bool {
-        let places = self.movable.places(self.movable.slots[number].body);
-        places.is_some_and(|places| places.fault(&position.places[number]).is_none())
+    /// Whether each sensor may be at its place by itself.
+    fn holds_all(&self, position: &Position) -> bool {
+        let each = self.movable.slots.iter().zip(&position.places);
+        each.into_iter().all(|(slot, place)| {
+            let places = self.movable.places(slot.body);
+            places.is_some_and(|places| places.fault(place).is_none())
+        })
     }
 
-    /// What stands in the way of a position, if anything: what costs least is looked at first.
-    pub fn fault(&self, position: &Position) -> Option<Constraint> {
-        (0..self.movable.slots.len())
-            .find_map(|slot| self.fault_of(position, slot))
-            .or_else(|| (!self.movable.stands(position)).then_some(Constraint::PoseBound))
-            .or_else(|| self.judge.determination_fault(&self.movable.bodies(position)))
+    /// Whether nothing stands in the way of a position: what costs least is looked at first.
+    pub fn is_allowed(&self, position: &Position) -> bool {
+        let bodies = self.movable.bodies(position);
+        self.movable.is_on_patch(position)
+            && !self.has_near_pair(&bodies)
+            && self.holds_all(position)
+            && self.judge.determination_fault(&bodies).is_none()
     }
 
     /// What stands in the way of one sensor's place.
     pub fn fault_of(&self, position: &Position, number: usize) -> Option<Constraint> {
         let places = self.movable.places(self.movable.slots[number].body)?;
-        self.pair_fault_of(&self.movable.bodies(position), number)
+        self.pair_fault_of(&self.movable.bodies(position), number, &[])
             .or_else(|| places.fault(&position.places[number]))
     }
 }
@@ -500,11 +415,11 @@ fn far_mm(one: &Position, other: &Position) -> f64 {
     });
     let poses = [(&one.generator, &other.generator), (&one.crf_pose, &other.crf_pose)];
     let poses = poses.into_iter().flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs()));
-    let standing = one.standing.zip(other.standing).map(|(a, b)| {
+    let foot_pose = one.foot_pose.zip(other.foot_pose).map(|(a, b)| {
         let way_mm = (a.foot.position_mm - b.foot.position_mm).norm();
         way_mm.max((a.turn_deg - b.turn_deg).abs())
     });
-    sensors.chain(poses).chain(standing).fold(0.0, f64::max)
+    sensors.chain(poses).chain(foot_pose).fold(0.0, f64::max)
 }
 
 /// The best first, of those that are near each other the best alone.

@@ -116,7 +116,7 @@ pub(crate) fn flatness(search: &Search, position: &Position, best: f64) -> Vec<F
         let at = |direction: &[f64], way_mm: f64| {
             let way: Vec<f64> = direction.iter().map(|part| part * way_mm).collect();
             let moved = search.movable.moved(position, &way);
-            if search.fault(&moved).is_some() {
+            if !search.is_allowed(&moved) {
                 return None;
             }
             let value = search.judge.few_value(&search.movable.bodies(&moved)).ok().flatten()?;

@@ -1,7 +1,7 @@
 //! The CRF on a patch of the patient: it follows the surface, and the best spot is found.
 
 use super::cases::{crf_problem, room};
-use crate::patch::{Footing, Standing};
+use crate::footing::{FootPose, Footing};
 use crate::{CrfPatch, Moves, OptimizeError, PoseBounds, Problem, Settings, optimize};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 use trackwright_field::random_models::Seeded;
@@ -70,18 +70,18 @@ fn the_crf_follows_the_surface() {
     let still = footing.crf_moved(&start);
     assert!(still.translation.vector.norm() < 1e-12 && still.rotation.angle() < 1e-12);
     let mut seeded = Seeded::new(31);
-    let mut standing = start;
+    let mut foot_pose = start;
     let mut allowed = 0;
     for _ in 0..300 {
         let way_mm = Vector3::from_fn(|_, _| 20.0 * seeded.normal());
-        let next = footing.moved(&standing, &way_mm, 5.0 * seeded.normal());
+        let next = footing.moved(&foot_pose, &way_mm, 5.0 * seeded.normal());
         assert!(next.turn_deg.abs() <= 15.0);
         if !footing.is_allowed(&next) {
             continue;
         }
         allowed += 1;
-        standing = next;
-        let Standing { foot, turn_deg } = next;
+        foot_pose = next;
+        let FootPose { foot, turn_deg } = next;
         let off_mm = (surface.closest(&foot.position_mm).position_mm - foot.position_mm).norm();
         assert!(off_mm < 1e-6, "{off_mm} mm off the surface");
         assert!(upper(&pose, 60.0).contains(&foot.position_mm), "{foot:?}");
@@ -107,16 +107,16 @@ fn the_crf_follows_the_surface() {
 fn the_shift_bounds_how_far_the_foot_goes() {
     let patch = patch(60.0);
     let footing = Footing::new(&patch, &Point3::new(0.0, 0.0, -3.0), bounds(12.0, 0.0)).unwrap();
-    let standings = footing.spread_out();
-    assert!(standings.len() > 30, "{}", standings.len());
+    let foot_poses = footing.spread_out();
+    assert!(foot_poses.len() > 30, "{}", foot_poses.len());
     let turn = crf_from_head().rotation;
-    for own in &standings {
+    for own in &foot_poses {
         let way_mm = turn * (own.foot.position_mm - footing.start.foot.position_mm);
         assert!(way_mm.amax() <= 12.0 && own.turn_deg == 0.0, "{way_mm}");
     }
     // They reach as far.
     let far_mm =
-        standings.iter().map(|own| (own.foot.position_mm - footing.start.foot.position_mm).norm());
+        foot_poses.iter().map(|own| (own.foot.position_mm - footing.start.foot.position_mm).norm());
     assert!(far_mm.fold(0.0, f64::max) > 10.0);
 }
 
@@ -127,17 +127,17 @@ fn the_best_spot_of_the_patch_is_found() {
         let settings = Settings { most_fits: 2_000_000, ..Settings::default() };
         let (enough, task) = (CancelToken::default(), Task::default());
         let found = optimize(&problem, &settings, &enough, &task, &mut |_| ()).unwrap();
-        // Every standing of a grid that is finer than that of the search, through a study of its own.
+        // Every foot_pose of a grid that is finer than that of the search, through a study of its own.
         let middle = Point3::new(0.0, 0.0, -3.0);
         let footing = Footing::new(&problem.crf_patches[0], &middle, bounds(1e6, 20.0)).unwrap();
-        let mut standings = footing.spread_out();
+        let mut foot_poses = footing.spread_out();
         let mut seeded = Seeded::new(seed);
         for k in 0..400 {
             let way_mm = Vector3::from_fn(|_, _| 15.0 * seeded.normal());
-            let near = footing.moved(&standings[k % 192], &way_mm, 10.0 * seeded.normal());
-            standings.push(near);
+            let near = footing.moved(&foot_poses[k % 192], &way_mm, 10.0 * seeded.normal());
+            foot_poses.push(near);
         }
-        let figure = |own: &Standing| {
+        let figure = |own: &FootPose| {
             let mut scenario = problem.scenarios[0].clone();
             let moved = footing.crf_moved(own);
             let crf = scenario.crf.as_mut().unwrap();
@@ -146,7 +146,7 @@ fn the_best_spot_of_the_patch_is_found() {
             let outcome = run(&scenario, &problem.mode, &CancelToken::default(), None).unwrap();
             (outcome.figures.outside == 0).then(|| outcome.figures.value(Metric::TIP_RMS))
         };
-        let allowed = standings.iter().filter(|own| footing.is_allowed(own));
+        let allowed = foot_poses.iter().filter(|own| footing.is_allowed(own));
         let least = allowed.filter_map(figure).fold(f64::INFINITY, f64::min);
         let best = found.best.objective;
         assert!(best <= 1.01 * least, "{seed}: {best} mm, least {least} mm");

@@ -1,20 +1,17 @@
-//! The CRF on a patch of the patient's surface: where it may stand, and how it follows the surface.
+//! How the CRF is moved over a patch of the patient's surface.
 //!
 //! The foot is the point of the anatomy's surface that is nearest to the middle of the CRF's body. When
 //! the foot is moved over the surface, the CRF goes with it as if fixed to its normal: it keeps its
 //! offset, turns by the smallest turn from the old normal to the new one, and by a turn about that.
 
+use crate::crf_patch::CrfPatch;
 use crate::outcome::OptimizeError;
 use crate::problem::PoseBounds;
 use nalgebra::{Point3, Translation3, Vector3};
-use std::sync::Arc;
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::{axis_rotation, exp_vector};
 use trackwright_geometry::spread::{Position, farthest_first};
 use trackwright_geometry::surface::{Surface, SurfacePoint};
-use trackwright_simulation::placement::placement_mesh;
 
 /// A foot may be so far beside the patch: where a CRF was put by a search, the nearest point of a
 /// curved surface is some tenths of a millimetre beside the foot that it was put at.
@@ -24,61 +21,9 @@ const BESIDE_MM: f64 = 2.0;
 const FEET: usize = 64;
 const TURNS: [f64; 3] = [0.0, -1.0, 1.0];
 
-/// The part of an anatomy's surface that the CRF may stand on.
-#[derive(Clone, Debug)]
-pub struct CrfPatch {
-    /// Its name.
-    pub anatomy: String,
-    /// Of the whole mesh, in its own frame; `None` of one that has no triangle or was not read.
-    surface: Option<Arc<Surface>>,
-    /// Mesh frame: what of the surface is in one of them.
-    boxes: Vec<Bounds>,
-    /// Points of the surface in the boxes, close enough to stand for all of it.
-    points_mm: Arc<[Point3<f64>]>,
-    /// At the start.
-    crf_from_mesh: Pose,
-}
-
-impl CrfPatch {
-    /// The patch in these boxes of the mesh's own frame, where the CRF sees the mesh now.
-    pub fn of_mesh(
-        anatomy: &str,
-        mesh: Option<&SurfaceMesh>,
-        boxes: &[Bounds],
-        crf_from_mesh: Pose,
-    ) -> Self {
-        let mut patch = Self {
-            anatomy: anatomy.to_owned(),
-            surface: None,
-            boxes: boxes.to_vec(),
-            points_mm: Arc::new([]),
-            crf_from_mesh,
-        };
-        if let Some(mesh) = mesh {
-            // All of it is surface here, whatever its parts are called.
-            let mut mesh = mesh.clone();
-            mesh.parts.iter_mut().for_each(|part| part.name.clear());
-            patch.surface = Surface::new(&mesh).map(Arc::new);
-            let fine = placement_mesh(&mesh).unwrap_or(mesh);
-            patch.points_mm = fine.patch(boxes, 0.0).positions_mm.into();
-        }
-        patch
-    }
-
-    fn contains(&self, point_mm: &Point3<f64>) -> bool {
-        self.boxes.iter().any(|own| own.contains(point_mm))
-    }
-
-    /// The point of the boxes that is nearest to a point.
-    fn clamped(&self, point_mm: &Point3<f64>) -> Option<Point3<f64>> {
-        let each = self.boxes.iter().map(|own| own.clamp(point_mm));
-        each.min_by(|a, b| (a - point_mm).norm().total_cmp(&(b - point_mm).norm()))
-    }
-}
-
 /// Where the CRF stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Standing {
+pub(crate) struct FootPose {
     /// Mesh frame.
     pub foot: SurfacePoint,
     /// About the normal at the foot.
@@ -91,7 +36,7 @@ pub(crate) struct Footing<'a> {
     surface: &'a Surface,
     bounds: PoseBounds,
     /// Of the start.
-    pub start: Standing,
+    pub start: FootPose,
 }
 
 impl<'a> Footing<'a> {
@@ -109,7 +54,7 @@ impl<'a> Footing<'a> {
         if patch.points_mm.is_empty() {
             return Err(OptimizeError::EmptyPatch {
                 anatomy: anatomy(),
-                off_mm: off_mm(patch, surface),
+                off_mm: patch.off_mm(surface),
             });
         }
         let middle = patch.crf_from_mesh.inverse() * middle_in_crf;
@@ -129,17 +74,17 @@ impl<'a> Footing<'a> {
                 off_mm: away.fold(f64::INFINITY, f64::min),
             });
         }
-        Ok(Self { patch, surface, bounds, start: Standing { foot, turn_deg: 0.0 } })
+        Ok(Self { patch, surface, bounds, start: FootPose { foot, turn_deg: 0.0 } })
     }
 
-    /// Numbers that move a standing: a way of the foot, and a turn.
+    /// Numbers that move a pose of the foot: a way of the foot, and a turn.
     pub const DIMENSIONS: usize = 4;
 
     /// After a way of the foot in mm and a turn in degrees, allowed or not: to the point of the surface
     /// that is nearest to the displaced foot. The turn is kept within its bound.
-    pub fn moved(&self, from: &Standing, way_mm: &Vector3<f64>, turn_deg: f64) -> Standing {
+    pub fn moved(&self, from: &FootPose, way_mm: &Vector3<f64>, turn_deg: f64) -> FootPose {
         let most_deg = self.bounds.turn_deg;
-        Standing {
+        FootPose {
             foot: self.surface.closest(&(from.foot.position_mm + way_mm)),
             turn_deg: (from.turn_deg + turn_deg).clamp(-most_deg, most_deg),
         }
@@ -147,17 +92,17 @@ impl<'a> Footing<'a> {
 
     /// Whether the foot is in the patch, and no farther from its start than the bounds allow along the
     /// CRF's own axes.
-    pub fn is_allowed(&self, standing: &Standing) -> bool {
-        let at = &standing.foot.position_mm;
+    pub fn is_allowed(&self, foot_pose: &FootPose) -> bool {
+        let at = &foot_pose.foot.position_mm;
         let way_mm = self.patch.crf_from_mesh.rotation * (at - self.start.foot.position_mm);
         self.patch.contains(at) && (0..3).all(|k| way_mm[k].abs() <= self.bounds.shift_mm[k])
     }
 
     /// How the CRF was moved from its start, in its own axes.
-    pub fn crf_moved(&self, standing: &Standing) -> Pose {
-        let [from, to] = [&self.start.foot, &standing.foot];
+    pub fn crf_moved(&self, foot_pose: &FootPose) -> Pose {
+        let [from, to] = [&self.start.foot, &foot_pose.foot];
         let tilt = exp_vector(&axis_rotation(&from.normal, &to.normal).vector_rad);
-        let turn = exp_vector(&(to.normal.into_inner() * standing.turn_deg.to_radians()));
+        let turn = exp_vector(&(to.normal.into_inner() * foot_pose.turn_deg.to_radians()));
         let [back, forth] =
             [-from.position_mm.coords, to.position_mm.coords].map(Translation3::from);
         let moved_in_mesh = forth * (turn * tilt) * back;
@@ -165,12 +110,12 @@ impl<'a> Footing<'a> {
         crf_from_mesh * moved_in_mesh * crf_from_mesh.inverse()
     }
 
-    /// Standings that are spread over what is allowed.
-    pub fn spread_out(&self) -> Vec<Standing> {
-        let foot = |at: &Point3<f64>| Standing { foot: self.surface.closest(at), turn_deg: 0.0 };
-        let all: Vec<Standing> = self.patch.points_mm.iter().map(foot).collect();
-        let allowed: Vec<Standing> = all.into_iter().filter(|own| self.is_allowed(own)).collect();
-        let position = |own: &Standing| {
+    /// FootPoses that are spread over what is allowed.
+    pub fn spread_out(&self) -> Vec<FootPose> {
+        let foot = |at: &Point3<f64>| FootPose { foot: self.surface.closest(at), turn_deg: 0.0 };
+        let all: Vec<FootPose> = self.patch.points_mm.iter().map(foot).collect();
+        let allowed: Vec<FootPose> = all.into_iter().filter(|own| self.is_allowed(own)).collect();
+        let position = |own: &FootPose| {
             let [x, y, z] = own.foot.position_mm.coords.into();
             [x, y, z, 0.0, 0.0, 0.0, 0.0]
         };
@@ -178,15 +123,8 @@ impl<'a> Footing<'a> {
         let chosen = farthest_first(&positions, FEET.min(allowed.len()));
         let turned = chosen.into_iter().flat_map(|k| {
             let foot = allowed[k].foot;
-            TURNS.map(|part| Standing { foot, turn_deg: part * self.bounds.turn_deg })
+            TURNS.map(|part| FootPose { foot, turn_deg: part * self.bounds.turn_deg })
         });
         turned.collect()
     }
-}
-
-/// How far a patch is from the surface that none of is in it.
-fn off_mm(patch: &CrfPatch, surface: &Surface) -> f64 {
-    let corners = surface.triangles().flatten().map(|(at, _)| at);
-    let away = corners.filter_map(|at| Some((patch.clamped(&at)? - at).norm()));
-    away.fold(f64::INFINITY, f64::min)
 }
