@@ -147,9 +147,10 @@ fn list(coordinates: &[f64; 3]) -> String {
 }
 
 impl Mounting {
-    /// A box that is stated, by its place.
+    /// A box that is stated, by its place; `None` where it is none of the body's.
     pub fn stated_box(&self, place: BoxPlace) -> Option<&Bounds> {
         match place {
+            BoxPlace::CrfPatch { .. } => None,
             BoxPlace::KeepOut { index } => self.keep_out.get(index),
             BoxPlace::Surface { region, index } => match self.regions.get(region)? {
                 MountingRegion::Surface { boxes, .. } => boxes.get(index),
@@ -161,6 +162,7 @@ impl Mounting {
     /// The same, to be changed.
     pub fn stated_box_mut(&mut self, place: BoxPlace) -> Option<&mut Bounds> {
         match place {
+            BoxPlace::CrfPatch { .. } => None,
             BoxPlace::KeepOut { index } => self.keep_out.get_mut(index),
             BoxPlace::Surface { region, index } => match self.regions.get_mut(region)? {
                 MountingRegion::Surface { boxes, .. } => boxes.get_mut(index),

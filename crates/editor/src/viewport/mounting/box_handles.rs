@@ -110,7 +110,7 @@ fn place_balls(faces: Faces, mut balls: Balls<BoxBall>) {
 fn color(ball: &BoxBall) -> Rgb {
     match ball.place {
         BoxPlace::KeepOut { .. } => palette::FORBIDDEN,
-        BoxPlace::Surface { .. } => palette::MOUNTING,
+        BoxPlace::Surface { .. } | BoxPlace::CrfPatch { .. } => palette::MOUNTING,
     }
 }
 
@@ -145,7 +145,7 @@ impl SceneDrag for BoxBall {
 fn name(place: BoxPlace) -> &'static str {
     match place {
         BoxPlace::KeepOut { .. } => "forbidden box",
-        BoxPlace::Surface { .. } => "box of a mounting patch",
+        BoxPlace::Surface { .. } | BoxPlace::CrfPatch { .. } => "box of a mounting patch",
     }
 }
 
