@@ -21,7 +21,7 @@ use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
 use trackwright_project::MeshOwner;
 
-fn anatomy(name: &str, file: &str) -> Anatomy {
+pub fn anatomy(name: &str, file: &str) -> Anatomy {
     Anatomy {
         name: name.to_owned(),
         mesh: MeshReference::new(file),
@@ -32,7 +32,7 @@ fn anatomy(name: &str, file: &str) -> Anatomy {
     }
 }
 
-fn add(anatomy: Anatomy) -> EditRequest {
+pub fn add(anatomy: Anatomy) -> EditRequest {
     EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Add(Box::new(anatomy))))
 }
 

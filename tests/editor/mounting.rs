@@ -1,6 +1,8 @@
 //! Mounting regions in the scene: the layer, the brush, drawn channels and forbidden boxes.
 
+use super::anatomy::{add, anatomy};
 use super::app::{change_view, create_scene_app_with, named, settle};
+use super::meshes::box_obj;
 use super::pointer::{SHAFT, SimulatedPointer};
 use bevy::picking::PickingSettings;
 use bevy::picking::pointer::PointerButton;
@@ -26,6 +28,7 @@ use trackwright_editor::viewport::mounting::state::MountingState;
 use trackwright_editor::viewport::surfaces::Surfaces;
 use trackwright_editor::viewport::tool::SceneTool;
 use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::surface::Surface;
 use trackwright_project::{DEFAULT_BUILTIN, World};
 use trackwright_simulation::{Mounting, MountingAxis, MountingRegion};
 
@@ -370,6 +373,59 @@ fn a_dragged_box_is_around_both_ends() {
     pointer.drag(at, by, PointerButton::Primary);
     assert_eq!(mounting(&pointer).keep_out.len(), 1);
     pointer.assert_escape_restores(&before, at);
+}
+
+#[test]
+fn anatomy_is_painted_for_the_crf() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("head.obj");
+    std::fs::write(&file, box_obj([60.0; 3], "")).unwrap();
+    let mut pointer = pointer();
+    pointer.request(add(anatomy("head", file.to_str().unwrap())));
+    pointer.select(Some(Selected::Anatomy(0)));
+    pointer.app.world_mut().resource_mut::<MountingState>().is_open = true;
+    settle(&mut pointer.app);
+    // A box is of a body alone.
+    take(&mut pointer, SceneTool::DrawBox);
+    assert_eq!(*pointer.resource::<SceneTool>(), SceneTool::Select);
+    take(&mut pointer, SceneTool::PaintPatch);
+    let before = pointer.design();
+    let tracker_from_mesh = before.anatomy[0].tracker_from_mesh(&before);
+    let world = &pointer.resource::<OpenWorld>().0;
+    let mesh = Arc::clone(world.anatomy_mesh(&before.anatomy[0].mesh).unwrap());
+    let surface = Surface::new(&mesh).unwrap();
+    let (rig, view) = (pointer.resource::<OrbitRig>().clone(), *pointer.resource::<ViewportRect>());
+    let [x, y] = {
+        let middle = tracker_from_mesh * Point3::new(30.0, 30.0, 30.0);
+        rig.camera.project(&middle, rig.view_px).unwrap()
+    };
+    let at = view.min + Vec2::new(x as f32, y as f32);
+    let by = Vec2::new(12.0, 0.0);
+    let under = |at: Vec2| {
+        let ray = rig.camera.ray(view.pixel(at), rig.view_px);
+        surface.cast(&ray.transformed_by(&tracker_from_mesh.inverse())).unwrap().position_mm
+    };
+    pointer.drag(at, by, PointerButton::Primary);
+    pointer.release(at + by, PointerButton::Primary);
+    let patch = |pointer: &SimulatedPointer| pointer.design().anatomy[0].crf_patch.clone();
+    let painted = patch(&pointer);
+    assert!([at, at + by].iter().all(|at| is_in(&painted, &under(*at))), "{painted:?}");
+    assert_eq!(pointer.undo_label().as_deref(), Some("Paint CRF patch of anatomy head"));
+    assert_eq!(pointer.design().tool.body.mounting, before.tool.body.mounting);
+    settle(&mut pointer.app);
+    assert_eq!((named(&mut pointer.app, REGIONS), named(&mut pointer.app, "CRF patch")), (1, 1));
+    take(&mut pointer, SceneTool::ErasePatch);
+    pointer.click(at);
+    assert!(!is_in(&patch(&pointer), &under(at)), "{:?}", patch(&pointer));
+    assert_eq!(pointer.undo_label().as_deref(), Some("Erase CRF patch of anatomy head"));
+    pointer.request(EditRequest::Undo);
+    assert_eq!(patch(&pointer), painted);
+    pointer.request(EditRequest::Undo);
+    assert_eq!(pointer.design(), before);
+    // Without a patch there is nothing to erase.
+    settle(&mut pointer.app);
+    pointer.click(at);
+    assert_eq!(pointer.design(), before);
 }
 
 #[test]

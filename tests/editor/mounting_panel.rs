@@ -6,11 +6,12 @@ use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
-use trackwright_design::{BodyRole, Edit};
+use trackwright_design::{Anatomy, AnatomyEdit, BodyRole, Edit};
 use trackwright_editor::document::requests::EditRequest;
 use trackwright_editor::viewport::mounting::state::MountingState;
 use trackwright_editor::viewport::tool::SceneTool;
 use trackwright_editor::workspaces::design::actions::{DesignAction, MountingAction};
+use trackwright_editor::workspaces::design::crf_patch_ui::{CrfPatchView, crf_patch_ui};
 use trackwright_editor::workspaces::design::mounting_ui::{MountingView, mounting_ui};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh::SurfaceMesh;
@@ -182,6 +183,28 @@ fn tools_are_taken_and_put_back() {
         );
         assert_eq!(actions, [DesignAction::Mounting(MountingAction::Take(SceneTool::Select))]);
     }
+}
+
+#[test]
+fn a_patch_for_the_crf_is_painted_and_removed() {
+    let boxes = vec![Bounds::from(([0.0; 3], [5.0; 3]))];
+    let anatomy = Anatomy { crf_patch: boxes, ..super::anatomy::anatomy("head", "head.stl") };
+    let view = CrfPatchView {
+        index: 2,
+        anatomy: &anatomy,
+        has_mesh: true,
+        state: OPEN,
+        tool: SceneTool::Select,
+    };
+    let after = |name: &'static str| {
+        use_panel(SIZE, |ui| crf_patch_ui(ui, &view), |harness| harness.get_by_label(name).click())
+    };
+    let paint = DesignAction::Mounting(MountingAction::Take(SceneTool::PaintPatch));
+    assert_eq!(after("Paint a patch"), [paint]);
+    let removed = AnatomyEdit::SetCrfPatch { index: 2, boxes: Vec::new() };
+    assert_eq!(after("Remove patch"), [DesignAction::apply(Edit::Anatomy(removed))]);
+    let closed = MountingState { is_open: false, ..OPEN };
+    assert_eq!(after("edit patch"), [DesignAction::Mounting(MountingAction::Set(closed))]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The design's anatomy, translucent; what of a body's own mesh is anatomy looks the same.
 
 use super::drawing::{Drawing, transform_of};
+use super::mounting::crf_patch_shape;
 use super::palette::{BONE, Rgb};
 use serde_json::Value;
 use trackwright_design::Anatomy;
@@ -34,6 +35,9 @@ impl Drawing<'_> {
             let shape = self.part(part);
             children.extend(self.shape_node(&part.name, shape, look, Value::Null));
         }
+        if self.stage.view.layers.mounting && !anatomy.crf_patch.is_empty() {
+            children.extend(self.mounting_nodes(&crf_patch_shape(&anatomy.crf_patch, mesh)));
+        }
         let tracker_from_mesh = anatomy.tracker_from_mesh(self.stage.design());
         let name = format!("anatomy {}", anatomy.name);
         self.group(&name, transform_of(&tracker_from_mesh), children)
@@ -53,6 +57,7 @@ mod tests {
     use trackwright_design::view::Layers;
     use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, BodyRole, Edit};
     use trackwright_formats::gltf::parse;
+    use trackwright_geometry::bounds::Bounds;
     use trackwright_geometry::mesh_reference::MeshReference;
     use trackwright_geometry::pose::Pose;
     use trackwright_project::{World, open_builtin, refresh_meshes};
@@ -115,5 +120,20 @@ mod tests {
         assert!(is_warm(faces[0].base_color) && !is_warm(faces[1].base_color));
         let without = parse(&scene(&world, "none"), 1000.0).unwrap();
         assert!(without.parts.iter().all(|part| part.name != "face"));
+    }
+
+    #[test]
+    fn a_crf_patch_is_drawn_in_its_layer() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut world = world(folder.path());
+        let boxes = vec![Bounds::from(([0.0; 3], [40.0, 40.0, 15.0]))];
+        let edit = AnatomyEdit::SetCrfPatch { index: 0, boxes };
+        world.document.apply(Edit::Anatomy(edit)).unwrap();
+        let has_patch = |layers: &str| {
+            let read = parse(&scene(&world, layers), 1000.0).unwrap();
+            read.parts.iter().any(|part| part.name == "CRF patch")
+        };
+        assert!(has_patch("anatomy,mounting"));
+        assert!(!has_patch("anatomy") && !has_patch("mounting"));
     }
 }

@@ -1,7 +1,7 @@
 //! What the colours of a drawn scene mean, for the page or program that shows it.
 
 use super::Stage;
-use super::mounting::{FORBIDDEN_WORDS, MOUNTING_WORDS, forbids};
+use super::mounting::{CRF_PATCH_WORDS, FORBIDDEN_WORDS, MOUNTING_WORDS, forbids};
 use super::palette::{self, Rgb};
 use trackwright_design::BodyRole;
 
@@ -47,6 +47,9 @@ impl Stage<'_> {
         let forbids = bodies.any(|(_, body)| forbids(&body.mounting));
         add(layers.mounting, palette::MOUNTING, MOUNTING_WORDS.to_owned());
         add(layers.mounting && forbids, palette::FORBIDDEN, FORBIDDEN_WORDS.to_owned());
+        let has_patch = design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty());
+        let is_patch_shown = layers.mounting && layers.anatomy && has_patch;
+        add(is_patch_shown, palette::CRF, CRF_PATCH_WORDS.to_owned());
         let volume = self.world.environment.volume.map(|volume| volume.name().to_owned());
         add(layers.volume && volume.is_some(), palette::VOLUME, volume.unwrap_or_default());
         keys

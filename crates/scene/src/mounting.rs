@@ -2,11 +2,12 @@
 //! may be: forbidden boxes, the clearance of the tip.
 
 use super::drawing::Drawing;
-use super::palette::{FORBIDDEN, MOUNTING, Rgb};
+use super::palette::{CRF, FORBIDDEN, MOUNTING, Rgb};
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
 use trackwright_design::BodyRole;
 use trackwright_formats::gltf::write::NodeId;
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::outline::Outline;
 use trackwright_geometry::solid::{ArrowSize, Solid};
@@ -14,6 +15,7 @@ use trackwright_simulation::{Mounting, MountingRegion};
 
 /// What the colours mean, for a legend.
 pub const MOUNTING_WORDS: &str = "sensors may be mounted here";
+pub const CRF_PATCH_WORDS: &str = "the CRF may stand here";
 pub const FORBIDDEN_WORDS: &str = "no coil here: forbidden box, tip clearance";
 
 /// Before the surface that it is a part of, which would hide every other piece of it.
@@ -38,6 +40,8 @@ const LEAST_PART: f64 = 0.15;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MountingPart {
     Patch,
+    /// Of anatomy.
+    CrfPatch,
     Channel,
     Seat,
     ForbiddenBox,
@@ -58,6 +62,7 @@ impl MountingPart {
     pub fn name(self) -> &'static str {
         match self {
             Self::Patch => "mounting patch",
+            Self::CrfPatch => "CRF patch",
             Self::Channel => "mounting channel",
             Self::Seat => "mounting seat",
             Self::ForbiddenBox => "forbidden box",
@@ -68,6 +73,7 @@ impl MountingPart {
     pub fn color(self) -> Rgb {
         match self {
             Self::Patch | Self::Channel | Self::Seat => MOUNTING,
+            Self::CrfPatch => CRF,
             Self::ForbiddenBox | Self::TipClearance => FORBIDDEN,
         }
     }
@@ -77,6 +83,7 @@ impl MountingPart {
     fn alpha(self, extent_mm: f64) -> f64 {
         match self {
             Self::Patch => 0.35,
+            Self::CrfPatch => 0.6,
             Self::Channel => 0.45,
             Self::Seat => 0.8,
             Self::ForbiddenBox | Self::TipClearance => {
@@ -128,6 +135,17 @@ pub fn mounting_shapes(
     shapes
 }
 
+/// Where on anatomy the CRF may stand, in the frame of its mesh; nothing is drawn without boxes, which
+/// state nothing.
+pub fn crf_patch_shape(boxes: &[Bounds], mesh: &SurfaceMesh) -> MountingShape {
+    let part = MountingPart::CrfPatch;
+    let solid = match boxes {
+        [] => Solid::default(),
+        boxes => mesh.patch(boxes, LIFT_MM),
+    };
+    MountingShape { part, solid, lines: Vec::new(), alpha: part.alpha(0.0) }
+}
+
 fn region_shape(region: &MountingRegion, mesh: Option<&SurfaceMesh>) -> MountingShape {
     let mut solid = Solid::default();
     let (part, lines) = match region {
@@ -159,16 +177,20 @@ impl Drawing<'_> {
         let tip = body.rigid.judged_tip_in_body();
         // A rod that stands in for a mesh is no surface.
         let mesh = stage.world.mesh(role).and(stage.mesh(role)).map(|mesh| &**mesh);
-        let mut nodes = Vec::new();
-        for shape in mounting_shapes(&body.mounting, mesh, &tip) {
-            let (name, color) = (shape.part.name(), shape.part.color());
-            let look = self.veil(name, color, shape.alpha);
-            nodes.extend(self.solid_node(name, &shape.solid, look, Value::Null));
-            if !shape.lines.is_empty() {
-                let look = self.unlit(name, color, 1.0);
-                let lines = shape.lines.iter().map(Vec::as_slice);
-                nodes.extend(self.lines(&format!("{name}, lines"), lines, look));
-            }
+        let shapes = mounting_shapes(&body.mounting, mesh, &tip);
+        shapes.iter().flat_map(|shape| self.mounting_nodes(shape)).collect()
+    }
+
+    /// A shape of mounting regions, in its frame.
+    pub(super) fn mounting_nodes(&mut self, shape: &MountingShape) -> Vec<NodeId> {
+        let (name, color) = (shape.part.name(), shape.part.color());
+        let look = self.veil(name, color, shape.alpha);
+        let solid = self.solid_node(name, &shape.solid, look, Value::Null);
+        let mut nodes: Vec<NodeId> = solid.into_iter().collect();
+        if !shape.lines.is_empty() {
+            let look = self.unlit(name, color, 1.0);
+            let lines = shape.lines.iter().map(Vec::as_slice);
+            nodes.extend(self.lines(&format!("{name}, lines"), lines, look));
         }
         nodes
     }
@@ -178,7 +200,6 @@ impl Drawing<'_> {
 mod tests {
     use super::*;
     use nalgebra::Unit;
-    use trackwright_geometry::bounds::Bounds;
     use trackwright_geometry::placeholder::placeholder;
     use trackwright_simulation::MountingAxis;
 
@@ -255,6 +276,17 @@ mod tests {
         let head = alpha([180.0, 220.0, 240.0]);
         assert!(head < 0.04 && head >= LEAST_PART * FORBIDDEN_ALPHA, "{head}");
         assert!(alpha([60.0; 3]) > head && alpha([60.0; 3]) < FORBIDDEN_ALPHA);
+    }
+
+    #[test]
+    fn a_crf_patch_is_what_its_boxes_hold() {
+        let own = Bounds::from(([-9.0, -9.0, 10.0], [9.0, 9.0, 20.0]));
+        let shape = crf_patch_shape(&[own], &rod());
+        let bounds = around(&shape.solid);
+        assert!((bounds.min_mm.z - 10.0).abs() < 0.1 && (bounds.max_mm.z - 20.0).abs() < 0.1);
+        assert_eq!((shape.part.color(), shape.part.name()), (CRF, "CRF patch"));
+        // Without boxes nothing is stated, unlike of a body.
+        assert!(crf_patch_shape(&[], &rod()).solid.triangles.is_empty());
     }
 
     #[test]

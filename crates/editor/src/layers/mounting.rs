@@ -2,7 +2,7 @@
 //! clearance where no coil may be.
 //!
 //! Drawn of every body while the layer is on, and of the body whose regions are edited; else nothing
-//! is made. What is drawn is the scene's ([`trackwright_scene::mounting`]).
+//! is made. So is the patch of anatomy that the CRF may stand on. What is drawn is the scene's ([`trackwright_scene::mounting`]).
 
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
@@ -12,16 +12,18 @@ use crate::palette::{Theme, ThemedColor};
 use crate::scene::materials::glow::{GlowMaterial, Shown};
 use crate::schedule::EditorSystems;
 use crate::viewport::mounting::channel::ChannelDraft;
-use crate::viewport::mounting::state::EditedBody;
+use crate::viewport::mounting::state::{EditedBody, MountingOwner};
 use crate::{convert, palette};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use nalgebra::Point3;
 use std::sync::Arc;
 use trackwright_design::BodyRole;
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_scene::mounting::{
-    FORBIDDEN_WORDS, MOUNTING_WORDS, MountingPart, MountingShape, forbids, mounting_shapes,
+    CRF_PATCH_WORDS, FORBIDDEN_WORDS, MOUNTING_WORDS, MountingPart, MountingShape, crf_patch_shape,
+    forbids, mounting_shapes,
 };
 use trackwright_simulation::{Mounting, MountingRegion};
 
@@ -45,7 +47,7 @@ pub struct MountingDrawings(pub u64);
 #[derive(Component)]
 #[require(Transform, Visibility)]
 struct Drawn {
-    role: BodyRole,
+    owner: MountingOwner,
     of: Of,
 }
 
@@ -53,6 +55,8 @@ struct Drawn {
 #[derive(Clone, PartialEq)]
 struct Of {
     mounting: Mounting,
+    /// Of anatomy.
+    crf_patch: Vec<Bounds>,
     tip_in_body: Point3<f64>,
     /// The points of a channel that is being drawn.
     draft_mm: Vec<Point3<f64>>,
@@ -89,8 +93,34 @@ struct State<'w> {
 }
 
 impl State<'_> {
-    /// `None` of a body whose regions are not drawn.
-    fn wanted(&self, role: BodyRole) -> Option<Of> {
+    /// `None` of what is not drawn.
+    fn wanted(&self, owner: MountingOwner) -> Option<Of> {
+        match owner {
+            MountingOwner::Body(role) => self.wanted_of_body(role),
+            MountingOwner::Anatomy(index) => self.wanted_of_anatomy(index),
+        }
+    }
+
+    fn wanted_of_anatomy(&self, index: usize) -> Option<Of> {
+        let world = &self.world.as_ref()?.0;
+        let layers = world.document.view().layers;
+        let is_edited = self.edited.owner() == Some(MountingOwner::Anatomy(index));
+        let anatomy = world.document.design().anatomy.get(index)?;
+        let is_shown = is_edited || (LAYER.is_on(layers) && layers.anatomy);
+        if !is_shown || anatomy.crf_patch.is_empty() {
+            return None;
+        }
+        Some(Of {
+            mounting: Mounting::default(),
+            crf_patch: anatomy.crf_patch.clone(),
+            tip_in_body: Point3::origin(),
+            draft_mm: Vec::new(),
+            theme: *self.theme,
+            mesh: world.anatomy_mesh(&anatomy.mesh).map(|mesh| SharedMesh(Arc::clone(mesh))),
+        })
+    }
+
+    fn wanted_of_body(&self, role: BodyRole) -> Option<Of> {
         let world = &self.world.as_ref()?.0;
         let view = world.document.view();
         let is_edited = self.edited.get() == Some(role);
@@ -102,6 +132,7 @@ impl State<'_> {
         let draft = self.draft.as_ref().filter(|_| is_edited);
         Some(Of {
             mounting: body.mounting.clone(),
+            crf_patch: Vec::new(),
             tip_in_body: body.rigid.judged_tip_in_body(),
             draft_mm: draft.map_or_else(Vec::new, |draft| draft.points_mm.clone()),
             theme: *self.theme,
@@ -109,9 +140,20 @@ impl State<'_> {
         })
     }
 
-    fn place(&self, role: BodyRole) -> Option<Transform> {
+    fn place(&self, owner: MountingOwner) -> Option<Transform> {
         let design = &self.shown.as_ref()?.design;
-        Some(convert::transform(&design.tracker_from_body(role)?))
+        let pose = match owner {
+            MountingOwner::Body(role) => design.tracker_from_body(role)?,
+            MountingOwner::Anatomy(index) => design.anatomy.get(index)?.tracker_from_mesh(design),
+        };
+        Some(convert::transform(&pose))
+    }
+
+    /// All that may be drawn.
+    fn owners(&self) -> impl Iterator<Item = MountingOwner> + use<> {
+        let anatomy = self.shown.as_ref().map_or(0, |shown| shown.design.anatomy.len());
+        let bodies = BodyRole::ALL.into_iter().map(MountingOwner::Body);
+        bodies.chain((0..anatomy).map(MountingOwner::Anatomy))
     }
 }
 
@@ -129,15 +171,17 @@ fn draw(
     mut shapes: Shapes,
     mut legends: ResMut<Legends>,
 ) {
-    let wanted = BodyRole::ALL.map(|role| Some((role, state.place(role)?, state.wanted(role)?)));
-    let mut wanted: Vec<(BodyRole, Transform, Of)> = wanted.into_iter().flatten().collect();
+    let wanted =
+        state.owners().filter_map(|own| Some((own, state.place(own)?, state.wanted(own)?)));
+    let mut wanted: Vec<(MountingOwner, Transform, Of)> = wanted.collect();
     if wanted.is_empty() && drawn.is_empty() {
         return;
     }
-    let own = wanted.iter().map(|(_, _, of)| of);
+    let own = wanted.iter().map(|(owner, _, of)| (*owner, of));
     legends.set(LAYER.order, Legend { keys: keys(own), ..Legend::default() });
     for (entity, old, mut transform) in &mut drawn {
-        let same = |(role, _, of): &(BodyRole, Transform, Of)| *role == old.role && *of == old.of;
+        let same =
+            |(own, _, of): &(MountingOwner, Transform, Of)| *own == old.owner && *of == old.of;
         match wanted.iter().position(same) {
             Some(index) => {
                 transform.set_if_neq(wanted.swap_remove(index).1);
@@ -145,18 +189,20 @@ fn draw(
             None => shapes.commands.entity(entity).despawn(),
         }
     }
-    for (role, place, of) in wanted {
-        shapes.spawn(role, place, of);
+    for (owner, place, of) in wanted {
+        shapes.spawn(owner, place, of);
     }
 }
 
 /// Of what is drawn.
-fn keys<'o>(drawn: impl Iterator<Item = &'o Of> + Clone) -> Vec<LegendKey> {
+fn keys<'o>(drawn: impl Iterator<Item = (MountingOwner, &'o Of)>) -> Vec<LegendKey> {
     let key = |color, words: &str| LegendKey::new(Swatch::Surface(color), words);
-    let allowed = drawn.clone().next().map(|_| key(palette::MOUNTING, MOUNTING_WORDS));
-    let has_forbidden = drawn.clone().any(|of| forbids(&of.mounting));
+    let (bodies, anatomy): (Vec<_>, Vec<_>) = drawn.partition(|(own, _)| own.body().is_some());
+    let allowed = (!bodies.is_empty()).then(|| key(palette::MOUNTING, MOUNTING_WORDS));
+    let has_forbidden = bodies.iter().any(|(_, of)| forbids(&of.mounting));
     let forbidden = has_forbidden.then(|| key(palette::FORBIDDEN, FORBIDDEN_WORDS));
-    allowed.into_iter().chain(forbidden).collect()
+    let crf = (!anatomy.is_empty()).then(|| key(palette::CRF, CRF_PATCH_WORDS));
+    allowed.into_iter().chain(forbidden).chain(crf).collect()
 }
 
 /// Makes entities of shapes.
@@ -170,12 +216,17 @@ struct Shapes<'w, 's> {
 }
 
 impl Shapes<'_, '_> {
-    fn spawn(&mut self, role: BodyRole, place: Transform, of: Of) {
+    fn spawn(&mut self, owner: MountingOwner, place: Transform, of: Of) {
         self.count.0 += 1;
         let mesh = of.mesh.as_ref().map(|mesh| &*mesh.0);
-        let mut shapes = mounting_shapes(&of.mounting, mesh, &of.tip_in_body);
+        let mut shapes = match owner {
+            MountingOwner::Body(_) => mounting_shapes(&of.mounting, mesh, &of.tip_in_body),
+            MountingOwner::Anatomy(_) => {
+                mesh.map(|mesh| crf_patch_shape(&of.crf_patch, mesh)).into_iter().collect()
+            }
+        };
         shapes.extend(draft_shapes(&of.draft_mm));
-        let root = (Name::new("mounting regions"), place, Drawn { role, of });
+        let root = (Name::new("mounting regions"), place, Drawn { owner, of });
         let root = self.commands.spawn(root).id();
         for shape in shapes {
             self.spawn_shape(root, &shape);
@@ -230,6 +281,6 @@ fn material(shape: &MountingShape) -> GlowMaterial {
         // They are inside the body.
         MountingPart::Channel | MountingPart::Seat => material.shown(Shown::Always),
         MountingPart::ForbiddenBox | MountingPart::TipClearance => material.both_faces(),
-        MountingPart::Patch => material,
+        MountingPart::Patch | MountingPart::CrfPatch => material,
     }
 }

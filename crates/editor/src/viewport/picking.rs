@@ -10,7 +10,7 @@ use crate::scene::{BodyRoot, SensorMark, sensors};
 use crate::viewport::ball_handle::{BallHandle, HANDLE_PX};
 use crate::viewport::camera::{MainCamera, OrbitRig, Sight};
 use crate::viewport::gizmo::{CurrentGizmo, GizmoHandle};
-use crate::viewport::mounting::state::MountingTarget;
+use crate::viewport::mounting::state::{MountingOwner, MountingTarget};
 use crate::viewport::surfaces::{Surfaces, make_surfaces};
 use bevy::ecs::system::SystemParam;
 use bevy::picking::PickingSystems;
@@ -18,7 +18,9 @@ use bevy::picking::backend::{HitData, PointerHits};
 use bevy::picking::pointer::{PointerAction, PointerId, PointerInput, PointerLocation};
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
+use trackwright_design::Design;
 use trackwright_geometry::pose::Pose;
+use trackwright_geometry::surface::Ray;
 use trackwright_simulation::body::Sensor;
 
 /// How near to a sensor's axis the pointer takes hold of it, in pixels.
@@ -53,7 +55,7 @@ pub struct Targets<'w, 's> {
     handles: Query<'w, 's, (Entity, &'static BallHandle)>,
     gizmo: Option<Res<'w, CurrentGizmo>>,
     gizmo_handles: Query<'w, 's, (Entity, &'static GizmoHandle)>,
-    mounting: Query<'w, 's, Entity, With<MountingTarget>>,
+    mounting: Query<'w, 's, (Entity, &'static MountingTarget)>,
 }
 
 fn pick(
@@ -100,6 +102,20 @@ impl Targets<'_, '_> {
             .map(|(entity, _)| entity)
     }
 
+    /// How far along a ray the anatomy is that is painted.
+    fn anatomy_depth_mm(
+        &self,
+        world: &OpenWorld,
+        design: &Design,
+        index: usize,
+        ray: &Ray,
+    ) -> Option<f64> {
+        let anatomy = design.anatomy.get(index)?;
+        let surface = self.surfaces.of_anatomy(world.0.anatomy_mesh(&anatomy.mesh)?)?;
+        let in_mesh = ray.transformed_by(&anatomy.tracker_from_mesh(design).inverse());
+        Some((surface.cast(&in_mesh)?.position_mm - in_mesh.origin_mm).norm())
+    }
+
     /// Everything under a place in the window, with a depth that orders it.
     fn under(&self, sight: &Sight, at: Vec2) -> Vec<(Entity, f64)> {
         let (Some(world), Some(design), Some(pixel), Some(ray)) =
@@ -142,8 +158,15 @@ impl Targets<'_, '_> {
             Some((entity, BODIES_FROM + depth))
         });
         // A tool for mounting regions is used on the surface, whatever is mounted there.
-        if let Some(target) = self.mounting.iter().next() {
-            return bodies.filter(|(entity, _)| *entity == target).collect();
+        match self.mounting.iter().next() {
+            Some((target, MountingTarget(MountingOwner::Body(_)))) => {
+                return bodies.filter(|(entity, _)| *entity == target).collect();
+            }
+            Some((target, MountingTarget(MountingOwner::Anatomy(index)))) => {
+                let depth = self.anatomy_depth_mm(world, design, *index, &ray);
+                return depth.map(|depth| (target, BODIES_FROM + depth)).into_iter().collect();
+            }
+            None => {}
         }
         let things = handles.chain(sensors).chain(bodies);
         held.into_iter().chain(things).collect()

@@ -144,11 +144,11 @@ fn step(handle: Handle) -> String {
 fn mounting_words(tool: SceneTool) -> Option<&'static str> {
     match tool {
         SceneTool::PaintPatch => {
-            Some("Drag over the selected body to paint its mounting patch · Alt erases")
+            Some("Drag over the selected body or anatomy to paint its patch · Alt erases")
         }
-        SceneTool::ErasePatch => {
-            Some("Drag over the selected body to erase what the brush covers of its mounting patch")
-        }
+        SceneTool::ErasePatch => Some(
+            "Drag over the selected body or anatomy to erase what the brush covers of its patch",
+        ),
         SceneTool::DrawChannel => Some(
             "Click on the selected body for each point of the channel · Enter or a double click \
              finishes it",

@@ -10,9 +10,12 @@ use trackwright_geometry::normals::with_smooth_normals;
 use trackwright_geometry::snap::SnapPoints;
 use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 
-/// The surfaces of both bodies, made once a mesh.
+/// The surfaces of both bodies, made once a mesh; and of the anatomy that is painted.
 #[derive(Resource, Default)]
-pub struct Surfaces([Option<MeshSurface>; 2]);
+pub struct Surfaces {
+    bodies: [Option<MeshSurface>; 2],
+    anatomy: Option<MeshSurface>,
+}
 
 /// A mesh, its surface, and what is made of them on demand.
 struct MeshSurface {
@@ -25,23 +28,48 @@ struct MeshSurface {
     snap_points: OnceLock<SnapPoints>,
 }
 
+impl MeshSurface {
+    fn of(mesh: &Arc<SurfaceMesh>) -> Self {
+        Self {
+            mesh: Arc::clone(mesh),
+            surface: Surface::new(mesh).map(Arc::new),
+            smooth: OnceLock::new(),
+            snap_points: OnceLock::new(),
+        }
+    }
+}
+
 impl Surfaces {
     /// The surface of a body; `None` where it has no mesh with an area.
     pub fn of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
-        self.0[role as usize].as_ref()?.surface.as_ref()
+        self.bodies[role as usize].as_ref()?.surface.as_ref()
     }
 
     /// What a pointer snaps to on a body; `None` where it has no mesh.
     pub fn snap_points(&self, role: BodyRole) -> Option<&SnapPoints> {
-        let own = self.0[role as usize].as_ref()?;
+        let own = self.bodies[role as usize].as_ref()?;
         Some(own.snap_points.get_or_init(|| SnapPoints::of(&own.mesh, own.surface.as_deref())))
     }
 
     /// The same with normals that are smooth over shallow edges, whatever the mesh has.
     pub fn smooth_of(&self, role: BodyRole) -> Option<&Arc<Surface>> {
-        let own = self.0[role as usize].as_ref()?;
+        let own = self.bodies[role as usize].as_ref()?;
         let make = || Surface::new(&with_smooth_normals(&own.mesh)).map(Arc::new);
         own.smooth.get_or_init(make).as_ref()
+    }
+
+    /// The surface of the anatomy that is painted; `None` of another mesh, and of one without an area.
+    pub fn of_anatomy(&self, mesh: &Arc<SurfaceMesh>) -> Option<&Arc<Surface>> {
+        let own = self.anatomy.as_ref().filter(|own| Arc::ptr_eq(&own.mesh, mesh))?;
+        own.surface.as_ref()
+    }
+
+    /// Makes the surface of a mesh of anatomy, or gives up the one that was made.
+    pub fn keep_anatomy(&mut self, mesh: Option<&Arc<SurfaceMesh>>) {
+        match (mesh, &self.anatomy) {
+            (Some(mesh), Some(own)) if Arc::ptr_eq(&own.mesh, mesh) => {}
+            (mesh, _) => self.anatomy = mesh.map(MeshSurface::of),
+        }
     }
 
     /// The nearest point of a body on a ray of the tracker frame.
@@ -72,19 +100,14 @@ impl Surfaces {
 pub(crate) fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces>) {
     for role in BodyRole::ALL {
         let mesh = world.0.mesh(role);
-        let has = surfaces.0[role as usize].as_ref().map(|own| &own.mesh);
+        let has = surfaces.bodies[role as usize].as_ref().map(|own| &own.mesh);
         let is_current = match (has, mesh) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (None, None) => true,
             _ => false,
         };
         if !is_current {
-            surfaces.0[role as usize] = mesh.map(|mesh| MeshSurface {
-                mesh: Arc::clone(mesh),
-                surface: Surface::new(mesh).map(Arc::new),
-                smooth: OnceLock::new(),
-                snap_points: OnceLock::new(),
-            });
+            surfaces.bodies[role as usize] = mesh.map(MeshSurface::of);
         }
     }
 }

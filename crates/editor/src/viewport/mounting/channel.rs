@@ -6,7 +6,7 @@ use crate::document::state::Notice;
 use crate::schedule::EditorSystems;
 use crate::viewport::camera::Sight;
 use crate::viewport::fine_pointer::DEAD_ZONE_PX;
-use crate::viewport::mounting::state::{BodyClicks, EditedBody};
+use crate::viewport::mounting::state::{EditedBody, TargetClicks};
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use bevy::ecs::system::SystemParam;
@@ -136,9 +136,14 @@ impl Below<'_> {
     }
 }
 
-fn on_click(mut click: On<Pointer<Click>>, clicks: BodyClicks, below: Below, mut drawing: Drawing) {
+fn on_click(
+    mut click: On<Pointer<Click>>,
+    clicks: TargetClicks,
+    below: Below,
+    mut drawing: Drawing,
+) {
     let is_own = *drawing.tool == SceneTool::DrawChannel;
-    let Some(body) = clicks.body(&click).filter(|_| is_own) else {
+    let Some(body) = clicks.owner(&click).filter(|_| is_own).and_then(|owner| owner.body()) else {
         return;
     };
     click.propagate(false);

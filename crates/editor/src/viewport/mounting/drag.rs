@@ -1,11 +1,13 @@
-//! Drags over a body: a brush that adds boxes to a patch or takes them out of it, and a forbidden box
-//! between two points. A click does the same at one point.
+//! Drags over a body or anatomy: a brush that adds boxes to a patch or takes them out of it; over a
+//! body also a forbidden box between two points. A click does the same at one point.
 
 use crate::document::requests::EditRequest;
 use crate::document::selection::Selection;
 use crate::viewport::camera::Sight;
 use crate::viewport::fine_pointer::DragKeys;
-use crate::viewport::mounting::state::{BodyClicks, MountingState, MountingTarget};
+use crate::viewport::mounting::state::{
+    MountingOwner, MountingState, MountingTarget, TargetClicks,
+};
 use crate::viewport::scene_drag::{self, SceneDrag};
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
@@ -15,7 +17,7 @@ use bevy::picking::events::{Click, Pointer};
 use bevy::prelude::*;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
-use trackwright_design::{BodyRole, Edit};
+use trackwright_design::{AnatomyEdit, Edit};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::box_union::{box_between, stroke};
 use trackwright_geometry::pose::Pose;
@@ -37,7 +39,9 @@ enum Stroke {
 
 /// A stroke of the brush, or a box that is drawn.
 pub struct HeldMounting {
-    body: BodyRole,
+    owner: MountingOwner,
+    /// What it is called in an undo step: `tool`, `anatomy head`.
+    name: String,
     stroke: Stroke,
     tracker_from_body: Pose,
     surface: Arc<Surface>,
@@ -52,6 +56,16 @@ pub struct HeldMounting {
     is_spent: bool,
     /// A box around the body, with its surface inside.
     whole: Bounds,
+    /// Of anatomy its patch is the only region.
+    mounting: Mounting,
+}
+
+/// What a drag is over, as it is when that begins.
+struct Under {
+    name: String,
+    tracker_from_body: Pose,
+    surface: Arc<Surface>,
+    bounds: Bounds,
     mounting: Mounting,
 }
 
@@ -81,17 +95,43 @@ impl Grip<'_> {
         }
     }
 
-    fn held(&self, body: BodyRole, at: Vec2) -> Option<HeldMounting> {
-        let stroke = self.stroke()?;
+    fn under(&self, owner: MountingOwner) -> Option<Under> {
         let design = self.sight.design()?;
-        let tracker_from_body = design.tracker_from_body(body)?;
-        let surface = Arc::clone(self.surfaces.of(body)?);
+        let world = &self.sight.world.as_ref()?.0;
+        Some(match owner {
+            MountingOwner::Body(body) => Under {
+                name: body.to_string(),
+                tracker_from_body: design.tracker_from_body(body)?,
+                surface: Arc::clone(self.surfaces.of(body)?),
+                bounds: world.mesh(body)?.body_bounds()?,
+                mounting: design.body(body)?.mounting.clone(),
+            },
+            MountingOwner::Anatomy(index) => {
+                let anatomy = design.anatomy.get(index)?;
+                let mesh = world.anatomy_mesh(&anatomy.mesh)?;
+                let mut mounting = Mounting::default();
+                if !anatomy.crf_patch.is_empty() {
+                    mounting.paint(None, anatomy.crf_patch.iter().copied());
+                }
+                Under {
+                    name: format!("anatomy {}", anatomy.name),
+                    tracker_from_body: anatomy.tracker_from_mesh(design),
+                    surface: Arc::clone(self.surfaces.of_anatomy(mesh)?),
+                    bounds: mesh.body_bounds()?,
+                    mounting,
+                }
+            }
+        })
+    }
+
+    fn held(&self, owner: MountingOwner, at: Vec2) -> Option<HeldMounting> {
+        let stroke = self.stroke()?;
+        let Under { name, tracker_from_body, surface, bounds, mounting } = self.under(owner)?;
         let start_mm = self.sight.hit(&surface, &tracker_from_body, at)?.position_mm;
-        let mounting = design.body(body)?.mounting.clone();
         let margin = Vector3::repeat(MARGIN_MM);
-        let of_body = self.sight.world.as_ref()?.0.mesh(body)?.body_bounds()?;
         Some(HeldMounting {
-            body,
+            owner,
+            name,
             stroke,
             tracker_from_body,
             surface,
@@ -99,8 +139,9 @@ impl Grip<'_> {
             last_mm: start_mm,
             edge_mm: self.state.brush_mm,
             patch: mounting.patch_to_paint(self.state.patch),
-            is_spent: false,
-            whole: Bounds { min_mm: of_body.min_mm - margin, max_mm: of_body.max_mm + margin },
+            // A body that states nothing is whole, anatomy that states nothing has no patch.
+            is_spent: mounting.regions.is_empty() && owner.body().is_none(),
+            whole: Bounds { min_mm: bounds.min_mm - margin, max_mm: bounds.max_mm + margin },
             mounting,
         })
     }
@@ -130,7 +171,20 @@ impl HeldMounting {
             }
         };
         self.last_mm = at_mm;
-        (Edit::SetMounting { body: self.body, mounting: Box::new(mounting) }, text)
+        (self.edit(mounting), text)
+    }
+
+    fn edit(&self, mounting: Mounting) -> Edit {
+        match self.owner {
+            MountingOwner::Body(body) => Edit::SetMounting { body, mounting: Box::new(mounting) },
+            MountingOwner::Anatomy(index) => {
+                let boxes = match mounting.regions.into_iter().next() {
+                    Some(MountingRegion::Surface { boxes, .. }) => boxes,
+                    _ => Vec::new(),
+                };
+                Edit::Anatomy(AnatomyEdit::SetCrfPatch { index, boxes })
+            }
+        }
     }
 
     /// What the patch consists of.
@@ -142,12 +196,18 @@ impl HeldMounting {
     }
 
     fn name(&self) -> String {
-        let what = match self.stroke {
-            Stroke::Paint => "Paint mounting patch",
-            Stroke::Erase => "Erase mounting patch",
-            Stroke::Box => "Draw forbidden box",
-        };
-        format!("{what} of the {}", self.body)
+        let name = &self.name;
+        match (self.stroke, self.owner) {
+            (Stroke::Paint, MountingOwner::Body(_)) => {
+                format!("Paint mounting patch of the {name}")
+            }
+            (Stroke::Erase, MountingOwner::Body(_)) => {
+                format!("Erase mounting patch of the {name}")
+            }
+            (Stroke::Paint, MountingOwner::Anatomy(_)) => format!("Paint CRF patch of {name}"),
+            (Stroke::Erase, MountingOwner::Anatomy(_)) => format!("Erase CRF patch of {name}"),
+            (Stroke::Box, _) => format!("Draw forbidden box of the {name}"),
+        }
     }
 }
 
@@ -179,12 +239,12 @@ pub(super) fn size_text(bounds: &Bounds) -> String {
 /// A press that hardly moves is a stroke of one box.
 fn on_click(
     mut click: On<Pointer<Click>>,
-    clicks: BodyClicks,
+    clicks: TargetClicks,
     grip: Grip,
     mut edits: MessageWriter<EditRequest>,
 ) {
     let at = click.pointer_location.position;
-    let held = clicks.body(&click).and_then(|body| grip.held(body, at));
+    let held = clicks.owner(&click).and_then(|owner| grip.held(owner, at));
     if let Some(mut held) = held {
         click.propagate(false);
         let (edit, _) = held.reach(held.start_mm);

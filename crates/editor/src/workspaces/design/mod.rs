@@ -5,6 +5,7 @@ pub mod anatomy_ui;
 pub mod baseline;
 pub mod body_file_ui;
 pub mod chosen_sensors;
+pub mod crf_patch_ui;
 pub mod crf_study_ui;
 pub mod history_ui;
 pub mod inspector;
@@ -33,7 +34,7 @@ use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
 use crate::workspaces::design::baseline::{Baseline, note_baseline};
 use crate::workspaces::design::missed::MissedPlugin;
 use crate::workspaces::design::mounting_panel::{
-    close_elsewhere, is_body_selected, mounting_panel,
+    close_elsewhere, is_owner_selected, mounting_panel,
 };
 use crate::workspaces::design::panels::{
     history_panel, inspector_panel, outliner_panel, result_panel,
@@ -83,7 +84,7 @@ impl Plugin for DesignPlugin {
 }
 
 fn is_mounting_shown(world: &World) -> bool {
-    is_closed(world) && is_body_selected(world)
+    is_closed(world) && is_owner_selected(world)
 }
 
 pub(crate) fn is_history_shown(world: &World) -> bool {

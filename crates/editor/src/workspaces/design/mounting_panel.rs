@@ -1,4 +1,5 @@
-//! The section of mounting regions as a panel: what it reads of the open design and its surfaces.
+//! The section of mounting regions as a panel: what it reads of the open design and its surfaces. Of
+//! anatomy it is the section of the patch that the CRF may stand on.
 
 use crate::document::requests::OpenWorld;
 use crate::document::selection::{Selected, Selection};
@@ -8,15 +9,17 @@ use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::SceneTool;
 use crate::workspaces::design::WORKSPACE;
 use crate::workspaces::design::actions::DesignRequests;
+use crate::workspaces::design::crf_patch_ui::{CrfPatchView, crf_patch_ui};
 use crate::workspaces::design::mounting_ui::{MountingView, mounting_ui};
 use bevy::prelude::*;
 use bevy_egui::egui::Ui;
 use trackwright_simulation::channel_of;
 
 /// Whether the section is about something.
-pub(crate) fn is_body_selected(world: &World) -> bool {
+pub(crate) fn is_owner_selected(world: &World) -> bool {
     let selection = world.get_resource::<Selection>();
-    selection.is_some_and(|own| matches!(own.primary(), Some(Selected::Body(_))))
+    let is_owner = |what| matches!(what, Selected::Body(_) | Selected::Anatomy(_));
+    selection.and_then(Selection::primary).is_some_and(is_owner)
 }
 
 /// Regions are edited where the section is.
@@ -36,11 +39,23 @@ pub(crate) fn mounting_panel(
     surfaces: Option<Res<Surfaces>>,
     mut requests: DesignRequests,
 ) {
-    let (Some(Selected::Body(role)), Some(state), Some(tool)) = (selection.primary(), state, tool)
-    else {
+    let (Some(state), Some(tool)) = (state, tool) else {
         return;
     };
-    let Some(body) = world.0.document.design().body(role) else {
+    let design = world.0.document.design();
+    if let Some(Selected::Anatomy(index)) = selection.primary() {
+        let anatomy = design.anatomy.get(index).filter(|_| design.crf.is_some());
+        requests.write(anatomy.map_or_else(Vec::new, |anatomy| {
+            let has_mesh = world.0.anatomy_mesh(&anatomy.mesh).is_some();
+            let view = CrfPatchView { index, anatomy, has_mesh, state: *state, tool: *tool };
+            crf_patch_ui(&mut ui, &view)
+        }));
+        return;
+    }
+    let Some(Selected::Body(role)) = selection.primary() else {
+        return;
+    };
+    let Some(body) = design.body(role) else {
         return;
     };
     let mesh = world.0.mesh(role);

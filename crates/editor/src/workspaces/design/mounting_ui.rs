@@ -355,49 +355,73 @@ fn add_ui(ui: &mut Ui, view: &MountingView, actions: &mut Vec<DesignAction>) {
     });
 }
 
+/// A tool, its text on a button, its name, what it does.
+pub(crate) type ToolButton = (SceneTool, &'static str, &'static str, &'static str);
+
+/// The brush.
+pub(crate) const PATCH_TOOLS: &[ToolButton] = &[
+    (SceneTool::PaintPatch, "Patch", "Paint a patch", PAINT),
+    (
+        SceneTool::ErasePatch,
+        "Erase",
+        "Erase a patch",
+        "Drag over the body: each place of the brush is taken out of the patch that is painted",
+    ),
+];
+
+const OTHER_TOOLS: &[ToolButton] = &[
+    (
+        SceneTool::DrawChannel,
+        "Channel",
+        "Draw a channel",
+        "Each click puts a point in the middle of the body; Enter or a double click finishes it",
+    ),
+    (
+        SceneTool::DrawBox,
+        "Box",
+        "Draw a forbidden box",
+        "Drag over the body: the box is around both ends, by half the brush",
+    ),
+];
+
 /// What is drawn with the pointer.
 fn draw_ui(ui: &mut Ui, view: &MountingView, actions: &mut Vec<DesignAction>) {
-    const TOOLS: [(SceneTool, &str, &str, &str); 4] = [
-        (SceneTool::PaintPatch, "Patch", "Paint a patch", PAINT),
-        (
-            SceneTool::ErasePatch,
-            "Erase",
-            "Erase a patch",
-            "Drag over the body: each place of the brush is taken out of the patch that is painted",
-        ),
-        (
-            SceneTool::DrawChannel,
-            "Channel",
-            "Draw a channel",
-            "Each click puts a point in the middle of the body; Enter or a double click finishes it",
-        ),
-        (
-            SceneTool::DrawBox,
-            "Box",
-            "Draw a forbidden box",
-            "Drag over the body: the box is around both ends, by half the brush",
-        ),
-    ];
+    let tools = [PATCH_TOOLS, OTHER_TOOLS].concat();
+    tools_ui(ui, &tools, view.tool, view.mesh.is_some(), actions);
+    if view.mesh.is_none() {
+        warning_ui(ui, "The body has no mesh to draw on");
+    }
+    brush_ui(ui, view.state, actions);
+}
+
+/// Tools that are taken in hand and put back.
+pub(crate) fn tools_ui(
+    ui: &mut Ui,
+    tools: &[ToolButton],
+    in_hand: SceneTool,
+    has_mesh: bool,
+    actions: &mut Vec<DesignAction>,
+) {
     row_ui(ui, "draw", |ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        for (tool, text, name, about) in TOOLS.into_iter().rev() {
-            let is_on = view.tool == tool;
-            let button = ui
-                .add_enabled_ui(view.mesh.is_some(), |ui| toggle_ui(ui, is_on, text, name, about));
+        for &(tool, text, name, about) in tools.iter().rev() {
+            let is_on = in_hand == tool;
+            let button = ui.add_enabled_ui(has_mesh, |ui| toggle_ui(ui, is_on, text, name, about));
             if button.inner {
-                let taken = view.tool.toggled(tool);
+                let taken = in_hand.toggled(tool);
                 actions.push(DesignAction::Mounting(MountingAction::Take(taken)));
             }
         }
     });
-    if view.mesh.is_none() {
-        warning_ui(ui, "The body has no mesh to draw on");
-    }
+}
+
+pub(crate) fn brush_ui(ui: &mut Ui, state: MountingState, actions: &mut Vec<DesignAction>) {
     row_ui(ui, "brush", |ui| {
         let field = NumberField { min: 0.5, max: 100.0, ..NumberField::length("brush size in mm") };
         let field = field.about("Edge of the cube that the brush adds or takes away");
-        if let Some(brush_mm) = typed_number_ui(ui, &field, view.state.brush_mm) {
-            actions.push(view.set(|state| state.brush_mm = brush_mm));
+        if let Some(brush_mm) = typed_number_ui(ui, &field, state.brush_mm) {
+            let state = MountingState { brush_mm, ..state };
+            actions.push(DesignAction::Mounting(MountingAction::Set(state)));
         }
     });
 }
