@@ -74,7 +74,7 @@ pub enum FormatError {
     #[error(transparent)]
     Mounting(#[from] MountingError),
     #[error("anatomy[{index}] {name:?}: {cause}")]
-    Anatomy { index: usize, name: String, cause: MountingError },
+    Anatomy { index: usize, name: String, cause: Box<MountingError> },
     #[error(transparent)]
     View(#[from] ViewError),
     #[error("procedure.{}.{cause}", step.key())]

@@ -250,7 +250,7 @@ mod tests {
         let left = boxes(&mounting, 1);
         assert!(has(&left, 0.9) && !has(&left, 6.0));
         assert_eq!(mounting.erase(Some(1), cubes(0.0), &whole), None);
-        assert_eq!(mounting.regions, [seat.clone()]);
+        assert_eq!(mounting.regions, std::slice::from_ref(&seat));
         // A seat is nothing that a brush paints.
         assert_eq!(mounting.erase(Some(0), cubes(0.0), &whole), None);
         assert_eq!(mounting.regions, [seat]);

@@ -1,11 +1,8 @@
 //! Lets long work wait while something else needs the processor more.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// Longest sleep between two checks whether the work is cancelled meanwhile.
-const LONGEST_SLEEP: Duration = Duration::from_millis(5);
 
 /// Holds work for stated times, where it checks its [`CancelToken`](crate::CancelToken::held_by); shared
 /// by clones.
@@ -17,11 +14,19 @@ struct Until {
     start: Instant,
     /// Until when, in ns from the start; 0 where nothing is held.
     ns: AtomicU64,
+    /// Held by those that change what is waited for.
+    changing: Mutex<()>,
+    changed: Condvar,
 }
 
 impl Default for Hold {
     fn default() -> Self {
-        Self(Arc::new(Until { start: Instant::now(), ns: AtomicU64::new(0) }))
+        Self(Arc::new(Until {
+            start: Instant::now(),
+            ns: AtomicU64::new(0),
+            changing: Mutex::new(()),
+            changed: Condvar::new(),
+        }))
     }
 }
 
@@ -29,7 +34,10 @@ impl Hold {
     /// Holds the work for so long from now on, whatever was left of an earlier hold.
     pub fn hold_for(&self, time: Duration) {
         let until = (self.0.start.elapsed() + time).as_nanos();
-        self.0.ns.store(u64::try_from(until).unwrap_or(u64::MAX), Ordering::Relaxed);
+        let until = u64::try_from(until).unwrap_or(u64::MAX);
+        let _changing = self.changing();
+        self.0.ns.store(until, Ordering::Relaxed);
+        self.0.changed.notify_all();
     }
 
     /// How much longer the work is held.
@@ -37,27 +45,38 @@ impl Hold {
         // Most checks read this number and no clock.
         match self.0.ns.load(Ordering::Relaxed) {
             0 => Duration::ZERO,
-            until => {
-                let left = Duration::from_nanos(until).saturating_sub(self.0.start.elapsed());
-                if left.is_zero() {
-                    // A new hold that comes in between stays.
-                    let _ =
-                        self.0.ns.compare_exchange(until, 0, Ordering::Relaxed, Ordering::Relaxed);
-                }
-                left
-            }
+            until => Duration::from_nanos(until).saturating_sub(self.0.start.elapsed()),
         }
     }
 
-    /// Sleeps while the work is held and not cancelled.
+    /// Waits while the work is held and not cancelled; [`wake`](Self::wake) follows a cancel.
     pub(crate) fn wait(&self, is_cancelled: impl Fn() -> bool) {
+        if self.0.ns.load(Ordering::Relaxed) == 0 {
+            return;
+        }
+        let mut changing = self.changing();
         loop {
             let left = self.left();
-            if left.is_zero() || is_cancelled() {
+            if left.is_zero() {
+                self.0.ns.store(0, Ordering::Relaxed);
                 return;
             }
-            std::thread::sleep(left.min(LONGEST_SLEEP));
+            if is_cancelled() {
+                return;
+            }
+            let waited = self.0.changed.wait_timeout(changing, left);
+            changing = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+
+    /// Lets those that wait see that they are cancelled.
+    pub(crate) fn wake(&self) {
+        let _changing = self.changing();
+        self.0.changed.notify_all();
+    }
+
+    fn changing(&self) -> MutexGuard<'_, ()> {
+        self.0.changing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

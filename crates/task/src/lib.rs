@@ -60,6 +60,8 @@ impl CancelToken {
     /// returned, and of its clones, waits first while the work is held.
     #[must_use]
     pub fn held_by(&self, hold: &Hold) -> Self {
+        let woken = hold.clone();
+        self.on_cancel(move || woken.wake());
         Self { flag: Arc::clone(&self.flag), hold: Some(hold.clone()) }
     }
 

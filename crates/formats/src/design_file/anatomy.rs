@@ -65,7 +65,10 @@ fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
     };
     let crf_patch = bounds_of(entry.crf_patch);
     for (number, own) in crf_patch.iter().enumerate() {
-        let named = |cause| FormatError::Anatomy { index, name: entry.name.clone(), cause };
+        let named = |cause| {
+            let (name, cause) = (entry.name.clone(), Box::new(cause));
+            FormatError::Anatomy { index, name, cause }
+        };
         check_box(BoxPlace::CrfPatch { index: number }, own).map_err(named)?;
     }
     Ok(Anatomy {
