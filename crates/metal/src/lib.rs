@@ -1,0 +1,6 @@
+//! What metal does to the field of a tracker's coils, quasi-static and coil by coil.
+
+pub mod material;
+
+#[cfg(test)]
+mod tests;
