@@ -16,9 +16,9 @@ pub const MAX_TRIANGLES: usize = 20_000;
 /// Finest sphere: 81,920 triangles.
 const MAX_SUBDIVISIONS: u32 = 6;
 
-/// How much triangles shrink towards edges: 0 not at all, 1 as those of Chebyshev's points. In the
-/// middle between, the error of a plate's far field is least; 0.3 to 0.8 differ little.
-const GRADING: f64 = 0.6;
+/// How much triangles shrink towards edges: 0 not at all, 1 as Chebyshev's points do. The induced dipole
+/// of a disc of 2 by 200 mm is nearest to that of many triangles from 0.7 to 0.95.
+const GRADING: f64 = 0.8;
 
 /// Fewest sides of a cylinder.
 const MIN_SIDES: usize = 12;

@@ -2,6 +2,7 @@
 //! they add beside a dipole.
 
 pub mod response;
+pub mod rule;
 pub mod series;
 
 pub use response::{SphereError, SphereResponse, sphere_factor};
