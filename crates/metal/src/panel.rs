@@ -10,12 +10,13 @@ use std::f64::consts::PI;
 
 /// Beyond this many times its circumradius a triangle's field is that of its charge and of the second
 /// moments of it. What is left out are third moments: below 4·10⁻⁴ of the field there.
-const FAR: f64 = 8.0;
+const FAR: f64 = 7.93;
 
 /// A piece of a triangle counts as small beside its distance from another when that is this many times
 /// its circumradius; otherwise it is cut in four. With three points a piece what is left is 10⁻³ of
-/// its own part.
-const SMALL: f64 = 2.0;
+/// its own part. No round number: in regular grids many pieces are exactly twice their size away, and
+/// round-off of a moved body would decide which of them are cut.
+const SMALL: f64 = 1.93;
 
 /// How often pieces are cut in four: to a 32nd of the triangle's size. Opposite faces of a plate that
 /// are nearer to each other than a 16th of their triangles are not resolved.

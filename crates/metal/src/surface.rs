@@ -169,8 +169,11 @@ impl ClosedSurface {
     }
 }
 
+/// Corners, and the triangles between them by their numbers.
+type Indexed = (Vec<Point3<f64>>, Vec<[u32; 3]>);
+
 /// All body parts as one, corners at one place as one, without triangles that have a corner twice.
-fn joined(mesh: &SurfaceMesh) -> Result<(Vec<Point3<f64>>, Vec<[u32; 3]>), SurfaceError> {
+fn joined(mesh: &SurfaceMesh) -> Result<Indexed, SurfaceError> {
     let positions = mesh.body_parts().flat_map(|part| part.positions_mm.iter().copied());
     let positions: Vec<Point3<f64>> = positions.collect();
     for at_mm in &positions {

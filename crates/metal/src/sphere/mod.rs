@@ -1,6 +1,7 @@
 //! Spheres in closed form: how they respond to each order of an incident field, and the field that
 //! they add beside a dipole.
 
+pub mod multipoles;
 pub mod response;
 pub mod rule;
 pub mod series;

@@ -1,0 +1,324 @@
+//! Several bodies in each other's fields: each answers the coils and the others until all stay.
+//!
+//! Each body answers the field normal to its surface at its own samples: panels of a surface, directions
+//! of a sphere. What another body's unknowns make there is a matrix of the two bodies and their relative
+//! pose. Answers are exchanged one body after the other (Schwarz's alternating method), which converges
+//! for bodies that are apart; what is left falls by about (size/distance)⁶ a round.
+
+use crate::body::Solver;
+use crate::boundary::BoundaryBody;
+use crate::panel::{FULL_ANGLE, Panel};
+use crate::sphere::multipoles::SphereBody;
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, Par};
+use nalgebra::{Point3, Unit, Vector3};
+use rayon::prelude::*;
+use std::sync::Arc;
+use trackwright_field::generator::Generator;
+use trackwright_geometry::pose::Pose;
+
+/// Unknowns that change by less than this part of themselves in a round stay. Positions that a tracker
+/// reports change by less than 10⁻⁵ mm then.
+const STAYS: f64 = 1e-8;
+
+/// Rounds after which bodies count as too near to each other. Apart by a tenth of their size they take
+/// about 20.
+const MAX_ROUNDS: usize = 300;
+
+/// Why the bodies' fields are not known.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ExchangeError {
+    #[error(
+        "the fields of the bodies did not converge: they still change by {change:.1e} of themselves after {rounds} rounds"
+    )]
+    NoConvergence { rounds: usize, change: f64 },
+    #[error("the field of the coils at the metal is not finite")]
+    NotFinite,
+}
+
+/// How an exchange ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ExchangeReport {
+    /// 0 where no body is in another's field.
+    pub rounds: usize,
+    /// Largest relative change of a coil's answer in the last round.
+    pub change: f64,
+}
+
+/// A body that answers, about its own frame.
+#[derive(Clone, Debug)]
+pub(crate) enum Answer {
+    None,
+    Sphere(SphereBody),
+    /// The charges of the limit, times a factor.
+    Surface {
+        body: Arc<BoundaryBody>,
+        factor: f64,
+    },
+}
+
+impl Answer {
+    /// Of a body whose sources are no nearer to its middle than so far.
+    pub fn new(solver: &Solver, nearest_mm: f64) -> Self {
+        match solver {
+            Solver::None => Self::None,
+            Solver::Sphere(response) => {
+                let degree =
+                    crate::sphere::multipoles::degree_for(response.radius_mm(), nearest_mm);
+                Self::Sphere(SphereBody::new(response, degree))
+            }
+            Solver::Surface { body, factor } => {
+                Self::Surface { body: Arc::clone(body), factor: *factor }
+            }
+        }
+    }
+
+    /// Whether this answers as the other: their bodies and degrees are the same.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::None, Self::None) => true,
+            (Self::Sphere(one), Self::Sphere(other)) => one == other,
+            (
+                Self::Surface { body: one, factor },
+                Self::Surface { body: other, factor: other_factor },
+            ) => Arc::ptr_eq(one, other) && factor == other_factor,
+            _ => false,
+        }
+    }
+
+    fn samples(&self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Sphere(sphere) => sphere.directions().len(),
+            Self::Surface { body, .. } => body.surface().panels().len(),
+        }
+    }
+
+    fn unknowns(&self) -> usize {
+        match self {
+            Self::None => 0,
+            Self::Sphere(sphere) => sphere.terms(),
+            Self::Surface { body, .. } => body.surface().panels().len(),
+        }
+    }
+
+    /// Unknowns that answer the normal field at the samples.
+    fn answer(&self, normal_field: &Mat<f64>) -> Mat<f64> {
+        match self {
+            Self::None => Mat::zeros(0, normal_field.ncols()),
+            Self::Sphere(sphere) => sphere.moments(normal_field.as_ref()),
+            Self::Surface { body, factor } => body.charges(normal_field) * faer::Scale(*factor),
+        }
+    }
+
+    /// Normal field of all coils at the samples; a column a coil.
+    pub fn normal_field(&self, tracker_from_body: &Pose, coils: &CoilField<'_>) -> Mat<f64> {
+        let count = coils.generator.coils.len();
+        let row = |points: &[Point3<f64>], normal: &Unit<Vector3<f64>>| {
+            let normal = tracker_from_body.rotation * normal.into_inner();
+            let mut fields = vec![Vector3::zeros(); count];
+            let mut sums = vec![0.0; count];
+            for p in points {
+                coils.generator.field(&(tracker_from_body * p), &mut fields);
+                for (sum, field) in sums.iter_mut().zip(&fields) {
+                    *sum += field.dot(&normal) / points.len() as f64;
+                }
+            }
+            sums
+        };
+        let rows: Vec<Vec<f64>> = match self {
+            Self::None => Vec::new(),
+            Self::Sphere(sphere) => sphere
+                .directions()
+                .par_iter()
+                .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
+                .collect(),
+            Self::Surface { body, .. } => body
+                .surface()
+                .panels()
+                .par_iter()
+                .map(|panel| {
+                    let smooth_mm = coils.distance_mm(&(tracker_from_body * panel.center_mm()));
+                    row(&panel.rule_mm(smooth_mm), panel.normal())
+                })
+                .collect(),
+        };
+        Mat::from_fn(rows.len(), count, |i, j| rows[i][j])
+    }
+
+    /// Adds the fields of unknowns at a point outside, in the body's frame; one field a coil.
+    pub fn add_fields(&self, unknowns: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+        match self {
+            Self::None => {}
+            Self::Sphere(sphere) => sphere.add_fields(unknowns, p, fields),
+            Self::Surface { body, .. } => body.add_fields(unknowns, p, fields),
+        }
+    }
+
+    /// Normal field at this body's samples of each unknown of another one; rows are samples.
+    pub fn coupling(&self, source: &Self, body_from_source: &Pose) -> Mat<f64> {
+        let columns = source.unknowns();
+        if let (Self::Surface { body: target, .. }, Self::Surface { body: source, .. }) =
+            (self, source)
+        {
+            return coupling_of_surfaces(target, source, body_from_source);
+        }
+        let source_from_body = body_from_source.inverse();
+        let row = |points: &[Point3<f64>], normal: &Unit<Vector3<f64>>| {
+            let normal = source_from_body.rotation * normal.into_inner();
+            let share = 1.0 / points.len() as f64;
+            let mut row = vec![0.0; columns];
+            for p in points {
+                source.for_unit_fields(&(source_from_body * p), |unknown, field| {
+                    row[unknown] += field.dot(&normal) * share;
+                });
+            }
+            row
+        };
+        let rows: Vec<Vec<f64>> = match self {
+            Self::None => Vec::new(),
+            Self::Sphere(sphere) => sphere
+                .directions()
+                .par_iter()
+                .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
+                .collect(),
+            Self::Surface { body, .. } => body
+                .surface()
+                .panels()
+                .par_iter()
+                .map(|panel| {
+                    let from_middle_mm = (source_from_body * panel.center_mm()).coords.norm();
+                    // A sphere's field varies over the distance from it.
+                    let smooth_mm = match source {
+                        Self::Sphere(sphere) => from_middle_mm - sphere.radius_mm(),
+                        Self::None | Self::Surface { .. } => from_middle_mm,
+                    };
+                    row(&panel.rule_mm(smooth_mm), panel.normal())
+                })
+                .collect(),
+        };
+        Mat::from_fn(rows.len(), columns, |i, j| rows[i][j])
+    }
+
+    /// Calls `each` with every unknown and the field that a unit of it has at a point outside.
+    fn for_unit_fields(&self, p: &Point3<f64>, mut each: impl FnMut(usize, Vector3<f64>)) {
+        match self {
+            Self::None => {}
+            Self::Sphere(sphere) => sphere.for_fields(p, each),
+            Self::Surface { body, .. } => {
+                for (unknown, panel) in body.surface().panels().iter().enumerate() {
+                    each(unknown, panel.field(p) / FULL_ANGLE);
+                }
+            }
+        }
+    }
+}
+
+fn coupling_of_surfaces(
+    target: &BoundaryBody,
+    source: &BoundaryBody,
+    body_from_source: &Pose,
+) -> Mat<f64> {
+    let panels = target.surface().panels();
+    let moved: Vec<Option<Panel>> = source
+        .surface()
+        .panels()
+        .iter()
+        .map(|panel| Panel::new(panel.corners_mm().map(|corner| body_from_source * corner)))
+        .collect();
+    let columns: Vec<Vec<f64>> = moved
+        .par_iter()
+        .map(|source| {
+            let flux = |panel: &Panel| source.as_ref().map_or(0.0, |source| panel.flux_of(source));
+            panels.iter().map(|panel| flux(panel) / (panel.area_mm2() * FULL_ANGLE)).collect()
+        })
+        .collect();
+    Mat::from_fn(panels.len(), columns.len(), |i, j| columns[j][i])
+}
+
+/// A generator, and where its wires are.
+#[derive(Clone, Debug)]
+pub(crate) struct CoilField<'a> {
+    pub generator: &'a Generator,
+    /// Points of all coils' wires.
+    pub wires_mm: &'a [Vec<Point3<f64>>],
+}
+
+impl CoilField<'_> {
+    /// Distance of a point from the nearest wire.
+    pub fn distance_mm(&self, p: &Point3<f64>) -> f64 {
+        let squares = self.wires_mm.iter().flatten().map(|wire| (p - wire).norm_squared());
+        squares.fold(f64::INFINITY, f64::min).sqrt()
+    }
+}
+
+/// Unknowns of all bodies that answer the coils' normal fields and each other.
+///
+/// `couplings[i][j]` is that of body `i` with the unknowns of body `j`; `None` where there is none.
+///
+/// # Errors
+/// Fields that are not finite or do not converge.
+pub(crate) fn exchange(
+    answers: &[Arc<Answer>],
+    normal_fields: &[Arc<Mat<f64>>],
+    couplings: &[Vec<Option<Arc<Mat<f64>>>>],
+) -> Result<(Vec<Mat<f64>>, ExchangeReport), ExchangeError> {
+    let is_finite = |field: &Mat<f64>| field.norm_l1().is_finite();
+    if !normal_fields.iter().all(|field| is_finite(field)) {
+        return Err(ExchangeError::NotFinite);
+    }
+    let mut unknowns: Vec<Mat<f64>> =
+        answers.iter().zip(normal_fields).map(|(answer, field)| answer.answer(field)).collect();
+    let mut report = ExchangeReport::default();
+    if couplings.iter().flatten().all(Option::is_none) {
+        return Ok((unknowns, report));
+    }
+    for rounds in 1..=MAX_ROUNDS {
+        report = ExchangeReport { rounds, change: 0.0 };
+        for (i, answer) in answers.iter().enumerate() {
+            let mut field = Mat::clone(&normal_fields[i]);
+            for (other, coupling) in unknowns.iter().zip(&couplings[i]) {
+                if let Some(coupling) = coupling {
+                    let (one, par) = (1.0, Par::Seq);
+                    matmul(field.as_mut(), Accum::Add, coupling.as_ref(), other.as_ref(), one, par);
+                }
+            }
+            let next = answer.answer(&field);
+            report.change = report.change.max(relative_change(&unknowns[i], &next));
+            unknowns[i] = next;
+        }
+        // What is not a number does not stay.
+        if report.change <= STAYS {
+            return Ok((unknowns, report));
+        }
+        if !report.change.is_finite() {
+            break;
+        }
+    }
+    let ExchangeReport { rounds, change } = report;
+    Err(ExchangeError::NoConvergence { rounds, change })
+}
+
+/// Largest change of a column relative to it.
+fn relative_change(before: &Mat<f64>, after: &Mat<f64>) -> f64 {
+    let change = |column: usize| {
+        let (mut change, mut whole) = (0.0, 0.0);
+        for row in 0..after.nrows() {
+            let (old, new) = (before[(row, column)], after[(row, column)]);
+            change += (new - old) * (new - old);
+            whole += new * new;
+        }
+        // `f64::max` would pass over what is not a number.
+        match (change, whole) {
+            (0.0, _) => 0.0,
+            _ if change.is_finite() && whole.is_finite() => (change / whole).sqrt(),
+            _ => f64::INFINITY,
+        }
+    };
+    (0..after.ncols()).map(change).fold(0.0, f64::max)
+}
+
+/// Samples times unknowns of one body by another: what a coupling's numbers take.
+pub(crate) fn coupling_size(target: &Answer, source: &Answer) -> usize {
+    target.samples() * source.unknowns()
+}
