@@ -343,7 +343,7 @@ mod tests {
     /// A sphere drawn out or pressed along z: `−V / (1 − N)` and `V (μ − 1) / (1 + N (μ − 1))` over 4π.
     #[test]
     fn spheroids_answer_in_closed_form() {
-        for ratio in [0.05, 0.25, 4.0, 10.0] {
+        for ratio in [0.05, 4.0, 10.0] {
             let mut mesh = sphere(50.0, 3).unwrap();
             mesh.parts[0].positions_mm.iter_mut().for_each(|p| p.z *= ratio);
             let shape = Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh).unwrap()));

@@ -40,6 +40,7 @@
 pub mod body;
 pub mod boundary;
 mod crossing;
+mod decimate;
 pub mod exchange;
 pub mod material;
 pub mod panel;
