@@ -30,7 +30,9 @@ pub enum ResponseModel {
     /// No currents flow: exact for a magnetic material that does not conduct.
     Permeable { relative_permeability: f64 },
     /// An estimate: the skin depth is not small. The response of the surface in one of its limits times
-    /// what the sphere of the same volume has at this frequency relative to that limit.
+    /// what the sphere of the same volume has at this frequency relative to that limit. Of a sphere whose
+    /// skin is 7 % of the radius that is 4 % off one radius away and 10 % near the surface, at 22 % it
+    /// is 17 and 41 %; of other shapes it may be more.
     ScaledBySphere { limit: SurfaceLimit, factor: f64, mean_radius_mm: f64, skin_depth_mm: f64 },
 }
 

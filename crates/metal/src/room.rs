@@ -43,6 +43,16 @@ pub struct MetalRoom {
     exchange: ExchangeReport,
 }
 
+/// How near a point is to a meshed body. One panel size away a field is good to about 1 %, a fifth of
+/// that away to 3 %: nearer, more triangles are needed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearSurface {
+    pub body: usize,
+    pub distance_mm: f64,
+    /// Size of the nearest panel: from its middle to the farthest corner.
+    pub panel_mm: f64,
+}
+
 /// Why there is no such room. Bodies and coils are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RoomError {
@@ -253,6 +263,21 @@ impl MetalRoom {
             }
         }
         Ok(())
+    }
+
+    /// The meshed body that is nearest to a point of the tracker frame, and how near; `None` where all
+    /// bodies are spheres.
+    pub fn nearest_surface(&self, p: &Point3<f64>) -> Option<NearSurface> {
+        let of_body = |(body, placed): (usize, &PlacedBody)| match placed.body.shape() {
+            MetalShape::Sphere { .. } => None,
+            MetalShape::Surface(shape) => {
+                let in_body = placed.tracker_from_body.inverse_transform_point(p);
+                let (distance_mm, panel_mm) = shape.surface().nearest(&in_body);
+                Some(NearSurface { body, distance_mm, panel_mm })
+            }
+        };
+        let all = self.bodies.iter().enumerate().filter_map(of_body);
+        all.min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm))
     }
 
     /// [`MetalRoom::disturbance`] of many points, on all threads.
