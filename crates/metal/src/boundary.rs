@@ -15,8 +15,8 @@
 
 use crate::panel::FULL_ANGLE;
 use crate::surface::ClosedSurface;
-use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{Mat, MatRef};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -176,19 +176,25 @@ impl BoundaryBody {
         charges
     }
 
-    /// Adds the fields of charges at a point outside, both in the body's frame; one field a column.
+    /// Adds the fields of charges at a point outside, both in the body's frame; one field a coil.
     ///
-    /// Nearer to the surface than a panel's size the field is that of the panels' even charges.
+    /// `charges` has a row a coil here and a column a panel, so that a panel's are side by side. Nearer to
+    /// the surface than a panel's size the field is that of the panels' even charges.
     ///
     /// # Panics
-    /// If the charges are not those of this body, or `fields` are not one a column.
-    pub fn add_fields(&self, charges: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+    /// If the charges are not those of this body, or `fields` are not one a row.
+    pub fn add_fields(
+        &self,
+        charges: MatRef<'_, f64>,
+        p: &Point3<f64>,
+        fields: &mut [Vector3<f64>],
+    ) {
         let panels = self.surface().panels();
-        assert_eq!((charges.nrows(), charges.ncols()), (panels.len(), fields.len()));
-        for (i, panel) in panels.iter().enumerate() {
+        assert_eq!((charges.ncols(), charges.nrows()), (panels.len(), fields.len()));
+        for (panel, charges) in panels.iter().zip(charges.col_iter()) {
             let field = panel.field(p) / FULL_ANGLE;
-            for (column, sum) in fields.iter_mut().enumerate() {
-                *sum += field * charges[(i, column)];
+            for (sum, charge) in fields.iter_mut().zip(charges.iter()) {
+                *sum += field * *charge;
             }
         }
     }
@@ -223,7 +229,7 @@ mod tests {
 
     fn field(body: &BoundaryBody, charges: &Mat<f64>, p: &Point3<f64>) -> Vector3<f64> {
         let mut field = [Vector3::zeros()];
-        body.add_fields(charges, p, &mut field);
+        body.add_fields(charges.transpose(), p, &mut field);
         field[0]
     }
 

@@ -10,7 +10,7 @@ use crate::boundary::BoundaryBody;
 use crate::panel::{FULL_ANGLE, Panel};
 use crate::sphere::multipoles::SphereBody;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
+use faer::{Accum, Mat, MatRef, Par};
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -146,8 +146,13 @@ impl Answer {
         Mat::from_fn(rows.len(), count, |i, j| rows[i][j])
     }
 
-    /// Adds the fields of unknowns at a point outside, in the body's frame; one field a coil.
-    pub fn add_fields(&self, unknowns: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+    /// Adds the fields of unknowns, a row a coil, at a point outside, in the body's frame.
+    pub fn add_fields(
+        &self,
+        unknowns: MatRef<'_, f64>,
+        p: &Point3<f64>,
+        fields: &mut [Vector3<f64>],
+    ) {
         match self {
             Self::None => {}
             Self::Sphere(sphere) => sphere.add_fields(unknowns, p, fields),

@@ -39,6 +39,7 @@ pub struct MetalRoom {
     answers: Vec<Arc<Answer>>,
     normal_fields: Vec<Arc<Mat<f64>>>,
     couplings: Vec<Vec<Option<Arc<Mat<f64>>>>>,
+    /// Of each body: a row a coil.
     unknowns: Vec<Mat<f64>>,
     exchange: ExchangeReport,
 }
@@ -196,6 +197,7 @@ impl MetalRoom {
             };
         }
         let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings)?;
+        let unknowns = unknowns.iter().map(|unknowns| unknowns.transpose().to_owned()).collect();
         Ok(Self {
             generator,
             volume,
@@ -257,7 +259,7 @@ impl MetalRoom {
                 return Err(PointError::InMetal(index));
             }
             fields.fill(Vector3::zeros());
-            self.answers[index].add_fields(&self.unknowns[index], &in_body, &mut fields);
+            self.answers[index].add_fields(self.unknowns[index].as_ref(), &in_body, &mut fields);
             for (sum, field) in disturbance.iter_mut().zip(&fields) {
                 *sum += placed.tracker_from_body.rotation * field;
             }
