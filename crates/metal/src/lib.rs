@@ -43,6 +43,7 @@ mod crossing;
 mod decimate;
 pub mod exchange;
 pub mod material;
+mod mixing;
 pub mod panel;
 pub mod room;
 pub mod shapes;

@@ -71,8 +71,8 @@ pub enum RoomError {
     MetalCutsGenerator { body: usize, coil: usize },
     #[error("body {0} is in the middle of the measurement volume")]
     MetalInVolumeCenter(usize),
-    #[error("bodies {first} and {second} cut each other")]
-    BodiesCutEachOther { first: usize, second: usize },
+    #[error("bodies {first} and {second} touch or cut each other")]
+    BodiesTouch { first: usize, second: usize },
     #[error(
         "the bodies' triangles make {found} numbers between them, expected at most {MAX_COUPLING_NUMBERS}: coarsen them"
     )]
@@ -395,7 +395,7 @@ fn check_clearance(
         bodies[first].cuts(&bodies[second]) || bodies[second].cuts(&bodies[first])
     });
     match cut {
-        Some((first, second)) => Err(RoomError::BodiesCutEachOther { first, second }),
+        Some((first, second)) => Err(RoomError::BodiesTouch { first, second }),
         None => Ok(()),
     }
 }

@@ -89,7 +89,7 @@ fn two_spheres_let_no_flux_in() {
     let body = conductor(MetalShape::Sphere { radius_mm: 30.0 });
     let middles = [[20.0, 0.0, -120.0], [75.0, 10.0, -150.0]];
     let room = room(middles.map(|middle| placed(&body, at(middle, [0.0; 3]))).to_vec());
-    assert!((5..40).contains(&room.exchange().rounds), "{:?}", room.exchange());
+    assert!((3..20).contains(&room.exchange().rounds), "{:?}", room.exchange());
     let mut empty = vec![Vector3::zeros(); 9];
     let (mut through, mut along) = (0.0_f64, 0.0_f64);
     for middle in middles {
@@ -257,7 +257,7 @@ fn rooms_that_cannot_be_are_refused() {
                 placed(one, still([0.0, 0.0, -100.0])),
                 placed(other, at([30.0, 10.0, -104.0], [0.1, 0.2, 0.1])),
             ];
-            assert_eq!(error(None, overlap), RoomError::BodiesCutEachOther { first, second });
+            assert_eq!(error(None, overlap), RoomError::BodiesTouch { first, second });
         }
     }
     let slow = Arc::new(ball.at_frequency(50.0).unwrap());
@@ -293,7 +293,8 @@ fn nearer_spheres_take_more_rounds() {
         let poses = middles.map(|x| at([x, 0.0, -150.0], [0.0; 3]));
         room(poses.map(|pose| placed(&ball, pose)).to_vec()).exchange().rounds
     });
-    assert!(rounds.is_sorted() && rounds[0] < 9 && (15..40).contains(&rounds[2]), "{rounds:?}");
+    // Measured: 5, 6 and 9.
+    assert!(rounds.is_sorted() && rounds[0] < 7 && rounds[2] < 12, "{rounds:?}");
 }
 
 /// Error of a meshed sphere of 60 mm at a distance from its surface, relative to the exact field there.
@@ -341,4 +342,24 @@ fn estimates_are_as_near_as_documented() {
         let error = meshed_error(&mesh, steel, frequency_hz, gap_mm);
         assert!((error / expected - 1.0).abs() < 0.1, "{frequency_hz} {gap_mm}: {error}");
     }
+}
+
+#[test]
+fn boxes_that_nearly_touch_act_as_one() {
+    let cube = shape(&cuboid(&Vector3::repeat(40.0), 300).unwrap());
+    let both = shape(&cuboid(&Vector3::new(80.0, 40.0, 40.0), 500).unwrap());
+    let p = Point3::new(0.0, 60.0, -200.0);
+    let pair = |gap_mm: f64| {
+        let body = conductor(cube.clone());
+        let poses = [-20.0, 20.0 + gap_mm].map(|x| at([x, 0.0, -150.0], [0.0; 3]));
+        room(poses.map(|pose| placed(&body, pose)).to_vec())
+    };
+    let whole = room(vec![placed(&conductor(both), at([0.0, 0.0, -150.0], [0.0; 3]))]);
+    let [apart, near] = [5.0, 1e-6].map(pair);
+    // No flux goes through the gap either way; triangles differ.
+    let error = difference(&fields(&near, &p), &fields(&whole, &p));
+    assert!(error < 0.02, "{error}");
+    assert!(difference(&fields(&apart, &p), &fields(&whole, &p)) > 3.0 * error);
+    // By plain exchange more than 400.
+    assert!(near.exchange().rounds < 40, "{:?}", near.exchange());
 }
