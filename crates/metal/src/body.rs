@@ -30,7 +30,7 @@ pub enum ResponseModel {
     /// No currents flow: exact for a magnetic material that does not conduct.
     Permeable { relative_permeability: f64 },
     /// An estimate: the skin depth is not small. The response of the surface in one of its limits times
-    /// what the sphere of the same volume has at this frequency relative to that limit. Of a sphere whose
+    /// what the sphere of the surface's mean radius has at this frequency relative to that limit. Of a sphere whose
     /// skin is 7 % of the radius that is 4 % off one radius away and 10 % near the surface, at 22 % it
     /// is 17 and 41 %; of other shapes it may be more.
     ScaledBySphere { limit: SurfaceLimit, factor: f64, mean_radius_mm: f64, skin_depth_mm: f64 },
@@ -80,8 +80,8 @@ impl MetalBody {
     /// Chooses the model and factors what has to be factored: nothing for a sphere.
     ///
     /// A surface in between, whose skin depth is neither far below nor far above its thickness, is
-    /// estimated: its response in the limit of the sign that the sphere of the same volume has at this
-    /// frequency, times that sphere's response in phase relative to its own limit.
+    /// estimated: its response in the limit of the sign that the sphere of its mean radius
+    /// ([`mean_radius_mm`](crate::surface::ClosedSurface::mean_radius_mm)) has at this frequency, times that sphere's response in phase relative to its own limit.
     ///
     /// # Errors
     /// A conductor at frequency 0, and what spheres, materials and boundary elements refuse.
@@ -216,8 +216,8 @@ mod tests {
         };
         assert!(model("steel-304", 1e4).is_estimate());
         assert_eq!(limit, SurfaceLimit::NoFlux);
-        // The sphere of 400 cm³.
-        assert!((mean_radius_mm - 45.71).abs() < 0.01 && (skin_depth_mm - 4.25).abs() < 0.01);
+        // 400 cm³ over a diagonal of 283 mm.
+        assert!((mean_radius_mm - 25.98).abs() < 0.01 && (skin_depth_mm - 4.25).abs() < 0.01);
         let of_sphere = sphere_factor(mean_radius_mm, &named("steel-304"), 1e4).unwrap();
         assert_eq!(factor, of_sphere.re / -0.5);
         let slow = model("steel-416", 1.0);
