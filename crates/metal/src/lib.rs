@@ -40,7 +40,6 @@
 pub mod body;
 pub mod boundary;
 mod crossing;
-mod decimate;
 pub mod exchange;
 pub mod material;
 mod mixing;
