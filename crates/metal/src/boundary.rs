@@ -208,12 +208,23 @@ mod tests {
     use crate::sphere::SphereResponse;
     use crate::sphere::rule::spherical_rule;
     use std::f64::consts::PI;
+    use std::sync::OnceLock;
     use trackwright_field::generator::dipole::Dipole;
     use trackwright_geometry::mesh::SurfaceMesh;
 
     fn body(mesh: &SurfaceMesh, limit: SurfaceLimit) -> BoundaryBody {
         let shape = BoundaryShape::new(ClosedSurface::new(mesh).unwrap());
         BoundaryBody::new(Arc::new(shape), limit).unwrap()
+    }
+
+    /// A sphere of 1,280 triangles in both limits.
+    fn fine_spheres() -> &'static [BoundaryBody; 2] {
+        static BODIES: OnceLock<[BoundaryBody; 2]> = OnceLock::new();
+        BODIES.get_or_init(|| {
+            let surface = ClosedSurface::new(&sphere(RADIUS_MM, 3).unwrap()).unwrap();
+            let shape = Arc::new(BoundaryShape::new(surface));
+            LIMITS.map(|limit| BoundaryBody::new(Arc::clone(&shape), limit).unwrap())
+        })
     }
 
     /// The layer that answers a field.
@@ -280,21 +291,21 @@ mod tests {
     #[test]
     fn a_sphere_answers_as_its_series() {
         // Measured: 1.0, 0.51, 0.14 % and 1.5, 0.97, 0.46 %.
-        for (limit, errors) in LIMITS.into_iter().zip([[0.012, 0.006, 0.002], [0.018, 0.01, 0.006]])
-        {
-            let body = body(&sphere(RADIUS_MM, 3).unwrap(), limit);
+        let errors = [[0.012, 0.006, 0.002], [0.018, 0.01, 0.006]];
+        for (body, errors) in fine_spheres().iter().zip(errors) {
             for (distance, most) in [1.3, 1.6, 3.0].into_iter().zip(errors) {
-                let error = error_at(&body, distance);
-                assert!(error < most, "{limit:?} {distance}: {error}");
+                let error = error_at(body, distance);
+                assert!(error < most, "{:?} {distance}: {error}", body.limit());
             }
         }
     }
 
     #[test]
     fn errors_fall_with_the_square_of_size() {
-        for limit in LIMITS {
-            let error = |n| error_at(&body(&sphere(RADIUS_MM, n).unwrap(), limit), 2.0);
-            let (coarse, fine) = (error(2), error(3));
+        for fine in fine_spheres() {
+            let limit = fine.limit();
+            let coarse = error_at(&body(&sphere(RADIUS_MM, 2).unwrap(), limit), 2.0);
+            let fine = error_at(fine, 2.0);
             let order = (coarse / fine).log2();
             // Measured: 2.05 and 2.02.
             assert!((1.9..2.2).contains(&order), "{limit:?}: {coarse} {fine}");
@@ -336,12 +347,12 @@ mod tests {
             (source(), (Point3::new(-60.0, -80.0, 20.0), Vector3::new(0.3, 0.9, -0.4)));
         let [from_a, from_b] = [Dipole::new(&a, &m), Dipole::new(&b, &n)];
         for limit in LIMITS {
-            for mesh in [sphere(RADIUS_MM, 3), cylinder(20.0, 100.0, 1000)] {
+            for mesh in [sphere(RADIUS_MM, 2), cylinder(20.0, 100.0, 500)] {
                 let body = body(&mesh.unwrap(), limit);
                 let there = field(&body, &answer(&body, |p| from_a.field(p)), &b).dot(&n);
                 let back = field(&body, &answer(&body, |p| from_b.field(p)), &a).dot(&m);
-                // Each is within 1 % of the exact one.
-                assert!((there - back).abs() < 0.01 * there.abs(), "{limit:?} {there} {back}");
+                // Each is within 2 % of the exact one.
+                assert!((there - back).abs() < 0.02 * there.abs(), "{limit:?} {there} {back}");
             }
         }
     }
@@ -350,7 +361,7 @@ mod tests {
     #[test]
     fn spheroids_answer_in_closed_form() {
         for ratio in [0.05, 4.0, 10.0] {
-            let mut mesh = sphere(50.0, 3).unwrap();
+            let mut mesh = sphere(50.0, 2).unwrap();
             mesh.parts[0].positions_mm.iter_mut().for_each(|p| p.z *= ratio);
             let shape = Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh).unwrap()));
             let along = demagnetisation(ratio);
@@ -358,12 +369,13 @@ mod tests {
             for limit in LIMITS {
                 let body = BoundaryBody::new(Arc::clone(&shape), limit).unwrap();
                 for (axis, n) in [(2, along), (0, 0.5 * (1.0 - along))] {
-                    // The operator's eigenvalue is N for a body that draws flux in, and errors of
-                    // 10⁻³ in it count beside that.
+                    // The operator's eigenvalue is N for a body that draws flux in, and its error
+                    // counts beside that. 1,280 triangles have a quarter of these: measured 0.0016
+                    // and 0.0012 / N.
                     let (expected, most) = match limit {
-                        SurfaceLimit::NoFlux => (-1.0 / (1.0 - n), 0.002),
+                        SurfaceLimit::NoFlux => (-1.0 / (1.0 - n), 0.01),
                         SurfaceLimit::Permeable(mu) => {
-                            ((mu - 1.0) / (1.0 + n * (mu - 1.0)), 0.0014 / n)
+                            ((mu - 1.0) / (1.0 + n * (mu - 1.0)), 0.0056 / n)
                         }
                     };
                     let found = induced(&body, &Vector3::ith(axis, 1.0))[axis];
