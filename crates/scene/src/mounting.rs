@@ -274,7 +274,7 @@ mod tests {
         assert_eq!(alpha([10.0, 300.0, 10.0]), FORBIDDEN_ALPHA);
         // Around a head.
         let head = alpha([180.0, 220.0, 240.0]);
-        assert!(head < 0.04 && head >= LEAST_PART * FORBIDDEN_ALPHA, "{head}");
+        assert!((LEAST_PART * FORBIDDEN_ALPHA..0.04).contains(&head), "{head}");
         assert!(alpha([60.0; 3]) > head && alpha([60.0; 3]) < FORBIDDEN_ALPHA);
     }
 

@@ -10,7 +10,7 @@ use crate::workspaces::design::placement_search::result_ui::result_ui;
 use crate::workspaces::design::placement_search::state::{
     PlacementSearch, PlacementSearchRequest, Running,
 };
-use crate::workspaces::design::placement_search::wish::{MOST_SENSORS, Reach, Wish};
+use crate::workspaces::design::placement_search::wish::{MOST_SENSORS, Reach, Wish, has_crf_patch};
 use crate::workspaces::design::rows::{INDENT, row_ui};
 use bevy_egui::egui::{Align, ComboBox, Label, Layout, RichText, Ui};
 use trackwright_design::{BodyRole, Design};
@@ -93,7 +93,12 @@ fn moves_ui(ui: &mut Ui, design: &Design, wish: &mut Wish) {
         body_ui(ui, design, role, name, wish);
     }
     if design.crf.is_some() {
-        let about = "The CRF on the patient, in its own axes; tool and anatomy stay where they are";
+        let about = match has_crf_patch(design) {
+            true => "The CRF over the patch of the anatomy; tool and anatomy stay where they are",
+            false => {
+                "The CRF on the patient, in its own axes; tool and anatomy stay where they are"
+            }
+        };
         reach_ui(ui, ("CRF on the patient", "CRF"), about, &mut wish.crf_pose);
     }
     let about = "The field generator in the room, in its own axes; its field goes with it";

@@ -48,11 +48,18 @@ pub struct Reach {
 impl Reach {
     const GENERATOR: Self = Self { is_free: false, shift_mm: 50.0, turn_deg: 10.0 };
     const CRF: Self = Self { is_free: false, shift_mm: 10.0, turn_deg: 5.0 };
+    /// Over a patch, which bounds the way by itself.
+    const CRF_ON_PATCH: Self = Self { shift_mm: 200.0, turn_deg: 10.0, ..Self::CRF };
 
     fn bounds(self) -> Option<PoseBounds> {
         let shift_mm = Vector3::repeat(self.shift_mm);
         self.is_free.then_some(PoseBounds { shift_mm, turn_deg: self.turn_deg })
     }
+}
+
+/// Whether the design states where on the patient the CRF may stand.
+pub fn has_crf_patch(design: &Design) -> bool {
+    design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty())
 }
 
 impl Wish {
@@ -68,7 +75,10 @@ impl Wish {
             tool: BTreeSet::new(),
             crf: BTreeSet::new(),
             generator: Reach::GENERATOR,
-            crf_pose: Reach::CRF,
+            crf_pose: match has_crf_patch(design) {
+                true => Reach::CRF_ON_PATCH,
+                false => Reach::CRF,
+            },
             counts: None,
             kinds: Vec::new(),
             figure: None,
