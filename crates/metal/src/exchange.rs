@@ -127,24 +127,8 @@ impl Answer {
             }
             sums
         };
-        let rows: Vec<Vec<f64>> = match self {
-            Self::None => Vec::new(),
-            Self::Sphere(sphere) => sphere
-                .directions()
-                .par_iter()
-                .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
-                .collect(),
-            Self::Surface { body, .. } => body
-                .surface()
-                .panels()
-                .par_iter()
-                .map(|panel| {
-                    let smooth_mm = coils.distance_mm(&(tracker_from_body * panel.center_mm()));
-                    row(&panel.rule_mm(smooth_mm), panel.normal())
-                })
-                .collect(),
-        };
-        Mat::from_fn(rows.len(), count, |i, j| rows[i][j])
+        let smooth_mm = |center: &Point3<f64>| coils.distance_mm(&(tracker_from_body * center));
+        self.sampled(count, smooth_mm, row)
     }
 
     /// Adds the fields of unknowns, a row a coil, at a point outside, in the body's frame.
@@ -181,6 +165,25 @@ impl Answer {
             }
             row
         };
+        let smooth_mm = |center: &Point3<f64>| {
+            let from_middle_mm = (source_from_body * center).coords.norm();
+            // A sphere's field varies over the distance from it.
+            match source {
+                Self::Sphere(sphere) => from_middle_mm - sphere.radius_mm(),
+                Self::None | Self::Surface { .. } => from_middle_mm,
+            }
+        };
+        self.sampled(columns, smooth_mm, row)
+    }
+
+    /// A row of numbers for each sample, of the points of its rule and its normal. `smooth_mm` is the
+    /// distance over which what is sampled varies, at the middle of a panel.
+    fn sampled(
+        &self,
+        columns: usize,
+        smooth_mm: impl Fn(&Point3<f64>) -> f64 + Sync,
+        row: impl Fn(&[Point3<f64>], &Unit<Vector3<f64>>) -> Vec<f64> + Sync,
+    ) -> Mat<f64> {
         let rows: Vec<Vec<f64>> = match self {
             Self::None => Vec::new(),
             Self::Sphere(sphere) => sphere
@@ -192,15 +195,7 @@ impl Answer {
                 .surface()
                 .panels()
                 .par_iter()
-                .map(|panel| {
-                    let from_middle_mm = (source_from_body * panel.center_mm()).coords.norm();
-                    // A sphere's field varies over the distance from it.
-                    let smooth_mm = match source {
-                        Self::Sphere(sphere) => from_middle_mm - sphere.radius_mm(),
-                        Self::None | Self::Surface { .. } => from_middle_mm,
-                    };
-                    row(&panel.rule_mm(smooth_mm), panel.normal())
-                })
+                .map(|panel| row(&panel.rule_mm(smooth_mm(panel.center_mm())), panel.normal()))
                 .collect(),
         };
         Mat::from_fn(rows.len(), columns, |i, j| rows[i][j])

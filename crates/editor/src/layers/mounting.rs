@@ -2,7 +2,8 @@
 //! clearance where no coil may be.
 //!
 //! Drawn of every body while the layer is on, and of the body whose regions are edited; else nothing
-//! is made. So is the patch of anatomy that the CRF may stand on. What is drawn is the scene's ([`trackwright_scene::mounting`]).
+//! is made. The same holds for the patch of anatomy that the CRF may stand on. What is drawn is the
+//! scene's ([`trackwright_scene::mounting`]).
 
 use crate::document::requests::OpenWorld;
 use crate::document::shown::ShownDesign;
