@@ -98,7 +98,7 @@ pub(super) fn write(out: &mut RonWriter, model: &DistortionModel) {
         Some(FieldSource::Harmonic(model)) => {
             out.fields("harmonic", |out| write_harmonic(out, model));
         }
-        Some(FieldSource::Of(_)) | None => {}
+        Some(FieldSource::Simulated(_) | FieldSource::Of(_)) | None => {}
     }
 }
 

@@ -39,12 +39,16 @@
 
 pub mod body;
 pub mod boundary;
+mod cells;
 mod crossing;
 pub mod exchange;
+pub mod furnished;
+mod harmonics;
 pub mod material;
 mod mixing;
 pub mod panel;
 pub mod room;
+pub mod setup;
 pub mod shapes;
 pub mod sphere;
 pub mod surface;

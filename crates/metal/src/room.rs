@@ -128,8 +128,18 @@ impl MetalRoom {
     pub fn with_pose(&self, body: usize, tracker_from_body: Pose) -> Result<Self, RoomError> {
         let mut bodies = self.bodies.clone();
         bodies[body].tracker_from_body = tracker_from_body;
+        self.with_bodies(bodies)
+    }
+
+    /// The room with other bodies, or the same elsewhere, as many. What has not changed is used again; the
+    /// result is the same to the bit as that of [`MetalRoom::new`].
+    ///
+    /// # Errors
+    /// See [`RoomError`].
+    pub fn with_bodies(&self, bodies: Vec<PlacedBody>) -> Result<Self, RoomError> {
         let (generator, wires_mm) = (self.generator.clone(), self.wires_mm.clone());
-        Self::solved(generator, self.volume, wires_mm, bodies, Some(self))
+        let before = (bodies.len() == self.bodies.len()).then_some(self);
+        Self::solved(generator, self.volume, wires_mm, bodies, before)
     }
 
     fn solved(
@@ -215,6 +225,11 @@ impl MetalRoom {
         &self.generator
     }
 
+    /// The measurement volume that metal must leave free.
+    pub fn volume(&self) -> Option<&Volume> {
+        self.volume.as_ref()
+    }
+
     pub fn bodies(&self) -> &[PlacedBody] {
         &self.bodies
     }
@@ -280,6 +295,21 @@ impl MetalRoom {
         };
         let all = self.bodies.iter().enumerate().filter_map(of_body);
         all.min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm))
+    }
+
+    /// A distance that no metal is nearer than to a point of the tracker frame; 0 where it may be in metal.
+    pub fn least_distance_mm(&self, p: &Point3<f64>) -> f64 {
+        let of_body = |placed: &PlacedBody| {
+            let in_body = placed.tracker_from_body.inverse_transform_point(p);
+            match placed.body.shape() {
+                MetalShape::Sphere { radius_mm } => in_body.coords.norm() - radius_mm,
+                MetalShape::Surface(shape) => {
+                    let surface = shape.surface();
+                    if surface.contains(&in_body) { 0.0 } else { surface.nearest(&in_body).0 }
+                }
+            }
+        };
+        self.bodies.iter().map(of_body).fold(f64::INFINITY, f64::min).max(0.0)
     }
 
     /// [`MetalRoom::disturbance`] of many points, on all threads.
