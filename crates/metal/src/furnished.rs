@@ -82,6 +82,19 @@ pub struct ObjectReport {
     pub model: ResponseModel,
 }
 
+impl Furnished {
+    /// A room without metal.
+    pub fn bare(environment: &Arc<Environment>) -> Self {
+        let report = FurnishReport {
+            evaluation: MetalEvaluation::None,
+            objects: Vec::new(),
+            exchange: ExchangeReport::default(),
+            is_added_to_errors: false,
+        };
+        Self { environment: Arc::clone(environment), room: None, report }
+    }
+}
+
 /// Why a room's metal cannot be simulated.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum FurnishError {
@@ -154,13 +167,7 @@ impl Furnisher {
             return Err(FurnishError::Correction);
         }
         if metal.objects.is_empty() {
-            let report = FurnishReport {
-                evaluation: MetalEvaluation::None,
-                objects: Vec::new(),
-                exchange: ExchangeReport::default(),
-                is_added_to_errors: false,
-            };
-            return Ok(Furnished { environment: Arc::clone(bare), room: None, report });
+            return Ok(Furnished::bare(bare));
         }
         let mut placed = Vec::with_capacity(metal.objects.len());
         for (done, object) in metal.objects.iter().enumerate() {

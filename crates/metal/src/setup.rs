@@ -133,6 +133,30 @@ impl RoomMetal {
         Ok(())
     }
 
+    /// The metal with the surfaces that `mesh` has for the references of its meshes.
+    ///
+    /// # Errors
+    /// Those of `mesh`.
+    pub fn with_surfaces<E>(
+        mut self,
+        mut mesh: impl FnMut(&MeshReference) -> Result<Arc<SurfaceMesh>, E>,
+    ) -> Result<Self, E> {
+        for object in &mut self.objects {
+            if let ObjectShape::Mesh(own) = &mut object.shape {
+                own.surface = mesh(&own.reference)?;
+            }
+        }
+        Ok(self)
+    }
+
+    /// The files of its meshes, relative to the file of the room.
+    pub fn mesh_files(&self) -> impl Iterator<Item = &str> {
+        self.objects.iter().filter_map(|object| match &object.shape {
+            ObjectShape::Mesh(mesh) => Some(mesh.reference.file.as_str()),
+            _ => None,
+        })
+    }
+
     /// A name for a new object, from what it is: `plate`, then `plate 2`.
     pub fn free_name(&self, what: &str) -> String {
         let is_free = |name: &String| self.objects.iter().all(|object| object.name != *name);

@@ -3,12 +3,13 @@
 use super::builtin;
 use super::error::StoreError;
 use super::files::Files;
-use super::open::{World, home};
+use super::open::{Reader, World, home};
 use super::paths::{absolute, file_name, files_ending, folder_of, relative};
-use super::read::{Storage, read};
+use super::read::Storage;
+use super::room_metal::RoomContent;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trackwright_field::Environment;
-use trackwright_formats::environment;
 use trackwright_task::{Cancelled, Task};
 
 pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
@@ -65,13 +66,22 @@ impl RoomSource {
         Self::File(absolute(file))
     }
 
-    /// Reads the room.
-    pub fn read(&self) -> Result<Environment, StoreError> {
+    /// Reads the room and its metal.
+    pub fn read(&self) -> Result<RoomContent, StoreError> {
         let (storage, path) = match self {
             Self::BuiltIn(path) => (Storage::BuiltIn, Path::new(path)),
             Self::File(path) => (Storage::Disk, path.as_path()),
         };
-        read(storage, path, "an environment", environment::parse)
+        Reader::new(storage).room(Path::new(""), &path.to_string_lossy())
+    }
+
+    /// Reads the room, with its metal solved for.
+    pub fn read_solved(&self) -> Result<Arc<Environment>, StoreError> {
+        let file = match self {
+            Self::BuiltIn(path) => Path::new(path),
+            Self::File(path) => path.as_path(),
+        };
+        Ok(self.read()?.solved(file)?.environment)
     }
 }
 
@@ -175,8 +185,8 @@ pub fn list_rooms(places: Vec<RoomSource>, task: &Task) -> Result<Vec<RoomListin
         if listings.iter().any(|listing| listing.place == place) {
             continue;
         }
-        if let Ok(environment) = place.read() {
-            listings.push(RoomListing { summary: RoomSummary::of(&environment), place });
+        if let Ok(content) = place.read() {
+            listings.push(RoomListing { summary: RoomSummary::of(&content.bare), place });
         }
     }
     // The order depends on nothing that a choice from the list changes.
