@@ -85,8 +85,9 @@ pub use resolve::{
 pub use results::{LogError, NoToday, Recorder, report_file, today, write_log};
 pub use room_metal::{MetalAnswer, MetalRequest, RoomContent, refresh_metal};
 pub use rooms::{
-    ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, further_rooms,
-    list_rooms, own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
+    ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for,
+    further_rooms, list_rooms, own_room, reference_to_room, room_name, rooms_of_folder,
+    write_room_for,
 };
 pub use samples::{MeasurementTable, SampleReading, TableGroups};
 pub use save::{SaveReport, SharedBody, save, save_as, save_with_copies, shared_bodies};

@@ -129,8 +129,8 @@ pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
     })
 }
 
-/// Reads the environment again where the design now refers to another one, and solves for the design's
-/// metal in it; whether it did. After an error it is as it was. Further rooms that the design now names are watched from then on.
+/// Reads the environment again where the design now refers to another one; whether it did. The design's
+/// metal in it is then awaited. After an error it is as it was. Further rooms that the design now names are watched from then on.
 pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
     world.watch_further_rooms()?;
     let reference = &world.document.design().environment;
@@ -140,8 +140,7 @@ pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
     let (storage, file) = home(world.document.origin())?;
     let mut reader = Reader::new(storage);
     let room = reader.room(&file, reference)?;
-    let environment_file = storage.resolve(&file, reference);
-    world.has_room(room.bare, &environment_file)?;
+    world.is_in_room(room.bare);
     world.stamps.extend(reader.stamps);
     world.environment_is_current();
     Ok(true)

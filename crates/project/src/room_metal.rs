@@ -163,6 +163,7 @@ impl World {
         if !Arc::ptr_eq(&content.bare, &self.bare) {
             return false;
         }
+        self.document.room_has_changed();
         match found {
             Ok(furnished) => self.has_metal(content.metal, furnished),
             Err(problem) => {
@@ -177,6 +178,15 @@ impl World {
         self.environment = Arc::clone(&furnished.environment);
         let furnished = metal.is_some().then_some(furnished);
         self.solved = SolvedMetal { metal, furnished, problem: None };
+    }
+
+    /// Takes over another room, in which the design's metal is yet to be solved for.
+    pub(super) fn is_in_room(&mut self, bare: Arc<Environment>) {
+        self.solved = SolvedMetal::default();
+        if self.document.design().room_metal.is_none() {
+            self.environment = Arc::clone(&bare);
+        }
+        self.bare = bare;
     }
 
     /// Takes over another room, with the design's metal in it.
