@@ -3,20 +3,26 @@
 //! Lengths are millimetres until `glb` writes metres. A tool's tip is at the origin and its +z runs
 //! back along the shaft; the reference frame and the field generator have theirs in their files.
 
+mod c_arm;
 #[cfg(test)]
 mod checks;
 mod endoscope;
 mod field_generator;
+mod forceps;
 mod glb;
 mod head;
 mod implicit;
+mod mallet;
 mod model;
+mod operating_table;
 mod pod;
 mod pointer;
 mod profile;
 mod reference_frame;
+mod retractor;
 mod shape;
 mod shaver;
+mod sweep;
 mod vector;
 mod windowed_tube;
 
@@ -42,13 +48,18 @@ fn main() -> io::Result<()> {
     Ok(())
 }
 
-fn models() -> [Model; 5] {
+fn models() -> [Model; 10] {
     [
         pointer::pointer(),
         endoscope::endoscope(),
         shaver::shaver(),
         reference_frame::head_crf(),
         field_generator::field_generator(),
+        operating_table::operating_table(),
+        c_arm::c_arm(),
+        retractor::retractor(),
+        forceps::forceps(),
+        mallet::mallet(),
     ]
 }
 

@@ -1,0 +1,190 @@
+//! An operating table with a narrow head plate, as one closed surface.
+//!
+//! The origin is in the middle of the top's head end; axes as a patient on it has them: -z up out of
+//! the top, +y to the crown, so that the table runs along -y, and +x to the right of one who lies on
+//! the back.
+
+use crate::model::{Material, Model, materials, painted};
+use crate::profile::skinned;
+use crate::shape::Shape;
+use crate::vector::{Vec3, VecExt, vec3};
+
+const LENGTH_MM: f64 = 2000.0;
+const HALF_WIDTH_MM: f64 = 250.0;
+const HEAD_PLATE_HALF_WIDTH_MM: f64 = 140.0;
+const HEAD_PLATE_LENGTH_MM: f64 = 330.0;
+/// From the pad's surface down.
+const PAD_END_Z_MM: f64 = 22.0;
+const RAIL_Z_MM: [f64; 2] = [38.0, 62.0];
+const FRAME_END_Z_MM: f64 = 80.0;
+const BASE_Z_MM: [f64; 2] = [800.0, 880.0];
+
+const COLUMN_Y_MM: f64 = -1050.0;
+
+/// Pieces of each of an outline's corners, and of the sides after them.
+const CORNER_PIECES: usize = 4;
+const SIDE_PIECES: [usize; CORNERS] = [4, 1, 2, 2, 2, 1, 4, 4];
+const CORNERS: usize = 8;
+
+const CAP_RINGS: usize = 6;
+
+/// Corners counter-clockwise seen from above, with own x to the left: the outline of the top, or a
+/// rectangle that has four more corners on its side to the head.
+#[derive(Clone, Copy)]
+struct Outline {
+    corners_mm: [[f64; 2]; CORNERS],
+    /// From a corner to where its arc begins.
+    reach_mm: [f64; CORNERS],
+}
+
+impl Outline {
+    /// The top, moved outwards by `outset_mm`.
+    fn top(outset_mm: f64) -> Self {
+        let (wide, narrow) = (HALF_WIDTH_MM + outset_mm, HEAD_PLATE_HALF_WIDTH_MM + outset_mm);
+        let (shoulder, end) = (outset_mm - HEAD_PLATE_LENGTH_MM, -LENGTH_MM - outset_mm);
+        Self {
+            corners_mm: [
+                [wide, end],
+                [wide, shoulder],
+                [narrow, shoulder],
+                [narrow, outset_mm],
+                [-narrow, outset_mm],
+                [-narrow, shoulder],
+                [-wide, shoulder],
+                [-wide, end],
+            ],
+            reach_mm: [60.0, 45.0, 30.0, 50.0, 50.0, 30.0, 45.0, 60.0].map(|reach| reach + outset_mm),
+        }
+    }
+
+    fn rectangle(half_x_mm: f64, [low_y_mm, high_y_mm]: [f64; 2], reach_mm: f64) -> Self {
+        let on_side = |part: f64| [half_x_mm * part, high_y_mm];
+        let inner_mm = 0.1 * half_x_mm;
+        Self {
+            corners_mm: [
+                [half_x_mm, low_y_mm],
+                [half_x_mm, high_y_mm],
+                on_side(0.6),
+                on_side(0.25),
+                on_side(-0.25),
+                on_side(-0.6),
+                [-half_x_mm, high_y_mm],
+                [-half_x_mm, low_y_mm],
+            ],
+            reach_mm: [
+                reach_mm, reach_mm, inner_mm, inner_mm, inner_mm, inner_mm, reach_mm, reach_mm,
+            ],
+        }
+    }
+
+    /// The outline at a height, counter-clockwise seen from above.
+    fn ring(&self, z_mm: f64) -> Vec<Vec3> {
+        let corner = |i: usize| {
+            let [x, y] = self.corners_mm[i % CORNERS];
+            vec3(-x, y, z_mm)
+        };
+        let arc = |i: usize| {
+            let (before, middle, after) = (corner(i + CORNERS - 1), corner(i), corner(i + 1));
+            let reach_mm = self.reach_mm[i % CORNERS];
+            let start = middle + (before - middle).normalized() * reach_mm;
+            let end = middle + (after - middle).normalized() * reach_mm;
+            (0..=CORNER_PIECES).map(move |k| {
+                let t = k as f64 / CORNER_PIECES as f64;
+                start.between(middle, t).between(middle.between(end, t), t)
+            })
+        };
+        let mut ring: Vec<Vec3> = Vec::new();
+        for i in 0..CORNERS {
+            ring.extend(arc(i));
+            let (from, pieces) = (ring[ring.len() - 1], SIDE_PIECES[i]);
+            let to = arc(i + 1).next().unwrap_or(from);
+            ring.extend((1..pieces).map(|k| from.between(to, k as f64 / pieces as f64)));
+        }
+        ring
+    }
+}
+
+pub fn operating_table() -> Model {
+    let regions: [(&str, Material); 5] = [
+        ("pad", materials::GRAPHITE),
+        ("frame", materials::BRUSHED_STEEL),
+        ("rail", materials::STEEL),
+        ("column", materials::BRUSHED_STEEL),
+        ("base", materials::PANEL),
+    ];
+    let region = |p: Vec3| match p.z {
+        z if z < PAD_END_Z_MM + 0.1 => 0,
+        z if z > RAIL_Z_MM[0] + 2.5 && z < RAIL_Z_MM[1] - 2.5 => 2,
+        z if z < FRAME_END_Z_MM + 0.1 => 1,
+        z if z < BASE_Z_MM[0] - 20.0 => 3,
+        _ => 4,
+    };
+    Model { name: "operating-table", parts: painted(&shape(), &regions, region) }
+}
+
+/// From the floor up.
+fn shape() -> Shape {
+    let column = |half_x_mm: f64, half_y_mm: f64| {
+        Outline::rectangle(half_x_mm, [COLUMN_Y_MM - half_y_mm, COLUMN_Y_MM + half_y_mm], 45.0)
+    };
+    let base = |outset_mm: f64| {
+        let y_mm = [COLUMN_Y_MM - 480.0 - outset_mm, COLUMN_Y_MM + 420.0 + outset_mm];
+        Outline::rectangle(230.0 + outset_mm, y_mm, 80.0 + outset_mm)
+    };
+    let (lower, upper) = (column(130.0, 180.0), column(105.0, 150.0));
+    let [base_top_mm, floor_mm] = BASE_Z_MM;
+    let [rail_top_mm, rail_end_mm] = RAIL_Z_MM;
+    let mut rings = vec![
+        base(-14.0).ring(floor_mm),
+        base(-4.0).ring(floor_mm - 4.0),
+        base(0.0).ring(floor_mm - 14.0),
+        base(0.0).ring(base_top_mm + 14.0),
+        base(-4.0).ring(base_top_mm + 4.0),
+        base(-14.0).ring(base_top_mm),
+    ];
+    let mut inwards = |from: Vec<Vec3>, to: Vec<Vec3>| {
+        let part = |t: f64| from.iter().zip(&to).map(move |(a, b)| a.between(*b, t)).collect();
+        rings.extend([part(0.4), part(0.75), part(1.0)]);
+    };
+    inwards(base(-14.0).ring(base_top_mm), lower.ring(base_top_mm - 20.0));
+    let mut rings: Vec<Vec<Vec3>> = rings;
+    rings.extend([lower.ring(600.0), lower.ring(430.0), column(122.0, 172.0).ring(422.0)]);
+    rings.extend([upper.ring(422.0), upper.ring(250.0), upper.ring(FRAME_END_Z_MM)]);
+    let under = Outline::top(-14.0).ring(FRAME_END_Z_MM);
+    let column_end = upper.ring(FRAME_END_Z_MM);
+    for t in [0.2, 0.5, 0.8] {
+        rings.push(column_end.iter().zip(&under).map(|(a, b)| a.between(*b, t)).collect());
+    }
+    rings.extend([
+        under,
+        Outline::top(-6.0).ring(FRAME_END_Z_MM - 3.0),
+        Outline::top(-2.0).ring(FRAME_END_Z_MM - 9.0),
+        Outline::top(-2.0).ring(rail_end_mm),
+        Outline::top(8.0).ring(rail_end_mm - 2.0),
+        Outline::top(10.0).ring(rail_end_mm - 6.0),
+        Outline::top(10.0).ring(rail_top_mm + 6.0),
+        Outline::top(8.0).ring(rail_top_mm + 2.0),
+        Outline::top(-2.0).ring(rail_top_mm),
+        Outline::top(-2.0).ring(PAD_END_Z_MM),
+        Outline::top(-10.0).ring(PAD_END_Z_MM),
+        Outline::top(-10.0).ring(10.0),
+        Outline::top(-13.0).ring(4.0),
+        Outline::top(-18.0).ring(1.0),
+        Outline::top(-26.0).ring(0.0),
+    ]);
+    skinned(&rings, CAP_RINGS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::checks::assert_sound_metal;
+
+    #[test]
+    fn the_top_is_at_zero_and_runs_to_the_feet() {
+        let half_mm = HALF_WIDTH_MM + 10.0;
+        let (low, high) =
+            (vec3(-half_mm, -LENGTH_MM - 10.0, 0.0), vec3(half_mm, 10.0, BASE_Z_MM[1]));
+        assert_sound_metal(&operating_table(), low, high, 0.1);
+    }
+}
