@@ -4,7 +4,7 @@
 //! -z, from the tube at +z to the detector, and +y runs along the patient to the head.
 
 use crate::model::{Material, Model, materials, painted};
-use crate::sweep::{Section, Station, Sweep, Towards, section, swept};
+use crate::sweep::{Pieces, Section, Station, Sweep, Towards, section, swept};
 use crate::vector::{Placement, Vec3, vec3};
 
 const INNER_RADIUS_MM: f64 = 700.0;
@@ -12,9 +12,12 @@ const INNER_RADIUS_MM: f64 = 700.0;
 const ARM: Section = section(60.0, 120.0, 14.0);
 /// Where the C is held: as wide as it, thicker outwards.
 const HOLDER: Section = section(150.0, 150.0, 20.0);
+const HALF_HOLDER_DEG: f64 = 12.0;
+/// From the C's section to the holder's.
+const SHOULDER_DEG: f64 = 3.0;
 
 /// How far from the beam the C begins, and how its ends turn into the housings.
-const END_DEG: f64 = 12.0;
+const END_DEG: f64 = 8.0;
 const ELBOW_INNER_MM: f64 = 20.0;
 
 const DETECTOR_FACE_MM: f64 = 390.0;
@@ -23,6 +26,7 @@ const TUBE_FACE_MM: f64 = 430.0;
 const BACK_MM: f64 = 590.0;
 
 const EDGE_MM: f64 = 12.0;
+const PIECES: Pieces = Pieces { corner: 3, sides: [2, 2] };
 
 pub fn c_arm() -> Model {
     let regions: [(&str, Material); 4] = [
@@ -31,11 +35,12 @@ pub fn c_arm() -> Model {
         ("housings", materials::PANEL),
         ("windows", materials::GRAPHITE),
     ];
-    let is_window = |p: Vec3| p.z < 0.0 && p.z > -DETECTOR_FACE_MM - 14.0 || p.z > 0.0 && p.z < 460.0;
+    // Bands between stations: a triangle's middle is well within one.
+    let is_window = |z: f64| z > -DETECTOR_FACE_MM - 24.5 && z < TUBE_FACE_MM + 44.5;
     let region = |p: Vec3| {
-        if p.x > 640.0 && p.z.abs() < 190.0 {
+        if p.z.atan2(p.x).abs() < (HALF_HOLDER_DEG + SHOULDER_DEG).to_radians() {
             1
-        } else if p.x.abs() < 200.0 && is_window(p) {
+        } else if p.x < 165.0 && is_window(p.z) {
             3
         } else if p.x < 165.0 && p.z.abs() < BACK_MM + 25.0 {
             2
@@ -43,7 +48,7 @@ pub fn c_arm() -> Model {
             0
         }
     };
-    Model { name: "c-arm", parts: painted(&swept(&stations(), EDGE_MM), &regions, region) }
+    Model { name: "c-arm", parts: painted(&swept(&stations(), PIECES, [EDGE_MM; 2]), &regions, region) }
 }
 
 /// From the detector's face up, around, and up to the face of the tube.
@@ -62,7 +67,7 @@ fn stations() -> Vec<Station> {
     let collimator = section(170.0, 170.0, 30.0);
     let elbow_deg = 90.0 + END_DEG;
     let to_x = Towards::PlusX;
-    let half_arc_deg = 90.0 - END_DEG;
+    let arc_deg = 90.0 - END_DEG - HALF_HOLDER_DEG - SHOULDER_DEG;
     let start = Placement::new(vec3(0.0, 0.0, -DETECTOR_FACE_MM), -Vec3::z(), Vec3::x());
     let detector_mm = BACK_MM - DETECTOR_FACE_MM;
     Sweep::new(start, chamfered(detector, 10.0))
@@ -73,11 +78,11 @@ fn stations() -> Vec<Station> {
         .forward(pivot_z_mm - BACK_MM - 30.0, neck, 2)
         .forward(30.0, neck, 1)
         .turn(to_x, elbow_deg, ELBOW_INNER_MM, ARM, 9)
-        .turn(to_x, half_arc_deg - 15.0, INNER_RADIUS_MM, ARM, 11)
-        .turn(to_x, 3.0, INNER_RADIUS_MM, HOLDER, 2)
-        .turn(to_x, 24.0, INNER_RADIUS_MM, HOLDER, 4)
-        .turn(to_x, 3.0, INNER_RADIUS_MM, ARM, 2)
-        .turn(to_x, half_arc_deg - 15.0, INNER_RADIUS_MM, ARM, 11)
+        .turn(to_x, arc_deg, INNER_RADIUS_MM, ARM, 11)
+        .turn(to_x, SHOULDER_DEG, INNER_RADIUS_MM, HOLDER, 2)
+        .turn(to_x, 2.0 * HALF_HOLDER_DEG, INNER_RADIUS_MM, HOLDER, 4)
+        .turn(to_x, SHOULDER_DEG, INNER_RADIUS_MM, ARM, 2)
+        .turn(to_x, arc_deg, INNER_RADIUS_MM, ARM, 11)
         .turn(to_x, elbow_deg, ELBOW_INNER_MM, neck, 9)
         .forward(30.0, neck, 1)
         .forward(pivot_z_mm - BACK_MM - 30.0, chamfered(tube, 18.0), 2)
@@ -97,9 +102,9 @@ mod tests {
     #[test]
     fn the_c_is_round_about_the_isocentre() {
         let outer_mm = INNER_RADIUS_MM + 150.0;
-        let (low, high) = (vec3(-160.0, -160.0, -760.0), vec3(outer_mm, 160.0, 760.0));
-        assert_sound_metal(&c_arm(), low, high, 25.0);
-        let shape = swept(&stations(), EDGE_MM);
+        let (low, high) = (vec3(-160.0, -160.0, -773.13), vec3(outer_mm, 160.0, 773.13));
+        assert_sound_metal(&c_arm(), low, high, 0.1);
+        let shape = swept(&stations(), PIECES, [EDGE_MM; 2]);
         let arc = shape.points.iter().filter(|p| p.x > 200.0);
         let least_mm = arc.map(|p| p.x.hypot(p.z)).fold(f64::INFINITY, f64::min);
         assert!((least_mm - INNER_RADIUS_MM).abs() < 0.01, "{least_mm}");
@@ -107,7 +112,7 @@ mod tests {
 
     #[test]
     fn nothing_is_between_tube_and_detector() {
-        let shape = swept(&stations(), EDGE_MM);
+        let shape = swept(&stations(), PIECES, [EDGE_MM; 2]);
         let between = shape.points.iter().filter(|p| p.x < 300.0);
         let (above, below): (Vec<Vec3>, Vec<Vec3>) = between.partition(|p| p.z < 0.0);
         let nearest_mm = |points: &[Vec3]| {

@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use crate::model::{Model, materials, painted};
-use crate::sweep::{Section, Station, along, section, swept};
+use crate::sweep::{Pieces, Section, Station, along, section, swept};
 use crate::vector::{Vec3, vec3};
 
 const LENGTH_MM: f64 = 180.0;
@@ -14,37 +14,43 @@ const OFFSET_MM: f64 = 20.0;
 
 /// Half the distance of the arms' middles where they bend into one another, and their section there.
 const BEND_RADIUS_MM: f64 = 5.6;
-const HANDLE: Section = section(4.0, 10.0, 1.6);
-const BEND_PIECES: usize = 14;
+const HANDLE: Section = section(5.0, 10.0, 1.9);
+const BEND_PIECES: usize = 10;
 const BEND_Z_MM: f64 = LENGTH_MM - BEND_RADIUS_MM - HANDLE.half_mm[0];
 
+const PIECES: Pieces = Pieces { corner: 3, sides: [1, 1] };
+
 /// An arm from its tip: z, x, y and the section.
-const ARM: [(f64, f64, f64, Section); 16] = [
-    (0.0, 2.4, 0.0, section(2.4, 2.4, 0.9)),
-    (8.0, 2.9, 0.0, section(2.7, 2.8, 1.0)),
-    (20.0, 3.8, 0.0, section(3.0, 3.4, 1.1)),
-    (36.0, 5.0, 0.0, section(3.2, 4.0, 1.2)),
-    (54.0, 6.3, 0.0, section(3.4, 4.6, 1.3)),
-    (66.0, 7.1, 0.0, section(3.6, 5.0, 1.3)),
-    (71.0, 7.4, 1.4, section(3.7, 5.2, 1.3)),
-    (75.0, 7.6, 4.0, section(3.8, 5.4, 1.4)),
-    (87.0, 8.3, 16.0, section(4.0, 6.6, 1.5)),
-    (91.0, 8.5, 18.6, section(4.0, 7.2, 1.5)),
-    (96.0, 8.8, OFFSET_MM, section(4.0, 8.0, 1.6)),
-    (106.0, 9.2, OFFSET_MM, HANDLE),
-    (120.0, 9.3, OFFSET_MM, HANDLE),
-    (136.0, 8.8, OFFSET_MM, HANDLE),
-    (152.0, 7.4, OFFSET_MM, HANDLE),
-    (162.0, 6.2, OFFSET_MM, HANDLE),
+const ARM: [(f64, f64, f64, Section); 20] = [
+    (0.0, 2.6, 0.0, section(3.0, 3.0, 1.3)),
+    (5.0, 2.9, 0.0, section(3.2, 3.2, 1.4)),
+    (11.0, 3.3, 0.0, section(3.4, 3.4, 1.4)),
+    (18.0, 3.8, 0.0, section(3.6, 3.7, 1.5)),
+    (26.0, 4.4, 0.0, section(3.8, 4.0, 1.6)),
+    (35.0, 5.0, 0.0, section(4.0, 4.4, 1.7)),
+    (45.0, 5.7, 0.0, section(4.2, 4.8, 1.7)),
+    (55.0, 6.4, 0.0, section(4.4, 5.2, 1.8)),
+    (65.0, 7.1, 0.0, section(4.6, 5.6, 1.8)),
+    (71.0, 7.4, 1.4, section(4.7, 5.8, 1.8)),
+    (76.0, 7.7, 5.0, section(4.8, 6.2, 1.9)),
+    (86.0, 8.2, 15.0, section(5.0, 7.2, 1.9)),
+    (91.0, 8.5, 18.6, section(5.0, 7.8, 1.9)),
+    (97.0, 8.8, OFFSET_MM, section(5.0, 8.6, 1.9)),
+    (107.0, 9.2, OFFSET_MM, HANDLE),
+    (118.0, 9.3, OFFSET_MM, HANDLE),
+    (129.0, 9.1, OFFSET_MM, HANDLE),
+    (140.0, 8.5, OFFSET_MM, HANDLE),
+    (151.0, 7.5, OFFSET_MM, HANDLE),
+    (162.0, 6.4, OFFSET_MM, HANDLE),
 ];
 
 /// Where a hand holds it.
-const GRIP_Z_MM: [f64; 2] = [106.0, 152.0];
+const GRIP_Z_MM: [f64; 2] = [107.0, 151.0];
 
 pub fn forceps() -> Model {
     let regions = [("forceps", materials::STEEL), ("grip", materials::BRUSHED_STEEL)];
     let region = |p: Vec3| usize::from(p.z > GRIP_Z_MM[0] && p.z < GRIP_Z_MM[1]);
-    Model { name: "forceps", parts: painted(&swept(&stations(), 0.6), &regions, region) }
+    Model { name: "forceps", parts: painted(&swept(&stations(), PIECES, [0.6; 2]), &regions, region) }
 }
 
 fn stations() -> Vec<Station> {
@@ -67,11 +73,11 @@ mod tests {
 
     #[test]
     fn the_origin_is_between_the_tips() {
-        let (low, high) = (vec3(-11.3, -2.4, 0.0), vec3(11.3, 25.0, LENGTH_MM));
+        let (low, high) = (vec3(-11.8, -2.8, 0.0), vec3(11.8, 25.0, LENGTH_MM));
         assert_sound_metal(&forceps(), low, high, 0.15);
-        let shape = swept(&stations(), 0.6);
+        let shape = swept(&stations(), PIECES, [0.6; 2]);
         let tips = shape.points.iter().filter(|p| p.z < 4.0);
         let gap_mm = tips.map(|p| p.x.abs()).fold(f64::INFINITY, f64::min);
-        assert!((1.0..1.5).contains(&gap_mm), "{gap_mm}");
+        assert!((0.9..1.5).contains(&gap_mm), "{gap_mm}");
     }
 }

@@ -4,7 +4,7 @@
 //! end; the two faces that strike look along x.
 
 use crate::model::{Model, materials, painted};
-use crate::sweep::{Section, Station, section, swept};
+use crate::sweep::{Pieces, Section, Station, section, swept};
 use crate::vector::{Placement, Vec3, vec3};
 
 const LENGTH_MM: f64 = 200.0;
@@ -29,12 +29,13 @@ const HANDLE: [(f64, Section); 12] = [
     (192.0, section(18.0, 21.0, 6.8)),
     (LENGTH_MM, section(17.0, 20.0, 6.6)),
 ];
+const PIECES: Pieces = Pieces { corner: 3, sides: [4, 2] };
 const GRIP_START_Z_MM: f64 = 96.0;
 
 pub fn mallet() -> Model {
     let regions = [("mallet", materials::STEEL), ("grip", materials::BRUSHED_STEEL)];
     let region = |p: Vec3| usize::from(p.z > GRIP_START_Z_MM);
-    Model { name: "mallet", parts: painted(&swept(&stations(), 1.0), &regions, region) }
+    Model { name: "mallet", parts: painted(&swept(&stations(), PIECES, [0.3, 2.5]), &regions, region) }
 }
 
 fn stations() -> Vec<Station> {

@@ -22,8 +22,8 @@ const BASE_Z_MM: [f64; 2] = [800.0, 880.0];
 const COLUMN_Y_MM: f64 = -1050.0;
 
 /// Pieces of each of an outline's corners, and of the sides after them.
-const CORNER_PIECES: usize = 4;
-const SIDE_PIECES: [usize; CORNERS] = [4, 1, 2, 2, 2, 1, 4, 4];
+const CORNER_PIECES: usize = 3;
+const SIDE_PIECES: [usize; CORNERS] = [12, 1, 3, 3, 3, 1, 12, 4];
 const CORNERS: usize = 8;
 
 const CAP_RINGS: usize = 6;
@@ -59,15 +59,15 @@ impl Outline {
 
     fn rectangle(half_x_mm: f64, [low_y_mm, high_y_mm]: [f64; 2], reach_mm: f64) -> Self {
         let on_side = |part: f64| [half_x_mm * part, high_y_mm];
-        let inner_mm = 0.1 * half_x_mm;
+        let inner_mm = 0.15 * half_x_mm;
         Self {
             corners_mm: [
                 [half_x_mm, low_y_mm],
                 [half_x_mm, high_y_mm],
-                on_side(0.6),
-                on_side(0.25),
-                on_side(-0.25),
-                on_side(-0.6),
+                on_side(0.5),
+                on_side(0.17),
+                on_side(-0.17),
+                on_side(-0.5),
                 [-half_x_mm, high_y_mm],
                 [-half_x_mm, low_y_mm],
             ],
@@ -114,7 +114,7 @@ pub fn operating_table() -> Model {
     ];
     let region = |p: Vec3| match p.z {
         z if z < PAD_END_Z_MM + 0.1 => 0,
-        z if z > RAIL_Z_MM[0] + 2.5 && z < RAIL_Z_MM[1] - 2.5 => 2,
+        z if z > RAIL_Z_MM[0] && z < RAIL_Z_MM[1] => 2,
         z if z < FRAME_END_Z_MM + 0.1 => 1,
         z if z < BASE_Z_MM[0] - 20.0 => 3,
         _ => 4,
@@ -125,54 +125,48 @@ pub fn operating_table() -> Model {
 /// From the floor up.
 fn shape() -> Shape {
     let column = |half_x_mm: f64, half_y_mm: f64| {
-        Outline::rectangle(half_x_mm, [COLUMN_Y_MM - half_y_mm, COLUMN_Y_MM + half_y_mm], 45.0)
+        Outline::rectangle(half_x_mm, [COLUMN_Y_MM - half_y_mm, COLUMN_Y_MM + half_y_mm], 30.0)
     };
     let base = |outset_mm: f64| {
         let y_mm = [COLUMN_Y_MM - 480.0 - outset_mm, COLUMN_Y_MM + 420.0 + outset_mm];
-        Outline::rectangle(230.0 + outset_mm, y_mm, 80.0 + outset_mm)
+        Outline::rectangle(230.0 + outset_mm, y_mm, 60.0 + outset_mm)
     };
     let (lower, upper) = (column(130.0, 180.0), column(105.0, 150.0));
     let [base_top_mm, floor_mm] = BASE_Z_MM;
-    let [rail_top_mm, rail_end_mm] = RAIL_Z_MM;
+    let column_foot = lower.ring(base_top_mm - 20.0);
+    let column_head = upper.ring(FRAME_END_Z_MM);
     let mut rings = vec![
-        base(-14.0).ring(floor_mm),
-        base(-4.0).ring(floor_mm - 4.0),
-        base(0.0).ring(floor_mm - 14.0),
-        base(0.0).ring(base_top_mm + 14.0),
-        base(-4.0).ring(base_top_mm + 4.0),
-        base(-14.0).ring(base_top_mm),
+        base(-10.0).ring(floor_mm),
+        base(0.0).ring(floor_mm - 10.0),
+        base(0.0).ring(base_top_mm + 10.0),
+        base(-10.0).ring(base_top_mm),
     ];
-    let mut inwards = |from: Vec<Vec3>, to: Vec<Vec3>| {
-        let part = |t: f64| from.iter().zip(&to).map(move |(a, b)| a.between(*b, t)).collect();
-        rings.extend([part(0.4), part(0.75), part(1.0)]);
-    };
-    inwards(base(-14.0).ring(base_top_mm), lower.ring(base_top_mm - 20.0));
-    let mut rings: Vec<Vec<Vec3>> = rings;
-    rings.extend([lower.ring(600.0), lower.ring(430.0), column(122.0, 172.0).ring(422.0)]);
-    rings.extend([upper.ring(422.0), upper.ring(250.0), upper.ring(FRAME_END_Z_MM)]);
-    let under = Outline::top(-14.0).ring(FRAME_END_Z_MM);
-    let column_end = upper.ring(FRAME_END_Z_MM);
-    for t in [0.2, 0.5, 0.8] {
-        rings.push(column_end.iter().zip(&under).map(|(a, b)| a.between(*b, t)).collect());
-    }
-    rings.extend([
-        under,
-        Outline::top(-6.0).ring(FRAME_END_Z_MM - 3.0),
-        Outline::top(-2.0).ring(FRAME_END_Z_MM - 9.0),
-        Outline::top(-2.0).ring(rail_end_mm),
-        Outline::top(8.0).ring(rail_end_mm - 2.0),
-        Outline::top(10.0).ring(rail_end_mm - 6.0),
-        Outline::top(10.0).ring(rail_top_mm + 6.0),
-        Outline::top(8.0).ring(rail_top_mm + 2.0),
-        Outline::top(-2.0).ring(rail_top_mm),
-        Outline::top(-2.0).ring(PAD_END_Z_MM),
-        Outline::top(-10.0).ring(PAD_END_Z_MM),
-        Outline::top(-10.0).ring(10.0),
-        Outline::top(-13.0).ring(4.0),
-        Outline::top(-18.0).ring(1.0),
-        Outline::top(-26.0).ring(0.0),
-    ]);
+    rings.extend(between(&base(-10.0).ring(base_top_mm), &column_foot, &[0.4, 0.75]));
+    rings.push(column_foot);
+    rings.extend([680.0, 580.0, 500.0, 440.0].map(|z_mm| lower.ring(z_mm)));
+    rings.extend([430.0, 340.0, 250.0, 160.0].map(|z_mm| upper.ring(z_mm)));
+    let under = Outline::top(-8.0).ring(FRAME_END_Z_MM);
+    rings.extend(between(&column_head, &under, &[0.0, 0.2, 0.45, 0.75]));
+    rings.push(under);
+    let [rail_top_mm, rail_end_mm] = RAIL_Z_MM;
+    let top = [
+        (0.0, FRAME_END_Z_MM - 8.0),
+        (0.0, rail_end_mm),
+        (0.0, rail_top_mm),
+        (0.0, PAD_END_Z_MM),
+        (-8.0, PAD_END_Z_MM),
+        (-8.0, 10.0),
+        (-12.0, 3.0),
+        (-22.0, 0.0),
+    ];
+    rings.extend(top.map(|(outset_mm, z_mm)| Outline::top(outset_mm).ring(z_mm)));
     skinned(&rings, CAP_RINGS)
+}
+
+/// Rings at some parts of the way from one to another.
+fn between(from: &[Vec3], to: &[Vec3], parts: &[f64]) -> Vec<Vec<Vec3>> {
+    let at = |t: &f64| from.iter().zip(to).map(|(a, b)| a.between(*b, *t)).collect();
+    parts.iter().map(at).collect()
 }
 
 #[cfg(test)]
@@ -182,9 +176,10 @@ mod tests {
 
     #[test]
     fn the_top_is_at_zero_and_runs_to_the_feet() {
-        let half_mm = HALF_WIDTH_MM + 10.0;
-        let (low, high) =
-            (vec3(-half_mm, -LENGTH_MM - 10.0, 0.0), vec3(half_mm, 10.0, BASE_Z_MM[1]));
+        let (low, high) = (
+            vec3(-HALF_WIDTH_MM, -LENGTH_MM, 0.0),
+            vec3(HALF_WIDTH_MM, 0.0, BASE_Z_MM[1]),
+        );
         assert_sound_metal(&operating_table(), low, high, 0.1);
     }
 }

@@ -6,12 +6,8 @@ use crate::profile::{RoundedRectangle, skinned};
 use crate::shape::Shape;
 use crate::vector::{Placement, Vec3, VecExt, vec3};
 
-/// Pieces of each corner of a section, and of its sides along own x and y.
-const CORNER_PIECES: usize = 4;
-const SIDE_PIECES: [usize; 2] = [2, 2];
-
 /// Rings of an end's rounded edge: pieces that turn by less than a crease.
-const EDGE_PIECES: usize = 4;
+const EDGE_PIECES: usize = 3;
 
 /// Shrinking copies of a ring that close an end.
 const CAP_RINGS: usize = 2;
@@ -22,6 +18,14 @@ pub struct Section {
     /// Along the path's own x and y.
     pub half_mm: [f64; 2],
     pub corner_mm: f64,
+}
+
+/// Into how many pieces corners and sides of all sections of a body are cut.
+#[derive(Clone, Copy, Debug)]
+pub struct Pieces {
+    pub corner: usize,
+    /// Along own x and y.
+    pub sides: [usize; 2],
 }
 
 /// A section and where it stands: own +z is ahead.
@@ -148,8 +152,8 @@ impl Sweep {
     }
 }
 
-/// The body of some stations; the edges of its two ends are rounded by `edge_mm` within its length.
-pub fn swept(stations: &[Station], edge_mm: f64) -> Shape {
+/// The body of some stations; the edges of its two ends are rounded within its length.
+pub fn swept(stations: &[Station], pieces: Pieces, edges_mm: [f64; 2]) -> Shape {
     let Some((last, first)) = stations.last().zip(stations.first()) else {
         return Shape::default();
     };
@@ -159,25 +163,25 @@ pub fn swept(stations: &[Station], edge_mm: f64) -> Shape {
             half_width_mm,
             half_height_mm,
             corner_mm,
-            corner_pieces: CORNER_PIECES,
-            side_pieces: SIDE_PIECES,
+            corner_pieces: pieces.corner,
+            side_pieces: pieces.sides,
         };
         let lift = |&[x, y]: &[f64; 2]| station.placement.body_from_part(vec3(x, y, ahead_mm));
         rectangle.outline(-inset_mm).iter().map(lift).collect::<Vec<_>>()
     };
     // How far in, and how far from the end, the edge is after `i` pieces.
-    let on_edge = |i: usize| {
+    let on_edge = |edge_mm: f64, i: usize| {
         let (sin, cos) = (FRAC_PI_2 * i as f64 / EDGE_PIECES as f64).sin_cos();
         (edge_mm * (1.0 - sin), edge_mm * (1.0 - cos))
     };
     let mut rings = Vec::new();
     for i in 0..=EDGE_PIECES {
-        let (inset_mm, from_end_mm) = on_edge(i);
+        let (inset_mm, from_end_mm) = on_edge(edges_mm[0], i);
         rings.push(ring(first, inset_mm, from_end_mm));
     }
     rings.extend(stations[1..stations.len() - 1].iter().map(|station| ring(station, 0.0, 0.0)));
     for i in (0..=EDGE_PIECES).rev() {
-        let (inset_mm, from_end_mm) = on_edge(i);
+        let (inset_mm, from_end_mm) = on_edge(edges_mm[1], i);
         rings.push(ring(last, inset_mm, -from_end_mm));
     }
     skinned(&rings, CAP_RINGS)
@@ -201,6 +205,7 @@ mod tests {
     use std::f64::consts::PI;
 
     const BAR: Section = section(10.0, 20.0, 1.0);
+    const PIECES: Pieces = Pieces { corner: 4, sides: [1, 2] };
 
     fn start() -> Placement {
         Placement::new(Vec3::default(), Vec3::z(), Vec3::x())
@@ -211,8 +216,8 @@ mod tests {
         for towards in [Towards::PlusX, Towards::MinusX, Towards::PlusY] {
             let (_, half_mm) = towards.of(&BAR);
             let sweep = Sweep::new(start(), BAR).forward(40.0, BAR, 1);
-            let shape =
-                swept(&sweep.turn(towards, 90.0, 30.0, BAR, 40).forward(5.0, BAR, 1).stations(), 0.1);
+            let sweep = sweep.turn(towards, 90.0, 30.0, BAR, 40).forward(5.0, BAR, 1);
+            let shape = swept(&sweep.stations(), PIECES, [0.1; 2]);
             assert_eq!(open_edge_count(&shape), 0);
             let area_mm2 = 200.0 - (4.0 - PI);
             // Pappus: the area times the way of its middle.
@@ -225,7 +230,7 @@ mod tests {
     fn a_mirrored_bar_is_symmetric() {
         let start = Placement::new(vec3(25.0, 0.0, 0.0), Vec3::z(), Vec3::x());
         let sweep = Sweep::new(start, BAR).turn(Towards::MinusX, 90.0, 15.0, BAR, 8);
-        let shape = swept(&sweep.forward(5.0, BAR, 1).mirrored(), 0.5);
+        let shape = swept(&sweep.forward(5.0, BAR, 1).mirrored(), PIECES, [0.5; 2]);
         assert_eq!(open_edge_count(&shape), 0);
         assert!(volume_mm3(&shape) > 0.0);
         let (low, high) = bounds_mm(&shape.points);
