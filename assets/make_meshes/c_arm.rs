@@ -48,7 +48,10 @@ pub fn c_arm() -> Model {
             0
         }
     };
-    Model { name: "c-arm", parts: painted(&swept(&stations(), PIECES, [EDGE_MM; 2]), &regions, region) }
+    Model {
+        name: "c-arm",
+        parts: painted(&swept(&stations(), PIECES, [EDGE_MM; 2]), &regions, region),
+    }
 }
 
 /// From the detector's face up, around, and up to the face of the tube.
@@ -115,9 +118,8 @@ mod tests {
         let shape = swept(&stations(), PIECES, [EDGE_MM; 2]);
         let between = shape.points.iter().filter(|p| p.x < 300.0);
         let (above, below): (Vec<Vec3>, Vec<Vec3>) = between.partition(|p| p.z < 0.0);
-        let nearest_mm = |points: &[Vec3]| {
-            points.iter().map(|p| p.z.abs()).fold(f64::INFINITY, f64::min)
-        };
+        let nearest_mm =
+            |points: &[Vec3]| points.iter().map(|p| p.z.abs()).fold(f64::INFINITY, f64::min);
         assert!((nearest_mm(&above) - DETECTOR_FACE_MM).abs() < 1e-9);
         assert!((nearest_mm(&below) - TUBE_FACE_MM).abs() < 1e-6);
     }

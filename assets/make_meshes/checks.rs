@@ -2,6 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use trackwright_formats::mesh;
+use trackwright_metal::surface::ClosedSurface;
+
+use crate::glb;
 use crate::model::Model;
 use crate::shape::{Shape, ShapeBuilder, bounds_mm};
 use crate::vector::{Vec3, VecExt};
@@ -19,7 +23,14 @@ pub fn assert_sound(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_mm: f6
     assert!((1_000..=25_000).contains(&triangles), "{triangles} triangles");
 }
 
-/// Asserts that all parts together are one closed surface, and the rest of [`assert_sound`].
+/// As many triangles as metal bodies are coarsened to, from an instrument's to a table's.
+const METAL_TRIANGLES: [usize; 3] = [250, 400, 1000];
+
+/// The part of a volume that coarsening may cost: an octagon has 10 % less than its circle.
+const MAX_VOLUME_LOSS: f64 = 0.1;
+
+/// Asserts what metal needs besides the rest of [`assert_sound`]: all parts together are one closed
+/// surface, which does not cut itself when it is coarsened, and stays as large.
 pub fn assert_sound_metal(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_mm: f64) {
     let mut builder = ShapeBuilder::default();
     for part in &model.parts {
@@ -35,6 +46,13 @@ pub fn assert_sound_metal(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_
     assert_drawn_well(model, low_mm, high_mm, tolerance_mm);
     let triangles = whole.triangles.len();
     assert!((1_000..=5_000).contains(&triangles), "{triangles} triangles");
+    let file = mesh::read(&glb::to_bytes(model), "glb", None).unwrap();
+    for most in METAL_TRIANGLES {
+        let coarse = ClosedSurface::remeshed(&file, most).unwrap();
+        assert_eq!(coarse.shells().len(), 1);
+        let loss = 1.0 - coarse.volume_mm3() / volume_mm3(&whole);
+        assert!(loss.abs() < MAX_VOLUME_LOSS, "{} of {most} loses {loss}", model.name);
+    }
 }
 
 fn assert_closed(name: &str, shape: &Shape) {

@@ -50,13 +50,15 @@ const GRIP_Z_MM: [f64; 2] = [107.0, 151.0];
 pub fn forceps() -> Model {
     let regions = [("forceps", materials::STEEL), ("grip", materials::BRUSHED_STEEL)];
     let region = |p: Vec3| usize::from(p.z > GRIP_Z_MM[0] && p.z < GRIP_Z_MM[1]);
-    Model { name: "forceps", parts: painted(&swept(&stations(), PIECES, [0.6; 2]), &regions, region) }
+    Model {
+        name: "forceps",
+        parts: painted(&swept(&stations(), PIECES, [0.6; 2]), &regions, region),
+    }
 }
 
 fn stations() -> Vec<Station> {
-    let arm = |side: f64| {
-        ARM.iter().map(move |&(z, x, y, section)| (vec3(side * x, y, z), section))
-    };
+    let arm =
+        |side: f64| ARM.iter().map(move |&(z, x, y, section)| (vec3(side * x, y, z), section));
     let bend = (0..=BEND_PIECES).map(|i| {
         let (sin, cos) = (PI * i as f64 / BEND_PIECES as f64).sin_cos();
         let (x, z) = (BEND_RADIUS_MM * cos, BEND_Z_MM + BEND_RADIUS_MM * sin);

@@ -35,7 +35,10 @@ const GRIP_START_Z_MM: f64 = 96.0;
 pub fn mallet() -> Model {
     let regions = [("mallet", materials::STEEL), ("grip", materials::BRUSHED_STEEL)];
     let region = |p: Vec3| usize::from(p.z > GRIP_START_Z_MM);
-    Model { name: "mallet", parts: painted(&swept(&stations(), PIECES, [0.3, 2.5]), &regions, region) }
+    Model {
+        name: "mallet",
+        parts: painted(&swept(&stations(), PIECES, [0.3, 2.5]), &regions, region),
+    }
 }
 
 fn stations() -> Vec<Station> {

@@ -1,4 +1,4 @@
-//! What a mesh file holds: named parts, each a closed shape in one material.
+//! What a mesh file holds: named parts, each in one material, closed by themselves or together.
 
 use crate::shape::Shape;
 use crate::vector::Vec3;

@@ -2,7 +2,7 @@
 //!
 //! The origin is in the middle of the top's head end; axes as a patient on it has them: -z up out of
 //! the top, +y to the crown, so that the table runs along -y, and +x to the right of one who lies on
-//! the back.
+//! the back. The pad is part of the surface: as metal the top is thicker than its frame by that.
 
 use crate::model::{Material, Model, materials, painted};
 use crate::profile::skinned;
@@ -53,7 +53,8 @@ impl Outline {
                 [-wide, shoulder],
                 [-wide, end],
             ],
-            reach_mm: [60.0, 45.0, 30.0, 50.0, 50.0, 30.0, 45.0, 60.0].map(|reach| reach + outset_mm),
+            reach_mm: [60.0, 45.0, 30.0, 50.0, 50.0, 30.0, 45.0, 60.0]
+                .map(|reach| reach + outset_mm),
         }
     }
 
@@ -176,10 +177,8 @@ mod tests {
 
     #[test]
     fn the_top_is_at_zero_and_runs_to_the_feet() {
-        let (low, high) = (
-            vec3(-HALF_WIDTH_MM, -LENGTH_MM, 0.0),
-            vec3(HALF_WIDTH_MM, 0.0, BASE_Z_MM[1]),
-        );
+        let (low, high) =
+            (vec3(-HALF_WIDTH_MM, -LENGTH_MM, 0.0), vec3(HALF_WIDTH_MM, 0.0, BASE_Z_MM[1]));
         assert_sound_metal(&operating_table(), low, high, 0.1);
     }
 }

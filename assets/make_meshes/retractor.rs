@@ -22,7 +22,10 @@ const PIECES: Pieces = Pieces { corner: 3, sides: [1, 2] };
 pub fn retractor() -> Model {
     let regions = [("retractor", materials::STEEL), ("ratchet", materials::BRUSHED_STEEL)];
     let region = |p: Vec3| usize::from(p.y > 60.0 && p.x.abs() < HALF_RATCHET_MM + 0.1);
-    Model { name: "retractor", parts: painted(&swept(&stations(), PIECES, [EDGE_MM; 2]), &regions, region) }
+    Model {
+        name: "retractor",
+        parts: painted(&swept(&stations(), PIECES, [EDGE_MM; 2]), &regions, region),
+    }
 }
 
 /// One blade's end, its arm, the bow, and the same back.
