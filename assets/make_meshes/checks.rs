@@ -23,8 +23,8 @@ pub fn assert_sound(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_mm: f6
     assert!((1_000..=25_000).contains(&triangles), "{triangles} triangles");
 }
 
-/// As many triangles as metal bodies are coarsened to, from an instrument's to a table's.
-const METAL_TRIANGLES: [usize; 3] = [250, 400, 1000];
+/// As many triangles as metal bodies are coarsened to: an instrument, a table.
+const METAL_TRIANGLES: [usize; 2] = [400, 1000];
 
 /// The part of a volume that coarsening may cost: an octagon has 10 % less than its circle.
 const MAX_VOLUME_LOSS: f64 = 0.1;

@@ -74,6 +74,8 @@ mod tests {
         assert!(bytes() == bytes());
     }
 
+    // Sines of other systems may differ in their last digit.
+    #[cfg(target_os = "linux")]
     #[test]
     fn every_file_is_what_the_program_makes() {
         for model in models() {
