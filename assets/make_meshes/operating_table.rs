@@ -95,9 +95,9 @@ impl Outline {
             })
         };
         let mut ring: Vec<Vec3> = Vec::new();
-        for i in 0..CORNERS {
+        for (i, &pieces) in SIDE_PIECES.iter().enumerate() {
             ring.extend(arc(i));
-            let (from, pieces) = (ring[ring.len() - 1], SIDE_PIECES[i]);
+            let from = ring[ring.len() - 1];
             let to = arc(i + 1).next().unwrap_or(from);
             ring.extend((1..pieces).map(|k| from.between(to, k as f64 / pieces as f64)));
         }
