@@ -2,6 +2,9 @@
 
 mod distance;
 
+#[cfg(feature = "editor")]
+pub(super) use distance::object_index;
+
 use super::prelude::*;
 use clap::Subcommand;
 

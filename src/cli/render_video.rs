@@ -1,7 +1,8 @@
 //! `trackwright render --turntable` and `--motion`: the 3D view in motion, as a video where `ffmpeg` is
 //! installed, else as numbered pictures with the command that joins them.
 
-use super::numbers::above_zero;
+use super::metal::object_index;
+use super::numbers::{above_zero, three};
 use super::prelude::*;
 use indicatif::ProgressBar;
 use std::sync::Arc;
@@ -17,6 +18,9 @@ use trackwright_simulation::{Mode, trial_count};
 /// A turn that is slow enough to follow, and short enough to be watched to its end.
 const TURN_S: f64 = 12.0;
 
+/// A metal object that is moved as a hand would.
+const METAL_S: f64 = 8.0;
+
 /// Trials a second as the Study workspace plays them.
 const TRIALS_PER_S: f64 = 25.0;
 
@@ -30,6 +34,9 @@ const MOST_FRAMES: f64 = 216_000.0;
 pub struct VideoArgs {
     #[command(flatten)]
     moves: MoveArgs,
+    /// How far the metal object goes in all, mm of the tracker frame
+    #[arg(long, value_name = "X,Y,Z", requires = "move_metal", allow_hyphen_values = true, value_parser = three)]
+    by: Option<[f64; 3]>,
     /// How long it lasts; a turn of 12 s, and a motion of 25 poses a second up to 30 s by default
     #[arg(long, value_name = "S", requires = "moves", value_parser = above_zero)]
     seconds: Option<f64>,
@@ -50,6 +57,9 @@ struct MoveArgs {
     /// plays it
     #[arg(long, conflicts_with = "trial")]
     motion: bool,
+    /// A video of a metal object of the room that goes by --by, with the figures at each place
+    #[arg(long, value_name = "NAME", requires = "by")]
+    move_metal: Option<String>,
 }
 
 /// Where frames go.
@@ -76,7 +86,7 @@ enum FilmError {
 impl VideoArgs {
     /// Whether anything is to move.
     pub fn is_wanted(&self) -> bool {
-        self.moves.turntable || self.moves.motion
+        self.moves.turntable || self.moves.motion || self.moves.move_metal.is_some()
     }
 
     /// Paints and writes it.
@@ -145,6 +155,13 @@ impl VideoArgs {
         if self.moves.turntable {
             return Ok(FilmMove::Turntable);
         }
+        if let (Some(name), Some(by_mm)) = (&self.moves.move_metal, self.by) {
+            let Some(metal) = &world.document.design().room_metal else {
+                bail!("--move-metal: found a room without metal, expected an object to move");
+            };
+            let object = object_index(metal, Some(name)).context("--move-metal")?;
+            return Ok(FilmMove::Metal { object, by_mm: by_mm.into() });
+        }
         let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
         match trial_count(&scenario, &Mode::Motion) {
             Some(trials) if trials > 0 => Ok(FilmMove::Motion { trials }),
@@ -157,6 +174,7 @@ impl VideoArgs {
     fn frames(&self, what: FilmMove) -> anyhow::Result<usize> {
         let usual_s = match what {
             FilmMove::Turntable => TURN_S,
+            FilmMove::Metal { .. } => METAL_S,
             FilmMove::Motion { trials } => (trials as f64 / TRIALS_PER_S).min(LONGEST_MOTION_S),
         };
         let seconds = self.seconds.unwrap_or(usual_s);

@@ -6,7 +6,7 @@ use super::open::{Reader, World};
 use super::read::{Kind, Storage};
 use std::path::Path;
 use std::sync::Arc;
-use trackwright_design::{Design, View};
+use trackwright_design::{BodyRole, Design, View};
 use trackwright_field::Environment;
 use trackwright_formats::environment;
 use trackwright_metal::furnished::{FurnishError, FurnishReport, Furnished, Furnisher};
@@ -138,6 +138,16 @@ impl World {
     /// The room's metal, solved for, and where its objects were then; `None` of a room without metal.
     pub fn solved_metal(&self) -> Option<(&Furnished, &RoomMetal)> {
         self.solved.furnished.as_ref().zip(self.solved.metal.as_deref())
+    }
+
+    /// Distance from a metal object's surface to the tool's tip at the design's pose; `None` without the
+    /// object, and where the metal has not been solved for.
+    pub fn distance_to_tip_mm(&self, object: usize) -> Option<f64> {
+        let room = self.solved.furnished.as_ref()?.room.as_ref()?;
+        let design = self.document.design();
+        let tracker_from_tool = design.tracker_from_body(BodyRole::Tool)?;
+        let tip = tracker_from_tool * design.tool.body.rigid.judged_tip_in_body();
+        (object < room.bodies().len()).then(|| room.body_distance_mm(object, &tip))
     }
 
     /// Why the metal of the design cannot be simulated where it is now; the environment is then still the

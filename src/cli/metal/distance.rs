@@ -1,5 +1,6 @@
 //! `metal distance`: from how far away a metal object lets a design meet its requirement.
 
+use crate::cli::numbers::three;
 use crate::cli::prelude::*;
 use crate::cli::simulate::note_world;
 use nalgebra::{Unit, Vector3};
@@ -40,10 +41,7 @@ pub struct DistanceArgs {
 }
 
 fn direction(text: &str) -> Result<Unit<Vector3<f64>>, String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
-    let numbers = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-    numbers
-        .and_then(trackwright_geometry::number::direction)
+    trackwright_geometry::number::direction(three(text)?)
         .ok_or_else(|| "expected three numbers that are not all zero, as in 0,-1,0".to_owned())
 }
 
@@ -90,8 +88,8 @@ pub fn run(args: &DistanceArgs, files: &Files) -> anyhow::Result<()> {
     )
 }
 
-/// The index of an object by its name.
-fn object_index(metal: &RoomMetal, name: Option<&str>) -> anyhow::Result<usize> {
+/// The index of an object by its name; of the only one without.
+pub fn object_index(metal: &RoomMetal, name: Option<&str>) -> anyhow::Result<usize> {
     let names: Vec<&str> = metal.objects.iter().map(|object| object.name.as_str()).collect();
     match (name, &names[..]) {
         (None, [_]) => Ok(0),

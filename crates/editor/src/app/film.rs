@@ -2,12 +2,16 @@
 //! picture that `picture` would take there.
 
 use crate::app::picture::{Picture, PictureError, PictureSetup, Studio};
+use crate::document::requests::OpenWorld;
 use crate::viewport::camera::OrbitRig;
 use crate::workspaces::study::{self, state::StudyRequest};
+use nalgebra::{Translation3, Vector3};
+use trackwright_design::{Edit, MetalEdit};
+use trackwright_geometry::pose::Pose;
 use trackwright_project::World;
 
 /// What moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FilmMove {
     /// The camera goes round its focus once, about the scene's vertical. The frame after the last one
     /// would be the first, so that it can be played in a loop.
@@ -15,6 +19,9 @@ pub enum FilmMove {
     /// The tool goes through so many trials of its range of motion, in the order in which the Study
     /// workspace plays them; the last frame shows the last one.
     Motion { trials: usize },
+    /// A metal object, by its place in the room's list, goes by a vector of the tracker frame; the last
+    /// frame shows it there.
+    Metal { object: usize, by_mm: Vector3<f64> },
 }
 
 /// Paints so many frames and hands each on as it comes.
@@ -36,6 +43,7 @@ pub fn film<E: From<PictureError>>(
     }
     let mut studio = Studio::open(world, size, setup)?;
     let first = studio.app.world().resource::<OrbitRig>().camera;
+    let objects = world_metal(&studio);
     for frame in 0..frames {
         match what {
             FilmMove::Turntable => {
@@ -46,16 +54,35 @@ pub fn film<E: From<PictureError>>(
                 let trial = trial_of(frame, frames, trials);
                 studio.show(StudyRequest::Show(Some(trial)))?;
             }
+            FilmMove::Metal { object, by_mm } => {
+                let Some(start) = objects.get(object) else { continue };
+                let moved = Translation3::from(by_mm * part_of(frame, frames));
+                let tracker_from_object =
+                    Pose::from_parts(moved * start.translation, start.rotation);
+                studio
+                    .edit(Edit::Metal(MetalEdit::SetPose { index: object, tracker_from_object }))?;
+            }
         }
         take(frame, studio.picture()?)?;
     }
     Ok(())
 }
 
+/// Where the metal is at first.
+fn world_metal(studio: &Studio) -> Vec<Pose> {
+    let design = studio.app.world().resource::<OpenWorld>().0.document.design();
+    let objects = design.room_metal.iter().flat_map(|metal| &metal.objects);
+    objects.map(|object| object.tracker_from_object).collect()
+}
+
+/// How far the film is in a frame: 0 in the first one, 1 in the last.
+fn part_of(frame: usize, frames: usize) -> f64 {
+    frame as f64 / frames.saturating_sub(1).max(1) as f64
+}
+
 /// The trial that a frame shows: the first one in the first frame, the last one in the last.
 fn trial_of(frame: usize, frames: usize, trials: usize) -> usize {
-    let part = frame as f64 / frames.saturating_sub(1).max(1) as f64;
-    (part * trials.saturating_sub(1) as f64).round() as usize
+    (part_of(frame, frames) * trials.saturating_sub(1) as f64).round() as usize
 }
 
 #[cfg(test)]

@@ -1,10 +1,11 @@
 //! Pictures of the 3D view without a window: PNG bytes, the same each time on one adapter.
 
 use crate::app::offscreen;
-use crate::document::requests::OpenWorld;
+use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
 use crate::layers;
 use crate::palette::Theme;
+use crate::runner::metal::MetalSolver;
 use crate::runner::results::Results;
 use crate::runner::solve::SolverHandle;
 use crate::runner::wake::Waker;
@@ -32,7 +33,7 @@ use std::io::Cursor;
 use std::path::PathBuf;
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
-use trackwright_design::BodyRole;
+use trackwright_design::{BodyRole, Edit};
 use trackwright_optimization::Settings;
 use trackwright_project::World;
 
@@ -186,6 +187,14 @@ impl Studio {
         self.request(trial)
     }
 
+    /// Edits the design.
+    ///
+    /// # Errors
+    /// [`PictureError::NoResults`].
+    pub fn edit(&mut self, edit: Edit) -> Result<(), PictureError> {
+        self.request(EditRequest::Apply(edit))
+    }
+
     fn request(&mut self, message: impl Message) -> Result<(), PictureError> {
         self.app.world_mut().write_message(message);
         frame(&mut self.app);
@@ -324,6 +333,7 @@ fn is_searching(world: &bevy::prelude::World) -> bool {
 
 fn is_idle(world: &bevy::prelude::World) -> bool {
     world.get_resource::<SolverHandle>().is_none_or(|handle| handle.solver.is_idle())
+        && world.get_resource::<MetalSolver>().is_none_or(MetalSolver::is_idle)
         && layers::registry::are_idle(world)
         && decide::is_idle(world)
         && world.get_resource::<Missed>().is_none_or(Missed::is_idle)
@@ -341,7 +351,9 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
         && world.resource::<Messages<DecideRequest>>().is_empty()
         && world.resource::<Messages<PlacementSearchRequest>>().is_empty();
     let is_answered = world.get_resource::<Missed>().is_none_or(Missed::is_answered);
+    let is_room_solved = world.resource::<OpenWorld>().0.awaited_metal().is_none();
     is_read
+        && is_room_solved
         && is_answered
         && is_idle(world)
         && (results.problem.is_some() || has_figures && has_slice)

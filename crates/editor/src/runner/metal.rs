@@ -36,6 +36,13 @@ struct Requested {
     metal: Option<Arc<RoomMetal>>,
 }
 
+impl MetalSolver {
+    /// Whether nothing is solved for, and nothing waits.
+    pub fn is_idle(&self) -> bool {
+        self.runner.is_idle()
+    }
+}
+
 impl Plugin for MetalPlugin {
     fn build(&self, app: &mut App) {
         let waker = app.world_mut().get_resource_or_init::<Waker>().clone();

@@ -10,6 +10,7 @@ pub mod crf_study_ui;
 pub mod history_ui;
 pub mod inspector;
 pub mod mesh_ui;
+pub mod metal_distance;
 pub mod missed;
 pub mod motion_ui;
 pub mod mounting_panel;
@@ -32,6 +33,9 @@ use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::{PanelsShown, Workspace};
 use crate::workspaces::design::actions::{HoveredRow, forget_hovered_row};
 use crate::workspaces::design::baseline::{Baseline, note_baseline};
+use crate::workspaces::design::metal_distance::{
+    MetalDistancePlugin, is_metal_selected, metal_distance_panel,
+};
 use crate::workspaces::design::missed::MissedPlugin;
 use crate::workspaces::design::mounting_panel::{
     close_elsewhere, is_owner_selected, mounting_panel,
@@ -50,7 +54,7 @@ impl Plugin for DesignPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<Baseline>()
             .init_resource::<HoveredRow>()
-            .add_plugins((MissedPlugin, row_page::plugin, scene_menu::plugin))
+            .add_plugins((MissedPlugin, MetalDistancePlugin, row_page::plugin, scene_menu::plugin))
             .add_workspace(WORKSPACE)
             .add_panel(
                 PanelInfo::new(WORKSPACE, Side::Left).fixed().shown_if(is_history_shown),
@@ -63,6 +67,10 @@ impl Plugin for DesignPlugin {
             .add_panel(
                 PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_mounting_shown),
                 mounting_panel,
+            )
+            .add_panel(
+                PanelInfo::new(WORKSPACE, Side::Right).shown_if(is_metal_selected),
+                metal_distance_panel,
             )
             // Its panel stands in the place of the inspector.
             .add_plugins(PlacementSearchPlugin)
