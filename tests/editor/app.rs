@@ -89,6 +89,7 @@ pub fn design() -> Design {
     Design {
         name: "Test design".into(),
         environment: "room.env.ron".into(),
+        room_metal: None,
         crf: Some(CrfPlacement {
             body: body(
                 "Head frame",

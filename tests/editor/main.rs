@@ -27,6 +27,7 @@ mod live;
 mod magnification;
 mod measured_ghost;
 mod meshes;
+mod metal;
 mod missed;
 mod motion_box;
 mod mounting;

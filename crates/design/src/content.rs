@@ -9,7 +9,7 @@ use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
-use trackwright_metal::setup::RoomMetal;
+use trackwright_metal::setup::{MetalObject, RoomMetal};
 use trackwright_simulation::body::RigidBody;
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::mounting::Mounting;
@@ -90,6 +90,11 @@ pub struct Target {
 const BESIDE_MM: f64 = 60.0;
 
 impl Design {
+    /// A metal object of its room.
+    pub fn metal_object(&self, index: usize) -> Option<&MetalObject> {
+        self.room_metal.as_ref()?.objects.get(index)
+    }
+
     /// A design of a tool alone, at the tracker's origin, of which nothing is required.
     pub fn of_tool(name: &str, environment: &str, body: DesignBody) -> Self {
         Self {

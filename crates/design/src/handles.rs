@@ -1,8 +1,9 @@
-//! Moving things by hand: which edit puts a body or a sensor where a movement in the tracker
-//! frame takes it.
+//! Moving things by hand: which edit puts a body, a sensor or a metal object where a movement in the
+//! tracker frame takes it.
 
 use super::content::Design;
 use super::edit::Edit;
+use super::metal_edits::MetalEdit;
 use super::things::BodyRole;
 use nalgebra::{Translation3, UnitQuaternion};
 use trackwright_geometry::movement::Movement;
@@ -57,6 +58,19 @@ impl Design {
         let own = self.tracker_from_body(role)? * sensor.body_from_sensor();
         let rotation = axes.rotation(own.rotation);
         Some(Pose::from_parts(own.translation, rotation))
+    }
+
+    /// Where a metal object of the room is taken hold of, `tracker_from_handle`: at its origin.
+    pub fn tracker_from_metal_handle(&self, index: usize, axes: HandleAxes) -> Option<Pose> {
+        let own = self.metal_object(index)?.tracker_from_object;
+        Some(Pose::from_parts(own.translation, axes.rotation(own.rotation)))
+    }
+
+    /// The edit that moves a metal object in the tracker frame.
+    pub fn moved_metal(&self, index: usize, in_tracker: &Movement) -> Option<Edit> {
+        let object = self.metal_object(index)?;
+        let tracker_from_object = in_tracker.moved(&object.tracker_from_object);
+        Some(Edit::Metal(MetalEdit::SetPose { index, tracker_from_object }))
     }
 
     /// The edit that moves a body in the tracker frame. The CRF takes the tool along, whose pose

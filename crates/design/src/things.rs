@@ -1,5 +1,5 @@
-//! The two bodies of a design, and the things that its view hides or locks: bodies, and sensors by
-//! their names.
+//! The two bodies of a design, and the things that its view hides or locks: bodies, and sensors and
+//! metal objects by their names.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -29,14 +29,15 @@ impl std::fmt::Display for BodyRole {
     }
 }
 
-/// A body or a sensor. By name, as places in lists change: a sensor that gets another name is
-/// shown again, which does no harm.
+/// A body, a sensor or a metal object. By name, as places in lists change: a sensor that gets
+/// another name is shown again, which does no harm.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Thing {
     Tool,
     Crf,
     ToolSensor(String),
     CrfSensor(String),
+    Metal(String),
 }
 
 /// Some things of a design. A body stands for its sensors too.
@@ -68,6 +69,11 @@ impl Things {
     /// Whether the sensor or its body is among them.
     pub fn has_sensor(&self, role: BodyRole, name: &str) -> bool {
         self.has_body(role) || self.has(&Thing::sensor(role, name))
+    }
+
+    /// Whether a metal object of this name is among them.
+    pub fn has_metal(&self, name: &str) -> bool {
+        self.has(&Thing::Metal(name.to_owned()))
     }
 
     /// Whether this very thing is among them.

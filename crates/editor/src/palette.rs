@@ -6,9 +6,9 @@ use bevy::ecs::resource::Resource;
 use bevy_egui::egui::Color32;
 use std::sync::atomic::{AtomicBool, Ordering};
 pub use trackwright_scene::palette::{
-    AXES, AXIS_X, AXIS_Y, AXIS_Z, BEST_PLACE, BONE, CRF, ERROR_VECTOR, FORBIDDEN, GHOST, GRID,
-    Ground, MET, MISSED, MODEL_BOX, MOTION, MOUNTING, OUTSIDE, REQUIREMENT, Rgb, SCATTER, SENSOR,
-    SENSOR_AXIS, SUPPORT, TOOL, VOLUME,
+    AXES, AXIS_X, AXIS_Y, AXIS_Z, BEST_PLACE, BONE, COIL, CRF, ERROR_VECTOR, FORBIDDEN, GHOST,
+    GRID, Ground, MET, MISSED, MODEL_BOX, MOTION, MOUNTING, OUTSIDE, REQUIREMENT, Rgb, SCATTER,
+    SENSOR, SENSOR_AXIS, SUPPORT, TOOL, VOLUME,
 };
 
 /// Whether what is drawn now is dark on light. One flag for the whole program: a window has one

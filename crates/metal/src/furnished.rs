@@ -114,6 +114,33 @@ pub enum FurnishError {
     Cancelled(#[from] Cancelled),
 }
 
+impl FurnishError {
+    /// The names of the objects that it is about; none where it is about the room as a whole.
+    pub fn objects(&self) -> Vec<&str> {
+        match self {
+            Self::Setup(
+                SetupError::NameTwice(name)
+                | SetupError::Shape { name, .. }
+                | SetupError::Triangles { name, .. }
+                | SetupError::Pose { name },
+            )
+            | Self::Surface { name, .. }
+            | Self::Body { name, .. } => vec![name],
+            Self::Room { names, cause } => {
+                let indices = match **cause {
+                    RoomError::Pose(body)
+                    | RoomError::MetalCutsGenerator { body, .. }
+                    | RoomError::MetalInVolumeCenter(body) => vec![body],
+                    RoomError::BodiesTouch { first, second } => vec![first, second],
+                    _ => Vec::new(),
+                };
+                indices.into_iter().filter_map(|index| Some(names.get(index)?.as_str())).collect()
+            }
+            Self::Setup(_) | Self::Correction | Self::Cancelled(_) => Vec::new(),
+        }
+    }
+}
+
 /// A room's problem with the objects' names in the place of their numbers.
 fn named(cause: &RoomError, names: &[String]) -> String {
     let name = |index: usize| names.get(index).map_or("an object", String::as_str);

@@ -46,6 +46,7 @@ pub mod furnished;
 mod harmonics;
 pub mod material;
 mod mixing;
+pub mod new_object;
 pub mod panel;
 pub mod room;
 pub mod setup;

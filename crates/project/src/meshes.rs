@@ -41,6 +41,8 @@ pub enum MeshOwner {
     Body(BodyRole),
     /// Anatomy by its index in the design's list; `None` for what is not yet in it.
     Anatomy(Option<usize>),
+    /// A metal object that is not yet in the room.
+    NewMetal,
 }
 
 impl From<BodyRole> for MeshOwner {
@@ -55,6 +57,7 @@ impl fmt::Display for MeshOwner {
         match self {
             Self::Body(role) => role.fmt(f),
             Self::Anatomy(_) => f.write_str("anatomy"),
+            Self::NewMetal => f.write_str("metal object"),
         }
     }
 }
@@ -65,6 +68,7 @@ impl MeshOwner {
         match self {
             Self::Body(role) => format!("the {role}'s mesh"),
             Self::Anatomy(_) => format!("the anatomy {name:?}"),
+            Self::NewMetal => "the metal object's mesh".to_owned(),
         }
     }
 }
@@ -334,6 +338,8 @@ impl World {
                 }
                 body.is_some()
             }
+            // The object that an edit adds has the surface itself.
+            MeshOwner::NewMetal => false,
         };
         if is_used {
             self.stamps.extend(mesh.stamps.clone());
@@ -369,6 +375,7 @@ impl World {
                 let mut all = self.meshes.anatomy.iter_mut();
                 all.find(|mesh| mesh.reference() == Some(&missed.reference))
             }
+            MeshOwner::NewMetal => None,
         };
         if let Some(mesh) = mesh {
             mesh.is_awaited = false;
@@ -457,22 +464,24 @@ fn read_meshes(world: &mut World, is_forced: bool) -> Result<bool, StoreError> {
     Ok(is_changed)
 }
 
-/// How a body, or the design its anatomy, refers to a mesh file: relative to its own file, or by the
+/// How a body, the design its anatomy, or the room its metal refers to a mesh file: relative to its own file, or by the
 /// whole path in a built-in design, which is not on the disk. `None` where there is no such body.
 pub fn mesh_reference_to(
     world: &World,
     whose: impl Into<MeshOwner>,
     mesh_file: &Path,
 ) -> Option<String> {
-    let body = match whose.into() {
-        MeshOwner::Body(role) => Some(world.document.design().body(role)?),
+    let design = world.document.design();
+    let own = match whose.into() {
+        MeshOwner::Body(role) => Some(&design.body(role)?.reference),
         MeshOwner::Anatomy(_) => None,
+        MeshOwner::NewMetal => Some(&design.environment),
     };
     let Origin::File(design_file) = world.document.origin() else {
         return Some(absolute(mesh_file).to_string_lossy().into_owned());
     };
-    let resolve = |body: &DesignBody| Storage::Disk.resolve(design_file, &body.reference);
-    let own_file = body.map_or_else(|| design_file.clone(), resolve);
+    let resolve = |own: &String| Storage::Disk.resolve(design_file, own);
+    let own_file = own.map_or_else(|| design_file.clone(), resolve);
     Some(relative(&folder_of(&own_file), mesh_file))
 }
 
@@ -523,6 +532,7 @@ impl MeshImport {
             MeshOwner::Anatomy(index) => index
                 .and_then(|index| design.anatomy.get(index))
                 .map(|anatomy| anatomy.mesh.clone()),
+            MeshOwner::NewMetal => None,
         };
         match own {
             Some(own) => Self::of_reference(world, whose, MeshReference { unit, ..own }),
@@ -538,6 +548,9 @@ impl MeshImport {
         let (storage, design_file) = home(world.document.origin())?;
         let own_file = match whose {
             MeshOwner::Anatomy(_) => design_file,
+            MeshOwner::NewMetal => {
+                storage.resolve(&design_file, &world.document.design().environment)
+            }
             MeshOwner::Body(role) => match world.document.design().body(role) {
                 Some(body) => storage.resolve(&design_file, &body.reference),
                 None => return Ok(None),

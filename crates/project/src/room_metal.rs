@@ -6,11 +6,13 @@ use super::open::{Reader, World};
 use super::read::{Kind, Storage};
 use std::path::Path;
 use std::sync::Arc;
-use trackwright_design::{BodyRole, Design, View};
+use trackwright_design::{BodyRole, Design, Edit, MetalEdit, View};
 use trackwright_field::Environment;
+use trackwright_field::computed::FieldSource;
+use trackwright_field::generator::Generator;
 use trackwright_formats::environment;
 use trackwright_metal::furnished::{FurnishError, FurnishReport, Furnished, Furnisher};
-use trackwright_metal::setup::RoomMetal;
+use trackwright_metal::setup::{ObjectShape, RoomMetal};
 use trackwright_task::Task;
 
 /// A room as its file holds it.
@@ -128,6 +130,34 @@ impl World {
     /// The room as it would be without metal.
     pub fn bare_environment(&self) -> &Arc<Environment> {
         &self.bare
+    }
+
+    /// The coils whose fields metal disturbs: those of the room's metal, else those that a room of
+    /// harmonic functions was fitted for. `None` where the room's coils are not known.
+    pub fn generator(&self) -> Option<&Generator> {
+        if let Some(metal) = &self.document.design().room_metal {
+            return Some(&metal.generator);
+        }
+        match self.bare.model.computed()?.source() {
+            FieldSource::Harmonic(model) => Some(model.generator()),
+            _ => None,
+        }
+    }
+
+    /// The edit that adds a new object to the room's metal, beside the measurement volume. Where the
+    /// room's coils are not known they are those of a planar generator.
+    pub fn added_metal(&self, shape: ObjectShape, what: &str) -> Edit {
+        let bounds = self.bare.volume.map(|volume| volume.bounds());
+        let bounds = bounds.unwrap_or(*self.bare.model.bounds());
+        Edit::Metal(match &self.document.design().room_metal {
+            Some(metal) => MetalEdit::Add(Box::new(metal.new_object(shape, what, &bounds))),
+            None => {
+                let generator = self.generator().cloned().unwrap_or_else(Generator::planar_nine);
+                let mut metal = RoomMetal::empty(generator);
+                metal.objects.push(metal.new_object(shape, what, &bounds));
+                MetalEdit::Replace(Some(Arc::new(metal)))
+            }
+        })
     }
 
     /// How the metal is simulated; `None` of a room without metal.

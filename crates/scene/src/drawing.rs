@@ -99,6 +99,7 @@ impl<'a> Stage<'a> {
         };
         let mut nodes = drawing.bodies();
         nodes.extend(drawing.anatomy());
+        nodes.extend(drawing.metal());
         nodes.extend(drawing.errors());
         nodes.extend(drawing.slice());
         nodes.extend(drawing.field_arrows());

@@ -1,6 +1,7 @@
 //! What the colours of a drawn scene mean, for the page or program that shows it.
 
 use super::Stage;
+use super::metal::look_of_metal;
 use super::mounting::{CRF_PATCH_WORDS, FORBIDDEN_WORDS, MOUNTING_WORDS, forbids};
 use super::palette::{self, Rgb};
 use trackwright_design::BodyRole;
@@ -50,6 +51,13 @@ impl Stage<'_> {
         let has_patch = design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty());
         let is_patch_shown = layers.mounting && layers.anatomy && has_patch;
         add(is_patch_shown, palette::CRF, CRF_PATCH_WORDS.to_owned());
+        let metal = design.room_metal.iter().flat_map(|metal| &metal.objects);
+        for object in metal.filter(|object| !self.view.hidden.has_metal(&object.name)) {
+            let text = format!("{}, {}", object.name, object.material.label());
+            add(true, look_of_metal(&object.material).color, text);
+        }
+        let coils = self.world.generator().map(|generator| format!("coils of {}", generator.name));
+        add(layers.generator && coils.is_some(), palette::COIL, coils.unwrap_or_default());
         let volume = self.world.environment.volume.map(|volume| volume.name().to_owned());
         add(layers.volume && volume.is_some(), palette::VOLUME, volume.unwrap_or_default());
         keys

@@ -21,11 +21,13 @@
 mod anatomy;
 pub mod arrow_style;
 mod bodies;
+pub mod coils;
 mod drawing;
 mod errors;
 pub mod field_arrows;
 pub mod ground;
 mod legend;
+mod metal;
 pub mod mounting;
 pub mod opening_view;
 pub mod painted;
@@ -40,6 +42,7 @@ mod tests;
 
 pub use anatomy::color_of as color_of_anatomy;
 pub use legend::LegendKey;
+pub use metal::{MetalLook, look_of_metal};
 pub use palette::Ground;
 pub use sampled::{PaintedBody, Sampled};
 

@@ -81,6 +81,17 @@ pub const VOLUME: Rgb = Rgb::pair(0x8FB4E8, 0x4A78A0);
 pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x7C8796);
 /// Where the room's model is valid.
 pub const SUPPORT: Rgb = Rgb::pair(0x8C6CF0, 0x6B45C6);
+/// The coils of a generator.
+pub const COIL: Rgb = Rgb::pair(0xA07C8E, 0x6E3F5C);
+// Metal in the room.
+pub const ALUMINIUM: Rgb = Rgb::pair(0xA9B7C6, 0x6B7B8C);
+pub const COPPER: Rgb = Rgb::pair(0xB4694A, 0x8F4A2C);
+pub const BRONZE: Rgb = Rgb::pair(0x94733A, 0x705420);
+pub const TITANIUM: Rgb = Rgb::pair(0x86808C, 0x5C5666);
+pub const STEEL: Rgb = Rgb::pair(0x626D7A, 0x3F4954);
+pub const FERRITE: Rgb = Rgb::pair(0x34373D, 0x26282C);
+/// Of a material without a name.
+pub const OTHER_METAL: Rgb = Rgb::pair(0x7C7F6E, 0x585B4A);
 pub const GRID: Rgb = Rgb::pair(0x5A6675, 0xA9B2BD);
 
 /// Between these, parts are distinguishable from the background and from glare.

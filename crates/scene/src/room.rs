@@ -1,9 +1,10 @@
 //! The room: volume and model's box, generator, ground, range of motion, arrows of the field, regions.
 
+use super::coils::coil_lines;
 use super::drawing::Drawing;
 use super::field_arrows::{Scale, arrow_triangles};
 use super::ground::{AXIS_LENGTH_MM, grid};
-use super::palette::{AXES, GRID, MET, MODEL_BOX, MOTION, SUPPORT, VOLUME};
+use super::palette::{AXES, COIL, GRID, MET, MODEL_BOX, MOTION, SUPPORT, VOLUME};
 use super::{SceneError, arrow_style::ArrowStyle};
 use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
@@ -43,6 +44,7 @@ impl Drawing<'_> {
         }
         if layers.generator {
             nodes.extend(self.generator()?);
+            nodes.extend(self.coils());
         }
         if layers.grid {
             nodes.extend(self.ground());
@@ -117,6 +119,15 @@ impl Drawing<'_> {
             children.extend(self.shape_node(&part.name, shape, look, Value::Null));
         }
         Ok(self.group("field generator", NodeTransform::default(), children))
+    }
+
+    /// The generator's coils, where they are known.
+    fn coils(&mut self) -> Option<NodeId> {
+        let generator = self.stage.world.generator()?;
+        let lines = coil_lines(generator);
+        let name = format!("coils of {}", generator.name);
+        let look = self.unlit(&name, COIL, 1.0);
+        self.lines(&name, lines.iter().map(Vec::as_slice), look)
     }
 
     /// The grid, and the tracker's axes at its origin.

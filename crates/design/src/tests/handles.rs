@@ -2,8 +2,12 @@
 
 use super::*;
 use nalgebra::{Unit, UnitQuaternion};
+use std::sync::Arc;
+use trackwright_field::generator::Generator;
 use trackwright_geometry::movement::Movement;
 use trackwright_geometry::pose::pose_from_parts;
+use trackwright_metal::new_object::NewShape;
+use trackwright_metal::setup::{DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, RoomMetal};
 
 /// A design whose frames are turned against each other.
 fn turned_design() -> Design {
@@ -146,4 +150,35 @@ fn beside_a_marker_another_is_put() {
         assert_eq!((new.name.as_str(), new.orientation), (wanted, SensorOrientation::Marker));
         body.sensors.push(new);
     }
+}
+
+#[test]
+fn metal_moves_about_its_own_handle() {
+    let mut before = turned_design();
+    let object = MetalObject {
+        name: "plate".to_owned(),
+        shape: NewShape::Plate.shape(),
+        material: ObjectMaterial::Named("aluminium"),
+        tracker_from_object: pose_from_parts(
+            Vector3::new(400.0, -20.0, -300.0),
+            UnitQuaternion::from_euler_angles(0.4, 0.1, -0.9),
+        ),
+        most_triangles: DEFAULT_TRIANGLES,
+    };
+    let room = RoomMetal::empty(Generator::planar_nine());
+    before.room_metal = Some(Arc::new(RoomMetal { objects: vec![object.clone()], ..room }));
+    let own = before.tracker_from_metal_handle(0, HandleAxes::Own).unwrap();
+    assert_eq!(own, object.tracker_from_object);
+    let in_tracker = before.tracker_from_metal_handle(0, HandleAxes::Tracker).unwrap();
+    assert_eq!(in_tracker.rotation, UnitQuaternion::identity());
+    assert_eq!(in_tracker.translation, own.translation);
+    for movement in [slide(12.0), turn(own.translation.vector.into(), 0.8)] {
+        let mut document = document(before.clone());
+        document.apply(before.moved_metal(0, &movement).unwrap()).unwrap();
+        let after = document.design().metal_object(0).unwrap();
+        assert_eq!(after.tracker_from_object, movement.moved(&own));
+        assert_eq!(document.undo().as_deref(), Some("Move plate"));
+        assert_eq!(*document.design(), before);
+    }
+    assert_eq!(before.moved_metal(1, &slide(1.0)), None);
 }

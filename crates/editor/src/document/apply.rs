@@ -15,7 +15,7 @@ use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::prelude::*;
 use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
-use trackwright_design::{AnatomyEdit, Design, Edit, Origin};
+use trackwright_design::{AnatomyEdit, Design, Edit, MetalEdit, Origin};
 use trackwright_formats::printable::printable;
 use trackwright_project::{SaveReport, StoreError};
 use trackwright_simulation::Metric;
@@ -148,6 +148,12 @@ fn selected_after(
         EditRequest::Apply(Edit::Anatomy(AnatomyEdit::Add(_))) => {
             let added = after.anatomy.len().checked_sub(1);
             return Selection::of(added.map(Selected::Anatomy));
+        }
+        EditRequest::Apply(Edit::Metal(MetalEdit::Add(_) | MetalEdit::Replace(Some(_)))) => {
+            let count = |design: &Design| design.room_metal.as_ref().map_or(0, |m| m.objects.len());
+            if count(after) == count(before) + 1 {
+                return Selection::of(Some(Selected::Metal(count(before))));
+            }
         }
         EditRequest::Apply(Edit::RemoveSensor { body, .. } | Edit::RemoveSensors { body, .. })
             if followed.primary().is_none() =>

@@ -16,7 +16,7 @@ use trackwright_project::{MeshOwner, file_name};
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "one dialog is open at a time")]
 pub enum MeshDialog {
-    /// Chooses a mesh for a body or the anatomy.
+    /// Chooses a mesh for a body, the anatomy or a metal object.
     Load { files: FileDialog, whose: MeshOwner },
     /// A mesh was dropped with no body selected.
     Whose { file: PathBuf, has_crf: bool },
@@ -29,6 +29,7 @@ impl MeshDialog {
         let whose = whose.into();
         let title = match whose {
             MeshOwner::Anatomy(None) => "Add a mesh as anatomy".to_owned(),
+            MeshOwner::NewMetal => "Add a closed mesh as metal".to_owned(),
             _ => format!("Load a mesh for the {whose}"),
         };
         let files = FileDialog::new(FileKind::Mesh, folder, "").titled(&title, "Load");

@@ -10,6 +10,7 @@ use crate::shell::keys::Keys;
 use bevy::prelude::*;
 use trackwright_design::BodyRole;
 use trackwright_design::view::{Magnification, View};
+use trackwright_metal::new_object::NewShape;
 use trackwright_project::MeshOwner;
 
 pub const NEW: Command =
@@ -59,6 +60,58 @@ pub const ADD_ANATOMY: Command = Command::new(
     "Add anatomy…",
     "Shows a mesh of the patient or of the room, translucent and part of no figure: glTF, STL or OBJ",
 );
+/// Metal of a shape that needs no file, in the order of menus.
+pub const ADD_METAL: [(NewShape, Command); 4] = [
+    (
+        NewShape::Plate,
+        Command::new(
+            EDIT,
+            60,
+            "Add metal plate",
+            "Puts a plate of aluminium, 200 × 200 × 10 mm, into the room beside the measurement volume",
+        )
+        .available_if(is_in_design),
+    ),
+    (
+        NewShape::Box,
+        Command::new(
+            EDIT,
+            61,
+            "Add metal box",
+            "Puts a box of aluminium with sides of 100 mm into the room beside the measurement volume",
+        )
+        .available_if(is_in_design),
+    ),
+    (
+        NewShape::Sphere,
+        Command::new(
+            EDIT,
+            62,
+            "Add metal sphere",
+            "Puts a sphere of aluminium with a radius of 50 mm into the room beside the measurement \
+             volume",
+        )
+        .available_if(is_in_design),
+    ),
+    (
+        NewShape::Cylinder,
+        Command::new(
+            EDIT,
+            63,
+            "Add metal cylinder",
+            "Puts a cylinder of aluminium, 50 mm across and 150 mm long, into the room beside the \
+             measurement volume",
+        )
+        .available_if(is_in_design),
+    ),
+];
+pub const ADD_METAL_MESH: Command = Command::new(
+    EDIT,
+    64,
+    "Add metal mesh…",
+    "Puts a closed mesh of aluminium into the room, a C-arm or a table: glTF, STL or OBJ",
+)
+.available_if(is_in_design);
 pub const REPORT: Command = Command::new(
     FILE,
     30,
@@ -142,7 +195,24 @@ impl Plugin for DocumentCommandsPlugin {
             .add_command(UNDO, write(EditRequest::Undo))
             .add_command(REDO, write(EditRequest::Redo))
             .add_command(CANCEL_DRAG, write(EditRequest::Cancel))
-            .add_command(MAGNIFY, magnify);
+            .add_command(MAGNIFY, magnify)
+            .add_command(ADD_METAL_MESH, write(MeshRequest::ShowLoad(MeshOwner::NewMetal)));
+        for (shape, command) in ADD_METAL {
+            app.add_command(command, add_metal(shape));
+        }
+    }
+}
+
+fn is_in_design(now: &Situation) -> bool {
+    now.world.is_some() && now.workspace.edits_design
+}
+
+fn add_metal(shape: NewShape) -> impl FnMut(Option<Res<OpenWorld>>, MessageWriter<EditRequest>) {
+    move |world: Option<Res<OpenWorld>>, mut edits: MessageWriter<EditRequest>| {
+        let Some(world) = world else { return };
+        let shape = shape.shape();
+        let label = shape.label();
+        edits.write(EditRequest::Apply(world.0.added_metal(shape, label)));
     }
 }
 

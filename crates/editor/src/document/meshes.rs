@@ -1,4 +1,4 @@
-//! Meshes for bodies and the anatomy: read by a thread of its own, confirmed where their size is
+//! Meshes for bodies, the anatomy and metal objects: read by a thread of its own, confirmed where their size is
 //! doubtful, and given to the design as one undo step.
 
 use crate::document::awaited_meshes;
@@ -17,11 +17,13 @@ use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trackwright_design::{
     Anatomy, AnatomyEdit, AnatomyFrame, BodyRole, Design, Edit, Origin, fresh_name,
 };
-use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
+use trackwright_geometry::mesh_reference::MeshUnit;
 use trackwright_geometry::pose::Pose;
+use trackwright_metal::setup::{ObjectMesh, ObjectShape};
 use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError, file_name};
 
 /// Gives bodies meshes, and the design its anatomy, on [`MeshRequest`], in
@@ -87,7 +89,7 @@ pub fn body_of_selection(selection: &Selection) -> BodyRole {
 pub(crate) fn selected_body(selection: &Selection) -> Option<BodyRole> {
     match selection.primary()? {
         Selected::Body(body) | Selected::Sensor(body, _) | Selected::Tip(body) => Some(body),
-        Selected::Anatomy(_) => None,
+        Selected::Anatomy(_) | Selected::Metal(_) => None,
     }
 }
 
@@ -231,8 +233,7 @@ impl Requested<'_> {
             }
         };
         let doubt = read.report.suggestion.filter(|_| !loading.is_settled);
-        let design = world.0.document.design();
-        let edit = edit_of(design, loading, &read.request.reference);
+        let edit = edit_of(&world.0, loading, &read);
         // Unless it is read again, nothing that is shown changes before the edit does it.
         if world.bypass_change_detection().0.keep_mesh(read) {
             world.set_changed();
@@ -261,7 +262,7 @@ impl Requested<'_> {
                 view.layers.anatomy = true;
                 self.views.write(ViewRequest::Set(view));
             }
-            MeshOwner::Anatomy(_) => {}
+            MeshOwner::Anatomy(_) | MeshOwner::NewMetal => {}
         }
     }
 }
@@ -269,8 +270,18 @@ impl Requested<'_> {
 const NOT_USABLE: &str = "The mesh cannot be used";
 
 /// The edit that gives a mesh to whom it was read for; `None` where that is gone meanwhile.
-fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<Edit> {
-    let mesh = mesh.clone();
+fn edit_of(
+    world: &trackwright_project::World,
+    loading: &Loading,
+    read: &ImportedMesh,
+) -> Option<Edit> {
+    let design = world.document.design();
+    let mesh = read.request.reference.clone();
+    let stem = loading.file.file_stem().unwrap_or_default().to_string_lossy();
+    let named = |otherwise: &'static str| match stem.trim() {
+        "" => otherwise.to_owned(),
+        stem => stem.to_owned(),
+    };
     Some(match loading.whose {
         MeshOwner::Body(body) => Edit::SetMesh { body, mesh: Some(mesh) },
         MeshOwner::Anatomy(Some(_)) => {
@@ -283,16 +294,12 @@ fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<E
             })
         }
         MeshOwner::Anatomy(None) => {
-            let stem = loading.file.file_stem().unwrap_or_default().to_string_lossy();
-            let name = match stem.trim() {
-                "" => "anatomy",
-                stem => stem,
-            };
+            let name = named("anatomy");
             let taken: HashSet<String> = design.anatomy.iter().map(|a| a.name.clone()).collect();
             Edit::Anatomy(AnatomyEdit::Add(Box::new(Anatomy {
-                name: match taken.contains(name) {
-                    true => fresh_name(name, &taken),
-                    false => name.to_owned(),
+                name: match taken.contains(&name) {
+                    true => fresh_name(&name, &taken),
+                    false => name,
                 },
                 mesh,
                 on: match design.crf {
@@ -304,6 +311,11 @@ fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<E
                 crf_patch: Vec::new(),
             })))
         }
+        MeshOwner::NewMetal => {
+            let surface = Arc::clone(&read.surface);
+            let shape = ObjectShape::Mesh(ObjectMesh { reference: mesh, surface });
+            world.added_metal(shape, &named("mesh"))
+        }
     })
 }
 
@@ -311,7 +323,7 @@ fn edit_of(design: &Design, loading: &Loading, mesh: &MeshReference) -> Option<E
 fn anatomy_at(design: &Design, whose: MeshOwner) -> Option<&Anatomy> {
     match whose {
         MeshOwner::Anatomy(index) => design.anatomy.get(index?),
-        MeshOwner::Body(_) => None,
+        MeshOwner::Body(_) | MeshOwner::NewMetal => None,
     }
 }
 

@@ -15,6 +15,8 @@ pub enum Selected {
     Tip(BodyRole),
     /// By its place in the design's list.
     Anatomy(usize),
+    /// A metal object of the room, by its place in the list.
+    Metal(usize),
 }
 
 /// What the person works on; outliner, inspector and scene agree on it.
@@ -135,28 +137,39 @@ fn same_in(before: &Design, after: &Design, selected: Selected) -> Option<Select
         Selected::Body(role) => after.body(role).map(|_| selected),
         Selected::Tip(role) => after.body(role)?.rigid.tip_in_body.map(|_| selected),
         Selected::Anatomy(index) => {
-            let (old, new) = (&before.anatomy, &after.anatomy);
-            if new.len() == old.len() {
-                return (index < new.len()).then_some(selected);
-            }
-            let name = &old.get(index)?.name;
-            let index = new.iter().position(|anatomy| anatomy.name == *name)?;
-            Some(Selected::Anatomy(index))
+            let same = same_place(&before.anatomy, &after.anatomy, index, |own| &own.name);
+            same.map(Selected::Anatomy)
+        }
+        Selected::Metal(index) => {
+            let [old, new] = [before, after].map(|design| match &design.room_metal {
+                Some(metal) => &metal.objects[..],
+                None => &[],
+            });
+            same_place(old, new, index, |object| &object.name).map(Selected::Metal)
         }
         Selected::Sensor(role, index) => {
-            let new = &after.body(role)?.rigid.sensors;
-            let old = &before.body(role)?.rigid.sensors;
-            // As many as before: it may have another name.
-            if new.len() == old.len()
-                || old.get(index).map(|s| &s.name) == new.get(index).map(|s| &s.name)
-            {
-                return (index < new.len()).then_some(selected);
-            }
-            let name = &old.get(index)?.name;
-            let index = new.iter().position(|sensor| sensor.name == *name)?;
-            Some(Selected::Sensor(role, index))
+            let [old, new] = [before.body(role)?, after.body(role)?];
+            let [old, new] = [old, new].map(|body| &body.rigid.sensors);
+            let same = same_place(old, new, index, |sensor| &sensor.name);
+            same.map(|index| Selected::Sensor(role, index))
         }
     }
+}
+
+/// Where a thing of one list is in another: in its place where both are as long, since it may have
+/// another name, or where its name is there; else by its name.
+fn same_place<T>(
+    before: &[T],
+    after: &[T],
+    index: usize,
+    name: impl Fn(&T) -> &String,
+) -> Option<usize> {
+    let name_of = |things: &'_ [T]| things.get(index).map(|thing| name(thing).clone());
+    if after.len() == before.len() || name_of(before) == name_of(after) {
+        return (index < after.len()).then_some(index);
+    }
+    let own = name_of(before)?;
+    after.iter().position(|thing| *name(thing) == own)
 }
 
 #[cfg(test)]

@@ -5,7 +5,9 @@ use crate::layers::legend::{ColorBar, LegendKey, Legends, StrokeKey, Swatch, mer
 use crate::layers::registry::LayerInfo;
 use crate::palette;
 use trackwright_design::{BodyRole, Document};
+use trackwright_formats::printable::printable;
 use trackwright_project::World as OpenDesign;
+use trackwright_scene::look_of_metal;
 
 /// What the legend names, in the order in which it stands there.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,7 +23,7 @@ pub struct LegendEntries {
 }
 
 /// What stands beside the layers that draw it.
-const BODIES: &str = "Tool and CRF with their sensors, where the design has them";
+const BODIES: &str = "Tool and CRF with their sensors, and metal, where the design has them";
 const BODIES_ORDER: u32 = 0;
 const OTHER: &str = "What the open workspace adds to the scene";
 
@@ -70,7 +72,7 @@ impl LegendEntries {
     }
 }
 
-/// Tool, CRF and sensors are always there, but for what is hidden.
+/// Tool, CRF, sensors and metal are always there, but for what is hidden.
 fn of_bodies(document: &Document) -> Vec<LegendKey> {
     let (design, hidden) = (document.design(), &document.view().hidden);
     let is_shown = |role: BodyRole| design.body(role).is_some() && !hidden.has_body(role);
@@ -86,5 +88,10 @@ fn of_bodies(document: &Document) -> Vec<LegendKey> {
     if has_sensors {
         keys.push(LegendKey::new(Swatch::Line(palette::SENSOR), "sensors").for_designers());
     }
+    let metal = design.room_metal.iter().flat_map(|metal| &metal.objects);
+    keys.extend(metal.filter(|object| !hidden.has_metal(&object.name)).map(|object| {
+        let text = format!("metal: {}", printable(&object.material.label()));
+        LegendKey::new(Swatch::Line(look_of_metal(&object.material).color), text)
+    }));
     keys
 }

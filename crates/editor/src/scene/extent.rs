@@ -24,6 +24,12 @@ pub fn of_selection(world: &World, design: &Design, selection: &Selection) -> Op
             let parts = world.anatomy_mesh(&anatomy.mesh)?.parts.iter();
             Sphere::around(parts.flat_map(|part| part.positions_mm.iter().map(|p| pose * p)))
         }
+        Some(Selected::Metal(index)) => {
+            let object = design.metal_object(index)?;
+            let mesh = object.shape.drawn().ok()?;
+            let points = mesh.parts.iter().flat_map(|part| &part.positions_mm);
+            Sphere::around(points.map(|p| object.tracker_from_object * p))
+        }
         Some(Selected::Tip(role)) => {
             let tip = design.body(role)?.rigid.judged_tip_in_body();
             Some(at(design.tracker_from_body(role)? * tip))

@@ -7,6 +7,7 @@ pub mod body_meshes;
 pub mod extent;
 pub mod generator;
 pub mod materials;
+pub mod metal;
 pub mod screen_size;
 pub mod sensors;
 pub mod shapes;
@@ -21,9 +22,10 @@ use trackwright_design::BodyRole;
 /// | --- | --- |
 /// | [`bodies::BodiesPlugin`] | meshes of tool and CRF, with the anatomy in them |
 /// | [`anatomy::AnatomyPlugin`] | the design's own anatomy |
+/// | [`metal::MetalScenePlugin`] | the metal of the room |
 /// | [`sensors::SensorsPlugin`] | coils, their axes, outlines and marks |
 /// | [`volume::VolumePlugin`] | measurement volume and the model's box |
-/// | [`generator::GeneratorPlugin`] | the field generator |
+/// | [`generator::GeneratorPlugin`] | the field generator, and its coils where they are known |
 /// | [`axes::AxesPlugin`] | the tracker's axes and the ground grid |
 pub struct ScenePlugin;
 
@@ -34,6 +36,7 @@ impl Plugin for ScenePlugin {
             screen_size::ScreenSizePlugin,
             bodies::BodiesPlugin,
             anatomy::AnatomyPlugin,
+            metal::MetalScenePlugin,
             sensors::SensorsPlugin,
             volume::VolumePlugin,
             generator::GeneratorPlugin,

@@ -151,6 +151,10 @@ pub fn hint(design: &Design, hovered: Option<Selected>, is_dragging: bool) -> St
             let name = design.anatomy.get(index).map_or("", |a| a.name.as_str());
             format!("Click selects the anatomy {name}")
         }
+        Some(Selected::Metal(index)) => {
+            let name = design.metal_object(index).map_or("", |object| object.name.as_str());
+            format!("Click selects the metal object {name}: its handles move and turn it")
+        }
         Some(Selected::Tip(role)) => format!("Click selects the tip of the {}", body_name(role)),
         None => {
             "Left selects and drags · middle orbits · Shift+middle pans · wheel zooms · F frames"

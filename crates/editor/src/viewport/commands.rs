@@ -6,7 +6,7 @@ use crate::shell::commands::{AddCommand, Command, EDIT, Situation, VIEW, write};
 use crate::shell::keys::Keys;
 use crate::shell::mouse::{AddMouseActions, MouseAction};
 use crate::viewport::gizmo::GizmoAxes;
-use crate::viewport::sensor_commands::SensorCommand;
+use crate::viewport::sensor_commands::{SensorCommand, selected_metal};
 use crate::viewport::sensor_drag::FollowsSurface;
 use crate::viewport::surfaces::Surfaces;
 use crate::viewport::tool::{SceneTool, add_sensor_beside};
@@ -177,9 +177,17 @@ pub const SENSOR_COMMANDS: [(SensorCommand, Command); 14] = [
             EDIT,
             22,
             "Delete sensors",
-            "Takes the selected sensors off their body, which keeps one at least",
+            "Takes the selected sensors off their body, which keeps one at least, or the selected metal \
+             object out of the room",
         )
         .keys(&[Keys::plain("delete")])
+        .labelled(|now| {
+            let metal = now.world.and_then(|world| selected_metal(&world.0, now.selection));
+            match metal {
+                Some(_) => "Remove metal object".to_owned(),
+                None => "Delete sensors".to_owned(),
+            }
+        })
         .available_if(|now| allows(now, SensorCommand::Remove)),
     ),
     (

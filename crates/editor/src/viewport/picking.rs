@@ -1,11 +1,12 @@
 //! Which entity is under the pointer: handles and sensors by their distance on the screen, bodies
-//! by the core's own surfaces.
+//! and metal by the core's own surfaces.
 //!
 //! A backend for Bevy's picking, whose events the observers of drags and selection receive. It
 //! works in f64 on the document, so that a coil inside a shaft can be picked and nothing has to
 //! be marked as not to be picked.
 
 use crate::document::requests::OpenWorld;
+use crate::scene::metal::MetalRoot;
 use crate::scene::{BodyRoot, SensorMark, sensors};
 use crate::viewport::ball_handle::{BallHandle, HANDLE_PX};
 use crate::viewport::camera::{MainCamera, OrbitRig, Sight};
@@ -52,6 +53,7 @@ pub struct Targets<'w, 's> {
     surfaces: Res<'w, Surfaces>,
     sensors: Query<'w, 's, (Entity, &'static SensorMark)>,
     roots: Query<'w, 's, (Entity, &'static BodyRoot)>,
+    metal: Query<'w, 's, (Entity, &'static MetalRoot)>,
     handles: Query<'w, 's, (Entity, &'static BallHandle)>,
     gizmo: Option<Res<'w, CurrentGizmo>>,
     gizmo_handles: Query<'w, 's, (Entity, &'static GizmoHandle)>,
@@ -168,7 +170,17 @@ impl Targets<'_, '_> {
             }
             None => {}
         }
-        let things = handles.chain(sensors).chain(bodies);
+        let metal = self.metal.iter().filter_map(|(entity, MetalRoot(index))| {
+            let object = design.metal_object(*index)?;
+            if view.hidden.has_metal(&object.name) || view.locked.has_metal(&object.name) {
+                return None;
+            }
+            let in_object = ray.transformed_by(&object.tracker_from_object.inverse());
+            let hit = self.surfaces.of_metal(*index)?.cast(&in_object)?;
+            let depth = (hit.position_mm - in_object.origin_mm).norm();
+            Some((entity, BODIES_FROM + depth))
+        });
+        let things = handles.chain(sensors).chain(bodies).chain(metal);
         held.into_iter().chain(things).collect()
     }
 }

@@ -1,6 +1,7 @@
 //! What the pointer can do now with a handle or a tool, in words for the status line.
 
 use crate::document::requests::OpenWorld;
+use crate::document::selection::Selected;
 use crate::schedule::EditorSystems;
 use crate::shell::window::PointerHint;
 use crate::viewport::ball_handle::{BallWords, HoveredBall};
@@ -76,7 +77,13 @@ impl Gizmo<'_> {
         let design = self.world.as_ref()?.0.document.design();
         let shown = self.current.0?;
         match (self.held.handle(), self.hovered.0) {
-            (Some(handle), _) => Some(holding(handle)),
+            (Some(handle), _) => {
+                let is_metal = matches!(self.held.target(), Some(Selected::Metal(_)));
+                Some(match is_metal {
+                    true => format!("{} · {METAL_FOLLOWS}", holding(handle)),
+                    false => holding(handle),
+                })
+            }
             (None, Some(handle)) => {
                 let whose = match shown.axes {
                     HandleAxes::Own => "its",
@@ -114,6 +121,9 @@ fn show_hint(
 /// As long as drags are not what they usually are.
 const FOLLOWING: &str =
     "Drags follow the surface: the axis of a dragged sensor turns with it · N ends";
+
+/// A figure is that of metal some milliseconds ago.
+const METAL_FOLLOWS: &str = "the figures follow as the metal is solved for";
 
 /// Before a drag: what will move and how.
 fn over(handle: Handle, whose: &str, name: &str) -> String {

@@ -1,9 +1,10 @@
-//! What can be done to the selected sensors by name, and the edits that it makes.
+//! What can be done to the selected sensors by name, and the edits that it makes; a metal object that is
+//! selected can be removed in the same way.
 
 use crate::document::requests::EditRequest;
-use crate::document::selection::Selection;
+use crate::document::selection::{Selected, Selection};
 use nalgebra::Vector3;
-use trackwright_design::{Arrangement, BodyRole, Edit, MirrorPlane};
+use trackwright_design::{Arrangement, BodyRole, Edit, MetalEdit, MirrorPlane};
 use trackwright_geometry::surface::Surface;
 use trackwright_geometry::surface_drag::SurfaceDirections;
 use trackwright_project::World;
@@ -31,7 +32,7 @@ impl SensorCommand {
     /// Whether it would change anything of what is selected.
     pub fn is_available(self, world: &World, selection: &Selection) -> bool {
         let Some(picked) = Picked::of(world, selection) else {
-            return false;
+            return self == Self::Remove && selected_metal(world, selection).is_some();
         };
         let is_any_other_than = |dof| {
             let mut sensors = picked.sensors();
@@ -60,7 +61,9 @@ impl SensorCommand {
         surface: Option<&Surface>,
     ) -> Vec<EditRequest> {
         let Some(picked) = Picked::of(world, selection) else {
-            return Vec::new();
+            let metal = selected_metal(world, selection).filter(|_| self == Self::Remove);
+            let remove = metal.map(|index| Edit::Metal(MetalEdit::Remove { index }));
+            return remove.map(EditRequest::Apply).into_iter().collect();
         };
         match self {
             Self::Duplicate => picked.arranged(Arrangement::Duplicate),
@@ -77,6 +80,14 @@ impl SensorCommand {
             Self::AlongNormal => picked.aligned(world, surface, |at| at.normal.into_inner()),
             Self::AlongShaft => picked.aligned(world, surface, |at| at.along.into_inner()),
         }
+    }
+}
+
+/// The metal object that is selected.
+pub(crate) fn selected_metal(world: &World, selection: &Selection) -> Option<usize> {
+    match selection.primary()? {
+        Selected::Metal(index) => world.document.design().metal_object(index).map(|_| index),
+        _ => None,
     }
 }
 

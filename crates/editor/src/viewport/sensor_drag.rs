@@ -8,6 +8,7 @@
 
 use crate::document::requests::ActiveDrag;
 use crate::document::selection::{Hovered, Selected, Selection};
+use crate::scene::metal::MetalRoot;
 use crate::scene::{BodyRoot, SensorMark};
 use crate::shell::window::ViewportRect;
 use crate::viewport::camera::Sight;
@@ -94,6 +95,7 @@ impl Plugin for DragPlugin {
 struct Things<'w, 's> {
     sensors: Query<'w, 's, &'static SensorMark>,
     roots: Query<'w, 's, &'static BodyRoot>,
+    metal: Query<'w, 's, &'static MetalRoot>,
 }
 
 impl Things<'_, '_> {
@@ -103,6 +105,7 @@ impl Things<'_, '_> {
         sensor
             .map(|mark| Selected::Sensor(mark.body, mark.index))
             .or_else(|| Some(Selected::Body(self.roots.get(entity).ok()?.0)))
+            .or_else(|| Some(Selected::Metal(self.metal.get(entity).ok()?.0)))
     }
 }
 

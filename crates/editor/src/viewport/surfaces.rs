@@ -1,4 +1,5 @@
-//! The bodies' surfaces, which rays of the pointer are cast on: in f64, in the bodies' frames.
+//! The surfaces of bodies and metal objects, which rays of the pointer are cast on: in f64, in their own
+//! frames.
 
 use crate::document::requests::OpenWorld;
 use bevy::prelude::*;
@@ -9,12 +10,16 @@ use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::normals::with_smooth_normals;
 use trackwright_geometry::snap::SnapPoints;
 use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
+use trackwright_metal::setup::{MetalObject, ObjectShape};
 
-/// The surfaces of both bodies, made once a mesh; and of the anatomy that is painted.
+/// The surfaces of both bodies and of the room's metal, made once a shape; and of the anatomy that is
+/// painted.
 #[derive(Resource, Default)]
 pub struct Surfaces {
     bodies: [Option<MeshSurface>; 2],
     anatomy: Option<MeshSurface>,
+    /// In the order of the objects; `None` of a shape that cannot be.
+    metal: Vec<(ObjectShape, Option<Arc<Surface>>)>,
 }
 
 /// A mesh, its surface, and what is made of them on demand.
@@ -64,6 +69,24 @@ impl Surfaces {
         own.surface.as_ref()
     }
 
+    /// The surface of a metal object.
+    pub fn of_metal(&self, index: usize) -> Option<&Arc<Surface>> {
+        self.metal.get(index)?.1.as_ref()
+    }
+
+    fn keep_metal(&mut self, objects: &[MetalObject]) {
+        let mut kept = std::mem::take(&mut self.metal);
+        self.metal.extend(objects.iter().map(|object| {
+            // They keep their order, but for those that were removed.
+            let known = kept.iter().position(|(shape, _)| *shape == object.shape);
+            known.map(|index| kept.remove(index)).unwrap_or_else(|| {
+                let drawn = object.shape.drawn().ok();
+                let surface = drawn.and_then(|mesh| Surface::new(&mesh)).map(Arc::new);
+                (object.shape.clone(), surface)
+            })
+        }));
+    }
+
     /// Makes the surface of a mesh of anatomy, or gives up the one that was made.
     pub fn keep_anatomy(&mut self, mesh: Option<&Arc<SurfaceMesh>>) {
         match (mesh, &self.anatomy) {
@@ -110,4 +133,6 @@ pub(crate) fn make_surfaces(world: Res<OpenWorld>, mut surfaces: ResMut<Surfaces
             surfaces.bodies[role as usize] = mesh.map(MeshSurface::of);
         }
     }
+    let metal = &world.0.document.design().room_metal;
+    surfaces.keep_metal(metal.as_ref().map_or(&[], |metal| &metal.objects));
 }

@@ -167,6 +167,16 @@ impl Coil {
         }
     }
 
+    /// Corners of a loop, in order; `None` of a dipole.
+    pub fn corners_mm(&self) -> Option<[Point3<f64>; 4]> {
+        match self {
+            Self::Dipole { .. } => None,
+            Self::SquareLoop { center_mm, normal, side_mm } => {
+                Some(SquareLoop::new(center_mm, normal, *side_mm).corners_mm)
+            }
+        }
+    }
+
     /// Field and the gradient of what a coil with axis `n` measures of it.
     #[inline]
     pub fn field_and_signal_gradient(

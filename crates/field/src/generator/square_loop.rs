@@ -5,7 +5,7 @@ use trackwright_geometry::rotation::perpendicular;
 
 /// A loop with a current that gives it a unit moment along its normal.
 pub(super) struct SquareLoop {
-    corners_mm: [Point3<f64>; 4],
+    pub(super) corners_mm: [Point3<f64>; 4],
     /// One over the area.
     scale: f64,
 }

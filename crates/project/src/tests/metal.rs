@@ -11,6 +11,7 @@ use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 use trackwright_metal::furnished::MetalEvaluation;
+use trackwright_metal::new_object::NewShape;
 use trackwright_metal::setup::{MetalObject, ObjectMaterial, ObjectMesh, ObjectShape, RoomMetal};
 use trackwright_simulation::{CancelToken, Mode, run};
 
@@ -207,4 +208,31 @@ fn a_whole_room_far_from_metal_is_harmonic() {
     refresh_metal(&mut world).unwrap();
     let evaluation = &world.metal_report().unwrap().evaluation;
     assert!(matches!(evaluation, MetalEvaluation::Harmonic { .. }), "{evaluation:?}");
+}
+
+#[test]
+fn added_metal_is_beside_the_volume() {
+    let (_folder, mut world) = saved_world();
+    assert_eq!(world.generator(), None);
+    let edit = world.added_metal(NewShape::Sphere.shape(), "sphere");
+    assert!(world.document.apply(edit).unwrap());
+    assert_eq!(world.generator(), Some(&Generator::planar_nine()));
+    // The next one is beside the first, of the same coils.
+    let edit = world.added_metal(NewShape::Sphere.shape(), "sphere");
+    assert!(matches!(&edit, Edit::Metal(MetalEdit::Add(object)) if object.name == "sphere 2"));
+    world.document.apply(edit).unwrap();
+    assert!(refresh_metal(&mut world).unwrap());
+    assert!(world.metal_problem().is_none());
+}
+
+#[test]
+fn a_mesh_of_metal_is_referred_to_from_its_room() {
+    let (folder, world) = metal_world();
+    let mesh = folder.path().join("ball.obj");
+    let import = MeshImport::of_file(&world, MeshOwner::NewMetal, &mesh, None).unwrap().unwrap();
+    assert_eq!(import.reference, MeshReference::new("ball.obj"));
+    assert_eq!(import.file(), mesh);
+    let read = import.read().unwrap();
+    let triangles = |mesh: &trackwright_geometry::mesh::SurfaceMesh| mesh.parts[0].triangles.len();
+    assert_eq!(triangles(&read.surface), 320);
 }

@@ -40,6 +40,11 @@ impl HeldHandle {
     pub fn handle(&self) -> Option<Handle> {
         self.get().map(|held| held.handle)
     }
+
+    /// What it moves.
+    pub fn target(&self) -> Option<Selected> {
+        self.get().map(|held| held.target)
+    }
 }
 
 impl SceneDrag for GizmoHandle {
@@ -74,6 +79,7 @@ impl SceneDrag for GizmoHandle {
         let edit = match held.target {
             Selected::Body(role) => held.start.moved_body(role, &movement),
             Selected::Sensor(role, index) => held.start.turned_sensor(role, index, &movement),
+            Selected::Metal(index) => held.start.moved_metal(index, &movement),
             Selected::Tip(_) | Selected::Anatomy(_) => None,
         };
         Some((edit?, amount_text(&movement)))
@@ -93,6 +99,10 @@ pub fn name_of(design: &Design, target: Selected) -> String {
         Selected::Anatomy(index) => {
             let anatomy = design.anatomy.get(index);
             anatomy.map_or_else(|| "anatomy".to_owned(), |a| format!("anatomy {}", a.name))
+        }
+        Selected::Metal(index) => {
+            let object = design.metal_object(index);
+            object.map_or_else(|| "metal object".to_owned(), |object| object.name.clone())
         }
     }
 }

@@ -68,7 +68,7 @@ impl Plugin for GizmoPlugin {
     }
 }
 
-/// The handles of what is selected: arrows and rings of a body, rings of a single sensor. `None`
+/// The handles of what is selected: arrows and rings of a body or a metal object, rings of a single sensor. `None`
 /// where nothing is, and for what is hidden or locked.
 pub fn gizmo_of(
     design: &Design,
@@ -89,6 +89,14 @@ pub fn gizmo_of(
                 tracker_from_gizmo: design.tracker_from_body_handle(role, axes)?,
                 handles: Handle::ALL,
             }
+        }
+        Selected::Metal(index) => {
+            let name = &design.metal_object(index)?.name;
+            if left_alone.iter().any(|things| things.has_metal(name)) {
+                return None;
+            }
+            let tracker_from_gizmo = design.tracker_from_metal_handle(index, axes)?;
+            Gizmo { tracker_from_gizmo, handles: Handle::ALL }
         }
         Selected::Sensor(role, index) => {
             let sensor = design.body(role)?.rigid.sensors.get(index)?;

@@ -80,7 +80,7 @@ impl EditedBody<'_> {
         match self.selection.primary()? {
             Selected::Body(role) => Some(MountingOwner::Body(role)),
             Selected::Anatomy(index) => Some(MountingOwner::Anatomy(index)),
-            Selected::Sensor(..) | Selected::Tip(_) => None,
+            Selected::Sensor(..) | Selected::Tip(_) | Selected::Metal(_) => None,
         }
     }
 

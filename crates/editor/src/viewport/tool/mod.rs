@@ -122,7 +122,7 @@ fn has_aim(aim: Res<ToolAim>) -> bool {
 pub fn add_sensor_beside(design: &Design, selection: &Selection) -> Option<Edit> {
     let body = match selection.primary() {
         Some(Selected::Body(role) | Selected::Sensor(role, _) | Selected::Tip(role)) => role,
-        Some(Selected::Anatomy(_)) | None => BodyRole::Tool,
+        Some(Selected::Anatomy(_) | Selected::Metal(_)) | None => BodyRole::Tool,
     };
     let sensor = sensor_beside_last(&design.body(body)?.rigid);
     Some(Edit::AddSensor { body, sensor })

@@ -9,6 +9,7 @@ use crate::workspaces::design::actions::{DesignAction, number_edits};
 use crate::workspaces::design::anatomy_ui::anatomy_ui;
 use crate::workspaces::design::chosen_sensors::ChosenSensors;
 use crate::workspaces::design::crf_study_ui::crf_study_ui;
+use crate::workspaces::design::metal_ui::metal_ui;
 use crate::workspaces::design::motion_ui::{motion_ui, requirement_ui};
 use crate::workspaces::design::rows::{right_ui, rotation_ui, row_ui, text_row_ui, vector_ui};
 use crate::workspaces::design::sensor_numbers::sensor_numbers_ui;
@@ -44,6 +45,7 @@ pub fn inspector_ui(ui: &mut Ui, inspector: &InspectorView) -> Vec<DesignAction>
         Some(Selected::Anatomy(index)) => {
             anatomy_ui(ui, inspector.design, index, &mut actions);
         }
+        Some(Selected::Metal(index)) => metal_ui(ui, inspector.design, index, &mut actions),
     }
     actions
 }

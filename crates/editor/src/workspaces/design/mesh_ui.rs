@@ -30,7 +30,7 @@ pub struct MeshView<'a> {
 }
 
 impl<'a> MeshView<'a> {
-    /// `None` where there is no such body or anatomy.
+    /// `None` where there is no such body or anatomy, and of metal that is not yet there.
     pub fn of(
         world: &'a World,
         whose: impl Into<MeshOwner>,
@@ -47,6 +47,7 @@ impl<'a> MeshView<'a> {
                 let report = world.anatomy_report(mesh);
                 (Some(mesh), world.anatomy_mesh(mesh), report)
             }
+            MeshOwner::NewMetal => return None,
         };
         let problems = world.mesh_problems();
         let problem = problems.iter().find(|problem| problem.whose == whose);
@@ -87,7 +88,7 @@ pub fn mesh_ui(ui: &mut Ui, view: &MeshView) -> Vec<DesignAction> {
             ui,
             match view.whose {
                 MeshOwner::Body(_) => "A rod through the sensors stands in for it",
-                MeshOwner::Anatomy(_) => "It is not shown",
+                MeshOwner::Anatomy(_) | MeshOwner::NewMetal => "It is not shown",
             },
         );
     }

@@ -10,7 +10,7 @@ use crate::schedule::request_then_receive;
 use crate::shell::requests::Requests;
 use crate::widgets::basic::{length, quiet_ui, section_ui, warning_ui};
 use crate::widgets::chart::chart_ui;
-use crate::widgets::tooltip::Explained;
+use crate::widgets::tooltip::Explain;
 use bevy::prelude::*;
 use bevy_egui::egui::{ComboBox, Ui};
 use nalgebra::{Unit, Vector3};

@@ -11,6 +11,8 @@ pub mod history_ui;
 pub mod inspector;
 pub mod mesh_ui;
 pub mod metal_distance;
+pub mod metal_facts_ui;
+pub mod metal_ui;
 pub mod missed;
 pub mod motion_ui;
 pub mod mounting_panel;

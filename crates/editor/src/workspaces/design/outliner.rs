@@ -1,4 +1,4 @@
-//! What is in the design: bodies with their sensors and tips, the anatomy, the room.
+//! What is in the design: bodies with their sensors and tips, the anatomy, the room and its metal.
 
 use crate::document::commands::OPEN_CRF;
 use crate::document::requests::ViewRequest;
@@ -14,12 +14,14 @@ use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
 use crate::workspaces::design::actions::DesignAction;
 use crate::workspaces::design::anatomy_ui::anatomy_rows_ui;
+use crate::workspaces::design::metal_ui::{metal_menu_ui, metal_rows_ui};
 use crate::workspaces::design::sensor_ui::{IsAvailable, sensor_menu_ui};
 use bevy_egui::egui::{Rect, Response, Ui, vec2};
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Design, Thing, Things};
 use trackwright_field::environment::Environment;
 use trackwright_formats::printable::printable;
+use trackwright_metal::furnished::FurnishError;
 use trackwright_report::room::model_error;
 use trackwright_simulation::PoseDetail;
 use trackwright_simulation::SensorOrientation;
@@ -36,6 +38,8 @@ pub struct OutlinerView<'a> {
     pub pose: Option<&'a PoseDetail>,
     /// Coils that do not fit.
     pub coils: ShownFindings<'a>,
+    /// Why the room's metal cannot be simulated.
+    pub metal_problem: Option<&'a FurnishError>,
 }
 
 impl<'a> OutlinerView<'a> {
@@ -55,6 +59,7 @@ impl<'a> OutlinerView<'a> {
             is_available: &|_| true,
             pose: None,
             coils: ShownFindings::default(),
+            metal_problem: None,
         }
     }
 }
@@ -92,7 +97,31 @@ pub fn outliner_ui(ui: &mut Ui, outliner: &OutlinerView) -> Vec<DesignAction> {
     anatomy_rows_ui(ui, outliner, &mut actions);
     section_ui(ui, "Room");
     room_ui(ui, outliner.environment);
+    metal_rows_ui(ui, outliner, &mut actions);
     actions
+}
+
+/// A row of what can be selected, with the switches of what can be hidden and locked.
+pub(crate) fn selectable_ui(
+    ui: &mut Ui,
+    outliner: &OutlinerView,
+    what: Selected,
+    row: Row,
+    actions: &mut Vec<DesignAction>,
+) {
+    let row = Row {
+        is_selected: outliner.selection.contains(what),
+        is_hovered: outliner.hovered == Some(what),
+        ..row
+    };
+    let thing = match what {
+        Selected::Body(role) => Some(Thing::body(role)),
+        Selected::Sensor(role, _) => Some(Thing::sensor(role, row.label)),
+        Selected::Metal(_) => Some(Thing::Metal(row.label.to_owned())),
+        Selected::Tip(_) | Selected::Anatomy(_) => None,
+    };
+    let response = with_switches_ui(ui, outliner.view, thing, &row, actions);
+    answer(ui, &response, what, outliner, actions);
 }
 
 fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut Vec<DesignAction>) {
@@ -103,26 +132,12 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
         BodyRole::Tool => palette::TOOL,
         BodyRole::Crf => palette::CRF,
     };
-    let selectable = |ui: &mut Ui, what: Selected, row: Row, actions: &mut Vec<DesignAction>| {
-        let row = Row {
-            is_selected: outliner.selection.contains(what),
-            is_hovered: outliner.hovered == Some(what),
-            ..row
-        };
-        let thing = match what {
-            Selected::Body(role) => Some(Thing::body(role)),
-            Selected::Sensor(role, _) => Some(Thing::sensor(role, row.label)),
-            Selected::Tip(_) | Selected::Anatomy(_) => None,
-        };
-        let response = with_switches_ui(ui, outliner.view, thing, &row, actions);
-        answer(ui, &response, what, outliner, actions);
-    };
     let head = Row {
         label: &body.rigid.name,
         mark: Some((Mark::Square, color.color32())),
         ..Row::default()
     };
-    selectable(ui, Selected::Body(role), head, actions);
+    selectable_ui(ui, outliner, Selected::Body(role), head, actions);
     for (index, sensor) in body.rigid.sensors.iter().enumerate() {
         let sensor_mark = match &sensor.orientation {
             SensorOrientation::Marker => Mark::Ball,
@@ -138,7 +153,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
             mark: Some((sensor_mark, palette::SENSOR.color32())),
             ..Row::default()
         };
-        selectable(ui, Selected::Sensor(role, index), row, actions);
+        selectable_ui(ui, outliner, Selected::Sensor(role, index), row, actions);
     }
     if body.rigid.tip_in_body.is_some() {
         let row = Row {
@@ -147,7 +162,7 @@ fn body_ui(ui: &mut Ui, outliner: &OutlinerView, role: BodyRole, actions: &mut V
             mark: Some((Mark::Diamond, palette::ERROR_VECTOR.color32())),
             ..Row::default()
         };
-        selectable(ui, Selected::Tip(role), row, actions);
+        selectable_ui(ui, outliner, Selected::Tip(role), row, actions);
     }
     if let (BodyRole::Crf, Some(crf)) = (role, &outliner.design.crf) {
         for target in &crf.targets {
@@ -208,7 +223,7 @@ fn with_switches_ui(
 }
 
 /// A click selects, with Ctrl or Shift beside what is selected; the other button shows what can be
-/// done to the sensors, of which the one under the pointer is one.
+/// done to the sensors, of which the one under the pointer is one, or to a metal object.
 fn answer(
     ui: &Ui,
     response: &Response,
@@ -226,13 +241,16 @@ fn answer(
             false => DesignAction::Select(Some(what)),
         });
     }
-    if !matches!(what, Selected::Sensor(..)) {
+    if !matches!(what, Selected::Sensor(..) | Selected::Metal(_)) {
         return;
     }
     if response.secondary_clicked() && !outliner.selection.contains(what) {
         actions.push(DesignAction::Select(Some(what)));
     }
-    response.context_menu(|ui| sensor_menu_ui(ui, outliner.is_available, actions));
+    response.context_menu(|ui| match what {
+        Selected::Metal(_) => metal_menu_ui(ui, outliner.is_available, actions),
+        _ => sensor_menu_ui(ui, outliner.is_available, actions),
+    });
 }
 
 fn room_ui(ui: &mut Ui, environment: &Environment) {

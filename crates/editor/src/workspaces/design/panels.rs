@@ -18,6 +18,7 @@ use crate::workspaces::design::body_file_ui::{BodyFileView, body_file_ui};
 use crate::workspaces::design::history_ui::history_ui;
 use crate::workspaces::design::inspector::{InspectorView, inspector_ui};
 use crate::workspaces::design::mesh_ui::{MeshView, mesh_ui};
+use crate::workspaces::design::metal_facts_ui::{MetalFacts, metal_facts_ui};
 use crate::workspaces::design::missed::Missed;
 use crate::workspaces::design::outliner::{OutlinerView, outliner_ui};
 use crate::workspaces::design::result::{
@@ -51,6 +52,7 @@ pub(crate) fn outliner_panel(
         is_available: &|command: &Command| situation.allows(command),
         pose: results.pose.as_ref().map(|pose| &pose.value),
         coils: ShownFindings::new(coils.as_deref()),
+        metal_problem: world.0.metal_problem().map(|problem| &**problem),
     };
     let actions = outliner_ui(&mut ui, &view);
     row.bypass_change_detection().follow(&actions, &mut commands);
@@ -92,6 +94,12 @@ pub(crate) fn inspector_panel(
             MeshOwner::Body(role)
         }
         Some(Selected::Anatomy(index)) => MeshOwner::Anatomy(Some(index)),
+        Some(Selected::Metal(index)) => {
+            if let Some(facts) = MetalFacts::of(&world.0, index) {
+                metal_facts_ui(&mut ui, &facts);
+            }
+            return;
+        }
         _ => return,
     };
     let view = meshes.as_ref().and_then(|own| MeshView::of(&world.0, whose, own));

@@ -1,0 +1,141 @@
+//! How the selected metal object is simulated: skin depth, triangles, the model that answers for it.
+
+use crate::widgets::basic::{count, counted, decimal, fact_ui, length, quiet_ui, section_ui};
+use crate::widgets::basic::{warning_ui, with_unit};
+use crate::workspaces::design::metal_ui::HZ_PER_KHZ;
+use bevy_egui::egui::Ui;
+use trackwright_metal::body::ResponseModel;
+use trackwright_metal::furnished::ObjectReport;
+use trackwright_metal::setup::{MetalObject, ObjectShape, RoomMetal};
+use trackwright_project::World;
+use trackwright_simulation::figures::capitalised;
+
+/// What is known of an object beside its fields.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MetalFacts {
+    /// At the room's frequency; infinite where no currents flow.
+    pub skin_depth_mm: f64,
+    pub frequency_hz: f64,
+    pub is_sphere: bool,
+    /// `None` until it is solved for.
+    pub report: Option<ObjectReport>,
+    /// Why the room's metal cannot be simulated as it is.
+    pub problem: Option<String>,
+    /// Whether the room was measured, and the metal's errors are added to those it has.
+    pub is_added_to_errors: bool,
+}
+
+impl MetalFacts {
+    /// `None` where there is no such object.
+    pub fn of(world: &World, index: usize) -> Option<Self> {
+        let design = world.document.design();
+        let (metal, object) = (design.room_metal.as_ref()?, design.metal_object(index)?);
+        let problem = world.metal_problem().map(ToString::to_string);
+        let solved = world.solved_metal().filter(|_| problem.is_none());
+        let solved = solved.filter(|(_, solved)| is_of(solved, index, metal, object));
+        let report = solved.map(|(furnished, _)| &furnished.report);
+        Some(Self {
+            skin_depth_mm: object.material.material().skin_depth_mm(metal.frequency_hz),
+            frequency_hz: metal.frequency_hz,
+            is_sphere: matches!(object.shape, ObjectShape::Sphere { .. }),
+            report: report.and_then(|report| report.objects.get(index).cloned()),
+            problem,
+            is_added_to_errors: report.is_some_and(|report| report.is_added_to_errors),
+        })
+    }
+}
+
+/// Whether what was solved has this object, wherever it was then.
+fn is_of(solved: &RoomMetal, index: usize, metal: &RoomMetal, object: &MetalObject) -> bool {
+    let tracker_from_object = object.tracker_from_object;
+    let there = solved.objects.get(index).cloned();
+    let there = there.map(|there| MetalObject { tracker_from_object, ..there });
+    solved.frequency_hz == metal.frequency_hz && there.as_ref() == Some(object)
+}
+
+/// Draws the section.
+pub fn metal_facts_ui(ui: &mut Ui, facts: &MetalFacts) {
+    section_ui(ui, "How it is simulated");
+    if let Some(problem) = &facts.problem {
+        warning_ui(ui, &capitalised(problem));
+        quiet_ui(ui, "There are no figures until it is moved or changed");
+    }
+    let frequency = with_unit(&decimal(facts.frequency_hz / HZ_PER_KHZ, 3), "kHz");
+    let depth = match facts.skin_depth_mm.is_finite() {
+        true => length(facts.skin_depth_mm),
+        false => "no currents flow".to_owned(),
+    };
+    fact_ui(ui, &format!("skin depth at {frequency}"), &depth);
+    let Some(report) = &facts.report else {
+        if facts.problem.is_none() {
+            quiet_ui(ui, "Being solved for");
+        }
+        return;
+    };
+    if !facts.is_sphere {
+        quiet_ui(ui, triangles_words(report));
+    }
+    match report.model.is_estimate() {
+        true => drop(warning_ui(ui, &model_words(&report.model))),
+        false => drop(quiet_ui(ui, model_words(&report.model))),
+    }
+    if facts.is_added_to_errors {
+        quiet_ui(
+            ui,
+            "The room was measured: the metal's errors are added to its own, and what it does to the \
+             metal that was there is left out",
+        );
+    }
+}
+
+/// `992 triangles, coarsened from 20,480`.
+fn triangles_words(report: &ObjectReport) -> String {
+    let own = counted(report.triangles, "triangle", "triangles");
+    match report.coarsened_from {
+        Some(before) => format!("{own}, coarsened from {}", count(before)),
+        None => own,
+    }
+}
+
+/// What answers for an object.
+fn model_words(model: &ResponseModel) -> String {
+    match model {
+        ResponseModel::None => {
+            "Neither conducting nor magnetic: the field is as without it".to_owned()
+        }
+        ResponseModel::SphereSeries => {
+            "A sphere's own series at this frequency, which is exact".to_owned()
+        }
+        ResponseModel::NoFlux { skin_depth_mm } => format!(
+            "No flux enters: the skin depth of {} is small beside its thickness",
+            length(*skin_depth_mm)
+        ),
+        ResponseModel::Permeable { relative_permeability } => {
+            format!("Permeable by {relative_permeability}, without currents")
+        }
+        ResponseModel::ScaledBySphere { mean_radius_mm, skin_depth_mm, factor, .. } => format!(
+            "Estimate: the skin depth of {} is not small beside its thickness. A sphere of its mean \
+             radius of {} has {factor:.2} times the response of the limit, and so is it scaled",
+            length(*skin_depth_mm),
+            length(*mean_radius_mm)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn models_are_described_with_numbers_and_units() {
+        let no_flux = model_words(&ResponseModel::NoFlux { skin_depth_mm: 0.82 });
+        assert!(no_flux.contains("0.82\u{2009}mm"), "{no_flux}");
+        let report = ObjectReport {
+            name: "table".to_owned(),
+            triangles: 992,
+            coarsened_from: Some(20_480),
+            model: ResponseModel::SphereSeries,
+        };
+        assert_eq!(triangles_words(&report), "992 triangles, coarsened from 20,480");
+    }
+}
