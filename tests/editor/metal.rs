@@ -9,6 +9,7 @@ use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use std::sync::Arc;
+use std::time::Duration;
 use trackwright_design::{Design, Edit, MetalEdit, Thing, View};
 use trackwright_editor::document::body_files::BodyFilesPlugin;
 use trackwright_editor::document::commands::{ADD_METAL, ADD_METAL_MESH, DocumentCommandsPlugin};
@@ -74,6 +75,17 @@ fn objects(app: &App) -> Vec<MetalObject> {
     design.room_metal.as_ref().map_or_else(Vec::new, |metal| metal.objects.clone())
 }
 
+/// The camera glides to what is selected, and is there.
+fn frame_selection(app: &mut App) {
+    app.world_mut().write_message(ViewRequest::FrameSelection);
+    app.update();
+    while app.world().resource::<OrbitRig>().is_gliding() {
+        std::thread::sleep(Duration::from_millis(5));
+        app.update();
+    }
+    settle_metal(app);
+}
+
 fn tip_rms_mm(app: &App) -> Option<f64> {
     let results = app.world().resource::<Results>();
     Some(results.study.as_ref()?.value.figures.value(Metric::TIP_RMS))
@@ -84,7 +96,7 @@ fn plate_app() -> App {
     let mut app = metal_app();
     run(&mut app, ADD_METAL[0].1.name);
     let object = objects(&app)[0].clone();
-    let near = Pose::translation(330.0, 0.0, -250.0);
+    let near = Pose::translation(380.0, 0.0, -250.0);
     let object = MetalObject { tracker_from_object: near, most_triangles: 200, ..object };
     edit(&mut app, MetalEdit::Set { index: 0, object: Box::new(object) });
     app
@@ -139,11 +151,7 @@ fn dragging_metal_by_its_handle_changes_figures() {
     pointer.select(Some(Selected::Metal(0)));
     let app = &mut pointer.app;
     // What the camera sees has the plate in its middle.
-    app.world_mut().write_message(ViewRequest::FrameSelection);
-    for _ in 0..40 {
-        app.update();
-    }
-    settle_metal(app);
+    frame_selection(app);
     let (before, far_mm) = (pointer.design(), tip_rms_mm(&pointer.app).unwrap());
     let document = &pointer.resource::<OpenWorld>().0.document;
     let selection = pointer.resource::<Selection>();
@@ -210,10 +218,7 @@ fn metal_in_the_volumes_middle_has_no_figures() {
 fn metal_is_hovered_and_selected_by_its_surface() {
     let mut pointer = SimulatedPointer { app: plate_app() };
     pointer.select(Some(Selected::Metal(0)));
-    pointer.app.world_mut().write_message(ViewRequest::FrameSelection);
-    for _ in 0..40 {
-        pointer.app.update();
-    }
+    frame_selection(&mut pointer.app);
     // Without handles, which are before everything.
     pointer.select(None);
     let at_mm = objects(&pointer.app)[0].tracker_from_object * Point3::new(60.0, 60.0, 0.0);
