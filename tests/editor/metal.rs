@@ -6,6 +6,7 @@ use super::meshes::box_obj;
 use super::pointer::SimulatedPointer;
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
+use bevy_egui::egui;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use std::sync::Arc;
@@ -198,8 +199,8 @@ fn dragging_metal_by_its_handle_changes_figures() {
 fn metal_in_the_volumes_middle_has_no_figures() {
     let mut app = plate_app();
     let near_mm = tip_rms_mm(&app);
-    let world = &app.world().resource::<OpenWorld>().0;
-    let middle = world.bare_environment().model.bounds().center_mm();
+    let volume = app.world().resource::<OpenWorld>().0.bare_environment().volume;
+    let middle = volume.expect("a measurement volume").bounds().center_mm();
     let tracker_from_object = Pose::translation(middle.x, middle.y, middle.z);
     edit(&mut app, MetalEdit::SetPose { index: 0, tracker_from_object });
     let problem = app.world().resource::<Results>().problem.clone();
@@ -304,13 +305,14 @@ fn the_outliner_lists_metal() {
 #[test]
 fn metal_inputs_are_edits() {
     let design = design(vec![plate()]);
-    let ui = |ui: &mut bevy_egui::egui::Ui| {
+    let ui = |ui: &mut egui::Ui| {
         let mut actions = Vec::new();
         metal_ui(ui, &design, 0, &mut actions);
         actions
     };
     let requests = use_panel([300.0, 1300.0], ui, |harness| {
-        harness.get_by_label("material").click();
+        let role = egui::accesskit::Role::ComboBox;
+        harness.get_by_role_and_label(role, "material").click();
         harness.run_steps(3);
         harness.get_by_label("Copper").click();
         harness.run_steps(3);
