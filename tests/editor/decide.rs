@@ -175,7 +175,7 @@ fn the_table_has_every_design_in_every_room() {
     // The other design in the other room.
     let row = &compared.comparison.rows[3];
     let world = trackwright_project::open_design_without_meshes(&other).unwrap();
-    let environment = Arc::new(room.read().unwrap());
+    let environment = room.read().unwrap().bare;
     let scenario = trackwright_project::resolve(world.document.design(), &environment);
     let expected = run(&scenario, &mode_of(&scenario), &CancelToken::default(), None);
     match (&row.measured, expected) {
@@ -274,7 +274,7 @@ fn a_row_opens_its_design_in_its_room() {
 fn saved_room(folder: &Path) -> PathBuf {
     let file = folder.join("other.env.ron");
     let room = trackwright_project::builtin_rooms().next().unwrap().read().unwrap();
-    super::app::write_environment(&file, &room);
+    super::app::write_environment(&file, &room.bare);
     file
 }
 

@@ -6,9 +6,11 @@ use super::meshes::box_obj;
 use super::pointer::SimulatedPointer;
 use bevy::picking::pointer::PointerButton;
 use bevy::prelude::*;
+use bevy_egui::egui;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use std::sync::Arc;
+use std::time::Duration;
 use trackwright_design::{Design, Edit, MetalEdit, Thing, View};
 use trackwright_editor::document::body_files::BodyFilesPlugin;
 use trackwright_editor::document::commands::{ADD_METAL, ADD_METAL_MESH, DocumentCommandsPlugin};
@@ -74,6 +76,17 @@ fn objects(app: &App) -> Vec<MetalObject> {
     design.room_metal.as_ref().map_or_else(Vec::new, |metal| metal.objects.clone())
 }
 
+/// The camera glides to what is selected, and is there.
+fn frame_selection(app: &mut App) {
+    app.world_mut().write_message(ViewRequest::FrameSelection);
+    app.update();
+    while app.world().resource::<OrbitRig>().is_gliding() {
+        std::thread::sleep(Duration::from_millis(5));
+        app.update();
+    }
+    settle_metal(app);
+}
+
 fn tip_rms_mm(app: &App) -> Option<f64> {
     let results = app.world().resource::<Results>();
     Some(results.study.as_ref()?.value.figures.value(Metric::TIP_RMS))
@@ -84,7 +97,7 @@ fn plate_app() -> App {
     let mut app = metal_app();
     run(&mut app, ADD_METAL[0].1.name);
     let object = objects(&app)[0].clone();
-    let near = Pose::translation(330.0, 0.0, -250.0);
+    let near = Pose::translation(380.0, 0.0, -250.0);
     let object = MetalObject { tracker_from_object: near, most_triangles: 200, ..object };
     edit(&mut app, MetalEdit::Set { index: 0, object: Box::new(object) });
     app
@@ -139,11 +152,7 @@ fn dragging_metal_by_its_handle_changes_figures() {
     pointer.select(Some(Selected::Metal(0)));
     let app = &mut pointer.app;
     // What the camera sees has the plate in its middle.
-    app.world_mut().write_message(ViewRequest::FrameSelection);
-    for _ in 0..40 {
-        app.update();
-    }
-    settle_metal(app);
+    frame_selection(app);
     let (before, far_mm) = (pointer.design(), tip_rms_mm(&pointer.app).unwrap());
     let document = &pointer.resource::<OpenWorld>().0.document;
     let selection = pointer.resource::<Selection>();
@@ -190,8 +199,8 @@ fn dragging_metal_by_its_handle_changes_figures() {
 fn metal_in_the_volumes_middle_has_no_figures() {
     let mut app = plate_app();
     let near_mm = tip_rms_mm(&app);
-    let world = &app.world().resource::<OpenWorld>().0;
-    let middle = world.bare_environment().model.bounds().center_mm();
+    let volume = app.world().resource::<OpenWorld>().0.bare_environment().volume;
+    let middle = volume.expect("a measurement volume").bounds().center_mm();
     let tracker_from_object = Pose::translation(middle.x, middle.y, middle.z);
     edit(&mut app, MetalEdit::SetPose { index: 0, tracker_from_object });
     let problem = app.world().resource::<Results>().problem.clone();
@@ -210,10 +219,7 @@ fn metal_in_the_volumes_middle_has_no_figures() {
 fn metal_is_hovered_and_selected_by_its_surface() {
     let mut pointer = SimulatedPointer { app: plate_app() };
     pointer.select(Some(Selected::Metal(0)));
-    pointer.app.world_mut().write_message(ViewRequest::FrameSelection);
-    for _ in 0..40 {
-        pointer.app.update();
-    }
+    frame_selection(&mut pointer.app);
     // Without handles, which are before everything.
     pointer.select(None);
     let at_mm = objects(&pointer.app)[0].tracker_from_object * Point3::new(60.0, 60.0, 0.0);
@@ -299,13 +305,14 @@ fn the_outliner_lists_metal() {
 #[test]
 fn metal_inputs_are_edits() {
     let design = design(vec![plate()]);
-    let ui = |ui: &mut bevy_egui::egui::Ui| {
+    let ui = |ui: &mut egui::Ui| {
         let mut actions = Vec::new();
         metal_ui(ui, &design, 0, &mut actions);
         actions
     };
     let requests = use_panel([300.0, 1300.0], ui, |harness| {
-        harness.get_by_label("material").click();
+        let role = egui::accesskit::Role::ComboBox;
+        harness.get_by_role_and_label(role, "material").click();
         harness.run_steps(3);
         harness.get_by_label("Copper").click();
         harness.run_steps(3);

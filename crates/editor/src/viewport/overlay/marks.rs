@@ -47,6 +47,7 @@ pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
         tip(view, &mut labels);
         targets(view, &mut labels);
         bodies(view, &mut labels);
+        metal(view, &mut labels);
         if !view.is_plain {
             sensors(view, &mut labels);
         }
@@ -249,6 +250,27 @@ fn bodies(view: &OverlayView, labels: &mut Vec<Label>) {
             text,
             color,
             is_needed: view.selected == Some(Selected::Body(role)),
+        });
+    }
+}
+
+/// The names of metal objects.
+fn metal(view: &OverlayView, labels: &mut Vec<Label>) {
+    let objects = view.design.room_metal.iter().flat_map(|metal| &metal.objects);
+    for (index, object) in objects.enumerate() {
+        let middle = Point3::from(object.tracker_from_object.translation.vector);
+        let Some(at) = view.project(&middle).filter(|_| !view.hidden.has_metal(&object.name))
+        else {
+            continue;
+        };
+        let what = Some(Selected::Metal(index));
+        let is_looked_at = view.selected == what || view.hovered == what;
+        let text = if view.is_plain { for_audience(&object.name) } else { object.name.clone() };
+        labels.push(Label {
+            at,
+            text,
+            color: if is_looked_at { palette::SELECTED } else { palette::TEXT_QUIET },
+            is_needed: is_looked_at,
         });
     }
 }

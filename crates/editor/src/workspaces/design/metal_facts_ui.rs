@@ -4,10 +4,10 @@ use crate::widgets::basic::{count, counted, decimal, fact_ui, length, quiet_ui, 
 use crate::widgets::basic::{warning_ui, with_unit};
 use crate::workspaces::design::metal_ui::HZ_PER_KHZ;
 use bevy_egui::egui::Ui;
-use trackwright_metal::body::ResponseModel;
 use trackwright_metal::furnished::ObjectReport;
 use trackwright_metal::setup::{MetalObject, ObjectShape, RoomMetal};
 use trackwright_project::World;
+use trackwright_report::words::model_words;
 use trackwright_simulation::figures::capitalised;
 
 /// What is known of an object beside its fields.
@@ -75,9 +75,13 @@ pub fn metal_facts_ui(ui: &mut Ui, facts: &MetalFacts) {
     if !facts.is_sphere {
         quiet_ui(ui, triangles_words(report));
     }
+    let words = capitalised(&model_words(&report.model));
     match report.model.is_estimate() {
-        true => drop(warning_ui(ui, &model_words(&report.model))),
-        false => drop(quiet_ui(ui, model_words(&report.model))),
+        true => drop(warning_ui(
+            ui,
+            &format!("{words}; the skin depth is not small beside its thickness"),
+        )),
+        false => drop(quiet_ui(ui, words)),
     }
     if facts.is_added_to_errors {
         quiet_ui(
@@ -97,39 +101,13 @@ fn triangles_words(report: &ObjectReport) -> String {
     }
 }
 
-/// What answers for an object.
-fn model_words(model: &ResponseModel) -> String {
-    match model {
-        ResponseModel::None => {
-            "Neither conducting nor magnetic: the field is as without it".to_owned()
-        }
-        ResponseModel::SphereSeries => {
-            "A sphere's own series at this frequency, which is exact".to_owned()
-        }
-        ResponseModel::NoFlux { skin_depth_mm } => format!(
-            "No flux enters: the skin depth of {} is small beside its thickness",
-            length(*skin_depth_mm)
-        ),
-        ResponseModel::Permeable { relative_permeability } => {
-            format!("Permeable by {relative_permeability}, without currents")
-        }
-        ResponseModel::ScaledBySphere { mean_radius_mm, skin_depth_mm, factor, .. } => format!(
-            "Estimate: the skin depth of {} is not small beside its thickness. A sphere of its mean \
-             radius of {} has {factor:.2} times the response of the limit, and so is it scaled",
-            length(*skin_depth_mm),
-            length(*mean_radius_mm)
-        ),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trackwright_metal::body::ResponseModel;
 
     #[test]
-    fn models_are_described_with_numbers_and_units() {
-        let no_flux = model_words(&ResponseModel::NoFlux { skin_depth_mm: 0.82 });
-        assert!(no_flux.contains("0.82\u{2009}mm"), "{no_flux}");
+    fn triangles_are_counted_with_those_of_the_file() {
         let report = ObjectReport {
             name: "table".to_owned(),
             triangles: 992,
