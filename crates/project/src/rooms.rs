@@ -39,14 +39,17 @@ pub struct RoomSummary {
     /// `None` for an ideal room.
     pub samples: Option<usize>,
     pub held_out_rms_mm: Option<f64>,
+    /// Whether metal is added to it.
+    pub has_metal: bool,
 }
 
 impl RoomSummary {
-    /// The summary of an environment.
-    pub fn of(environment: &Environment) -> Self {
-        let provenance = environment.provenance.as_ref();
+    /// The summary of a room.
+    pub fn of(room: &RoomContent) -> Self {
+        let provenance = room.bare.provenance.as_ref();
         Self {
-            name: environment.name.clone(),
+            name: room.bare.name.clone(),
+            has_metal: room.metal.is_some(),
             samples: provenance.map(|p| p.samples),
             held_out_rms_mm: provenance
                 .and_then(|p| p.holdout.as_ref())
@@ -231,7 +234,7 @@ pub fn list_rooms(places: Vec<RoomSource>, task: &Task) -> Result<Vec<RoomListin
             continue;
         }
         if let Ok(content) = place.read() {
-            listings.push(RoomListing { summary: RoomSummary::of(&content.bare), place });
+            listings.push(RoomListing { summary: RoomSummary::of(&content), place });
         }
     }
     // The order depends on nothing that a choice from the list changes.

@@ -2,6 +2,7 @@
 
 use trackwright_calibration::room_model::HarmonicReport;
 use trackwright_field::Environment;
+use trackwright_field::computed::ModelKind;
 use trackwright_field::fit::{Fit, FitMethod};
 use trackwright_field::samples::MapKind;
 use trackwright_field::validity::FitValidityError;
@@ -34,10 +35,19 @@ pub fn model_error(held_out_rms_mm: Option<f64>) -> String {
     }
 }
 
+/// What a room is that was never measured: `ideal`, or `simulated` where something disturbs it.
+pub fn unmeasured(environment: &Environment) -> &'static str {
+    if environment.model.is_zero() { "ideal" } else { "simulated" }
+}
+
 /// Where what is predicted in a room comes from, to stand under it.
 pub fn caption(environment: &Environment) -> String {
     let from = match &environment.provenance {
-        None => "an ideal room".to_owned(),
+        None if environment.model.is_zero() => "an ideal room".to_owned(),
+        None => "simulated, never measured".to_owned(),
+        Some(from) if environment.model.kind() == ModelKind::Simulated => {
+            format!("{} samples, metal added", with_separators(from.samples))
+        }
         Some(from) => {
             let samples = with_separators(from.samples);
             let held_out = from.holdout.as_ref().map(|holdout| holdout.after.position_rms_mm);

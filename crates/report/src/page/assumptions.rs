@@ -62,6 +62,9 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
         fact("volume of the tracker", room.volume.map_or("not stated", |volume| volume.name())),
     ]);
     match &room.provenance {
+        None if !model.is_zero() => {
+            facts.push(fact("measurements", "none, the room is simulated"));
+        }
         None => facts.push(fact(
             "measurements",
             "none stated: an ideal room, or one whose file does not state where it comes from",

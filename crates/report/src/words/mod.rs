@@ -314,6 +314,9 @@ fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
         );
     }
     match &scenario.environment.provenance {
+        None if !scenario.environment.model.is_zero() => {
+            cautions.push("The room is simulated and was never measured.".to_owned());
+        }
         None => cautions.push(
             "The room is an ideal one, or its file does not state which measurements it comes from."
                 .to_owned(),

@@ -22,7 +22,7 @@ use trackwright_design::{BodyRole, Design, Thing, Things};
 use trackwright_field::environment::Environment;
 use trackwright_formats::printable::printable;
 use trackwright_metal::furnished::FurnishError;
-use trackwright_report::room::model_error;
+use trackwright_report::room::{model_error, unmeasured};
 use trackwright_simulation::PoseDetail;
 use trackwright_simulation::SensorOrientation;
 
@@ -262,7 +262,7 @@ fn room_ui(ui: &mut Ui, environment: &Environment) {
         }
         match &environment.provenance {
             None => {
-                quiet_ui(ui, "ideal, never measured");
+                quiet_ui(ui, format!("{}, never measured", unmeasured(environment)));
             }
             Some(from) => {
                 quiet_ui(ui, counted(from.samples, "sample", "samples"));

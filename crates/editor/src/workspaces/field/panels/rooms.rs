@@ -21,6 +21,7 @@ pub fn rooms_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
     for room in &state.rooms {
         let is_own = state.own.as_ref() == Some(&room.place);
         let note = match (room.summary.samples, room.summary.held_out_rms_mm) {
+            (None, _) if room.summary.has_metal => "simulated".to_owned(),
             (None, _) => "ideal".to_owned(),
             (Some(_), None) => "none".to_owned(),
             (Some(_), Some(rms_mm)) => length(rms_mm),
