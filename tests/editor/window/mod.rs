@@ -9,6 +9,7 @@ mod first_day;
 mod harness;
 mod killed;
 mod layer;
+mod metal;
 mod places;
 mod present;
 mod room_e;
