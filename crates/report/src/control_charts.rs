@@ -101,7 +101,7 @@ mod tests {
     use trackwright_calibration::protocol::control_chart::{Rules, control_chart};
 
     fn figure(values: &[f64]) -> FigureChart {
-        let chart = control_chart(values, None, Rules::WesternElectric).unwrap();
+        let chart = control_chart(values, None, Rules::NelsonFirst).unwrap();
         FigureChart { label: "jitter".to_owned(), unit: "mm", chart }
     }
 
