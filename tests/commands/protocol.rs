@@ -94,6 +94,7 @@ fn runs_that_cannot_be_have_one_error() {
         (format!("{room} --rods cheese"), "--rods: found \"cheese\", expected one of aluminium"),
         (format!("{room} --rods bronze,bronze"), "--rods: found bronze twice"),
         (format!("{room} --rod-diameter-mm nan"), "expected a length above zero"),
+        (format!("{room} --rod-length-mm 2000"), "a rod of 10 by 2000 mm, expected at most 1000"),
         (format!("{room} --rod-distances 2000"), "distance of a rod is 2000 mm"),
         (format!("{room} --permeability 0.5"), "relative permeability is 0.5"),
         (format!("{room} --date 2026-02-30"), "no day of the calendar"),
@@ -165,7 +166,7 @@ fn a_run_out_of_control_is_marked_and_listed() {
     assert_eq!(found["figures"][0]["out_of_control"].as_array().unwrap().len(), 0);
     assert!(scratch.read("chart.svg").contains(">2026-05-11</text>"));
     let text = scratch.succeed(&chart);
-    assert!(text.contains("error of 50 mm, RMS: 2026-05-11 is 1.600 mm: beyond 3 σ"), "{text}");
+    assert!(text.contains("error of 50 mm, RMS: 2026-05-11 is 1.6000 mm: beyond 3 σ"), "{text}");
 }
 
 #[test]

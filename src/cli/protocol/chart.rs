@@ -170,7 +170,7 @@ fn as_text(args: &ChartArgs, figures: &[FigureChart], names: &[String]) -> Strin
         let mut row = vec![figure.label.clone(), chart.values.len().to_string()];
         let levels = chart.limits.map(|limits| {
             [limits.mean, limits.lower, limits.upper, limits.mean_range, limits.upper_range]
-                .map(|level| format!("{level:.3}"))
+                .map(|level| format!("{level:.4}"))
         });
         row.extend(levels.unwrap_or_else(|| [const { "–" }; 5].map(str::to_owned)));
         let mut marked: Vec<usize> = chart.signals.iter().map(|(run, _)| *run).collect();
@@ -179,7 +179,7 @@ fn as_text(args: &ChartArgs, figures: &[FigureChart], names: &[String]) -> Strin
         cells.push(row);
         lines.extend(chart.signals.iter().map(|(run, signal)| {
             format!(
-                "{}: {} is {:.3} {}: {}",
+                "{}: {} is {:.4} {}: {}",
                 figure.label,
                 names[*run],
                 chart.values[*run],

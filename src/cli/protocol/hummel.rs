@@ -274,10 +274,14 @@ fn as_text(args: &HummelArgs, table: &ProtocolTable, simulated: Option<&Simulate
     let mut lines = vec![output::head("Protocol of Hummel et al. 2005", &table.source) + &date];
     if let Some(Simulated { plate, rods }) = simulated {
         let at = plate.tracker_from_plate.translation.vector;
+        let levels = match plate.levels {
+            1 => "one level".to_owned(),
+            levels => format!("{levels} levels {} mm apart", plate.level_mm),
+        };
         lines.push(format!(
-            "{} by {} holes {GRID_MM} mm apart on {} levels {} mm apart, disc of {} steps; middle of level 0 at \
+            "{} by {} holes {GRID_MM} mm apart on {}, disc of {} steps; middle of level 0 at \
              ({:.1}, {:.1}, {:.1}) mm",
-            plate.rows, plate.columns, plate.levels, plate.level_mm, plate.steps, at.x, at.y, at.z
+            plate.rows, plate.columns, levels, plate.steps, at.x, at.y, at.z
         ));
         lines.extend(rods.iter().flat_map(Rods::lines));
     }

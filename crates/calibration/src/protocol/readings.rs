@@ -76,6 +76,13 @@ pub fn simulate_readings(
         let true_pose = plate.tracker_from_sensor(&site);
         add(&site, &true_pose, &distorted(&true_pose));
     }
+    // A plate without a disc has no reading that rods are compared with.
+    let without_disc = rods.first().filter(|_| plate.steps == 0);
+    if let Some(rod) = without_disc {
+        let site = Site::plain(rod.site.level, rod.site.at);
+        let true_pose = plate.tracker_from_sensor(&site);
+        add(&site, &true_pose, &distorted(&true_pose));
+    }
     for rod in rods {
         let true_pose = plate.tracker_from_sensor(&rod.site);
         let in_room = distorted(&true_pose);

@@ -20,6 +20,11 @@ pub const PAPER_RODS: [&str; 4] = ["steel-416", "steel-303", "aluminium", "bronz
 /// Distances of a rod's surface from the sensor; the paper names 20 mm.
 pub const DISTANCES_MM: [f64; 5] = [20.0, 35.0, 50.0, 100.0, 150.0];
 
+/// Longest rod, and its largest length in diameters: the triangles of longer ones would be larger than
+/// the distance from the sensor.
+const MAX_LENGTH_MM: f64 = 1000.0;
+const MAX_SLENDERNESS: f64 = 100.0;
+
 /// The rods and where they are put.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RodSettings {
@@ -70,6 +75,11 @@ pub struct RodReadings {
 pub enum RodError {
     #[error("distance of a rod is {} mm, expected above 0 to 1000", short(*.0))]
     Distance(f64),
+    #[error(
+        "a rod of {} by {} mm, expected at most {MAX_LENGTH_MM} mm, and at most {MAX_SLENDERNESS} diameters long",
+        short(*diameter_mm), short(*length_mm)
+    )]
+    Size { diameter_mm: f64, length_mm: f64 },
     #[error(
         "found no placement of the rod of {rod} that gives a reading: {in_generator} cut the generator, and in \
          {without_pose} the signals determine no pose"
@@ -167,7 +177,12 @@ pub fn rod_readings(
     if let Some(&wrong) = settings.distances_mm.iter().find(|&&d| !(d > 0.0 && d <= 1000.0)) {
         return Err(RodError::Distance(wrong));
     }
-    let (radius_mm, length_mm) = (0.5 * settings.diameter_mm, settings.length_mm);
+    let RodSettings { diameter_mm, length_mm, .. } = *settings;
+    let is_short = diameter_mm.max(length_mm) <= MAX_LENGTH_MM;
+    if !(is_short && length_mm <= MAX_SLENDERNESS * diameter_mm) {
+        return Err(RodError::Size { diameter_mm, length_mm });
+    }
+    let radius_mm = 0.5 * diameter_mm;
     let mesh = cylinder(radius_mm, length_mm, settings.triangles)?;
     let shape = MetalShape::Surface(Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh)?)));
     let site = Site::plain(plate.levels / 2, SiteAt::Disc { angle_deg: 0.0 });

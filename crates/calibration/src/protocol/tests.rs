@@ -269,6 +269,15 @@ fn a_rod_without_a_reading_beside_it_is_refused() {
         error.to_string(),
         "level 1, disc at 0°: found readings beside a rod of copper and none without it, expected both"
     );
+    // A plate without a disc has the reading without the rod all the same.
+    let plate = Plate { steps: 0, ..plate };
+    let readings = simulate_readings(&room, None, &plate, &rods.readings, &sampling).unwrap();
+    assert!(evaluate(&readings, SensorKind::SixDof).is_ok());
+    for (diameter_mm, length_mm) in [(0.5, 100.0), (10.0, 2000.0), (f64::NAN, 100.0)] {
+        let settings = RodSettings { diameter_mm, length_mm, ..settings.clone() };
+        let error = rod_readings(&plate, &generator, SensorKind::FiveDof, &settings).unwrap_err();
+        assert!(error.to_string().contains("expected at most 1000 mm"), "{error}");
+    }
     for wrong in [0.0, f64::NAN, 1e4] {
         let settings = RodSettings { distances_mm: vec![wrong], ..settings.clone() };
         let error = rod_readings(&plate, &generator, SensorKind::FiveDof, &settings).unwrap_err();
