@@ -7,6 +7,7 @@
 //! and 6.
 
 use std::f64::consts::PI;
+use trackwright_simulation::statistics::Sample;
 
 /// Fewest runs that make limits. Of fewer, the standard deviation is off by a third or more.
 pub const MIN_FOR_LIMITS: usize = 8;
@@ -118,7 +119,8 @@ pub fn control_chart(
 }
 
 fn limits(values: &[f64], moving_ranges: &[f64]) -> Limits {
-    let mean_of = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    // Exact for equal values, of which none may be beyond their mean.
+    let mean_of = |all: &[f64]| Sample::new(&mut all.to_vec()).mean();
     let (mean, mean_range) = (mean_of(values), mean_of(moving_ranges));
     let mean_of_two = 2.0 / PI.sqrt();
     let spread_of_two = (2.0 - 4.0 / PI).sqrt();
@@ -244,6 +246,12 @@ mod tests {
         let beyond = found.signals.iter().filter(|(_, why)| *why == Signal::BeyondThreeSigma);
         // 0.27 % of 4,000 are 10.8, with a standard deviation of 3.3.
         assert!((1..25).contains(&beyond.count()));
+    }
+
+    #[test]
+    fn equal_runs_are_in_control() {
+        let found = chart(&[0.1; 12], None);
+        assert_eq!((found.limits.unwrap().sigma, found.signals.len()), (0.0, 0));
     }
 
     #[test]
