@@ -71,7 +71,7 @@ fn drawn(figure: &FigureChart, title: String, series: Vec<Series>) -> Chart {
 
 fn levels(named: &[(&str, f64)]) -> Vec<Series> {
     let bound = |(name, at): &(&str, f64)| {
-        Series::new(format!("{name} {at:.3}"), SeriesStyle::Bound, vec![(1.0, *at)])
+        Series::new(format!("{name} {at:.4}"), SeriesStyle::Bound, vec![(1.0, *at)])
     };
     named.iter().map(bound).collect()
 }
