@@ -29,6 +29,7 @@ mod pivot;
 mod precision;
 mod prelude;
 mod procedure;
+mod protocol;
 mod register;
 #[cfg(feature = "editor")]
 mod render;
@@ -98,6 +99,7 @@ fn subcommands() -> Vec<Registered> {
         command("convert", convert::run),
         command("characterize", characterize::run),
         command("pivot", pivot::run),
+        group("protocol", protocol::run),
         command("verify", verify::run),
         command("register", register::run),
         group("export", export::run),

@@ -28,6 +28,7 @@ mod outside_room;
 mod pivot;
 mod precision;
 mod procedure;
+mod protocol;
 mod races;
 mod register;
 mod report;

@@ -40,6 +40,7 @@ pub mod marker_body;
 mod orientation_range;
 pub mod pivot;
 pub mod pose_stream;
+pub mod protocol;
 pub mod registration;
 pub mod registration_error;
 pub mod rigid_check;

@@ -9,14 +9,16 @@ use std::path::{Path, PathBuf};
 use trackwright_calibration::built_tool::RecordedTable;
 use trackwright_calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use trackwright_calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
+use trackwright_calibration::protocol::table::ProtocolTable;
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::{MeasurementContent, MeasurementSet};
 use trackwright_formats::groups::{self, GroupColumn};
 use trackwright_formats::pivot_recording::{self, PivotRecording};
+use trackwright_formats::plate_recording::{self, PlateContent, PlateRow};
 use trackwright_formats::poses::WhosePoses;
 use trackwright_formats::{
-    FormatError, generator, input, jhu_cis, measurements, mesh, points, poses, recorded_tool,
-    recording,
+    FormatError, generator, input, jhu_cis, measurements, mesh, points, poses, protocol_table,
+    recorded_tool, recording,
 };
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::mesh_reference::MeshUnit;
@@ -191,6 +193,22 @@ impl Files {
         read(Storage::Disk, file, "a mesh", |bytes| {
             Ok(mesh::read(bytes, &extension_of(file), unit)?)
         })
+    }
+
+    /// Readings of a sensor on a plate.
+    pub fn read_plate_recording(&self, file: &Path) -> Result<Doubted<Vec<PlateRow>>, StoreError> {
+        self.read_doubted(file, "a plate recording", plate_recording::parse, |rows| {
+            let poses = rows.iter().filter_map(|row| match &row.content {
+                PlateContent::Pose(pose) => Some(pose),
+                PlateContent::Recording(_) => None,
+            });
+            doubts::of_poses(poses, PoseFrame::Recorded)
+        })
+    }
+
+    /// A table of an assessment protocol.
+    pub fn read_protocol_table(&self, file: &Path) -> Result<ProtocolTable, StoreError> {
+        self.read(file, "a protocol table", protocol_table::parse)
     }
 
     fn read<T>(

@@ -15,6 +15,7 @@
 //! ```
 
 pub mod agreement_chart;
+pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
 pub mod learning_chart;
