@@ -15,6 +15,7 @@ use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_geometry::volume::Volume;
+use trackwright_task::{Cancelled, Task};
 
 /// Most numbers of all couplings together, 512 MB: eight bodies of 1,000 triangles.
 pub const MAX_COUPLING_NUMBERS: usize = 64 << 20;
@@ -79,6 +80,8 @@ pub enum RoomError {
     TooManyTriangles { found: usize },
     #[error(transparent)]
     Exchange(#[from] ExchangeError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Why there is no field at a point, or no pose.
@@ -103,6 +106,7 @@ impl MetalRoom {
         generator: Generator,
         volume: Option<Volume>,
         bodies: Vec<PlacedBody>,
+        task: &Task,
     ) -> Result<Self, RoomError> {
         if let Some(problem) = generator.problem() {
             return Err(problem.into());
@@ -114,7 +118,7 @@ impl MetalRoom {
                 return Err(RoomError::CoilInVolume(coil));
             }
         }
-        Self::solved(generator, volume, wires_mm, bodies, None)
+        Self::solved(generator, volume, wires_mm, bodies, None, task)
     }
 
     /// The room with one body elsewhere. What knows only the other bodies and their relative poses is
@@ -125,11 +129,16 @@ impl MetalRoom {
     ///
     /// # Panics
     /// If there is no body of that number.
-    pub fn with_pose(&self, body: usize, tracker_from_body: Pose) -> Result<Self, RoomError> {
+    pub fn with_pose(
+        &self,
+        body: usize,
+        tracker_from_body: Pose,
+        task: &Task,
+    ) -> Result<Self, RoomError> {
         let mut bodies = self.bodies.clone();
         bodies[body].tracker_from_body = tracker_from_body;
         let (generator, wires_mm) = (self.generator.clone(), self.wires_mm.clone());
-        Self::solved(generator, self.volume, wires_mm, bodies, Some(self))
+        Self::solved(generator, self.volume, wires_mm, bodies, Some(self), task)
     }
 
     fn solved(
@@ -138,6 +147,7 @@ impl MetalRoom {
         wires_mm: Vec<Vec<Point3<f64>>>,
         bodies: Vec<PlacedBody>,
         before: Option<&Self>,
+        task: &Task,
     ) -> Result<Self, RoomError> {
         check_bodies(&bodies)?;
         check_clearance(&bodies, &wires_mm, volume.as_ref())?;
@@ -166,11 +176,13 @@ impl MetalRoom {
         let normal_fields = (0..bodies.len())
             .map(|i| match is_same(i) {
                 Some(room) if Arc::ptr_eq(&room.answers[i], &answers[i]) => {
-                    Arc::clone(&room.normal_fields[i])
+                    Ok(Arc::clone(&room.normal_fields[i]))
                 }
-                _ => Arc::new(answers[i].normal_field(&bodies[i].tracker_from_body, &coils)),
+                _ => answers[i]
+                    .normal_field(&bodies[i].tracker_from_body, &coils, task)
+                    .map(Arc::new),
             })
-            .collect::<Vec<_>>();
+            .collect::<Result<Vec<_>, Cancelled>>()?;
         let pairs = || {
             let all = 0..bodies.len();
             all.clone().flat_map(move |i| all.clone().map(move |j| (i, j))).filter(|(i, j)| i != j)
@@ -180,7 +192,9 @@ impl MetalRoom {
             return Err(RoomError::TooManyTriangles { found });
         }
         let mut couplings = vec![vec![None; bodies.len()]; bodies.len()];
-        for (i, j) in pairs() {
+        let all = bodies.len() * bodies.len();
+        for (done, (i, j)) in pairs().enumerate() {
+            task.step(done, all)?;
             if coupling_size(&answers[i], &answers[j]) == 0 {
                 continue;
             }
@@ -192,11 +206,12 @@ impl MetalRoom {
                 None => {
                     let body_from_source =
                         bodies[i].tracker_from_body.inv_mul(&bodies[j].tracker_from_body);
-                    Some(Arc::new(answers[i].coupling(&answers[j], &body_from_source)))
+                    Some(Arc::new(answers[i].coupling(&answers[j], &body_from_source, task)?))
                 }
             };
         }
-        let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings)?;
+        let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings, task)?;
+        task.step(1, 1)?;
         let unknowns = unknowns.iter().map(|unknowns| unknowns.transpose().to_owned()).collect();
         Ok(Self {
             generator,

@@ -13,6 +13,7 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::weld::welded;
+use trackwright_task::Cancelled;
 
 /// Most triangles of a body. Its matrix takes 8 bytes for each pair, 128 MB, and its factorisation some
 /// seconds.
@@ -64,6 +65,8 @@ pub enum SurfaceError {
     CutsItself { first: usize, second: usize, at_mm: Point3<f64> },
     #[error("part {shell} of the mesh lies within another one, which no field reaches")]
     Nested { shell: usize },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl ClosedSurface {
