@@ -175,6 +175,16 @@ impl Panel {
         to_edge(0).min(to_edge(1)).min(to_edge(2))
     }
 
+    /// Whether a segment goes through the triangle, its border included.
+    pub fn is_cut_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+        let (before, after) = (self.height_mm(from), self.height_mm(to));
+        if before == after || (before > 0.0) == (after > 0.0) {
+            return false;
+        }
+        let at = from + (to - from) * (before / (before - after));
+        (0..3).all(|k| (at - self.corners_mm[k]).dot(&self.outward[k]) <= 0.0)
+    }
+
     /// Points of a rule over the triangle, each of the same weight, their number such that what varies
     /// over `smooth_mm` is integrated well: 3, 12 or 48.
     pub fn rule_mm(&self, smooth_mm: f64) -> Vec<Point3<f64>> {
@@ -322,6 +332,19 @@ mod tests {
             assert!((found - expected).abs() < 1e-3 * expected.abs(), "{found} {expected}");
         }
         assert_eq!(panel.flux_of(&panel), 0.0);
+    }
+
+    #[test]
+    fn segments_through_a_panel_cut_it() {
+        let panel =
+            Panel::new([[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]].map(Into::into)).unwrap();
+        let is_cut = |from: [f64; 3], to: [f64; 3]| panel.is_cut_by(&from.into(), &to.into());
+        assert!(is_cut([1.0, 1.0, -1.0], [1.0, 1.0, 2.0]));
+        assert!(is_cut([1.0, 1.0, 2.0], [1.5, 0.5, -1.0]));
+        assert!(!is_cut([3.0, 3.0, -1.0], [3.0, 3.0, 1.0]));
+        assert!(!is_cut([1.0, 1.0, 0.5], [1.0, 1.0, 2.0]));
+        assert!(!is_cut([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]));
+        assert!(!is_cut([f64::NAN, 1.0, 1.0], [1.0, 1.0, -1.0]));
     }
 
     #[test]

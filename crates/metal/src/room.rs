@@ -7,10 +7,12 @@ use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
+use trackwright_field::generator::determination::DeterminationError;
 use trackwright_field::generator::reading::{
     AxisReading, PoseReading, ReadingError, read_axis, read_pose,
 };
 use trackwright_field::generator::{Coil, Generator, GeneratorError};
+use trackwright_geometry::bounds::{Bounds, BoundsError};
 use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::perpendicular;
@@ -66,6 +68,10 @@ pub enum RoomError {
         "body {body} is at {frequency_hz} Hz, body 0 at {first_hz} Hz: a room has one frequency"
     )]
     Frequencies { body: usize, frequency_hz: f64, first_hz: f64 },
+    #[error("the measurement volume: {0}")]
+    Volume(#[from] BoundsError),
+    #[error(transparent)]
+    Determination(#[from] DeterminationError),
     #[error("coil {0} is in the measurement volume")]
     CoilInVolume(usize),
     #[error("body {body} cuts coil {coil} of the generator")]
@@ -98,7 +104,8 @@ pub enum PointError {
 impl MetalRoom {
     /// Solves for what all bodies answer to all coils, and to each other.
     ///
-    /// Without bodies the room is empty. With a volume, coils in it and metal in its middle are refused.
+    /// Without bodies the room is empty. With a volume, coils in it, coils that do not determine the poses
+    /// in it, and metal in its middle are refused.
     ///
     /// # Errors
     /// See [`RoomError`].
@@ -113,10 +120,12 @@ impl MetalRoom {
         }
         let wires_mm: Vec<_> = generator.coils.iter().map(wire_mm).collect();
         if let Some(volume) = &volume {
+            volume.bounds().check()?;
             let is_in = |wire: &Vec<Point3<f64>>| wire.iter().any(|p| volume.contains(p));
             if let Some(coil) = wires_mm.iter().position(is_in) {
                 return Err(RoomError::CoilInVolume(coil));
             }
+            generator.check_determines(volume)?;
         }
         Self::solved(generator, volume, wires_mm, bodies, None, task)
     }
@@ -340,6 +349,29 @@ impl PlacedBody {
         self.contains_in_body(&self.tracker_from_body.inverse_transform_point(p))
     }
 
+    /// Whether a segment of the tracker frame is in the metal or goes through it.
+    fn meets_segment(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+        let [from, to] = [from, to].map(|p| self.tracker_from_body.inverse_transform_point(p));
+        match self.body.shape() {
+            MetalShape::Sphere { radius_mm } => {
+                let side = to - from;
+                let along = -from.coords.dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE);
+                (from.coords + side * along.clamp(0.0, 1.0)).norm() <= *radius_mm
+            }
+            MetalShape::Surface(shape) => {
+                let surface = shape.surface();
+                let around = Bounds { min_mm: from.inf(&to), max_mm: from.sup(&to) };
+                let is_near = (0..3).all(|k| {
+                    let bounds = surface.bounds();
+                    around.min_mm[k] <= bounds.max_mm[k] && bounds.min_mm[k] <= around.max_mm[k]
+                });
+                is_near
+                    && (surface.contains(&from)
+                        || surface.panels().iter().any(|panel| panel.is_cut_by(&from, &to)))
+            }
+        }
+    }
+
     fn contains_in_body(&self, p: &Point3<f64>) -> bool {
         match self.body.shape() {
             MetalShape::Sphere { radius_mm } => p.coords.norm() <= *radius_mm,
@@ -397,7 +429,10 @@ fn check_clearance(
 ) -> Result<(), RoomError> {
     let center = volume.map(|volume| volume.bounds().center_mm());
     for (body, placed) in bodies.iter().enumerate() {
-        let is_cut = |wire: &Vec<Point3<f64>>| wire.iter().any(|p| placed.contains(p));
+        let is_cut = |wire: &Vec<Point3<f64>>| {
+            let ends = wire.iter().zip(wire.iter().cycle().skip(1));
+            ends.into_iter().any(|(from, to)| placed.meets_segment(from, to))
+        };
         if let Some(coil) = wires_mm.iter().position(is_cut) {
             return Err(RoomError::MetalCutsGenerator { body, coil });
         }

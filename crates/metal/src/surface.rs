@@ -2,6 +2,7 @@
 
 mod decimate;
 mod remesh;
+mod wall;
 
 use crate::crossing::first_crossing;
 use crate::panel::{FULL_ANGLE, Panel};
@@ -14,6 +15,7 @@ use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::weld::welded;
 use trackwright_task::Cancelled;
+pub use wall::Wall;
 
 /// Most triangles of a body. Its matrix takes 8 bytes for each pair, 128 MB, and its factorisation some
 /// seconds.

@@ -254,6 +254,22 @@ fn rooms_that_cannot_be_are_refused() {
     // A wire of the loop at (0, 68.55), whose side is 70 mm.
     let on_wire = vec![placed(&ball, still([0.0, 33.55, -10.0]))];
     assert_eq!(error(None, on_wire), RoomError::MetalCutsGenerator { body: 0, coil: 1 });
+    // Foil and a pin between the points at which wires are looked at.
+    let foil = conductor(shape(&cuboid(&Vector3::new(0.5, 30.0, 30.0), 100).unwrap()));
+    let pin = conductor(MetalShape::Sphere { radius_mm: 0.5 });
+    for thin in [foil, pin] {
+        let across = vec![placed(&thin, still([2.0, 33.55, 0.0]))];
+        assert_eq!(error(None, across), RoomError::MetalCutsGenerator { body: 0, coil: 1 });
+    }
+    let strange = error(box_of([f64::NAN, -100.0, -300.0], [100.0; 3]), Vec::new());
+    assert!(matches!(strange, RoomError::Volume(_)), "{strange}");
+    let row = (0..9).map(|k| Coil::Dipole {
+        at_mm: Point3::new(30.0 * f64::from(k), 0.0, 0.0),
+        moment: Vector3::z(),
+    });
+    let row = Generator { name: "row".to_owned(), coils: row.collect() };
+    let error_of_row = MetalRoom::new(row, volume, Vec::new(), &task()).unwrap_err();
+    assert!(matches!(error_of_row, RoomError::Determination(_)), "{error_of_row}");
     let mut nowhere = still([0.0, 0.0, -100.0]);
     nowhere.translation.vector.y = f64::NAN;
     assert_eq!(error(None, vec![placed(&ball, nowhere)]), RoomError::Pose(0));
@@ -291,6 +307,51 @@ fn points_without_a_field_are_refused() {
     assert!((near.distance_mm - 10.0).abs() < 1e-12 && near.panel_mm < 15.0, "{near:?}");
     let many = room.disturbances(&[inside, Point3::new(60.0, 0.0, -150.0)]);
     assert!(many[0].is_err() && many[1].is_ok());
+}
+
+#[test]
+fn poses_beside_strong_metal_are_right_or_errors() {
+    // Beside iron as large as the generator signals are those of poses far away, or of none.
+    let iron = magnetic(MetalShape::Sphere { radius_mm: 150.0 }, 1e4);
+    let room = room(vec![placed(&iron, at([0.0, 0.0, -170.0], [0.0; 3]))]);
+    let (mut errors, mut no_convergence) = (0, 0);
+    for (direction, _) in spherical_rule(12) {
+        let p = Point3::new(0.0, 0.0, -170.0) + direction.into_inner() * 151.0;
+        let axis = Unit::new_normalize(Vector3::new(direction.y, 0.3, direction.x));
+        let Ok(reading) = room.read_axis(&p, &axis) else {
+            errors += 1;
+            let error = room.read_axis(&p, &axis).unwrap_err();
+            let not_converged =
+                matches!(error, PointError::Reading(ReadingError::NoConvergence { .. }));
+            no_convergence += usize::from(not_converged);
+            continue;
+        };
+        // Where it is the nearest, no small motion makes it nearer.
+        let mut disturbed = fields(&room, &p);
+        room.generator().coils.iter().zip(&mut disturbed).for_each(|(c, d)| *d += c.field(&p));
+        let residual = |q: Point3<f64>| -> f64 {
+            let coils = room.generator().coils.iter().zip(&disturbed);
+            coils.map(|(c, d)| (c.field(&q).dot(&reading.axis) - d.dot(&axis)).powi(2)).sum()
+        };
+        let least = residual(reading.position_mm);
+        for k in 0..3 {
+            for step in [0.01, -0.01] {
+                let there = residual(reading.position_mm + Vector3::ith(k, step));
+                assert!(there >= least * (1.0 - 1e-9), "{p} {reading:?}");
+            }
+        }
+    }
+    assert!(errors > 0 && no_convergence > 0, "{errors} {no_convergence}");
+}
+
+#[test]
+fn a_room_can_be_cancelled() {
+    let plate = conductor(shape(&cuboid(&Vector3::new(100.0, 100.0, 10.0), 100).unwrap()));
+    let task = task();
+    task.cancel.cancel();
+    let bodies = vec![placed(&plate, at([0.0, 0.0, -100.0], [0.0; 3]))];
+    let error = MetalRoom::new(Generator::anser(), None, bodies, &task).unwrap_err();
+    assert_eq!(error, RoomError::Cancelled(Cancelled));
 }
 
 #[test]
