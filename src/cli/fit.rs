@@ -181,7 +181,7 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
         ModelKind::Bernstein => {
             choose::settings(files, &args.data, &set, &request, args.hold_out.as_ref())?
         }
-        ModelKind::Kriging | ModelKind::Harmonic => (FitSettings::without_polynomials(map), None),
+        _ => (FitSettings::without_polynomials(map), None),
     };
     let target = Target {
         data: &args.data,
@@ -398,7 +398,7 @@ fn subset_line(room: &FittedRoom) -> Option<String> {
     let (used, all) = (process.rows.len(), process.measured_rows);
     let what = match room.fit.model.kind() {
         ModelKind::Kriging => "model and expected figures",
-        ModelKind::Bernstein | ModelKind::Harmonic => "expected figures",
+        _ => "expected figures",
     };
     (used < all).then(|| {
         format!(

@@ -73,7 +73,8 @@ impl ModelArgs {
         Ok(match kind {
             ModelKind::Bernstein => RoomModel::Bernstein { is_symmetric: self.symmetric },
             ModelKind::Kriging => RoomModel::Kriging,
-            ModelKind::Harmonic => {
+            // No other is among the options.
+            ModelKind::Harmonic | ModelKind::Simulated => {
                 let Some(generator) = &self.generator else {
                     bail!(
                         "--model harmonic: found no --generator, expected planar-nine, anser, a file (*.generator.ron), or learn"

@@ -113,6 +113,11 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             output::note(&line.to_string());
         }
         output::note(&expected::explained(expected).to_string());
+        for line in
+            world.metal_report().into_iter().flat_map(trackwright_report::words::metal_lines)
+        {
+            output::note(&format!("metal: {line}"));
+        }
     }
     let figures = &outcome.figures;
     let coils = trackwright_project::coil_findings(&world);

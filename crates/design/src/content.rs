@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
+use trackwright_metal::setup::RoomMetal;
 use trackwright_simulation::body::RigidBody;
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::mounting::Mounting;
@@ -20,6 +21,8 @@ pub struct Design {
     pub name: String,
     /// The environment's file as written in the design, relative to it.
     pub environment: String,
+    /// The metal that is in the room, which the environment's file holds once it is saved.
+    pub room_metal: Option<Arc<RoomMetal>>,
     pub crf: Option<CrfPlacement>,
     pub tool: ToolPlacement,
     pub motion: Option<Motion>,
@@ -92,6 +95,7 @@ impl Design {
         Self {
             name: name.to_owned(),
             environment: environment.to_owned(),
+            room_metal: None,
             crf: None,
             tool: ToolPlacement { body, crf_from_tool: Pose::identity() },
             motion: None,
@@ -111,6 +115,7 @@ impl Design {
             (body.rigid, tracker_from_crf, targets, motion, requirement)
         };
         self.environment == other.environment
+            && self.room_metal == other.room_metal
             && self.crf.as_ref().map(of_crf) == other.crf.as_ref().map(of_crf)
             && self.tool.body.rigid == other.tool.body.rigid
             && self.tool.crf_from_tool == other.tool.crf_from_tool

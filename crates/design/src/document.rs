@@ -130,6 +130,11 @@ impl Document {
         self.revision
     }
 
+    /// States that what the design is judged in is another one: figures of the revision before are old.
+    pub fn room_has_changed(&mut self) {
+        self.revision += 1;
+    }
+
     pub fn origin(&self) -> &Origin {
         &self.origin
     }

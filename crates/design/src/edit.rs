@@ -9,10 +9,13 @@ use super::check::{
 use super::content::{CrfPlacement, Design, DesignBody, Target};
 use super::edit_error::EditError;
 use super::list_edits::{AnatomyEdit, ProcedureEdit, SlideEdit};
+use super::metal_edits::MetalEdit;
 use super::things::BodyRole;
 use nalgebra::Point3;
+use std::sync::Arc;
 use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::pose::Pose;
+use trackwright_metal::setup::RoomMetal;
 use trackwright_simulation::body::Sensor;
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::mounting::Mounting;
@@ -62,8 +65,8 @@ pub enum Edit {
     RemoveTarget { index: usize },
     /// Millimetres.
     SetOrientationWeight(Option<f64>),
-    /// A file relative to the design's.
-    SetEnvironment(String),
+    /// A file relative to the design's, and the metal in the room that it holds.
+    SetEnvironment { file: String, metal: Option<Arc<RoomMetal>> },
     /// A file relative to the body's.
     SetMesh { body: BodyRole, mesh: Option<MeshReference> },
     /// Where sensors of the body may be put.
@@ -75,6 +78,8 @@ pub enum Edit {
     AddCrf(Box<CrfPlacement>),
     /// What is shown beside the bodies.
     Anatomy(AnatomyEdit),
+    /// What disturbs the room.
+    Metal(MetalEdit),
     /// What is presented.
     Slides(SlideEdit),
     /// Further rooms and decisions.
@@ -168,9 +173,11 @@ impl Edit {
                 }
                 design.orientation_weight_mm = weight_mm;
             }
-            Self::SetEnvironment(environment) => {
-                check_not_empty("environment's file", &environment)?;
-                design.environment = environment;
+            Self::SetEnvironment { file, metal } => {
+                check_not_empty("environment's file", &file)?;
+                metal.as_ref().map_or(Ok(()), |metal| metal.check())?;
+                design.environment = file;
+                design.room_metal = metal;
             }
             Self::SetMesh { body, mesh } => {
                 let body = body_of(design, body)?;
@@ -191,6 +198,7 @@ impl Edit {
             }
             Self::AddCrf(crf) => add_crf(design, *crf)?,
             Self::Anatomy(edit) => edit.apply_to(&mut design.anatomy)?,
+            Self::Metal(edit) => edit.apply_to(design)?,
             Self::Slides(edit) => edit.apply_to(&mut design.slides)?,
             Self::Procedure(edit) => edit.apply_to(design)?,
         }
@@ -254,7 +262,7 @@ impl Edit {
                 named("Remove target", target_at(design, *index).map(|t| &t.name))
             }
             Self::SetOrientationWeight(_) => "Change orientation weight".into(),
-            Self::SetEnvironment(_) => "Change environment".into(),
+            Self::SetEnvironment { .. } => "Change environment".into(),
             Self::SetMesh { body, .. } => format!("Change {body}'s mesh"),
             Self::SetMounting { body, .. } => format!("Change {body}'s mounting regions"),
             Self::SetBody { body, content } => {
@@ -262,6 +270,7 @@ impl Edit {
             }
             Self::AddCrf(crf) => format!("Add {} as the CRF", crf.body.rigid.name),
             Self::Anatomy(edit) => edit.label_for(&design.anatomy),
+            Self::Metal(edit) => edit.label_for(design.room_metal.as_deref()),
             Self::Slides(edit) => edit.label_for(&design.slides),
             Self::Procedure(edit) => edit.label(),
         }

@@ -5,6 +5,7 @@ use super::procedure::DecisionError;
 use super::things::BodyRole;
 use super::view::ViewError;
 use trackwright_geometry::limits::short;
+use trackwright_metal::setup::SetupError;
 use trackwright_procedure::Step;
 use trackwright_simulation::motion::MotionError;
 use trackwright_simulation::mounting::MountingError;
@@ -63,6 +64,12 @@ pub enum EditError {
     DuplicateAnatomyName { name: String },
     #[error("a part of the colour is {value}, expected a number from 0 to 1")]
     NoColor { value: f64 },
+    #[error("the room has no metal")]
+    NoMetal,
+    #[error("the room has no metal object {index}, it has {count}")]
+    NoSuchMetal { index: usize, count: usize },
+    #[error(transparent)]
+    Metal(#[from] SetupError),
     #[error("the design has no slide at {index}, it has {count}")]
     NoSuchSlide { index: usize, count: usize },
     #[error("the design has {MAX_SLIDES} slides, which is as many as there may be")]

@@ -22,6 +22,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`StatePlugin`] | the phases of a frame, requests, selection, results |
 /// | [`document::apply::DocumentPlugin`] | the only place where the open document changes |
 /// | [`document::autosave::AutosavePlugin`] | what is unsaved outlasts a crash |
+/// | [`runner::metal::MetalPlugin`] | the thread that solves for a room's metal |
 /// | [`runner::solve::SolverPlugin`] | the solver thread and its results |
 /// | [`runner::diagnostics::DiagnosticsPlugin`] | counts of frames and evaluations |
 /// | [`document::commands::DocumentCommandsPlugin`] | commands for files and edits |
@@ -84,6 +85,7 @@ impl PluginGroup for EditorPlugins {
             .add(StatePlugin)
             .add(document::apply::DocumentPlugin)
             .add(document::autosave::AutosavePlugin)
+            .add(runner::metal::MetalPlugin)
             .add(runner::solve::SolverPlugin)
             .add(runner::diagnostics::DiagnosticsPlugin)
             .add(document::commands::DocumentCommandsPlugin)

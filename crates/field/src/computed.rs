@@ -10,24 +10,76 @@ use super::gaussian::Kriging;
 use super::harmonic::HarmonicModel;
 use super::samples::PoseError;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use std::fmt;
 use std::sync::{Arc, OnceLock};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 
 /// What computes a field.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum FieldSource {
     Kriging(Kriging),
     Harmonic(Arc<HarmonicModel>),
+    /// What is simulated pose by pose, by whoever knows how.
+    Simulated(Arc<dyn PoseErrors>),
     /// The mean over some axes, whatever the sensor's: of one axis, the field of that.
     Of(Box<MeanOverAxes>),
 }
 
 /// A field that does not depend on the axis any more.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum MeanOverAxes {
     Compiled(CompiledField),
-    Harmonic { model: Arc<HarmonicModel>, axes: Vec<Unit<Vector3<f64>>> },
+    Evaluated { source: Arc<dyn PoseErrors>, axes: Vec<Unit<Vector3<f64>>> },
+}
+
+/// Errors of a tracker's readings, computed pose by pose.
+pub trait PoseErrors: fmt::Debug + Send + Sync {
+    /// The error at each pose of the tracker frame: a position in mm, then a rotation vector in rad;
+    /// nothing where the tracker reports no pose. There are as many axes and values as positions.
+    fn axis_errors(
+        &self,
+        positions_mm: &[Point3<f64>],
+        axes: &[Unit<Vector3<f64>>],
+        out: &mut [Option<Coefficient>],
+    );
+}
+
+impl PoseErrors for HarmonicModel {
+    fn axis_errors(
+        &self,
+        positions_mm: &[Point3<f64>],
+        axes: &[Unit<Vector3<f64>>],
+        out: &mut [Option<Coefficient>],
+    ) {
+        Self::axis_errors(self, positions_mm, axes, out);
+    }
+}
+
+impl PartialEq for FieldSource {
+    /// What is simulated is the same where it is the same computation.
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Kriging(a), Self::Kriging(b)) => a == b,
+            (Self::Harmonic(a), Self::Harmonic(b)) => a == b,
+            (Self::Simulated(a), Self::Simulated(b)) => Arc::ptr_eq(a, b),
+            (Self::Of(a), Self::Of(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
+impl PartialEq for MeanOverAxes {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Compiled(a), Self::Compiled(b)) => a == b,
+            (
+                Self::Evaluated { source: a, axes: of_a },
+                Self::Evaluated { source: b, axes: of_b },
+            ) => Arc::ptr_eq(a, b) && of_a == of_b,
+            _ => false,
+        }
+    }
 }
 
 /// A field over a box. Beyond the box it is that of the nearest point.
@@ -67,22 +119,24 @@ impl ComputedField {
             }
             FieldSource::Of(mean) => match &**mean {
                 MeanOverAxes::Compiled(field) => Some(field),
-                MeanOverAxes::Harmonic { .. } => None,
+                MeanOverAxes::Evaluated { .. } => None,
             },
-            FieldSource::Harmonic(_) => None,
+            FieldSource::Harmonic(_) | FieldSource::Simulated(_) => None,
         }
     }
 
     /// The field of one axis, or its mean over axes.
     #[must_use]
     pub fn at_axis(&self, axis: Option<&Unit<Vector3<f64>>>) -> Self {
+        let evaluated = |source: Arc<dyn PoseErrors>| MeanOverAxes::Evaluated {
+            source,
+            axes: axis
+                .map_or_else(|| DirectionSet::Twelve.directions().to_vec(), |axis| vec![*axis]),
+        };
         let mean = match (&self.source, self.compiled()) {
             (_, Some(field)) => MeanOverAxes::Compiled(field.at_axis(axis.map(Unit::as_ref))),
-            (FieldSource::Harmonic(model), None) => MeanOverAxes::Harmonic {
-                model: model.clone(),
-                axes: axis
-                    .map_or_else(|| DirectionSet::Twelve.directions().to_vec(), |axis| vec![*axis]),
-            },
+            (FieldSource::Harmonic(model), None) => evaluated(model.clone()),
+            (FieldSource::Simulated(source), None) => evaluated(source.clone()),
             (FieldSource::Of(_) | FieldSource::Kriging(_), None) => return self.clone(),
         };
         Self::new(FieldSource::Of(Box::new(mean)), self.bounds)
@@ -131,10 +185,11 @@ impl ComputedField {
     ) {
         match &self.source {
             FieldSource::Harmonic(model) => model.axis_errors(places_mm, axes, out),
+            FieldSource::Simulated(source) => source.axis_errors(places_mm, axes, out),
             FieldSource::Of(mean) => {
-                if let MeanOverAxes::Harmonic { model, axes } = &**mean {
+                if let MeanOverAxes::Evaluated { source, axes } = &**mean {
                     for (place, out) in places_mm.iter().zip(out) {
-                        *out = mean_reading(model, place, axes);
+                        *out = mean_reading(source.as_ref(), place, axes);
                     }
                 }
             }
@@ -254,13 +309,13 @@ const BETWEEN_SAMPLES: f64 = 2.0;
 
 /// The mean of what the tracker reads at a place with some axes.
 fn mean_reading(
-    model: &HarmonicModel,
+    source: &dyn PoseErrors,
     place: &Point3<f64>,
     axes: &[Unit<Vector3<f64>>],
 ) -> Option<Coefficient> {
     let places = vec![*place; axes.len()];
     let mut read = vec![None; axes.len()];
-    model.axis_errors(&places, axes, &mut read);
+    source.axis_errors(&places, axes, &mut read);
     let mut sum = [0.0; 6];
     for value in &read {
         for (sum, v) in sum.iter_mut().zip((*value)?) {
@@ -286,17 +341,18 @@ pub enum ModelKind {
     Kriging,
     /// The fields of a generator's coils, disturbed by harmonic functions.
     Harmonic,
+    /// The fields of a generator's coils among metal, simulated.
+    Simulated,
 }
 
 impl ModelKind {
-    pub const ALL: [Self; 3] = [Self::Bernstein, Self::Kriging, Self::Harmonic];
-
     /// As it is written in commands and files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bernstein => "bernstein",
             Self::Kriging => "kriging",
             Self::Harmonic => "harmonic",
+            Self::Simulated => "simulated",
         }
     }
 }

@@ -150,6 +150,7 @@ impl DistortionModel {
         match self.computed.as_ref().map(|c| c.source()) {
             Some(FieldSource::Kriging(_)) => ModelKind::Kriging,
             Some(FieldSource::Harmonic(_)) => ModelKind::Harmonic,
+            Some(FieldSource::Simulated(_)) => ModelKind::Simulated,
             Some(FieldSource::Of(_)) | None => ModelKind::Bernstein,
         }
     }

@@ -98,7 +98,7 @@ pub(super) fn write(out: &mut RonWriter, model: &DistortionModel) {
         Some(FieldSource::Harmonic(model)) => {
             out.fields("harmonic", |out| write_harmonic(out, model));
         }
-        Some(FieldSource::Of(_)) | None => {}
+        Some(FieldSource::Simulated(_) | FieldSource::Of(_)) | None => {}
     }
 }
 
@@ -119,7 +119,7 @@ fn write_harmonic(out: &mut RonWriter, model: &HarmonicModel) {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use crate::environment::{parse, write};
+    use crate::environment::tests::{parse, write};
     use crate::test_cases::assert_refused;
     use nalgebra::{Point3, Vector3};
     use std::sync::Arc;

@@ -37,6 +37,7 @@ impl DesignFile {
                 *body = DesignBody::of_file(std::mem::take(&mut body.reference));
             }
         }
+        design.room_metal = None;
         Self { design, view: view.clone() }
     }
 
@@ -126,6 +127,8 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     let design = Design {
         name: entry.name,
         environment: file_name("environment", entry.environment)?,
+        // In the environment's own file.
+        room_metal: None,
         crf: entry.crf.map(read_crf).transpose()?,
         tool: ToolPlacement {
             body: DesignBody::of_file(file_name("tool.body", entry.tool.body)?),

@@ -4,7 +4,7 @@
 use super::ron_tokens::{Token, Tokens, place};
 use super::{
     FormatError, baseline_file, body, computed_model, design_file, environment, generator,
-    preferences_file, recent_file, recovery_file,
+    preferences_file, recent_file, recovery_file, room_metal,
 };
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -194,9 +194,13 @@ fn documents() -> Vec<Document> {
         document("body", BODY.replace("DEFINITION", &definition), |bytes| {
             body::parse(bytes).map(drop)
         }),
-        document("environment", environment::write(&room), environment),
-        document("environment", environment::write(&kriging), environment),
-        document("environment", environment::write(&harmonic), environment),
+        document(
+            "environment",
+            environment::write(&room, Some(&room_metal::tests::metal())),
+            environment,
+        ),
+        document("environment", environment::write(&kriging, None), environment),
+        document("environment", environment::write(&harmonic, None), environment),
         document("generator", generator::write(&generator), |bytes| {
             generator::parse(bytes).map(drop)
         }),

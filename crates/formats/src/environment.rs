@@ -4,12 +4,41 @@ use super::computed_model::{self, HarmonicEntry, KrigingEntry};
 use super::error::FormatError;
 use super::process::{self, ProcessEntry};
 use super::ron_text::{self, RonWriter, Version};
+use super::room_metal::{self, RoomMetalEntry};
 use super::validity::{self, ValidityEntry};
 use serde::Deserialize;
+use std::sync::Arc;
 use trackwright_field::bernstein::coefficient_count;
 use trackwright_field::environment::{Jitter, Provenance};
+use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
+use trackwright_geometry::mesh::SurfaceMesh;
+use trackwright_geometry::mesh_reference::MeshReference;
 use trackwright_geometry::volume::Volume;
+use trackwright_metal::setup::RoomMetal;
+
+/// What an environment's file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentFile {
+    /// The room without the metal.
+    pub environment: Environment,
+    /// What is added to the room. Its meshes have no surface yet.
+    pub metal: Option<RoomMetal>,
+}
+
+impl EnvironmentFile {
+    /// Room and metal, with the surfaces that `mesh` has for the references of the metal's meshes.
+    ///
+    /// # Errors
+    /// Those of `mesh`.
+    pub fn into_room<E>(
+        self,
+        mesh: impl FnMut(&MeshReference) -> Result<Arc<SurfaceMesh>, E>,
+    ) -> Result<(Environment, Option<RoomMetal>), E> {
+        let metal = self.metal.map(|metal| metal.with_surfaces(mesh)).transpose()?;
+        Ok((self.environment, metal))
+    }
+}
 
 #[derive(Deserialize)]
 #[serde(rename = "Environment", deny_unknown_fields)]
@@ -20,18 +49,19 @@ struct EnvironmentEntry {
     volume: Option<Volume>,
     jitter: Option<Jitter>,
     provenance: Option<Provenance>,
-    model: DistortionModel,
+    model: Option<DistortionModel>,
     support: Option<ValidityEntry>,
     process: Option<ProcessEntry>,
     kriging: Option<KrigingEntry>,
     harmonic: Option<HarmonicEntry>,
+    metal: Option<RoomMetalEntry>,
 }
 
 /// Reads an environment.
 ///
 /// # Errors
 /// Anything that leaves a doubt about what the room is; see [`FormatError`].
-pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
+pub fn parse(bytes: &[u8]) -> Result<EnvironmentFile, FormatError> {
     let entry: EnvironmentEntry = ron_text::parse(bytes)?;
     if let Some(Volume::Box(bounds)) = &entry.volume {
         bounds.check().map_err(FormatError::Volume)?;
@@ -42,11 +72,20 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
     if let Some(provenance) = &entry.provenance {
         check_provenance(provenance)?;
     }
-    let support = entry.support.map(|s| s.check(&entry.model)).transpose()?;
+    let metal = entry.metal.map(RoomMetalEntry::check).transpose()?;
+    let model = match (entry.model, &entry.volume, &metal) {
+        (Some(model), ..) => model,
+        (None, Some(volume), Some(_)) => {
+            DistortionModel::zero(volume.bounds(), MapKind::Distortion)
+        }
+        _ => {
+            return Err(FormatError::field("model", "missing", "a model, or a volume with metal"));
+        }
+    };
+    let support = entry.support.map(|s| s.check(&model)).transpose()?;
     let process = entry.process.map(ProcessEntry::check).transpose()?;
-    let model =
-        computed_model::check(entry.model, entry.kriging, entry.harmonic, process.as_ref())?;
-    Ok(Environment {
+    let model = computed_model::check(model, entry.kriging, entry.harmonic, process.as_ref())?;
+    let environment = Environment {
         name: entry.name,
         model,
         volume: entry.volume,
@@ -54,7 +93,8 @@ pub fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
         provenance: entry.provenance,
         fit_validity: support,
         process,
-    })
+    };
+    Ok(EnvironmentFile { environment, metal })
 }
 
 /// What a fit was like is only shown, but numbers that no fit has are none to show.
@@ -80,8 +120,12 @@ fn check_provenance(provenance: &Provenance) -> Result<(), FormatError> {
     }
 }
 
-/// Writes an environment, a coefficient's six values a line.
-pub fn write(environment: &Environment) -> String {
+/// Writes an environment and the metal that is added to it, a coefficient's six values a line.
+pub fn write(environment: &Environment, metal: Option<&RoomMetal>) -> String {
+    let is_bare = |volume: &Volume| {
+        environment.model == DistortionModel::zero(volume.bounds(), MapKind::Distortion)
+    };
+    let is_model_left_out = metal.is_some() && environment.volume.as_ref().is_some_and(is_bare);
     RonWriter::file(|out| {
         out.string("name", &environment.name);
         if let Some(volume) = &environment.volume {
@@ -93,7 +137,9 @@ pub fn write(environment: &Environment) -> String {
         if let Some(provenance) = &environment.provenance {
             out.value("provenance", provenance, 1);
         }
-        out.fields("model", |out| write_model(out, &environment.model));
+        if !is_model_left_out {
+            out.fields("model", |out| write_model(out, &environment.model));
+        }
         if let Some(validity) = &environment.fit_validity {
             validity::write(out, validity.parts());
         }
@@ -101,6 +147,9 @@ pub fn write(environment: &Environment) -> String {
             process::write(out, process);
         }
         computed_model::write(out, &environment.model);
+        if let Some(metal) = metal {
+            out.fields("metal", |out| room_metal::write(out, metal));
+        }
     })
 }
 
@@ -131,17 +180,29 @@ pub(super) mod tests {
     use super::*;
     use crate::test_cases::assert_refused;
     use nalgebra::{Unit, Vector3};
-    use std::sync::Arc;
     use trackwright_field::FitValidity;
     use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
     use trackwright_field::fit::{FitMethod, Residuals};
     use trackwright_field::gaussian::{
         Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
     };
-    use trackwright_field::samples::MapKind;
     use trackwright_field::validity::{Cell, Cells, FitValidityParts};
     use trackwright_geometry::bounds::Bounds;
     use trackwright_geometry::directions::{DirectionSet, Weighting};
+
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Environment, FormatError> {
+        super::parse(bytes).map(|file| file.environment)
+    }
+
+    pub(crate) fn write(environment: &Environment) -> String {
+        super::write(environment, None)
+    }
+
+    /// A room without distortion.
+    pub(crate) fn ideal(volume: Volume) -> Environment {
+        let model = DistortionModel::zero(volume.bounds(), MapKind::Distortion);
+        Environment { volume: Some(volume), ..Environment::of_model("ideal", model) }
+    }
 
     pub(crate) fn room() -> Environment {
         let coefficients = (0..6 * 8)

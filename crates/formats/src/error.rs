@@ -8,6 +8,7 @@ use trackwright_design::view::ViewError;
 use trackwright_field::validity::FitValidityPartsError;
 use trackwright_geometry::bounds::BoundsError;
 use trackwright_geometry::limits::short;
+use trackwright_metal::setup::SetupError;
 use trackwright_procedure::Step;
 use trackwright_simulation::motion::MotionError;
 use trackwright_simulation::mounting::MountingError;
@@ -83,6 +84,10 @@ pub enum FormatError {
     Slide { index: usize, cause: ViewError },
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    #[error("{place}: found the material {found:?}, expected {names}")]
+    Material { place: String, found: String, names: String },
+    #[error("metal: {0}")]
+    Metal(#[from] SetupError),
 }
 
 impl FormatError {

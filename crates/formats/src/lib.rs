@@ -52,6 +52,7 @@ pub mod recording;
 pub mod recovery_file;
 mod ron_text;
 mod ron_tokens;
+mod room_metal;
 pub mod signature;
 
 pub mod table;
@@ -67,4 +68,5 @@ mod validity;
 
 pub use body::BodyFile;
 pub use design_file::DesignFile;
+pub use environment::EnvironmentFile;
 pub use error::FormatError;

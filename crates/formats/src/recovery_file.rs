@@ -7,8 +7,10 @@ use super::body::{self, BodyFile};
 use super::design_file::{self, DesignFile};
 use super::error::{FormatError, in_part};
 use super::ron_text::{self, RonWriter, Version};
+use super::room_metal::{self, RoomMetalEntry};
 use serde::{Deserialize, Deserializer};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use trackwright_design::{Design, DesignBody, View};
 
@@ -22,6 +24,7 @@ pub struct RecoveryFile {
     /// Whether anything was unsaved.
     pub is_dirty: bool,
     pub origin: RecoveryOrigin,
+    /// The meshes of its metal have no surface yet.
     pub design: Design,
     pub view: View,
     /// What the session knew of the files it had read or written.
@@ -62,6 +65,7 @@ struct RecoveryEntry {
     design: String,
     tool_body: String,
     crf_body: Option<String>,
+    metal: Option<RoomMetalEntry>,
     stamps: Vec<StampEntry>,
 }
 
@@ -95,13 +99,14 @@ pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
     let design = design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
     let mut bodies =
         [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
-    let (design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
+    let (mut design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
         // The tool's first, as `into_design` requests them.
         match bodies.next() {
             Some((name, Some(text))) => body::parse(text.as_bytes()).map_err(in_part(name)),
             _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
         }
     })?;
+    design.room_metal = entry.metal.map(RoomMetalEntry::check).transpose()?.map(Arc::new);
     Ok(RecoveryFile {
         written_unix_ms: entry.written_unix_ms,
         process: entry.process,
@@ -130,6 +135,9 @@ pub fn write(file: &RecoveryFile) -> String {
         out.string("tool_body", &body(&file.design.tool.body));
         if let Some(crf) = &file.design.crf {
             out.string("crf_body", &body(&crf.body));
+        }
+        if let Some(metal) = &file.design.room_metal {
+            out.fields("metal", |out| room_metal::write(out, metal));
         }
         out.list("stamps", |out| {
             for (path, stamp) in &file.stamps {

@@ -15,8 +15,9 @@
 
 use crate::factors::Factors;
 use crate::panel::FULL_ANGLE;
+use crate::panel_lanes::PanelLanes;
 use crate::surface::ClosedSurface;
-use faer::{Mat, MatRef};
+use faer::Mat;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -55,6 +56,7 @@ pub struct BoundaryShape {
     surface: ClosedSurface,
     /// Of each panel with a unit charge density: mean of `n·H` over every panel.
     normal_fields: Vec<Vec<f64>>,
+    lanes: PanelLanes,
 }
 
 /// A body's shape with its equations factored for one [`SurfaceLimit`].
@@ -108,7 +110,8 @@ impl BoundaryShape {
                 Ok(column)
             })
             .collect::<Result<_, Cancelled>>()?;
-        Ok(Self { surface, normal_fields })
+        let lanes = PanelLanes::new(surface.panels());
+        Ok(Self { surface, normal_fields, lanes })
     }
 
     pub fn surface(&self) -> &ClosedSurface {
@@ -186,24 +189,16 @@ impl BoundaryBody {
 
     /// Adds the fields of charges at a point outside, both in the body's frame; one field a coil.
     ///
-    /// `charges` has a row a coil here and a column a panel, so that a panel's are side by side. Nearer to
-    /// the surface than a panel's size the field is that of the panels' even charges.
+    /// `charges` has a row a panel and a column a coil. Nearer to the surface than a panel's size the field is
+    /// that of the panels' even charges.
     ///
     /// # Panics
-    /// If the charges are not those of this body, or `fields` are not one a row.
-    pub fn add_fields(
-        &self,
-        charges: MatRef<'_, f64>,
-        p: &Point3<f64>,
-        fields: &mut [Vector3<f64>],
-    ) {
-        let panels = self.surface().panels();
-        assert_eq!((charges.ncols(), charges.nrows()), (panels.len(), fields.len()));
-        for (panel, charges) in panels.iter().zip(charges.col_iter()) {
-            let field = panel.field(p) / FULL_ANGLE;
-            for (sum, charge) in fields.iter_mut().zip(charges.iter()) {
-                *sum += field * *charge;
-            }
+    /// If the charges are not those of this body, or `fields` are not one a column.
+    pub fn add_fields(&self, charges: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+        let mut sums = vec![Vector3::zeros(); fields.len()];
+        self.shape.lanes.add_fields(self.surface().panels(), charges, p, &mut sums);
+        for (field, sum) in fields.iter_mut().zip(sums) {
+            *field += sum / FULL_ANGLE;
         }
     }
 }
@@ -255,7 +250,7 @@ mod tests {
 
     fn field(body: &BoundaryBody, charges: &Mat<f64>, p: &Point3<f64>) -> Vector3<f64> {
         let mut field = [Vector3::zeros()];
-        body.add_fields(charges.transpose(), p, &mut field);
+        body.add_fields(charges, p, &mut field);
         field[0]
     }
 

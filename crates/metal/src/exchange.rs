@@ -11,7 +11,7 @@ use crate::mixing::Mixing;
 use crate::panel::{FULL_ANGLE, Panel};
 use crate::sphere::multipoles::SphereBody;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, Par};
 use nalgebra::{DVector, Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -142,13 +142,8 @@ impl Answer {
         self.sampled(count, smooth_mm, row, task)
     }
 
-    /// Adds the fields of unknowns, a row a coil, at a point outside, in the body's frame.
-    pub fn add_fields(
-        &self,
-        unknowns: MatRef<'_, f64>,
-        p: &Point3<f64>,
-        fields: &mut [Vector3<f64>],
-    ) {
+    /// Adds the fields of unknowns, a column a coil, at a point outside, in the body's frame.
+    pub fn add_fields(&self, unknowns: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
         match self {
             Self::None => {}
             Self::Sphere(sphere) => sphere.add_fields(unknowns, p, fields),

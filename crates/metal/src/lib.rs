@@ -41,13 +41,18 @@
 
 pub mod body;
 pub mod boundary;
+mod cells;
 mod crossing;
 pub mod exchange;
 mod factors;
+pub mod furnished;
+mod harmonics;
 pub mod material;
 mod mixing;
 pub mod panel;
+mod panel_lanes;
 pub mod room;
+pub mod setup;
 pub mod shapes;
 pub mod sphere;
 pub mod surface;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 /// Beyond this many times its circumradius a triangle's field is that of its charge and of the second
 /// moments of it. What is left out are third moments: below 4·10⁻⁴ of the field there.
-const FAR: f64 = 7.93;
+pub(crate) const FAR: f64 = 7.93;
 
 /// A piece of a triangle counts as small beside its distance from another when that is this many times
 /// its circumradius; otherwise it is cut in four. With three points a piece what is left is 10⁻³ of
@@ -92,6 +92,11 @@ impl Panel {
     /// Largest distance of a corner from the middle.
     pub fn radius_mm(&self) -> f64 {
         self.radius_mm
+    }
+
+    /// Mean of `(s − center)(s − center)ᵀ` over the triangle.
+    pub(crate) fn moment_mm2(&self) -> &Matrix3<f64> {
+        &self.moment_mm2
     }
 
     /// Field of a unit charge density, without dimension. In the plane the part along the normal is its

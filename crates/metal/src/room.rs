@@ -1,7 +1,11 @@
 //! A generator with metal bodies around it: the disturbance of every coil's field anywhere outside, and
 //! the poses that a tracker reports there.
 
-use crate::body::{MetalBody, MetalShape, ResponseModel};
+mod placed;
+
+pub use placed::PlacedBody;
+
+use crate::body::{MetalShape, ResponseModel};
 use crate::exchange::{Answer, CoilField, ExchangeError, ExchangeReport, coupling_size, exchange};
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
@@ -12,7 +16,7 @@ use trackwright_field::generator::reading::{
     AxisReading, PoseReading, ReadingError, read_axis, read_pose,
 };
 use trackwright_field::generator::{Coil, Generator, GeneratorError};
-use trackwright_geometry::bounds::{Bounds, BoundsError};
+use trackwright_geometry::bounds::BoundsError;
 use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::perpendicular;
@@ -25,13 +29,6 @@ pub const MAX_COUPLING_NUMBERS: usize = 64 << 20;
 /// Points of a square loop's side at which it is looked whether metal is there.
 const POINTS_A_SIDE: usize = 16;
 
-/// A body and where it is.
-#[derive(Clone, Debug)]
-pub struct PlacedBody {
-    pub body: Arc<MetalBody>,
-    pub tracker_from_body: Pose,
-}
-
 /// The field of a generator among metal bodies, solved.
 #[derive(Clone, Debug)]
 pub struct MetalRoom {
@@ -42,7 +39,7 @@ pub struct MetalRoom {
     answers: Vec<Arc<Answer>>,
     normal_fields: Vec<Arc<Mat<f64>>>,
     couplings: Vec<Vec<Option<Arc<Mat<f64>>>>>,
-    /// Of each body: a row a coil.
+    /// Of each body: a column a coil.
     unknowns: Vec<Mat<f64>>,
     exchange: ExchangeReport,
 }
@@ -146,8 +143,18 @@ impl MetalRoom {
     ) -> Result<Self, RoomError> {
         let mut bodies = self.bodies.clone();
         bodies[body].tracker_from_body = tracker_from_body;
+        self.with_bodies(bodies, task)
+    }
+
+    /// The room with other bodies, or the same elsewhere, as many. What has not changed is used again; the
+    /// result is the same to the bit as that of [`MetalRoom::new`].
+    ///
+    /// # Errors
+    /// See [`RoomError`].
+    pub fn with_bodies(&self, bodies: Vec<PlacedBody>, task: &Task) -> Result<Self, RoomError> {
         let (generator, wires_mm) = (self.generator.clone(), self.wires_mm.clone());
-        Self::solved(generator, self.volume, wires_mm, bodies, Some(self), task)
+        let before = (bodies.len() == self.bodies.len()).then_some(self);
+        Self::solved(generator, self.volume, wires_mm, bodies, before, task)
     }
 
     fn solved(
@@ -221,7 +228,6 @@ impl MetalRoom {
         }
         let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings, task)?;
         task.step(1, 1)?;
-        let unknowns = unknowns.iter().map(|unknowns| unknowns.transpose().to_owned()).collect();
         Ok(Self {
             generator,
             volume,
@@ -237,6 +243,11 @@ impl MetalRoom {
 
     pub fn generator(&self) -> &Generator {
         &self.generator
+    }
+
+    /// The measurement volume that metal must leave free.
+    pub fn volume(&self) -> Option<&Volume> {
+        self.volume.as_ref()
     }
 
     pub fn bodies(&self) -> &[PlacedBody] {
@@ -283,7 +294,7 @@ impl MetalRoom {
                 return Err(PointError::InMetal(index));
             }
             fields.fill(Vector3::zeros());
-            self.answers[index].add_fields(self.unknowns[index].as_ref(), &in_body, &mut fields);
+            self.answers[index].add_fields(&self.unknowns[index], &in_body, &mut fields);
             for (sum, field) in disturbance.iter_mut().zip(&fields) {
                 *sum += placed.tracker_from_body.rotation * field;
             }
@@ -304,6 +315,21 @@ impl MetalRoom {
         };
         let all = self.bodies.iter().enumerate().filter_map(of_body);
         all.min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm))
+    }
+
+    /// A distance that no metal is nearer than to a point of the tracker frame; 0 where it may be in metal.
+    pub fn least_distance_mm(&self, p: &Point3<f64>) -> f64 {
+        let of_body = |placed: &PlacedBody| {
+            let in_body = placed.tracker_from_body.inverse_transform_point(p);
+            match placed.body.shape() {
+                MetalShape::Sphere { radius_mm } => in_body.coords.norm() - radius_mm,
+                MetalShape::Surface(shape) => {
+                    let surface = shape.surface();
+                    if surface.contains(&in_body) { 0.0 } else { surface.nearest(&in_body).0 }
+                }
+            }
+        };
+        self.bodies.iter().map(of_body).fold(f64::INFINITY, f64::min).max(0.0)
     }
 
     /// [`MetalRoom::disturbance`] of many points, on all threads.
@@ -340,71 +366,6 @@ impl MetalRoom {
         let mut disturbance = vec![Vector3::zeros(); self.generator.coils.len()];
         self.disturbance(&tracker_from_sensor.translation.vector.into(), &mut disturbance)?;
         Ok(read_pose(&self.generator, tracker_from_sensor, &disturbance)?)
-    }
-}
-
-impl PlacedBody {
-    /// Whether a point of the tracker frame is in the metal.
-    pub fn contains(&self, p: &Point3<f64>) -> bool {
-        self.contains_in_body(&self.tracker_from_body.inverse_transform_point(p))
-    }
-
-    /// Whether a segment of the tracker frame is in the metal or goes through it.
-    fn meets_segment(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
-        let [from, to] = [from, to].map(|p| self.tracker_from_body.inverse_transform_point(p));
-        match self.body.shape() {
-            MetalShape::Sphere { radius_mm } => {
-                let side = to - from;
-                let along = -from.coords.dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE);
-                (from.coords + side * along.clamp(0.0, 1.0)).norm() <= *radius_mm
-            }
-            MetalShape::Surface(shape) => {
-                let surface = shape.surface();
-                let around = Bounds { min_mm: from.inf(&to), max_mm: from.sup(&to) };
-                let is_near = (0..3).all(|k| {
-                    let bounds = surface.bounds();
-                    around.min_mm[k] <= bounds.max_mm[k] && bounds.min_mm[k] <= around.max_mm[k]
-                });
-                is_near
-                    && (surface.contains(&from)
-                        || surface.panels().iter().any(|panel| panel.is_cut_by(&from, &to)))
-            }
-        }
-    }
-
-    fn contains_in_body(&self, p: &Point3<f64>) -> bool {
-        match self.body.shape() {
-            MetalShape::Sphere { radius_mm } => p.coords.norm() <= *radius_mm,
-            MetalShape::Surface(shape) => shape.surface().contains(p),
-        }
-    }
-
-    /// Distance of a point of the tracker frame from the surface.
-    fn distance_mm(&self, p: &Point3<f64>) -> f64 {
-        let in_body = self.tracker_from_body.inverse_transform_point(p);
-        match self.body.shape() {
-            MetalShape::Sphere { radius_mm } => (in_body.coords.norm() - radius_mm).abs(),
-            MetalShape::Surface(shape) => shape.surface().nearest(&in_body).0,
-        }
-    }
-
-    /// Whether a part of this body's surface is in another one, or their spheres overlap.
-    fn cuts(&self, other: &Self) -> bool {
-        match (self.body.shape(), other.body.shape()) {
-            (MetalShape::Sphere { radius_mm: one }, MetalShape::Sphere { radius_mm: two }) => {
-                let between = self.tracker_from_body.translation.vector
-                    - other.tracker_from_body.translation.vector;
-                between.norm() <= one + two
-            }
-            (MetalShape::Sphere { radius_mm }, MetalShape::Surface(_)) => {
-                let middle = self.tracker_from_body.translation.vector.into();
-                other.contains(&middle) || other.distance_mm(&middle) <= *radius_mm
-            }
-            (MetalShape::Surface(shape), _) => {
-                let corners = shape.surface().panels().iter().flat_map(|panel| panel.corners_mm());
-                corners.into_iter().any(|corner| other.contains(&(self.tracker_from_body * corner)))
-            }
-        }
     }
 }
 

@@ -170,7 +170,7 @@ fn mesh(part: MeshPart) -> SurfaceMesh {
     SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() }
 }
 
-fn check_length(name: &'static str, length_mm: f64) -> Result<(), ShapeError> {
+pub(crate) fn check_length(name: &'static str, length_mm: f64) -> Result<(), ShapeError> {
     match length_above_zero_problem(length_mm) {
         None => Ok(()),
         Some(expected) => Err(ShapeError::Length { name, found: short(length_mm), expected }),

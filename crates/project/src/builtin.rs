@@ -166,7 +166,8 @@ mod tests {
             let output = files.output(&in_repository(ENVIRONMENT)).unwrap();
             return output.write_environment(&fitted).unwrap();
         }
-        let stored = environment::parse(bytes(Path::new(ENVIRONMENT)).unwrap()).unwrap();
+        let file = environment::parse(bytes(Path::new(ENVIRONMENT)).unwrap()).unwrap();
+        let stored = file.environment;
         assert_eq!(stored.model.bounds(), fitted.model.bounds());
         let pairs = stored.model.coefficients().iter().zip(fitted.model.coefficients());
         for (stored, fitted) in pairs {
@@ -196,7 +197,8 @@ mod tests {
             } else if path.ends_with(".design.ron") {
                 design_file::write(&design_file::parse(bytes).unwrap())
             } else if path.ends_with(".env.ron") && !bytes.is_empty() {
-                environment::write(&environment::parse(bytes).unwrap())
+                let file = environment::parse(bytes).unwrap();
+                environment::write(&file.environment, file.metal.as_ref())
             } else {
                 continue;
             };

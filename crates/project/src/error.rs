@@ -2,10 +2,12 @@
 
 use std::io;
 use std::path::PathBuf;
+use std::sync::Arc;
 use trackwright_calibration::doubts::Suspicion;
 use trackwright_formats::FormatError;
 use trackwright_formats::signature::Signature;
 use trackwright_formats::tool_definition::ConversionError;
+use trackwright_metal::furnished::FurnishError;
 use trackwright_task::Cancelled;
 
 /// A file that could not be used. Nothing was changed by the attempt.
@@ -28,6 +30,8 @@ pub enum StoreError {
     Doubted { file: PathBuf, suspicion: Box<Suspicion> },
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    #[error("{}: {cause}", file.display())]
+    Metal { file: PathBuf, cause: Arc<FurnishError> },
     #[error("{name}: found no built-in design of this name, expected one of {names}")]
     NoSuchBuiltIn { name: String, names: String },
     #[error("the built-in design {0} is read-only, expected Save as and a file of your own")]

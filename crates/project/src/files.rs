@@ -226,7 +226,7 @@ impl Output<'_> {
 
     /// Writes an environment.
     pub fn write_environment(&self, written: &Environment) -> Result<(), StoreError> {
-        self.write_bytes(environment::write(written).as_bytes())
+        self.write_bytes(environment::write(written, None).as_bytes())
     }
 
     /// Writes a field generator.

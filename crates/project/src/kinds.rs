@@ -9,15 +9,14 @@ use std::path::{Path, PathBuf};
 use trackwright_calibration::built_tool::RecordedTable;
 use trackwright_calibration::calibration_object::{CalibrationBody, CalibrationFrame};
 use trackwright_calibration::doubts::{self, PairedDoubts, PoseFrame, Suspicion};
-use trackwright_field::Environment;
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::{MeasurementContent, MeasurementSet};
 use trackwright_formats::groups::{self, GroupColumn};
 use trackwright_formats::pivot_recording::{self, PivotRecording};
 use trackwright_formats::poses::WhosePoses;
 use trackwright_formats::{
-    FormatError, environment, generator, input, jhu_cis, measurements, mesh, points, poses,
-    recorded_tool, recording,
+    FormatError, generator, input, jhu_cis, measurements, mesh, points, poses, recorded_tool,
+    recording,
 };
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::mesh_reference::MeshUnit;
@@ -74,11 +73,6 @@ impl<T> Doubted<T> {
 }
 
 impl Files {
-    /// Reads an environment.
-    pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
-        self.read(file, Kind::ENVIRONMENT, environment::parse)
-    }
-
     /// Reads a field generator.
     pub fn read_generator(&self, file: &Path) -> Result<Generator, StoreError> {
         self.read(file, Kind::GENERATOR, generator::parse)

@@ -35,9 +35,11 @@ mod read;
 mod recovery;
 mod resolve;
 mod results;
+mod room_metal;
 mod rooms;
 mod samples;
 mod save;
+mod save_room;
 mod stamps;
 mod state;
 #[cfg(test)]
@@ -81,9 +83,11 @@ pub use resolve::{
     read_compared_designs, read_compared_rooms, resolve, resolve_crf,
 };
 pub use results::{LogError, NoToday, Recorder, report_file, today, write_log};
+pub use room_metal::{MetalAnswer, MetalRequest, RoomContent, refresh_metal};
 pub use rooms::{
-    ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, further_rooms,
-    list_rooms, own_room, reference_to_room, room_name, rooms_of_folder, write_room_for,
+    ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for,
+    further_rooms, list_rooms, own_room, reference_to_room, room_name, rooms_of_folder,
+    write_room_for,
 };
 pub use samples::{MeasurementTable, SampleReading, TableGroups};
 pub use save::{SaveReport, SharedBody, save, save_as, save_with_copies, shared_bodies};

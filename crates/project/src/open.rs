@@ -5,13 +5,14 @@ use super::error::StoreError;
 use super::meshes::{Meshes, WhichMeshes};
 use super::paths::extension_of;
 use super::read::{Kind, Storage, read};
+use super::room_metal::SolvedMetal;
 use super::stamps::Stamps;
 use super::tool::parse_body;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::{Design, Document, Origin, View};
 use trackwright_field::Environment;
-use trackwright_formats::{FormatError, design_file, environment, mesh};
+use trackwright_formats::{FormatError, design_file, mesh};
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::mesh_reference::MeshReference;
 
@@ -19,7 +20,10 @@ use trackwright_geometry::mesh_reference::MeshReference;
 #[derive(Clone, Debug)]
 pub struct World {
     pub document: Document,
+    /// The room, with its metal.
     pub environment: Arc<Environment>,
+    pub(super) bare: Arc<Environment>,
+    pub(super) solved: SolvedMetal,
     pub(super) meshes: Meshes,
     environment_reference: String,
     /// The further rooms whose files are watched.
@@ -48,7 +52,9 @@ impl World {
             environment_reference: document.design().environment.clone(),
             watched_rooms: Vec::new(),
             document,
+            bare: Arc::clone(&environment),
             environment,
+            solved: SolvedMetal::default(),
             meshes,
             stamps: Stamps::default(),
         }
@@ -60,7 +66,7 @@ impl World {
         self.meshes.moved(self.document.design(), file_now);
     }
 
-    fn environment_is_current(&mut self) {
+    pub(super) fn environment_is_current(&mut self) {
         self.environment_reference = self.document.design().environment.clone();
     }
 
@@ -123,8 +129,8 @@ pub fn generator_mesh() -> Result<SurfaceMesh, StoreError> {
     })
 }
 
-/// Reads the environment again where the design now refers to another one; whether it did. After an
-/// error it is as it was. Further rooms that the design now names are watched from then on.
+/// Reads the environment again where the design now refers to another one; whether it did. The design's
+/// metal in it is then awaited. After an error it is as it was. Further rooms that the design now names are watched from then on.
 pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
     world.watch_further_rooms()?;
     let reference = &world.document.design().environment;
@@ -133,7 +139,8 @@ pub fn refresh_environment(world: &mut World) -> Result<bool, StoreError> {
     }
     let (storage, file) = home(world.document.origin())?;
     let mut reader = Reader::new(storage);
-    world.environment = reader.environment(&file, reference)?;
+    let room = reader.room(&file, reference)?;
+    world.is_in_room(room.bare);
     world.stamps.extend(reader.stamps);
     world.environment_is_current();
     Ok(true)
@@ -159,11 +166,14 @@ fn open(
     meshes: WhichMeshes,
 ) -> Result<World, StoreError> {
     let mut reader = Reader::new(storage);
-    let (design, view) = reader.design(file)?;
-    let environment = reader.environment(file, &design.environment)?;
+    let (mut design, view) = reader.design(file)?;
+    let room = reader.room(file, &design.environment)?;
+    design.room_metal = room.metal;
     let meshes = Meshes::read(&mut reader, file, &design, meshes);
+    let environment_file = storage.resolve(file, &design.environment);
     let document = Document::new(design, view, origin);
-    let mut world = World::with_meshes(document, environment, meshes);
+    let mut world = World::with_meshes(document, Arc::clone(&room.bare), meshes);
+    world.has_room(room.bare, &environment_file)?;
     world.stamps = reader.stamps;
     world.watch_further_rooms()?;
     Ok(world)
@@ -188,15 +198,6 @@ impl Reader {
         })
     }
 
-    pub(super) fn environment(
-        &mut self,
-        design_file: &Path,
-        reference: &str,
-    ) -> Result<Arc<Environment>, StoreError> {
-        let file = self.storage.resolve(design_file, reference);
-        self.read(&file, Kind::ENVIRONMENT, environment::parse).map(Arc::new)
-    }
-
     pub(super) fn mesh(
         &mut self,
         from: &Path,
@@ -208,7 +209,7 @@ impl Reader {
             .map(Arc::new)
     }
 
-    fn read<T>(
+    pub(super) fn read<T>(
         &mut self,
         file: &Path,
         kind: impl Into<Kind>,

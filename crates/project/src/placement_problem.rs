@@ -148,7 +148,7 @@ pub fn design_rooms(files: &Files, world: &World) -> Result<Vec<Arc<Environment>
         if let RoomSource::File(file) = &room {
             files.input(file)?;
         }
-        rooms.push(Arc::new(room.read()?));
+        rooms.push(room.read_solved()?);
         known.push(room);
     }
     Ok(rooms)

@@ -15,6 +15,7 @@ use super::meshes::{Meshes, WhichMeshes};
 use super::open::{Reader, World, home};
 use super::paths::{file_name, files_ending};
 use super::read::{Kind, Storage, read};
+use super::room_metal::refresh_metal;
 use super::stamps::Stamps;
 use super::state::create_private_folder;
 use super::write::{Lock, write_bytes, write_error};
@@ -233,14 +234,19 @@ impl Leftover {
             RecoveryOrigin::File(file) => Origin::File(file),
         };
         let (storage, own_file) = home(&origin)?;
-        let saved = Reader::new(storage).design(&own_file).ok();
-        let document = Document::recovered(content.design, content.view, origin, saved);
-        let design = document.design();
+        let saved = Reader::new(storage).design_in_room(&own_file).ok();
         let mut reader = Reader::new(storage);
-        let environment = reader.environment(&own_file, &design.environment)?;
+        let mut design = content.design;
+        let environment_file = storage.resolve(&own_file, &design.environment);
+        design.room_metal = reader.metal_with_surfaces(&environment_file, design.room_metal)?;
+        let document = Document::recovered(design, content.view, origin, saved);
+        let design = document.design();
+        let bare = reader.room(&own_file, &design.environment)?.bare;
         // A window waits for it.
         let meshes = Meshes::read(&mut reader, &own_file, design, WhichMeshes::Small);
-        let mut world = World::with_meshes(document, environment, meshes);
+        let mut world = World::with_meshes(document, bare, meshes);
+        // What was left in the middle of a drag may have no solution: it is a problem of the world.
+        let _ = refresh_metal(&mut world);
         // Of design and bodies, what the session knew: what was changed since is then reported.
         world.stamps = Stamps::from_pairs(content.stamps);
         world.stamps.extend(reader.stamps);

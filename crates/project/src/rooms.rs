@@ -3,10 +3,15 @@
 use super::builtin;
 use super::error::StoreError;
 use super::files::Files;
-use super::open::{World, home};
-use super::paths::{absolute, file_name, files_ending, folder_of, relative};
-use super::read::{Storage, read};
+use super::open::{Reader, World, home};
+use super::paths::{absolute, file_name, files_ending, folder_of, free_name, relative};
+use super::read::Storage;
+use super::room_metal::RoomContent;
+use super::save_room::with_meshes;
+use super::write::write_bytes;
+use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_formats::environment;
 use trackwright_task::{Cancelled, Task};
@@ -65,13 +70,22 @@ impl RoomSource {
         Self::File(absolute(file))
     }
 
-    /// Reads the room.
-    pub fn read(&self) -> Result<Environment, StoreError> {
+    /// Reads the room and its metal.
+    pub fn read(&self) -> Result<RoomContent, StoreError> {
         let (storage, path) = match self {
             Self::BuiltIn(path) => (Storage::BuiltIn, Path::new(path)),
             Self::File(path) => (Storage::Disk, path.as_path()),
         };
-        read(storage, path, "an environment", environment::parse)
+        Reader::new(storage).room(Path::new(""), &path.to_string_lossy())
+    }
+
+    /// Reads the room, with its metal solved for.
+    pub fn read_solved(&self) -> Result<Arc<Environment>, StoreError> {
+        let file = match self {
+            Self::BuiltIn(path) => Path::new(path),
+            Self::File(path) => path.as_path(),
+        };
+        Ok(self.read()?.solved(file)?.environment)
     }
 }
 
@@ -152,6 +166,47 @@ pub fn write_room_for(
     Ok(reference_to_room(world, &room)?.unwrap_or_default())
 }
 
+/// Writes a copy of a room for the open design, with the meshes of its metal where those are built in; what
+/// it holds, and how the design refers to it.
+///
+/// # Errors
+/// As [`write_room_for`]; a room that cannot be read.
+pub fn copy_room_for(
+    world: &World,
+    file: &Path,
+    room: &RoomSource,
+) -> Result<(RoomContent, String), StoreError> {
+    let mut content = room.read()?;
+    let folder = folder_of(file);
+    let mut moved = Vec::new();
+    for mesh in content.metal.iter().flat_map(|metal| metal.mesh_files()) {
+        moved.push(match room {
+            RoomSource::File(path) => relative(&folder, &Storage::Disk.resolve(path, mesh)),
+            RoomSource::BuiltIn(path) => {
+                let built_in = Storage::BuiltIn.resolve(Path::new(path), mesh);
+                let kind = "a mesh";
+                let bytes = Storage::BuiltIn.read(&built_in, kind);
+                let bytes = bytes.map_err(|failure| failure.into_error(&built_in, kind))?;
+                let is_free =
+                    |copy: &PathBuf| fs::read(copy).map_or(!copy.exists(), |found| found == *bytes);
+                let copy = free_name(&folder.join(file_name(&built_in)), is_free);
+                if !copy.exists() {
+                    write_bytes(&copy, &bytes)?;
+                }
+                file_name(&copy)
+            }
+        });
+    }
+    let mut moved = moved.into_iter();
+    let metal = content.metal.as_ref();
+    content.metal = metal.map(|metal| with_meshes(metal, |_| moved.next().unwrap_or_default()));
+    let text = environment::write(&content.bare, content.metal.as_deref());
+    Files::except_design(world).output(file)?.write_bytes(text.as_bytes())?;
+    let reference = reference_to_room(world, &RoomSource::File(absolute(file)))?;
+    // A file is always within a design's reach.
+    Ok((content, reference.unwrap_or_default()))
+}
+
 /// The built-in rooms.
 pub fn builtin_rooms() -> impl Iterator<Item = RoomSource> {
     builtin::paths().filter(|path| path.ends_with(ENVIRONMENT_EXTENSION)).map(RoomSource::BuiltIn)
@@ -175,8 +230,8 @@ pub fn list_rooms(places: Vec<RoomSource>, task: &Task) -> Result<Vec<RoomListin
         if listings.iter().any(|listing| listing.place == place) {
             continue;
         }
-        if let Ok(environment) = place.read() {
-            listings.push(RoomListing { summary: RoomSummary::of(&environment), place });
+        if let Ok(content) = place.read() {
+            listings.push(RoomListing { summary: RoomSummary::of(&content.bare), place });
         }
     }
     // The order depends on nothing that a choice from the list changes.

@@ -5,13 +5,14 @@ use super::error::StoreError;
 use super::open::{World, home};
 use super::paths::{absolute, file_name, files_ending, folder_of, free_name, relative};
 use super::read::{Kind, Storage};
+use super::save_room::{RoomMove, changed_room, is_room_changed, with_meshes};
 use super::stamps::Stamps;
 use super::tool::{body_name, body_text, is_definition, parse_body, reach_mesh};
 use super::write::{KeptFile, keep_former, lock_all, replace, write_bytes};
 use std::fs;
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, Design, DesignBody, Origin, View};
-use trackwright_formats::{DesignFile, body, design_file};
+use trackwright_formats::{DesignFile, body, design_file, environment};
 
 /// Kinds of files that are copied out of the built-in world.
 const MESH: &str = "a mesh";
@@ -109,7 +110,8 @@ fn save_moved(
     file: &Path,
     moves: Vec<BodyMove>,
 ) -> Result<SaveReport, StoreError> {
-    let has_moves = !moves.is_empty();
+    let room = RoomMove::of(world, file);
+    let has_moves = !moves.is_empty() || room.is_some();
     let before = world.document.clone();
     if has_moves {
         let folder = folder_of(file);
@@ -122,11 +124,17 @@ fn save_moved(
                     reach_mesh(&mut body.mesh, &moved.old_file, &moved.file);
                 }
             }
+            if let Some(room) = &room {
+                room.rewrite(design, &folder);
+            }
         });
     }
-    match write_changes(world, file, has_moves) {
+    match write_changes(world, file, has_moves, room.as_ref()) {
         Ok(report) => {
             world.document.mark_saved();
+            if room.is_some() {
+                world.environment_is_current();
+            }
             Ok(report)
         }
         Err(error) => {
@@ -173,8 +181,8 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
             moved_anatomy.push((old.clone(), mover.move_file(old, MESH)?));
         }
     }
-    let own_room = mover.move_file(&design.environment, ENVIRONMENT)?;
-    let mut rooms = vec![(design.environment.clone(), own_room)];
+    let own_room = mover.move_room(world)?;
+    let mut rooms = vec![(design.environment.clone(), own_room.reference.clone())];
     for room in &design.procedure.further_rooms {
         // One that is not there was missed before, and is no reason not to save.
         let moved = mover.move_file(room, ENVIRONMENT);
@@ -204,6 +212,7 @@ pub fn save_as(world: &mut World, file: &Path) -> Result<SaveReport, StoreError>
         for anatomy in &mut design.anatomy {
             anatomy.mesh.file = anatomy_file(&anatomy.mesh.file);
         }
+        own_room.rewrite_metal(design);
         let references = design.procedure.references_mut();
         for reference in references.chain([&mut design.environment]) {
             let moved = rooms.iter().find(|(old, _)| old == reference);
@@ -266,6 +275,7 @@ fn write_changes(
     world: &mut World,
     file: &Path,
     is_design_changed: bool,
+    room: Option<&RoomMove>,
 ) -> Result<SaveReport, StoreError> {
     let design = world.document.design();
     let bodies: Vec<_> = design
@@ -287,6 +297,11 @@ fn write_changes(
             texts.push((body_file, text));
         }
     }
+    let room_text = || environment::write(&world.bare, design.room_metal.as_deref());
+    texts.extend(match room {
+        Some(room) => Some((room.file.clone(), room_text())),
+        None => changed_room(world, file),
+    });
     let text = design_text(design, world.document.own_view());
     let saved = world.document.saved();
     if is_design_changed || saved.is_none_or(|(design, view)| design_text(design, view) != text) {
@@ -348,7 +363,63 @@ struct Mover {
     stamps: Stamps,
 }
 
+/// Where the room is after Save as.
+struct MovedRoom {
+    old_reference: String,
+    /// From the new folder.
+    reference: String,
+    /// What the metal's meshes were referred to by and are now; `None` where its file stays.
+    meshes: Option<Vec<(String, String)>>,
+}
+
+impl MovedRoom {
+    /// Lets a state's metal refer to its meshes from the new place; before its room does.
+    fn rewrite_metal(&self, design: &mut Design) {
+        let Some(meshes) = &self.meshes else { return };
+        if design.environment != self.old_reference {
+            return;
+        }
+        let moved = design.room_metal.as_ref().map(|metal| {
+            with_meshes(metal, |old| {
+                let moved = meshes.iter().find(|(known, _)| known == old);
+                moved.map_or_else(|| old.to_owned(), |(_, now)| now.clone())
+            })
+        });
+        design.room_metal = moved;
+    }
+}
+
 impl Mover {
+    /// A room with metal of the built-in world, or one whose metal changed, is saved beside the new design.
+    fn move_room(&mut self, world: &World) -> Result<MovedRoom, StoreError> {
+        let design = world.document.design();
+        let old_reference = design.environment.clone();
+        let is_changed = is_room_changed(world);
+        let is_kept = match self.storage {
+            Storage::Disk => !is_changed,
+            Storage::BuiltIn => !is_changed && design.room_metal.is_none(),
+        };
+        if is_kept {
+            let reference = self.move_file(&old_reference, ENVIRONMENT)?;
+            return Ok(MovedRoom { old_reference, reference, meshes: None });
+        }
+        let old_file = self.storage.resolve(&self.old_file, &old_reference);
+        let mut meshes = Vec::new();
+        for mesh in design.room_metal.iter().flat_map(|metal| metal.mesh_files()) {
+            let moved = match self.copy_built_in(&old_file, mesh, MESH)? {
+                Some(copy) => copy,
+                None => relative(&self.folder, &Storage::Disk.resolve(&old_file, mesh)),
+            };
+            meshes.push((mesh.to_owned(), moved));
+        }
+        let mut moved = MovedRoom { old_reference, reference: String::new(), meshes: Some(meshes) };
+        let mut copy = design.clone();
+        moved.rewrite_metal(&mut copy);
+        let text = environment::write(&world.bare, copy.room_metal.as_deref());
+        moved.reference = self.copy(&moved.old_reference, text.as_bytes())?;
+        Ok(moved)
+    }
+
     fn move_body(&mut self, body: &DesignBody, is_changed: bool) -> Result<MovedBody, StoreError> {
         let old_file = self.storage.resolve(&self.old_file, &body.reference);
         let mut moved = MovedBody {
@@ -491,16 +562,23 @@ pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
             let file_now = absolute(&file);
             let designs: Vec<_> = others
                 .iter()
-                .filter(|(_, bodies)| bodies.contains(&file_now))
-                .map(|(design, _)| design.clone())
+                .filter(|other| other.bodies.contains(&file_now))
+                .map(|other| other.file.clone())
                 .collect();
             (!designs.is_empty()).then_some(SharedBody { role, file, designs })
         })
         .collect()
 }
 
-/// The other designs of a folder, each with the bodies it uses.
-fn other_designs(own_file: &Path) -> Vec<(PathBuf, Vec<PathBuf>)> {
+/// Another design of a folder, and the files that it uses.
+pub(super) struct OtherDesign {
+    file: PathBuf,
+    bodies: Vec<PathBuf>,
+    pub rooms: Vec<PathBuf>,
+}
+
+/// The other designs of a folder.
+pub(super) fn other_designs(own_file: &Path) -> Vec<OtherDesign> {
     let own_place = absolute(own_file);
     let files = files_ending(&folder_of(own_file), DESIGN_EXTENSION).unwrap_or_default();
     files
@@ -508,12 +586,14 @@ fn other_designs(own_file: &Path) -> Vec<(PathBuf, Vec<PathBuf>)> {
         .filter(|file| absolute(file) != own_place)
         .filter_map(|file| {
             let design = design_file::parse(&Storage::Disk.read(&file, Kind::DESIGN).ok()?).ok()?;
-            let bodies = design
-                .design
-                .bodies()
-                .map(|(_, body)| absolute(&Storage::Disk.resolve(&file, &body.reference)))
-                .collect();
-            Some((file, bodies))
+            let design = design.design;
+            let place = |reference: &str| absolute(&Storage::Disk.resolve(&file, reference));
+            let rooms = design.procedure.further_rooms.iter().chain([&design.environment]);
+            Some(OtherDesign {
+                bodies: design.bodies().map(|(_, body)| place(&body.reference)).collect(),
+                rooms: rooms.map(|room| place(room)).collect(),
+                file,
+            })
         })
         .collect()
 }

@@ -25,6 +25,8 @@ pub enum WatchedPart {
     Mesh(BodyRole),
     /// A mesh of it.
     Anatomy,
+    /// A mesh of the room's metal.
+    Metal,
 }
 
 impl std::fmt::Display for WatchedPart {
@@ -36,6 +38,7 @@ impl std::fmt::Display for WatchedPart {
             Self::Body(role) => write!(f, "{role}"),
             Self::Mesh(role) => write!(f, "{role} mesh"),
             Self::Anatomy => f.write_str("anatomy"),
+            Self::Metal => f.write_str("metal"),
         }
     }
 }
@@ -76,6 +79,13 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
         files.push((WatchedPart::Design, file.clone()));
     }
     let environment = storage.resolve(&own_file, &design.environment);
+    let metal = design.room_metal.as_deref();
+    for mesh in metal.iter().flat_map(|metal| metal.mesh_files()) {
+        let file = storage.resolve(&environment, mesh);
+        if files.iter().all(|(_, other)| *other != file) {
+            files.push((WatchedPart::Metal, file));
+        }
+    }
     files.push((WatchedPart::Environment, environment));
     for room in &design.procedure.further_rooms {
         let file = storage.resolve(&own_file, room);

@@ -229,7 +229,10 @@ fn refused_edits_change_nothing() {
             }),
             "mounting[0].axis is Along, expected Free or Normal or Tangent or AsItIs for a surface",
         ),
-        (Edit::SetEnvironment(String::new()), "the environment's file is empty, expected a name"),
+        (
+            Edit::SetEnvironment { file: String::new(), metal: None },
+            "the environment's file is empty, expected a name",
+        ),
     ] {
         let mut document = document();
         assert_eq!(document.apply(edit).unwrap_err().to_string(), message);

@@ -20,6 +20,8 @@ pub struct Diagnostics {
     /// Studies that were kept trial by trial.
     pub profiles: u64,
     pub slices: u64,
+    /// Rooms with metal that were solved for.
+    pub rooms: u64,
     /// Poses that were looked up for the region of supported field.
     pub support_evaluations: u64,
     /// Results that came too late to be shown.
@@ -45,7 +47,7 @@ impl Explain {
         let Work { study_evaluations, pose_evaluations, slice_evaluations, frame_fits, .. } =
             diagnostics.work;
         self.line(&format!(
-            "counters frames={} uploads={} studies={} studies_cancelled={} expected={} poses={} slices={} \
+            "counters frames={} uploads={} studies={} studies_cancelled={} expected={} poses={} slices={} rooms={} \
              study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
              slice_evaluations={slice_evaluations} frame_fits={frame_fits}",
             diagnostics.frames,
@@ -55,6 +57,7 @@ impl Explain {
             diagnostics.expected,
             diagnostics.poses,
             diagnostics.slices,
+            diagnostics.rooms,
         ));
     }
 

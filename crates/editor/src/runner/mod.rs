@@ -2,6 +2,7 @@
 
 pub mod diagnostics;
 pub mod jobs;
+pub mod metal;
 pub mod process;
 pub mod results;
 pub mod solve;

@@ -41,11 +41,17 @@ pub struct Stamp {
 /// Runs in [`EditorSystems::Solve`]; needs [`OpenWorld`], and does nothing until there is one.
 pub struct SolverPlugin;
 
+/// Systems that hand over work and show what comes back.
+#[derive(SystemSet, Clone, Debug, PartialEq, Eq, Hash)]
+pub struct SolverSystems;
+
 /// The solver, and what was requested of it last.
 #[derive(Resource)]
 pub struct SolverHandle {
     pub solver: Runner<Stamp, Solved>,
     submitted: Option<Submitted>,
+    /// The room that was submitted last.
+    room: Option<Arc<Environment>>,
     /// The study whose expected figures were requested last, by its stamp and serial.
     expected: Option<(Stamp, u64)>,
     slice: Option<SliceKey>,
@@ -98,6 +104,18 @@ enum Kind {
 }
 
 impl SolverHandle {
+    /// States why there are no figures, in the place of those of before.
+    fn has_no_figures(&mut self, problem: String, results: &mut ResMut<Results>) {
+        if self.submitted.is_none() && results.problem.as_ref() == Some(&problem) {
+            return;
+        }
+        for kind in [Kind::Pose, Kind::Study, Kind::Expected, Kind::Slice] {
+            self.solver.give_up(kind as u8);
+        }
+        (self.submitted, self.room, self.slice) = (None, None, None);
+        **results = Results { problem: Some(problem), ..Results::default() };
+    }
+
     fn submit(
         &mut self,
         kind: Kind,
@@ -124,13 +142,17 @@ impl Plugin for SolverPlugin {
         app.insert_resource(SolverHandle {
             solver: Runner::new("solver", waker),
             submitted: None,
+            room: None,
             expected: None,
             slice: None,
             newest: Newest::default(),
         })
         // Answers are shown before new work is handed over: what a frame shows then never
         // depends on whether a short job was faster than the frame that requested it.
-        .add_systems(Update, (show, submit).chain().in_set(EditorSystems::Solve));
+        .add_systems(
+            Update,
+            (show, submit).chain().in_set(SolverSystems).in_set(EditorSystems::Solve),
+        );
     }
 }
 
@@ -152,6 +174,17 @@ fn submit(
     mut explain: Option<ResMut<Explain>>,
 ) {
     let Some(world) = world else { return };
+    if let Some(problem) = world.0.metal_problem() {
+        handle.has_no_figures(problem.to_string(), &mut results);
+        return;
+    }
+    let environment = &world.0.environment;
+    let is_room_same = handle.room.as_ref().is_some_and(|room| Arc::ptr_eq(room, environment));
+    if world.0.awaited_metal().is_some() && is_room_same {
+        // Figures in the room as it was would be replaced at once.
+        return;
+    }
+    handle.room = Some(Arc::clone(environment));
     let Wishes { choice, wanted, workspace } = wishes;
     let document = &world.0.document;
     let stamp = Stamp { generation: generation.0, revision: document.revision() };

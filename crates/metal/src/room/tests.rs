@@ -1,6 +1,7 @@
 //! Rooms of one and several bodies against series, fresh solves and the law of growth.
 
 use super::*;
+use crate::body::MetalBody;
 use crate::boundary::BoundaryShape;
 use crate::material::Material;
 use crate::shapes::{cuboid, cylinder, sphere};

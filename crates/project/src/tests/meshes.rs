@@ -157,7 +157,7 @@ fn every_path_is_relative_after_the_first_save() {
     }
     set_mesh(&mut world, Some(MeshReference::new(mesh.clone())));
     add(&mut world, anatomy("hook", &mesh));
-    world.document.apply(Edit::SetEnvironment(ward)).unwrap();
+    world.document.apply(Edit::SetEnvironment { file: ward, metal: None }).unwrap();
     let add_room = Edit::Procedure(ProcedureEdit::AddRoom(attic));
     world.document.apply(add_room).unwrap();
     refresh_environment(&mut world).unwrap();

@@ -3,6 +3,7 @@
 mod crf_patch;
 mod import_body;
 mod meshes;
+mod metal;
 mod mounting;
 mod recovery;
 mod tool;
@@ -244,13 +245,13 @@ fn another_environment_is_read_after_its_edit() {
     let files = Files::default();
     let output = files.output(&folder.path().join("ideal.env.ron"));
     output.unwrap().write_environment(&ideal).unwrap();
-    let edit = Edit::SetEnvironment("ideal.env.ron".into());
+    let edit = Edit::SetEnvironment { file: "ideal.env.ron".into(), metal: None };
     world.document.apply(edit).unwrap();
     assert!(refresh_environment(&mut world).unwrap());
     assert_eq!(world.environment.name, "Ideal");
     world.document.undo();
     assert!(refresh_environment(&mut world).unwrap());
-    let edit = Edit::SetEnvironment("nowhere.env.ron".into());
+    let edit = Edit::SetEnvironment { file: "nowhere.env.ron".into(), metal: None };
     world.document.apply(edit).unwrap();
     let error = refresh_environment(&mut world).unwrap_err().to_string();
     assert!(error.ends_with("File not found, expected an environment"), "{error}");

@@ -99,6 +99,9 @@ fn of_model(model: &DistortionModel) -> Vec<Fact> {
             fact("field generator", harmonic.generator().name.as_str()),
             fact("degree of the model", harmonic.degree().to_string()),
         ],
+        Some(FieldSource::Simulated(_)) => {
+            vec![fact("model", "simulated, the fields of a generator's coils among metal")]
+        }
         Some(FieldSource::Of(_)) | None => vec![
             fact(
                 "order of the model",
@@ -122,7 +125,7 @@ fn of_model(model: &DistortionModel) -> Vec<Fact> {
 fn of_measurements(from: &Provenance, kind: ModelKind) -> Vec<Fact> {
     let fit = match kind {
         ModelKind::Bernstein => format!("{}, ridge {}", method_name(from.method), from.ridge),
-        ModelKind::Kriging | ModelKind::Harmonic => kind.name().to_owned(),
+        kind => kind.name().to_owned(),
     };
     let mut facts = vec![
         fact("measurements", from.data.as_str()),

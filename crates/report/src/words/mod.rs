@@ -5,9 +5,11 @@
 //! many digits as it takes to lie on the same side of a limit as the value itself, and a part of the
 //! positions is rounded down, but neither to all nor to none of them.
 
+mod metal;
 mod plain;
 mod worst;
 
+pub use metal::{metal_lines, model_words};
 use plain::{Part, percent};
 pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};

@@ -117,8 +117,8 @@ pub fn compared(wanted: Wanted, task: &Task) -> Result<Compared, Failure> {
     let mut rooms = vec![(None, wanted.environment)];
     for place in wanted.rooms {
         task.step(0, 1)?;
-        match place.read() {
-            Ok(room) => rooms.push((Some(place), Arc::new(room))),
+        match place.read_solved() {
+            Ok(room) => rooms.push((Some(place), room)),
             Err(error) => missing.push(error.to_string()),
         }
     }

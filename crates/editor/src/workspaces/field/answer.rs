@@ -14,9 +14,10 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trackwright_design::{Edit, Origin};
 use trackwright_field::Environment;
-use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomSource, RoomSummary, file_name};
+use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomContent, RoomSource, file_name};
 
 /// Rooms that are remembered as recently used.
 const MOST_RECENT: usize = 8;
@@ -166,22 +167,26 @@ impl FieldParams<'_> {
     fn save(&mut self, room: &RoomToSave, file: &Path) {
         let Some(world) = &self.world else { return };
         let saved = match room {
-            RoomToSave::Copy(place) => place.read(),
+            RoomToSave::Copy(place) => trackwright_project::copy_room_for(&world.0, file, place),
             RoomToSave::Fitted => match &self.state.fitted {
                 None => return,
-                Some(fitted) => Ok(Environment {
-                    name: trackwright_project::room_name(file),
-                    ..(*fitted.environment).clone()
-                }),
+                Some(fitted) => {
+                    let environment = Environment {
+                        name: trackwright_project::room_name(file),
+                        ..(*fitted.environment).clone()
+                    };
+                    trackwright_project::write_room_for(&world.0, file, &environment).map(
+                        |reference| {
+                            let bare = Arc::new(environment);
+                            (RoomContent { bare, metal: None }, reference)
+                        },
+                    )
+                }
             },
-        }
-        .and_then(|environment| {
-            let reference = trackwright_project::write_room_for(&world.0, file, &environment)?;
-            Ok((environment.name, reference))
-        });
+        };
         match saved {
-            Ok((name, reference)) => {
-                self.put_into(&name, reference);
+            Ok((room, reference)) => {
+                self.put_into(room, reference);
                 self.remember(RoomSource::File(
                     file.canonicalize().unwrap_or_else(|_| file.to_owned()),
                 ));
@@ -193,21 +198,13 @@ impl FieldParams<'_> {
 
     fn assign(&mut self, place: RoomSource) {
         let Some(world) = &self.world else { return };
-        let listed = self.state.rooms.iter().find(|room| room.place == place);
-        let name = match listed {
-            Some(room) => Ok(room.summary.name.clone()),
-            None => place.read().map(|room| RoomSummary::of(&room).name),
-        };
-        let reference = name.and_then(|name| {
-            // A file that is gone or spoilt by now is no room to be put into.
-            if let RoomSource::File(_) = &place {
-                place.read()?;
-            }
-            Ok((name, trackwright_project::reference_to_room(&world.0, &place)?))
-        });
-        match reference {
-            Ok((name, Some(reference))) => {
-                self.put_into(&name, reference);
+        // A file that is gone or spoilt by now is no room to be put into.
+        let read = place
+            .read()
+            .and_then(|room| Ok((room, trackwright_project::reference_to_room(&world.0, &place)?)));
+        match read {
+            Ok((room, Some(reference))) => {
+                self.put_into(room, reference);
                 self.remember(place);
             }
             // The built-in world is out of reach of a design on the disk.
@@ -217,11 +214,12 @@ impl FieldParams<'_> {
     }
 
     /// One undo step with the room's name. The room that is left stays in the list, wherever it is.
-    fn put_into(&mut self, name: &str, reference: String) {
+    fn put_into(&mut self, room: RoomContent, reference: String) {
         if let Some(left) = self.state.own.clone() {
             self.remember(left);
         }
-        let edit = Edit::SetEnvironment(reference);
+        let name = &room.bare.name;
+        let edit = Edit::SetEnvironment { file: reference, metal: room.metal };
         self.edits.write_batch(EditRequest::step(format!("Use room {name}"), [edit]));
     }
 

@@ -1,0 +1,435 @@
+//! A room with metal in it as an [`Environment`] that designs are simulated in.
+//!
+//! The metal is solved for; where harmonic functions stand for it in the room's box, they are evaluated
+//! in its place. A [`Furnisher`] keeps what it factored, so that a moved object is answered quickly.
+
+use crate::body::{BodyError, MetalBody, MetalShape, ResponseModel};
+use crate::boundary::BoundaryShape;
+use crate::cells::{Cells, NearMetal};
+use crate::exchange::ExchangeReport;
+use crate::harmonics::{DisturbedErrors, Sampling};
+use crate::room::{MetalRoom, PlacedBody, RoomError};
+use crate::setup::{MetalObject, ObjectShape, RoomMetal, SetupError};
+use crate::shapes;
+use crate::surface::{ClosedSurface, SurfaceError};
+use nalgebra::{Point3, Unit, Vector3};
+use std::sync::Arc;
+use trackwright_field::computed::{FieldSource, PoseErrors};
+use trackwright_field::evaluation::Coefficient;
+use trackwright_field::gaussian::Trend;
+use trackwright_field::generator::Generator;
+use trackwright_field::generator::reading::axis_error;
+use trackwright_field::harmonic::HarmonicModel;
+use trackwright_field::samples::MapKind;
+use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
+use trackwright_geometry::volume::Volume;
+use trackwright_task::{Cancelled, Task};
+
+pub use crate::cells::CellCounts;
+pub use crate::harmonics::TOLERANCE_MM;
+
+/// A room with its metal.
+#[derive(Clone, Debug)]
+pub struct Furnished {
+    pub environment: Arc<Environment>,
+    /// The metal, solved; `None` without any.
+    pub room: Option<Arc<MetalRoom>>,
+    pub report: FurnishReport,
+}
+
+/// What was done to simulate a room.
+#[derive(Clone, Debug)]
+pub struct FurnishReport {
+    pub evaluation: MetalEvaluation,
+    /// In the order of the objects.
+    pub objects: Vec<ObjectReport>,
+    pub exchange: ExchangeReport,
+    /// Whether the room was measured, so that what the metal does to what disturbs it already is left
+    /// out.
+    pub is_added_to_errors: bool,
+}
+
+/// How poses are evaluated.
+#[derive(Clone, Debug)]
+pub enum MetalEvaluation {
+    /// There is no metal.
+    None,
+    /// By harmonic functions that were fitted to samples of the metal's field.
+    Harmonic { degree: usize },
+    /// By harmonic functions where they are within [`TOLERANCE_MM`], by the metal's field itself elsewhere.
+    Cells(MetalCells),
+}
+
+/// The cells of a room, for how often each way was taken.
+#[derive(Clone, Debug)]
+pub struct MetalCells(Arc<Cells<DirectErrors>>);
+
+impl MetalCells {
+    /// What was evaluated until now.
+    pub fn counts(&self) -> CellCounts {
+        self.0.counts()
+    }
+}
+
+/// How one object is answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObjectReport {
+    pub name: String,
+    /// None of a sphere.
+    pub triangles: usize,
+    /// Triangles of its mesh, where that was coarsened.
+    pub coarsened_from: Option<usize>,
+    pub model: ResponseModel,
+}
+
+impl Furnished {
+    /// A room without metal.
+    pub fn bare(environment: &Arc<Environment>) -> Self {
+        let report = FurnishReport {
+            evaluation: MetalEvaluation::None,
+            objects: Vec::new(),
+            exchange: ExchangeReport::default(),
+            is_added_to_errors: false,
+        };
+        Self { environment: Arc::clone(environment), room: None, report }
+    }
+}
+
+/// Why a room's metal cannot be simulated.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum FurnishError {
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    #[error("{name}: {cause}")]
+    Surface { name: String, cause: Box<SurfaceError> },
+    #[error("{name}: {cause}")]
+    Body { name: String, cause: BodyError },
+    #[error("{}", named(cause, names))]
+    Room { names: Vec<String>, cause: Box<RoomError> },
+    #[error(
+        "the room's model corrects measured poses, expected one that distorts true poses: metal cannot be added to it"
+    )]
+    Correction,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// A room's problem with the objects' names in the place of their numbers.
+fn named(cause: &RoomError, names: &[String]) -> String {
+    let name = |index: usize| names.get(index).map_or("an object", String::as_str);
+    match cause {
+        RoomError::Pose(body) => format!("{}: the pose is not finite", name(*body)),
+        RoomError::MetalCutsGenerator { body, coil } => {
+            format!("{} cuts coil {} of the generator", name(*body), coil + 1)
+        }
+        RoomError::MetalInVolumeCenter(body) => {
+            format!("{} is in the middle of the measurement volume", name(*body))
+        }
+        RoomError::BodiesTouch { first, second } => {
+            format!("{} and {} touch or cut each other", name(*first), name(*second))
+        }
+        other => other.to_string(),
+    }
+}
+
+/// Solves rooms and keeps what the next one may need again.
+#[derive(Debug, Default)]
+pub struct Furnisher {
+    shapes: Vec<(ShapeKey, Arc<BoundaryShape>)>,
+    bodies: Vec<(BodyKey, Arc<MetalBody>)>,
+    sampling: Option<Arc<Sampling>>,
+    last: Option<Arc<MetalRoom>>,
+}
+
+type ShapeKey = (ObjectShape, usize);
+type BodyKey = (ShapeKey, crate::material::Material, f64);
+
+/// Shapes and bodies that are kept: those of the largest room twice, before and after a change.
+const MOST_KEPT: usize = 2 * crate::setup::MAX_OBJECTS;
+
+impl Furnisher {
+    /// The room `bare` with metal added to it.
+    ///
+    /// A harmonic room of the same generator is disturbed with the metal; to any other room that was
+    /// measured the metal's errors are added, to first order. What the metal does to the metal that was
+    /// measured is left out.
+    ///
+    /// # Errors
+    /// See [`FurnishError`].
+    pub fn furnish(
+        &mut self,
+        bare: &Arc<Environment>,
+        metal: &RoomMetal,
+        task: &Task,
+    ) -> Result<Furnished, FurnishError> {
+        match self.furnished(bare, metal, task) {
+            // Whatever was interrupted by it.
+            Err(_) if task.cancel.is_cancelled() => Err(Cancelled.into()),
+            made => made,
+        }
+    }
+
+    fn furnished(
+        &mut self,
+        bare: &Arc<Environment>,
+        metal: &RoomMetal,
+        task: &Task,
+    ) -> Result<Furnished, FurnishError> {
+        metal.check()?;
+        if bare.model.map() == MapKind::Correction {
+            return Err(FurnishError::Correction);
+        }
+        if metal.objects.is_empty() {
+            return Ok(Furnished::bare(bare));
+        }
+        let mut placed = Vec::with_capacity(metal.objects.len());
+        let part = |done: usize| done as f64 / (metal.objects.len() + 1) as f64;
+        for (done, object) in metal.objects.iter().enumerate() {
+            task.step(done, metal.objects.len() + 1)?;
+            let own = task.subtask(part(done), part(done + 1));
+            let body = self.body(object, metal.frequency_hz, &own)?;
+            placed.push(PlacedBody { body, tracker_from_body: object.tracker_from_object });
+        }
+        let objects = metal.objects.iter().zip(&placed).map(|(o, p)| report_of(o, &p.body));
+        let objects: Vec<ObjectReport> = objects.collect();
+        let room = Arc::new(self.solved(
+            bare,
+            metal,
+            placed,
+            &task.subtask(part(metal.objects.len()), 1.0),
+        )?);
+        self.last = Some(Arc::clone(&room));
+
+        let of_same_coils = match bare.model.computed().map(|computed| computed.source()) {
+            Some(FieldSource::Harmonic(model)) => {
+                (*model.generator() == metal.generator).then(|| Arc::clone(model))
+            }
+            _ => None,
+        };
+        let is_added_to_errors = of_same_coils.is_none() && !bare.model.is_zero();
+        let direct = DirectErrors { room: Arc::clone(&room), beside: of_same_coils };
+        let bounds = bare.model.bounds();
+        let sampling = self.sampling(&bounds.size_mm());
+        let cells = Arc::new(Cells::new(Arc::new(direct), sampling, *bounds));
+        let whole = cells.whole();
+        let evaluation = match &whole {
+            Some(model) => MetalEvaluation::Harmonic { degree: model.degree() },
+            None => MetalEvaluation::Cells(MetalCells(Arc::clone(&cells))),
+        };
+        let source = match whole {
+            Some(model) if !is_added_to_errors => FieldSource::Harmonic(model),
+            whole => {
+                let errors: Arc<dyn PoseErrors> = match whole {
+                    Some(model) => model,
+                    None => cells,
+                };
+                FieldSource::Simulated(match is_added_to_errors {
+                    true => Arc::new(AddedErrors { measured: bare.model.clone(), metal: errors }),
+                    false => errors,
+                })
+            }
+        };
+        let report =
+            FurnishReport { evaluation, objects, exchange: room.exchange(), is_added_to_errors };
+        // Drawn fields are added to the model, but those of a room without a trend are the whole field.
+        let process = bare.process.clone().filter(|process| process.trend == Trend::Model);
+        let environment = Environment {
+            model: DistortionModel::of_source(source, MapKind::Distortion, *bounds),
+            process,
+            ..Environment::clone(bare)
+        };
+        Ok(Furnished { environment: Arc::new(environment), room: Some(room), report })
+    }
+
+    fn sampling(&mut self, size_mm: &Vector3<f64>) -> Arc<Sampling> {
+        match &self.sampling {
+            Some(sampling) if sampling.size_mm() == size_mm => Arc::clone(sampling),
+            _ => {
+                let sampling = Arc::new(Sampling::new(size_mm));
+                self.sampling = Some(Arc::clone(&sampling));
+                sampling
+            }
+        }
+    }
+
+    fn solved(
+        &self,
+        bare: &Environment,
+        metal: &RoomMetal,
+        placed: Vec<PlacedBody>,
+        task: &Task,
+    ) -> Result<MetalRoom, FurnishError> {
+        let volume = bare.volume.unwrap_or(Volume::Box(*bare.model.bounds()));
+        let last = self
+            .last
+            .as_ref()
+            .filter(|last| *last.generator() == metal.generator && last.volume() == Some(&volume));
+        let solved = match last {
+            Some(last) => last.with_bodies(placed, task),
+            None => MetalRoom::new(metal.generator.clone(), Some(volume), placed, task),
+        };
+        solved.map_err(|cause| FurnishError::Room {
+            names: metal.objects.iter().map(|object| object.name.clone()).collect(),
+            cause: Box::new(cause),
+        })
+    }
+
+    fn body(
+        &mut self,
+        object: &MetalObject,
+        frequency_hz: f64,
+        task: &Task,
+    ) -> Result<Arc<MetalBody>, FurnishError> {
+        let shape_key = (object.shape.clone(), object.most_triangles);
+        let key = (shape_key.clone(), object.material.material(), frequency_hz);
+        if let Some(body) = kept(&mut self.bodies, &key) {
+            return Ok(body);
+        }
+        let shape = match object.shape {
+            ObjectShape::Sphere { radius_mm } => MetalShape::Sphere { radius_mm },
+            _ => MetalShape::Surface(match kept(&mut self.shapes, &shape_key) {
+                Some(shape) => shape,
+                None => {
+                    let surface = surface(object, &task.subtask(0.0, 0.4))?;
+                    let shape = BoundaryShape::new(surface, &task.subtask(0.4, 0.7))?;
+                    let shape = Arc::new(shape);
+                    keep(&mut self.shapes, shape_key, &shape);
+                    shape
+                }
+            }),
+        };
+        let body = MetalBody::new(shape, key.1, frequency_hz, &task.subtask(0.7, 1.0));
+        let name = || object.name.clone();
+        let body = Arc::new(body.map_err(|cause| FurnishError::Body { name: name(), cause })?);
+        keep(&mut self.bodies, key, &body);
+        Ok(body)
+    }
+}
+
+/// The surface of an object that is no sphere.
+fn surface(object: &MetalObject, task: &Task) -> Result<ClosedSurface, FurnishError> {
+    let name = || object.name.clone();
+    let most = object.most_triangles;
+    let of_shape = |cause| SetupError::Shape { name: name(), cause };
+    let made = match &object.shape {
+        ObjectShape::Sphere { radius_mm } => {
+            ClosedSurface::new(&shapes::sphere(*radius_mm, 3).map_err(of_shape)?)
+        }
+        ObjectShape::Cuboid { size_mm } => {
+            ClosedSurface::new(&shapes::cuboid(size_mm, most).map_err(of_shape)?)
+        }
+        ObjectShape::Cylinder { radius_mm, length_mm } => {
+            let mesh = shapes::cylinder(*radius_mm, *length_mm, most).map_err(of_shape)?;
+            ClosedSurface::new(&mesh)
+        }
+        ObjectShape::Mesh(mesh) => ClosedSurface::remeshed(&mesh.surface, most, task),
+    };
+    made.map_err(|cause| FurnishError::Surface { name: name(), cause: Box::new(cause) })
+}
+
+/// What is kept by a key; it is the newest then.
+fn kept<K: PartialEq, V>(all: &mut Vec<(K, Arc<V>)>, key: &K) -> Option<Arc<V>> {
+    let index = all.iter().position(|(other, _)| other == key)?;
+    let found = all.remove(index);
+    let value = Arc::clone(&found.1);
+    all.push(found);
+    Some(value)
+}
+
+fn keep<K, V>(all: &mut Vec<(K, Arc<V>)>, key: K, value: &Arc<V>) {
+    all.push((key, Arc::clone(value)));
+    if all.len() > MOST_KEPT {
+        all.remove(0);
+    }
+}
+
+fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
+    let surface = match body.shape() {
+        MetalShape::Sphere { .. } => None,
+        MetalShape::Surface(shape) => Some(shape.surface()),
+    };
+    ObjectReport {
+        name: object.name.clone(),
+        triangles: surface.map_or(0, |surface| surface.panels().len()),
+        coarsened_from: surface.and_then(ClosedSurface::coarsened_from),
+        model: *body.model(),
+    }
+}
+
+/// A tracker's errors among metal, from the metal's field at each pose.
+#[derive(Debug)]
+struct DirectErrors {
+    room: Arc<MetalRoom>,
+    /// What disturbs the same coils without the metal.
+    beside: Option<Arc<HarmonicModel>>,
+}
+
+impl DisturbedErrors for DirectErrors {
+    fn generator(&self) -> &Generator {
+        self.room.generator()
+    }
+
+    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>> {
+        let mut fields = vec![Vector3::zeros(); self.room.generator().coils.len()];
+        self.room.disturbance(p, &mut fields).ok()?;
+        if let Some(beside) = &self.beside {
+            let mut measured = vec![Vector3::zeros(); fields.len()];
+            beside.disturbance(p, &mut measured);
+            fields.iter_mut().zip(measured).for_each(|(field, measured)| *field += measured);
+        }
+        Some(fields)
+    }
+}
+
+impl NearMetal for DirectErrors {
+    fn distance_mm(&self, p: &Point3<f64>) -> f64 {
+        self.room.least_distance_mm(p)
+    }
+}
+
+impl PoseErrors for DirectErrors {
+    fn axis_errors(
+        &self,
+        positions_mm: &[Point3<f64>],
+        axes: &[Unit<Vector3<f64>>],
+        out: &mut [Option<Coefficient>],
+    ) {
+        // Several axes at one place are read in one field.
+        let mut there: Option<(Point3<f64>, Option<Vec<Vector3<f64>>>)> = None;
+        for ((p, axis), out) in positions_mm.iter().zip(axes).zip(out) {
+            if there.as_ref().is_none_or(|(place, _)| place != p) {
+                there = Some((*p, self.disturbance(p)));
+            }
+            let fields = there.as_ref().and_then(|(_, fields)| fields.as_ref());
+            let error = fields.and_then(|d| axis_error(self.room.generator(), p, axis, d).ok());
+            *out = error.map(|error| error.values());
+        }
+    }
+}
+
+/// The errors of a measured room and those of metal, added.
+#[derive(Debug)]
+struct AddedErrors {
+    measured: DistortionModel,
+    metal: Arc<dyn PoseErrors>,
+}
+
+impl PoseErrors for AddedErrors {
+    fn axis_errors(
+        &self,
+        positions_mm: &[Point3<f64>],
+        axes: &[Unit<Vector3<f64>>],
+        out: &mut [Option<Coefficient>],
+    ) {
+        self.metal.axis_errors(positions_mm, axes, out);
+        for ((p, axis), out) in positions_mm.iter().zip(axes).zip(out) {
+            if let Some(values) = out {
+                let measured = self.measured.evaluate(p, axis, OutsidePolicy::Clamp).error;
+                values.iter_mut().zip(measured.values()).for_each(|(v, own)| *v += own);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,169 @@
+//! The metal's disturbance in a box as harmonic functions: sampled, fitted, and compared with itself at
+//! other places.
+
+use faer::Mat;
+use nalgebra::{Point3, Unit, Vector3};
+use std::sync::Arc;
+use trackwright_field::computed::PoseErrors;
+use trackwright_field::evaluation::Coefficient;
+use trackwright_field::generator::Generator;
+use trackwright_field::generator::reading::LEVER_MM;
+use trackwright_field::harmonic::HarmonicModel;
+use trackwright_field::harmonic::solid_harmonics::{MAX_DEGREE, gradients, terms};
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::directions::DirectionSet;
+
+/// Largest difference of what a sensor is reported at by the harmonics and by the metal itself, in mm of
+/// position and of rotation at [`LEVER_MM`].
+pub const TOLERANCE_MM: f64 = 0.01;
+
+/// What is reached at the places that are compared: others are up to twice as far off.
+const REACHED_MM: f64 = TOLERANCE_MM / 2.0;
+
+/// Degrees that are tried; the first that is near enough is taken.
+const DEGREES: [usize; 3] = [4, 7, MAX_DEGREE];
+
+/// Places that are fitted to: 3 equations each, four times the unknowns of the highest degree.
+const FITTED: usize = 160;
+
+/// Other places, each with 13 axes.
+const COMPARED: usize = 24;
+
+/// A tracker's errors in fields that are known anywhere.
+pub(crate) trait DisturbedErrors: PoseErrors {
+    fn generator(&self) -> &Generator;
+
+    /// What is added to the field of every coil at a place; `None` in metal.
+    fn disturbance(&self, p: &Point3<f64>) -> Option<Vec<Vector3<f64>>>;
+}
+
+/// Where a box is sampled, and the equations of that: the same for all boxes of its proportions, whatever
+/// metal is around them.
+#[derive(Clone, Debug)]
+pub(crate) struct Sampling {
+    size_mm: Vector3<f64>,
+    /// In the unit cube.
+    fitted: Vec<Vector3<f64>>,
+    compared: Vec<Vector3<f64>>,
+    axes: Vec<Unit<Vector3<f64>>>,
+    /// Of the matrix of the highest degree; a lower one has its first columns.
+    q: Mat<f64>,
+    r: Mat<f64>,
+}
+
+impl Sampling {
+    /// For boxes of some proportions.
+    pub fn new(size_mm: &Vector3<f64>) -> Self {
+        let fitted = places(FITTED, 0.5);
+        let columns = terms(MAX_DEGREE);
+        let rows: Vec<Vec<Vector3<f64>>> = fitted
+            .iter()
+            .map(|unit| {
+                let mut slopes = vec![Vector3::zeros(); columns];
+                let x = (unit - Vector3::repeat(0.5)).component_mul(size_mm) * 2.0 / size_mm.norm();
+                gradients(MAX_DEGREE, &x, &mut slopes);
+                slopes
+            })
+            .collect();
+        let matrix = Mat::from_fn(3 * fitted.len(), columns, |i, j| rows[i / 3][j][i % 3]);
+        let qr = matrix.qr();
+        // An axis turned round has the same error.
+        let half = DirectionSet::TwentySix.directions().iter();
+        let is_of_half = |axis: &&Unit<Vector3<f64>>| (axis.z, axis.y, axis.x) > (0.0, 0.0, 0.0);
+        Self {
+            size_mm: *size_mm,
+            fitted,
+            compared: places(COMPARED, 0.0),
+            axes: half.filter(is_of_half).copied().collect(),
+            q: qr.compute_thin_Q(),
+            r: qr.thin_R().to_owned(),
+        }
+    }
+
+    pub fn size_mm(&self) -> &Vector3<f64> {
+        &self.size_mm
+    }
+
+    /// Harmonics of the least degree that is near enough to `errors` in a box of these proportions; `None`
+    /// where none is, and where metal is in the box.
+    pub fn fit(&self, bounds: &Bounds, errors: &dyn DisturbedErrors) -> Option<Arc<HarmonicModel>> {
+        let at = |unit: &Vector3<f64>| bounds.min_mm + bounds.size_mm().component_mul(unit);
+        let sampled: Option<Vec<_>> =
+            self.fitted.iter().map(|unit| errors.disturbance(&at(unit))).collect();
+        let sampled = sampled?;
+        let coils = errors.generator().coils.len();
+        let right = Mat::from_fn(3 * sampled.len(), coils, |i, c| sampled[i / 3][c][i % 3]);
+        let projected = self.q.transpose() * &right;
+        let compared: Vec<Point3<f64>> = self
+            .compared
+            .iter()
+            .flat_map(|unit| std::iter::repeat_n(at(unit), self.axes.len()))
+            .collect();
+        let axes: Vec<_> = self.compared.iter().flat_map(|_| self.axes.iter().copied()).collect();
+        let read = |errors: &dyn PoseErrors| {
+            let mut out = vec![None; axes.len()];
+            errors.axis_errors(&compared, &axes, &mut out);
+            out
+        };
+        let exact = read(errors);
+        DEGREES.into_iter().find_map(|degree| {
+            let model = HarmonicModel::new(
+                errors.generator().clone(),
+                bounds.center_mm(),
+                bounds.size_mm().norm() / 2.0,
+                degree,
+                self.solved(&projected, terms(degree)),
+            );
+            // Coefficients that are not finite are of a field that is not.
+            let model = model.ok()?;
+            let largest_mm = largest_difference_mm(&read(&model), &exact);
+            (largest_mm <= REACHED_MM).then(|| Arc::new(model))
+        })
+    }
+
+    /// Least squares of the first columns, coil after coil.
+    fn solved(&self, projected: &Mat<f64>, columns: usize) -> Vec<f64> {
+        let mut all = Vec::with_capacity(columns * projected.ncols());
+        for coil in 0..projected.ncols() {
+            let mut x: Vec<f64> = (0..columns).map(|k| projected[(k, coil)]).collect();
+            for k in (0..columns).rev() {
+                let known: f64 = (k + 1..columns).map(|j| self.r[(k, j)] * x[j]).sum();
+                x[k] = (x[k] - known) / self.r[(k, k)];
+            }
+            all.append(&mut x);
+        }
+        all
+    }
+}
+
+/// Places spread over the unit cube, denser towards its faces, where a field varies most; `shift` gives
+/// others.
+///
+/// The sequence of Roberts: multiples of the powers of the inverse root of `x⁴ = x + 1`.
+fn places(count: usize, shift: f64) -> Vec<Vector3<f64>> {
+    const STEP: [f64; 3] =
+        [0.819_172_513_396_164_4, 0.671_043_606_703_789_1, 0.549_700_477_901_970_3];
+    let place = |k: usize| {
+        Vector3::from_fn(|axis, _| {
+            let even = (shift + STEP[axis] * (k + 1) as f64).fract();
+            0.5 - 0.5 * (std::f64::consts::PI * even).cos()
+        })
+    };
+    (0..count).map(place).collect()
+}
+
+/// Infinite where one of both is reported and the other not.
+fn largest_difference_mm(found: &[Option<Coefficient>], exact: &[Option<Coefficient>]) -> f64 {
+    let difference = |found: &Coefficient, exact: &Coefficient| {
+        let part = |from: usize| {
+            (from..from + 3).map(|k| (found[k] - exact[k]).powi(2)).sum::<f64>().sqrt()
+        };
+        part(0).max(part(3) * LEVER_MM)
+    };
+    let differences = found.iter().zip(exact).map(|pair| match pair {
+        (Some(found), Some(exact)) => difference(found, exact),
+        (None, None) => 0.0,
+        _ => f64::INFINITY,
+    });
+    differences.fold(0.0, f64::max)
+}
