@@ -128,4 +128,16 @@ mod tests {
         );
         assert_eq!(ClosedSurface::remeshed(&open, 9, &task), Err(SurfaceError::Target { most: 9 }));
     }
+
+    #[test]
+    fn meshes_beyond_two_million_are_refused() {
+        let mut mesh = sphere(50.0, 0).unwrap();
+        let part = &mut mesh.parts[0];
+        part.triangles = part.triangles.iter().copied().cycle().take(2_000_001).collect();
+        let error = ClosedSurface::remeshed(&mesh, 1000, &Task::default()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "2000001 triangles, expected at most 2000000: coarsen the mesh to that many"
+        );
+    }
 }
