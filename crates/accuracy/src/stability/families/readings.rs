@@ -4,7 +4,7 @@ use super::prelude::*;
 use nalgebra::{DMatrix, Rotation3};
 use std::f64::consts::TAU;
 use trackwright_field::generator::reading::{LEVER_MM, read_axis};
-use trackwright_field::generator::{Coil, Generator};
+use trackwright_field::generator::{Coil, Generator, MIN_COILS};
 use trackwright_geometry::volume::Volume;
 
 const POSITION: Quantity = Quantity::new(
@@ -19,6 +19,13 @@ const DIRECTION: Quantity = Quantity::new(
     20.0,
     "the signals' norm over what a mm least determined changes them by",
     "1 mm at the lever of 100 mm",
+);
+
+const SIGNALS: Quantity = Quantity::new(
+    "signals of the pose that is read",
+    20.0,
+    "what a move by the distance from the generator changes the signals by, over their norm",
+    "the signals' norm",
 );
 
 pub(super) fn family(extent: Extent) -> Family {
@@ -50,21 +57,23 @@ pub(super) fn family(extent: Extent) -> Family {
             worst_each(rows.collect())
         }));
     }
-    // On its axis a ring of vertical dipoles has two patterns to show two shifts and two turns.
+    // On its axis a ring of vertical dipoles has two patterns to show two shifts and two turns; two coils
+    // that are not on it add two.
     for exponent in [1, 3, 5, 6, 7, 8, 10, 13] {
         let moved = 100.0 * 10.0_f64.powi(-exponent);
         cases.push(Case::new(
-            format!("a ring, one coil moved by 1e-{exponent} of its radius"),
+            format!("a ring, two coils moved by 1e-{exponent} of its radius"),
             move |_, case| {
                 let coil = |k: usize| {
                     let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), k as f64 * TAU / 8.0);
-                    let shift = if k == 0 { moved } else { 0.0 };
+                    let shift = moved * [0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.0, 0.0][k];
                     let at = turn * Vector3::new(100.0 + shift, 0.0, 0.3 * shift);
                     vertical(at.into())
                 };
                 let ring = generator((0..8).map(coil));
                 let (p, n) = (Point3::new(0.0, 0.0, -200.0), Vector3::z_axis());
-                let shift = Vector3::new(0.4, -0.3, 0.2);
+                // Farther off the signals may be nearest to those of a pose on the other side of the axis.
+                let shift = Vector3::new(0.4, -0.3, 0.2) * (0.01 * moved);
                 let mut rows = worst_each(rows(case, &ring, &p, &n, &(p + shift), &n));
                 let is_refused = ring.check_determines(&Volume::AuroraCube).is_err();
                 // Singular values fall with the coil's move; below 1e-7 the generator is refused.
@@ -79,8 +88,9 @@ pub(super) fn family(extent: Extent) -> Family {
         name: "readings",
         about: "Signals of another pose as those of a disturbed field: the pose that is read has to \
             be that one, or there is none. Where the signals hardly determine the pose it is as far \
-            off as their round-off moves it.",
-        quantities: vec![POSITION, DIRECTION],
+            off as their round-off moves it. Of five coils several poses have the same signals: they \
+            are compared instead.",
+        quantities: vec![POSITION, DIRECTION, SIGNALS],
         cases,
     }
 }
@@ -119,11 +129,17 @@ fn rows(
         .map(|(coil, signal)| n.into_inner() * (signal - coil.field(p).dot(n)))
         .collect();
     let Ok(reading) = read_axis(generator, p, n, &disturbance) else {
-        return vec![Row::behaviour(case, "no pose where there is none", true)];
+        return vec![Row::behaviour(case, "the right pose, or none", true)];
     };
     let jacobian = jacobian(generator, other_p, other_n);
-    let least = jacobian.singular_values().min();
     let norm = signals.iter().map(|s| s * s).sum::<f64>().sqrt();
+    if generator.coils.len() == MIN_COILS {
+        let read = generator.coils.iter().map(|c| c.field(&reading.position_mm).dot(&reading.axis));
+        let squares = read.zip(&signals).map(|(read, signal)| (read - signal).powi(2));
+        let condition = jacobian.norm() * other_p.coords.norm() / norm;
+        return vec![SIGNALS.row(case, condition, squares.sum::<f64>().sqrt(), norm)];
+    }
+    let least = jacobian.singular_values().min();
     let condition = norm / least;
     vec![
         POSITION.row(case, condition, (reading.position_mm - other_p).norm(), 1.0),
