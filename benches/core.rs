@@ -7,6 +7,7 @@ mod compensation;
 mod evaluation;
 mod fitting;
 mod kinds;
+mod metal;
 mod picking;
 mod selection;
 mod uncertainty;

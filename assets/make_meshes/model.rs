@@ -1,6 +1,7 @@
-//! What a mesh file holds: named parts, each a closed shape in one material.
+//! What a mesh file holds: named parts, each in one material, closed by themselves or together.
 
 use crate::shape::Shape;
+use crate::vector::Vec3;
 
 /// A physically based material with linear colours, as glTF wants them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +33,37 @@ impl Part {
     }
 }
 
+/// One closed shape as parts in several materials; `region` gives a triangle's by its middle.
+///
+/// The parts are open, and closed together: they meet at the same points. Light falls as on the whole.
+pub fn painted(
+    shape: &Shape,
+    regions: &[(&'static str, Material)],
+    region: impl Fn(Vec3) -> usize,
+) -> Vec<Part> {
+    let shaded = shape.shaded();
+    let region_of = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|index| shaded.positions[index as usize]);
+        region((a + b + c) / 3.0)
+    };
+    let part_of = |(index, &(name, material)): (usize, &(&'static str, Material))| {
+        let mut part = Shape { normals: Some(Vec::new()), ..Shape::default() };
+        let mut new_index = vec![None; shaded.positions.len()];
+        for triangle in shaded.triangles.iter().filter(|triangle| region_of(triangle) == index) {
+            let corners = triangle.map(|old| {
+                *new_index[old as usize].get_or_insert_with(|| {
+                    part.points.push(shaded.positions[old as usize]);
+                    part.normals.get_or_insert_default().push(shaded.normals[old as usize]);
+                    part.points.len() as u32 - 1
+                })
+            });
+            part.triangles.push(corners);
+        }
+        Part::new(name, material, part)
+    };
+    regions.iter().enumerate().map(part_of).collect()
+}
+
 /// The materials of all instruments. Metals stay below full metallic: the editor lights them with
 /// lamps only, and a mirror with nothing to reflect is black.
 pub mod materials {
@@ -54,6 +86,7 @@ pub mod materials {
     pub const FABRIC: Material = opaque("fabric", [0.060, 0.105, 0.108], 0.0, 0.90);
     pub const GRAPHITE: Material = opaque("graphite", [0.030, 0.033, 0.038], 0.10, 0.50);
     pub const PANEL: Material = opaque("panel", [0.090, 0.097, 0.108], 0.05, 0.55);
+    pub const ENAMEL: Material = opaque("enamel", [0.360, 0.375, 0.390], 0.05, 0.40);
     pub const MARK: Material = opaque("mark", [0.560, 0.600, 0.640], 0.0, 0.50);
     /// Translucent, so that tools and targets inside the head stay visible.
     pub const BONE: Material = Material {

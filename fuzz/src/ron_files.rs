@@ -3,7 +3,7 @@
 
 use super::read;
 use trackwright_formats::{
-    body, design_file, environment, preferences_file, recent_file, recovery_file,
+    EnvironmentFile, body, design_file, environment, preferences_file, recent_file, recovery_file,
 };
 
 pub fn body_file(bytes: &[u8]) -> bool {
@@ -17,9 +17,8 @@ pub fn design_file(bytes: &[u8]) -> bool {
 }
 
 pub fn environment_file(bytes: &[u8]) -> bool {
-    survives(read(environment::parse(bytes)), environment::write, |text| {
-        environment::parse(text.as_bytes())
-    })
+    let write = |file: &EnvironmentFile| environment::write(&file.environment, file.metal.as_ref());
+    survives(read(environment::parse(bytes)), write, |text| environment::parse(text.as_bytes()))
 }
 
 /// What the program leaves for its own next start, as each of its kinds.

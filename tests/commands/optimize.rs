@@ -44,7 +44,7 @@ fn exact_world() -> Scratch {
     let scratch = world();
     let mut room = scratch.environment("d/room.env.ron");
     (room.provenance, room.fit_validity, room.process) = (None, None, None);
-    scratch.write("d/room.env.ron", environment::write(&room));
+    scratch.write("d/room.env.ron", environment::write(&room, None));
     scratch
 }
 

@@ -317,19 +317,26 @@ impl MetalRoom {
         all.min_by(|a, b| a.distance_mm.total_cmp(&b.distance_mm))
     }
 
-    /// A distance that no metal is nearer than to a point of the tracker frame; 0 where it may be in metal.
+    /// Distance of a point of the tracker frame from the nearest metal; 0 within it.
     pub fn least_distance_mm(&self, p: &Point3<f64>) -> f64 {
-        let of_body = |placed: &PlacedBody| {
-            let in_body = placed.tracker_from_body.inverse_transform_point(p);
-            match placed.body.shape() {
-                MetalShape::Sphere { radius_mm } => in_body.coords.norm() - radius_mm,
-                MetalShape::Surface(shape) => {
-                    let surface = shape.surface();
-                    if surface.contains(&in_body) { 0.0 } else { surface.nearest(&in_body).0 }
-                }
+        let distances = (0..self.bodies.len()).map(|body| self.body_distance_mm(body, p));
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Distance of a point of the tracker frame from a body's surface; 0 within it.
+    ///
+    /// # Panics
+    /// If there is no body of that number.
+    pub fn body_distance_mm(&self, body: usize, p: &Point3<f64>) -> f64 {
+        let placed = &self.bodies[body];
+        let in_body = placed.tracker_from_body.inverse_transform_point(p);
+        match placed.body.shape() {
+            MetalShape::Sphere { radius_mm } => (in_body.coords.norm() - radius_mm).max(0.0),
+            MetalShape::Surface(shape) => {
+                let surface = shape.surface();
+                if surface.contains(&in_body) { 0.0 } else { surface.nearest(&in_body).0 }
             }
-        };
-        self.bodies.iter().map(of_body).fold(f64::INFINITY, f64::min).max(0.0)
+        }
     }
 
     /// [`MetalRoom::disturbance`] of many points, on all threads.

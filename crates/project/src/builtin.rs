@@ -7,7 +7,7 @@ use trackwright_design::Origin;
 /// What opens where no file is named.
 pub const DEFAULT_BUILTIN: &str = "pointer-on-head";
 
-const NAMES: [&str; 3] = ["pointer-on-head", "shaver-on-head", "endoscope"];
+const NAMES: [&str; 4] = ["pointer-on-head", "shaver-on-head", "endoscope", "operating-theatre"];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Starter {
@@ -46,6 +46,7 @@ const FILES: &[(&str, &[u8])] = embedded![
     "designs/pointer-on-head.design.ron",
     "designs/shaver-on-head.design.ron",
     "designs/endoscope.design.ron",
+    "designs/operating-theatre.design.ron",
     "designs/new-tool.design.ron",
     "designs/new-tool-on-crf.design.ron",
     "assets/bodies/pointer.body.ron",
@@ -55,11 +56,17 @@ const FILES: &[(&str, &[u8])] = embedded![
     "assets/bodies/tool.body.ron",
     "assets/bodies/crf.body.ron",
     "assets/environments/operating-table.env.ron",
+    "assets/environments/operating-theatre.env.ron",
     "assets/meshes/pointer.glb",
     "assets/meshes/shaver.glb",
     "assets/meshes/endoscope.glb",
     "assets/meshes/head-crf.glb",
     "assets/meshes/field-generator.glb",
+    "assets/meshes/operating-table.glb",
+    "assets/meshes/c-arm.glb",
+    "assets/meshes/retractor.glb",
+    "assets/meshes/forceps.glb",
+    "assets/meshes/mallet.glb",
 ];
 
 /// The field generator.
@@ -202,7 +209,7 @@ mod tests {
             } else {
                 continue;
             };
-            if std::env::var_os("UPDATE_BUILTIN").is_some() && !path.ends_with(".env.ron") {
+            if std::env::var_os("UPDATE_BUILTIN").is_some() && *path != ENVIRONMENT {
                 std::fs::write(in_repository(path), text).unwrap();
             } else {
                 assert_eq!(text, std::str::from_utf8(bytes).unwrap(), "{path}");

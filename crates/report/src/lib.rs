@@ -19,6 +19,7 @@ pub mod drawing;
 pub mod error_charts;
 pub mod learning_chart;
 pub mod manufacturing;
+pub mod metal_chart;
 pub mod page;
 pub mod palette;
 pub mod plot;

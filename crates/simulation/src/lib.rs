@@ -50,6 +50,7 @@ pub mod field_lattice;
 pub mod figures;
 pub mod frame_fit;
 pub mod linear_fit;
+pub mod metal_distance;
 pub mod metric;
 pub mod motion;
 pub mod motion_outline;

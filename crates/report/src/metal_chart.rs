@@ -1,0 +1,37 @@
+//! A design's error against how far a metal object is.
+
+use super::plot::{Axis, Chart, Scale, Series, SeriesStyle};
+use trackwright_simulation::Scenario;
+use trackwright_simulation::metal_distance::MetalDistances;
+use trackwright_simulation::metric::Metric;
+
+/// The tip's RMS and 95th percentile against the distance from the object to the tip, with the
+/// requirement's bound of a length, and where the requirement begins to hold.
+pub fn chart(design: &str, object: &str, scenario: &Scenario, found: &MetalDistances) -> Chart {
+    let line = |metric: Metric| {
+        let points = found.places.iter().filter_map(|place| {
+            let values = place.figures.as_ref().ok()?;
+            Some((place.gap.from_tip_mm, values[metric.index()]))
+        });
+        Series::new(metric.label(), SeriesStyle::Line, points.collect())
+    };
+    let mut series = vec![line(Metric::TIP_RMS), line(Metric::TIP_P95)];
+    let bounds = scenario.requirement.iter().flat_map(|requirement| requirement.bounds());
+    for (metric, bound) in bounds.filter(|(metric, _)| metric.unit() == Metric::TIP_RMS.unit()) {
+        let name = format!("limit of {}", metric.label());
+        series.push(Series::new(name, SeriesStyle::Bound, vec![(0.0, bound)]));
+    }
+    if let Some(gap) = found.holds_from {
+        let at = found.places.iter().find(|place| place.gap == gap);
+        let values = at.and_then(|place| place.figures.as_ref().ok());
+        let point = values.map(|values| (gap.from_tip_mm, values[Metric::TIP_RMS.index()]));
+        let name = format!("holds from {:.0} mm", gap.from_tip_mm);
+        series.push(Series::new(name, SeriesStyle::Marked, point.into_iter().collect()));
+    }
+    Chart {
+        title: format!("{design}: error against the distance of {object}"),
+        x: Axis::linear(format!("distance from {object} to the tip, mm")),
+        y: Axis { label: "tip error, mm".to_owned(), scale: Scale::Logarithmic },
+        series,
+    }
+}

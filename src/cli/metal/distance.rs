@@ -1,0 +1,179 @@
+//! `metal distance`: from how far away a metal object lets a design meet its requirement.
+
+use crate::cli::prelude::*;
+use crate::cli::simulate::note_world;
+use nalgebra::{Unit, Vector3};
+use trackwright_metal::furnished::Furnisher;
+use trackwright_metal::setup::RoomMetal;
+use trackwright_report::metal_chart;
+use trackwright_report::text_table::columns;
+use trackwright_simulation::metal_distance::{
+    MetalDistanceSearch, MetalDistances, MetalGap, metal_distances,
+};
+use trackwright_simulation::metric::{METRICS, Metric};
+use trackwright_simulation::{Mode, Scenario};
+
+#[derive(Debug, Args)]
+pub struct DistanceArgs {
+    /// Design (*.design.ron), in a room with metal
+    design: PathBuf,
+
+    /// The object that is moved, by its name; the only one where left out
+    #[arg(long, value_name = "NAME")]
+    object: Option<String>,
+
+    /// Direction that it is moved in, tracker frame; away from the tool's tip where left out
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = direction)]
+    direction: Option<Unit<Vector3<f64>>>,
+
+    /// How far it is moved at most, mm
+    #[arg(long, value_name = "MM", default_value_t = 500.0, allow_hyphen_values = true)]
+    farthest: f64,
+
+    /// Chart to write, error against distance
+    #[arg(long, value_name = "OUT.svg")]
+    chart: Option<PathBuf>,
+
+    /// How to print the distances
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+fn direction(text: &str) -> Result<Unit<Vector3<f64>>, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let numbers = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    numbers
+        .and_then(trackwright_geometry::number::direction)
+        .ok_or_else(|| "expected three numbers that are not all zero, as in 0,-1,0".to_owned())
+}
+
+/// Studies the design with the object at other places and prints the figures there.
+///
+/// # Errors
+/// Files that can't be used, a room without metal, no object of the name.
+pub fn run(args: &DistanceArgs, files: &Files) -> anyhow::Result<()> {
+    let chart = files.optional_output(args.chart.as_deref())?;
+    let world = files.open_design_without_meshes(&args.design)?;
+    let design = world.document.design();
+    let named = || args.design.display().to_string();
+    let metal = design.room_metal.as_deref().with_context(|| {
+        format!("{}: found a room without metal, expected an object to move", named())
+    })?;
+    let object = object_index(metal, args.object.as_deref()).with_context(named)?;
+    note_world(&world);
+    let scenario = trackwright_project::resolve(design, &world.environment);
+    let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
+    let search = MetalDistanceSearch {
+        scenario: &scenario,
+        bare: world.bare_environment(),
+        metal,
+        object,
+        direction: args.direction,
+        farthest_mm: args.farthest,
+        mode: &mode,
+    };
+    let shown = Shown::new("moving the object");
+    let found = metal_distances(&search, &mut Furnisher::default(), &shown.task);
+    drop(shown);
+    let found = found.with_context(named)?;
+    let name = metal.objects[object].name.as_str();
+    if let Some(chart) = &chart {
+        let svg = metal_chart::chart(&design.name, name, &scenario, &found).to_svg((900, 560));
+        chart.write_bytes(svg.as_bytes())?;
+    }
+    args.format.print(
+        || as_json(name, &found),
+        || {
+            let head = output::head(&design.name, &world.environment.name);
+            format!("{head}\n{}", as_text(name, &scenario, &found))
+        },
+    )
+}
+
+/// The index of an object by its name.
+fn object_index(metal: &RoomMetal, name: Option<&str>) -> anyhow::Result<usize> {
+    let names: Vec<&str> = metal.objects.iter().map(|object| object.name.as_str()).collect();
+    match (name, &names[..]) {
+        (None, [_]) => Ok(0),
+        (None, _) => bail!("expected --object, one of {}", names.join(", ")),
+        (Some(name), names) => {
+            let index = names.iter().position(|own| *own == name);
+            index.with_context(|| {
+                format!("found no metal object {name:?}, expected one of {}", names.join(", "))
+            })
+        }
+    }
+}
+
+/// The figures that a requirement bounds, else those of position and angle.
+fn shown_metrics(scenario: &Scenario) -> Vec<Metric> {
+    let bounded: Vec<_> = scenario.requirement.iter().flat_map(|r| r.bounds()).collect();
+    match bounded.is_empty() {
+        true => vec![Metric::TIP_RMS, Metric::ANGLE_RMS],
+        false => bounded.into_iter().map(|(metric, _)| metric).collect(),
+    }
+}
+
+fn as_text(name: &str, scenario: &Scenario, found: &MetalDistances) -> String {
+    let metrics = shown_metrics(scenario);
+    let mut rows = vec![vec!["moved, mm".to_owned(), "from the tip, mm".to_owned()]];
+    rows[0].extend(metrics.iter().map(|m| format!("{}, {}", m.label(), m.unit().trim())));
+    if scenario.requirement.is_some() {
+        rows[0].push("requirement".to_owned());
+    }
+    for place in &found.places {
+        let MetalGap { moved_mm, from_tip_mm } = place.gap;
+        let mut row = vec![format!("{moved_mm:.1}"), format!("{from_tip_mm:.1}")];
+        match &place.figures {
+            Ok(values) => {
+                row.extend(metrics.iter().map(|metric| format!("{:.3}", values[metric.index()])));
+            }
+            Err(why) => row.push(why.clone()),
+        }
+        if let (Some(holds), Ok(_)) = (place.holds, &place.figures) {
+            row.push(if holds { "holds" } else { "fails" }.to_owned());
+        }
+        rows.push(row);
+    }
+    let d = found.direction;
+    let verdict = match (scenario.requirement.is_some(), found.holds_from) {
+        (false, _) => "the design has no requirement that could hold".to_owned(),
+        (true, None) => "the requirement does not hold at any of these distances".to_owned(),
+        (true, Some(gap)) if gap.moved_mm == 0.0 => {
+            format!("the requirement holds with {name} where it is and farther away")
+        }
+        (true, Some(gap)) => format!(
+            "the requirement holds from {:.0} mm away, {:.0} mm from {name} to the tip",
+            gap.moved_mm, gap.from_tip_mm
+        ),
+    };
+    format!(
+        "{name} moved along ({:.3}, {:.3}, {:.3}) of the tracker frame\n{}\n{verdict}",
+        d.x,
+        d.y,
+        d.z,
+        columns(&rows, 0).join("\n")
+    )
+}
+
+fn as_json(name: &str, found: &MetalDistances) -> Value {
+    let gap = |gap: &MetalGap| json!({"moved_mm": gap.moved_mm, "from_tip_mm": gap.from_tip_mm});
+    let places = found.places.iter().map(|place| {
+        let mut value = gap(&place.gap);
+        match &place.figures {
+            Ok(values) => {
+                let pairs = METRICS.iter().map(|m| (m.name().to_owned(), json!(values[m.index()])));
+                value["figures"] = Value::Object(pairs.collect());
+            }
+            Err(why) => value["problem"] = json!(why),
+        }
+        value["holds"] = json!(place.holds);
+        value
+    });
+    json!({
+        "object": name,
+        "direction": [found.direction.x, found.direction.y, found.direction.z],
+        "holds_from": found.holds_from.as_ref().map(gap),
+        "places": places.collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,137 @@
+//! Rooms with metal on the command line: what is simulated and how, how far an object must be, and rooms
+//! that cannot be.
+
+use crate::support::golden::{list, number};
+use crate::support::program::Scratch;
+use serde_json::Value;
+use trackwright_field::generator::Generator;
+
+/// A plate beside the volume, in a room of nothing else. The lines of the built-in coils are those that the
+/// program writes.
+fn room(generator: &Generator, objects: &str) -> String {
+    let generator = trackwright_formats::generator::write(generator);
+    let parts = generator.split_once("version: 1,").unwrap().1;
+    format!(
+        "(version: 1, name: \"plate\", volume: AuroraCube, metal: (generator: ({parts}, \
+         frequency: 10000, objects: [{objects}]))"
+    )
+}
+
+const PLATE: &str = "(name: \"plate\", shape: Cuboid(size: (200, 200, 10)), triangles: 400, \
+                     material: Named(\"aluminium\"), \
+                     pose: (position: (300, 0, -300), rotation: (0.7, 0, 0.7, 0))),";
+
+/// The built-in design, in the room `room.env.ron` with these objects.
+fn scratch_with(objects: &str) -> Scratch {
+    let scratch = Scratch::new();
+    let room_name = "operating-table.env.ron";
+    scratch.copy_built_in("pointer-on-head", "a.design.ron", room_name, "room.env.ron");
+    let text = scratch.read("a.design.ron");
+    let line = text.lines().find(|line| line.contains("environment:")).unwrap();
+    scratch.write("a.design.ron", text.replace(line, "    environment: \"room.env.ron\","));
+    scratch.write("room.env.ron", room(&Generator::planar_nine(), objects));
+    scratch
+}
+
+fn rms_mm(scratch: &Scratch) -> f64 {
+    number(&scratch.json("simulate a.design.ron --mode motion")["position_mm"]["rms"])
+}
+
+#[test]
+fn metal_disturbs_a_study() {
+    let near_mm = rms_mm(&scratch_with(PLATE));
+    let far_mm = rms_mm(&scratch_with(&PLATE.replace("(300,", "(600,")));
+    assert!(near_mm > 5.0 * far_mm && far_mm > 0.01, "{near_mm} {far_mm}");
+}
+
+#[test]
+fn explain_states_how_metal_is_evaluated() {
+    let scratch = scratch_with(PLATE);
+    let words =
+        ["metal: plate: ", " triangles, an estimate: ", "by harmonic functions in ", "0.01 mm"];
+    scratch.notes_with("simulate a.design.ron --mode motion --explain", &words);
+    let scratch = scratch_with(&PLATE.replace("(300,", "(1100,"));
+    let words = ["metal: all poses by harmonic functions of degree "];
+    scratch.notes_with("simulate a.design.ron --mode motion --explain", &words);
+}
+
+#[test]
+fn other_commands_know_rooms_with_metal() {
+    let scratch = scratch_with(PLATE);
+    scratch.write("poses.csv", "x,y,z,qw,qx,qy,qz\n100,0,-300,1,0,0,0\n0,0,-300,1,0,0,0\n");
+    scratch.succeed("distort room.env.ron poses.csv -o out.csv");
+    let table = scratch.table("out.csv");
+    let moved_mm = |row: usize, x: f64| (table.number(row, "x") - x).abs();
+    assert!(moved_mm(0, 100.0) > 0.1 && moved_mm(0, 100.0) > moved_mm(1, 0.0));
+    scratch.succeed("compensate room.env.ron out.csv -o back.csv");
+    let back = scratch.table("back.csv");
+    assert!((back.number(0, "x") - 100.0).abs() < 1e-3, "{}", back.number(0, "x"));
+}
+
+#[test]
+fn the_distance_of_an_object_is_found() {
+    let scratch = scratch_with(PLATE);
+    let found = scratch.json("metal distance a.design.ron --direction 1,0,0 --chart out.svg");
+    assert_eq!(found["object"], "plate");
+    let from = &found["holds_from"];
+    let places = list(&found, "places");
+    let moved = |place: &Value| number(&place["moved_mm"]);
+    assert!(places.is_sorted_by(|a, b| moved(a) < moved(b)));
+    for place in places {
+        let holds = moved(place) >= number(&from["moved_mm"]);
+        assert_eq!(place["holds"], holds, "{place}");
+        let rms = number(&place["figures"]["position_rms"]);
+        assert!(!holds || rms <= 1.0, "{place}");
+    }
+    let words = ["plate moved along (1.000, 0.000, 0.000)", "the requirement holds from "];
+    scratch.succeed_with("metal distance a.design.ron --direction 1,0,0", &words);
+    assert!(scratch.read("out.svg").contains("distance from plate to the tip, mm"));
+}
+
+#[test]
+fn impossible_rooms_are_one_clear_error() {
+    let simulate = "simulate a.design.ron --mode single";
+    let refused = |from: &str, to: &str, words: &[&str]| {
+        let objects = PLATE.replace(from, to);
+        assert_ne!(objects, PLATE, "{from}");
+        scratch_with(&objects).fail_with(simulate, words);
+    };
+    refused(
+        "(300, 0, -300)",
+        "(0, 0, -300)",
+        &["plate is in the middle of the measurement volume"],
+    );
+    refused("(300, 0, -300)", "(-120, -60, 0)", &["plate cuts coil", "of the generator"]);
+    refused("aluminium", "cheese", &["found the material \"cheese\", expected aluminium, copper"]);
+    refused("200, 200, 10", "200, NaN, 10", &["plate: depth is NaN mm"]);
+    refused("triangles: 400", "triangles: 1000000", &["plate: 1000000 triangles, expected 48 to"]);
+    let open = PLATE.replace("Cuboid(size: (200, 200, 10))", "Mesh(file: \"open.obj\")");
+    let scratch = scratch_with(&open);
+    scratch.write("open.obj", "v 0 0 0\nv 90 0 0\nv 0 90 0\nv 0 0 90\nf 1 3 2\nf 1 2 4\nf 1 4 3\n");
+    scratch.fail_with(simulate, &["plate: ", "open"]);
+    let still = scratch_with(PLATE);
+    still.write(
+        "room.env.ron",
+        still.read("room.env.ron").replace("frequency: 10000", "frequency: 0"),
+    );
+    still.fail_with(
+        simulate,
+        &["plate: frequency is 0 Hz", "a conductor needs a frequency above 0"],
+    );
+    let mut few = Generator::planar_nine();
+    few.coils.truncate(4);
+    still.write("room.env.ron", room(&few, PLATE));
+    still.fail_with(simulate, &["coils is 4, expected 5 to 32 coils"]);
+}
+
+#[test]
+fn bad_arguments_of_distance_are_refused() {
+    let scratch = scratch_with(PLATE);
+    let distance = "metal distance a.design.ron";
+    scratch.refused(format!("{distance} --direction 0,0,0"), &["three numbers"]);
+    scratch.fail_with(format!("{distance} --object spoon"), &["\"spoon\", expected one of plate"]);
+    scratch
+        .fail_with(format!("{distance} --farthest -1"), &["-1 mm, expected a length above zero"]);
+    let words = ["found a room without metal, expected an object to move"];
+    scratch.fail_with("metal distance designs/pointer-on-head.design.ron", &words);
+}
