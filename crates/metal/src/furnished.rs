@@ -356,6 +356,9 @@ fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
     }
 }
 
+/// Of every coil; `None` in metal.
+type Disturbance = Option<Vec<Vector3<f64>>>;
+
 /// A tracker's errors among metal, from the metal's field at each pose.
 #[derive(Debug)]
 struct DirectErrors {
@@ -395,7 +398,7 @@ impl PoseErrors for DirectErrors {
         out: &mut [Option<Coefficient>],
     ) {
         // Several axes at one place are read in one field.
-        let mut there: Option<(Point3<f64>, Option<Vec<Vector3<f64>>>)> = None;
+        let mut there: Option<(Point3<f64>, Disturbance)> = None;
         for ((p, axis), out) in positions_mm.iter().zip(axes).zip(out) {
             if there.as_ref().is_none_or(|(place, _)| place != p) {
                 there = Some((*p, self.disturbance(p)));

@@ -132,12 +132,11 @@ impl Group {
         let radial = number(1.0) + inverse2 * (number(7.5) * square - number(1.5) * (xx + yy + zz));
         let scale = inverse3 * self.area_mm2;
         let mut field = (r * radial - along * (number(3.0) * inverse2)) * scale;
-        for lane in 0..LANES {
-            // A distance that is no number is near.
-            if distance2.0[lane].partial_cmp(&self.far_mm2.0[lane])
-                != Some(std::cmp::Ordering::Greater)
-            {
-                let near = panels[lane].field(p);
+        for (lane, panel) in panels.iter().take(LANES).enumerate() {
+            let is_far = distance2.0[lane] > self.far_mm2.0[lane];
+            // A distance that is no number is not.
+            if !is_far {
+                let near = panel.field(p);
                 for k in 0..3 {
                     field[k].0[lane] = near[k];
                 }
@@ -159,7 +158,7 @@ mod tests {
         let surface = ClosedSurface::new(&mesh).unwrap();
         // One left over, and more fields than a group of coils.
         let panels = &surface.panels()[..surface.panels().len() - 3];
-        assert!(panels.len() > 200 && panels.len() % LANES != 0, "{}", panels.len());
+        assert!(panels.len() > 200 && !panels.len().is_multiple_of(LANES), "{}", panels.len());
         let count = MAX_COILS + 3;
         let charges = Mat::from_fn(panels.len(), count, |i, j| (1.7 * i as f64 + j as f64).sin());
         let lanes = PanelLanes::new(panels);

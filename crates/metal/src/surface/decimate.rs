@@ -4,6 +4,7 @@
 //! An edge is collapsed only where its ends have exactly two common neighbours (the link condition), so
 //! that a closed surface stays closed, and only where no triangle turns over.
 
+use super::Indexed;
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -66,7 +67,7 @@ pub fn decimated(
     triangles: &[[u32; 3]],
     most: usize,
     task: &Task,
-) -> Result<(Vec<Point3<f64>>, Vec<[u32; 3]>), Cancelled> {
+) -> Result<Indexed, Cancelled> {
     let mut surface = Surface::new(positions_mm, triangles);
     let mut candidates: BinaryHeap<Candidate> = BinaryHeap::new();
     for &[a, b, c] in triangles {
@@ -212,7 +213,7 @@ impl Surface {
         Some(kept)
     }
 
-    fn compacted(self) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    fn compacted(self) -> Indexed {
         let mut numbers: HashMap<u32, u32> = HashMap::new();
         let mut positions_mm = Vec::new();
         let alive = self.triangles.iter().zip(&self.is_alive).filter(|(_, alive)| **alive);
