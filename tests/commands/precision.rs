@@ -7,7 +7,7 @@ use crate::support::program::{Scratch, json};
 fn json_has_every_field_of_the_contract() {
     let rows = json(&["precision", "--quick"]);
     let rows = rows.as_array().unwrap();
-    for what in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap"] {
+    for what in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap", "metal"] {
         assert!(rows.iter().any(|r| r["what"] == what), "{what}");
     }
     for row in rows {
@@ -36,7 +36,7 @@ fn a_folder_receives_page_pictures_and_tables() {
     scratch.succeed_with("precision --quick -o new/folder", &words);
     let read = |name: &str| scratch.read(&format!("new/folder/{name}"));
     let page = read("precision.md");
-    for family in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap"] {
+    for family in ["field", "fit", "inverse", "uncertainty", "motion", "heatmap", "metal"] {
         let picture = format!("precision-{family}.svg");
         assert!(page.contains(&format!("({picture})")), "{picture}");
         assert!(read(&picture).contains("Pareto front"), "{picture}");

@@ -93,6 +93,11 @@ impl High {
         Self(self.0.sqrt(BITS, ROUNDING))
     }
 
+    /// `e` to this power.
+    pub fn exp(&self) -> Self {
+        with_constants(|c| self.0.exp(BITS, ROUNDING, c))
+    }
+
     /// The sine of an angle in radians.
     pub fn sin(&self) -> Self {
         with_constants(|c| self.0.sin(BITS, ROUNDING, c))
@@ -280,6 +285,15 @@ mod tests {
     fn sine_and_cosine_of_one_are_the_published_ones() {
         assert_good_to_180_bits(&High::one().cos(), &published(COS_1));
         assert_good_to_180_bits(&High::one().sin(), &published(SIN_1));
+    }
+
+    #[test]
+    fn exponentials_multiply_and_begin_at_one() {
+        assert_eq!(High::zero().exp(), High::one());
+        let (a, b) = (High::from(0.3), High::from(-70.1));
+        assert_good_to_180_bits(&((&a + &b).exp() / b.exp()), &a.exp());
+        let e = published("2.71828182845904523536028747135266249775724709369995957496696763");
+        assert_good_to_180_bits(&High::one().exp(), &e);
     }
 
     #[test]

@@ -16,6 +16,7 @@ use trackwright_metal::material::Material;
 use trackwright_metal::room::{MetalRoom, PlacedBody};
 use trackwright_metal::shapes::cuboid;
 use trackwright_metal::surface::ClosedSurface;
+use trackwright_task::Task;
 
 /// Moves of the hand.
 const MOVES: usize = 20;
@@ -25,15 +26,16 @@ fn main() -> Result<(), Box<dyn Error>> {
     let triangles = numbers.next().transpose()?.unwrap_or(1000);
     let count = numbers.next().transpose()?.unwrap_or(300);
     let mut out = stdout().lock();
+    let task = Task::default();
 
     let start = Instant::now();
     let mesh = cuboid(&Vector3::new(200.0, 200.0, 10.0), triangles)?;
-    let shape = BoundaryShape::new(ClosedSurface::new(&mesh)?);
+    let shape = BoundaryShape::new(ClosedSurface::new(&mesh)?, &task)?;
     writeln!(out, "{} triangles", shape.surface().panels().len())?;
     writeln!(out, "check and integrate: {:.1?}", start.elapsed())?;
     let start = Instant::now();
     let aluminium = Material::named("aluminium").ok_or("no aluminium")?;
-    let body = MetalBody::new(MetalShape::Surface(Arc::new(shape)), aluminium, 10e3)?;
+    let body = MetalBody::new(MetalShape::Surface(Arc::new(shape)), aluminium, 10e3, &task)?;
     writeln!(out, "factor: {:.1?}", start.elapsed())?;
 
     let points: Vec<Point3<f64>> = (0..count)
@@ -52,7 +54,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             if others == 1 {
                 bodies.push(placed(Pose::translation(0.0, 260.0, -200.0)));
             }
-            let mut room = MetalRoom::new(generator, None, bodies)?;
+            let mut room = MetalRoom::new(generator, None, bodies, &task)?;
             // The least of all moves: other programs may run.
             let (mut solving, mut sampling) = (f64::INFINITY, f64::INFINITY);
             for step in 0..MOVES {
@@ -60,7 +62,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 let pose =
                     pose_from_parts(Vector3::new(step as f64, 0.0, -120.0), exp_vector(&turn));
                 let start = Instant::now();
-                room = room.with_pose(0, pose)?;
+                room = room.with_pose(0, pose, &task)?;
                 solving = start.elapsed().as_secs_f64().min(solving);
                 let start = Instant::now();
                 let failed =

@@ -4,6 +4,7 @@ use crate::boundary::{BoundaryBody, BoundaryError, BoundaryShape, SurfaceLimit};
 use crate::material::{Material, MaterialError, check_frequency};
 use crate::sphere::{SphereError, SphereResponse, sphere_factor};
 use std::sync::Arc;
+use trackwright_task::Task;
 
 /// Up to this part by which finite skin depth weakens the response, a body counts as one that no flux
 /// enters rather than as an estimate. It is what a sphere of 75 skin depths lacks.
@@ -84,25 +85,27 @@ impl MetalBody {
     /// ([`mean_radius_mm`](crate::surface::ClosedSurface::mean_radius_mm)) has at this frequency, times that sphere's response in phase relative to its own limit.
     ///
     /// # Errors
-    /// A conductor at frequency 0, and what spheres, materials and boundary elements refuse.
+    /// A conductor at frequency 0, what spheres, materials and boundary elements refuse, and
+    /// [`BoundaryError::Cancelled`].
     pub fn new(
         shape: MetalShape,
         material: Material,
         frequency_hz: f64,
+        task: &Task,
     ) -> Result<Self, BodyError> {
-        Self::with_factors_of(shape, material, frequency_hz, None)
+        Self::with_factors_of(shape, material, frequency_hz, None, task)
     }
 
     /// The same body at another frequency; what was factored is used again where the limit is the same.
     ///
     /// # Errors
     /// As [`MetalBody::new`].
-    pub fn at_frequency(&self, frequency_hz: f64) -> Result<Self, BodyError> {
+    pub fn at_frequency(&self, frequency_hz: f64, task: &Task) -> Result<Self, BodyError> {
         let factored = match &self.solver {
             Solver::Surface { body, .. } => Some(body),
             Solver::None | Solver::Sphere(_) => None,
         };
-        Self::with_factors_of(self.shape.clone(), self.material, frequency_hz, factored)
+        Self::with_factors_of(self.shape.clone(), self.material, frequency_hz, factored, task)
     }
 
     fn with_factors_of(
@@ -110,6 +113,7 @@ impl MetalBody {
         material: Material,
         frequency_hz: f64,
         factored: Option<&Arc<BoundaryBody>>,
+        task: &Task,
     ) -> Result<Self, BodyError> {
         check_frequency(frequency_hz)?;
         if frequency_hz == 0.0 && material.is_conductor() {
@@ -156,7 +160,7 @@ impl MetalBody {
                     .filter(|body| body.limit() == limit && Arc::ptr_eq(body.shape(), shape));
                 let body = match kept {
                     Some(body) => Arc::clone(body),
-                    None => Arc::new(BoundaryBody::new(Arc::clone(shape), limit)?),
+                    None => Arc::new(BoundaryBody::new(Arc::clone(shape), limit, task)?),
                 };
                 (model, Solver::Surface { body, factor })
             }
@@ -194,7 +198,8 @@ mod tests {
     use trackwright_geometry::mesh::SurfaceMesh;
 
     fn shape(mesh: &SurfaceMesh) -> MetalShape {
-        MetalShape::Surface(Arc::new(BoundaryShape::new(ClosedSurface::new(mesh).unwrap())))
+        let surface = ClosedSurface::new(mesh).unwrap();
+        MetalShape::Surface(Arc::new(BoundaryShape::new(surface, &Task::default()).unwrap()))
     }
 
     fn named(key: &str) -> Material {
@@ -205,7 +210,9 @@ mod tests {
     fn models_follow_the_skin_depth() {
         let plate = shape(&cuboid(&Vector3::new(200.0, 200.0, 10.0), 100).unwrap());
         let model = |key: &str, frequency_hz: f64| {
-            *MetalBody::new(plate.clone(), named(key), frequency_hz).unwrap().model()
+            *MetalBody::new(plate.clone(), named(key), frequency_hz, &Task::default())
+                .unwrap()
+                .model()
         };
         assert!(matches!(model("copper", 1e5), ResponseModel::NoFlux { .. }));
         assert!(matches!(model("ferrite", 0.1), ResponseModel::ScaledBySphere { .. }));
@@ -234,7 +241,7 @@ mod tests {
         let ball = shape(&sphere(10.0, 1).unwrap());
         let model = |conductivity: f64, mu: f64| {
             let material = Material::new(conductivity, mu).unwrap();
-            *MetalBody::new(ball.clone(), material, 0.0).unwrap().model()
+            *MetalBody::new(ball.clone(), material, 0.0, &Task::default()).unwrap().model()
         };
         let relative_permeability = 30.0;
         assert_eq!(model(0.0, 30.0), ResponseModel::Permeable { relative_permeability });
@@ -243,22 +250,23 @@ mod tests {
 
     #[test]
     fn a_conductor_at_rest_is_refused() {
+        let task = Task::default();
         for shape in [shape(&sphere(10.0, 0).unwrap()), MetalShape::Sphere { radius_mm: 10.0 }] {
-            let error = MetalBody::new(shape.clone(), named("copper"), 0.0).unwrap_err();
+            let error = MetalBody::new(shape.clone(), named("copper"), 0.0, &task).unwrap_err();
             assert_eq!(
                 error.to_string(),
                 "frequency is 0 Hz and the conductivity 58000000 S/m: a conductor needs a frequency above 0"
             );
-            assert!(MetalBody::new(shape.clone(), named("copper"), f64::NAN).is_err());
-            assert!(MetalBody::new(shape, named("copper"), -1.0).is_err());
+            assert!(MetalBody::new(shape.clone(), named("copper"), f64::NAN, &task).is_err());
+            assert!(MetalBody::new(shape, named("copper"), -1.0, &task).is_err());
         }
     }
 
     #[test]
     fn factors_are_kept_between_frequencies() {
         let ball = shape(&sphere(10.0, 1).unwrap());
-        let body = MetalBody::new(ball, named("copper"), 1e3).unwrap();
-        let other = body.at_frequency(1e4).unwrap();
+        let body = MetalBody::new(ball, named("copper"), 1e3, &Task::default()).unwrap();
+        let other = body.at_frequency(1e4, &Task::default()).unwrap();
         let factored = |body: &MetalBody| match &body.solver {
             Solver::Surface { body, .. } => Arc::clone(body),
             Solver::None | Solver::Sphere(_) => panic!("a surface"),

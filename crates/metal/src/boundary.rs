@@ -13,13 +13,16 @@
 //! `i`, which makes the flux through all of a shell exact and the charge of each shell zero to round-off.
 //! The matrix knows only the shape: a body that moves brings new right sides and no new factors.
 
+use crate::factors::Factors;
 use crate::panel::FULL_ANGLE;
+use crate::panel_lanes::PanelLanes;
 use crate::surface::ClosedSurface;
-use faer::linalg::solvers::{PartialPivLu, Solve};
-use faer::{Mat, MatRef};
+use faer::Mat;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use trackwright_task::{Cancelled, Task};
 
 /// Smallest `μ − 1` that has a response: below it `κ` is above 10⁹, and the response below 10⁻⁹ of
 /// that of iron.
@@ -43,14 +46,17 @@ pub enum BoundaryError {
         "the equations of {panels} triangles have no solution: the walls are too thin for them"
     )]
     Singular { panels: usize },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// The flux of every panel through every other, in the body's frame.
 #[derive(Clone, Debug)]
 pub struct BoundaryShape {
     surface: ClosedSurface,
-    /// Row: mean of `n·H` over the panel; column: the panel with a unit charge density.
-    normal_field: Mat<f64>,
+    /// Of each panel with a unit charge density: mean of `n·H` over every panel.
+    normal_fields: Vec<Vec<f64>>,
+    lanes: PanelLanes,
 }
 
 /// A body's shape with its equations factored for one [`SurfaceLimit`].
@@ -58,7 +64,7 @@ pub struct BoundaryShape {
 pub struct BoundaryBody {
     shape: Arc<BoundaryShape>,
     limit: SurfaceLimit,
-    factors: PartialPivLu<f64>,
+    factors: Factors,
 }
 
 impl SurfaceLimit {
@@ -75,10 +81,14 @@ impl SurfaceLimit {
 
 impl BoundaryShape {
     /// Integrates all pairs of panels, on all threads.
-    pub fn new(surface: ClosedSurface) -> Self {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(surface: ClosedSurface, task: &Task) -> Result<Self, Cancelled> {
+        let done = AtomicUsize::new(0);
         let (panels, shell_of) = (surface.panels(), surface.shell_of());
         let count = panels.len();
-        let columns: Vec<Vec<f64>> = panels
+        let normal_fields = panels
             .par_iter()
             .zip(shell_of)
             .map(|(source, &shell)| {
@@ -96,11 +106,12 @@ impl BoundaryShape {
                     }
                     *flux /= FULL_ANGLE;
                 }
-                column
+                task.step(done.fetch_add(1, Ordering::Relaxed) + 1, count)?;
+                Ok(column)
             })
-            .collect();
-        let normal_field = Mat::from_fn(count, count, |i, j| columns[j][i]);
-        Self { surface, normal_field }
+            .collect::<Result<_, Cancelled>>()?;
+        let lanes = PanelLanes::new(surface.panels());
+        Ok(Self { surface, normal_fields, lanes })
     }
 
     pub fn surface(&self) -> &ClosedSurface {
@@ -112,8 +123,12 @@ impl BoundaryBody {
     /// Factors the equations of a shape: `2/3 n³` operations of `n` triangles.
     ///
     /// # Errors
-    /// A permeability of 1, and equations that have no solution.
-    pub fn new(shape: Arc<BoundaryShape>, limit: SurfaceLimit) -> Result<Self, BoundaryError> {
+    /// A permeability of 1, equations that have no solution, and [`Cancelled`].
+    pub fn new(
+        shape: Arc<BoundaryShape>,
+        limit: SurfaceLimit,
+        task: &Task,
+    ) -> Result<Self, BoundaryError> {
         let kappa = limit.kappa()?;
         let surface = &shape.surface;
         let (panels, shell_of) = (surface.panels(), surface.shell_of());
@@ -128,19 +143,16 @@ impl BoundaryBody {
             })
             .collect();
         let count = panels.len();
-        let matrix = Mat::from_fn(count, count, |i, j| {
+        let entry = |i: usize, j: usize| {
             let charge = match shell_of[i] == shell_of[j] {
                 true => charge_weights[shell_of[i]] * panels[j].area_mm2(),
                 false => 0.0,
             };
             let own = if i == j { kappa } else { 0.0 };
-            own - shape.normal_field[(i, j)] + charge
-        });
-        let factors = matrix.partial_piv_lu();
-        let is_regular = (0..count).all(|k| factors.U()[(k, k)].abs() > f64::EPSILON);
-        if !is_regular {
-            return Err(BoundaryError::Singular { panels: count });
-        }
+            own - shape.normal_fields[j][i] + charge
+        };
+        let factors = Factors::new(count, entry, task)?;
+        let factors = factors.ok_or(BoundaryError::Singular { panels: count })?;
         Ok(Self { shape, limit, factors })
     }
 
@@ -172,30 +184,21 @@ impl BoundaryBody {
                 charges[(i, column)] -= flux[shell] / surface.shells()[shell].area_mm2;
             }
         }
-        self.factors.solve_in_place(&mut charges);
-        charges
+        self.factors.solve(&charges)
     }
 
     /// Adds the fields of charges at a point outside, both in the body's frame; one field a coil.
     ///
-    /// `charges` has a row a coil here and a column a panel, so that a panel's are side by side. Nearer to
-    /// the surface than a panel's size the field is that of the panels' even charges.
+    /// `charges` has a row a panel and a column a coil. Nearer to the surface than a panel's size the field is
+    /// that of the panels' even charges.
     ///
     /// # Panics
-    /// If the charges are not those of this body, or `fields` are not one a row.
-    pub fn add_fields(
-        &self,
-        charges: MatRef<'_, f64>,
-        p: &Point3<f64>,
-        fields: &mut [Vector3<f64>],
-    ) {
-        let panels = self.surface().panels();
-        assert_eq!((charges.ncols(), charges.nrows()), (panels.len(), fields.len()));
-        for (panel, charges) in panels.iter().zip(charges.col_iter()) {
-            let field = panel.field(p) / FULL_ANGLE;
-            for (sum, charge) in fields.iter_mut().zip(charges.iter()) {
-                *sum += field * *charge;
-            }
+    /// If the charges are not those of this body, or `fields` are not one a column.
+    pub fn add_fields(&self, charges: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+        let mut sums = vec![Vector3::zeros(); fields.len()];
+        self.shape.lanes.add_fields(self.surface().panels(), charges, p, &mut sums);
+        for (field, sum) in fields.iter_mut().zip(sums) {
+            *field += sum / FULL_ANGLE;
         }
     }
 }
@@ -212,18 +215,25 @@ mod tests {
     use trackwright_field::generator::dipole::Dipole;
     use trackwright_geometry::mesh::SurfaceMesh;
 
+    fn shape(mesh: &SurfaceMesh) -> Arc<BoundaryShape> {
+        let surface = ClosedSurface::new(mesh).unwrap();
+        Arc::new(BoundaryShape::new(surface, &Task::default()).unwrap())
+    }
+
+    fn factored(shape: &Arc<BoundaryShape>, limit: SurfaceLimit) -> BoundaryBody {
+        BoundaryBody::new(Arc::clone(shape), limit, &Task::default()).unwrap()
+    }
+
     fn body(mesh: &SurfaceMesh, limit: SurfaceLimit) -> BoundaryBody {
-        let shape = BoundaryShape::new(ClosedSurface::new(mesh).unwrap());
-        BoundaryBody::new(Arc::new(shape), limit).unwrap()
+        factored(&shape(mesh), limit)
     }
 
     /// A sphere of 1,280 triangles in both limits.
     fn fine_spheres() -> &'static [BoundaryBody; 2] {
         static BODIES: OnceLock<[BoundaryBody; 2]> = OnceLock::new();
         BODIES.get_or_init(|| {
-            let surface = ClosedSurface::new(&sphere(RADIUS_MM, 3).unwrap()).unwrap();
-            let shape = Arc::new(BoundaryShape::new(surface));
-            LIMITS.map(|limit| BoundaryBody::new(Arc::clone(&shape), limit).unwrap())
+            let shape = shape(&sphere(RADIUS_MM, 3).unwrap());
+            LIMITS.map(|limit| factored(&shape, limit))
         })
     }
 
@@ -240,7 +250,7 @@ mod tests {
 
     fn field(body: &BoundaryBody, charges: &Mat<f64>, p: &Point3<f64>) -> Vector3<f64> {
         let mut field = [Vector3::zeros()];
-        body.add_fields(charges.transpose(), p, &mut field);
+        body.add_fields(charges, p, &mut field);
         field[0]
     }
 
@@ -363,11 +373,11 @@ mod tests {
         for ratio in [0.05, 4.0, 10.0] {
             let mut mesh = sphere(50.0, 2).unwrap();
             mesh.parts[0].positions_mm.iter_mut().for_each(|p| p.z *= ratio);
-            let shape = Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh).unwrap()));
+            let shape = shape(&mesh);
             let along = demagnetisation(ratio);
             let volume = 4.0 / 3.0 * PI * 50.0_f64.powi(3) * ratio;
             for limit in LIMITS {
-                let body = BoundaryBody::new(Arc::clone(&shape), limit).unwrap();
+                let body = factored(&shape, limit);
                 for (axis, n) in [(2, along), (0, 0.5 * (1.0 - along))] {
                     // The operator's eigenvalue is N for a body that draws flux in, and its error
                     // counts beside that. 1,280 triangles have a quarter of these: measured 0.0016
@@ -431,11 +441,25 @@ mod tests {
 
     #[test]
     fn a_permeability_of_one_is_refused() {
-        let shape =
-            Arc::new(BoundaryShape::new(ClosedSurface::new(&sphere(1.0, 0).unwrap()).unwrap()));
+        let shape = shape(&sphere(1.0, 0).unwrap());
         for mu in [1.0, 0.5, f64::NAN, f64::INFINITY] {
-            let error = BoundaryBody::new(Arc::clone(&shape), SurfaceLimit::Permeable(mu));
+            let error = BoundaryBody::new(
+                Arc::clone(&shape),
+                SurfaceLimit::Permeable(mu),
+                &Task::default(),
+            );
             assert!(matches!(error, Err(BoundaryError::Permeability(_))), "{mu}");
         }
+    }
+
+    #[test]
+    fn integration_can_be_cancelled() {
+        let surface = ClosedSurface::new(&sphere(1.0, 1).unwrap()).unwrap();
+        let task = Task::default();
+        task.cancel.cancel();
+        assert_eq!(BoundaryShape::new(surface, &task).unwrap_err(), Cancelled);
+        let shape = shape(&sphere(1.0, 1).unwrap());
+        let error = BoundaryBody::new(shape, SurfaceLimit::NoFlux, &task).unwrap_err();
+        assert_eq!(error, BoundaryError::Cancelled(Cancelled));
     }
 }

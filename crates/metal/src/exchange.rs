@@ -11,12 +11,13 @@ use crate::mixing::Mixing;
 use crate::panel::{FULL_ANGLE, Panel};
 use crate::sphere::multipoles::SphereBody;
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::{Accum, Mat, Par};
 use nalgebra::{DVector, Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
 use trackwright_field::generator::Generator;
 use trackwright_geometry::pose::Pose;
+use trackwright_task::{Cancelled, Task};
 
 /// Unknowns that change by less than this part of themselves in a round stay. Positions that a tracker
 /// reports change by less than 10⁻⁵ mm then.
@@ -35,6 +36,8 @@ pub enum ExchangeError {
     NoConvergence { rounds: usize, change: f64 },
     #[error("the field of the coils at the metal is not finite")]
     NotFinite,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// How an exchange ended.
@@ -113,7 +116,15 @@ impl Answer {
     }
 
     /// Normal field of all coils at the samples; a column a coil.
-    pub fn normal_field(&self, tracker_from_body: &Pose, coils: &CoilField<'_>) -> Mat<f64> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn normal_field(
+        &self,
+        tracker_from_body: &Pose,
+        coils: &CoilField<'_>,
+        task: &Task,
+    ) -> Result<Mat<f64>, Cancelled> {
         let count = coils.generator.coils.len();
         let row = |points: &[Point3<f64>], normal: &Unit<Vector3<f64>>| {
             let normal = tracker_from_body.rotation * normal.into_inner();
@@ -128,16 +139,11 @@ impl Answer {
             sums
         };
         let smooth_mm = |center: &Point3<f64>| coils.distance_mm(&(tracker_from_body * center));
-        self.sampled(count, smooth_mm, row)
+        self.sampled(count, smooth_mm, row, task)
     }
 
-    /// Adds the fields of unknowns, a row a coil, at a point outside, in the body's frame.
-    pub fn add_fields(
-        &self,
-        unknowns: MatRef<'_, f64>,
-        p: &Point3<f64>,
-        fields: &mut [Vector3<f64>],
-    ) {
+    /// Adds the fields of unknowns, a column a coil, at a point outside, in the body's frame.
+    pub fn add_fields(&self, unknowns: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
         match self {
             Self::None => {}
             Self::Sphere(sphere) => sphere.add_fields(unknowns, p, fields),
@@ -146,12 +152,20 @@ impl Answer {
     }
 
     /// Normal field at this body's samples of each unknown of another one; rows are samples.
-    pub fn coupling(&self, source: &Self, body_from_source: &Pose) -> Mat<f64> {
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn coupling(
+        &self,
+        source: &Self,
+        body_from_source: &Pose,
+        task: &Task,
+    ) -> Result<Mat<f64>, Cancelled> {
         let columns = source.unknowns();
         if let (Self::Surface { body: target, .. }, Self::Surface { body: source, .. }) =
             (self, source)
         {
-            return coupling_of_surfaces(target, source, body_from_source);
+            return coupling_of_surfaces(target, source, body_from_source, task);
         }
         let source_from_body = body_from_source.inverse();
         let row = |points: &[Point3<f64>], normal: &Unit<Vector3<f64>>| {
@@ -173,7 +187,7 @@ impl Answer {
                 Self::None | Self::Surface { .. } => from_middle_mm,
             }
         };
-        self.sampled(columns, smooth_mm, row)
+        self.sampled(columns, smooth_mm, row, task)
     }
 
     /// A row of numbers for each sample, of the points of its rule and its normal. `smooth_mm` is the
@@ -183,22 +197,30 @@ impl Answer {
         columns: usize,
         smooth_mm: impl Fn(&Point3<f64>) -> f64 + Sync,
         row: impl Fn(&[Point3<f64>], &Unit<Vector3<f64>>) -> Vec<f64> + Sync,
-    ) -> Mat<f64> {
+        task: &Task,
+    ) -> Result<Mat<f64>, Cancelled> {
+        let row = |points: &[Point3<f64>], normal: &Unit<Vector3<f64>>| match task
+            .cancel
+            .is_cancelled()
+        {
+            true => Err(Cancelled),
+            false => Ok(row(points, normal)),
+        };
         let rows: Vec<Vec<f64>> = match self {
             Self::None => Vec::new(),
             Self::Sphere(sphere) => sphere
                 .directions()
                 .par_iter()
                 .map(|d| row(&[Point3::from(d.into_inner() * sphere.radius_mm())], d))
-                .collect(),
+                .collect::<Result<_, _>>()?,
             Self::Surface { body, .. } => body
                 .surface()
                 .panels()
                 .par_iter()
                 .map(|panel| row(&panel.rule_mm(smooth_mm(panel.center_mm())), panel.normal()))
-                .collect(),
+                .collect::<Result<_, _>>()?,
         };
-        Mat::from_fn(rows.len(), columns, |i, j| rows[i][j])
+        Ok(Mat::from_fn(rows.len(), columns, |i, j| rows[i][j]))
     }
 
     /// Calls `each` with every unknown and the field that a unit of it has at a point outside.
@@ -219,7 +241,8 @@ fn coupling_of_surfaces(
     target: &BoundaryBody,
     source: &BoundaryBody,
     body_from_source: &Pose,
-) -> Mat<f64> {
+    task: &Task,
+) -> Result<Mat<f64>, Cancelled> {
     let panels = target.surface().panels();
     let moved: Vec<Option<Panel>> = source
         .surface()
@@ -230,11 +253,14 @@ fn coupling_of_surfaces(
     let columns: Vec<Vec<f64>> = moved
         .par_iter()
         .map(|source| {
+            if task.cancel.is_cancelled() {
+                return Err(Cancelled);
+            }
             let flux = |panel: &Panel| source.as_ref().map_or(0.0, |source| panel.flux_of(source));
-            panels.iter().map(|panel| flux(panel) / (panel.area_mm2() * FULL_ANGLE)).collect()
+            Ok(panels.iter().map(|panel| flux(panel) / (panel.area_mm2() * FULL_ANGLE)).collect())
         })
-        .collect();
-    Mat::from_fn(panels.len(), columns.len(), |i, j| columns[j][i])
+        .collect::<Result<_, _>>()?;
+    Ok(Mat::from_fn(panels.len(), columns.len(), |i, j| columns[j][i]))
 }
 
 /// A generator, and where its wires are.
@@ -258,11 +284,12 @@ impl CoilField<'_> {
 /// `couplings[i][j]` is that of body `i` with the unknowns of body `j`; `None` where there is none.
 ///
 /// # Errors
-/// Fields that are not finite or do not converge.
+/// Fields that are not finite or do not converge, and [`Cancelled`].
 pub(crate) fn exchange(
     answers: &[Arc<Answer>],
     normal_fields: &[Arc<Mat<f64>>],
     couplings: &[Vec<Option<Arc<Mat<f64>>>>],
+    task: &Task,
 ) -> Result<(Vec<Mat<f64>>, ExchangeReport), ExchangeError> {
     let is_finite = |field: &Mat<f64>| field.norm_l1().is_finite();
     if !normal_fields.iter().all(|field| is_finite(field)) {
@@ -279,6 +306,9 @@ pub(crate) fn exchange(
     for rounds in 1..=MAX_ROUNDS {
         let before: Vec<DVector<f64>> = (0..coils).map(|coil| stacked(&unknowns, coil)).collect();
         for (i, answer) in answers.iter().enumerate() {
+            if task.cancel.is_cancelled() {
+                return Err(Cancelled.into());
+            }
             let mut field = Mat::clone(&normal_fields[i]);
             for (other, coupling) in unknowns.iter().zip(&couplings[i]) {
                 if let Some(coupling) = coupling {

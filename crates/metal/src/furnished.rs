@@ -189,6 +189,19 @@ impl Furnisher {
         metal: &RoomMetal,
         task: &Task,
     ) -> Result<Furnished, FurnishError> {
+        match self.furnished(bare, metal, task) {
+            // Whatever was interrupted by it.
+            Err(_) if task.cancel.is_cancelled() => Err(Cancelled.into()),
+            made => made,
+        }
+    }
+
+    fn furnished(
+        &mut self,
+        bare: &Arc<Environment>,
+        metal: &RoomMetal,
+        task: &Task,
+    ) -> Result<Furnished, FurnishError> {
         metal.check()?;
         if bare.model.map() == MapKind::Correction {
             return Err(FurnishError::Correction);
@@ -197,16 +210,22 @@ impl Furnisher {
             return Ok(Furnished::bare(bare));
         }
         let mut placed = Vec::with_capacity(metal.objects.len());
+        let part = |done: usize| done as f64 / (metal.objects.len() + 1) as f64;
         for (done, object) in metal.objects.iter().enumerate() {
             task.step(done, metal.objects.len() + 1)?;
-            let body = self.body(object, metal.frequency_hz)?;
+            let own = task.subtask(part(done), part(done + 1));
+            let body = self.body(object, metal.frequency_hz, &own)?;
             placed.push(PlacedBody { body, tracker_from_body: object.tracker_from_object });
         }
         let objects = metal.objects.iter().zip(&placed).map(|(o, p)| report_of(o, &p.body));
         let objects: Vec<ObjectReport> = objects.collect();
-        let room = Arc::new(self.solved(bare, metal, placed)?);
+        let room = Arc::new(self.solved(
+            bare,
+            metal,
+            placed,
+            &task.subtask(part(metal.objects.len()), 1.0),
+        )?);
         self.last = Some(Arc::clone(&room));
-        task.step(metal.objects.len(), metal.objects.len() + 1)?;
 
         let of_same_coils = match bare.model.computed().map(|computed| computed.source()) {
             Some(FieldSource::Harmonic(model)) => {
@@ -265,6 +284,7 @@ impl Furnisher {
         bare: &Environment,
         metal: &RoomMetal,
         placed: Vec<PlacedBody>,
+        task: &Task,
     ) -> Result<MetalRoom, FurnishError> {
         let volume = bare.volume.unwrap_or(Volume::Box(*bare.model.bounds()));
         let last = self
@@ -272,8 +292,8 @@ impl Furnisher {
             .as_ref()
             .filter(|last| *last.generator() == metal.generator && last.volume() == Some(&volume));
         let solved = match last {
-            Some(last) => last.with_bodies(placed),
-            None => MetalRoom::new(metal.generator.clone(), Some(volume), placed),
+            Some(last) => last.with_bodies(placed, task),
+            None => MetalRoom::new(metal.generator.clone(), Some(volume), placed, task),
         };
         solved.map_err(|cause| FurnishError::Room {
             names: metal.objects.iter().map(|object| object.name.clone()).collect(),
@@ -285,6 +305,7 @@ impl Furnisher {
         &mut self,
         object: &MetalObject,
         frequency_hz: f64,
+        task: &Task,
     ) -> Result<Arc<MetalBody>, FurnishError> {
         let shape_key = (object.shape.clone(), object.most_triangles);
         let key = (shape_key.clone(), object.material.material(), frequency_hz);
@@ -296,13 +317,15 @@ impl Furnisher {
             _ => MetalShape::Surface(match kept(&mut self.shapes, &shape_key) {
                 Some(shape) => shape,
                 None => {
-                    let shape = Arc::new(BoundaryShape::new(surface(object)?));
+                    let surface = surface(object, &task.subtask(0.0, 0.4))?;
+                    let shape = BoundaryShape::new(surface, &task.subtask(0.4, 0.7))?;
+                    let shape = Arc::new(shape);
                     keep(&mut self.shapes, shape_key, &shape);
                     shape
                 }
             }),
         };
-        let body = MetalBody::new(shape, key.1, frequency_hz);
+        let body = MetalBody::new(shape, key.1, frequency_hz, &task.subtask(0.7, 1.0));
         let name = || object.name.clone();
         let body = Arc::new(body.map_err(|cause| FurnishError::Body { name: name(), cause })?);
         keep(&mut self.bodies, key, &body);
@@ -311,7 +334,7 @@ impl Furnisher {
 }
 
 /// The surface of an object that is no sphere.
-fn surface(object: &MetalObject) -> Result<ClosedSurface, FurnishError> {
+fn surface(object: &MetalObject, task: &Task) -> Result<ClosedSurface, FurnishError> {
     let name = || object.name.clone();
     let most = object.most_triangles;
     let of_shape = |cause| SetupError::Shape { name: name(), cause };
@@ -326,7 +349,7 @@ fn surface(object: &MetalObject) -> Result<ClosedSurface, FurnishError> {
             let mesh = shapes::cylinder(*radius_mm, *length_mm, most).map_err(of_shape)?;
             ClosedSurface::new(&mesh)
         }
-        ObjectShape::Mesh(mesh) => ClosedSurface::remeshed(&mesh.surface, most),
+        ObjectShape::Mesh(mesh) => ClosedSurface::remeshed(&mesh.surface, most, task),
     };
     made.map_err(|cause| FurnishError::Surface { name: name(), cause: Box::new(cause) })
 }
@@ -359,6 +382,9 @@ fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
         model: *body.model(),
     }
 }
+
+/// Of every coil; `None` in metal.
+type Disturbance = Option<Vec<Vector3<f64>>>;
 
 /// A tracker's errors among metal, from the metal's field at each pose.
 #[derive(Debug)]
@@ -399,7 +425,7 @@ impl PoseErrors for DirectErrors {
         out: &mut [Option<Coefficient>],
     ) {
         // Several axes at one place are read in one field.
-        let mut there: Option<(Point3<f64>, Option<Vec<Vector3<f64>>>)> = None;
+        let mut there: Option<(Point3<f64>, Disturbance)> = None;
         for ((p, axis), out) in positions_mm.iter().zip(axes).zip(out) {
             if there.as_ref().is_none_or(|(place, _)| place != p) {
                 there = Some((*p, self.disturbance(p)));

@@ -17,15 +17,17 @@
 //! use trackwright_metal::room::{MetalRoom, PlacedBody};
 //! use trackwright_metal::shapes::cuboid;
 //! use trackwright_metal::surface::ClosedSurface;
+//! use trackwright_task::Task;
 //!
 //! // An aluminium plate beside the patient, at the frequency of a tracker.
 //! let mesh = cuboid(&Vector3::new(150.0, 150.0, 10.0), 300)?;
-//! let shape = Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh)?));
+//! let task = Task::default();
+//! let shape = Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh)?, &task)?);
 //! let aluminium = Material::named("aluminium").unwrap();
-//! let plate = Arc::new(MetalBody::new(MetalShape::Surface(shape), aluminium, 10e3)?);
+//! let plate = Arc::new(MetalBody::new(MetalShape::Surface(shape), aluminium, 10e3, &task)?);
 //! let at = |x: f64| Pose::translation(x, 0.0, -200.0);
 //! let placed = PlacedBody { body: plate, tracker_from_body: at(250.0) };
-//! let room = MetalRoom::new(Generator::planar_nine(), None, vec![placed])?;
+//! let room = MetalRoom::new(Generator::planar_nine(), None, vec![placed], &task)?;
 //!
 //! // A sensor that is in truth in the middle.
 //! let sensor = Point3::new(0.0, 0.0, -200.0);
@@ -33,7 +35,7 @@
 //!     Ok((room.read_axis(&sensor, &Vector3::x_axis())?.position_mm - sensor).norm())
 //! };
 //! // Nearer metal makes a larger error; what was factored for the plate is used again.
-//! assert!(error_mm(&room.with_pose(0, at(150.0))?)? > 2.0 * error_mm(&room)?);
+//! assert!(error_mm(&room.with_pose(0, at(150.0), &task)?)? > 2.0 * error_mm(&room)?);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -42,12 +44,14 @@ pub mod boundary;
 mod cells;
 mod crossing;
 pub mod exchange;
+mod factors;
 pub mod furnished;
 mod harmonics;
 pub mod material;
 mod mixing;
 pub mod new_object;
 pub mod panel;
+mod panel_lanes;
 pub mod room;
 pub mod setup;
 pub mod shapes;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 /// Beyond this many times its circumradius a triangle's field is that of its charge and of the second
 /// moments of it. What is left out are third moments: below 4·10⁻⁴ of the field there.
-const FAR: f64 = 7.93;
+pub(crate) const FAR: f64 = 7.93;
 
 /// A piece of a triangle counts as small beside its distance from another when that is this many times
 /// its circumradius; otherwise it is cut in four. With three points a piece what is left is 10⁻³ of
@@ -94,6 +94,11 @@ impl Panel {
         self.radius_mm
     }
 
+    /// Mean of `(s − center)(s − center)ᵀ` over the triangle.
+    pub(crate) fn moment_mm2(&self) -> &Matrix3<f64> {
+        &self.moment_mm2
+    }
+
     /// Field of a unit charge density, without dimension. In the plane the part along the normal is its
     /// mean from both sides, 0; on an edge the field is infinite, and finite but meaningless here.
     #[inline]
@@ -173,6 +178,16 @@ impl Panel {
             (from_corners[k] - side * along).norm()
         };
         to_edge(0).min(to_edge(1)).min(to_edge(2))
+    }
+
+    /// Whether a segment goes through the triangle, its border included.
+    pub fn is_cut_by(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
+        let (before, after) = (self.height_mm(from), self.height_mm(to));
+        if before == after || (before > 0.0) == (after > 0.0) {
+            return false;
+        }
+        let at = from + (to - from) * (before / (before - after));
+        (0..3).all(|k| (at - self.corners_mm[k]).dot(&self.outward[k]) <= 0.0)
     }
 
     /// Points of a rule over the triangle, each of the same weight, their number such that what varies
@@ -322,6 +337,19 @@ mod tests {
             assert!((found - expected).abs() < 1e-3 * expected.abs(), "{found} {expected}");
         }
         assert_eq!(panel.flux_of(&panel), 0.0);
+    }
+
+    #[test]
+    fn segments_through_a_panel_cut_it() {
+        let panel =
+            Panel::new([[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]].map(Into::into)).unwrap();
+        let is_cut = |from: [f64; 3], to: [f64; 3]| panel.is_cut_by(&from.into(), &to.into());
+        assert!(is_cut([1.0, 1.0, -1.0], [1.0, 1.0, 2.0]));
+        assert!(is_cut([1.0, 1.0, 2.0], [1.5, 0.5, -1.0]));
+        assert!(!is_cut([3.0, 3.0, -1.0], [3.0, 3.0, 1.0]));
+        assert!(!is_cut([1.0, 1.0, 0.5], [1.0, 1.0, 2.0]));
+        assert!(!is_cut([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]));
+        assert!(!is_cut([f64::NAN, 1.0, 1.0], [1.0, 1.0, -1.0]));
     }
 
     #[test]

@@ -1,33 +1,33 @@
 //! A generator with metal bodies around it: the disturbance of every coil's field anywhere outside, and
 //! the poses that a tracker reports there.
 
-use crate::body::{MetalBody, MetalShape, ResponseModel};
+mod placed;
+
+pub use placed::PlacedBody;
+
+use crate::body::{MetalShape, ResponseModel};
 use crate::exchange::{Answer, CoilField, ExchangeError, ExchangeReport, coupling_size, exchange};
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
+use trackwright_field::generator::determination::DeterminationError;
 use trackwright_field::generator::reading::{
     AxisReading, PoseReading, ReadingError, read_axis, read_pose,
 };
 use trackwright_field::generator::{Coil, Generator, GeneratorError};
+use trackwright_geometry::bounds::BoundsError;
 use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_geometry::volume::Volume;
+use trackwright_task::{Cancelled, Task};
 
 /// Most numbers of all couplings together, 512 MB: eight bodies of 1,000 triangles.
 pub const MAX_COUPLING_NUMBERS: usize = 64 << 20;
 
 /// Points of a square loop's side at which it is looked whether metal is there.
 const POINTS_A_SIDE: usize = 16;
-
-/// A body and where it is.
-#[derive(Clone, Debug)]
-pub struct PlacedBody {
-    pub body: Arc<MetalBody>,
-    pub tracker_from_body: Pose,
-}
 
 /// The field of a generator among metal bodies, solved.
 #[derive(Clone, Debug)]
@@ -39,7 +39,7 @@ pub struct MetalRoom {
     answers: Vec<Arc<Answer>>,
     normal_fields: Vec<Arc<Mat<f64>>>,
     couplings: Vec<Vec<Option<Arc<Mat<f64>>>>>,
-    /// Of each body: a row a coil.
+    /// Of each body: a column a coil.
     unknowns: Vec<Mat<f64>>,
     exchange: ExchangeReport,
 }
@@ -65,6 +65,10 @@ pub enum RoomError {
         "body {body} is at {frequency_hz} Hz, body 0 at {first_hz} Hz: a room has one frequency"
     )]
     Frequencies { body: usize, frequency_hz: f64, first_hz: f64 },
+    #[error("the measurement volume: {0}")]
+    Volume(#[from] BoundsError),
+    #[error(transparent)]
+    Determination(#[from] DeterminationError),
     #[error("coil {0} is in the measurement volume")]
     CoilInVolume(usize),
     #[error("body {body} cuts coil {coil} of the generator")]
@@ -79,6 +83,8 @@ pub enum RoomError {
     TooManyTriangles { found: usize },
     #[error(transparent)]
     Exchange(#[from] ExchangeError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Why there is no field at a point, or no pose.
@@ -95,7 +101,8 @@ pub enum PointError {
 impl MetalRoom {
     /// Solves for what all bodies answer to all coils, and to each other.
     ///
-    /// Without bodies the room is empty. With a volume, coils in it and metal in its middle are refused.
+    /// Without bodies the room is empty. With a volume, coils in it, coils that do not determine the poses
+    /// in it, and metal in its middle are refused.
     ///
     /// # Errors
     /// See [`RoomError`].
@@ -103,18 +110,21 @@ impl MetalRoom {
         generator: Generator,
         volume: Option<Volume>,
         bodies: Vec<PlacedBody>,
+        task: &Task,
     ) -> Result<Self, RoomError> {
         if let Some(problem) = generator.problem() {
             return Err(problem.into());
         }
         let wires_mm: Vec<_> = generator.coils.iter().map(wire_mm).collect();
         if let Some(volume) = &volume {
+            volume.bounds().check()?;
             let is_in = |wire: &Vec<Point3<f64>>| wire.iter().any(|p| volume.contains(p));
             if let Some(coil) = wires_mm.iter().position(is_in) {
                 return Err(RoomError::CoilInVolume(coil));
             }
+            generator.check_determines(volume)?;
         }
-        Self::solved(generator, volume, wires_mm, bodies, None)
+        Self::solved(generator, volume, wires_mm, bodies, None, task)
     }
 
     /// The room with one body elsewhere. What knows only the other bodies and their relative poses is
@@ -125,10 +135,15 @@ impl MetalRoom {
     ///
     /// # Panics
     /// If there is no body of that number.
-    pub fn with_pose(&self, body: usize, tracker_from_body: Pose) -> Result<Self, RoomError> {
+    pub fn with_pose(
+        &self,
+        body: usize,
+        tracker_from_body: Pose,
+        task: &Task,
+    ) -> Result<Self, RoomError> {
         let mut bodies = self.bodies.clone();
         bodies[body].tracker_from_body = tracker_from_body;
-        self.with_bodies(bodies)
+        self.with_bodies(bodies, task)
     }
 
     /// The room with other bodies, or the same elsewhere, as many. What has not changed is used again; the
@@ -136,10 +151,10 @@ impl MetalRoom {
     ///
     /// # Errors
     /// See [`RoomError`].
-    pub fn with_bodies(&self, bodies: Vec<PlacedBody>) -> Result<Self, RoomError> {
+    pub fn with_bodies(&self, bodies: Vec<PlacedBody>, task: &Task) -> Result<Self, RoomError> {
         let (generator, wires_mm) = (self.generator.clone(), self.wires_mm.clone());
         let before = (bodies.len() == self.bodies.len()).then_some(self);
-        Self::solved(generator, self.volume, wires_mm, bodies, before)
+        Self::solved(generator, self.volume, wires_mm, bodies, before, task)
     }
 
     fn solved(
@@ -148,6 +163,7 @@ impl MetalRoom {
         wires_mm: Vec<Vec<Point3<f64>>>,
         bodies: Vec<PlacedBody>,
         before: Option<&Self>,
+        task: &Task,
     ) -> Result<Self, RoomError> {
         check_bodies(&bodies)?;
         check_clearance(&bodies, &wires_mm, volume.as_ref())?;
@@ -176,11 +192,13 @@ impl MetalRoom {
         let normal_fields = (0..bodies.len())
             .map(|i| match is_same(i) {
                 Some(room) if Arc::ptr_eq(&room.answers[i], &answers[i]) => {
-                    Arc::clone(&room.normal_fields[i])
+                    Ok(Arc::clone(&room.normal_fields[i]))
                 }
-                _ => Arc::new(answers[i].normal_field(&bodies[i].tracker_from_body, &coils)),
+                _ => answers[i]
+                    .normal_field(&bodies[i].tracker_from_body, &coils, task)
+                    .map(Arc::new),
             })
-            .collect::<Vec<_>>();
+            .collect::<Result<Vec<_>, Cancelled>>()?;
         let pairs = || {
             let all = 0..bodies.len();
             all.clone().flat_map(move |i| all.clone().map(move |j| (i, j))).filter(|(i, j)| i != j)
@@ -190,7 +208,9 @@ impl MetalRoom {
             return Err(RoomError::TooManyTriangles { found });
         }
         let mut couplings = vec![vec![None; bodies.len()]; bodies.len()];
-        for (i, j) in pairs() {
+        let all = bodies.len() * bodies.len();
+        for (done, (i, j)) in pairs().enumerate() {
+            task.step(done, all)?;
             if coupling_size(&answers[i], &answers[j]) == 0 {
                 continue;
             }
@@ -202,12 +222,12 @@ impl MetalRoom {
                 None => {
                     let body_from_source =
                         bodies[i].tracker_from_body.inv_mul(&bodies[j].tracker_from_body);
-                    Some(Arc::new(answers[i].coupling(&answers[j], &body_from_source)))
+                    Some(Arc::new(answers[i].coupling(&answers[j], &body_from_source, task)?))
                 }
             };
         }
-        let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings)?;
-        let unknowns = unknowns.iter().map(|unknowns| unknowns.transpose().to_owned()).collect();
+        let (unknowns, exchange) = exchange(&answers, &normal_fields, &couplings, task)?;
+        task.step(1, 1)?;
         Ok(Self {
             generator,
             volume,
@@ -274,7 +294,7 @@ impl MetalRoom {
                 return Err(PointError::InMetal(index));
             }
             fields.fill(Vector3::zeros());
-            self.answers[index].add_fields(self.unknowns[index].as_ref(), &in_body, &mut fields);
+            self.answers[index].add_fields(&self.unknowns[index], &in_body, &mut fields);
             for (sum, field) in disturbance.iter_mut().zip(&fields) {
                 *sum += placed.tracker_from_body.rotation * field;
             }
@@ -356,48 +376,6 @@ impl MetalRoom {
     }
 }
 
-impl PlacedBody {
-    /// Whether a point of the tracker frame is in the metal.
-    pub fn contains(&self, p: &Point3<f64>) -> bool {
-        self.contains_in_body(&self.tracker_from_body.inverse_transform_point(p))
-    }
-
-    fn contains_in_body(&self, p: &Point3<f64>) -> bool {
-        match self.body.shape() {
-            MetalShape::Sphere { radius_mm } => p.coords.norm() <= *radius_mm,
-            MetalShape::Surface(shape) => shape.surface().contains(p),
-        }
-    }
-
-    /// Distance of a point of the tracker frame from the surface.
-    fn distance_mm(&self, p: &Point3<f64>) -> f64 {
-        let in_body = self.tracker_from_body.inverse_transform_point(p);
-        match self.body.shape() {
-            MetalShape::Sphere { radius_mm } => (in_body.coords.norm() - radius_mm).abs(),
-            MetalShape::Surface(shape) => shape.surface().nearest(&in_body).0,
-        }
-    }
-
-    /// Whether a part of this body's surface is in another one, or their spheres overlap.
-    fn cuts(&self, other: &Self) -> bool {
-        match (self.body.shape(), other.body.shape()) {
-            (MetalShape::Sphere { radius_mm: one }, MetalShape::Sphere { radius_mm: two }) => {
-                let between = self.tracker_from_body.translation.vector
-                    - other.tracker_from_body.translation.vector;
-                between.norm() <= one + two
-            }
-            (MetalShape::Sphere { radius_mm }, MetalShape::Surface(_)) => {
-                let middle = self.tracker_from_body.translation.vector.into();
-                other.contains(&middle) || other.distance_mm(&middle) <= *radius_mm
-            }
-            (MetalShape::Surface(shape), _) => {
-                let corners = shape.surface().panels().iter().flat_map(|panel| panel.corners_mm());
-                corners.into_iter().any(|corner| other.contains(&(self.tracker_from_body * corner)))
-            }
-        }
-    }
-}
-
 fn check_bodies(bodies: &[PlacedBody]) -> Result<(), RoomError> {
     for (body, placed) in bodies.iter().enumerate() {
         let position = &placed.tracker_from_body.translation.vector;
@@ -419,7 +397,10 @@ fn check_clearance(
 ) -> Result<(), RoomError> {
     let center = volume.map(|volume| volume.bounds().center_mm());
     for (body, placed) in bodies.iter().enumerate() {
-        let is_cut = |wire: &Vec<Point3<f64>>| wire.iter().any(|p| placed.contains(p));
+        let is_cut = |wire: &Vec<Point3<f64>>| {
+            let ends = wire.iter().zip(wire.iter().cycle().skip(1));
+            ends.into_iter().any(|(from, to)| placed.meets_segment(from, to))
+        };
         if let Some(coil) = wires_mm.iter().position(is_cut) {
             return Err(RoomError::MetalCutsGenerator { body, coil });
         }

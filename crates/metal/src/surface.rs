@@ -2,6 +2,7 @@
 
 mod decimate;
 mod remesh;
+mod wall;
 
 use crate::crossing::first_crossing;
 use crate::panel::{FULL_ANGLE, Panel};
@@ -13,6 +14,8 @@ use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::limits::position_problem;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::weld::welded;
+use trackwright_task::Cancelled;
+pub use wall::Wall;
 
 /// Most triangles of a body. Its matrix takes 8 bytes for each pair, 128 MB, and its factorisation some
 /// seconds.
@@ -64,6 +67,8 @@ pub enum SurfaceError {
     CutsItself { first: usize, second: usize, at_mm: Point3<f64> },
     #[error("part {shell} of the mesh lies within another one, which no field reaches")]
     Nested { shell: usize },
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 impl ClosedSurface {

@@ -10,6 +10,7 @@ mod heatmap;
 mod interpolated;
 mod inverse;
 mod machine;
+mod metal;
 mod motion;
 pub mod page;
 mod sampling;
@@ -41,12 +42,20 @@ pub enum What {
     Uncertainty,
     Motion,
     Heatmap,
+    Metal,
 }
 
 impl What {
     /// All of them, in the order of the page.
-    pub const ALL: [Self; 6] =
-        [Self::Field, Self::Fit, Self::Inverse, Self::Uncertainty, Self::Motion, Self::Heatmap];
+    pub const ALL: [Self; 7] = [
+        Self::Field,
+        Self::Fit,
+        Self::Inverse,
+        Self::Uncertainty,
+        Self::Motion,
+        Self::Heatmap,
+        Self::Metal,
+    ];
 
     /// As it is called in JSON, and names files by.
     pub fn name(self) -> &'static str {
@@ -57,6 +66,7 @@ impl What {
             Self::Uncertainty => "uncertainty",
             Self::Motion => "motion",
             Self::Heatmap => "heatmap",
+            Self::Metal => "metal",
         }
     }
 }
@@ -172,6 +182,8 @@ pub struct Settings {
     /// Samples of the largest Monte Carlo, and of the one that it is held against.
     pub monte_carlo_samples: usize,
     pub monte_carlo_reference: usize,
+    /// Triangles of the metal that coarser metal is held against.
+    pub metal_reference: usize,
     pub seed: u64,
 }
 
@@ -187,6 +199,7 @@ impl Default for Settings {
             motion_reference: 131_072,
             monte_carlo_samples: 1_000_000,
             monte_carlo_reference: 2_000_000,
+            metal_reference: 4000,
             seed: 1,
         }
     }
@@ -204,6 +217,7 @@ impl Settings {
             motion_reference: 8192,
             monte_carlo_samples: 1000,
             monte_carlo_reference: 5000,
+            metal_reference: 1000,
             ..Self::default()
         }
     }
@@ -268,6 +282,7 @@ fn measure(
         What::Uncertainty => uncertainty::measure(scenario, settings, steps),
         What::Motion => motion::measure(scenario, settings, steps),
         What::Heatmap => heatmap::measure(scenario, settings, steps),
+        What::Metal => metal::measure(scenario, settings, steps),
     }?;
     mark_fronts(&mut family.rows);
     Ok(family)

@@ -22,6 +22,7 @@ impl What {
             Self::Uncertainty => "Uncertainty",
             Self::Motion => "Study",
             Self::Heatmap => "Slice",
+            Self::Metal => "Metal",
         }
     }
 

@@ -1,7 +1,7 @@
 //! What the cases of the battery are made of: the computations under test, inputs, quantities with
 //! bounds, rows.
 
-use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Complex, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use serde::Serialize;
 use trackwright_field::batch::{Batch, Instructions};
 use trackwright_field::bernstein::coefficient_count;
@@ -19,6 +19,8 @@ use trackwright_geometry::rotation::{
     AxisRotation, axis_rotation, exp_vector, log_matrix, log_quaternion, rotation_angle_rad,
 };
 use trackwright_geometry::svd3::{Svd3, svd3};
+use trackwright_metal::material::Material;
+use trackwright_metal::sphere::{SphereError, sphere_factor};
 use trackwright_simulation::frame_fit::{FrameFit, FrameFitter, Reading};
 use trackwright_simulation::linear_fit::{
     RotationNotDetermined, SensorCovariance, point_covariance_mm2,
@@ -91,6 +93,8 @@ pub struct Methods {
         &Point3<f64>,
     ) -> Result<Matrix3<f64>, RotationNotDetermined>,
     pub statistics: fn(&mut [f64]) -> Option<Statistics>,
+    /// Induced dipole of a sphere of a radius in mm, at a frequency in Hz.
+    pub sphere_factor: fn(f64, &Material, f64) -> Result<Complex<f64>, SphereError>,
 }
 
 impl Methods {
@@ -148,6 +152,7 @@ impl Methods {
         relative_error,
         covariance: point_covariance_mm2,
         statistics: |values| Statistics::of(values),
+        sphere_factor,
     };
 }
 
@@ -293,6 +298,12 @@ impl Row {
     pub fn behaviour(case: &str, must: &'static str, did: bool) -> Self {
         let quantity = Quantity { name: must, ..BEHAVIOUR };
         quantity.row(case, 1.0, if did { 0.0 } else { 1.0 }, 0.0)
+    }
+
+    /// A method's own error beside a bound that is stated with it, in the place of round-off's.
+    pub fn within(case: &str, quantity: &'static str, error: f64, bound: f64) -> Self {
+        let holds = error <= bound && bound.is_finite();
+        Self { family: "", case: case.to_owned(), quantity, condition: 1.0, error, bound, holds }
     }
 
     /// Of several rows, the one that comes nearest to its bound or is furthest beyond it.

@@ -1,7 +1,7 @@
 //! Textbook methods that lose digits: the battery has to find each of them out.
 
 use super::case::Methods;
-use nalgebra::{DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Complex, DMatrix, Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_field::bernstein::products;
 use trackwright_field::evaluation::Matrix6x3;
@@ -304,6 +304,18 @@ pub const NAN_IGNORED: Methods = Methods {
             values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
         );
         Statistics::of(values).map(|own| own.with(Summary::Min, min).with(Summary::Max, max))
+    },
+    ..Methods::OWN
+};
+
+/// `(2μ − u) / (2 (μ + u))`, `u = x² / (1 − x cot x) − 1`, as it is written.
+pub const COTANGENT: Methods = Methods {
+    sphere_factor: |radius_mm, material, frequency_hz| {
+        let part = radius_mm * material.inverse_squared_skin_depth_per_mm2(frequency_hz).sqrt();
+        let mu = material.relative_permeability();
+        let x = Complex::new(part, part);
+        let u = x * x / (-(x / x.tan()) + 1.0) - 1.0;
+        Ok((-u + 2.0 * mu) / ((u + mu) * 2.0))
     },
     ..Methods::OWN
 };

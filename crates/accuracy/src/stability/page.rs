@@ -65,8 +65,9 @@ pub fn markdown(families: &[Family], rows: &[Row]) -> String {
          tensor structure, or by the gradient in that precision and a refinement step). An error \
          has to keep the bound `C · condition · epsilon · scale`, with epsilon 2.2e-16: what a \
          backward stable algorithm can promise. Where a rank is decided, the condition is that of \
-         the part kept, and the case states how wide the gap below it is. Rows that state what must \
-         happen count violations, and none is allowed.\n",
+         the part kept, and the case states how wide the gap below it is. Where a method has an error \
+         of its own, its family states that bound. Rows that state what must happen count violations, \
+         and none is allowed.\n",
     );
     page.push_str(&format!("\n{}.\n", verdict(rows)));
     for family in families {

@@ -49,6 +49,9 @@ every_row_holds! {
     every_row_of_frames_holds: "frames",
     every_row_of_uncertainty_holds: "uncertainty and tip error",
     every_row_of_statistics_holds: "statistics",
+    every_row_of_spheres_holds: "spheres",
+    every_row_of_readings_holds: "readings",
+    every_row_of_metal_holds: "metal",
     every_row_of_what_is_not_a_number_holds: "not a number",
 }
 
@@ -56,7 +59,7 @@ every_row_holds! {
 fn naive_methods_are_found_out() {
     let (values, solution) =
         (&["position error, mm", "rotation error, rad"][..], "solution, mm or rad");
-    let cases: [(&Methods, &str, &[&str]); 13] = [
+    let cases: [(&Methods, &str, &[&str]); 14] = [
         (&naive::NORMAL_EQUATIONS, "least squares", &[solution, "condition number, relative"]),
         (&naive::NORMAL_EQUATIONS, "fits", &[solution]),
         (
@@ -93,6 +96,7 @@ fn naive_methods_are_found_out() {
             "uncertainty and tip error",
             &["covariance of the tip, mm²", "angle error, rad"],
         ),
+        (&naive::COTANGENT, "spheres", &["real part of the factor"]),
         (&naive::NAN_IGNORED, "not a number", &["all figures are not numbers"]),
     ];
     for (methods, family, quantities) in cases {

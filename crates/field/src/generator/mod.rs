@@ -1,6 +1,7 @@
 //! The field generator of a tracker, and what sensors in its field are reported at.
 
 mod coils;
+pub mod determination;
 pub mod dipole;
 pub mod lanes;
 pub mod reading;

@@ -1,6 +1,7 @@
 //! Rooms of one and several bodies against series, fresh solves and the law of growth.
 
 use super::*;
+use crate::body::MetalBody;
 use crate::boundary::BoundaryShape;
 use crate::material::Material;
 use crate::shapes::{cuboid, cylinder, sphere};
@@ -12,19 +13,24 @@ use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::rotation::exp_vector;
 
+fn task() -> Task {
+    Task::default()
+}
+
 fn shape(mesh: &SurfaceMesh) -> MetalShape {
-    MetalShape::Surface(Arc::new(BoundaryShape::new(ClosedSurface::new(mesh).unwrap())))
+    let surface = ClosedSurface::new(mesh).unwrap();
+    MetalShape::Surface(Arc::new(BoundaryShape::new(surface, &task()).unwrap()))
 }
 
 const FAST_HZ: f64 = 1e7;
 
 /// A conductor whose skin is 5 µm deep.
 fn conductor(shape: MetalShape) -> Arc<MetalBody> {
-    Arc::new(MetalBody::new(shape, Material::new(1e9, 1.0).unwrap(), FAST_HZ).unwrap())
+    Arc::new(MetalBody::new(shape, Material::new(1e9, 1.0).unwrap(), FAST_HZ, &task()).unwrap())
 }
 
 fn magnetic(shape: MetalShape, mu: f64) -> Arc<MetalBody> {
-    Arc::new(MetalBody::new(shape, Material::new(0.0, mu).unwrap(), FAST_HZ).unwrap())
+    Arc::new(MetalBody::new(shape, Material::new(0.0, mu).unwrap(), FAST_HZ, &task()).unwrap())
 }
 
 fn at(position_mm: [f64; 3], turn_rad: [f64; 3]) -> Pose {
@@ -36,7 +42,7 @@ fn placed(body: &Arc<MetalBody>, tracker_from_body: Pose) -> PlacedBody {
 }
 
 fn room(bodies: Vec<PlacedBody>) -> MetalRoom {
-    MetalRoom::new(Generator::planar_nine(), None, bodies).unwrap()
+    MetalRoom::new(Generator::planar_nine(), None, bodies, &task()).unwrap()
 }
 
 fn fields(room: &MetalRoom, p: &Point3<f64>) -> Vec<Vector3<f64>> {
@@ -56,7 +62,8 @@ const POINTS: [[f64; 3]; 3] = [[20.0, 30.0, -180.0], [-90.0, 60.0, -260.0], [150
 #[test]
 fn a_sphere_in_a_room_is_its_series() {
     let material = Material::named("steel-416").unwrap();
-    let body = MetalBody::new(MetalShape::Sphere { radius_mm: 40.0 }, material, 5e3).unwrap();
+    let body =
+        MetalBody::new(MetalShape::Sphere { radius_mm: 40.0 }, material, 5e3, &task()).unwrap();
     let pose = at([60.0, -20.0, -120.0], [0.4, 0.2, -0.9]);
     let room = room(vec![placed(&Arc::new(body), pose)]);
     let response = SphereResponse::new(40.0, &material, 5e3).unwrap();
@@ -144,8 +151,9 @@ fn moved_with_factors_kept_is_a_fresh_solve() {
     let first = at([60.0, 0.0, -120.0], [0.1, 0.0, 0.0]);
     let second = at([30.0, -40.0, -200.0], [0.7, -0.4, 1.1]);
     let plate = conductor(shape(&mesh));
-    let moved =
-        room(vec![placed(&plate, first), placed(&pin, pin_pose)]).with_pose(0, second).unwrap();
+    let moved = room(vec![placed(&plate, first), placed(&pin, pin_pose)])
+        .with_pose(0, second, &task())
+        .unwrap();
     // A plate whose corners are where the move puts them, with factors of its own.
     let mut there = mesh;
     there.parts[0].positions_mm.iter_mut().for_each(|p| *p = second * *p);
@@ -183,7 +191,7 @@ fn a_turned_room_has_turned_fields() {
         placed.tracker_from_body = turn * placed.tracker_from_body;
         placed
     });
-    let turned = MetalRoom::new(generator, None, turned_bodies.collect()).unwrap();
+    let turned = MetalRoom::new(generator, None, turned_bodies.collect(), &task()).unwrap();
     let room = room(bodies);
     for p in POINTS.map(Point3::from) {
         let expected: Vec<_> = fields(&room, &p).iter().map(|f| turn.rotation * f).collect();
@@ -203,7 +211,7 @@ fn far_error(sensor: Point3<f64>, metal: Point3<f64>) -> (f64, [f64; 3]) {
     let generator = Generator { name: "triads".to_owned(), coils: coils.collect() };
     let body = conductor(MetalShape::Sphere { radius_mm: 100.0 });
     let pose = pose_from_parts(metal.coords, nalgebra::UnitQuaternion::identity());
-    let room = MetalRoom::new(generator, None, vec![placed(&body, pose)]).unwrap();
+    let room = MetalRoom::new(generator, None, vec![placed(&body, pose)], &task()).unwrap();
     let true_pose = pose_from_parts(sensor.coords, exp_vector(&Vector3::new(0.3, 0.5, -0.2)));
     let reported = room.read_pose(&true_pose).unwrap().tracker_from_sensor;
     let error_mm = (reported.translation.vector - sensor.coords).norm();
@@ -232,7 +240,7 @@ fn far_errors_grow_as_nixon_found() {
 #[test]
 fn rooms_that_cannot_be_are_refused() {
     let error = |volume: Option<Volume>, bodies: Vec<PlacedBody>| {
-        MetalRoom::new(Generator::anser(), volume, bodies).unwrap_err()
+        MetalRoom::new(Generator::anser(), volume, bodies, &task()).unwrap_err()
     };
     let ball = conductor(MetalShape::Sphere { radius_mm: 20.0 });
     let still = |p: [f64; 3]| at(p, [0.0; 3]);
@@ -247,6 +255,22 @@ fn rooms_that_cannot_be_are_refused() {
     // A wire of the loop at (0, 68.55), whose side is 70 mm.
     let on_wire = vec![placed(&ball, still([0.0, 33.55, -10.0]))];
     assert_eq!(error(None, on_wire), RoomError::MetalCutsGenerator { body: 0, coil: 1 });
+    // Foil and a pin between the points at which wires are looked at.
+    let foil = conductor(shape(&cuboid(&Vector3::new(0.5, 30.0, 30.0), 100).unwrap()));
+    let pin = conductor(MetalShape::Sphere { radius_mm: 0.5 });
+    for thin in [foil, pin] {
+        let across = vec![placed(&thin, still([2.0, 33.55, 0.0]))];
+        assert_eq!(error(None, across), RoomError::MetalCutsGenerator { body: 0, coil: 1 });
+    }
+    let strange = error(box_of([f64::NAN, -100.0, -300.0], [100.0; 3]), Vec::new());
+    assert!(matches!(strange, RoomError::Volume(_)), "{strange}");
+    let row = (0..9).map(|k| Coil::Dipole {
+        at_mm: Point3::new(30.0 * f64::from(k), 0.0, 0.0),
+        moment: Vector3::z(),
+    });
+    let row = Generator { name: "row".to_owned(), coils: row.collect() };
+    let error_of_row = MetalRoom::new(row, volume, Vec::new(), &task()).unwrap_err();
+    assert!(matches!(error_of_row, RoomError::Determination(_)), "{error_of_row}");
     let mut nowhere = still([0.0, 0.0, -100.0]);
     nowhere.translation.vector.y = f64::NAN;
     assert_eq!(error(None, vec![placed(&ball, nowhere)]), RoomError::Pose(0));
@@ -261,7 +285,7 @@ fn rooms_that_cannot_be_are_refused() {
             assert_eq!(error(None, overlap), RoomError::BodiesTouch { first, second });
         }
     }
-    let slow = Arc::new(ball.at_frequency(50.0).unwrap());
+    let slow = Arc::new(ball.at_frequency(50.0, &task()).unwrap());
     let frequencies =
         vec![placed(&ball, still([0.0, 0.0, -100.0])), placed(&slow, still([90.0, 0.0, -100.0]))];
     let expected = RoomError::Frequencies { body: 1, frequency_hz: 50.0, first_hz: FAST_HZ };
@@ -287,6 +311,51 @@ fn points_without_a_field_are_refused() {
 }
 
 #[test]
+fn poses_beside_strong_metal_are_right_or_errors() {
+    // Beside iron as large as the generator signals are those of poses far away, or of none.
+    let iron = magnetic(MetalShape::Sphere { radius_mm: 150.0 }, 1e4);
+    let room = room(vec![placed(&iron, at([0.0, 0.0, -170.0], [0.0; 3]))]);
+    let (mut errors, mut no_convergence) = (0, 0);
+    for (direction, _) in spherical_rule(12) {
+        let p = Point3::new(0.0, 0.0, -170.0) + direction.into_inner() * 151.0;
+        let axis = Unit::new_normalize(Vector3::new(direction.y, 0.3, direction.x));
+        let Ok(reading) = room.read_axis(&p, &axis) else {
+            errors += 1;
+            let error = room.read_axis(&p, &axis).unwrap_err();
+            let not_converged =
+                matches!(error, PointError::Reading(ReadingError::NoConvergence { .. }));
+            no_convergence += usize::from(not_converged);
+            continue;
+        };
+        // Where it is the nearest, no small motion makes it nearer.
+        let mut disturbed = fields(&room, &p);
+        room.generator().coils.iter().zip(&mut disturbed).for_each(|(c, d)| *d += c.field(&p));
+        let residual = |q: Point3<f64>| -> f64 {
+            let coils = room.generator().coils.iter().zip(&disturbed);
+            coils.map(|(c, d)| (c.field(&q).dot(&reading.axis) - d.dot(&axis)).powi(2)).sum()
+        };
+        let least = residual(reading.position_mm);
+        for k in 0..3 {
+            for step in [0.01, -0.01] {
+                let there = residual(reading.position_mm + Vector3::ith(k, step));
+                assert!(there >= least * (1.0 - 1e-9), "{p} {reading:?}");
+            }
+        }
+    }
+    assert!(errors > 0 && no_convergence > 0, "{errors} {no_convergence}");
+}
+
+#[test]
+fn a_room_can_be_cancelled() {
+    let plate = conductor(shape(&cuboid(&Vector3::new(100.0, 100.0, 10.0), 100).unwrap()));
+    let task = task();
+    task.cancel.cancel();
+    let bodies = vec![placed(&plate, at([0.0, 0.0, -100.0], [0.0; 3]))];
+    let error = MetalRoom::new(Generator::anser(), None, bodies, &task).unwrap_err();
+    assert_eq!(error, RoomError::Cancelled(Cancelled));
+}
+
+#[test]
 fn nearer_spheres_take_more_rounds() {
     let ball = magnetic(MetalShape::Sphere { radius_mm: 20.0 }, 1000.0);
     let rounds = [20.0, 5.0, 1.0].map(|gap_mm: f64| {
@@ -307,7 +376,7 @@ fn meshed_errors<const N: usize>(
 ) -> [f64; N] {
     let pose = at([30.0, -20.0, -140.0], [0.0; 3]);
     let [exact, meshed] = [MetalShape::Sphere { radius_mm: 60.0 }, mesh.clone()].map(|shape| {
-        let body = MetalBody::new(shape, material, frequency_hz).unwrap();
+        let body = MetalBody::new(shape, material, frequency_hz, &task()).unwrap();
         room(vec![placed(&Arc::new(body), pose)])
     });
     gaps_mm.map(|gap_mm| {
@@ -339,7 +408,7 @@ fn fields_near_metal_are_within_a_percent() {
 fn estimates_are_as_near_as_documented() {
     let mesh = shape(&sphere(60.0, 2).unwrap());
     let steel = Material::named("steel-304").unwrap();
-    assert!(MetalBody::new(mesh.clone(), steel, 1e4).unwrap().model().is_estimate());
+    assert!(MetalBody::new(mesh.clone(), steel, 1e4, &task()).unwrap().model().is_estimate());
     // Skins of 7 and 22 % of the radius: 4 and 17 % one radius away, 10 and 41 % near the surface,
     // where orders count that skin weakens more than it does a dipole.
     for (frequency_hz, expected) in [(1e4, [0.042, 0.10]), (1e3, [0.17, 0.41])] {
@@ -352,7 +421,7 @@ fn estimates_are_as_near_as_documented() {
 
 /// Largest position error of a sensor with a rod of 10 by 100 mm 20 mm away, in four directions.
 fn rod_error_mm(rod: &MetalShape, key: &str) -> f64 {
-    let body = MetalBody::new(rod.clone(), Material::named(key).unwrap(), 10e3).unwrap();
+    let body = MetalBody::new(rod.clone(), Material::named(key).unwrap(), 10e3, &task()).unwrap();
     let body = Arc::new(body);
     let sensor = Point3::new(0.0, 0.0, -250.0);
     let beside = [[25.0, 0.0], [-25.0, 0.0], [0.0, 25.0], [0.0, -25.0]];

@@ -124,20 +124,15 @@ impl SphereBody {
 
     /// Adds the fields of moments at a point outside, from the sphere's middle; one field a coil.
     ///
-    /// `moments` has a row a coil here and a column a moment.
+    /// `moments` has a row a moment and a column a coil.
     ///
     /// # Panics
-    /// If the moments are not those of this sphere, or `fields` are not one a row.
-    pub fn add_fields(
-        &self,
-        moments: MatRef<'_, f64>,
-        p: &Point3<f64>,
-        fields: &mut [Vector3<f64>],
-    ) {
-        assert_eq!((moments.ncols(), moments.nrows()), (self.terms(), fields.len()));
+    /// If the moments are not those of this sphere, or `fields` are not one a column.
+    pub fn add_fields(&self, moments: &Mat<f64>, p: &Point3<f64>, fields: &mut [Vector3<f64>]) {
+        assert_eq!((moments.nrows(), moments.ncols()), (self.terms(), fields.len()));
         self.for_fields(p, |moment, field| {
-            for (sum, moment) in fields.iter_mut().zip(moments.col(moment).iter()) {
-                *sum += field * *moment;
+            for (coil, sum) in fields.iter_mut().enumerate() {
+                *sum += field * moments[(moment, coil)];
             }
         });
     }
@@ -212,7 +207,7 @@ mod tests {
                 let moments = body.moments(normal_field.as_ref());
                 let p = Point3::new(10.0, -70.0, 45.0);
                 let mut field = [Vector3::zeros()];
-                body.add_fields(moments.transpose(), &p, &mut field);
+                body.add_fields(&moments, &p, &mut field);
                 let moment = Vector3::new(0.7, -0.2, 0.5);
                 let expected = response.field_of_dipole(&at, &moment, &p).unwrap().field;
                 errors.push((field[0] - expected).norm() / expected.norm());

@@ -4,9 +4,11 @@
 //! An edge is collapsed only where its ends have exactly two common neighbours (the link condition), so
 //! that a closed surface stays closed, and only where no triangle turns over.
 
+use super::Indexed;
 use nalgebra::{Matrix3, Point3, Vector3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
+use trackwright_task::{Cancelled, Task};
 
 /// Weight of the distance from where corners were beside the distance from their planes: spreads the
 /// corners of flat faces evenly, which boundary elements need, and hardly moves curved ones.
@@ -43,6 +45,9 @@ impl Quadric {
 /// changed when it was computed.
 type Candidate = Reverse<(u64, [u32; 2], [u32; 2])>;
 
+/// Collapses between two looks at the task: some tenths of a millisecond.
+const COLLAPSES_A_STEP: usize = 64;
+
 struct Surface {
     positions: Vec<Vector3<f64>>,
     quadrics: Vec<Quadric>,
@@ -54,11 +59,15 @@ struct Surface {
 }
 
 /// A closed mesh with at most `most` triangles, or with the fewest that collapses lead to.
+///
+/// # Errors
+/// [`Cancelled`].
 pub fn decimated(
     positions_mm: &[Point3<f64>],
     triangles: &[[u32; 3]],
     most: usize,
-) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    task: &Task,
+) -> Result<Indexed, Cancelled> {
     let mut surface = Surface::new(positions_mm, triangles);
     let mut candidates: BinaryHeap<Candidate> = BinaryHeap::new();
     for &[a, b, c] in triangles {
@@ -69,7 +78,13 @@ pub fn decimated(
         }
     }
     let mut count = triangles.len();
-    while count > most {
+    for tried in 0.. {
+        if count <= most {
+            break;
+        }
+        if tried % COLLAPSES_A_STEP == 0 {
+            task.step(triangles.len() - count, triangles.len() - most)?;
+        }
         let Some(Reverse((_, edge, changes))) = candidates.pop() else { break };
         if edge.map(|end| surface.changes[end as usize]) != changes {
             continue;
@@ -80,7 +95,7 @@ pub fn decimated(
             candidates.push(surface.candidate([kept.min(neighbour), kept.max(neighbour)]));
         }
     }
-    surface.compacted()
+    Ok(surface.compacted())
 }
 
 impl Surface {
@@ -198,7 +213,7 @@ impl Surface {
         Some(kept)
     }
 
-    fn compacted(self) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
+    fn compacted(self) -> Indexed {
         let mut numbers: HashMap<u32, u32> = HashMap::new();
         let mut positions_mm = Vec::new();
         let alive = self.triangles.iter().zip(&self.is_alive).filter(|(_, alive)| **alive);
@@ -234,7 +249,8 @@ mod tests {
     fn a_sphere_stays_closed_and_round() {
         let part = &sphere(50.0, 5).unwrap().parts[0];
         for most in [2000, 500, 100] {
-            let (positions, triangles) = decimated(&part.positions_mm, &part.triangles, most);
+            let found = decimated(&part.positions_mm, &part.triangles, most, &Task::default());
+            let (positions, triangles) = found.unwrap();
             assert!((most - 1..=most).contains(&triangles.len()), "{}", triangles.len());
             // Euler's formula of a closed surface without holes.
             assert_eq!(positions.len(), triangles.len() / 2 + 2);

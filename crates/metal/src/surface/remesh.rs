@@ -7,6 +7,7 @@ use super::{
 };
 use nalgebra::{Point3, Vector3};
 use trackwright_geometry::mesh::{MeshPart, SurfaceMesh};
+use trackwright_task::Task;
 
 /// Most triangles of a mesh that is remeshed; a million take seconds.
 pub const MAX_FINE_TRIANGLES: usize = 2_000_000;
@@ -29,8 +30,8 @@ impl ClosedSurface {
     ///
     /// # Errors
     /// What is wrong with the mesh; [`SurfaceError::TooManyTriangles`] where its shape needs more than
-    /// `most`, or where it is larger than [`MAX_FINE_TRIANGLES`].
-    pub fn remeshed(mesh: &SurfaceMesh, most: usize) -> Result<Self, SurfaceError> {
+    /// `most`, or where it is larger than [`MAX_FINE_TRIANGLES`]; [`SurfaceError::Cancelled`].
+    pub fn remeshed(mesh: &SurfaceMesh, most: usize, task: &Task) -> Result<Self, SurfaceError> {
         if !(MIN_TARGET..=MAX_TRIANGLES).contains(&most) {
             return Err(SurfaceError::Target { most });
         }
@@ -42,7 +43,7 @@ impl ClosedSurface {
         check_edges(&triangles)?;
         if found > most {
             let kept = (KEPT * most as f64) as usize;
-            (positions_mm, triangles) = decimated(&positions_mm, &triangles, kept);
+            (positions_mm, triangles) = decimated(&positions_mm, &triangles, kept, task)?;
             if triangles.len() > most {
                 return Err(SurfaceError::TooManyTriangles { found: triangles.len(), most });
             }
@@ -94,8 +95,9 @@ mod tests {
 
     #[test]
     fn meshes_get_the_triangles_they_need() {
+        let task = Task::default();
         let fine = sphere(50.0, 6).unwrap();
-        let coarse = ClosedSurface::remeshed(&fine, 1000).unwrap();
+        let coarse = ClosedSurface::remeshed(&fine, 1000, &task).unwrap();
         assert_eq!(coarse.coarsened_from(), Some(81_920));
         assert!((600..=1000).contains(&coarse.panels().len()));
         assert!((coarse.mean_radius_mm() / 50.0 - 1.0).abs() < 0.01);
@@ -107,19 +109,35 @@ mod tests {
         let Solid { positions_mm, normals, triangles } = solid;
         let part = MeshPart { positions_mm, normals, triangles, ..MeshPart::default() };
         let plate = SurfaceMesh { parts: vec![part], ..SurfaceMesh::default() };
-        let plate = ClosedSurface::remeshed(&plate, 1000).unwrap();
+        let plate = ClosedSurface::remeshed(&plate, 1000, &task).unwrap();
         assert!((500..=1000).contains(&plate.panels().len()), "{}", plate.panels().len());
         assert!((plate.volume_mm3() / 2e5 - 1.0).abs() < 1e-12);
         assert_eq!(plate.coarsened_from(), None);
         // A plate of a thousand triangles a side stays flat.
         let flat = cuboid(&Vector3::new(200.0, 100.0, 10.0), 8000).unwrap();
-        let flat = ClosedSurface::remeshed(&flat, 500).unwrap();
+        let flat = ClosedSurface::remeshed(&flat, 500, &task).unwrap();
         assert!((flat.volume_mm3() / 2e5 - 1.0).abs() < 0.02, "{}", flat.volume_mm3());
-        let rod = ClosedSurface::remeshed(&cylinder(5.0, 150.0, 9000).unwrap(), 400).unwrap();
+        let rod =
+            ClosedSurface::remeshed(&cylinder(5.0, 150.0, 9000).unwrap(), 400, &task).unwrap();
         assert!((rod.volume_mm3() / (PI * 25.0 * 150.0) - 1.0).abs() < 0.03);
         let mut open = fine;
         open.parts[0].triangles.pop();
-        assert_eq!(ClosedSurface::remeshed(&open, 1000), Err(SurfaceError::Open { edges: 3 }));
-        assert_eq!(ClosedSurface::remeshed(&open, 9), Err(SurfaceError::Target { most: 9 }));
+        assert_eq!(
+            ClosedSurface::remeshed(&open, 1000, &task),
+            Err(SurfaceError::Open { edges: 3 })
+        );
+        assert_eq!(ClosedSurface::remeshed(&open, 9, &task), Err(SurfaceError::Target { most: 9 }));
+    }
+
+    #[test]
+    fn meshes_beyond_two_million_are_refused() {
+        let mut mesh = sphere(50.0, 0).unwrap();
+        let part = &mut mesh.parts[0];
+        part.triangles = part.triangles.iter().copied().cycle().take(2_000_001).collect();
+        let error = ClosedSurface::remeshed(&mesh, 1000, &Task::default()).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "2000001 triangles, expected at most 2000000: coarsen the mesh to that many"
+        );
     }
 }

@@ -7,10 +7,13 @@ mod frames;
 mod high_orders;
 mod inverse;
 mod least_squares;
+mod metal;
 mod prelude;
+mod readings;
 mod refusals;
 mod rotations;
 mod singular_values;
+mod spheres;
 mod statistics;
 mod uncertainty;
 mod weights;
@@ -32,6 +35,9 @@ pub fn all(extent: Extent) -> Vec<Family> {
         frames::family(extent),
         uncertainty::family(extent),
         statistics::family(extent),
+        spheres::family(extent),
+        readings::family(extent),
+        metal::family(extent),
         refusals::family(extent),
     ]
 }
