@@ -5,6 +5,9 @@ use trackwright_simulation::Scenario;
 use trackwright_simulation::metal_distance::MetalDistances;
 use trackwright_simulation::metric::Metric;
 
+/// Errors whose ratio is above this are on a logarithmic axis.
+const WIDE: f64 = 30.0;
+
 /// The tip's RMS and 95th percentile against the distance from the object to the tip, with the
 /// requirement's bound of a length, and where the requirement begins to hold.
 pub fn chart(design: &str, object: &str, scenario: &Scenario, found: &MetalDistances) -> Chart {
@@ -28,10 +31,14 @@ pub fn chart(design: &str, object: &str, scenario: &Scenario, found: &MetalDista
         let name = format!("holds from {:.0} mm", gap.from_tip_mm);
         series.push(Series::new(name, SeriesStyle::Marked, point.into_iter().collect()));
     }
+    // Few decades have too few labels.
+    let values = || series.iter().flat_map(|series| &series.points).map(|(_, y_mm)| *y_mm);
+    let (least, most) = (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max));
+    let scale = if most > WIDE * least { Scale::Logarithmic } else { Scale::Linear };
     Chart {
         title: format!("{design}: error against the distance of {object}"),
         x: Axis::linear(format!("distance from {object} to the tip, mm")),
-        y: Axis { label: "tip error, mm".to_owned(), scale: Scale::Logarithmic },
+        y: Axis { label: "tip error, mm".to_owned(), scale },
         series,
     }
 }

@@ -5,6 +5,7 @@ use super::super::numbers::{length_above_zero, six};
 use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
 use super::rods::{RodArgs, Rods};
+use std::sync::Arc;
 use trackwright_calibration::protocol::evaluation::evaluate;
 use trackwright_calibration::protocol::plate::{GRID_MM, Plate, PlateReading, SensorKind};
 use trackwright_calibration::protocol::readings::{
@@ -155,7 +156,7 @@ fn read_room(file: &Path, files: &Files) -> anyhow::Result<Environment> {
         room_name(Path::new(&room.file_name())) == file.to_string_lossy()
     };
     let environment = match builtin_rooms().find(|room| !file.exists() && is_named(room)) {
-        Some(room) => room.read()?,
+        Some(room) => Arc::unwrap_or_clone(room.read_solved()?),
         None => files.read_environment(file)?,
     };
     if environment.model.map() == MapKind::Correction {

@@ -136,7 +136,8 @@ impl RodArgs {
             None => files.read_generator(Path::new(&self.generator))?,
         };
         let settings = self.settings()?;
-        let found = rod_readings(plate, &generator, sensor, &settings)?;
+        let found =
+            rod_readings(plate, &generator, sensor, &settings, &trackwright_task::Task::default())?;
         Ok(Some(Rods { found, settings, generator: generator.name }))
     }
 

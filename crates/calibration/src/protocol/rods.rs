@@ -13,6 +13,7 @@ use trackwright_metal::material::NamedMaterial;
 use trackwright_metal::room::{MetalRoom, PlacedBody, PointError, RoomError};
 use trackwright_metal::shapes::{ShapeError, cylinder};
 use trackwright_metal::surface::{ClosedSurface, SurfaceError};
+use trackwright_task::{Cancelled, Task};
 
 /// Keys of the paper's four materials.
 pub const PAPER_RODS: [&str; 4] = ["steel-416", "steel-303", "aluminium", "bronze"];
@@ -87,6 +88,8 @@ pub enum RodError {
     NoReading { rod: &'static str, in_generator: usize, without_pose: usize },
     #[error(transparent)]
     Plate(#[from] PlateError),
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
     #[error("rod: {0}")]
     Shape(#[from] ShapeError),
     #[error("rod: {0}")]
@@ -172,6 +175,7 @@ pub fn rod_readings(
     generator: &Generator,
     sensor: SensorKind,
     settings: &RodSettings,
+    task: &Task,
 ) -> Result<RodReadings, RodError> {
     plate.check()?;
     if let Some(&wrong) = settings.distances_mm.iter().find(|&&d| !(d > 0.0 && d <= 1000.0)) {
@@ -184,14 +188,15 @@ pub fn rod_readings(
     }
     let radius_mm = 0.5 * diameter_mm;
     let mesh = cylinder(radius_mm, length_mm, settings.triangles)?;
-    let shape = MetalShape::Surface(Arc::new(BoundaryShape::new(ClosedSurface::new(&mesh)?)));
+    let shape = BoundaryShape::new(ClosedSurface::new(&mesh)?, task)?;
+    let shape = MetalShape::Surface(Arc::new(shape));
     let site = Site::plain(plate.levels / 2, SiteAt::Disc { angle_deg: 0.0 });
     let true_pose = plate.tracker_from_sensor(&site);
     let placements = placements(plate, &true_pose, settings.direction);
     let mut found = RodReadings::default();
     for named in &settings.materials {
         let rod = named.key;
-        let body = MetalBody::new(shape.clone(), named.material, settings.frequency_hz);
+        let body = MetalBody::new(shape.clone(), named.material, settings.frequency_hz, task);
         let body = Arc::new(body.map_err(|cause| RodError::Body { rod, cause })?);
         found.is_estimate |= body.model().is_estimate();
         let before = found.readings.len();
@@ -205,7 +210,7 @@ pub fn rod_readings(
                 let turn = turn.unwrap_or_else(UnitQuaternion::identity);
                 let tracker_from_body = pose_from_parts(middle, turn);
                 let placed = PlacedBody { body: Arc::clone(&body), tracker_from_body };
-                let room = match MetalRoom::new(generator.clone(), None, vec![placed]) {
+                let room = match MetalRoom::new(generator.clone(), None, vec![placed], task) {
                     Ok(room) => room,
                     Err(RoomError::MetalCutsGenerator { .. }) => {
                         in_generator += 1;

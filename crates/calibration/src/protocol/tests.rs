@@ -230,8 +230,14 @@ fn rods_at_20_mm(keys: &[&str]) -> Vec<Statistics> {
         triangles: 150,
         ..RodSettings::of(materials.collect())
     };
-    let rods =
-        rod_readings(&plate, &Generator::planar_nine(), SensorKind::FiveDof, &settings).unwrap();
+    let rods = rod_readings(
+        &plate,
+        &Generator::planar_nine(),
+        SensorKind::FiveDof,
+        &settings,
+        &Task::default(),
+    )
+    .unwrap();
     assert_eq!((rods.in_generator, rods.without_pose, rods.is_estimate), (0, 0, true));
     let sampling = SamplingSettings::default();
     let readings = simulate_readings(&room, None, &plate, &rods.readings, &sampling).unwrap();
@@ -259,7 +265,8 @@ fn a_rod_without_a_reading_beside_it_is_refused() {
     let settings =
         RodSettings { distances_mm: vec![50.0], triangles: 60, ..RodSettings::of(vec![*material]) };
     let generator = Generator::planar_nine();
-    let rods = rod_readings(&plate, &generator, SensorKind::SixDof, &settings).unwrap();
+    let rods =
+        rod_readings(&plate, &generator, SensorKind::SixDof, &settings, &Task::default()).unwrap();
     let sampling = SamplingSettings::default();
     let mut readings = simulate_readings(&room, None, &plate, &rods.readings, &sampling).unwrap();
     let disc = SiteAt::Disc { angle_deg: 0.0 };
@@ -275,12 +282,16 @@ fn a_rod_without_a_reading_beside_it_is_refused() {
     assert!(evaluate(&readings, SensorKind::SixDof).is_ok());
     for (diameter_mm, length_mm) in [(0.5, 100.0), (10.0, 2000.0), (f64::NAN, 100.0)] {
         let settings = RodSettings { diameter_mm, length_mm, ..settings.clone() };
-        let error = rod_readings(&plate, &generator, SensorKind::FiveDof, &settings).unwrap_err();
+        let error =
+            rod_readings(&plate, &generator, SensorKind::FiveDof, &settings, &Task::default())
+                .unwrap_err();
         assert!(error.to_string().contains("expected at most 1000 mm"), "{error}");
     }
     for wrong in [0.0, f64::NAN, 1e4] {
         let settings = RodSettings { distances_mm: vec![wrong], ..settings.clone() };
-        let error = rod_readings(&plate, &generator, SensorKind::FiveDof, &settings).unwrap_err();
+        let error =
+            rod_readings(&plate, &generator, SensorKind::FiveDof, &settings, &Task::default())
+                .unwrap_err();
         assert!(error.to_string().starts_with("distance of a rod is "), "{error}");
     }
 }

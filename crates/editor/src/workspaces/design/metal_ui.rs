@@ -13,7 +13,7 @@ use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::{DesignAction, number_edits};
 use crate::workspaces::design::outliner::{OutlinerView, selectable_ui};
 use crate::workspaces::design::rows::{
-    AXES, right_ui, rotation_ui, row_ui as field_row_ui, text_row_ui, vector_ui,
+    AXES, rotation_ui, row_ui as field_row_ui, text_row_ui, vector_ui,
 };
 use crate::workspaces::design::sensor_ui::IsAvailable;
 use bevy_egui::egui::{self, ComboBox, Ui};
@@ -256,8 +256,7 @@ impl ObjectFields<'_> {
             }
             ObjectShape::Mesh(mesh) => {
                 let name = file_name(Path::new(&mesh.reference.file));
-                right_ui(ui, |ui| ui.add(egui::Label::new(name).truncate()))
-                    .explained(&mesh.reference.file);
+                fact_ui(ui, "file", &name);
             }
         }
         let field = NumberField {
