@@ -41,6 +41,7 @@ pub mod body;
 pub mod boundary;
 mod crossing;
 pub mod exchange;
+pub mod identify;
 pub mod material;
 mod mixing;
 pub mod panel;
