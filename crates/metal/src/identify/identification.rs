@@ -47,6 +47,13 @@ pub const MOST_LEFT: f64 = 0.5;
 /// Part of the disturbance that bodies leave beyond the noise, of which more is reported as misfit.
 pub const MISFIT: f64 = 0.1;
 
+/// A change of the noise that changes no weights to speak of.
+const SAME_NOISE: f64 = 0.05;
+
+/// Standard errors of the noise's square, as of normal numbers, up to which what is left is noise: a median
+/// has 1.6 of them.
+const NOISE_ERRORS: f64 = 6.0;
+
 /// Highest degree of the harmonics that the noise is taken from first.
 const NOISE_DEGREE: usize = 4;
 
@@ -243,24 +250,31 @@ pub fn identify(
     check_all(generator, set, settings)?;
     let rows_mm = Rows::new(task, generator, set).map_err(of_solve)?;
     let first = noise_of_harmonics(task, generator, set, &rows_mm)?;
-    let found = search(&task.subtask(0.0, 0.3), &rows_mm.over_noise(&first), settings.most)?;
+    let found = search(&task.subtask(0.0, 0.2), &rows_mm.over_noise(&first), settings.most)?;
     // Bodies may leave less than harmonics of a low degree.
     let best = found.iter().filter_map(|solutions| solutions.first());
     let least = best.min_by(|a, b| a.loss.total_cmp(&b.loss));
     let noise = least.map_or(first, |solution| first.min(&noise_left(&rows_mm, solution)));
+    let is_same = |old: f64, new: f64| (new / old - 1.0).abs() < SAME_NOISE;
+    let (noise, found) = match is_same(first.position_mm, noise.position_mm)
+        && is_same(first.rotation_rad, noise.rotation_rad)
+    {
+        true => (first, found),
+        false => {
+            (noise, search(&task.subtask(0.2, 0.4), &rows_mm.over_noise(&noise), settings.most)?)
+        }
+    };
     let rows = rows_mm.over_noise(&noise);
-    let found = search(&task.subtask(0.3, 0.5), &rows, settings.most)?;
     let folds = Folds::of_rows(rows.len(), settings.folds, settings.seed);
     let FoldSolutions { without, mean_losses, bodies: count } =
-        hold_out(&task.subtask(0.5, 1.0), &rows, &folds, settings.most)?;
+        hold_out(&task.subtask(0.4, 1.0), &rows, &folds, settings.most)?;
     let count = count.min(found.len() - 1);
     let best = &found[count][0];
     let others = &found[count][1..];
     let bodies = found_bodies(&rows, best, others);
     let disturbance = noise_left_squares(&rows_mm, &found[0][0], &noise);
     let left = noise_left_squares(&rows_mm, best, &noise);
-    let share = |left: f64, all: f64| if all > 0.0 { (left / all).sqrt() } else { 0.0 };
-    let unexplained = share(left[0], disturbance[0]).max(share(left[1], disturbance[1]));
+    let unexplained = unexplained(&noise, rows.len(), left, disturbance);
     let verdict = match count {
         0 => Verdict::NothingFound,
         _ if unexplained > MOST_LEFT => Verdict::NotCompact,
@@ -353,6 +367,17 @@ fn noise_of_harmonics(
     Ok(Noise::of(&left, rows_mm.dof, fitted.effective_parameters))
 }
 
+/// The larger part that is left of position and rotation, of mean squares beyond the noise. What the noise
+/// is not known to is none.
+fn unexplained(noise: &Noise, measurements: usize, left: [f64; 2], all: [f64; 2]) -> f64 {
+    let part = |k: usize, noise: f64| {
+        let std_error = (2.0 / (3.0 * measurements as f64)).sqrt();
+        let unseen = 3.0 * noise * noise * NOISE_ERRORS * std_error;
+        if left[k] > unseen && all[k] > 0.0 { (left[k] / all[k]).sqrt().min(1.0) } else { 0.0 }
+    };
+    part(0, noise.position_mm).max(part(1, noise.rotation_rad))
+}
+
 fn left_mm(rows_mm: &Rows, solution: &Solution) -> Vec<f64> {
     let explained = solution.model.explained(rows_mm, &solution.sources);
     explained.map_or_else(|| rows_mm.right.clone(), |e| rows_mm.left(&e))
@@ -406,10 +431,10 @@ fn found_bodies(rows: &Rows, best: &Solution, others: &[Solution]) -> Vec<FoundB
         let other = rival.and_then(|rival| elsewhere(source, half_length_mm, rival));
         let doubt = if block.is_none() {
             Some(BodyDoubt::NotDetermined)
-        } else if deviations < CLEAR_STRENGTH {
-            Some(BodyDoubt::Strength { deviations })
         } else if half_length_mm > limit_mm {
             Some(BodyDoubt::Position { half_length_mm, limit_mm })
+        } else if deviations < CLEAR_STRENGTH {
+            Some(BodyDoubt::Strength { deviations })
         } else {
             other.map(|other_mm| BodyDoubt::Elsewhere { other_mm })
         };

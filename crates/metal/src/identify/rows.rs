@@ -76,6 +76,11 @@ impl Rows {
         scaled
     }
 
+    /// The same measurements with another right side.
+    pub fn with_right(&self, right: Vec<f64>) -> Self {
+        Self { right, ..self.clone() }
+    }
+
     /// Some of the measurements.
     pub fn some(&self, measurements: &[usize]) -> Self {
         fn picked<T: Copy>(all: &[T], each: usize, measurements: &[usize]) -> Vec<T> {

@@ -8,79 +8,90 @@ use rayon::prelude::*;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_task::{Cancelled, Task};
 
-/// Starts along the longest side of the box that is searched. Their steps of about 70 mm in a volume of
+/// Starts along the longest side of the box that is searched. Their steps of about 80 mm in a volume of
 /// 300 mm are within reach of Levenberg–Marquardt.
-const STARTS_A_SIDE: f64 = 12.0;
+const STARTS_A_SIDE: f64 = 10.0;
 
-/// Starts that are followed, the most promising ones.
+/// Starts that are followed as a dipole, the most promising ones.
 const FOLLOWED: usize = 6;
 
-/// Measurements at which starts are judged, at most.
-const JUDGED: usize = 600;
+/// Of those, the ones that are followed together with the other bodies.
+const REFINED: usize = 2;
 
-/// How much worse than the best another solution may be, in squares of noise, to be refined as well.
-const NEARLY_AS_GOOD: f64 = 50.0;
+/// Measurements at which starts are judged, at most.
+const JUDGED: usize = 400;
+
+/// One more body has to gain so much, in squares of what is left: what the best of all places gains
+/// by chance is 10 to 19, and a strength that is clear gains 25.
+const LEAST_GAIN: f64 = 20.0;
+
+/// Bodies nearer than this to each other are the same, found as dipoles and as spheres.
+const SAME_MM: f64 = 20.0;
 
 /// The best solutions of a number of bodies, the best one first.
 pub(super) type Solutions = Vec<Solution>;
 
-/// For 0 to `most` bodies the best solutions; fewer numbers where more bodies lead nowhere.
-pub(super) fn search(
-    task: &Task,
-    rows: &Rows,
-    most: usize,
-) -> Result<Vec<Solutions>, Cancelled> {
+/// For 0 to `most` bodies the best solutions; fewer numbers where one more body gains nothing.
+pub(super) fn search(task: &Task, rows: &Rows, most: usize) -> Result<Vec<Solutions>, Cancelled> {
     let places = places(rows);
-    let none = Solution::none(rows);
-    let mut dipoles = vec![none.clone()];
-    let mut all = vec![vec![none]];
-    for count in 1..=most {
-        task.step(count - 1, most)?;
-        let mut found = Vec::new();
-        // A body more, and each of the others anew beside it.
-        for round in 0..count {
-            let base: Vec<Source> = match round {
-                0 => dipoles[0].sources.clone(),
-                _ => {
-                    let Some(best) = best(&found) else { break };
-                    let mut others = best.sources.clone();
-                    others.remove(round - 1);
-                    others
-                }
-            };
-            let weights = dipoles[0].weights.clone();
-            for start in starts(rows, &places, &base, &weights) {
-                let mut sources = base.clone();
-                sources.push(start);
-                let solution = solve(task, rows, SourceModel::Dipoles, &sources, &weights)?;
-                found.extend(solution.filter(|new| is_new(&found, new)));
-            }
+    let mut all = vec![vec![Solution::none(rows)]];
+    for count in 0..most {
+        task.step(count, most)?;
+        let found = one_more(task, rows, &places, &all[count][0])?;
+        let is_better = |new: &Solution| new.loss < all[count][0].loss;
+        match found.first().is_some_and(is_better) {
+            true => all.push(found),
+            false => break,
         }
-        found.sort_by(|a: &Solution, b: &Solution| a.loss.total_cmp(&b.loss));
-        let Some(least) = found.first().map(|best| best.loss) else { break };
-        found.retain(|solution| solution.loss <= least + NEARLY_AS_GOOD);
-        found.truncate(2);
-        let mut refined = Vec::new();
-        for solution in &found {
-            let (sources, weights) = (&solution.sources, &solution.weights);
-            let spheres = solve(task, rows, SourceModel::Spheres, sources, weights)?;
-            refined.push(spheres.filter(|s| s.loss < solution.loss).unwrap_or(solution.clone()));
-        }
-        refined.sort_by(|a, b| a.loss.total_cmp(&b.loss));
-        dipoles = found;
-        all.push(refined);
     }
     Ok(all)
 }
 
-fn best(found: &[Solution]) -> Option<&Solution> {
-    found.iter().min_by(|a, b| a.loss.total_cmp(&b.loss))
+/// The best solutions with one body more than a base has.
+fn one_more(
+    task: &Task,
+    rows: &Rows,
+    places: &[Point3<f64>],
+    base: &Solution,
+) -> Result<Solutions, Cancelled> {
+    // A dipole in what the base leaves.
+    let left = rows.with_right(base.left.clone());
+    let mut single: Vec<Solution> = Vec::new();
+    for start in starts(&left, places, base) {
+        let found = solve(task, &left, SourceModel::Dipoles, &[start], &base.weights)?;
+        single.extend(found.filter(|new| is_new(&single, new)));
+    }
+    let least = LEAST_GAIN * base.variance(rows.dof);
+    single.retain(|solution| solution.loss < base.loss - least);
+    single.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    let mut found: Vec<Solution> = Vec::new();
+    for solution in single.iter().take(REFINED) {
+        let mut sources = base.sources.clone();
+        sources.extend(&solution.sources);
+        for model in [SourceModel::Dipoles, SourceModel::Spheres] {
+            let start = match found.last() {
+                Some(dipoles) if model == SourceModel::Spheres && base.sources.is_empty() => {
+                    dipoles.sources.clone()
+                }
+                _ => sources.clone(),
+            };
+            found.extend(solve(task, rows, model, &start, &base.weights)?);
+        }
+    }
+    found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    let mut distinct: Vec<Solution> = Vec::new();
+    for solution in found {
+        if is_new(&distinct, &solution) {
+            distinct.push(solution);
+        }
+    }
+    Ok(distinct)
 }
 
 /// Whether no solution found has the same bodies, in any order.
 fn is_new(found: &[Solution], new: &Solution) -> bool {
     let has = |old: &Solution, source: &Source| {
-        old.sources.iter().any(|other| (other.center_mm - source.center_mm).norm() < 1.0)
+        old.sources.iter().any(|other| (other.center_mm - source.center_mm).norm() < SAME_MM)
     };
     !found.iter().any(|old| new.sources.iter().all(|source| has(old, source)))
 }
@@ -107,29 +118,18 @@ fn places(rows: &Rows) -> Vec<Point3<f64>> {
     places
 }
 
-/// Where one more dipole gains most beside others, with all their unknowns free to follow.
-fn starts(
-    rows: &Rows,
-    places: &[Point3<f64>],
-    base: &[Source],
-    weights: &[f64],
-) -> Vec<Source> {
-    let step = rows.len().div_ceil(JUDGED).max(1);
-    let picked: Vec<usize> = (0..rows.len()).step_by(step).collect();
-    let rows = rows.some(&picked);
-    let root = |row: usize| weights[picked[row / rows.dof]].sqrt();
-    let Some(explained) = SourceModel::Dipoles.explained(&rows, base) else {
-        return Vec::new();
-    };
-    let left = rows.left(&explained);
-    let left = DVector::from_fn(left.len(), |i, _| left[i] * root(i));
-    let slopes = match base.is_empty() {
-        true => None,
-        false => SourceModel::Dipoles.slopes(&rows, base, &explained),
-    };
-    let known = slopes.map(|slopes| {
-        let (count, columns) = slopes.shape();
-        DMatrix::from_fn(count, columns, |i, j| slopes[(i, j)] * root(i)).qr().q()
+/// Where one more dipole gains most in what a base leaves, with the base's unknowns free to follow.
+fn starts(left: &Rows, places: &[Point3<f64>], base: &Solution) -> Vec<Source> {
+    let step = left.len().div_ceil(JUDGED).max(1);
+    let picked: Vec<usize> = (0..left.len()).step_by(step).collect();
+    let rows = left.some(&picked);
+    let dof = rows.dof;
+    let root = |row: usize| base.weights[picked[row / dof]].sqrt();
+    let left = DVector::from_fn(rows.right.len(), |i, _| rows.right[i] * root(i));
+    let known = (base.slopes.ncols() > 0).then(|| {
+        let slope = |i: usize, j: usize| base.slopes[(picked[i / dof] * dof + i % dof, j)];
+        let (count, columns) = (rows.right.len(), base.slopes.ncols());
+        DMatrix::from_fn(count, columns, |i, j| slope(i, j) * root(i)).qr().q()
     });
     let free = |v: &DVector<f64>| match &known {
         Some(known) => v - known * known.tr_mul(v),
@@ -154,7 +154,7 @@ fn starts(
         // Of neighbours the best.
         let is_apart =
             |other: &Source| (other.center_mm - source.center_mm).norm() > 1.8 * spacing;
-        if starts.iter().all(is_apart) && is_possible_beside(&rows, base, &source) {
+        if starts.iter().all(is_apart) && is_possible_beside(&rows, &base.sources, &source) {
             starts.push(source);
         }
         if starts.len() == FOLLOWED {

@@ -15,6 +15,11 @@ const MAX_STEPS: usize = 60;
 /// Expected gain of a step, in squares of noise, where it is the last: 1 % of a standard deviation.
 const CONVERGED: f64 = 1e-4;
 
+/// Slopes of spheres serve where no body is farther than this from where they were taken, and no strength
+/// changed by more than this part: steps then still fall tenfold.
+const KEPT_MM: f64 = 4.0;
+const KEPT_PART: f64 = 0.06;
+
 const FIRST_DAMPING: f64 = 1e-3;
 const MORE_DAMPING: f64 = 8.0;
 const LESS_DAMPING: f64 = 0.1;
@@ -84,16 +89,21 @@ pub(super) fn solve(
     };
     let mut weights = weights.to_vec();
     let mut damping = FIRST_DAMPING;
+    let mut kept: Option<Slopes> = None;
     for step in 0..MAX_STEPS {
         task.step(0, 1)?;
         if step > 0 {
             weights = huber_weights(&state.left, rows.dof);
             state.square = weighted_square(&state.left, &weights, rows.dof);
         }
-        let Some(slopes) = model.slopes(rows, &state.sources, &state.explained) else {
-            return Ok(None);
+        let slopes = match kept.take().filter(|kept| kept.serve(&state.sources, model)) {
+            Some(slopes) => slopes,
+            None => match Slopes::at(rows, model, &state) {
+                Some(slopes) => slopes,
+                None => return Ok(None),
+            },
         };
-        let (normal, slope) = equations(&slopes, &state.left, &weights, rows.dof);
+        let (normal, slope) = equations(&slopes.matrix, &state.left, &weights, rows.dof);
         let mut gain = f64::INFINITY;
         let next = loop {
             let mut damped = normal.clone();
@@ -116,19 +126,41 @@ pub(super) fn solve(
             }
         };
         damping = (damping * LESS_DAMPING).max(1e-12);
-        let has_converged = gain < CONVERGED;
-        let is_stuck = next.is_none();
+        let (has_converged, is_stuck) = (gain < CONVERGED, next.is_none());
         if let Some(next) = next {
             state = next;
         }
         if has_converged {
-            return Ok(state.solution(rows, model));
+            return Ok(Some(state.solution(rows, model, slopes.matrix)));
         }
         if is_stuck {
             return Ok(None);
         }
+        kept = Some(slopes);
     }
     Ok(None)
+}
+
+/// Slopes and where they are from.
+struct Slopes {
+    sources: Vec<Source>,
+    matrix: DMatrix<f64>,
+}
+
+impl Slopes {
+    fn at(rows: &Rows, model: SourceModel, state: &State) -> Option<Self> {
+        let matrix = model.slopes(rows, &state.sources, &state.explained)?;
+        Some(Self { sources: state.sources.clone(), matrix })
+    }
+
+    /// Whether they are near enough; those of spheres take long.
+    fn serve(&self, sources: &[Source], model: SourceModel) -> bool {
+        let is_near = |(old, new): (&Source, &Source)| {
+            let strength = new.strength_mm3 / old.strength_mm3 - 1.0;
+            (old.center_mm - new.center_mm).norm() < KEPT_MM && strength.abs() < KEPT_PART
+        };
+        model == SourceModel::Spheres && self.sources.iter().zip(sources).all(is_near)
+    }
 }
 
 /// Bodies and what they leave.
@@ -167,16 +199,15 @@ impl State {
         square.is_finite().then_some(Self { sources, explained, left, square })
     }
 
-    fn solution(self, rows: &Rows, model: SourceModel) -> Option<Solution> {
-        let slopes = model.slopes(rows, &self.sources, &self.explained)?;
-        Some(Solution {
+    fn solution(self, rows: &Rows, model: SourceModel, slopes: DMatrix<f64>) -> Solution {
+        Solution {
             model,
             sources: self.sources,
             weights: huber_weights(&self.left, rows.dof),
             loss: losses(rows, &self.left).iter().sum(),
             left: self.left,
             slopes,
-        })
+        }
     }
 }
 

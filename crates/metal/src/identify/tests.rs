@@ -92,7 +92,46 @@ fn explore() {
     let started = std::time::Instant::now();
     let set = measured(&[ALUMINIUM, FERRITE], 1000, MeasurementContent::FiveDof, 1);
     println!("simulated {:?}", started.elapsed());
-    let found = identified(&set);
-    println!("{:#?} {:?}", found, started.elapsed());
-    println!("{} {}", ALUMINIUM.strength_mm3(), FERRITE.strength_mm3());
+    let task = Task::default();
+    let generator = Generator::planar_nine();
+    let rows = rows::Rows::new(&task, &generator, &set).unwrap();
+    let noise = Noise { position_mm: 0.2, rotation_rad: 0.2_f64.to_radians() };
+    let rows = rows.over_noise(&noise);
+    let started = std::time::Instant::now();
+    let truth: Vec<Source> = [ALUMINIUM, FERRITE].iter().map(|b| Source { center_mm: b.center_mm.into(), strength_mm3: b.strength_mm3() }).collect();
+    for model in [SourceModel::Dipoles, SourceModel::Spheres] {
+        let started = std::time::Instant::now();
+        let e = model.explained(&rows, &truth).unwrap();
+        println!("explained {:?}", started.elapsed());
+        let started = std::time::Instant::now();
+        let _ = model.slopes(&rows, &truth, &e).unwrap();
+        println!("slopes {:?}", started.elapsed());
+        let left = rows.left(&e);
+        println!("{:?}", Noise::of(&left, 5, 0.0));
+        let l: f64 = left.iter().map(|v| v*v).sum::<f64>() / left.len() as f64;
+        println!("rms {}", l.sqrt());
+        for k in 0..5 { let l: f64 = left.iter().skip(k).step_by(5).map(|v| v*v).sum::<f64>() / 1000.0; println!("row {k} {}", l.sqrt()); }
+        let started = std::time::Instant::now();
+        let s = solve::solve(&task, &rows, model, &truth, &vec![1.0; 1000]).unwrap().unwrap();
+        println!("solve {:?} {} {:?}", started.elapsed(), s.loss, s.sources);
+    }
+    let started = std::time::Instant::now();
+    let found = search::search(&task, &rows, 3).unwrap();
+    println!("search {:?}", started.elapsed());
+    for f in found { println!("{:?} {} {:?} {:?}", f[0].sources, f[0].loss, f[0].model, f.len()); }
+}
+
+#[test]
+fn explore_identify() {
+    for (name, balls) in [("two", vec![ALUMINIUM, FERRITE]), ("none", vec![]), ("one", vec![ALUMINIUM]),
+        ("far", vec![Ball { material: "aluminium", radius_mm: 60.0, center_mm: [600.0, 100.0, -300.0] }]),
+        ("farther", vec![Ball { material: "aluminium", radius_mm: 80.0, center_mm: [900.0, 100.0, -300.0] }]),
+    ] {
+        let set = measured(&balls, 1000, MeasurementContent::FiveDof, 1);
+        let started = std::time::Instant::now();
+        let found = identified(&set);
+        println!("{name} {:?} {:?} {:?} {:?} {}", started.elapsed(), found.verdict, found.noise, found.disturbance, found.unexplained);
+        for t in &found.tried { println!("   {t:?}"); }
+        for b in &found.bodies { println!("   {:?} {:.2} {:?} {:?}", b.source, b.half_length_mm, b.radius_mm, b.doubt); }
+    }
 }
