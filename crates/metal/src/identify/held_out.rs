@@ -20,20 +20,21 @@ pub(super) struct FoldSolutions {
     pub bodies: usize,
 }
 
-/// Searches anew without each fold. A number of bodies that is not found without a fold does no better
+/// Searches anew without each fold, beginning from bodies that are `known` with all rows. A number of bodies that is not found without a fold does no better
 /// there than the number before.
 pub(super) fn hold_out(
     task: &Task,
     rows: &Rows,
     folds: &Folds,
     most: usize,
+    known: &[Solutions],
 ) -> Result<FoldSolutions, Cancelled> {
     let quiet = Task::cancelled_by(task.cancel.clone());
     let all: Vec<usize> = (0..rows.len()).collect();
     let of_fold = |out: &Vec<usize>| {
         let rest: Vec<usize> =
             all.iter().copied().filter(|m| out.binary_search(m).is_err()).collect();
-        let found = search(&quiet, &rows.some(&rest), most)?;
+        let found = search(&quiet, &rows.some(&rest), most, known)?;
         let out_rows = rows.some(out);
         let mut sources: Vec<(SourceModel, Vec<Source>)> = Vec::new();
         let mut out_losses: Vec<Vec<f64>> = Vec::new();

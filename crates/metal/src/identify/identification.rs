@@ -250,7 +250,7 @@ pub fn identify(
     check_all(generator, set, settings)?;
     let rows_mm = Rows::new(task, generator, set).map_err(of_solve)?;
     let first = noise_of_harmonics(task, generator, set, &rows_mm)?;
-    let found = search(&task.subtask(0.0, 0.2), &rows_mm.over_noise(&first), settings.most)?;
+    let found = search(&task.subtask(0.0, 0.2), &rows_mm.over_noise(&first), settings.most, &[])?;
     // Bodies may leave less than harmonics of a low degree.
     let best = found.iter().filter_map(|solutions| solutions.first());
     let least = best.min_by(|a, b| a.loss.total_cmp(&b.loss));
@@ -261,13 +261,14 @@ pub fn identify(
     {
         true => (first, found),
         false => {
-            (noise, search(&task.subtask(0.2, 0.4), &rows_mm.over_noise(&noise), settings.most)?)
+            let rows = rows_mm.over_noise(&noise);
+            (noise, search(&task.subtask(0.2, 0.4), &rows, settings.most, &found)?)
         }
     };
     let rows = rows_mm.over_noise(&noise);
     let folds = Folds::of_rows(rows.len(), settings.folds, settings.seed);
     let FoldSolutions { without, mean_losses, bodies: count } =
-        hold_out(&task.subtask(0.4, 1.0), &rows, &folds, settings.most)?;
+        hold_out(&task.subtask(0.4, 1.0), &rows, &folds, settings.most, &found)?;
     let count = count.min(found.len() - 1);
     let best = &found[count][0];
     let others = &found[count][1..];

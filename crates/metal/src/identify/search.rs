@@ -28,16 +28,42 @@ const LEAST_GAIN: f64 = 20.0;
 /// Bodies nearer than this to each other are the same, found as dipoles and as spheres.
 const SAME_MM: f64 = 20.0;
 
+/// A gain that no other place has by chance, in squares of what is left.
+const CLEAR_GAIN: f64 = 200.0;
+
+/// Part of the best dipole's gain that another one has to have to be followed as well.
+const GAIN_OF_ANOTHER: f64 = 0.6;
+
 /// The best solutions of a number of bodies, the best one first.
 pub(super) type Solutions = Vec<Solution>;
 
 /// For 0 to `most` bodies the best solutions; fewer numbers where one more body gains nothing.
-pub(super) fn search(task: &Task, rows: &Rows, most: usize) -> Result<Vec<Solutions>, Cancelled> {
+///
+/// `known` are those of rows that are nearly the same: bodies that gained much there start where they were,
+/// as no search would find others.
+pub(super) fn search(
+    task: &Task,
+    rows: &Rows,
+    most: usize,
+    known: &[Solutions],
+) -> Result<Vec<Solutions>, Cancelled> {
     let places = places(rows);
     let mut all = vec![vec![Solution::none(rows)]];
     for count in 0..most {
         task.step(count, most)?;
-        let found = one_more(task, rows, &places, &all[count][0])?;
+        let mut found = Vec::new();
+        if let [before, after, ..] = &known[count.min(known.len())..]
+            && after[0].loss < before[0].loss - CLEAR_GAIN * after[0].variance(rows.dof)
+        {
+            for Solution { model, sources, weights, .. } in after {
+                let picked = if weights.len() == rows.len() { weights } else { &all[count][0].weights };
+                found.extend(solve(task, rows, *model, sources, picked)?);
+            }
+            found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+        }
+        if found.is_empty() {
+            found = one_more(task, rows, &places, &all[count][0])?;
+        }
         let is_better = |new: &Solution| new.loss < all[count][0].loss;
         match found.first().is_some_and(is_better) {
             true => all.push(found),
@@ -64,6 +90,9 @@ fn one_more(
     let least = LEAST_GAIN * base.variance(rows.dof);
     single.retain(|solution| solution.loss < base.loss - least);
     single.sort_by(|a, b| a.loss.total_cmp(&b.loss));
+    let gain = |solution: &Solution| base.loss - solution.loss;
+    let enough = single.first().map_or(0.0, |best| GAIN_OF_ANOTHER * gain(best));
+    single.retain(|solution| gain(solution) >= enough);
     let mut found: Vec<Solution> = Vec::new();
     for solution in single.iter().take(REFINED) {
         let mut sources = base.sources.clone();

@@ -99,6 +99,17 @@ fn explore() {
     let rows = rows.over_noise(&noise);
     let started = std::time::Instant::now();
     let truth: Vec<Source> = [ALUMINIUM, FERRITE].iter().map(|b| Source { center_mm: b.center_mm.into(), strength_mm3: b.strength_mm3() }).collect();
+    for _ in 0..3 {
+        let started = std::time::Instant::now();
+        let room = sources::room(&rows, &truth).unwrap();
+        println!("room {:?} {:?}", started.elapsed(), room.exchange());
+        let started = std::time::Instant::now();
+        let _ = rows.explained(|p, fields| room.disturbance(p, fields).is_ok());
+        println!("fields {:?}", started.elapsed());
+        let started = std::time::Instant::now();
+        let _ = sources::room(&rows, &truth[..1]).unwrap();
+        println!("one room {:?}", started.elapsed());
+    }
     for model in [SourceModel::Dipoles, SourceModel::Spheres] {
         let started = std::time::Instant::now();
         let e = model.explained(&rows, &truth).unwrap();
@@ -116,7 +127,7 @@ fn explore() {
         println!("solve {:?} {} {:?}", started.elapsed(), s.loss, s.sources);
     }
     let started = std::time::Instant::now();
-    let found = search::search(&task, &rows, 3).unwrap();
+    let found = search::search(&task, &rows, 3, &[]).unwrap();
     println!("search {:?}", started.elapsed());
     for f in found { println!("{:?} {} {:?} {:?}", f[0].sources, f[0].loss, f[0].model, f.len()); }
 }
