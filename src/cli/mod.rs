@@ -18,6 +18,7 @@ mod generator;
 mod import;
 mod jitter;
 mod live;
+mod metal;
 mod missed;
 mod model_kind;
 mod named_design;
@@ -84,6 +85,7 @@ fn subcommands() -> Vec<Registered> {
     vec![
         command("fit", fit::run),
         group("generator", generator::run),
+        group("metal", metal::run),
         command("select", select::run),
         command("distort", distort::run),
         command("compensate", compensate::run),

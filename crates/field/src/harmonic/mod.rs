@@ -9,6 +9,8 @@ pub mod rows;
 pub mod solid_harmonics;
 mod variable_projection;
 
-pub use fit::{HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss, huber_weights};
+pub use fit::{
+    HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss, huber_weights,
+};
 pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn};
 pub use model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};

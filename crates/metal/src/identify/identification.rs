@@ -101,7 +101,9 @@ pub enum MetalKind {
 /// Why a body is not determined.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum BodyDoubt {
-    #[error("its strength is {deviations:.1} standard deviations from zero, expected {CLEAR_STRENGTH}")]
+    #[error(
+        "its strength is {deviations:.1} standard deviations from zero, expected {CLEAR_STRENGTH}"
+    )]
     Strength { deviations: f64 },
     #[error("its position is known to ±{half_length_mm:.0} mm only, expected ±{limit_mm:.0} mm")]
     Position { half_length_mm: f64, limit_mm: f64 },
@@ -463,9 +465,7 @@ fn found_bodies(rows: &Rows, best: &Solution, others: &[Solution]) -> Vec<FoundB
         }
     };
     let mut bodies: Vec<FoundBody> = best.sources.iter().enumerate().map(body).collect();
-    bodies.sort_by(|a, b| {
-        b.source.strength_mm3.abs().total_cmp(&a.source.strength_mm3.abs())
-    });
+    bodies.sort_by(|a, b| b.source.strength_mm3.abs().total_cmp(&a.source.strength_mm3.abs()));
     bodies
 }
 

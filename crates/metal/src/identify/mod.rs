@@ -5,6 +5,7 @@
 //! measurements, then spheres of those strengths with all orders; how many there are is decided by
 //! measurements held out.
 
+pub mod compare;
 mod held_out;
 mod identification;
 mod noise;
@@ -16,9 +17,9 @@ mod sources;
 mod tests;
 
 pub use identification::{
-    BodyDoubt, CLEAR_STRENGTH, FoundBody, Identification, IdentifyError, IdentifySettings, Interval,
-    MAX_BODIES, MIN_MEASUREMENTS, MISFIT, MOST_LEFT, MetalKind, POSITION_LIMIT, Tried, Verdict,
-    identify,
+    BodyDoubt, CLEAR_STRENGTH, FoundBody, Identification, IdentifyError, IdentifySettings,
+    Interval, MAX_BODIES, MIN_MEASUREMENTS, MISFIT, MOST_LEFT, MetalKind, POSITION_LIMIT, Tried,
+    Verdict, identify,
 };
 pub use noise::Noise;
 pub use sources::{Source, SourceModel};

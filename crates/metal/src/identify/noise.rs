@@ -26,8 +26,7 @@ impl Noise {
         let rows = left_mm.len() as f64;
         let fitted = (rows / (rows - parameters).max(1.0)).sqrt();
         let std_dev = |from: usize, to: usize| {
-            let length =
-                |r: &[f64]| r[from..to].iter().map(|v| v * v).sum::<f64>().sqrt();
+            let length = |r: &[f64]| r[from..to].iter().map(|v| v * v).sum::<f64>().sqrt();
             let mut lengths: Vec<f64> = left_mm.chunks_exact(dof).map(length).collect();
             let middle = lengths.len() / 2;
             let (_, median, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);

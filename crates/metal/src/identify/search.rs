@@ -56,7 +56,8 @@ pub(super) fn search(
             && after[0].loss < before[0].loss - CLEAR_GAIN * after[0].variance(rows.dof)
         {
             for Solution { model, sources, weights, .. } in after {
-                let picked = if weights.len() == rows.len() { weights } else { &all[count][0].weights };
+                let picked =
+                    if weights.len() == rows.len() { weights } else { &all[count][0].weights };
                 found.extend(solve(task, rows, *model, sources, picked)?);
             }
             found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
@@ -181,8 +182,7 @@ fn starts(left: &Rows, places: &[Point3<f64>], base: &Solution) -> Vec<Source> {
     for k in order {
         let source = Source { center_mm: places[k], strength_mm3: gains[k].1 };
         // Of neighbours the best.
-        let is_apart =
-            |other: &Source| (other.center_mm - source.center_mm).norm() > 1.8 * spacing;
+        let is_apart = |other: &Source| (other.center_mm - source.center_mm).norm() > 1.8 * spacing;
         if starts.iter().all(is_apart) && is_possible_beside(&rows, &base.sources, &source) {
             starts.push(source);
         }

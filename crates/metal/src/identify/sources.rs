@@ -7,8 +7,8 @@ use crate::room::{MetalRoom, PlacedBody};
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 use std::sync::Arc;
-use trackwright_field::generator::Coil;
 use trackwright_field::generator::dipole::Dipole;
+use trackwright_field::generator::{Coil, Generator};
 use trackwright_geometry::pose::Pose;
 
 /// Unknowns of a body: its middle, and the logarithm of its strength.
@@ -104,7 +104,7 @@ impl SourceModel {
                 Some(sum)
             }
             Self::Spheres => {
-                let room = room(rows, sources)?;
+                let room = room(&rows.generator, sources)?;
                 rows.explained(|p, fields| room.disturbance(p, fields).is_ok())
             }
         }
@@ -143,8 +143,24 @@ impl SourceModel {
     }
 }
 
+/// What dipoles add to the field of every coil at a point.
+pub(super) fn dipole_fields(
+    generator: &Generator,
+    sources: &[Source],
+    p: &Point3<f64>,
+    fields: &mut [Vector3<f64>],
+) {
+    for (field, coil) in fields.iter_mut().zip(&generator.coils) {
+        let of_source = |source: &Source| {
+            let moment = coil.field(&source.center_mm) * source.strength_mm3;
+            Dipole::new(&source.center_mm, &moment).field(p)
+        };
+        *field = sources.iter().map(of_source).sum();
+    }
+}
+
 /// The room of spheres with the strengths of sources; `None` where they cannot be.
-pub(super) fn room(rows: &Rows, sources: &[Source]) -> Option<MetalRoom> {
+pub(super) fn room(generator: &Generator, sources: &[Source]) -> Option<MetalRoom> {
     let conductor = Material::new(1e9, 1.0).ok()?;
     let permeable = Material::new(0.0, 1e6).ok()?;
     let body = |source: &Source| {
@@ -158,7 +174,7 @@ pub(super) fn room(rows: &Rows, sources: &[Source]) -> Option<MetalRoom> {
         })
     };
     let bodies = sources.iter().map(body).collect::<Option<Vec<_>>>()?;
-    MetalRoom::new(rows.generator.clone(), None, bodies).ok()
+    MetalRoom::new(generator.clone(), None, bodies).ok()
 }
 
 /// What a dipole of unit strength adds to the rows.
