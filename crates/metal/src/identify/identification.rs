@@ -197,7 +197,7 @@ impl Identification {
 pub enum IdentifyError {
     #[error("{0} bodies requested, expected 1 to {MAX_BODIES}")]
     Bodies(usize),
-    #[error("{0} folds, expected 2 to the number of measurements")]
+    #[error("folds are {0}, expected 2 up to the number of measurements")]
     Folds(usize),
     #[error("{0} measurements, expected at least {MIN_MEASUREMENTS}")]
     TooFew(usize),
@@ -410,7 +410,7 @@ fn noise_left_squares(rows_mm: &Rows, solution: &Solution, noise: &Noise) -> [f6
 }
 
 /// The bodies of a solution with their intervals, and what makes each doubtful.
-fn found_bodies(rows: &Rows, best: &Solution, others: &[Solution]) -> Vec<FoundBody> {
+pub(super) fn found_bodies(rows: &Rows, best: &Solution, others: &[Solution]) -> Vec<FoundBody> {
     let covariance = best.covariance(rows.dof);
     let bounds = Bounds::around(rows.positions_mm.iter().copied());
     let variance = best.variance(rows.dof).max(1.0);

@@ -9,11 +9,11 @@ use nalgebra::{DMatrix, DVector};
 use trackwright_field::harmonic::huber_weights;
 use trackwright_task::{Cancelled, Task};
 
-/// Steps after which a start leads nowhere.
-const MAX_STEPS: usize = 60;
+/// Steps after which a start leads nowhere; most need 5 to 15.
+const MAX_STEPS: usize = 40;
 
-/// Expected gain of a step, in squares of noise, where it is the last: 1 % of a standard deviation.
-const CONVERGED: f64 = 1e-4;
+/// Expected gain of a step, in squares of noise, where it is the last: 3 % of a standard deviation.
+const CONVERGED: f64 = 1e-3;
 
 /// Slopes of spheres serve where no body is farther than this from where they were taken, and no strength
 /// changed by more than this part: steps then still fall tenfold.
@@ -23,7 +23,7 @@ const KEPT_PART: f64 = 0.06;
 const FIRST_DAMPING: f64 = 1e-3;
 const MORE_DAMPING: f64 = 8.0;
 const LESS_DAMPING: f64 = 0.1;
-const MAX_DAMPING: f64 = 1e8;
+const MAX_DAMPING: f64 = 1e6;
 
 /// Bodies that explain rows best, and what follows from the slopes there.
 #[derive(Clone)]
