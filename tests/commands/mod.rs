@@ -21,6 +21,7 @@ mod jhu_chain;
 mod jhu_cis;
 mod live;
 mod main_job;
+mod metal;
 mod model_kinds;
 mod optimize;
 mod outside_room;

@@ -5,6 +5,7 @@ use super::rows::Rows;
 use super::search::{Solutions, search};
 use super::sources::{Source, SourceModel};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_field::selection::folds::Folds;
 use trackwright_task::{Cancelled, Task};
 
@@ -31,6 +32,7 @@ pub(super) fn hold_out(
 ) -> Result<FoldSolutions, Cancelled> {
     let quiet = Task::cancelled_by(task.cancel.clone());
     let all: Vec<usize> = (0..rows.len()).collect();
+    let done = AtomicUsize::new(0);
     let of_fold = |out: &Vec<usize>| {
         let rest: Vec<usize> =
             all.iter().copied().filter(|m| out.binary_search(m).is_err()).collect();
@@ -54,6 +56,7 @@ pub(super) fn hold_out(
             out_losses.push(losses(&out_rows, &out_rows.left(&explained)));
             sources.push((model, best.sources.clone()));
         }
+        task.step(done.fetch_add(1, Ordering::Relaxed) + 1, folds.rows.len())?;
         Ok::<_, Cancelled>((sources, out_losses))
     };
     let found: Vec<_> = folds.rows.par_iter().map(of_fold).collect::<Result<_, _>>()?;

@@ -98,15 +98,13 @@ fn one_more(
     for solution in single.iter().take(REFINED) {
         let mut sources = base.sources.clone();
         sources.extend(&solution.sources);
-        for model in [SourceModel::Dipoles, SourceModel::Spheres] {
-            let start = match found.last() {
-                Some(dipoles) if model == SourceModel::Spheres && base.sources.is_empty() => {
-                    dipoles.sources.clone()
-                }
-                _ => sources.clone(),
-            };
-            found.extend(solve(task, rows, model, &start, &base.weights)?);
+        let dipoles = solve(task, rows, SourceModel::Dipoles, &sources, &base.weights)?;
+        // Beside other bodies dipoles are pulled to what those lack as dipoles.
+        if let (Some(dipoles), true) = (&dipoles, base.sources.is_empty()) {
+            sources.clone_from(&dipoles.sources);
         }
+        let spheres = solve(task, rows, SourceModel::Spheres, &sources, &base.weights)?;
+        found.extend(dipoles.into_iter().chain(spheres));
     }
     found.sort_by(|a, b| a.loss.total_cmp(&b.loss));
     let mut distinct: Vec<Solution> = Vec::new();
@@ -126,7 +124,7 @@ fn is_new(found: &[Solution], new: &Solution) -> bool {
     !found.iter().any(|old| new.sources.iter().all(|source| has(old, source)))
 }
 
-/// A lattice in the box of the measurements and the generator, grown by half its diagonal to each side.
+/// A lattice in the box of the measurements, grown by half its diagonal to each side.
 fn places(rows: &Rows) -> Vec<Point3<f64>> {
     let Some(bounds) = Bounds::around(rows.positions_mm.iter().copied()) else {
         return Vec::new();
