@@ -133,7 +133,7 @@ fn without_metal_nothing_is_found() {
 }
 
 #[test]
-fn a_sphere_too_far_away_cannot_be_told() {
+fn a_sphere_too_far_away_is_not_determined() {
     let far =
         |x: f64| Ball { material: "aluminium", radius_mm: 60.0, center_mm: [x, 100.0, -300.0] };
     let found = |x: f64| identified(&measured(&[far(x)], 500, MeasurementContent::FiveDof, 1));
@@ -258,6 +258,32 @@ fn dipole_slopes_are_differences() {
             let difference = (plus - minus) / (2.0 * h);
             assert!((difference - slopes[(row, unknown)]).abs() < 1e-6 * scale);
         }
+    }
+}
+
+#[test]
+fn bodies_that_cannot_be_explain_nothing() {
+    let set = measured(&[FERRITE], 20, MeasurementContent::FiveDof, 10);
+    let rows = rows::Rows::new(&Task::default(), &Generator::planar_nine(), &set).unwrap();
+    let source = |x: f64, z: f64, strength_mm3: f64| Source {
+        center_mm: Point3::new(x, 0.0, z),
+        strength_mm3,
+    };
+    let one = source(250.0, -200.0, 27e3);
+    let is_possible = |sources: &[Source]| {
+        [SourceModel::Dipoles, SourceModel::Spheres]
+            .map(|model| model.explained(&rows, sources).is_some())
+    };
+    assert_eq!(is_possible(&[one, source(315.0, -200.0, -13e3)]), [true; 2]);
+    // In one another, at one place with opposite strengths, at a coil, without a number.
+    for other in [
+        source(300.0, -200.0, -13e3),
+        source(250.0, -200.0, -13e3),
+        source(125.0, -15.0, -13.0),
+        source(250.0, 6e3, 27e3),
+        source(250.0, 200.0, f64::NAN),
+    ] {
+        assert_eq!(is_possible(&[one, other]), [false; 2], "{other:?}");
     }
 }
 
