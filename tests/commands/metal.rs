@@ -67,7 +67,8 @@ fn a_sphere_of_aluminium_is_found() {
     let names: Vec<&str> = held_out.iter().map(|model| model["model"].as_str().unwrap()).collect();
     assert_eq!(names, ["none", "bodies", "harmonic", "bernstein"]);
     let rms: Vec<f64> = held_out.iter().map(|model| number(&model["position_rms_mm"])).collect();
-    assert!(rms[1..].iter().all(|rms_mm| *rms_mm < rms[0] && rms[1] <= *rms_mm), "{found}");
+    // For the others 100 rows are too few.
+    assert!([0, 2, 3].iter().all(|&other| rms[1] < 0.5 * rms[other]), "{found}");
     let text = scratch.succeed(format!("{find} --no-comparison"));
     let words = ["found 1 body", "1  conductor, like a sphere of", "mm (95 %)", "a component"];
     assert_has(&text, &words, "the text");

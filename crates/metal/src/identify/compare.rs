@@ -2,6 +2,7 @@
 
 use super::identification::{Identification, IdentifySettings};
 use super::sources::{Source, SourceModel, dipole_fields, room};
+use crate::room::MetalRoom;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use trackwright_field::generator::Generator;
@@ -135,13 +136,23 @@ impl Judge<'_> {
         sources: &[Source],
         out: &[usize],
     ) -> Option<Vec<PoseError>> {
-        let room = match model {
-            SourceModel::Spheres => Some(room(self.generator, sources)?),
-            SourceModel::Dipoles => None,
+        let rooms = match model {
+            SourceModel::Spheres => {
+                let rooms = sources.iter().map(|source| room(self.generator, source));
+                rooms.collect::<Option<Vec<_>>>()?
+            }
+            SourceModel::Dipoles => Vec::new(),
         };
         Some(self.errors(out, |p, fields| {
-            let is_outside = room.as_ref().is_some_and(|r| r.disturbance(p, fields).is_ok());
-            if !is_outside {
+            let mut of_room = vec![Vector3::zeros(); fields.len()];
+            fields.fill(Vector3::zeros());
+            let mut add = |room: &MetalRoom| {
+                let is_outside = room.disturbance(p, &mut of_room).is_ok();
+                fields.iter_mut().zip(&of_room).for_each(|(sum, field)| *sum += field);
+                is_outside
+            };
+            // In a sphere that the other folds leave room for, dipoles stand for it.
+            if rooms.is_empty() || !rooms.iter().all(&mut add) {
                 dipole_fields(self.generator, sources, p, fields);
             }
         }))

@@ -12,7 +12,7 @@ use trackwright_task::{Cancelled, Task};
 /// Steps after which a start leads nowhere; most need 5 to 15.
 const MAX_STEPS: usize = 40;
 
-/// Expected gain of a step, in squares of noise, where it is the last: 3 % of a standard deviation.
+/// Expected gain of a step, in squares of what is left, where it is the last: 3 % of a standard deviation.
 const CONVERGED: f64 = 1e-3;
 
 /// Slopes of spheres serve where no body is farther than this from where they were taken, and no strength
@@ -104,6 +104,7 @@ pub(super) fn solve(
             },
         };
         let (normal, slope) = equations(&slopes.matrix, &state.left, &weights, rows.dof);
+        let converged = CONVERGED * state.square / state.left.len() as f64;
         let mut gain = f64::INFINITY;
         let next = loop {
             let mut damped = normal.clone();
@@ -121,12 +122,12 @@ pub(super) fn solve(
                 }
             }
             damping *= MORE_DAMPING;
-            if damping > MAX_DAMPING || gain < CONVERGED {
+            if damping > MAX_DAMPING || gain < converged {
                 break None;
             }
         };
         damping = (damping * LESS_DAMPING).max(1e-12);
-        let (has_converged, is_stuck) = (gain < CONVERGED, next.is_none());
+        let (has_converged, is_stuck) = (gain < converged, next.is_none());
         if let Some(next) = next {
             state = next;
         }
@@ -149,7 +150,7 @@ struct Slopes {
 
 impl Slopes {
     fn at(rows: &Rows, model: SourceModel, state: &State) -> Option<Self> {
-        let matrix = model.slopes(rows, &state.sources, &state.explained)?;
+        let matrix = model.slopes(rows, &state.sources)?;
         Some(Self { sources: state.sources.clone(), matrix })
     }
 
@@ -166,7 +167,6 @@ impl Slopes {
 /// Bodies and what they leave.
 struct State {
     sources: Vec<Source>,
-    explained: Vec<f64>,
     left: Vec<f64>,
     square: f64,
 }
@@ -196,7 +196,7 @@ impl State {
         let explained = model.explained(rows, &sources)?;
         let left = rows.left(&explained);
         let square = weighted_square(&left, weights, rows.dof);
-        square.is_finite().then_some(Self { sources, explained, left, square })
+        square.is_finite().then_some(Self { sources, left, square })
     }
 
     fn solution(self, rows: &Rows, model: SourceModel, slopes: DMatrix<f64>) -> Solution {
