@@ -60,17 +60,30 @@ impl Solution {
     }
 
     /// Covariance of the unknowns; `None` where the rows do not determine them.
+    ///
+    /// `σ² (Aᵀ W A)⁻¹`, where an unknown has a larger variance by what each measurement left with its
+    /// standard deviations stretched to that: noise need not be alike everywhere.
     pub fn covariance(&self, dof: usize) -> Option<DMatrix<f64>> {
         let (normal, _) = equations(&self.slopes, &self.left, &self.weights, dof);
+        let unknowns = normal.nrows();
         // Scaled, so that mm and logarithms are alike.
         let scale = normal.diagonal().map(|d| 1.0 / d.sqrt());
-        let scaled = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
-            normal[(i, j)] * scale[i] * scale[j]
-        });
+        let scaled =
+            DMatrix::from_fn(unknowns, unknowns, |i, j| normal[(i, j)] * scale[i] * scale[j]);
         let inverse = scaled.cholesky()?.inverse();
+        let mut meat = DMatrix::zeros(unknowns, unknowns);
+        for (m, weight) in self.weights.iter().enumerate() {
+            let slopes = self.slopes.rows(m * dof, dof);
+            let left = DVector::from_column_slice(&self.left[m * dof..][..dof]);
+            let pull = slopes.tr_mul(&left).component_mul(&scale) * *weight;
+            meat += &pull * pull.transpose();
+        }
+        let by_measurement = &inverse * meat * &inverse;
         let variance = self.variance(dof);
-        let covariance = DMatrix::from_fn(normal.nrows(), normal.ncols(), |i, j| {
-            inverse[(i, j)] * scale[i] * scale[j] * variance
+        let stretch = |k: usize| (by_measurement[(k, k)] / (variance * inverse[(k, k)])).sqrt();
+        let stretches = DVector::from_fn(unknowns, |k, _| stretch(k).max(1.0) * scale[k]);
+        let covariance = DMatrix::from_fn(unknowns, unknowns, |i, j| {
+            inverse[(i, j)] * stretches[i] * stretches[j] * variance
         });
         covariance.iter().all(|v| v.is_finite()).then_some(covariance)
     }
