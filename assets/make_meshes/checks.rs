@@ -48,7 +48,8 @@ pub fn assert_sound_metal(model: &Model, low_mm: Vec3, high_mm: Vec3, tolerance_
     assert!((1_000..=5_000).contains(&triangles), "{triangles} triangles");
     let file = mesh::read(&glb::to_bytes(model), "glb", None).unwrap();
     for most in METAL_TRIANGLES {
-        let coarse = ClosedSurface::remeshed(&file, most).unwrap();
+        let coarse =
+            ClosedSurface::remeshed(&file, most, &trackwright_task::Task::default()).unwrap();
         assert_eq!(coarse.shells().len(), 1);
         let loss = 1.0 - coarse.volume_mm3() / volume_mm3(&whole);
         assert!(loss.abs() < MAX_VOLUME_LOSS, "{} of {most} loses {loss}", model.name);

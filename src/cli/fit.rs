@@ -88,7 +88,7 @@ const WEIGHTS: Choice<Weighting> = Choice(&[
     ("area", "Areas of spherical triangles, the paper's", Weighting::Area),
     ("gnomonic", "Coordinates in the triangle's plane, continuous", Weighting::Gnomonic),
 ]);
-const HAS_ROLLS: Choice<bool> = Choice(&[
+pub(super) const HAS_ROLLS: Choice<bool> = Choice(&[
     ("5dof", "Only the sensors' local z was measured", false),
     ("6dof", "Full rotations were measured", true),
 ]);

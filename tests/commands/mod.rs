@@ -22,6 +22,7 @@ mod jhu_cis;
 mod live;
 mod main_job;
 mod metal;
+mod metal_find;
 mod model_kinds;
 mod optimize;
 mod outside_room;

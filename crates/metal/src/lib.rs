@@ -47,6 +47,7 @@ pub mod exchange;
 mod factors;
 pub mod furnished;
 mod harmonics;
+pub mod identify;
 pub mod material;
 mod mixing;
 pub mod new_object;

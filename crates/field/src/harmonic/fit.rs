@@ -245,7 +245,7 @@ pub fn fit(
 }
 
 /// The first reason why a table cannot be fitted by any generator.
-pub(super) fn check(set: &MeasurementSet) -> Result<(), HarmonicFitError> {
+pub fn check(set: &MeasurementSet) -> Result<(), HarmonicFitError> {
     if set.content == MeasurementContent::PositionOnly {
         return Err(HarmonicFitError::PositionOnly);
     }
@@ -313,7 +313,7 @@ fn reweighted(
 }
 
 /// Huber's weights of measurements from the lengths of their residuals; all 1 without any spread.
-pub(super) fn huber_weights(residuals: &[f64], dof: usize) -> Vec<f64> {
+pub fn huber_weights(residuals: &[f64], dof: usize) -> Vec<f64> {
     let lengths = lengths(residuals, dof);
     let limit = huber_limit(dof) * noise_of_lengths(&mut lengths.clone(), dof);
     let weight = |length: f64| if length <= limit { 1.0 } else { limit / length };

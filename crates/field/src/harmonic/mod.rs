@@ -5,10 +5,12 @@ pub mod fit;
 pub mod learn;
 mod model;
 mod normal;
-mod rows;
+pub mod rows;
 pub mod solid_harmonics;
 mod variable_projection;
 
-pub use fit::{HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss};
+pub use fit::{
+    HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss, huber_weights,
+};
 pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn};
 pub use model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};

@@ -33,7 +33,7 @@ pub(super) struct Harmonics {
 }
 
 /// What the rows have of the generator: for each measurement its `W` and the left side above.
-pub(super) struct Maps {
+pub struct Maps {
     pub(super) coils: usize,
     pub(super) axes: usize,
     /// Rows a measurement.
@@ -45,15 +45,15 @@ pub(super) struct Maps {
 }
 
 /// Why there is no solution.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum SolveError {
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
     /// A measurement whose signals determine no pose.
-    Reading {
-        measurement: usize,
-        cause: ReadingError,
-    },
+    #[error("measurement {measurement} (counted from 0): {cause}")]
+    Reading { measurement: usize, cause: ReadingError },
     /// The rows do not determine the coefficients and the ridge is too small to.
+    #[error("the rows do not determine the coefficients")]
     NotDetermined,
+    #[error("cancelled")]
     Cancelled,
 }
 
@@ -109,7 +109,11 @@ fn ball(points: impl Iterator<Item = Point3<f64>>) -> (Point3<f64>, f64) {
 }
 
 impl Maps {
-    pub(super) fn new(
+    /// Of measurements with orientations.
+    ///
+    /// # Errors
+    /// A measurement whose signals determine no pose, a cancel.
+    pub fn new(
         task: &Task,
         generator: &Generator,
         measurements: &[Measurement],
@@ -158,19 +162,26 @@ impl Maps {
 
     /// `W` of a measurement, row by row.
     #[inline]
-    pub(super) fn map(&self, measurement: usize) -> &[f64] {
+    pub fn map(&self, measurement: usize) -> &[f64] {
         let len = self.dof * self.signals();
         &self.maps[measurement * len..][..len]
     }
 
+    /// `W (s(measured) − s(true))` of a measurement, in mm: positions first, then rotations at the lever.
     #[inline]
-    pub(super) fn right(&self, measurement: usize) -> &[f64] {
+    pub fn right(&self, measurement: usize) -> &[f64] {
         &self.right[measurement * self.dof..][..self.dof]
+    }
+
+    /// Rows of a measurement.
+    #[inline]
+    pub fn dof(&self) -> usize {
+        self.dof
     }
 
     /// Signals of a measurement.
     #[inline]
-    pub(super) fn signals(&self) -> usize {
+    pub fn signals(&self) -> usize {
         self.axes * self.coils
     }
 }

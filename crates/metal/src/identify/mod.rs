@@ -1,0 +1,25 @@
+//! Which metal is it? From measurements in a room, the compact bodies that explain what disturbs them.
+//!
+//! A compact body that is far beside its size adds to each coil's field `B_i` the field of a dipole
+//! `f a³ B_i(c)` at its middle `c`. Places and strengths of one to three such bodies are fitted to the
+//! measurements, then spheres of those strengths with all orders; how many there are is decided by
+//! measurements held out.
+
+pub mod compare;
+mod held_out;
+mod identification;
+mod noise;
+mod rows;
+mod search;
+mod solve;
+mod sources;
+#[cfg(test)]
+mod tests;
+
+pub use identification::{
+    BodyDoubt, CLEAR_STRENGTH, FoundBody, Identification, IdentifyError, IdentifySettings,
+    Interval, MAX_BODIES, MIN_MEASUREMENTS, MISFIT, MOST_LEFT, MetalKind, POSITION_LIMIT, Tried,
+    Verdict, identify,
+};
+pub use noise::Noise;
+pub use sources::{Source, SourceModel};
