@@ -6,6 +6,7 @@ use crate::support::table::measurement_columns;
 use nalgebra::{Point3, Vector3};
 use std::fmt::Write;
 use std::sync::Arc;
+use trackwright_field::OutsidePolicy;
 use trackwright_field::generator::Generator;
 use trackwright_field::random_models::Seeded;
 use trackwright_geometry::bounds::Bounds;
@@ -70,7 +71,13 @@ fn a_sphere_of_aluminium_is_found() {
     let rms: Vec<f64> = held_out.iter().map(|model| number(&model["position_rms_mm"])).collect();
     // For the others 100 rows are too few.
     assert!([0, 2, 3].iter().all(|&other| rms[1] < 0.5 * rms[other]), "{found}");
-    let text = scratch.succeed(format!("{find} --no-comparison"));
+    let text = scratch.succeed(format!("{find} --no-comparison -o found.env.ron"));
+    // The room of what was found has the errors that were measured.
+    let room = scratch.environment("found.env.ron");
+    let at = Point3::new(120.0, 40.0, -210.0);
+    let axis = Vector3::z_axis();
+    let read = room.model.evaluate(&at, &axis, OutsidePolicy::Clamp);
+    assert!(read.is_inside && read.error.position_mm.norm() > 1.0, "{read:?}");
     let words = ["found 1 body", "1  conductor, like a sphere of", "mm (95 %)", "a component"];
     assert_has(&text, &words, "the text");
     assert!(!text.contains("held out"), "{text}");
@@ -82,6 +89,8 @@ fn an_empty_room_has_no_metal() {
     scratch.write("empty.csv", table(60, false));
     let find = "metal find empty.csv --generator planar-nine --no-comparison";
     scratch.succeed_with(find, &["nothing found"]);
+    scratch.notes_with(format!("{find} -o a.env.ron"), &["no body is determined"]);
+    assert!(!scratch.has("a.env.ron"));
     let found = scratch.json(find);
     assert_eq!(found["verdict"], "nothing_found");
     assert!(list(&found, "bodies").is_empty(), "{found}");

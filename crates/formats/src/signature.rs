@@ -31,11 +31,12 @@ pub const GENERATOR: &str = "a field generator";
 pub const MP4: &str = "an MP4 video";
 
 /// The program's own documents by a field that only they have.
-const DOCUMENTS: [(&str, &str); 4] = [
+const DOCUMENTS: [(&str, &str); 5] = [
     ("environment", "a design"),
     ("sensors", "a body"),
     ("coils", GENERATOR),
     ("model", ENVIRONMENT),
+    ("metal", ENVIRONMENT),
 ];
 
 /// Comments that the program writes itself into an environment; its polynomials have one each, that

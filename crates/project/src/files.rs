@@ -18,6 +18,7 @@ use trackwright_field::generator::Generator;
 use trackwright_formats::signature::{self, Signature};
 use trackwright_formats::tool_definition::{OnMismatch, ToolDefinition};
 use trackwright_formats::{BodyFile, environment, generator};
+use trackwright_metal::setup::RoomMetal;
 
 /// The files of one command. Everything that a command reads is read through this, and written through
 /// [`output`](Self::output).
@@ -227,6 +228,11 @@ impl Output<'_> {
     /// Writes an environment.
     pub fn write_environment(&self, written: &Environment) -> Result<(), StoreError> {
         self.write_bytes(environment::write(written, None).as_bytes())
+    }
+
+    /// Writes an environment and the metal that is added to it.
+    pub fn write_room(&self, bare: &Environment, metal: &RoomMetal) -> Result<(), StoreError> {
+        self.write_bytes(environment::write(bare, Some(metal)).as_bytes())
     }
 
     /// Writes a field generator.

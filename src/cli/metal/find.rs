@@ -6,10 +6,18 @@ use clap::ArgAction;
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::{MapKind, MeasurementContent, MeasurementSet};
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
+use trackwright_field::{DistortionModel, Environment};
+use trackwright_formats::signature::ENVIRONMENT;
+use trackwright_geometry::bounds::Bounds;
+use trackwright_geometry::pose::Pose;
+use trackwright_geometry::volume::Volume;
 use trackwright_metal::identify::compare::{Compared, ComparedModel, compare};
 use trackwright_metal::identify::{
     FoundBody, Identification, IdentifySettings, Interval, MAX_BODIES, MetalKind, SourceModel,
     Verdict, identify,
+};
+use trackwright_metal::setup::{
+    DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 use trackwright_report::text_table::columns;
 
@@ -21,6 +29,11 @@ pub struct FindArgs {
     /// The tracker's field generator: planar-nine, anser, or a file (*.generator.ron)
     #[arg(long, value_name = "NAME|FILE")]
     generator: Option<String>,
+
+    /// Environment to write (*.env.ron): a room of the bodies found, as spheres, to be looked at in the
+    /// editor and simulated in
+    #[arg(short, long, value_name = "ENV")]
+    output: Option<PathBuf>,
 
     /// Bodies to look for at most, 1 to 3
     #[arg(long, value_name = "N", default_value_t = MAX_BODIES)]
@@ -52,6 +65,10 @@ pub struct FindArgs {
 /// # Errors
 /// Files that can't be used, no generator, tables without orientations or with too few rows.
 pub fn run(args: &FindArgs, files: &Files) -> anyhow::Result<()> {
+    let output = files.optional_output(args.output.as_deref())?;
+    if let Some(output) = &output {
+        output.expect_kind(ENVIRONMENT)?;
+    }
     let generator = generator(files, args.generator.as_deref())?;
     let named = || args.data.display().to_string();
     // What is suspected of the table is reported as `fit` does.
@@ -71,10 +88,53 @@ pub fn run(args: &FindArgs, files: &Files) -> anyhow::Result<()> {
             .with_context(named)?,
     };
     drop(shown);
+    if let Some(output) = &output {
+        match room_of(&args.data, &generator, &set, &found) {
+            Some((bare, metal)) => output.write_room(&bare, &metal)?,
+            None => output::note("note: no body is determined, no environment was written"),
+        }
+    }
     args.common.format.print(
         || as_json(&generator, &settings, &found, &compared),
         || as_text(args, &generator, &set, &found, &compared),
     )
+}
+
+/// The bodies that are determined as spheres in an ideal room, in the box of the true positions; `None`
+/// without any.
+fn room_of(
+    data: &Path,
+    generator: &Generator,
+    set: &MeasurementSet,
+    found: &Identification,
+) -> Option<(Environment, RoomMetal)> {
+    let bodies = found.bodies.iter().filter(|body| body.doubt.is_none());
+    let objects: Vec<_> = bodies
+        .zip(1..)
+        .map(|(body, number)| {
+            let center = body.source.center_mm;
+            let material = match body.kind {
+                MetalKind::Conductor => "copper",
+                MetalKind::Ferromagnetic => "ferrite",
+            };
+            MetalObject {
+                name: format!("found {number}"),
+                shape: ObjectShape::Sphere { radius_mm: body.source.radius_mm() },
+                material: ObjectMaterial::Named(material),
+                tracker_from_object: Pose::translation(center.x, center.y, center.z),
+                most_triangles: DEFAULT_TRIANGLES,
+            }
+        })
+        .collect();
+    if objects.is_empty() {
+        return None;
+    }
+    let true_mm = set.measurements.iter().map(|m| m.tracker_from_ideal.translation.vector.into());
+    let volume = Volume::Box(Bounds::around(true_mm)?);
+    let model = DistortionModel::zero(volume.bounds(), MapKind::Distortion);
+    let name = format!("Metal found in {}", file_name(data));
+    let bare = Environment { volume: Some(volume), ..Environment::of_model(name, model) };
+    Some((bare, RoomMetal { objects, ..RoomMetal::empty(generator.clone()) }))
 }
 
 fn generator(files: &Files, name: Option<&str>) -> anyhow::Result<Generator> {

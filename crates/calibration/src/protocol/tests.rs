@@ -16,6 +16,7 @@ use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_geometry::volume::Volume;
 use trackwright_metal::material::NAMED_MATERIALS;
+use trackwright_task::Task;
 
 fn bounds() -> Bounds {
     Volume::AuroraCube.bounds()
