@@ -1,7 +1,6 @@
 //! Rooms with metal: read with the meshes of their objects, and solved.
 
 use super::error::StoreError;
-use super::files::Files;
 use super::open::{Reader, World};
 use super::read::{Kind, Storage};
 use std::path::Path;
@@ -107,22 +106,6 @@ impl Reader {
     ) -> Result<Arc<Environment>, StoreError> {
         let content = self.room(from, reference)?;
         Ok(content.solved(&self.storage.resolve(from, reference))?.environment)
-    }
-}
-
-impl Files {
-    /// Reads an environment, with its metal solved for.
-    pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
-        let furnished = self.read_room(file)?.solved(file)?;
-        Ok(Arc::unwrap_or_clone(furnished.environment))
-    }
-
-    /// Reads an environment and the metal in it.
-    pub fn read_room(&self, file: &Path) -> Result<RoomContent, StoreError> {
-        let mut reader = Reader::new(Storage::Disk);
-        let content = reader.room(Path::new(""), &file.to_string_lossy())?;
-        self.inputs(&reader.stamps)?;
-        Ok(content)
     }
 }
 

@@ -92,6 +92,22 @@ impl RoomSource {
     }
 }
 
+impl Files {
+    /// Reads an environment, with its metal solved for.
+    pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
+        let furnished = self.read_room(file)?.solved(file)?;
+        Ok(Arc::unwrap_or_clone(furnished.environment))
+    }
+
+    /// Reads an environment and the metal in it.
+    pub fn read_room(&self, file: &Path) -> Result<RoomContent, StoreError> {
+        let mut reader = Reader::new(Storage::Disk);
+        let content = reader.room(Path::new(""), &file.to_string_lossy())?;
+        self.inputs(&reader.stamps)?;
+        Ok(content)
+    }
+}
+
 /// `room` of `folder/room.env.ron`.
 ///
 /// ```
