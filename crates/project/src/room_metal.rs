@@ -2,7 +2,7 @@
 
 use super::error::StoreError;
 use super::open::{Reader, World};
-use super::read::{Kind, Storage};
+use super::read::Kind;
 use std::path::Path;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design, Edit, MetalEdit, View};
