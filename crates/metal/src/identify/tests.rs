@@ -208,7 +208,6 @@ fn long_intervals_hold_in_95_of_100() {
     let below = Ball { material: "aluminium", radius_mm: 60.0, center_mm: [40.0, -60.0, -560.0] };
     for balls in [vec![ALUMINIUM, FERRITE], vec![far], vec![below, FERRITE]] {
         let (inside, all) = covered(&balls, 400, 100..150);
-        println!("{inside} of {all}");
         let expected = 0.95 * all as f64;
         let std_dev = (all as f64 * 0.95 * 0.05).sqrt();
         // Four values of a body are drawn together.
@@ -222,11 +221,6 @@ fn long_noise_is_seldom_taken_for_metal() {
     let found = |seed: u64| identified(&measured(&[], 200, MeasurementContent::FiveDof, seed));
     let verdicts: Vec<Verdict> = (200..260).map(|seed| found(seed).verdict).collect();
     let count = |verdict| verdicts.iter().filter(|v| **v == verdict).count();
-    println!(
-        "{} nothing, {} cannot tell",
-        count(Verdict::NothingFound),
-        count(Verdict::CannotTell)
-    );
     assert!(count(Verdict::NothingFound) >= 55, "{verdicts:?}");
     assert_eq!(count(Verdict::Found), 0);
 }
@@ -345,7 +339,9 @@ fn tables_that_cannot_be_used_are_refused() {
     );
     refused(
         &|set| {
-            set.measurements.iter_mut().for_each(|m| m.tracker_from_measured = m.tracker_from_ideal)
+            for m in &mut set.measurements {
+                m.tracker_from_measured = m.tracker_from_ideal;
+            }
         },
         "the measured poses are the true ones: there is no disturbance and no noise",
     );
