@@ -54,7 +54,7 @@ fn a_sphere_of_aluminium_is_found() {
     let find = "metal find room.csv --generator planar-nine --folds 3 --most 2";
     let found = scratch.json(find);
     assert_eq!(found["verdict"], "found", "{found}");
-    let [body] = &list(&found, "bodies")[..] else { panic!("{found}") };
+    let [body] = list(&found, "bodies") else { panic!("{found}") };
     assert_eq!((&body["kind"], &body["is_determined"]), (&"conductor".into(), &true.into()));
     let center_mm = numbers::<3>(&body["center_mm"]);
     for k in 0..3 {
