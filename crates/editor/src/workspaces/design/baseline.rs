@@ -20,6 +20,7 @@ struct Before {
     /// Of the room's own field and as it was to be expected: while something is dragged the one is
     /// shown, and then the other.
     headlines: [Headline; 2],
+    /// Without the metal that a hand may move.
     room: Arc<Environment>,
     motion: Option<Motion>,
 }
@@ -39,7 +40,7 @@ impl Baseline {
     /// The change of a large figure of the open design, where there was one of its kind.
     pub fn change(&self, world: &OpenFiles, now: &Headline) -> Option<Change> {
         let before = self.0.as_ref()?;
-        if !Arc::ptr_eq(&before.room, &world.environment) {
+        if !Arc::ptr_eq(&before.room, world.bare_environment()) {
             return Some(Change::OtherRoom);
         }
         if before.motion != world.document.design().motion {
@@ -89,7 +90,7 @@ pub(crate) fn note_baseline(
                 let of = |expected| headline(&study.value.figures, expected);
                 Before {
                     headlines: [of(None), of(results.expected_of_study())],
-                    room: Arc::clone(&world.0.environment),
+                    room: Arc::clone(world.0.bare_environment()),
                     motion: world.0.document.design().motion,
                 }
             });
