@@ -16,7 +16,7 @@
 use crate::factors::Factors;
 use crate::panel::FULL_ANGLE;
 use crate::panel_lanes::PanelLanes;
-use crate::surface::ClosedSurface;
+use crate::surface::{ClosedSurface, Wall};
 use faer::Mat;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
@@ -57,6 +57,7 @@ pub struct BoundaryShape {
     /// Of each panel with a unit charge density: mean of `n·H` over every panel.
     normal_fields: Vec<Vec<f64>>,
     lanes: PanelLanes,
+    thinnest_wall: Option<Wall>,
 }
 
 /// A body's shape with its equations factored for one [`SurfaceLimit`].
@@ -111,11 +112,17 @@ impl BoundaryShape {
             })
             .collect::<Result<_, Cancelled>>()?;
         let lanes = PanelLanes::new(surface.panels());
-        Ok(Self { surface, normal_fields, lanes })
+        let thinnest_wall = surface.thinnest_wall();
+        Ok(Self { surface, normal_fields, lanes, thinnest_wall })
     }
 
     pub fn surface(&self) -> &ClosedSurface {
         &self.surface
+    }
+
+    /// The surface's [`thinnest_wall`](ClosedSurface::thinnest_wall).
+    pub fn thinnest_wall(&self) -> Option<&Wall> {
+        self.thinnest_wall.as_ref()
     }
 }
 

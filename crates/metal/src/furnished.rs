@@ -11,7 +11,7 @@ use crate::harmonics::{DisturbedErrors, Sampling};
 use crate::room::{MetalRoom, PlacedBody, RoomError};
 use crate::setup::{MetalObject, ObjectShape, RoomMetal, SetupError};
 use crate::shapes;
-use crate::surface::{ClosedSurface, SurfaceError};
+use crate::surface::{ClosedSurface, SurfaceError, Wall};
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
 use trackwright_field::computed::{FieldSource, PoseErrors};
@@ -80,6 +80,8 @@ pub struct ObjectReport {
     /// Triangles of its mesh, where that was coarsened.
     pub coarsened_from: Option<usize>,
     pub model: ResponseModel,
+    /// A wall that is so much thinner than its triangles that the response is some per cent low.
+    pub thin_wall: Option<Wall>,
 }
 
 impl Furnished {
@@ -370,16 +372,24 @@ fn keep<K, V>(all: &mut Vec<(K, Arc<V>)>, key: K, value: &Arc<V>) {
     }
 }
 
+/// Whether a wall is so much thinner than its triangles that the response is 2 % low or more, as that of a
+/// disc of 2 by 200 mm of 1,000 triangles is.
+fn is_noted(wall: &&Wall) -> bool {
+    wall.triangle_mm > 2.0 * wall.thickness_mm
+}
+
 fn report_of(object: &MetalObject, body: &MetalBody) -> ObjectReport {
-    let surface = match body.shape() {
+    let shape = match body.shape() {
         MetalShape::Sphere { .. } => None,
-        MetalShape::Surface(shape) => Some(shape.surface()),
+        MetalShape::Surface(shape) => Some(shape),
     };
+    let surface = shape.map(|shape| shape.surface());
     ObjectReport {
         name: object.name.clone(),
         triangles: surface.map_or(0, |surface| surface.panels().len()),
         coarsened_from: surface.and_then(ClosedSurface::coarsened_from),
         model: *body.model(),
+        thin_wall: shape.and_then(|shape| shape.thinnest_wall()).filter(is_noted).copied(),
     }
 }
 

@@ -2,11 +2,15 @@
 
 use trackwright_metal::body::ResponseModel;
 use trackwright_metal::furnished::{FurnishReport, MetalEvaluation, ObjectReport, TOLERANCE_MM};
+use trackwright_metal::surface::Wall;
 use trackwright_simulation::figures::with_separators;
 
 /// One line an object, then how the objects see each other, and how poses were evaluated until now.
 pub fn metal_lines(report: &FurnishReport) -> Vec<String> {
     let mut lines: Vec<_> = report.objects.iter().map(object_line).collect();
+    lines.extend(report.objects.iter().filter_map(|object| {
+        Some(format!("{}: {}", object.name, thin_wall_words(object.thin_wall.as_ref()?)))
+    }));
     if report.exchange.rounds > 0 {
         let (count, rounds) = (report.objects.len(), report.exchange.rounds);
         lines.push(format!("fields exchanged between {count} objects in {rounds} rounds"));
@@ -30,6 +34,15 @@ fn object_line(object: &ObjectReport) -> String {
         }
     };
     format!("{}: {triangles}{}", object.name, model_words(&object.model))
+}
+
+/// A wall that is thinner than its triangles, within a sentence.
+pub fn thin_wall_words(wall: &Wall) -> String {
+    format!(
+        "a wall of {:.1} mm is thinner than its triangles of {:.1} mm, with which the response is \
+         some per cent low; more triangles answer better",
+        wall.thickness_mm, wall.triangle_mm
+    )
 }
 
 /// What answers an object, within a sentence.
@@ -83,6 +96,7 @@ mod tests {
             name: "table".to_owned(),
             triangles: 1000,
             coarsened_from: Some(23_456),
+            thin_wall: None,
             model: ResponseModel::ScaledBySphere {
                 limit: SurfaceLimit::NoFlux,
                 factor: 0.8123,

@@ -7,7 +7,7 @@ use bevy_egui::egui::Ui;
 use trackwright_metal::furnished::ObjectReport;
 use trackwright_metal::setup::{MetalObject, ObjectShape, RoomMetal};
 use trackwright_project::World;
-use trackwright_report::words::model_words;
+use trackwright_report::words::{model_words, thin_wall_words};
 use trackwright_simulation::figures::capitalised;
 
 /// What is known of an object beside its fields.
@@ -83,6 +83,9 @@ pub fn metal_facts_ui(ui: &mut Ui, facts: &MetalFacts) {
         )),
         false => drop(quiet_ui(ui, words)),
     }
+    if let Some(wall) = &report.thin_wall {
+        warning_ui(ui, &capitalised(&thin_wall_words(wall)));
+    }
     if facts.is_added_to_errors {
         quiet_ui(
             ui,
@@ -113,6 +116,7 @@ mod tests {
             triangles: 992,
             coarsened_from: Some(20_480),
             model: ResponseModel::SphereSeries,
+            thin_wall: None,
         };
         assert_eq!(triangles_words(&report), "992 triangles, coarsened from 20,480");
     }
