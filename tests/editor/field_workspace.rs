@@ -281,15 +281,15 @@ fn the_own_rooms_file_is_never_replaced() {
     let mut app = saved_app(&scratch.path(""));
     let names: Vec<&str> =
         field_state(&app).rooms.iter().map(|room| room.summary.name.as_str()).collect();
-    // The built-in room, and the two readable ones of the folder.
-    assert_eq!(names, ["Operating table", "Operating table", "other"]);
+    // The built-in rooms, and the two readable ones of the folder.
+    assert_eq!(names, ["Operating table", "Operating theatre", "Operating table", "other"]);
     let before = figure_bits(&app);
-    let place = field_state(&app).rooms[2].place.clone();
+    let place = field_state(&app).rooms[3].place.clone();
     request_and_wait(&mut app, FieldRequest::Assign(place.clone()));
     assert_ne!(figure_bits(&app), before);
     assert_eq!(field_state(&app).own.as_ref(), Some(&place));
     assert_eq!(field_state(&app).recent.first(), Some(&place));
-    assert_eq!(field_state(&app).rooms.len(), 3, "the room that was left can be had again");
+    assert_eq!(field_state(&app).rooms.len(), 4, "the room that was left can be had again");
 
     drop_file(&mut app, &fit);
     set(&mut app, 1, DirectionSet::Six);

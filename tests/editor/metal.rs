@@ -57,6 +57,8 @@ fn settle_metal(app: &mut App) {
         wait_for_work(app);
         settle(app);
     }
+    // The metal may have been answered in the last frame.
+    settle(app);
 }
 
 fn run(app: &mut App, name: &'static str) {

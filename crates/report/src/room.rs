@@ -35,16 +35,22 @@ pub fn model_error(held_out_rms_mm: Option<f64>) -> String {
     }
 }
 
-/// What a room is that was never measured: `ideal`, or `simulated` where something disturbs it.
+/// Whether a room was never measured and metal in it is simulated.
+pub fn is_simulated(environment: &Environment) -> bool {
+    let kind = environment.model.kind();
+    environment.provenance.is_none() && matches!(kind, ModelKind::Simulated | ModelKind::Harmonic)
+}
+
+/// What a room is of which no measurements are known: `ideal` or `simulated`.
 pub fn unmeasured(environment: &Environment) -> &'static str {
-    if environment.model.is_zero() { "ideal" } else { "simulated" }
+    if is_simulated(environment) { "simulated" } else { "ideal" }
 }
 
 /// Where what is predicted in a room comes from, to stand under it.
 pub fn caption(environment: &Environment) -> String {
     let from = match &environment.provenance {
-        None if environment.model.is_zero() => "an ideal room".to_owned(),
-        None => "simulated, never measured".to_owned(),
+        None if is_simulated(environment) => "simulated, never measured".to_owned(),
+        None => "an ideal room".to_owned(),
         Some(from) if environment.model.kind() == ModelKind::Simulated => {
             format!("{} samples, metal added", with_separators(from.samples))
         }

@@ -309,12 +309,19 @@ fn slice_key(stamp: Stamp, environment: &Arc<Environment>, view: &View) -> Optio
 
 fn show(
     mut handle: ResMut<SolverHandle>,
+    world: Option<Res<OpenWorld>>,
     generation: Res<WorldGeneration>,
     mut results: ResMut<Results>,
     mut diagnostics: ResMut<Diagnostics>,
     mut explain: Option<ResMut<Explain>>,
 ) {
+    // Of a room whose metal cannot be where it is now there are none.
+    let has_problem = world.is_some_and(|world| world.0.metal_problem().is_some());
     for answer in handle.solver.answers() {
+        if has_problem {
+            diagnostics.dropped += 1;
+            continue;
+        }
         let (stamp, took) = (answer.key, answer.took);
         let solved = match answer.value {
             Ok(solved) => solved,

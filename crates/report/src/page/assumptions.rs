@@ -1,7 +1,7 @@
 //! Everything that the figures rest on: the room and its model, how the study was run, versions.
 
 use super::{Report, file_name, table_of};
-use crate::room::{MODEL_ERROR, map_name, method_name};
+use crate::room::{MODEL_ERROR, is_simulated, map_name, method_name};
 use maud::{Markup, html};
 use trackwright_field::computed::{FieldSource, ModelKind};
 use trackwright_field::environment::{Environment, HoldoutProvenance, Provenance};
@@ -62,7 +62,7 @@ fn of_room(report: &Report, room: &Environment) -> Vec<Fact> {
         fact("volume of the tracker", room.volume.map_or("not stated", |volume| volume.name())),
     ]);
     match &room.provenance {
-        None if !model.is_zero() => {
+        None if is_simulated(room) => {
             facts.push(fact("measurements", "none, the room is simulated"));
         }
         None => facts.push(fact(

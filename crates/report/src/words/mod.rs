@@ -14,6 +14,7 @@ use plain::{Part, percent};
 pub use plain::{PlainFigure, plain_figure};
 pub use worst::{WorstPose, worst_pose};
 
+use crate::room::is_simulated;
 use trackwright_field::OutsidePolicy;
 use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
 use trackwright_simulation::figures::{capitalised, with_separators};
@@ -314,7 +315,7 @@ fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
         );
     }
     match &scenario.environment.provenance {
-        None if !scenario.environment.model.is_zero() => {
+        None if is_simulated(&scenario.environment) => {
             cautions.push("The room is simulated and was never measured.".to_owned());
         }
         None => cautions.push(
