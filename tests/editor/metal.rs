@@ -10,7 +10,6 @@ use bevy_egui::egui;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
 use std::sync::Arc;
-use std::time::Duration;
 use trackwright_design::{Design, Edit, MetalEdit, Thing, View};
 use trackwright_editor::document::body_files::BodyFilesPlugin;
 use trackwright_editor::document::commands::{ADD_METAL, ADD_METAL_MESH, DocumentCommandsPlugin};
@@ -83,7 +82,6 @@ fn frame_selection(app: &mut App) {
     app.world_mut().write_message(ViewRequest::FrameSelection);
     app.update();
     while app.world().resource::<OrbitRig>().is_gliding() {
-        std::thread::sleep(Duration::from_millis(5));
         app.update();
     }
     settle_metal(app);

@@ -105,7 +105,7 @@ mod tests {
             assert!(at.x - reach_mm >= volume.max_mm.x + CLEARANCE_MM - 1e-9, "{at}");
             for other in &room.objects[..index] {
                 let apart_mm = (other.tracker_from_object.translation.vector - at).norm();
-                assert!(apart_mm > reach_mm + other.shape.reach_mm(), "{} {}", index, apart_mm);
+                assert!(apart_mm > reach_mm + other.shape.reach_mm(), "{index} {apart_mm}");
             }
         }
     }
