@@ -18,6 +18,7 @@ use trackwright_design::{Design, DesignBody, View};
 pub struct BaselineFile {
     /// Where it was read from, absolute; `None` for an earlier state of the design itself.
     pub source: Option<PathBuf>,
+    /// Without the metal of its room: it is judged in the rooms of the design that is open.
     pub design: Design,
 }
 
@@ -77,7 +78,7 @@ pub(super) mod tests {
 
     fn file(source: Option<PathBuf>) -> BaselineFile {
         let recovered = recovery_file::parse(&recovery_file::tests::good()).unwrap();
-        BaselineFile { source, design: recovered.design }
+        BaselineFile { source, design: Design { room_metal: None, ..recovered.design } }
     }
 
     /// For the tests of all documents.

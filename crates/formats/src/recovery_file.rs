@@ -206,13 +206,16 @@ pub(super) mod tests {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../designs");
         let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
         let entry = design_file::parse(&read(&format!("{design}.design.ron"))).unwrap();
-        let (design, view) = entry.into_design(|file| body::parse(&read(file))).unwrap();
+        let (mut own, view) = entry.into_design(|file| body::parse(&read(file))).unwrap();
+        // One of them in a room with metal.
+        let metal = || Arc::new(room_metal::tests::metal());
+        own.room_metal = (design == "pointer-on-head").then(metal);
         RecoveryFile {
             written_unix_ms: 1_700_000_000_123,
             process: 4321,
             is_dirty: true,
             origin: RecoveryOrigin::BuiltIn("\"\\\n".to_owned()),
-            design,
+            design: own,
             view,
             stamps: vec![(
                 "/a b/c".into(),
