@@ -14,8 +14,9 @@ use trackwright_field::evaluation::Coefficient;
 use trackwright_field::harmonic::HarmonicModel;
 use trackwright_geometry::bounds::Bounds;
 
-/// Halvings of the box: cells of the tracker's cube are 62 mm wide then.
-const MOST_HALVINGS: u32 = 3;
+/// Halvings of the box: cells of the tracker's cube are 125 mm wide then. Where smaller ones would be needed,
+/// the metal itself is evaluated sooner than they are fitted.
+const MOST_HALVINGS: u32 = 2;
 
 /// A cell is not tried where metal is nearer to its middle than this times half its diagonal: harmonics of
 /// degree 10 would leave some per cent of the field there.

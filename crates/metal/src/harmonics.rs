@@ -21,13 +21,13 @@ pub const TOLERANCE_MM: f64 = 0.01;
 const REACHED_MM: f64 = TOLERANCE_MM / 2.0;
 
 /// Degrees that are tried; the first that is near enough is taken.
-const DEGREES: [usize; 3] = [4, 7, MAX_DEGREE];
+const DEGREES: [usize; 2] = [6, MAX_DEGREE];
 
-/// Places that are fitted to: 3 equations each, four times the unknowns of the highest degree.
-const FITTED: usize = 160;
+/// Places that are fitted to: 3 equations each, three and a half times the unknowns of the highest degree.
+const FITTED: usize = 140;
 
 /// Other places, each with 13 axes.
-const COMPARED: usize = 24;
+const COMPARED: usize = 12;
 
 /// A tracker's errors in fields that are known anywhere.
 pub(crate) trait DisturbedErrors: PoseErrors {
