@@ -1,22 +1,19 @@
 //! Metal moved by hand in the window: the figure follows, and undo takes it back.
 
 use super::harness::{Window, simulated};
-use super::places::{in_outliner, project, view};
+use super::places::{arrow_x, in_outliner};
 use crate::copied::Copied;
 use nalgebra::{Point3, Vector3};
 use std::sync::Arc;
 use trackwright_design::view::Magnification;
-use trackwright_design::{Edit, HandleAxes, MetalEdit};
-use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::viewport::gizmo::gizmo_of;
+use trackwright_design::{Edit, MetalEdit};
+use trackwright_editor::document::selection::Selected;
 use trackwright_field::generator::Generator;
-use trackwright_geometry::gizmo::{Eye, Handle};
-use trackwright_geometry::orbit::{Axis, OrbitCamera, Projection};
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_geometry::pose::Pose;
 use trackwright_metal::setup::{
     DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
-use trackwright_project::World;
 
 /// Beside the patient, who is at x = −50.
 const PLATE_MM: [f64; 3] = [260.0, 0.0, -280.0];
@@ -57,23 +54,6 @@ fn with_plate() -> (Copied, OrbitCamera) {
     (copy, camera)
 }
 
-/// The handle that moves the plate along its own x, away from the patient, and where it points in the
-/// window.
-fn arrow_of_plate(world: &World, camera: &OrbitCamera) -> ([f64; 2], [f64; 2]) {
-    let document = &world.document;
-    let selection = Selection::of(Some(Selected::Metal(0)));
-    let axes = HandleAxes::default();
-    let shown = gizmo_of(document.design(), document.view(), &selection, axes).unwrap();
-    let size = view().size();
-    let eye = Eye { camera: *camera, view_px: [size.x.into(), size.y.into()] };
-    let [x, y] = shown.gizmo.grip_px(Handle::arrow(Axis::X), &eye).unwrap();
-    let grip = [x + f64::from(view().min.x), y + f64::from(view().min.y)];
-    let pivot = project(camera, &shown.gizmo.pivot_mm());
-    let way = [grip[0] - pivot[0], grip[1] - pivot[1]];
-    let length = way[0].hypot(way[1]);
-    (grip, way.map(|d| d / length))
-}
-
 fn rms_mm(figures: &[(String, String)]) -> f64 {
     let (_, value) = figures.iter().find(|(label, _)| label == "tip error RMS").unwrap();
     let number: String = value.chars().take_while(|c| c.is_ascii_digit() || *c == '.').collect();
@@ -90,7 +70,7 @@ fn a_plate_dragged_to_the_patient_raises_the_error() {
     let rooms = window.counter("rooms");
 
     window.click(in_outliner(&world, "plate"));
-    let (grip, away) = arrow_of_plate(&world, &camera);
+    let (grip, away) = arrow_x(&world, Selected::Metal(0), &camera);
     window.point_at(grip);
     window.press_button();
     window.move_along(away.map(|d| -d), WAY_PX);

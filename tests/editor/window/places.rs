@@ -7,14 +7,16 @@ use bevy_egui::egui::{self, Rect, UiBuilder, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use nalgebra::Point3;
-use trackwright_design::BodyRole;
+use trackwright_design::{BodyRole, HandleAxes};
 use trackwright_editor::document::selection::{Selected, Selection};
 use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, layers_ui};
 use trackwright_editor::viewport::coil_fit::ShownFindings;
+use trackwright_editor::viewport::gizmo::gizmo_of;
 use trackwright_editor::widgets::theme;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
 use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
-use trackwright_geometry::orbit::OrbitCamera;
+use trackwright_geometry::gizmo::{Eye, Handle};
+use trackwright_geometry::orbit::{Axis, OrbitCamera};
 use trackwright_project::World;
 
 /// Space that the panels' frames leave at the sides.
@@ -36,6 +38,23 @@ pub fn project(camera: &OrbitCamera, point_mm: &Point3<f64>) -> [f64; 2] {
     let view_px = [f64::from(size.x), f64::from(size.y)];
     let [x, y] = camera.project(point_mm, view_px).expect("in front of the camera");
     [x + f64::from(view().min.x), y + f64::from(view().min.y)]
+}
+
+/// The handle that moves what is selected along its own x, and the direction in which it points, in the
+/// window.
+pub fn arrow_x(world: &World, selected: Selected, camera: &OrbitCamera) -> ([f64; 2], [f64; 2]) {
+    let document = &world.document;
+    let selection = Selection::of(Some(selected));
+    let axes = HandleAxes::default();
+    let shown = gizmo_of(document.design(), document.view(), &selection, axes).unwrap();
+    let size = view().size();
+    let eye = Eye { camera: *camera, view_px: [size.x.into(), size.y.into()] };
+    let [x, y] = shown.gizmo.grip_px(Handle::arrow(Axis::X), &eye).unwrap();
+    let grip = [x + f64::from(view().min.x), y + f64::from(view().min.y)];
+    let pivot = project(camera, &shown.gizmo.pivot_mm());
+    let way = [grip[0] - pivot[0], grip[1] - pivot[1]];
+    let length = way[0].hypot(way[1]);
+    (grip, way.map(|d| d / length))
 }
 
 /// The middle of the 3D view.

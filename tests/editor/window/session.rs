@@ -2,15 +2,13 @@
 //! its handle, all of it undone and redone, saved, closed and opened again.
 
 use super::harness::{Turn, Window, simulated};
-use super::places::{in_outliner, middle_of_view, project, tool_sensor, view};
+use super::places::{arrow_x, in_outliner, middle_of_view, project, tool_sensor};
 use crate::copied::Copied;
 use nalgebra::{Point3, Vector3};
+use trackwright_design::BodyRole;
 use trackwright_design::view::Magnification;
-use trackwright_design::{BodyRole, HandleAxes};
-use trackwright_editor::document::selection::{Selected, Selection};
-use trackwright_editor::viewport::gizmo::gizmo_of;
-use trackwright_geometry::gizmo::{Eye, Handle};
-use trackwright_geometry::orbit::{Axis, OrbitCamera, Projection};
+use trackwright_editor::document::selection::Selected;
+use trackwright_geometry::orbit::{OrbitCamera, Projection};
 use trackwright_project::World;
 
 /// From the shaft's sensor to where another one is added, along the shaft.
@@ -57,23 +55,6 @@ fn on_the_shaft(world: &World, camera: &OrbitCamera) -> ([f64; 2], [f64; 2]) {
     (from, way.map(|d| d / length))
 }
 
-/// The handle that moves the CRF along its own x, and the direction in which it points, in the
-/// window.
-fn arrow_of_crf(world: &World, camera: &OrbitCamera) -> ([f64; 2], [f64; 2]) {
-    let document = &world.document;
-    let selection = Selection::of(Some(Selected::Body(BodyRole::Crf)));
-    let axes = HandleAxes::default();
-    let shown = gizmo_of(document.design(), document.view(), &selection, axes).unwrap();
-    let size = view().size();
-    let eye = Eye { camera: *camera, view_px: [size.x.into(), size.y.into()] };
-    let [x, y] = shown.gizmo.grip_px(Handle::arrow(Axis::X), &eye).unwrap();
-    let grip = [x + f64::from(view().min.x), y + f64::from(view().min.y)];
-    let pivot = project(camera, &shown.gizmo.pivot_mm());
-    let way = [grip[0] - pivot[0], grip[1] - pivot[1]];
-    let length = way[0].hypot(way[1]);
-    (grip, way.map(|d| d / length))
-}
-
 /// Presses at a place, moves along a direction, and lets go.
 fn drag(window: &mut Window, at: [f64; 2], along: [f64; 2], way_px: u32) {
     window.point_at(at);
@@ -116,7 +97,7 @@ fn undo_save_and_reopen_keep_every_digit() {
         trackwright_project::open_design(&copy.design).unwrap()
     };
     window.click(in_outliner(&with_sensor, crf));
-    let (grip, away) = arrow_of_crf(&with_sensor, &camera);
+    let (grip, away) = arrow_x(&with_sensor, Selected::Body(BodyRole::Crf), &camera);
     drag(&mut window, grip, away, PULL_PX);
     steps.push(window.figures());
     assert_eq!(window.document("undo"), "Move CRF");
