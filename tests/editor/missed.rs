@@ -75,7 +75,7 @@ fn only_a_change_of_the_design_has_a_sign() {
     request(&mut app, EditRequest::Apply(Edit::SetMotion(None)));
     settle(&mut app);
     assert_eq!(change(&app), Some(Change::OtherMotion));
-    app.world_mut().resource_mut::<OpenWorld>().0.environment = Arc::new(environment());
+    app.world_mut().resource_mut::<OpenWorld>().0.is_in_room(Arc::new(environment()));
     settle(&mut app);
     assert_eq!(change(&app), Some(Change::OtherRoom));
 }

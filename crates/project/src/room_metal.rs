@@ -204,7 +204,7 @@ impl World {
     }
 
     /// Takes over another room, in which the design's metal is yet to be solved for.
-    pub(super) fn is_in_room(&mut self, bare: Arc<Environment>) {
+    pub fn is_in_room(&mut self, bare: Arc<Environment>) {
         self.solved = SolvedMetal::default();
         if self.document.design().room_metal.is_none() {
             self.environment = Arc::clone(&bare);

@@ -26,7 +26,7 @@ pub fn order_four() -> Result<World, MeasureError> {
     room.model = room.model.elevated(ORDER)?;
     // What the fit knows of its samples belongs to its own order.
     room.fit_validity = None;
-    world.environment = Arc::new(room);
+    world.is_in_room(Arc::new(room));
     Ok(world)
 }
 
