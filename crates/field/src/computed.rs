@@ -188,9 +188,7 @@ impl ComputedField {
             FieldSource::Simulated(source) => source.axis_errors(places_mm, axes, out),
             FieldSource::Of(mean) => {
                 if let MeanOverAxes::Evaluated { source, axes } = &**mean {
-                    for (place, out) in places_mm.iter().zip(out) {
-                        *out = mean_reading(source.as_ref(), place, axes);
-                    }
+                    mean_readings(source.as_ref(), places_mm, axes, out);
                 }
             }
             FieldSource::Kriging(_) => {}
@@ -307,19 +305,31 @@ const STEP_RAD: f64 = 1e-3;
 /// How much more a slope may be between the samples than at them.
 const BETWEEN_SAMPLES: f64 = 2.0;
 
-/// The mean of what the tracker reads at a place with some axes.
-fn mean_reading(
+/// The mean of what the tracker reads with some axes, at each place. All are read at once, so that the
+/// vectors of the machine are filled.
+fn mean_readings(
     source: &dyn PoseErrors,
-    place: &Point3<f64>,
+    places_mm: &[Point3<f64>],
     axes: &[Unit<Vector3<f64>>],
-) -> Option<Coefficient> {
-    let places = vec![*place; axes.len()];
-    let mut read = vec![None; axes.len()];
-    source.axis_errors(&places, axes, &mut read);
+    out: &mut [Option<Coefficient>],
+) {
+    let each = axes.len();
+    let repeated = places_mm.iter().flat_map(|place| std::iter::repeat_n(*place, each));
+    let repeated: Vec<Point3<f64>> = repeated.collect();
+    let turned: Vec<_> = places_mm.iter().flat_map(|_| axes.iter().copied()).collect();
+    let mut read = vec![None; repeated.len()];
+    source.axis_errors(&repeated, &turned, &mut read);
+    for (out, read) in out.iter_mut().zip(read.chunks_exact(each)) {
+        *out = mean(read);
+    }
+}
+
+/// Nothing where one of the values is missing.
+fn mean(values: &[Option<Coefficient>]) -> Option<Coefficient> {
     let mut sum = [0.0; 6];
-    for value in &read {
+    for value in values {
         for (sum, v) in sum.iter_mut().zip((*value)?) {
-            *sum += v / axes.len() as f64;
+            *sum += v / values.len() as f64;
         }
     }
     Some(sum)

@@ -20,6 +20,10 @@ use trackwright_geometry::bounds::Bounds;
 /// Lanes of the widest vectors.
 const MAX_LANES: usize = 8;
 
+/// Places of a computed field that are evaluated at once: enough to fill vectors, few enough to stay in
+/// the cache.
+const BLOCK: usize = 1024;
+
 impl AxisModel {
     /// What [`AxisModel::evaluate`] gives at all points with the given coordinates, x slowest and
     /// z fastest. Coordinates in mm, tracker frame.
@@ -56,14 +60,17 @@ impl AxisModel {
         // In the order of summation.
         axes.sort_by_key(|axis| axis.coordinates.len());
         if let Some(computed) = self.model().computed() {
-            let (mut batch, mut places) = (ComputedBatch::default(), Vec::new());
-            let no_axes = vec![Vector3::z_axis(); nz];
             let [along_x, along_y, along_z] = coordinates_mm;
-            for (row, out) in out.chunks_mut(nz.max(1)).enumerate() {
-                let (x, y) = (along_x[row / ny], along_y[row % ny]);
+            let place = |index: usize| {
+                let (row, z) = (index / nz, along_z[index % nz]);
+                Point3::new(along_x[row / ny], along_y[row % ny], z)
+            };
+            let (mut batch, mut places) = (ComputedBatch::default(), Vec::with_capacity(BLOCK));
+            let no_axes = vec![Vector3::z_axis(); BLOCK.min(out.len())];
+            for (block, out) in out.chunks_mut(BLOCK).enumerate() {
                 places.clear();
-                places.extend(along_z.iter().map(|&z| Point3::new(x, y, z)));
-                computed.evaluate_all(&mut batch, &places, &no_axes, out);
+                places.extend((0..out.len()).map(|k| place(block * BLOCK + k)));
+                computed.evaluate_all(&mut batch, &places, &no_axes[..out.len()], out);
             }
             return;
         }

@@ -4,7 +4,7 @@
 //! A cell is fitted when the first pose is in it, and always the same way, so that a pose's error does not
 //! depend on what was evaluated before.
 
-use crate::harmonics::{DisturbedErrors, Sampling};
+use crate::harmonics::{Disturbed, Sampling};
 use nalgebra::{Point3, Unit, Vector3};
 use std::ops::AddAssign;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -60,7 +60,7 @@ enum Content {
 }
 
 /// Errors in fields of metal of which it is known how near it is.
-pub(crate) trait NearMetal: DisturbedErrors {
+pub(crate) trait NearMetal: Disturbed + PoseErrors {
     /// A distance that no metal is nearer than.
     fn distance_mm(&self, p: &Point3<f64>) -> f64;
 }

@@ -7,7 +7,7 @@ use crate::body::{BodyError, MetalBody, MetalShape, ResponseModel};
 use crate::boundary::BoundaryShape;
 use crate::cells::{Cells, NearMetal};
 use crate::exchange::ExchangeReport;
-use crate::harmonics::{DisturbedErrors, Sampling};
+use crate::harmonics::{Disturbed, Sampling};
 use crate::room::{MetalRoom, PlacedBody, RoomError};
 use crate::setup::{MetalObject, ObjectShape, RoomMetal, SetupError};
 use crate::shapes;
@@ -404,7 +404,7 @@ struct DirectErrors {
     beside: Option<Arc<HarmonicModel>>,
 }
 
-impl DisturbedErrors for DirectErrors {
+impl Disturbed for DirectErrors {
     fn generator(&self) -> &Generator {
         self.room.generator()
     }

@@ -4,12 +4,11 @@
 use faer::Mat;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
-use trackwright_field::computed::PoseErrors;
-use trackwright_field::evaluation::Coefficient;
 use trackwright_field::generator::Generator;
-use trackwright_field::generator::reading::LEVER_MM;
+use trackwright_field::generator::reading::{LEVER_MM, axis_error};
 use trackwright_field::harmonic::HarmonicModel;
 use trackwright_field::harmonic::solid_harmonics::{MAX_DEGREE, gradients, terms};
+use trackwright_field::samples::PoseError;
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
 
@@ -29,8 +28,8 @@ const FITTED: usize = 140;
 /// Other places, each with 13 axes.
 const COMPARED: usize = 12;
 
-/// A tracker's errors in fields that are known anywhere.
-pub(crate) trait DisturbedErrors: PoseErrors {
+/// What disturbs the fields of a generator's coils.
+pub(crate) trait Disturbed {
     fn generator(&self) -> &Generator;
 
     /// What is added to the field of every coil at a place; `None` in metal.
@@ -84,31 +83,22 @@ impl Sampling {
         &self.size_mm
     }
 
-    /// Harmonics of the least degree that is near enough to `errors` in a box of these proportions; `None`
+    /// Harmonics of the least degree that is near enough to `field` in a box of these proportions; `None`
     /// where none is, and where metal is in the box.
-    pub fn fit(&self, bounds: &Bounds, errors: &dyn DisturbedErrors) -> Option<Arc<HarmonicModel>> {
+    pub fn fit(&self, bounds: &Bounds, field: &dyn Disturbed) -> Option<Arc<HarmonicModel>> {
         let at = |unit: &Vector3<f64>| bounds.min_mm + bounds.size_mm().component_mul(unit);
         let sampled: Option<Vec<_>> =
-            self.fitted.iter().map(|unit| errors.disturbance(&at(unit))).collect();
+            self.fitted.iter().map(|unit| field.disturbance(&at(unit))).collect();
         let sampled = sampled?;
-        let coils = errors.generator().coils.len();
+        let coils = field.generator().coils.len();
         let right = Mat::from_fn(3 * sampled.len(), coils, |i, c| sampled[i / 3][c][i % 3]);
         let projected = self.q.transpose() * &right;
-        let compared: Vec<Point3<f64>> = self
-            .compared
-            .iter()
-            .flat_map(|unit| std::iter::repeat_n(at(unit), self.axes.len()))
-            .collect();
-        let axes: Vec<_> = self.compared.iter().flat_map(|_| self.axes.iter().copied()).collect();
-        let read = |errors: &dyn PoseErrors| {
-            let mut out = vec![None; axes.len()];
-            errors.axis_errors(&compared, &axes, &mut out);
-            out
-        };
-        let exact = read(errors);
+        let exact: Option<Vec<_>> =
+            self.compared.iter().map(|unit| field.disturbance(&at(unit))).collect();
+        let exact = exact?;
         DEGREES.into_iter().find_map(|degree| {
             let model = HarmonicModel::new(
-                errors.generator().clone(),
+                field.generator().clone(),
                 bounds.center_mm(),
                 bounds.size_mm().norm() / 2.0,
                 degree,
@@ -116,8 +106,17 @@ impl Sampling {
             );
             // Coefficients that are not finite are of a field that is not.
             let model = model.ok()?;
-            let largest_mm = largest_difference_mm(&read(&model), &exact);
-            (largest_mm <= REACHED_MM).then(|| Arc::new(model))
+            let mut found = vec![Vector3::zeros(); coils];
+            let is_near = self.compared.iter().zip(&exact).all(|(unit, exact)| {
+                let place = at(unit);
+                model.disturbance(&place, &mut found);
+                self.axes.iter().all(|axis| {
+                    let of =
+                        |fields: &[_]| axis_error(field.generator(), &place, axis, fields).ok();
+                    difference_mm(of(&found), of(exact)) <= REACHED_MM
+                })
+            });
+            is_near.then(|| Arc::new(model))
         })
     }
 
@@ -153,17 +152,13 @@ fn places(count: usize, shift: f64) -> Vec<Vector3<f64>> {
 }
 
 /// Infinite where one of both is reported and the other not.
-fn largest_difference_mm(found: &[Option<Coefficient>], exact: &[Option<Coefficient>]) -> f64 {
-    let difference = |found: &Coefficient, exact: &Coefficient| {
-        let part = |from: usize| {
-            (from..from + 3).map(|k| (found[k] - exact[k]).powi(2)).sum::<f64>().sqrt()
-        };
-        part(0).max(part(3) * LEVER_MM)
-    };
-    let differences = found.iter().zip(exact).map(|pair| match pair {
-        (Some(found), Some(exact)) => difference(found, exact),
+fn difference_mm(found: Option<PoseError>, exact: Option<PoseError>) -> f64 {
+    match (found, exact) {
+        (Some(found), Some(exact)) => {
+            let turned = (found.rotation_rad - exact.rotation_rad).norm();
+            (found.position_mm - exact.position_mm).norm().max(turned * LEVER_MM)
+        }
         (None, None) => 0.0,
         _ => f64::INFINITY,
-    });
-    differences.fold(0.0, f64::max)
+    }
 }
