@@ -63,7 +63,7 @@ pub struct RenderArgs {
     /// In the Present workspace, the slide to show, from 1
     #[arg(long, value_name = "N", requires = "workspace", value_parser = clap::value_parser!(u32).range(1..))]
     pub slide: Option<u32>,
-    /// What is selected: tool, crf, tool/tip, or a sensor by its name, with its body where both
+    /// What is selected: tool, crf, tool/tip, metal/NAME, or a sensor by its name, with its body where both
     /// bodies have one of that name, as in crf/left
     #[arg(long, value_name = "THING")]
     pub select: Option<String>,
@@ -267,6 +267,10 @@ fn thing_named(world: &World, name: &str) -> anyhow::Result<Selected> {
             (format!("{of}/{}", sensor.name), what)
         }));
     }
+    let objects = world.document.design().room_metal.iter().flat_map(|metal| &metal.objects);
+    let objects = objects.enumerate();
+    things
+        .extend(objects.map(|(i, object)| (format!("metal/{}", object.name), Selected::Metal(i))));
     let is_named = |thing: &&(String, Selected)| thing.0 == name;
     // A sensor's own name is enough where it is unique.
     let is_sensor = |thing: &&(String, Selected)| {

@@ -448,8 +448,13 @@ impl Mark {
 
 const INDENT: f32 = 14.0;
 const MARK_WIDTH: f32 = 16.0;
+/// Between a row's name and its note.
+const NOTE_GAP: f32 = 6.0;
+/// The part of a row that its note may have however long the name is.
+const LEAST_NOTE: f32 = 0.3;
 
-/// A row that can be clicked, as wide as the panel; long labels end in an ellipsis.
+/// A row that can be clicked, as wide as the panel. What has no room ends in an ellipsis, and a tooltip has
+/// all of it.
 pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
     let (rect, response) =
         ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW_HEIGHT), Sense::click());
@@ -481,25 +486,32 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
         mark.paint(ui.painter(), at, color);
         x += MARK_WIDTH;
     }
-    let note = ui.painter().layout_no_wrap(
-        row.note.to_owned(),
-        theme::label_font(),
-        row.note_color.unwrap_or(palette::TEXT_QUIET.color32()),
-    );
-    let note_left = rect.right() - 6.0 - note.size().x;
     let text_color = if row.is_selected { palette::TEXT_STRONG } else { palette::TEXT };
-    let mut job = egui::text::LayoutJob::simple_singleline(
-        label.into_owned(),
-        theme::body_font(),
-        text_color.color32(),
-    );
-    job.wrap = egui::text::TextWrapping::truncate_at_width((note_left - x - 6.0).max(8.0));
-    let label = ui.painter().layout_job(job);
-    let label_y = rect.center().y - label.size().y / 2.0;
+    let line = |text: String, font, color: Color32, width: f32| {
+        let mut job = egui::text::LayoutJob::simple_singleline(text, font, color);
+        job.wrap = egui::text::TextWrapping::truncate_at_width(width.max(8.0));
+        ui.painter().layout_job(job)
+    };
+    let body = |width| line(label.to_string(), theme::body_font(), text_color.color32(), width);
+    let room = rect.right() - 6.0 - x;
+    // A name is shortened for a problem, not for what is noted beside it.
+    let note_width = match row.note_color {
+        Some(_) => room,
+        None => (room - NOTE_GAP - body(f32::INFINITY).size().x).max(LEAST_NOTE * room),
+    };
+    let note_color = row.note_color.unwrap_or(palette::TEXT_QUIET.color32());
+    let note = line(row.note.to_owned(), theme::label_font(), note_color, note_width);
+    let note_left = rect.right() - 6.0 - note.size().x;
+    let name = body(note_left - x - NOTE_GAP);
+    let is_cut = name.elided || note.elided;
+    let name_y = rect.center().y - name.size().y / 2.0;
     let note_y = rect.center().y - note.size().y / 2.0;
-    ui.painter().galley(egui::pos2(x, label_y), label, text_color.color32());
+    ui.painter().galley(egui::pos2(x, name_y), name, text_color.color32());
     ui.painter().galley(egui::pos2(note_left, note_y), note, text_color.color32());
-    response
+    match is_cut {
+        true => response.on_hover_text(format!("{label} {}", row.note).trim_end()),
+        false => response,
+    }
 }
 
 #[cfg(test)]
