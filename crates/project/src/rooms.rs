@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_formats::environment;
+use trackwright_metal::setup::RoomMetal;
 use trackwright_task::{Cancelled, Task};
 
 pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
@@ -169,7 +170,7 @@ fn upwards(folder: &Path, target: &Path) -> String {
     up.map(Into::into).chain(down).collect::<Vec<_>>().join("/")
 }
 
-/// Writes a room for the open design, and returns how the design refers to it.
+/// Writes a room with its metal for the open design, and returns how the design refers to it.
 ///
 /// # Errors
 /// [`StoreError::IsInput`] for a file of the design itself, as undo has to find its room as it is; a file
@@ -177,9 +178,11 @@ fn upwards(folder: &Path, target: &Path) -> String {
 pub fn write_room_for(
     world: &World,
     file: &Path,
-    environment: &Environment,
+    bare: &Environment,
+    metal: Option<&RoomMetal>,
 ) -> Result<String, StoreError> {
-    Files::except_design(world).output(file)?.write_environment(environment)?;
+    let text = environment::write(bare, metal);
+    Files::except_design(world).output(file)?.write_bytes(text.as_bytes())?;
     let room = RoomSource::File(absolute(file));
     // A file is always within a design's reach.
     Ok(reference_to_room(world, &room)?.unwrap_or_default())

@@ -18,6 +18,7 @@ pub mod agreement_chart;
 pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
+pub mod found_metal;
 pub mod learning_chart;
 pub mod manufacturing;
 pub mod metal_chart;

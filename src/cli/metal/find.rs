@@ -6,19 +6,13 @@ use clap::ArgAction;
 use trackwright_field::generator::Generator;
 use trackwright_field::samples::{MapKind, MeasurementContent, MeasurementSet};
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
-use trackwright_field::{DistortionModel, Environment};
 use trackwright_formats::signature::ENVIRONMENT;
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::pose::Pose;
-use trackwright_geometry::volume::Volume;
 use trackwright_metal::identify::compare::{Compared, ComparedModel, compare};
 use trackwright_metal::identify::{
-    FoundBody, Identification, IdentifySettings, Interval, MAX_BODIES, MetalKind, SourceModel,
-    Verdict, identify,
+    FoundBody, Identification, IdentifySettings, Interval, MAX_BODIES, SourceModel, Verdict,
+    identify, room_of_found,
 };
-use trackwright_metal::setup::{
-    DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
-};
+use trackwright_report::found_metal::{compared_rows, kind_name, misfit_line, verdict_line};
 use trackwright_report::text_table::columns;
 
 #[derive(Debug, Args)]
@@ -89,7 +83,7 @@ pub fn run(args: &FindArgs, files: &Files) -> anyhow::Result<()> {
     };
     drop(shown);
     if let Some(output) = &output {
-        match room_of(&args.data, &generator, &set, &found) {
+        match room_of_found(&file_name(&args.data), &generator, &set, &found) {
             Some((bare, metal)) => output.write_room(&bare, &metal)?,
             None => output::note("note: no body is determined, no environment was written"),
         }
@@ -98,43 +92,6 @@ pub fn run(args: &FindArgs, files: &Files) -> anyhow::Result<()> {
         || as_json(&generator, &settings, &found, &compared),
         || as_text(args, &generator, &set, &found, &compared),
     )
-}
-
-/// The bodies that are determined as spheres in an ideal room, in the box of the true positions; `None`
-/// without any.
-fn room_of(
-    data: &Path,
-    generator: &Generator,
-    set: &MeasurementSet,
-    found: &Identification,
-) -> Option<(Environment, RoomMetal)> {
-    let bodies = found.bodies.iter().filter(|body| body.doubt.is_none());
-    let objects: Vec<_> = bodies
-        .zip(1..)
-        .map(|(body, number)| {
-            let center = body.source.center_mm;
-            let material = match body.kind {
-                MetalKind::Conductor => "copper",
-                MetalKind::Ferromagnetic => "ferrite",
-            };
-            MetalObject {
-                name: format!("found {number}"),
-                shape: ObjectShape::Sphere { radius_mm: body.source.radius_mm() },
-                material: ObjectMaterial::Named(material),
-                tracker_from_object: Pose::translation(center.x, center.y, center.z),
-                most_triangles: DEFAULT_TRIANGLES,
-            }
-        })
-        .collect();
-    if objects.is_empty() {
-        return None;
-    }
-    let true_mm = set.measurements.iter().map(|m| m.tracker_from_ideal.translation.vector.into());
-    let volume = Volume::Box(Bounds::around(true_mm)?);
-    let model = DistortionModel::zero(volume.bounds(), MapKind::Distortion);
-    let name = format!("Metal found in {}", file_name(data));
-    let bare = Environment { volume: Some(volume), ..Environment::of_model(name, model) };
-    Some((bare, RoomMetal { objects, ..RoomMetal::empty(generator.clone()) }))
 }
 
 fn generator(files: &Files, name: Option<&str>) -> anyhow::Result<Generator> {
@@ -149,13 +106,6 @@ fn generator(files: &Files, name: Option<&str>) -> anyhow::Result<Generator> {
             None => files.read_generator(Path::new(name)),
         }
         .map_err(Into::into),
-    }
-}
-
-fn kind_name(kind: MetalKind) -> &'static str {
-    match kind {
-        MetalKind::Conductor => "conductor",
-        MetalKind::Ferromagnetic => "ferromagnetic",
     }
 }
 
@@ -175,20 +125,12 @@ fn model_name(model: SourceModel) -> &'static str {
     }
 }
 
-/// Name in JSON, and name in text.
-fn compared_name(model: ComparedModel) -> (&'static str, String) {
+fn compared_key(model: ComparedModel) -> &'static str {
     match model {
-        ComparedModel::None => ("none", "not corrected".to_owned()),
-        ComparedModel::Bodies => ("bodies", "the bodies found".to_owned()),
-        ComparedModel::Harmonic { degree } => ("harmonic", format!("harmonic, degree {degree}")),
-        ComparedModel::PerDirection(candidate) => (
-            "bernstein",
-            format!(
-                "Bernstein, order {}, orientations {}",
-                candidate.order,
-                candidate.directions.len()
-            ),
-        ),
+        ComparedModel::None => "none",
+        ComparedModel::Bodies => "bodies",
+        ComparedModel::Harmonic { .. } => "harmonic",
+        ComparedModel::PerDirection(_) => "bernstein",
     }
 }
 
@@ -224,7 +166,7 @@ fn as_json(
     let held_out = compared.iter().map(|compared| {
         let overall = &compared.scores.overall;
         let mut value = json!({
-            "model": compared_name(compared.model).0,
+            "model": compared_key(compared.model),
             "position_rms_mm": overall.position_rms_mm,
             "angle_rms_deg": overall.angle_rms_rad.map(f64::to_degrees),
         });
@@ -296,56 +238,21 @@ fn as_text(
     for (k, body) in found.bodies.iter().enumerate() {
         lines.extend(body_lines(k + 1, body));
     }
-    if found.is_misfit() {
-        lines.push(format!(
-            "The bodies leave {:.0} % of the disturbance: intervals do not contain what such a model lacks",
-            100.0 * found.unexplained
-        ));
-    }
+    lines.extend(misfit_line(found));
     if !compared.is_empty() {
         lines.push(String::new());
         lines.push(format!("held out by row, {} folds:", args.folds));
         let head = ["model", "position RMS, mm", "angle RMS, °"].map(str::to_owned).to_vec();
-        let row = |compared: &Compared| {
-            let overall = &compared.scores.overall;
-            let angle = overall.angle_rms_rad;
-            vec![
-                compared_name(compared.model).1,
-                format!("{:.4}", overall.position_rms_mm),
-                angle.map_or_else(|| "–".to_owned(), |angle| format!("{:.4}", angle.to_degrees())),
-            ]
-        };
-        let rows: Vec<_> = std::iter::once(head).chain(compared.iter().map(row)).collect();
+        let rows = compared_rows(compared).into_iter().map(Vec::from);
+        let rows: Vec<_> = std::iter::once(head).chain(rows).collect();
         lines.extend(columns(&rows, 1));
     }
     lines.join("\n")
 }
 
-fn verdict_line(found: &Identification) -> String {
-    let count = found.bodies.len();
-    let bodies = if count == 1 { "1 body".to_owned() } else { format!("{count} bodies") };
-    match found.verdict {
-        Verdict::Found => match found.determined().count() {
-            all if all == count => format!("found {bodies}"),
-            some => format!("found {some} of {bodies}; cannot tell where the rest is"),
-        },
-        Verdict::NothingFound => {
-            "nothing found: bodies explain samples held out no better than noise does".to_owned()
-        }
-        Verdict::CannotTell => {
-            format!("cannot tell: {bodies} explain a disturbance, but none is determined")
-        }
-        Verdict::NotCompact => format!(
-            "cannot tell: {bodies} leave {:.0} % of the disturbance",
-            100.0 * found.unexplained
-        ),
-    }
-}
-
 fn body_lines(number: usize, body: &FoundBody) -> Vec<String> {
-    let half = |k: usize| 0.5 * (body.center_mm[k].high - body.center_mm[k].low);
     let center = body.source.center_mm;
-    let axis = |k: usize| format!("{:.1} ± {:.1}", center[k], half(k));
+    let axis = |k: usize| format!("{:.1} ± {:.1}", center[k], body.center_mm[k].half_length());
     let mut lines = vec![
         format!(
             "{number}  {}, like a sphere of {:.1} mm radius ({:.1} to {:.1})",

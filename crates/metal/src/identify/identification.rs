@@ -87,6 +87,10 @@ impl Interval {
     pub fn contains(&self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)
     }
+
+    pub fn half_length(&self) -> f64 {
+        0.5 * (self.high - self.low)
+    }
 }
 
 /// What a body does to a field.

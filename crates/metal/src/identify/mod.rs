@@ -6,6 +6,7 @@
 //! measurements held out.
 
 pub mod compare;
+mod found_room;
 mod held_out;
 mod identification;
 mod noise;
@@ -16,6 +17,7 @@ mod sources;
 #[cfg(test)]
 mod tests;
 
+pub use found_room::room_of_found;
 pub use identification::{
     BodyDoubt, CLEAR_STRENGTH, FoundBody, Identification, IdentifyError, IdentifySettings,
     Interval, MAX_BODIES, MIN_MEASUREMENTS, MISFIT, MOST_LEFT, MetalKind, POSITION_LIMIT, Tried,

@@ -175,7 +175,7 @@ impl FieldParams<'_> {
                         name: trackwright_project::room_name(file),
                         ..(*fitted.environment).clone()
                     };
-                    trackwright_project::write_room_for(&world.0, file, &environment).map(
+                    trackwright_project::write_room_for(&world.0, file, &environment, None).map(
                         |reference| {
                             let bare = Arc::new(environment);
                             (RoomContent { bare, metal: None }, reference)
