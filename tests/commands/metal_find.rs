@@ -1,56 +1,15 @@
 //! The metal of a room through the command line.
 
 use crate::support::golden::{list, number, numbers};
+use crate::support::metal_table::{AT_MM, RADIUS_MM, metal_table};
 use crate::support::program::{Scratch, assert_has};
-use crate::support::table::measurement_columns;
 use nalgebra::{Point3, Vector3};
-use std::fmt::Write;
-use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
-use trackwright_field::generator::Generator;
-use trackwright_field::random_models::Seeded;
-use trackwright_geometry::bounds::Bounds;
-use trackwright_geometry::pose::{Pose, pose_from_parts, pose_to_array};
-use trackwright_geometry::rotation::{axis_rotation, exp_vector};
-use trackwright_metal::body::{MetalBody, MetalShape};
-use trackwright_metal::material::Material;
-use trackwright_metal::room::{MetalRoom, PlacedBody};
-use trackwright_task::Task;
-
-const AT_MM: [f64; 3] = [200.0, 40.0, -210.0];
-const RADIUS_MM: f64 = 45.0;
-
-/// A table of so many rows beside an aluminium sphere, or in an empty room.
-fn table(rows: usize, has_metal: bool) -> String {
-    let aluminium = Material::named("aluminium").unwrap();
-    let shape = MetalShape::Sphere { radius_mm: RADIUS_MM };
-    let body = Arc::new(MetalBody::new(shape, aluminium, 1e4, &Task::default()).unwrap());
-    let [x, y, z] = AT_MM;
-    let placed = PlacedBody { body, tracker_from_body: Pose::translation(x, y, z) };
-    let bodies = if has_metal { vec![placed] } else { Vec::new() };
-    let room = MetalRoom::new(Generator::planar_nine(), None, bodies, &Task::default()).unwrap();
-    let volume = Bounds::from(([-140.0, -140.0, -380.0], [140.0, 140.0, -100.0]));
-    let mut seeded = Seeded::new(1);
-    let mut text = measurement_columns();
-    for _ in 0..rows {
-        let pose = seeded.pose(&volume, 0.0);
-        let axis = pose.rotation * Vector3::z_axis();
-        let read = room.read_axis(&Point3::from(pose.translation.vector), &axis).unwrap();
-        let turn = exp_vector(&axis_rotation(&axis, &read.axis).vector_rad);
-        let read = pose_from_parts(read.position_mm.coords, turn * pose.rotation);
-        let measured = seeded.around(&read, 0.1, 2e-3);
-        text.push('\n');
-        let numbers = [pose, measured].map(|pose| pose_to_array(&pose)).concat();
-        let numbers: Vec<String> = numbers.iter().map(f64::to_string).collect();
-        write!(text, "{}", numbers.join(",")).unwrap();
-    }
-    text
-}
 
 #[test]
 fn a_sphere_of_aluminium_is_found() {
     let scratch = Scratch::new();
-    scratch.write("room.csv", table(150, true));
+    scratch.write("room.csv", metal_table(150, true));
     let find = "metal find room.csv --generator planar-nine --folds 3 --most 2";
     let found = scratch.json(find);
     assert_eq!(found["verdict"], "found", "{found}");
@@ -86,7 +45,7 @@ fn a_sphere_of_aluminium_is_found() {
 #[test]
 fn an_empty_room_has_no_metal() {
     let scratch = Scratch::new();
-    scratch.write("empty.csv", table(60, false));
+    scratch.write("empty.csv", metal_table(60, false));
     let find = "metal find empty.csv --generator planar-nine --no-comparison";
     scratch.succeed_with(find, &["nothing found"]);
     scratch.notes_with(format!("{find} -o a.env.ron"), &["no body is determined"]);
@@ -99,7 +58,7 @@ fn an_empty_room_has_no_metal() {
 #[test]
 fn tables_and_generators_that_serve_no_search() {
     let scratch = Scratch::new();
-    scratch.write("few.csv", table(19, true));
+    scratch.write("few.csv", metal_table(19, true));
     scratch.fail_with("metal find few.csv", &["found no --generator, expected planar-nine"]);
     scratch.fail_with("metal find few.csv --generator learn", &["found \"learn\""]);
     scratch.fail_with("metal find few.csv --generator none.generator.ron", &["none.generator.ron"]);

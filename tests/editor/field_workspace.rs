@@ -32,7 +32,7 @@ pub fn with_field(mut app: App) -> App {
     app
 }
 
-fn add_field(app: &mut App) {
+pub fn add_field(app: &mut App) {
     app.insert_resource(workspaces::field::WORKSPACE).add_plugins((FieldPlugin, SamplesPlugin));
 }
 
@@ -109,7 +109,7 @@ fn figure_bits(app: &App) -> Vec<u64> {
 
 /// To the last bit but one: reading JSON rounds once more.
 #[track_caller]
-fn assert_printed(value: f64, printed: &serde_json::Value) {
+pub fn assert_printed(value: f64, printed: &serde_json::Value) {
     let printed = printed.as_f64().unwrap();
     assert!((value - printed).abs() <= 4.0 * f64::EPSILON * value.abs(), "{value} {printed}");
 }

@@ -117,6 +117,7 @@ fn no_two_things_in_the_legend_share_a_colour() {
         ("baseline", palette::BASELINE),
         ("tool as measured", palette::MEASURED),
         ("places found", palette::FOUND_PLACE),
+        ("metal found", palette::FOUND_METAL),
     ];
     let ghosts = ghosts.map(|(name, color)| (name.to_owned(), color));
     let things: Vec<(String, Rgb)> = strokes.chain(keys).chain(ghosts).collect();

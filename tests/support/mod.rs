@@ -7,6 +7,7 @@ pub mod golden;
 pub mod jhu_cis;
 pub mod live_load;
 pub mod live_program;
+pub mod metal_table;
 pub mod peers;
 pub mod program;
 pub mod studies;

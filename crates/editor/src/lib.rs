@@ -48,6 +48,7 @@ use bevy::app::{App, Plugin, PluginGroup, PluginGroupBuilder};
 /// | [`shell::system_dialog::SystemDialogPlugin`] | the system's own file dialog |
 /// | [`shell::preferences::PreferencesPlugin`] | window and layout as they were left |
 /// | [`workspaces::field::samples::SamplesPlugin`] | the measurements in the scene |
+/// | [`workspaces::field::found_bodies::FoundBodiesPlugin`] | the metal that was found in them |
 /// | [`viewport::camera::CameraPlugin`] | the 3D camera |
 /// | [`viewport::camera_gestures::CameraGesturesPlugin`] | what the mouse and a trackpad do to it |
 /// | [`viewport::picking::PickPlugin`] | what is under the pointer |
@@ -97,6 +98,7 @@ impl PluginGroup for EditorPlugins {
             .add(workspaces::study::measured_ghost::MeasuredGhostPlugin)
             .add(workspaces::field::FieldPlugin)
             .add(workspaces::field::samples::SamplesPlugin)
+            .add(workspaces::field::found_bodies::FoundBodiesPlugin)
             .add(workspaces::live::LivePlugin)
             .add(workspaces::live::cells::CellsPlugin)
             .add(workspaces::decide::DecidePlugin)

@@ -135,6 +135,8 @@ pub const BASELINE: Rgb = Rgb::pair(0xC9A0FF, 0xA020C0);
 pub const MEASURED: Rgb = Rgb::pair(0xFF7A1A, 0xE05A00);
 /// Places that a search found for sensors, in the scene and in small pictures.
 pub const FOUND_PLACE: Rgb = Rgb::pair(0x2DFF00, 0x007800);
+/// Metal that was found in measurements.
+pub const FOUND_METAL: Rgb = Rgb::pair(0xBC9D00, 0x4C3F00);
 /// The ball that moves the slice.
 pub const SLICE_HANDLE: Rgb = Rgb::pair(0x7FFFD4, 0x00A884);
 /// Error vectors over coloured maps.

@@ -1,10 +1,12 @@
 //! The window: the hole for the 3D view, the shown workspace, hints beside the pointer.
 
 use crate::convert;
+use crate::palette::Rgb;
 use crate::shell::keys::Keys;
 use crate::widgets::theme;
 use bevy::prelude::*;
 use bevy_egui::egui;
+use nalgebra::Point3;
 use std::collections::BTreeMap;
 
 /// The hole between the panels, in logical pixels of the window: the 3D view.
@@ -158,6 +160,18 @@ pub struct SceneCover(pub Vec<egui::Rect>);
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
 pub struct StatusNote(pub Option<String>);
 
+/// What the shown workspace names in the scene.
+#[derive(Resource, Clone, Debug, Default, PartialEq)]
+pub struct SceneLabels(pub Vec<SceneLabel>);
+
+/// A name at a place of the tracker frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneLabel {
+    pub at_mm: Point3<f64>,
+    pub text: String,
+    pub color: Rgb,
+}
+
 /// Owns the shown workspace and the hints beside the pointer.
 pub struct WindowStatePlugin;
 
@@ -171,6 +185,7 @@ impl Plugin for WindowStatePlugin {
             .init_resource::<SideWidths>()
             .init_resource::<LegendFolded>()
             .init_resource::<SceneCover>()
+            .init_resource::<SceneLabels>()
             .init_resource::<StatusNote>();
     }
 }

@@ -67,6 +67,8 @@ pub enum FileKind {
     Design,
     Table,
     Room,
+    /// A field generator.
+    Generator,
     Mesh,
     /// A report.
     Page,
@@ -87,6 +89,7 @@ impl FileKind {
             Self::Design => &[DESIGN_EXTENSION],
             Self::Table => &[".csv"],
             Self::Room => &[ENVIRONMENT_EXTENSION],
+            Self::Generator => &[".generator.ron"],
             Self::Mesh => &[".glb", ".gltf", ".stl", ".obj"],
             Self::Page => &[".html"],
             Self::Body => &[".rom", ".tool", ".ini", ".json", ".body.ron"],
@@ -108,6 +111,7 @@ impl FileKind {
             Self::Design => "design",
             Self::Table => "table",
             Self::Room => "room",
+            Self::Generator => "field generator",
             Self::Mesh => "mesh",
             Self::Page => "page",
             Self::Body => "tool definition",

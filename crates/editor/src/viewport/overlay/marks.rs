@@ -48,6 +48,7 @@ pub fn paint(painter: &Painter, view: &OverlayView, covered: &[Rect]) {
         targets(view, &mut labels);
         bodies(view, &mut labels);
         metal(view, &mut labels);
+        of_workspace(view, &mut labels);
         if !view.is_plain {
             sensors(view, &mut labels);
         }
@@ -273,6 +274,18 @@ fn metal(view: &OverlayView, labels: &mut Vec<Label>) {
             is_needed: is_looked_at,
         });
     }
+}
+
+/// What the shown workspace names.
+fn of_workspace(view: &OverlayView, labels: &mut Vec<Label>) {
+    labels.extend(view.labels.iter().filter_map(|label| {
+        Some(Label {
+            at: view.project(&label.at_mm)?,
+            text: label.text.clone(),
+            color: label.color,
+            is_needed: true,
+        })
+    }));
 }
 
 fn room(view: &OverlayView, labels: &mut Vec<Label>) {

@@ -22,7 +22,8 @@ use crate::layers::registry::{AddLayer, LayerInfo, LayerRegistry};
 use crate::runner::results::Results;
 use crate::schedule::UiSystems;
 use crate::shell::window::{
-    DragReadout, LegendFolded, Presentation, SceneCover, ViewportRect, Workspace,
+    DragReadout, LegendFolded, Presentation, SceneCover, SceneLabel, SceneLabels, ViewportRect,
+    Workspace,
 };
 use crate::viewport::camera::OrbitRig;
 use crate::viewport::coil_fit::{CoilFindings, ShownFindings};
@@ -86,6 +87,8 @@ pub struct OverlayView<'a> {
     pub gizmo: Option<Gizmo>,
     /// Text and its place while something is dragged, or of what is under the pointer.
     pub readout: Option<(egui::Pos2, &'a str)>,
+    /// What the shown workspace names.
+    pub labels: &'a [SceneLabel],
     /// What keeps a body from standing where it is now.
     pub body_troubles: &'a [(BodyRole, String)],
     /// Without panels the picture has to state the result itself.
@@ -142,6 +145,7 @@ struct Scene<'w> {
     presentation: Res<'w, Presentation>,
     workspace: Res<'w, Workspace>,
     covered: Res<'w, SceneCover>,
+    labels: Res<'w, SceneLabels>,
     folded: Res<'w, LegendFolded>,
     troubles: Res<'w, BodyTroubles>,
     coils: Option<Res<'w, CoilFindings>>,
@@ -206,6 +210,7 @@ fn draw(
             .as_ref()
             .or(scene.probe.as_ref().and_then(|probe| probe.0.as_ref()))
             .map(|readout| (place(readout.at), readout.text.as_str())),
+        labels: &scene.labels.0,
         body_troubles: &scene.troubles.0,
         has_summary: !scene.presentation.panels,
         is_plain,

@@ -7,9 +7,10 @@ use crate::runner::jobs::Job;
 use crate::runner::wake::Waker;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use crate::workspaces::field::dialog::FieldDialog;
+use crate::workspaces::field::metal::{FoundMetal, Searching};
 use crate::workspaces::field::requests::{FieldRequest, RoomToSave};
-use crate::workspaces::field::state::{FieldSettings, FieldState, Reading, TableRole};
-use crate::workspaces::field::work::{self, Compared};
+use crate::workspaces::field::state::{FieldSettings, FieldState, Reading, Table, TableRole};
+use crate::workspaces::field::work::{self, Compared, Failure};
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
@@ -17,7 +18,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::{Edit, Origin};
 use trackwright_field::Environment;
-use trackwright_project::{ENVIRONMENT_EXTENSION, Files, RoomContent, RoomSource, file_name};
+use trackwright_project::{
+    ENVIRONMENT_EXTENSION, Files, RoomContent, RoomSource, file_name, room_name, write_room_for,
+};
+use trackwright_task::Task;
 
 /// Rooms that are remembered as recently used.
 const MOST_RECENT: usize = 8;
@@ -26,6 +30,7 @@ pub(crate) fn answer(mut requests: MessageReader<FieldRequest>, mut params: Fiel
     for request in requests.read() {
         params.answer(request.clone());
     }
+    params.state.forget_other_tables();
     // What was requested shows in the panels, or in the scene after an edit.
     params.redraw.write(RequestRedraw);
 }
@@ -84,6 +89,18 @@ impl FieldParams<'_> {
             FieldRequest::CancelTry => {
                 if let Some(job) = &self.state.comparing {
                     job.cancel();
+                }
+            }
+            FieldRequest::ShowOpenGenerator => {
+                let folder = self.table_folder();
+                self.dialogs.show(FieldDialog::open_generator(folder));
+            }
+            FieldRequest::UseGenerator(source) => self.state.metal.generator = Some(source),
+            FieldRequest::FindMetal => self.find_metal(),
+            FieldRequest::CompareMetal => self.compare_metal(),
+            FieldRequest::CancelMetal => {
+                if let Some(searching) = &self.state.metal.searching {
+                    searching.job.cancel();
                 }
             }
             FieldRequest::ShowSave(room) => self.show_save(room),
@@ -149,6 +166,45 @@ impl FieldParams<'_> {
         self.state.comparing = Some(job);
     }
 
+    fn find_metal(&mut self) {
+        let of_room = self.world.as_ref().and_then(|world| world.0.generator());
+        let source = self.state.metal.generator(of_room);
+        if let Some(why) = self.state.metal_hindrance(source.as_ref()) {
+            *self.notice = Notice::Refused(why.to_owned());
+            return;
+        }
+        let (Some(table), Some(source)) = (self.state.training.table.clone(), source) else {
+            return;
+        };
+        let of_room = of_room.cloned();
+        self.search(&table.clone(), false, move |task| {
+            work::find_metal(&table, &source, of_room, task)
+        });
+    }
+
+    fn compare_metal(&mut self) {
+        let search = &self.state.metal;
+        let Some(found) = search.found.clone().filter(|_| search.searching.is_none()) else {
+            *self.notice = Notice::Refused("no metal to compare, look for it first".to_owned());
+            return;
+        };
+        let table = Arc::clone(&found.table);
+        self.search(&table, true, move |task| work::compare_metal(&found, task));
+    }
+
+    fn search(
+        &mut self,
+        table: &Table,
+        is_comparison: bool,
+        work: impl FnOnce(&Task) -> Result<FoundMetal, Failure> + Send + 'static,
+    ) {
+        let job = Job::start("find metal", &self.waker, work);
+        let searching = Searching { table: Arc::clone(table), is_comparison, job };
+        self.state.counts.searches += 1;
+        self.state.metal.searching = Some(searching);
+        self.notice.set_if_neq(Notice::Nothing);
+    }
+
     fn show_save(&mut self, room: RoomToSave) {
         let name = match &room {
             RoomToSave::Copy(place) => place.file_name(),
@@ -159,29 +215,46 @@ impl FieldParams<'_> {
                     return;
                 }
             },
+            RoomToSave::Metal => match self.found_room() {
+                Some((found, _)) => {
+                    let table = room_name(&found.table.file.with_extension(""));
+                    format!("{table}-metal{ENVIRONMENT_EXTENSION}")
+                }
+                None => {
+                    *self.notice = Notice::Refused("no metal that is determined to use".to_owned());
+                    return;
+                }
+            },
         };
         let folder = self.design_folder().unwrap_or_else(|| self.table_folder());
         self.dialogs.show(FieldDialog::save_room(folder, &name, room));
     }
 
+    /// The metal that was found, and a room of what is determined of it.
+    fn found_room(&self) -> Option<(&FoundMetal, &RoomContent)> {
+        let found = self.state.metal.found.as_deref()?;
+        Some((found, found.room.as_ref()?))
+    }
+
     fn save(&mut self, room: &RoomToSave, file: &Path) {
         let Some(world) = &self.world else { return };
+        let written = |room: RoomContent| {
+            write_room_for(&world.0, file, &room.bare, room.metal.as_deref())
+                .map(|reference| (room, reference))
+        };
         let saved = match room {
             RoomToSave::Copy(place) => trackwright_project::copy_room_for(&world.0, file, place),
             RoomToSave::Fitted => match &self.state.fitted {
                 None => return,
                 Some(fitted) => {
-                    let environment = Environment {
-                        name: trackwright_project::room_name(file),
-                        ..(*fitted.environment).clone()
-                    };
-                    trackwright_project::write_room_for(&world.0, file, &environment, None).map(
-                        |reference| {
-                            let bare = Arc::new(environment);
-                            (RoomContent { bare, metal: None }, reference)
-                        },
-                    )
+                    let environment =
+                        Environment { name: room_name(file), ..(*fitted.environment).clone() };
+                    written(RoomContent { bare: Arc::new(environment), metal: None })
                 }
+            },
+            RoomToSave::Metal => match self.found_room() {
+                None => return,
+                Some((_, room)) => written(room.clone()),
             },
         };
         match saved {

@@ -1,7 +1,8 @@
-//! Dialogs of the Field workspace: measurements to open, and where a room is saved.
+//! Dialogs of the Field workspace: measurements and generators to open, and where a room is saved.
 
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, text_ui, title_ui};
+use crate::workspaces::field::metal::GeneratorSource;
 use crate::workspaces::field::requests::{FieldRequest, RoomToSave};
 use crate::workspaces::field::state::TableRole;
 use bevy_egui::egui::Ui;
@@ -16,6 +17,9 @@ pub enum FieldDialog {
     /// A second table was dropped.
     WhichTable {
         file: PathBuf,
+    },
+    Generator {
+        files: FileDialog,
     },
     SaveRoom {
         files: FileDialog,
@@ -37,6 +41,11 @@ impl FieldDialog {
         Self::Table { files, role }
     }
 
+    pub fn open_generator(folder: PathBuf) -> Self {
+        let files = FileDialog::new(FileKind::Generator, folder, "");
+        Self::Generator { files: files.titled("Open the tracker's field generator", "Open") }
+    }
+
     pub fn save_room(folder: PathBuf, name: &str, room: RoomToSave) -> Self {
         let files = FileDialog::new(FileKind::Room, folder, name);
         Self::SaveRoom { files: files.titled("Save room and use it", "Save").saving(), room }
@@ -50,6 +59,7 @@ impl Dialog for FieldDialog {
         match self {
             Self::Table { .. } => "open measurements",
             Self::WhichTable { .. } => "which table",
+            Self::Generator { .. } => "open generator",
             Self::SaveRoom { .. } => "save room",
             Self::ReplaceRoom { .. } => "replace room",
         }
@@ -57,7 +67,9 @@ impl Dialog for FieldDialog {
 
     fn files(&mut self) -> Option<&mut FileDialog> {
         match self {
-            Self::Table { files, .. } | Self::SaveRoom { files, .. } => Some(files),
+            Self::Table { files, .. }
+            | Self::Generator { files }
+            | Self::SaveRoom { files, .. } => Some(files),
             _ => None,
         }
     }
@@ -69,6 +81,8 @@ impl Dialog for FieldDialog {
             Self::Table { files, role } => {
                 files.ui(ui, |path, _| request(FieldRequest::Open(*role, path)))
             }
+            Self::Generator { files } => files
+                .ui(ui, |path, _| request(FieldRequest::UseGenerator(GeneratorSource::File(path)))),
             Self::SaveRoom { files, room } => files.ui(ui, |path, exists| match exists {
                 true => DialogAnswer::Become(Self::ReplaceRoom { path, room: room.clone() }),
                 false => request(FieldRequest::Save(room.clone(), path)),

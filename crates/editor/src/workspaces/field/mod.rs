@@ -7,12 +7,16 @@
 //! | `receive` | takes what the threads found |
 //! | `rooms` | keeps the list of rooms while the workspace is shown |
 //! | [`samples`] | draws the measurements while the workspace is shown |
+//! | [`metal`] | the search for the metal that disturbs the measurements |
+//! | [`found_bodies`] | draws that metal while the workspace is shown |
 //! | [`kind`] | the kinds of models that are offered |
 //! | [`work`] | what the threads do |
 
 pub mod answer;
 pub mod dialog;
+pub mod found_bodies;
 pub mod kind;
+pub mod metal;
 pub mod panels;
 pub mod receive;
 pub mod requests;
@@ -32,7 +36,7 @@ use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::shell::window::Workspace;
 use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::panels::systems::{
-    fit_panel, is_selection_open, rooms_panel, selection_page, tables_panel,
+    fit_panel, is_selection_open, metal_panel, rooms_panel, selection_page, tables_panel,
 };
 use crate::workspaces::field::state::{FieldState, TableRole};
 use crate::workspaces::layers_panel::room_layers_panel;
@@ -64,6 +68,18 @@ const FIT_ROOM: Command = Command::new(
     "Fit a room",
     "Fits a room to the measurements that are open in the Field workspace",
 );
+const FIND_METAL: Command = Command::new(
+    EDIT,
+    102,
+    "Find metal",
+    "Finds the pieces of metal that disturb the measurements that are open in the Field workspace",
+);
+const USE_METAL: Command = Command::new(
+    FILE,
+    103,
+    "Use as room with metal…",
+    "Saves a room with the metal that was found and puts the design into it",
+);
 
 /// Makes rooms on [`FieldRequest`]; nothing is read or computed before.
 ///
@@ -86,10 +102,13 @@ impl Plugin for FieldPlugin {
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), rooms_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), room_layers_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right), fit_panel)
+            .add_panel(PanelInfo::new(WORKSPACE, Side::Right), metal_panel)
             .add_command(OPEN_TRAINING, request(FieldRequest::ShowOpen(TableRole::Training)))
             .add_command(OPEN_HELD_OUT, request(FieldRequest::ShowOpen(TableRole::HeldOut)))
             .add_command(USE_ROOM, request(FieldRequest::ShowSave(RoomToSave::Fitted)))
             .add_command(FIT_ROOM, request(FieldRequest::Fit))
+            .add_command(FIND_METAL, request(FieldRequest::FindMetal))
+            .add_command(USE_METAL, request(FieldRequest::ShowSave(RoomToSave::Metal)))
             .add_systems(
                 EguiPrimaryContextPass,
                 selection_page

@@ -21,8 +21,10 @@ pub(crate) fn receive_results(
     for role in TableRole::ALL {
         receive_table(&mut state, role, &mut notices);
     }
+    state.forget_other_tables();
     receive_fit(&mut state, &mut notices, &mut notice);
     receive_comparison(&mut state, &mut notices);
+    receive_metal(&mut state, &mut notices, &mut notice);
     if let Some(answer) = state.listing.as_ref().and_then(Job::answer) {
         state.listing = None;
         if let Ok(Ok(rooms)) = answer {
@@ -95,6 +97,22 @@ fn receive_fit(state: &mut FieldState, notices: &mut Notices, notice: &mut Notic
             notices.push(("No room can be fitted", text));
         }
         Err(lost) => notices.push(("No room can be fitted", lost.to_string())),
+    }
+}
+
+fn receive_metal(state: &mut FieldState, notices: &mut Notices, notice: &mut Notice) {
+    let Some(answer) = state.metal.searching.as_ref().and_then(|searching| searching.job.answer())
+    else {
+        return;
+    };
+    state.metal.searching = None;
+    match answer {
+        Ok(Ok(found)) => state.metal.found = Some(Arc::new(found)),
+        Ok(Err(Failure::Cancelled)) => {
+            *notice = Notice::Done("The search was cancelled; everything is as it was".to_owned());
+        }
+        Ok(Err(Failure::Because(text))) => notices.push(("No metal can be looked for", text)),
+        Err(lost) => notices.push(("No metal can be looked for", lost.to_string())),
     }
 }
 

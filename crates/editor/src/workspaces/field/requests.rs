@@ -3,6 +3,7 @@
 use crate::shell::keys::Keys;
 use crate::shell::window::Workspace;
 use crate::widgets::theme;
+use crate::workspaces::field::metal::GeneratorSource;
 use crate::workspaces::field::state::{FieldSettings, SamplesShown, TableRole};
 use bevy::prelude::*;
 use std::path::PathBuf;
@@ -41,6 +42,16 @@ pub enum FieldRequest {
     /// Computes the design's figures in the fitted room, without changing the design.
     Try,
     CancelTry,
+    /// Shows the dialog that chooses a file of a field generator.
+    ShowOpenGenerator,
+    /// Chooses the generator that the search for metal takes.
+    UseGenerator(GeneratorSource),
+    /// Looks for the metal that disturbs the measurements.
+    FindMetal,
+    /// Compares the metal that was found with other models of the same measurements.
+    CompareMetal,
+    /// Stops looking, or comparing.
+    CancelMetal,
     /// Shows the dialog that chooses where a room is saved.
     ShowSave(RoomToSave),
     /// Saves a room and assigns it to the design.
@@ -54,6 +65,8 @@ pub enum FieldRequest {
 pub enum RoomToSave {
     /// The newest fit.
     Fitted,
+    /// The metal that was found.
+    Metal,
     /// A built-in room, for a design that is on the disk.
     Copy(RoomSource),
 }

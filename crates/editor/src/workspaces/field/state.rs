@@ -1,7 +1,9 @@
-//! The state of the Field workspace: tables, settings, the newest fit, rooms, and what is under way.
+//! The state of the Field workspace: tables, settings, the newest fit, found metal, rooms, and what is
+//! under way.
 
 use crate::runner::jobs::Job;
 use crate::workspaces::field::kind::FieldKind;
+use crate::workspaces::field::metal::MetalSearch;
 use crate::workspaces::field::work::Failure;
 use bevy::prelude::Resource;
 use std::collections::BTreeSet;
@@ -166,6 +168,8 @@ pub struct FieldCounts {
     pub readings: u64,
     pub fits: u64,
     pub comparisons: u64,
+    /// For metal, comparisons of what was found included.
+    pub searches: u64,
     pub listings: u64,
     /// Meshes of samples that were built.
     pub sample_meshes: u64,
@@ -186,6 +190,7 @@ pub struct FieldState {
     pub fitting: Option<Job<Result<Fitted, Failure>>>,
     pub comparison: Option<Comparison>,
     pub comparing: Option<Job<Result<Comparison, Failure>>>,
+    pub metal: MetalSearch,
     pub rooms: Vec<RoomListing>,
     pub listing: Option<Listing>,
     /// Where the open design's room is.
@@ -218,7 +223,12 @@ impl FieldState {
     /// How many threads work for it.
     pub fn jobs(&self) -> usize {
         let readings = TableRole::ALL.map(|role| self.slot(role).reading.is_some());
-        let others = [self.fitting.is_some(), self.comparing.is_some(), self.listing.is_some()];
+        let others = [
+            self.fitting.is_some(),
+            self.comparing.is_some(),
+            self.metal.searching.is_some(),
+            self.listing.is_some(),
+        ];
         let all = readings.into_iter().chain(others);
         all.filter(|is_working| *is_working).count()
     }
@@ -248,8 +258,13 @@ impl FieldState {
     }
 
     /// Whether a table is not to be used until the person confirms that it is meant as it is.
-    fn is_refused(&self, table: &Table) -> bool {
+    pub(super) fn is_refused(&self, table: &Table) -> bool {
         table.is_beyond_doubt() && !self.as_is.contains(&table.file)
+    }
+
+    /// Forgets metal that was found, or is looked for, in another table than the one that is open.
+    pub fn forget_other_tables(&mut self) {
+        self.metal.keep_to(self.training.table.as_ref());
     }
 
     /// Whether the newest fit is not what a fit would give now.

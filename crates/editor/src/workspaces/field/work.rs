@@ -2,6 +2,7 @@
 
 use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
+use crate::workspaces::field::metal::{FoundMetal, GeneratorSource};
 use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::fit_quality;
@@ -10,8 +11,13 @@ use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use trackwright_field::fit::FitSettings;
+use trackwright_field::generator::Generator;
+use trackwright_field::harmonic::HarmonicFitError;
+use trackwright_field::samples::MeasurementContent;
 use trackwright_field::selection::{SelectError, SelectSettings};
-use trackwright_project::room_name;
+use trackwright_metal::identify::compare::{self, CompareError};
+use trackwright_metal::identify::{IdentifyError, IdentifySettings, identify, room_of_found};
+use trackwright_project::{Files, RoomContent, StoreError, room_name};
 use trackwright_report::room::support_note;
 use trackwright_report::selection::grouped_line;
 use trackwright_simulation::Scenario;
@@ -185,4 +191,71 @@ pub fn compare(compared: Compared, task: &Task) -> Result<Comparison, Failure> {
         generation: compared.generation,
         revision: compared.revision,
     })
+}
+
+/// Finds the metal that disturbs a table, which is read whole: samples have no rolls.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn find_metal(
+    table: &Table,
+    source: &GeneratorSource,
+    of_room: Option<Generator>,
+    task: &Task,
+) -> Result<FoundMetal, Failure> {
+    let because = |error: StoreError| Failure::Because(error.to_string());
+    let generator = match source {
+        GeneratorSource::BuiltIn(name) => Generator::built_in(name),
+        GeneratorSource::Room => of_room,
+        GeneratorSource::File(file) => {
+            Some(Files::default().read_generator(file).map_err(because)?)
+        }
+    };
+    let Some(generator) = generator else {
+        return Err(Failure::Because("the room's field generator is not known".to_owned()));
+    };
+    let mut measurements = Files::default().read_measurements(&table.file).map_err(because)?;
+    if table.reading.has_rolls {
+        measurements.content = MeasurementContent::SixDof;
+    }
+    if measurements.samples(table.reading.map) != table.samples {
+        let file = table.file.display();
+        return Err(Failure::Because(format!(
+            "{file}: changed since it was opened, open it again"
+        )));
+    }
+    let settings = IdentifySettings::default();
+    let found = identify(task, &generator, &measurements, &settings);
+    let found = found.map_err(|error| match error {
+        IdentifyError::Cancelled(_) => Failure::Cancelled,
+        error => in_table(table, &error),
+    })?;
+    let room = room_of_found(&table.name(), &generator, &measurements, &found);
+    let room = room
+        .map(|(bare, metal)| RoomContent { bare: Arc::new(bare), metal: Some(Arc::new(metal)) });
+    Ok(FoundMetal {
+        found,
+        compared: Vec::new(),
+        generator,
+        settings,
+        measurements: Arc::new(measurements),
+        room,
+        table: Arc::clone(table),
+    })
+}
+
+/// The same metal beside other models of its measurements.
+///
+/// # Errors
+/// See [`Failure`].
+pub fn compare_metal(metal: &FoundMetal, task: &Task) -> Result<FoundMetal, Failure> {
+    let FoundMetal { found, generator, settings, measurements, table, .. } = metal;
+    let compared = compare::compare(task, generator, measurements, settings, found);
+    let compared = compared.map_err(|error| match error {
+        CompareError::Cancelled(_)
+        | CompareError::Select(SelectError::Cancelled(_))
+        | CompareError::Harmonic(HarmonicFitError::Cancelled(_)) => Failure::Cancelled,
+        error => in_table(table, &error),
+    })?;
+    Ok(FoundMetal { compared, ..metal.clone() })
 }

@@ -1,6 +1,7 @@
 //! The panels of the Field workspace: pure functions from its state to the person's requests.
 
 pub mod fit_quality;
+pub mod metal;
 pub mod rooms;
 pub mod selection;
 pub mod settings;

@@ -168,7 +168,7 @@ fn map_ui(ui: &mut Ui, settings: &mut FieldSettings) {
 }
 
 /// A name with a list to choose from.
-fn choice_ui<T: Copy + PartialEq>(
+pub(super) fn choice_ui<T: Clone + PartialEq>(
     ui: &mut Ui,
     (name, about): (&str, &str),
     value: &mut T,
@@ -181,7 +181,7 @@ fn choice_ui<T: Copy + PartialEq>(
             .width(ui.available_width() - 8.0)
             .show_ui(ui, |ui| {
                 for (choice, text) in choices {
-                    ui.selectable_value(value, *choice, text.as_ref());
+                    ui.selectable_value(value, choice.clone(), text.as_ref());
                 }
             })
             .response;

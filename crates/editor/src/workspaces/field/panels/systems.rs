@@ -4,6 +4,7 @@ use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
 use crate::shell::requests::Requests;
 use crate::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
+use crate::workspaces::field::panels::metal::metal_ui;
 use crate::workspaces::field::panels::rooms::rooms_ui;
 use crate::workspaces::field::panels::selection::{selection_ui, selection_window};
 use crate::workspaces::field::panels::settings::settings_ui;
@@ -54,6 +55,16 @@ pub(crate) fn fit_panel(
     if let Some(fitted) = &state.fitted {
         requests.write_all(selection_ui(&mut ui, fitted));
     }
+}
+
+/// The metal that disturbs the measurements.
+pub(crate) fn metal_panel(
+    mut ui: InMut<Ui>,
+    state: Res<FieldState>,
+    world: Res<OpenWorld>,
+    mut requests: Requests<FieldRequest>,
+) {
+    requests.write_all(metal_ui(&mut ui, &state, world.0.generator()));
 }
 
 pub(crate) fn is_selection_open(state: Res<FieldState>) -> bool {
