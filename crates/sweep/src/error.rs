@@ -29,6 +29,12 @@ pub enum SweepError {
     Gap { from: u64, to: u64 },
     #[error("{} and {} both have row {row}: remove one of them", first.display(), second.display())]
     Twice { first: PathBuf, second: PathBuf, row: u64 },
+    #[error(
+        "sbatch cannot be started: {cause}; --submit slurm works on a machine of a Slurm cluster"
+    )]
+    NoCluster { cause: io::Error },
+    #[error("the cluster refuses the job: {words}")]
+    Refused { words: String },
     #[error("{}: found no column {name}, expected one of {known}", file.display())]
     NoColumn { file: PathBuf, name: String, known: String },
 }

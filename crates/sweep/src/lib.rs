@@ -26,6 +26,7 @@ mod points;
 mod read;
 mod run;
 mod shard;
+pub mod slurm;
 mod sweep;
 mod table;
 mod template;

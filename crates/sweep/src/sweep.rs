@@ -3,7 +3,7 @@
 use super::points::Points;
 use super::template::Template;
 use sha2::{Digest, Sha256};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use trackwright_design::Design;
 use trackwright_field::Environment;
