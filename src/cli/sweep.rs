@@ -2,6 +2,7 @@
 
 mod merge;
 mod numbers;
+mod plot;
 mod status;
 mod submit;
 
@@ -54,6 +55,8 @@ enum SweepCommand {
     Merge(merge::MergeArgs),
     /// Print which rows of a sweep's folder are there, and what a cluster is doing about the others
     Status(status::StatusArgs),
+    /// Draw the rows of a sweep: parallel coordinates, what each number does, and the best rows
+    Plot(plot::PlotArgs),
     /// List the numbers of a design that a plan may vary, by their paths
     Numbers(numbers::NumbersArgs),
 }
@@ -66,6 +69,7 @@ pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<()> {
     match &args.then {
         Some(SweepCommand::Merge(args)) => return merge::run(args, files),
         Some(SweepCommand::Status(args)) => return status::run(args),
+        Some(SweepCommand::Plot(args)) => return plot::run(args, files),
         Some(SweepCommand::Numbers(args)) => return numbers::run(args, files),
         None => {}
     }

@@ -37,6 +37,7 @@ mod select;
 mod spin;
 mod stability;
 mod support;
+mod sweep;
 mod tolerances;
 mod uncertainty;
 mod unsettled;

@@ -3,7 +3,7 @@
 use super::error::{SweepError, io_error, parquet_error};
 use super::folder::named_shards;
 use super::shard::{Footer, footer};
-use super::table::UNIT;
+use super::table::{COUNTS, MOTION, UNIT};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
@@ -109,6 +109,13 @@ impl SweepTable {
                 is_number: matches!(field.data_type(), DataType::Float64 | DataType::UInt64),
             })
             .collect()
+    }
+
+    /// The columns of the numbers that vary: those between the motion's and the counts'.
+    pub fn parameters(&self) -> Vec<String> {
+        let names = self.schema.fields().iter().map(|field| field.name());
+        let behind = names.skip_while(|name| *name != MOTION).skip(1);
+        behind.take_while(|name| *name != COUNTS[0]).cloned().collect()
     }
 
     /// A column's numbers, NaN where there is none.

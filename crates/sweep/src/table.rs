@@ -19,8 +19,8 @@ pub const ROW: &str = "row";
 pub const PROBLEM: &str = "problem";
 const DESIGN: &str = "design";
 const ROOM: &str = "room";
-const MOTION: &str = "motion";
-const COUNTS: [&str; 3] = ["trials", "outside", "out_of_volume"];
+pub(crate) const MOTION: &str = "motion";
+pub(crate) const COUNTS: [&str; 3] = ["trials", "outside", "out_of_volume"];
 const MET: &str = "met";
 
 /// How a figure's column is called where it is expected over drawn fields.

@@ -70,7 +70,10 @@ fn as_text(submission: Option<&Submission>, folder: &Folder) -> String {
     };
     let mut lines = vec![format!("job {job}: {} submitted", counted(parts.len(), "task", "tasks"))];
     if !queued.is_empty() {
-        lines.push(format!("{} in the queue already", counted(queued.len(), "task is", "tasks are")));
+        lines.push(format!(
+            "{} in the queue already",
+            counted(queued.len(), "task is", "tasks are")
+        ));
     }
     lines.push(format!("job {merge_job}: merges into {} when all are done", table.display()));
     lines.push(format!("how far it is: trackwright sweep status {}", folder.path().display()));
