@@ -36,7 +36,7 @@ fn scratch(samples: u64, options: &str) -> Scratch {
 }
 
 fn merged(scratch: &Scratch, folder: &str) -> Vec<u8> {
-    scratch.succeed(format!("--overwrite sweep merge {folder} -o rows.parquet"));
+    scratch.succeed(format!("sweep merge {folder} -o rows.parquet --overwrite"));
     fs::read(scratch.path("rows.parquet")).unwrap()
 }
 
@@ -49,7 +49,7 @@ fn shards(scratch: &Scratch, folder: &str) -> Vec<PathBuf> {
 fn a_sweeps_rows_are_what_simulate_prints() {
     let scratch = scratch(6, "");
     let report = scratch.json("sweep plan.sweep.ron -o out");
-    assert_eq!((number(&report, "computed"), number(&report, "rows")), (12.0, 12.0));
+    assert_eq!((number(&report["computed"]), number(&report["rows"])), (12.0, 12.0));
     scratch.succeed_with("sweep status out", &["12 of 12"]);
     let output = python("read_sweep.py").arg(scratch.path("out")).arg("pandas").output().unwrap();
     let rows: serde_json::Value = serde_json::from_slice(&output.stdout)
@@ -57,8 +57,8 @@ fn a_sweeps_rows_are_what_simulate_prints() {
     let rows = list(&rows, "rows");
     for row in [&rows[0], &rows[7]] {
         let room = row["room"].as_str().unwrap();
-        let z = |name: &str| number(row, &format!("tool.body.sensors[\"{name}\"].position.z"));
-        let y = number(row, "tool.body.sensors[\"housing\"].position.y");
+        let z = |name: &str| number(&row[format!("tool.body.sensors[\"{name}\"].position.z")]);
+        let y = number(&row["tool.body.sensors[\"housing\"].position.y"]);
         // The design as a person would write it.
         let root = env!("CARGO_MANIFEST_DIR");
         let body = fs::read_to_string(format!("{root}/assets/bodies/pointer.body.ron")).unwrap();
@@ -79,8 +79,8 @@ fn a_sweeps_rows_are_what_simulate_prints() {
         }
         let found = scratch.json("simulate mine.design.ron --mode single");
         for (column, part) in [("position_rms", "position_mm"), ("angle_rms", "angle_deg")] {
-            let expected = number(&found[part], "rms");
-            assert_eq!(number(row, column).to_bits(), expected.to_bits(), "{column} in {room}");
+            let expected = number(&found[part]["rms"]);
+            assert_eq!(number(&row[column]).to_bits(), expected.to_bits(), "{column} in {room}");
         }
     }
 }
@@ -121,14 +121,14 @@ fn plans_that_cannot_be_have_one_clear_error() {
     scratch.fail_with("sweep plan.sweep.ron -o room.env.ron", &["room.env.ron"]);
     scratch.refused("sweep plan.sweep.ron -o out --shard 4/3", &["4/3", "K from 1 to N"]);
     scratch.refused("sweep plan.sweep.ron", &["--output"]);
-    scratch.fail_with("sweep merge . -o rows.parquet", &["plan.sweep.ron"]);
+    scratch.fail_with("sweep merge . -o rows.parquet", &["found no sweep"]);
     scratch.succeed("sweep plan.sweep.ron -o out --shard 1/2");
     scratch.fail_with("sweep merge out -o rows.parquet", &["rows 5 to 9 are missing"]);
     scratch.write("other.sweep.ron", plan(5, "seed: 2,"));
     scratch.fail_with("sweep other.sweep.ron -o out", &["the rows of another plan"]);
     // A room that was fitted anew is another plan too.
     scratch.succeed(
-        "--overwrite fit own:room-a/room-a-fit.csv -o room.env.ron --order 1 --no-support",
+        "fit own:room-a/room-a-fit.csv -o room.env.ron --order 1 --no-support --overwrite",
     );
     scratch.fail_with("sweep plan.sweep.ron -o out", &["the rows of another plan"]);
 }
@@ -144,7 +144,7 @@ fn a_number_that_is_not_there_is_warned_of_and_counted() {
         &["warning: pointer-on-head", "no item named \"handle\"", "housing"],
         "the note",
     );
-    assert_eq!((number(&report, "computed"), number(&report, "problems")), (4.0, 4.0));
+    assert_eq!((number(&report["computed"]), number(&report["problems"])), (4.0, 4.0));
     scratch.succeed_with(
         "sweep numbers pointer-on-head",
         &["tool.body.sensors[0].position.z", "crf.pose.position.x", "mm", "motion.rx.step"],

@@ -126,6 +126,19 @@ impl Folder {
         Ok(folder)
     }
 
+    /// Opens a folder that `sweep` wrote, with the sweep that it is of.
+    ///
+    /// # Errors
+    /// [`SweepError::NoSweep`] for any other folder, and as [`open`](Self::open).
+    pub fn existing(path: &Path) -> Result<(Sweep, Self), SweepError> {
+        if !path.join(LOCKS).is_dir() {
+            return Err(SweepError::NoSweep { file: path.to_owned() });
+        }
+        let sweep = Sweep::open(&path.join(PLAN))?;
+        let folder = Self::open(path, &sweep)?;
+        Ok((sweep, folder))
+    }
+
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -142,7 +142,7 @@ fn array_text(out: &Path, parts: &[u64], options: &SlurmOptions, program: &Path)
 fn merge_text(out: &Path, table: &Path, options: &SlurmOptions, program: &Path) -> String {
     let mut lines = head("trackwright-merge", out, "%j-merge", options);
     lines.push(format!(
-        "exec {} --overwrite sweep merge {} -o {}",
+        "exec {} sweep merge {} -o {} --overwrite",
         quoted(program),
         quoted(out),
         quoted(table)

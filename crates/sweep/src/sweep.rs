@@ -98,7 +98,8 @@ impl Sweep {
             Some(stated) => folder.join(stated),
             None => folder.to_owned(),
         };
-        let folder = std::path::absolute(&folder).unwrap_or(folder);
+        // No folder at all is the current one.
+        let folder = std::path::absolute(folder.join(".")).unwrap_or(folder);
         let mut digest = Sha256::new();
         let mut add = |text: &str| {
             digest.update((text.len() as u64).to_le_bytes());

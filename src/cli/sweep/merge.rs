@@ -1,7 +1,7 @@
 //! `sweep merge`: all rows of a folder in one file.
 
 use super::super::prelude::*;
-use trackwright_sweep::{Folder, Sweep, merge};
+use trackwright_sweep::{Folder, merge};
 
 #[derive(Debug, Args)]
 pub(super) struct MergeArgs {
@@ -23,8 +23,7 @@ pub(super) struct MergeArgs {
 /// Rows that are missing or there twice, a shard of another plan.
 pub(super) fn run(args: &MergeArgs, files: &Files) -> anyhow::Result<()> {
     let output = files.output(&args.output)?;
-    let sweep = Sweep::open(&Folder::plan_of(&args.folder))?;
-    let folder = Folder::open(&args.folder, &sweep)?;
+    let (sweep, folder) = Folder::existing(&args.folder)?;
     output.expect_new()?;
     let shown = Shown::new("merging");
     let report = merge(&sweep, &folder, &args.output, &shown.task)?;

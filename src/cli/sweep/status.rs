@@ -2,7 +2,7 @@
 
 use super::super::prelude::*;
 use std::collections::BTreeMap;
-use trackwright_sweep::{Folder, Sweep, slurm};
+use trackwright_sweep::{Folder, slurm};
 
 #[derive(Debug, Args)]
 pub(super) struct StatusArgs {
@@ -19,8 +19,7 @@ pub(super) struct StatusArgs {
 /// # Errors
 /// A folder that is none of a sweep.
 pub(super) fn run(args: &StatusArgs) -> anyhow::Result<()> {
-    let sweep = Sweep::open(&Folder::plan_of(&args.folder))?;
-    let folder = Folder::open(&args.folder, &sweep)?;
+    let (sweep, folder) = Folder::existing(&args.folder)?;
     let coverage = folder.coverage()?;
     let missing = coverage.missing(0..sweep.rows());
     let mut states: BTreeMap<String, usize> = BTreeMap::new();
