@@ -38,6 +38,7 @@ mod spin;
 mod stability;
 mod support;
 mod sweep;
+mod sweep_slurm;
 mod tolerances;
 mod uncertainty;
 mod unsettled;

@@ -116,7 +116,7 @@ impl Folder {
         let plan = path.join(PLAN);
         if !plan.exists() {
             let text = sweep_plan::write(sweep.plan());
-            let mut draft = tempfile_in(path, "plan")?;
+            let mut draft = new_file(path, ".plan-")?;
             std::io::Write::write_all(&mut draft, text.as_bytes())
                 .map_err(io_error(&plan, "cannot be written"))?;
             draft
@@ -197,11 +197,7 @@ impl Folder {
 
     /// A new file for the rows of a part that has no shard's name yet.
     pub(crate) fn draft(&self, part: Part) -> Result<tempfile::NamedTempFile, SweepError> {
-        tempfile::Builder::new()
-            .prefix(&draft_prefix(part))
-            .suffix(".tmp")
-            .tempfile_in(&self.path)
-            .map_err(io_error(&self.path, "cannot be written to"))
+        new_file(&self.path, &draft_prefix(part))
     }
 
     /// Gives a whole file the name of its rows; whether it did: not where another worker was first with any
@@ -258,11 +254,14 @@ fn draft_prefix(part: Part) -> String {
     format!(".part-{}-of-{}-", part.number, part.of)
 }
 
-fn tempfile_in(path: &Path, prefix: &str) -> Result<tempfile::NamedTempFile, SweepError> {
-    tempfile::Builder::new()
-        .prefix(&format!(".{prefix}-"))
-        .tempfile_in(path)
-        .map_err(io_error(path, "cannot be written to"))
+/// A file without its final name, which is removed where it gets none. Others may read it, as far as the user
+/// lets them read new files.
+pub(crate) fn new_file(folder: &Path, prefix: &str) -> Result<tempfile::NamedTempFile, SweepError> {
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let made = builder.prefix(prefix).suffix(".tmp").tempfile_in(folder);
+    made.map_err(io_error(folder, "cannot be written to"))
 }
 
 fn open_lock(file: &Path) -> Result<File, SweepError> {

@@ -1,7 +1,7 @@
 //! All rows of a sweep in one file, in order.
 
 use super::error::{SweepError, io_error, parquet_error};
-use super::folder::{Coverage, Folder};
+use super::folder::{Coverage, Folder, new_file};
 use super::shard::{Footer, GROUP_ROWS, part_of, properties};
 use super::sweep::Sweep;
 use super::table::schema;
@@ -41,11 +41,7 @@ pub fn merge(
     check(&coverage, sweep.rows())?;
     let target =
         file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let draft = tempfile::Builder::new()
-        .prefix(".merge-")
-        .suffix(".tmp")
-        .tempfile_in(target)
-        .map_err(io_error(target, "cannot be written to"))?;
+    let draft = new_file(target, ".merge-")?;
     let schema = schema(sweep.plan());
     let mut writer = ArrowWriter::try_new(draft, schema.clone(), Some(properties(&schema)))
         .map_err(parquet_error(file))?;

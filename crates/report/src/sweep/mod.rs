@@ -14,7 +14,7 @@ pub use page::page;
 pub use parallel::parallel_coordinates;
 
 /// Rows that a picture shows of many: more would only hide each other.
-const MOST_DRAWN: usize = 1500;
+const MOST_DRAWN: usize = 600;
 
 /// Four digits, for a person.
 fn significant(value: f64) -> String {

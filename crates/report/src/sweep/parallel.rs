@@ -44,23 +44,23 @@ pub fn parallel_coordinates(sweep: &SweepColumns, (width, height): (u32, u32)) -
     let top = EDGE_PX + title.len() as i32 * line_px(TITLE_PX) + line_px(TEXT_PX) + 12;
     let bottom = height - EDGE_PX - (label_lines + 1) * line_px(TEXT_PX) - 6;
     let x = |axis: usize| EDGE_PX + step / 2 + axis as i32 * step;
-    let y = |column: &NumberColumn, value: f64| {
-        bottom - (part(column, value) * f64::from(bottom - top)).round() as i32
+    let ranges: Vec<Option<[f64; 2]>> = columns.iter().map(|column| column.range()).collect();
+    let y = |axis: usize, row: usize| {
+        let part = part(ranges[axis], columns[axis].values[row]);
+        bottom - (part * f64::from(bottom - top)).round() as i32
     };
+    let colors = colored.range();
     // The best are drawn last, over the others.
     let mut order = drawn;
     order.sort_by(|&a, &b| colored.values[b].total_cmp(&colored.values[a]));
     for row in order {
-        let points: Vec<(i32, i32)> = columns
-            .iter()
-            .enumerate()
-            .map(|(axis, column)| (x(axis), y(column, column.values[row])))
-            .collect();
-        svg.line(&points, color(part(colored, colored.values[row])), 1);
+        let points: Vec<(i32, i32)> =
+            (0..columns.len()).map(|axis| (x(axis), y(axis, row))).collect();
+        svg.line(&points, color(part(colors, colored.values[row])), 1);
     }
-    for (axis, column) in columns.iter().enumerate() {
+    for (axis, range) in ranges.iter().enumerate() {
         svg.line(&[(x(axis), top), (x(axis), bottom)], palette::INK, 1);
-        if let Some([low, high]) = column.range() {
+        if let Some([low, high]) = *range {
             let above = (x(axis), top - line_px(TEXT_PX) / 2 - 4);
             svg.text(above, &significant(high), TEXT_PX, palette::INK_QUIET, Anchor::MIDDLE);
             svg.text(
@@ -90,8 +90,8 @@ fn draw_bar(svg: &mut Svg, left: i32, (top, bottom): (i32, i32)) {
 }
 
 /// Where a value is on its column's axis, from 0 to 1; the middle where all are the same.
-fn part(column: &NumberColumn, value: f64) -> f64 {
-    match column.range() {
+fn part(range: Option<[f64; 2]>, value: f64) -> f64 {
+    match range {
         Some([low, high]) if high > low => (value - low) / (high - low),
         _ => 0.5,
     }
