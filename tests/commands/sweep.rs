@@ -134,7 +134,7 @@ fn plans_that_cannot_be_have_one_clear_error() {
 }
 
 #[test]
-fn a_number_that_is_not_there_is_warned_of_and_counted() {
+fn unknown_numbers_are_warned_of_and_counted() {
     let scratch = Scratch::new();
     let text = plan(4, "").replace(r#"rooms: ["operating-table.env.ron", "room.env.ron"],"#, "");
     scratch.write("plan.sweep.ron", text.replace("housing", "handle"));
@@ -204,7 +204,7 @@ fn many() -> u64 {
 
 #[test]
 #[ignore = "long: 20,000 designs in two rooms, six times"]
-fn long_any_sharding_and_any_kills_give_the_same_bytes() {
+fn long_sharding_and_kills_change_no_byte() {
     let scratch = scratch(many(), "shard_seconds: 0.5,");
     scratch.succeed("sweep plan.sweep.ron -o whole");
     let expected = merged(&scratch, "whole");

@@ -63,7 +63,7 @@ pub struct Folder {
 pub struct Coverage {
     /// The shards, by their first row.
     pub shards: Vec<(Range<u64>, PathBuf)>,
-    /// Files of the folder with the name of a shard that are none: cut short, say.
+    /// Files of the folder with the name of a shard that are none, such as those that are cut short.
     pub torn: Vec<PathBuf>,
 }
 
@@ -306,10 +306,14 @@ mod tests {
         let shard = |rows: Range<u64>| (rows, PathBuf::new());
         let coverage =
             Coverage { shards: vec![shard(2..5), shard(5..6), shard(9..12)], torn: vec![] };
-        assert_eq!(coverage.missing(0..12), [0..2, 6..9]);
-        assert_eq!(coverage.missing(3..10), [6..9]);
-        assert_eq!(coverage.missing(10..20), [12..20]);
-        assert_eq!(coverage.missing(2..6), []);
+        let missing = |rows| {
+            let ranges = coverage.missing(rows);
+            ranges.iter().map(|gap| [gap.start, gap.end]).collect::<Vec<_>>()
+        };
+        assert_eq!(missing(0..12), [[0, 2], [6, 9]]);
+        assert_eq!(missing(3..10), [[6, 9]]);
+        assert_eq!(missing(10..20), [[12, 20]]);
+        assert!(missing(2..6).is_empty());
         assert_eq!(coverage.rows(), 7);
     }
 

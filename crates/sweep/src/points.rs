@@ -11,7 +11,7 @@ use trackwright_formats::sweep_plan::{SampledRange, Variation};
 const SOBOL_BITS: usize = 40;
 
 /// Rounds of the permutation of a Latin hypercube. Four make a permutation of a half's bits that no
-/// statistic of a few dimensions tells from a random one (Luby and Rackoff 1988).
+/// statistic of a few dimensions can separate from a random one (Luby and Rackoff 1988).
 const ROUNDS: u64 = 4;
 
 /// The points of a plan.

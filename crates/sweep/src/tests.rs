@@ -91,7 +91,7 @@ fn a_row_has_the_figures_of_its_own_design() {
 }
 
 #[test]
-fn what_is_there_is_kept_and_what_is_torn_is_made_anew() {
+fn rows_are_kept_and_torn_files_made_anew() {
     let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
     let folder = opened(&dir, "out", &sweep);
     for number in 1..=4 {
@@ -178,7 +178,7 @@ fn rows_that_are_there_twice_are_refused() {
 }
 
 #[test]
-fn a_row_that_cannot_be_states_why_and_the_sweep_goes_on() {
+fn invalid_rows_state_why_and_others_go_on() {
     let text = r#"(
         version: 1,
         designs: ["pointer-on-head", "endoscope"],

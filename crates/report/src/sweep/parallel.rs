@@ -107,13 +107,14 @@ fn color(part: f64) -> Rgb {
 fn broken(label: &str, max_px: i32) -> Vec<String> {
     let mut lines = vec![String::new()];
     for piece in label.split_inclusive(['.', ' ', '_']) {
-        if let Some(last) = lines.last_mut() {
-            if last.is_empty() || width_px(&format!("{last}{piece}"), TEXT_PX) <= max_px {
+        match lines.last_mut() {
+            Some(last)
+                if last.is_empty() || width_px(&format!("{last}{piece}"), TEXT_PX) <= max_px =>
+            {
                 last.push_str(piece);
-                continue;
             }
+            _ => lines.push(piece.to_owned()),
         }
-        lines.push(piece.to_owned());
     }
     lines
 }
