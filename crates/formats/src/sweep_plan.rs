@@ -339,10 +339,10 @@ pub fn write(plan: &SweepPlan) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    const PLAN: &str = r#"(
+    pub const PLAN: &str = r#"(
         version: 1,
         folder: "/data/designs",
         designs: ["a.design.ron", "pointer-on-head"],
@@ -354,7 +354,17 @@ mod tests {
             ]),
             LatinHypercube(count: 30, ranges: [(path: "tool.pose.position.x", from: -1, to: 1)]),
         ],
-        motions: [Single, Motion, Range((x: (min: 0, max: 1, step: 0.5))), Input("poses.csv")],
+        motions: [Single, Motion, 
+            Range((
+                x: (min: 0, max: 1, step: 0.5),
+                y: (min: 0, max: 1, step: 1),
+                z: (min: 0, max: 1, step: 1),
+                rx: (min: 0, max: 1, step: 1),
+                ry: (min: 0, max: 1, step: 1),
+                rz: (min: 0, max: 1, step: 1),
+            )),
+            Input("poses.csv"),
+        ],
         figures: ["position_rms", "angle_max"],
         expected: true,
         outside: Reject,
