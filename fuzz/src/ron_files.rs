@@ -4,6 +4,7 @@
 use super::read;
 use trackwright_formats::{
     EnvironmentFile, body, design_file, environment, preferences_file, recent_file, recovery_file,
+    sweep_plan,
 };
 
 pub fn body_file(bytes: &[u8]) -> bool {
@@ -21,7 +22,7 @@ pub fn environment_file(bytes: &[u8]) -> bool {
     survives(read(environment::parse(bytes)), write, |text| environment::parse(text.as_bytes()))
 }
 
-/// What the program leaves for its own next start, as each of its kinds.
+/// What the program leaves for its own next start, and plans of sweeps, as each of their kinds.
 pub fn state_file(bytes: &[u8]) -> bool {
     let is_recovery = survives(read(recovery_file::parse(bytes)), recovery_file::write, |text| {
         recovery_file::parse(text.as_bytes())
@@ -35,7 +36,10 @@ pub fn state_file(bytes: &[u8]) -> bool {
         |designs| recent_file::write(designs),
         |text| recent_file::parse(text.as_bytes()),
     );
-    is_recovery || is_preferences || is_recent
+    let is_plan = survives(read(sweep_plan::parse(bytes)), sweep_plan::write, |text| {
+        sweep_plan::parse(text.as_bytes())
+    });
+    is_recovery || is_preferences || is_recent || is_plan
 }
 
 /// Whether there was a file to survive.

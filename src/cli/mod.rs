@@ -40,6 +40,7 @@ mod select;
 mod simulate;
 mod stability;
 mod study;
+mod sweep;
 mod tolerances;
 mod tool_reader;
 mod tool_report;
@@ -93,6 +94,7 @@ fn subcommands() -> Vec<Registered> {
         command("simulate", simulate::run),
         command("compare", compare::run),
         command("optimize", optimize::run),
+        command("sweep", sweep::run),
         command("procedure", procedure::run),
         command("precision", precision::run),
         group("import", import::run),

@@ -37,6 +37,8 @@ mod select;
 mod spin;
 mod stability;
 mod support;
+mod sweep;
+mod sweep_slurm;
 mod tolerances;
 mod uncertainty;
 mod unsettled;

@@ -4,7 +4,7 @@
 use super::ron_tokens::{Token, Tokens, place};
 use super::{
     FormatError, baseline_file, body, computed_model, design_file, environment, generator,
-    preferences_file, recent_file, recovery_file, room_metal,
+    preferences_file, recent_file, recovery_file, room_metal, sweep_plan,
 };
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -215,6 +215,9 @@ fn documents() -> Vec<Document> {
         }),
         document("baseline", baseline_file::tests::good(), |bytes| {
             baseline_file::parse(bytes).map(drop)
+        }),
+        document("sweep", sweep_plan::tests::PLAN.to_owned(), |bytes| {
+            sweep_plan::parse(bytes).map(drop)
         }),
     ]
 }
@@ -437,10 +440,13 @@ fn newer_versions_are_reported_before_their_fields() {
 }
 
 /// Fields whose numbers are no lengths: directions, which are normalised, and what a fit found.
-const NO_LENGTHS: [&str; 17] = [
+const NO_LENGTHS: [&str; 20] = [
     "axis",
     "coefficients",
     "covariance",
+    "from",
+    "to",
+    "values",
     "greatest_leverage",
     "greatest_undetermined",
     "leverage",
@@ -534,6 +540,7 @@ fn every_reversed_range_is_named() {
             assert!(is_named, "{}: {error}", document.at(&min));
         }
     }
-    // Seven ranges of motion; three boxes of a model, one of a volume, two of a body, one of anatomy.
-    assert_eq!(tried, 7 + 3 * 7);
+    // Seven ranges of motion; three boxes of a model, one of a volume, two of a body, one of anatomy;
+    // six axes of a sweep's motion.
+    assert_eq!(tried, 7 + 3 * 7 + 6);
 }

@@ -40,6 +40,7 @@ pub mod measurements;
 pub mod mesh;
 mod mounting;
 mod nearest;
+pub mod number_path;
 pub mod pivot_recording;
 pub mod plate_recording;
 pub mod points;
@@ -56,7 +57,7 @@ mod ron_text;
 mod ron_tokens;
 mod room_metal;
 pub mod signature;
-
+pub mod sweep_plan;
 pub mod table;
 mod table_dialect;
 #[cfg(test)]

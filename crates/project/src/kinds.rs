@@ -16,9 +16,10 @@ use trackwright_formats::groups::{self, GroupColumn};
 use trackwright_formats::pivot_recording::{self, PivotRecording};
 use trackwright_formats::plate_recording::{self, PlateContent, PlateRow};
 use trackwright_formats::poses::WhosePoses;
+use trackwright_formats::sweep_plan::SweepPlan;
 use trackwright_formats::{
     FormatError, generator, input, jhu_cis, measurements, mesh, points, poses, protocol_table,
-    recorded_tool, recording,
+    recorded_tool, recording, sweep_plan,
 };
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_geometry::mesh_reference::MeshUnit;
@@ -78,6 +79,11 @@ impl Files {
     /// Reads a field generator.
     pub fn read_generator(&self, file: &Path) -> Result<Generator, StoreError> {
         self.read(file, Kind::GENERATOR, generator::parse)
+    }
+
+    /// Reads a plan of a sweep.
+    pub fn read_sweep_plan(&self, file: &Path) -> Result<SweepPlan, StoreError> {
+        self.read(file, Kind::SWEEP_PLAN, sweep_plan::parse)
     }
 
     /// A whole measurement table as it stands; commands use [`Self::read_samples`].

@@ -32,6 +32,8 @@ impl Kind {
     pub const ENVIRONMENT: Self = Self::new("an environment", 64 * MIB);
     /// At most 32 coils, a line each.
     pub const GENERATOR: Self = Self::new("a field generator", MIB);
+    /// Names of designs and rooms, and some lists of values.
+    pub const SWEEP_PLAN: Self = Self::new("a plan of a sweep", 16 * MIB);
     /// A design and its two bodies, with each of their quotes escaped.
     pub const RECOVERY: Self = Self::new("a recovery file", 64 * MIB);
     /// Likewise.

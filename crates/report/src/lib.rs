@@ -28,5 +28,6 @@ pub mod plot;
 pub mod room;
 pub mod selection;
 pub mod selection_chart;
+pub mod sweep;
 pub mod text_table;
 pub mod words;

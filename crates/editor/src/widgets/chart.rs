@@ -37,6 +37,7 @@ pub fn chart_ui(ui: &mut Ui, chart: &Chart, height: f32) {
         for series in &chart.series {
             let (sign, color) = match series.style {
                 SeriesStyle::Front | SeriesStyle::Bound => ("—", palette::TEXT_QUIET.color32()),
+                SeriesStyle::Intervals => ("|", palette::TEXT_QUIET.color32()),
                 SeriesStyle::Marked => ("○", palette::TEXT_STRONG.color32()),
                 SeriesStyle::Line | SeriesStyle::Points => {
                     number += 1;
@@ -88,6 +89,13 @@ fn plot_ui(ui: &mut Ui, chart: &Chart, height: f32) {
                         if let Some([_, y]) = points.first().copied() {
                             let color = palette::TEXT_QUIET.color32();
                             plot.hline(HLine::new(&*series.name, y).color(color).width(1.2));
+                        }
+                    }
+                    SeriesStyle::Intervals => {
+                        for ends in points.chunks_exact(2) {
+                            let bar = PlotPoints::from(ends.to_vec());
+                            let color = palette::TEXT_QUIET.color32();
+                            plot.line(Line::new(&*series.name, bar).color(color).width(1.2));
                         }
                     }
                     SeriesStyle::Marked => plot.points(

@@ -12,6 +12,7 @@ mod figures;
 mod geometry;
 mod scene;
 mod style;
+pub(crate) use style::css;
 mod summary;
 mod workshop;
 

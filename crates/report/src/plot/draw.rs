@@ -32,6 +32,9 @@ const RING_PX: i32 = 10;
 /// Between points of a line that labels keep away from.
 const ALONG_LINE_PX: i32 = 8;
 
+/// Half the cap of an interval.
+const CAP_PX: i32 = 4;
+
 /// Half the size of a marker.
 const MARKER_PX: i32 = 5;
 
@@ -115,6 +118,7 @@ impl<'a> Layout<'a> {
         for style in [
             SeriesStyle::Front,
             SeriesStyle::Bound,
+            SeriesStyle::Intervals,
             SeriesStyle::Line,
             SeriesStyle::Points,
             SeriesStyle::Marked,
@@ -210,6 +214,11 @@ impl<'a> Layout<'a> {
                 SeriesStyle::Front => svg.line(&ends, palette::FRONT, 5),
                 SeriesStyle::Line => svg.line(&ends, color, 2),
                 SeriesStyle::Bound => svg.line(&ends, palette::BOUND, 1),
+                SeriesStyle::Intervals => {
+                    let x = (ends[0].0 + ends[1].0) / 2;
+                    let half = line_px(TEXT_PX) / 3;
+                    draw_interval(svg, [(x, middle - half), (x, middle + half)]);
+                }
                 SeriesStyle::Points | SeriesStyle::Marked => {}
             }
             if has_markers(entry.series) {
@@ -238,6 +247,15 @@ impl<'a> Layout<'a> {
             SeriesStyle::Bound => {
                 if let Some((_, y)) = held().next() {
                     svg.line(&[(self.plot.left, y), (self.plot.right, y)], palette::BOUND, 1);
+                }
+            }
+            SeriesStyle::Intervals => {
+                for pair in series
+                    .points
+                    .chunks_exact(2)
+                    .filter(|pair| pair.iter().all(|&p| self.chart.holds(p)))
+                {
+                    draw_interval(svg, [self.at(pair[0]), self.at(pair[1])]);
                 }
             }
             SeriesStyle::Points => {}
@@ -304,6 +322,14 @@ fn between(a: (i32, i32), b: (i32, i32)) -> impl Iterator<Item = (i32, i32)> {
     })
 }
 
+/// A bar with a cap at each end.
+fn draw_interval(svg: &mut Svg, ends: [(i32, i32); 2]) {
+    svg.line(&ends, palette::INK_QUIET, 2);
+    for (x, y) in ends {
+        svg.line(&[(x - CAP_PX, y), (x + CAP_PX, y)], palette::INK_QUIET, 2);
+    }
+}
+
 fn color(number: usize) -> Rgb {
     palette::SERIES[number % palette::SERIES.len()]
 }
@@ -345,7 +371,9 @@ fn has_markers(series: &Series) -> bool {
     match series.style {
         SeriesStyle::Points => true,
         SeriesStyle::Line => series.points.len() <= MAX_MARKERS_ON_LINE,
-        SeriesStyle::Marked | SeriesStyle::Front | SeriesStyle::Bound => false,
+        SeriesStyle::Marked | SeriesStyle::Front | SeriesStyle::Bound | SeriesStyle::Intervals => {
+            false
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Charts as SVG: a few series over labelled, perhaps logarithmic axes.
 
 mod draw;
-mod label;
-mod svg;
+pub(crate) mod label;
+pub(crate) mod svg;
 mod ticks;
 
 pub use ticks::nice_step;
@@ -36,6 +36,8 @@ pub enum SeriesStyle {
     /// The border of what can be had: steps that keep a point's y until the next one's x, behind
     /// everything else.
     Front,
+    /// Bars upwards: each pair of points is the ends of one.
+    Intervals,
     /// A level that is not to be passed: a line across the whole chart at the y of its first point.
     Bound,
 }

@@ -1,0 +1,111 @@
+//! All rows of a sweep in one file, in order.
+
+use super::error::{SweepError, io_error, parquet_error};
+use super::folder::{Coverage, Folder, new_file};
+use super::shard::{Footer, GROUP_ROWS, part_of, properties};
+use super::sweep::Sweep;
+use super::table::schema;
+use arrow_array::RecordBatch;
+use arrow_select::concat::concat_batches;
+use parquet::arrow::ArrowWriter;
+use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+use trackwright_formats::sweep_plan;
+use trackwright_task::Task;
+
+/// Rows that are written at once. A file's pages depend on it: it is the same however the shards are cut.
+const STEP: usize = 1 << 12;
+
+/// What was merged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MergeReport {
+    pub rows: u64,
+    pub shards: usize,
+    pub bytes: u64,
+}
+
+/// Writes all rows of a folder to one file, whose bytes do not depend on how the rows were sharded.
+///
+/// # Errors
+/// Rows that are missing or there twice, a shard of another plan, and what the disk reports; no file is
+/// there then.
+pub fn merge(
+    sweep: &Sweep,
+    folder: &Folder,
+    file: &Path,
+    task: &Task,
+) -> Result<MergeReport, SweepError> {
+    let coverage = folder.coverage()?;
+    check(&coverage, sweep.rows())?;
+    let target =
+        file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let draft = new_file(target, ".merge-")?;
+    let schema = schema(sweep.plan());
+    let mut writer = ArrowWriter::try_new(draft, schema.clone(), Some(properties(&schema)))
+        .map_err(parquet_error(file))?;
+    let mut waiting: Option<RecordBatch> = None;
+    let mut done = 0_u64;
+    for (rows, shard) in &coverage.shards {
+        let opened = File::open(shard).map_err(io_error(shard, "cannot be opened"))?;
+        let reader = ParquetRecordBatchReaderBuilder::try_new(opened)
+            .and_then(|builder| builder.with_batch_size(GROUP_ROWS).build())
+            .map_err(parquet_error(shard))?;
+        for read in reader {
+            let read = read.map_err(|cause| parquet_error(shard)(cause.into()))?;
+            // Readers give columns their metadata back in another order.
+            let read = RecordBatch::try_new(schema.clone(), read.columns().to_vec())
+                .map_err(|cause| parquet_error(shard)(cause.into()))?;
+            let whole = match waiting.take() {
+                None => read,
+                Some(before) => concat_batches(&schema, [&before, &read])
+                    .map_err(|cause| parquet_error(shard)(cause.into()))?,
+            };
+            let mut at = 0;
+            while whole.num_rows() - at >= STEP {
+                writer.write(&part_of(&whole, at..at + STEP)).map_err(parquet_error(file))?;
+                at += STEP;
+            }
+            waiting = Some(part_of(&whole, at..whole.num_rows()));
+        }
+        done += rows.end - rows.start;
+        task.step(done as usize, sweep.rows() as usize)?;
+    }
+    if let Some(rest) = waiting.filter(|rest| rest.num_rows() > 0) {
+        writer.write(&rest).map_err(parquet_error(file))?;
+    }
+    let footer = Footer {
+        hash: sweep.hash().to_owned(),
+        rows: 0..sweep.rows(),
+        plan: sweep_plan::write(sweep.plan()),
+        all: sweep.rows(),
+    };
+    footer.entries(&schema).into_iter().for_each(|entry| writer.append_key_value_metadata(entry));
+    let mut draft = writer.into_inner().map_err(parquet_error(file))?;
+    draft.flush().map_err(io_error(file, "cannot be written"))?;
+    draft.as_file().sync_all().map_err(io_error(file, "cannot be written"))?;
+    let bytes = draft.as_file().metadata().map_err(io_error(file, "cannot be read"))?.len();
+    draft.persist(file).map_err(|error| io_error(file, "cannot be written")(error.error))?;
+    Ok(MergeReport { rows: sweep.rows(), shards: coverage.shards.len(), bytes })
+}
+
+/// Whether every row is there once.
+fn check(coverage: &Coverage, all: u64) -> Result<(), SweepError> {
+    for pair in coverage.shards.windows(2) {
+        let [(first_rows, first), (second_rows, second)] = pair else {
+            continue;
+        };
+        if second_rows.start < first_rows.end {
+            return Err(SweepError::Twice {
+                first: first.clone(),
+                second: second.clone(),
+                row: second_rows.start,
+            });
+        }
+    }
+    match coverage.missing(0..all).into_iter().next() {
+        Some(gap) => Err(SweepError::Gap { from: gap.start, to: gap.end }),
+        None => Ok(()),
+    }
+}

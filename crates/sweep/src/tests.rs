@@ -1,0 +1,290 @@
+//! Whole sweeps: any sharding gives the same rows, whatever is torn or killed.
+
+use super::{Coverage, Folder, Part, Sweep, SweepError, SweepTable, merge, run};
+use std::fs;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+use trackwright_formats::sweep_plan;
+use trackwright_simulation::motion::{AxisRange, Motion};
+use trackwright_simulation::{CancelToken, METRICS, Metric, Mode};
+use trackwright_task::Task;
+
+const PLAN: &str = r#"(
+    version: 1,
+    designs: ["pointer-on-head"],
+    vary: [
+        LatinHypercube(count: 40, ranges: [
+            (path: "tool.body.sensors[0].position.z", from: 40, to: 90),
+            (path: "tool.body.sensors[1].position.z", from: 90, to: 130),
+        ]),
+        Grid([(path: "orientation_weight", values: List([50, 100]))]),
+    ],
+    motions: [Single, Range((x: (min: 0, max: 10, step: 5)))],
+    figures: ["position_rms", "angle_rms"],
+)"#;
+
+fn sweep(text: &str) -> Sweep {
+    Sweep::of_plan(sweep_plan::parse(text.as_bytes()).unwrap(), Path::new("/nowhere")).unwrap()
+}
+
+fn compute(sweep: &Sweep, folder: &Folder, part: &str) -> super::RunReport {
+    run(sweep, folder, part.parse().unwrap(), &Task::default(), &|_| ()).unwrap()
+}
+
+fn opened(dir: &TempDir, name: &str, sweep: &Sweep) -> Folder {
+    Folder::open(&dir.path().join(name), sweep).unwrap()
+}
+
+fn merged(dir: &TempDir, sweep: &Sweep, folder: &Folder) -> Vec<u8> {
+    let file = dir.path().join("merged.parquet");
+    merge(sweep, folder, &file, &Task::default()).unwrap();
+    fs::read(file).unwrap()
+}
+
+fn shards(folder: &Folder) -> Vec<PathBuf> {
+    folder.coverage().unwrap().shards.into_iter().map(|(_, file)| file).collect()
+}
+
+#[test]
+fn any_sharding_merges_to_the_same_bytes() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    assert_eq!(sweep.rows(), 160);
+    let whole = opened(&dir, "whole", &sweep);
+    assert_eq!(compute(&sweep, &whole, "1/1").computed, 160);
+    let expected = merged(&dir, &sweep, &whole);
+    for of in [7, 64] {
+        let folder = opened(&dir, &of.to_string(), &sweep);
+        // Any order.
+        for number in (1..=of).rev() {
+            compute(&sweep, &folder, &format!("{number}/{of}"));
+        }
+        assert_eq!(folder.coverage().unwrap().shards.len(), of as usize);
+        assert_eq!(merged(&dir, &sweep, &folder), expected, "{of}");
+    }
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let folder = opened(&dir, "thread", &sweep);
+    one.install(|| compute(&sweep, &folder, "1/1"));
+    assert_eq!(merged(&dir, &sweep, &folder), expected);
+}
+
+#[test]
+fn a_row_has_the_figures_of_its_own_design() {
+    let sweep = sweep(PLAN);
+    for row in [0, 3, 77, 159] {
+        let found = sweep.row(row, &CancelToken::default()).unwrap();
+        let (design, room) = sweep.design(row).unwrap();
+        assert_eq!(design.tool.body.rigid.sensors[0].position_in_body.z, found.numbers[0]);
+        assert_eq!(design.orientation_weight_mm, Some(found.numbers[2]));
+        assert_eq!((found.key.room, found.key.motion), (None, (row % 2) as usize));
+        let mut scenario = trackwright_project::resolve(&design, &room);
+        let range = AxisRange { min: 0.0, max: 10.0, step: 5.0 };
+        scenario.motion = Some(Motion { x: Some(range), ..Motion::default() });
+        let mode = if row % 2 == 0 { Mode::Single } else { Mode::Motion };
+        let outcome = trackwright_simulation::run(&scenario, &mode, &CancelToken::default(), None);
+        let figures = outcome.unwrap().figures;
+        let study = found.study.unwrap();
+        let own = study.own[Metric::TIP_RMS.index()];
+        assert_eq!(own.to_bits(), figures.position_mm.rms().to_bits());
+        assert_eq!(study.own.len(), METRICS.len());
+        assert_eq!(study.trials, 1 + 2 * (row % 2));
+    }
+}
+
+#[test]
+fn rows_are_kept_and_torn_files_made_anew() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    for number in 1..=4 {
+        compute(&sweep, &folder, &format!("{number}/4"));
+    }
+    let expected = merged(&dir, &sweep, &folder);
+    let again = compute(&sweep, &folder, "1/1");
+    assert_eq!((again.kept, again.computed), (160, 0));
+    let files = shards(&folder);
+    // Cut short at any place, emptied, removed.
+    let bytes = fs::read(&files[1]).unwrap();
+    for length in [0, 1, 4, bytes.len() / 2, bytes.len() - 1] {
+        fs::write(&files[1], &bytes[..length]).unwrap();
+        let coverage = folder.coverage().unwrap();
+        assert_eq!((coverage.torn.len(), coverage.rows()), (1, 120), "{length}");
+        let report = compute(&sweep, &folder, "1/1");
+        assert_eq!((report.torn, report.computed), (1, 40));
+        assert_eq!(merged(&dir, &sweep, &folder), expected);
+    }
+    fs::remove_file(&files[3]).unwrap();
+    let gap = merge(&sweep, &folder, &dir.path().join("no.parquet"), &Task::default());
+    assert!(matches!(gap, Err(SweepError::Gap { from: 120, to: 160 })), "{gap:?}");
+    assert!(!dir.path().join("no.parquet").exists());
+    compute(&sweep, &folder, "4/4");
+    assert_eq!(merged(&dir, &sweep, &folder), expected);
+}
+
+#[test]
+fn another_plan_has_no_rows_here() {
+    let (dir, sweep_a) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep_a);
+    compute(&sweep_a, &folder, "1/2");
+    let other = sweep(&PLAN.replace("List([50, 100])", "List([50, 101])"));
+    let refused = Folder::open(folder.path(), &other);
+    assert!(matches!(refused, Err(SweepError::OtherPlan { .. })), "{refused:?}");
+    // How long a shard takes is in no row.
+    let slower = sweep(&PLAN.replace("motions", "shard_seconds: 5, motions"));
+    assert_eq!(slower.hash(), sweep_a.hash());
+    // A shard of another plan among those of this one.
+    let elsewhere = opened(&dir, "other", &other);
+    compute(&other, &elsewhere, "2/2");
+    let stray = &shards(&elsewhere)[0];
+    fs::copy(stray, folder.path().join(stray.file_name().unwrap())).unwrap();
+    assert!(matches!(folder.coverage(), Err(SweepError::OtherPlan { .. })));
+}
+
+#[test]
+fn a_part_is_computed_by_one_worker_at_a_time() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    let held = folder.hold(Part { number: 2, of: 4 }).unwrap();
+    let refused = run(&sweep, &folder, "2/4".parse().unwrap(), &Task::default(), &|_| ());
+    let message = refused.unwrap_err().to_string();
+    assert_eq!(message, "part 2 of 4 of this sweep is being computed by another worker");
+    compute(&sweep, &folder, "1/4");
+    drop(held);
+    compute(&sweep, &folder, "2/4");
+    // Workers of other parts with some of the same rows at once: no row is there twice.
+    std::thread::scope(|scope| {
+        for part in ["1/1", "1/3", "2/3", "3/3", "4/4"] {
+            let (sweep, folder) = (&sweep, &folder);
+            scope.spawn(move || compute(sweep, folder, part));
+        }
+    });
+    let Coverage { shards, .. } = folder.coverage().unwrap();
+    let overlaps = shards.windows(2).any(|pair| pair[1].0.start < pair[0].0.end);
+    assert!(!overlaps, "{shards:?}");
+    compute(&sweep, &folder, "1/1");
+    merged(&dir, &sweep, &folder);
+}
+
+#[test]
+fn rows_that_are_there_twice_are_refused() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let (halves, thirds) = (opened(&dir, "a", &sweep), opened(&dir, "b", &sweep));
+    for part in ["1/2", "2/2"] {
+        compute(&sweep, &halves, part);
+    }
+    compute(&sweep, &thirds, "2/3");
+    let stray = &shards(&thirds)[0];
+    fs::copy(stray, halves.path().join(stray.file_name().unwrap())).unwrap();
+    let refused = merge(&sweep, &halves, &dir.path().join("no.parquet"), &Task::default());
+    assert!(matches!(refused, Err(SweepError::Twice { row: 53, .. })), "{refused:?}");
+}
+
+#[test]
+fn invalid_rows_state_why_and_others_go_on() {
+    let text = r#"(
+        version: 1,
+        designs: ["pointer-on-head", "endoscope"],
+        vary: [Grid([
+            (path: "tool.body.sensors[2].position.y", values: List([5, 1e12])),
+            (path: "motion.x.step", values: List([20, -1])),
+        ])],
+        motions: [Single],
+        figures: ["position_rms"],
+    )"#;
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(text));
+    let folder = opened(&dir, "out", &sweep);
+    let report = compute(&sweep, &folder, "1/1");
+    assert_eq!(report.computed, 8);
+    let table = SweepTable::open(folder.path()).unwrap();
+    let problems = &table.texts(&["problem"], 0..8).unwrap()[0];
+    assert_eq!(problems[0], "");
+    assert_eq!(problems[1], "motion.x: step is -1, expected zero or more");
+    assert!(problems[2].starts_with("tool.body: sensors[2]"), "{}", problems[2]);
+    assert_eq!(problems.iter().filter(|text| !text.is_empty()).count() as u64, report.problems);
+    // The endoscope has another number of sensors, or another motion.
+    assert_eq!(sweep.problems().len(), usize::from(!problems[4].is_empty()));
+    let figures = table.numbers("position_rms").unwrap();
+    for (figure, problem) in figures.iter().zip(problems) {
+        assert_eq!(figure.is_nan(), !problem.is_empty());
+    }
+}
+
+#[test]
+fn a_cancelled_worker_writes_what_it_has() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    let cancel = CancelToken::default();
+    let stopping = cancel.clone();
+    let mut task = Task::with_progress(move |part| {
+        if part > 0.3 {
+            stopping.cancel();
+        }
+    });
+    task.cancel = cancel;
+    let stopped = run(&sweep, &folder, Part::WHOLE, &task, &|_| ());
+    assert!(matches!(stopped, Err(SweepError::Cancelled(_))), "{stopped:?}");
+    let rows = folder.coverage().unwrap().rows();
+    assert!((48..160).contains(&rows), "{rows}");
+    let report = compute(&sweep, &folder, "1/1");
+    assert_eq!((report.kept, report.computed), (rows, 160 - rows));
+}
+
+#[test]
+fn columns_have_the_units_of_their_numbers() {
+    let rooms = r#"rooms: ["operating-table.env.ron", "operating-theatre.env.ron"], expected: true,
+        motions: [Single], figures"#;
+    let whole = PLAN.replace("motions: [Single, Range((x: (min: 0, max: 10, step: 5)))],", "");
+    let in_both_rooms = whole.replace("figures", rooms);
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(&in_both_rooms));
+    let folder = opened(&dir, "out", &sweep);
+    compute(&sweep, &folder, "1/16");
+    let table = SweepTable::open(folder.path()).unwrap();
+    let units: Vec<(String, String)> = table
+        .columns()
+        .into_iter()
+        .filter(|column| !column.unit.is_empty())
+        .map(|column| (column.name, column.unit))
+        .collect();
+    let expected = [
+        ("tool.body.sensors[0].position.z", "mm"),
+        ("tool.body.sensors[1].position.z", "mm"),
+        ("orientation_weight", "mm"),
+        ("position_rms", "mm"),
+        ("position_rms_expected", "mm"),
+        ("position_rms_low", "mm"),
+        ("position_rms_high", "mm"),
+        ("angle_rms", "deg"),
+        ("angle_rms_expected", "deg"),
+        ("angle_rms_low", "deg"),
+        ("angle_rms_high", "deg"),
+    ];
+    assert_eq!(units, expected.map(|(name, unit)| (name.to_owned(), unit.to_owned())));
+    let read = |name| table.numbers(name).unwrap();
+    let [own, low, high] =
+        ["position_rms_expected", "position_rms_low", "position_rms_high"].map(read);
+    // The room that was measured has intervals, the computed one has not.
+    for k in 0..own.len() {
+        assert_eq!(own[k].is_nan(), k % 2 == 1);
+        assert!(own[k].is_nan() || (low[k] <= own[k] && own[k] <= high[k]));
+    }
+}
+
+#[test]
+fn rows_are_read_in_any_pieces() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    for number in 1..=5 {
+        compute(&sweep, &folder, &format!("{number}/5"));
+    }
+    let table = SweepTable::open(folder.path()).unwrap();
+    let all = table.texts(&["row", "room", "position_rms"], 0..160).unwrap();
+    assert_eq!(all[0], (0..160).map(|row| row.to_string()).collect::<Vec<_>>());
+    for rows in [0..1, 30..34, 31..130, 159..160, 160..160] {
+        let some = table.texts(&["row", "room", "position_rms"], rows.clone()).unwrap();
+        let range = rows.start as usize..rows.end as usize;
+        for (some, all) in some.iter().zip(&all) {
+            assert_eq!(some, &all[range.clone()]);
+        }
+    }
+    let unknown = table.numbers("tip").unwrap_err().to_string();
+    assert!(unknown.contains("found no column tip, expected one of row, design"), "{unknown}");
+    assert!(matches!(SweepTable::open(dir.path()), Err(SweepError::NoSweep { .. })));
+}

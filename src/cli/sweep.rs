@@ -1,0 +1,128 @@
+//! `sweep`: many designs in many rooms, as a table that any number of workers compute.
+
+mod merge;
+mod numbers;
+mod plot;
+mod status;
+mod submit;
+
+use super::prelude::*;
+use clap::{Subcommand, ValueEnum};
+use std::time::Instant;
+use trackwright_sweep::{Folder, Part, RunReport, Sweep};
+
+/// Simulate many designs in many rooms: every point of a plan is a row of a table, written in shards that
+/// any number of workers share
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub struct SweepArgs {
+    /// Plan (*.sweep.ron): designs, rooms, the numbers that vary, motions and figures
+    #[arg(required = true)]
+    plan: Option<PathBuf>,
+
+    /// Folder for the shards; what is there of the same plan is kept
+    #[arg(short, long, required = true, value_name = "FOLDER")]
+    output: Option<PathBuf>,
+
+    /// Compute one of N equal parts of the rows, K from 1 to N
+    #[arg(long, value_name = "K/N", default_value = "1/1")]
+    shard: Part,
+
+    /// Have a cluster compute what is missing, and merge the rows then
+    #[arg(long, value_enum, conflicts_with = "shard")]
+    submit: Option<Engine>,
+
+    #[command(flatten)]
+    cluster: submit::ClusterArgs,
+
+    /// How to print what was done
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+
+    #[command(subcommand)]
+    then: Option<SweepCommand>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Engine {
+    /// A job array with a merge that depends on it, by sbatch
+    Slurm,
+}
+
+#[derive(Debug, Subcommand)]
+enum SweepCommand {
+    /// Write all rows of a sweep's folder to one file, in order
+    Merge(merge::MergeArgs),
+    /// Print which rows of a sweep's folder are there, and what a cluster is doing about the others
+    Status(status::StatusArgs),
+    /// Draw the rows of a sweep: parallel coordinates, what each number does, and the best rows
+    Plot(plot::PlotArgs),
+    /// List the numbers of a design that a plan may vary, by their paths
+    Numbers(numbers::NumbersArgs),
+}
+
+/// Computes the rows that are missing, or does what is requested of them.
+///
+/// # Errors
+/// A plan or files that can't be used, another plan's folder, a disk that is full.
+pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<()> {
+    match &args.then {
+        Some(SweepCommand::Merge(args)) => return merge::run(args, files),
+        Some(SweepCommand::Status(args)) => return status::run(args),
+        Some(SweepCommand::Plot(args)) => return plot::run(args, files),
+        Some(SweepCommand::Numbers(args)) => return numbers::run(args, files),
+        None => {}
+    }
+    let (Some(plan), Some(output)) = (&args.plan, &args.output) else {
+        bail!("expected a plan and -o FOLDER");
+    };
+    let sweep = Sweep::open(plan)?;
+    for problem in sweep.problems() {
+        output::note(&format!("warning: {problem}; all its rows will state it"));
+    }
+    let folder = Folder::open(output, &sweep)?;
+    if args.submit == Some(Engine::Slurm) {
+        return submit::run(&args.cluster, &sweep, &folder, args.format);
+    }
+    let started = Instant::now();
+    let shown = Shown::new("rows");
+    let cancel = shown.task.cancel.clone();
+    ctrlc::set_handler(move || cancel.cancel()).context("Ctrl+C cannot be listened for")?;
+    let report = trackwright_sweep::run(&sweep, &folder, args.shard, &shown.task, &output::note)?;
+    drop(shown);
+    let seconds = started.elapsed().as_secs_f64();
+    let all = folder.coverage()?.rows();
+    args.format.print(
+        || as_json(&report, (all, sweep.rows()), seconds),
+        || as_text(&report, (all, sweep.rows()), seconds),
+    )
+}
+
+fn as_json(report: &RunReport, (there, all): (u64, u64), seconds: f64) -> Value {
+    let RunReport { kept, computed, problems, dropped, shards, torn } = report;
+    json!({
+        "kept": kept, "computed": computed, "problems": problems, "dropped": dropped, "shards": shards,
+        "torn": torn, "rows_there": there, "rows": all, "seconds": seconds,
+    })
+}
+
+fn as_text(report: &RunReport, (there, all): (u64, u64), seconds: f64) -> String {
+    let of = |label: &str, rows: u64| count(label, rows as usize);
+    let mut lines = vec![
+        of("rows computed", report.computed),
+        of("rows kept", report.kept),
+        of("shards written", report.shards),
+    ];
+    if report.problems > 0 {
+        lines.push(of("rows without figures", report.problems));
+    }
+    if report.dropped > 0 {
+        lines.push(of("rows that another worker had written", report.dropped));
+    }
+    if report.computed > 0 {
+        lines.push(number("rows a second".to_owned(), report.computed as f64 / seconds, 1, ""));
+    }
+    let [there, all] = [there, all].map(|rows| with_separators(rows as usize));
+    lines.push(row("rows there", format!("{there} of {all}"), ""));
+    output::aligned(&lines)
+}

@@ -1,0 +1,255 @@
+//! Sweeps through the command line: interrupted, shared, refused, and read by others.
+
+use crate::support::golden::{list, number};
+use crate::support::peers::python;
+use crate::support::program::{Scratch, assert_has, signal};
+use crate::support::wire::rest;
+use std::fs;
+use std::path::PathBuf;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// Rows of one design in its own room and another one.
+fn plan(samples: u64, options: &str) -> String {
+    format!(
+        r#"(
+            version: 1,
+            designs: ["pointer-on-head"],
+            rooms: ["operating-table.env.ron", "room.env.ron"],
+            vary: [LatinHypercube(count: {samples}, ranges: [
+                (path: "tool.body.sensors[\"shaft\"].position.z", from: 40, to: 90),
+                (path: "tool.body.sensors[\"grip\"].position.z", from: 90, to: 130),
+                (path: "tool.body.sensors[\"housing\"].position.y", from: -5, to: 5),
+            ])],
+            motions: [Single],
+            figures: ["position_rms", "angle_rms"],
+            {options}
+        )"#
+    )
+}
+
+fn scratch(samples: u64, options: &str) -> Scratch {
+    let scratch = Scratch::new();
+    scratch.fit("room.env.ron", "--order 2 --no-support");
+    scratch.write("plan.sweep.ron", plan(samples, options));
+    scratch
+}
+
+fn merged(scratch: &Scratch, folder: &str) -> Vec<u8> {
+    scratch.succeed(format!("sweep merge {folder} -o rows.parquet --overwrite"));
+    fs::read(scratch.path("rows.parquet")).unwrap()
+}
+
+fn shards(scratch: &Scratch, folder: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(scratch.path(folder)).unwrap().map(|entry| entry.unwrap().path());
+    entries.filter(|path| path.extension().is_some_and(|ending| ending == "parquet")).collect()
+}
+
+#[test]
+fn a_sweeps_rows_are_what_simulate_prints() {
+    let scratch = scratch(6, "");
+    let report = scratch.json("sweep plan.sweep.ron -o out");
+    assert_eq!((number(&report["computed"]), number(&report["rows"])), (12.0, 12.0));
+    scratch.succeed_with("sweep status out", &["12 of 12"]);
+    let output = python("read_sweep.py").arg(scratch.path("out")).arg("pandas").output().unwrap();
+    let rows: serde_json::Value = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&output.stderr)));
+    let rows = list(&rows, "rows");
+    for row in [&rows[0], &rows[7]] {
+        let room = row["room"].as_str().unwrap();
+        let z = |name: &str| number(&row[format!("tool.body.sensors[\"{name}\"].position.z")]);
+        let y = number(&row["tool.body.sensors[\"housing\"].position.y"]);
+        // The design as a person would write it.
+        let root = env!("CARGO_MANIFEST_DIR");
+        let body = fs::read_to_string(format!("{root}/assets/bodies/pointer.body.ron")).unwrap();
+        let body = body
+            .replace("position: (0.0, 0.0, 72.0)", &format!("position: (0.0, 0.0, {})", z("shaft")))
+            .replace("position: (0.0, 0.0, 112.0)", &format!("position: (0.0, 0.0, {})", z("grip")))
+            .replace("position: (0.0, 5.0, 148.0)", &format!("position: (0.0, {y}, 148.0)"));
+        scratch.write("pointer.body.ron", body);
+        scratch.copy_built_in(
+            "pointer-on-head",
+            "mine.design.ron",
+            "../assets/bodies/pointer.body.ron",
+            &scratch.arg("pointer.body.ron"),
+        );
+        if room == "room.env.ron" {
+            let own = format!("{root}/assets/environments/operating-table.env.ron");
+            scratch.replace("mine.design.ron", &own, &scratch.arg("room.env.ron"));
+        }
+        let found = scratch.json("simulate mine.design.ron --mode single");
+        for (column, part) in [("position_rms", "position_mm"), ("angle_rms", "angle_deg")] {
+            let expected = number(&found[part]["rms"]);
+            assert_eq!(number(&row[column]).to_bits(), expected.to_bits(), "{column} in {room}");
+        }
+    }
+}
+
+#[test]
+fn others_read_rows_with_types_and_units() {
+    let scratch = scratch(5, "expected: true,");
+    scratch.succeed("sweep plan.sweep.ron -o out");
+    scratch.succeed("sweep merge out -o rows.parquet");
+    let read = |with: &str| -> serde_json::Value {
+        let mut command = python("read_sweep.py");
+        let output = command.arg(scratch.path("rows.parquet")).arg(with).output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr);
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{with}: {e}: {errors}"))
+    };
+    let pandas = read("pandas");
+    assert_eq!(pandas["units"]["position_rms_low"], "mm");
+    assert_eq!(pandas["units"]["angle_rms"], "deg");
+    assert_eq!(pandas["types"]["row"], "uint64");
+    assert_eq!(list(&pandas, "rows").len(), 10);
+    for with in ["polars", "duckdb"] {
+        let other = read(with);
+        assert_eq!(other["rows"], pandas["rows"], "{with}");
+        assert_eq!(other["units"], pandas["units"], "{with}");
+    }
+}
+
+#[test]
+fn plans_that_cannot_be_have_one_clear_error() {
+    let scratch = scratch(5, "");
+    scratch.write("huge.sweep.ron", plan(500_000_000_000, ""));
+    scratch.fail_with(
+        "sweep huge.sweep.ron -o out",
+        &["huge.sweep.ron", "rows is 1e12", "at most 1e9"],
+    );
+    assert!(!scratch.has("out"));
+    scratch.fail_with("sweep no.sweep.ron -o out", &["no.sweep.ron"]);
+    scratch.fail_with("sweep plan.sweep.ron -o room.env.ron", &["room.env.ron"]);
+    scratch.refused("sweep plan.sweep.ron -o out --shard 4/3", &["4/3", "K from 1 to N"]);
+    scratch.refused("sweep plan.sweep.ron", &["--output"]);
+    scratch.fail_with("sweep merge . -o rows.parquet", &["found no sweep"]);
+    scratch.succeed("sweep plan.sweep.ron -o out --shard 1/2");
+    scratch.fail_with("sweep merge out -o rows.parquet", &["rows 5 to 9 are missing"]);
+    scratch.write("other.sweep.ron", plan(5, "seed: 2,"));
+    scratch.fail_with("sweep other.sweep.ron -o out", &["the rows of another plan"]);
+    // A room that was fitted anew is another plan too.
+    scratch.succeed(
+        "fit own:room-a/room-a-fit.csv -o room.env.ron --order 1 --no-support --overwrite",
+    );
+    scratch.fail_with("sweep plan.sweep.ron -o out", &["the rows of another plan"]);
+}
+
+#[test]
+fn unknown_numbers_are_warned_of_and_counted() {
+    let scratch = Scratch::new();
+    let text = plan(4, "").replace(r#"rooms: ["operating-table.env.ron", "room.env.ron"],"#, "");
+    scratch.write("plan.sweep.ron", text.replace("housing", "handle"));
+    let (report, notes) = scratch.json_and_notes("sweep plan.sweep.ron -o out");
+    assert_has(
+        &notes,
+        &["warning: pointer-on-head", "no item named \"handle\"", "housing"],
+        "the note",
+    );
+    assert_eq!((number(&report["computed"]), number(&report["problems"])), (4.0, 4.0));
+    scratch.succeed_with(
+        "sweep numbers pointer-on-head",
+        &["tool.body.sensors[0].position.z", "crf.pose.position.x", "mm", "motion.rx.step"],
+    );
+}
+
+#[test]
+fn a_full_disk_is_reported_and_loses_nothing() {
+    let scratch = scratch(30_000, "shard_seconds: 0.5,");
+    let script = "mount -t tmpfs -o size=300k tmpfs out && exec \"$0\" sweep plan.sweep.ron -o out";
+    fs::create_dir(scratch.path("out")).unwrap();
+    // A small disk of the test's own.
+    let output = std::process::Command::new("unshare")
+        .args(["--map-root-user", "--mount", "sh", "-c"])
+        .arg(format!("{script}; status=$?; ls -A out > list; exit $status").replace("exec ", ""))
+        .arg(env!("CARGO_BIN_EXE_trackwright"))
+        .current_dir(scratch.path("."))
+        .output()
+        .unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert_has(&message, &["No space left", "the shards that are written stay"], "the error");
+    let files = scratch.read("list");
+    assert!(!files.contains(".tmp"), "{files}");
+}
+
+#[test]
+fn a_cluster_that_is_not_there_or_refuses_is_reported() {
+    let scratch = scratch(5, "");
+    fs::create_dir(scratch.path("bin")).unwrap();
+    let submit = |tool: Option<&str>| {
+        if let Some(text) = tool {
+            scratch.write("bin/sbatch", text);
+            let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+            fs::set_permissions(scratch.path("bin/sbatch"), executable).unwrap();
+        }
+        let mut command = scratch.command("sweep plan.sweep.ron -o out --submit slurm --tasks 3");
+        let output = command.env("PATH", scratch.path("bin")).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert_has(&submit(None), &["sbatch cannot be started", "Slurm cluster"], "the error");
+    let refusing = "#!/bin/sh\necho 'sbatch: error: invalid partition specified: x' >&2\nexit 1\n";
+    let message = submit(Some(refusing));
+    assert_has(
+        &message,
+        &["the cluster refuses the job", "invalid partition specified: x"],
+        "the error",
+    );
+}
+
+/// Rows of the largest test, in each of two rooms.
+fn many() -> u64 {
+    let rows = std::env::var("TRACKWRIGHT_SWEEP_DESIGNS");
+    rows.map_or(20_000, |rows| rows.parse().unwrap())
+}
+
+#[test]
+#[ignore = "long: 20,000 designs in two rooms, six times"]
+fn long_sharding_and_kills_change_no_byte() {
+    let scratch = scratch(many(), "shard_seconds: 0.5,");
+    scratch.succeed("sweep plan.sweep.ron -o whole");
+    let expected = merged(&scratch, "whole");
+    for parts in [7, 64] {
+        for part in 1..=parts {
+            scratch.succeed(format!("sweep plan.sweep.ron -o in{parts} --shard {part}/{parts}"));
+        }
+        assert_eq!(merged(&scratch, &format!("in{parts}")), expected, "{parts} shards");
+    }
+    let mut one = scratch.command("sweep plan.sweep.ron -o one");
+    assert!(one.env("RAYON_NUM_THREADS", "1").stdout(Stdio::null()).status().unwrap().success());
+    assert_eq!(merged(&scratch, "one"), expected, "one thread");
+    // Killed twenty times, at any moment of what a whole run takes.
+    let mut kills = 0;
+    for run in 0..20 {
+        let before = shards(&scratch, "whole").len();
+        let mut child = scratch
+            .command("sweep plan.sweep.ron -o killed")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let started = Instant::now();
+        rest(Duration::from_millis(300 + (run * 617) % 900));
+        if child.try_wait().unwrap().is_none() {
+            signal(&child, "-KILL");
+            kills += 1;
+        }
+        child.wait().unwrap();
+        // What had a name stays; at most one shard of half a second was under way.
+        assert!(started.elapsed() < Duration::from_secs(30) && before > 0);
+        for file in scratch
+            .path("killed")
+            .exists()
+            .then(|| shards(&scratch, "killed"))
+            .into_iter()
+            .flatten()
+        {
+            assert!(fs::metadata(&file).unwrap().len() > 0);
+        }
+    }
+    assert!(kills >= 5, "killed {kills} times");
+    scratch.succeed("sweep plan.sweep.ron -o killed");
+    assert_eq!(merged(&scratch, "killed"), expected, "killed {kills} times");
+    let leftovers = fs::read_dir(scratch.path("killed")).unwrap();
+    let names = leftovers.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned());
+    assert_eq!(names.filter(|name| name.ends_with(".tmp")).count(), 0);
+}
