@@ -19,6 +19,8 @@ pub enum SweepError {
     OtherPlan { file: PathBuf },
     #[error("{}: found no sweep, expected a folder that `sweep` wrote or a table that `sweep merge` wrote", file.display())]
     NoSweep { file: PathBuf },
+    #[error("{}: is cut short, or no Parquet file", file.display())]
+    Torn { file: PathBuf },
     #[error("part {part} of {parts} of this sweep is being computed by another worker")]
     Taken { part: u64, parts: u64 },
     #[error("{found:?} is no part, expected K/N with K from 1 to N, such as 3/8")]

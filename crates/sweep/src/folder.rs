@@ -55,7 +55,6 @@ impl FromStr for Part {
 pub struct Folder {
     path: PathBuf,
     hash: String,
-    rows: u64,
 }
 
 /// Which rows of a sweep are there.
@@ -104,8 +103,7 @@ impl Folder {
     pub fn open(path: &Path, sweep: &Sweep) -> Result<Self, SweepError> {
         let locks = path.join(LOCKS);
         fs::create_dir_all(&locks).map_err(io_error(&locks, "cannot be made"))?;
-        let folder =
-            Self { path: path.to_owned(), hash: sweep.hash().to_owned(), rows: sweep.rows() };
+        let folder = Self { path: path.to_owned(), hash: sweep.hash().to_owned() };
         if let Some((_, file)) = folder
             .named_shards()?
             .into_iter()
@@ -229,11 +227,6 @@ impl Folder {
     /// The files with the names of shards, by their first row.
     fn named_shards(&self) -> Result<Vec<(Range<u64>, PathBuf)>, SweepError> {
         named_shards(&self.path)
-    }
-
-    /// Rows of the whole sweep.
-    pub fn rows(&self) -> u64 {
-        self.rows
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::error::{SweepError, io_error, parquet_error};
 use super::folder::{Coverage, Folder, new_file};
-use super::shard::{Footer, GROUP_ROWS, part_of, properties};
+use super::shard::{Footer, GROUP_ROWS, properties};
 use super::sweep::Sweep;
 use super::table::schema;
 use arrow_array::RecordBatch;
@@ -64,10 +64,10 @@ pub fn merge(
             };
             let mut at = 0;
             while whole.num_rows() - at >= STEP {
-                writer.write(&part_of(&whole, at..at + STEP)).map_err(parquet_error(file))?;
+                writer.write(&whole.slice(at, STEP)).map_err(parquet_error(file))?;
                 at += STEP;
             }
-            waiting = Some(part_of(&whole, at..whole.num_rows()));
+            waiting = Some(whole.slice(at, whole.num_rows() - at));
         }
         done += rows.end - rows.start;
         task.step(done as usize, sweep.rows() as usize)?;

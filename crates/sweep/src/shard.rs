@@ -4,7 +4,6 @@ use super::error::{SweepError, parquet_error};
 use super::folder::{Folder, Part};
 use super::sweep::{Row, Sweep};
 use super::table::{ROW, batch, schema};
-use arrow_array::RecordBatch;
 use arrow_schema::{DataType, SchemaRef};
 use parquet::arrow::ArrowWriter;
 use parquet::basic::{Compression, Encoding};
@@ -159,12 +158,8 @@ pub(crate) fn properties(schema: &SchemaRef) -> WriterProperties {
 /// A file that cannot be read, is cut short, or is none of a sweep.
 pub(crate) fn footer(file: &Path) -> Result<Footer, SweepError> {
     let opened = File::open(file).map_err(super::error::io_error(file, "cannot be opened"))?;
-    let metadata =
-        ParquetMetaDataReader::new().parse_and_finish(&opened).map_err(parquet_error(file))?;
+    let metadata = ParquetMetaDataReader::new()
+        .parse_and_finish(&opened)
+        .map_err(|_| SweepError::Torn { file: file.to_owned() })?;
     Footer::of(&metadata).ok_or_else(|| SweepError::NoSweep { file: file.to_owned() })
-}
-
-/// Some rows of a batch.
-pub(crate) fn part_of(batch: &RecordBatch, rows: Range<usize>) -> RecordBatch {
-    batch.slice(rows.start, rows.end - rows.start)
 }
