@@ -74,8 +74,8 @@ pub fn optimize(
     let keywords = Keywords::of(options);
     let label = design.get().label();
     let world = design.get().world();
-    let moves = moves(&keywords, world).with_context(|| label.clone())?;
-    let goal = goal(&keywords, world).with_context(|| label.clone())?;
+    let moves = moves(&keywords, world, &label)?;
+    let goal = goal(&keywords, world, &label)?;
     let rooms: Option<Vec<Bound<'_, Environment>>> = keywords.value("environments")?;
     let over =
         keywords.one_of("rooms", &[("worst", OverRooms::Worst), ("mean", OverRooms::Mean)])?;
@@ -155,7 +155,7 @@ fn in_all_axes((mm, deg): (f64, f64)) -> PoseBounds {
 }
 
 /// What may move, and which sensors there may be.
-fn moves(keywords: &Keywords, world: &World) -> Done<Moves> {
+fn moves(keywords: &Keywords, world: &World, label: &str) -> Done<Moves> {
     let design = world.document.design();
     let names: Vec<String> = keywords.value("moves")?.unwrap_or_default();
     let has_patch = design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty());
@@ -165,7 +165,8 @@ fn moves(keywords: &Keywords, world: &World) -> Done<Moves> {
         generator: in_all_axes(generator.unwrap_or(GENERATOR_BOUNDS)),
         crf_pose: in_all_axes(crf.unwrap_or(if has_patch { PATCH_BOUNDS } else { CRF_BOUNDS })),
     };
-    let moves = named_moves(design, &names, limits).context("moves")?;
+    let moves =
+        named_moves(design, &names, limits).context("moves").with_context(|| label.to_owned())?;
     for (option, is_given, name, is_moving) in [
         ("generator_bounds", generator.is_some(), "generator", moves.generator.is_some()),
         ("crf_bounds", crf.is_some(), "crf-pose", moves.crf_pose.is_some()),
@@ -238,7 +239,7 @@ fn kinds(keywords: &Keywords) -> Done<Vec<SensorChoice>> {
 }
 
 /// What is made least.
-fn goal(keywords: &Keywords, world: &World) -> Done<Goal> {
+fn goal(keywords: &Keywords, world: &World, label: &str) -> Done<Goal> {
     let metric: Option<String> = keywords.value("metric")?;
     match (metric, world.document.design().requirement) {
         (Some(name), _) => Ok(Goal::Figure(Metric::named(&name).ok_or_else(|| {
@@ -248,7 +249,9 @@ fn goal(keywords: &Keywords, world: &World) -> Done<Goal> {
         })?)),
         (None, Some(requirement)) if !requirement.is_empty() => Ok(Goal::Requirement(requirement)),
         _ => {
-            let text = "found no requirement, expected one in the design, or a figure by metric";
+            let text = format!(
+                "{label}: found no requirement, expected one in the design, or a figure by metric"
+            );
             Err(TrackwrightError::new_err(text).into())
         }
     }
