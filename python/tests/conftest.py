@@ -76,6 +76,15 @@ def fit_table() -> Path:
 
 
 @pytest.fixture(scope="session")
+def few_rows(tmp_path_factory: pytest.TempPathFactory, fit_table: Path) -> Path:
+    """Some rows of that table: enough for a room of low order, and soon fitted."""
+    file = tmp_path_factory.mktemp("few") / "few.csv"
+    head, *rows = fit_table.read_text().splitlines()
+    file.write_text("\n".join([head, *rows[::6]]) + "\n")
+    return file
+
+
+@pytest.fixture(scope="session")
 def holdout_table() -> Path:
     return DATA / "room-a" / "room-a-holdout.csv"
 

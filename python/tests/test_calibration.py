@@ -138,5 +138,14 @@ def test_two_trackers_are_laid_over_each_other() -> None:
             np.allclose(own, expected, atol=1e-6)
         )
     assert found.errors_mm.max() < 1e-6 and found.errors_deg.max() < 1e-6
+    noisy = np.array(read)
+    noisy[:, :3] += random.normal(0.0, 0.2, (len(noisy), 3))
+    found = trackwright.hand_eye(noisy, reference, sensor=sensors, pose=moments)
+    assert 0.1 < found.errors_mm.mean() < 0.6
     assert found.covariance.shape == (18, 18)
-    assert np.array_equal(found.covariance, found.covariance.T)
+    # Rounding of sums alone: to the digits of the largest.
+    rounding = 1e-12 * np.abs(found.covariance).max()
+    assert np.allclose(found.covariance, found.covariance.T, rtol=0.0, atol=rounding)
+    off = found.tracker_from_reference[:3] - tracker_from_reference[:3]
+    # Five standard errors.
+    assert (np.abs(off) < 5 * np.sqrt(np.diag(found.covariance)[3:6])).all()

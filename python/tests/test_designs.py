@@ -107,5 +107,5 @@ def test_the_last_sensor_stays(pointer: Design) -> None:
     names = [sensor.name for sensor in pointer.sensors()]
     for name in names[1:]:
         pointer = pointer.without_sensor(name)
-    with pytest.raises(TrackwrightError, match="last sensor"):
+    with pytest.raises(TrackwrightError, match="a body needs at least one sensor"):
         pointer.without_sensor(names[0])

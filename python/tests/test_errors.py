@@ -158,11 +158,11 @@ def test_what_the_system_refuses_is_an_os_error(tmp_path: Path, room_file: Path)
         assert isinstance(error, OSError), error
 
 
-def test_doubted_tables_are_taken_on_request(fit_table: Path) -> None:
+def test_doubted_tables_are_taken_on_request(few_rows: Path) -> None:
     from conftest import columns_of
 
     # In metres: no tracker's table is like that.
-    columns = columns_of(fit_table)
+    columns = columns_of(few_rows)
     metres = {
         name: column / 1000 if name.endswith(("_x", "_y", "_z")) else column
         for name, column in columns.items()
@@ -174,10 +174,10 @@ def test_doubted_tables_are_taken_on_request(fit_table: Path) -> None:
         assert Environment.fit(metres, order=1, directions=1, as_is=True).bounds.max() < 1.0
 
 
-def test_warnings_can_be_made_errors(fit_table: Path) -> None:
+def test_warnings_can_be_made_errors(few_rows: Path) -> None:
     import warnings
 
-    room = Environment.fit(fit_table, order=1, directions=1)
+    room = Environment.fit(few_rows, order=1, directions=1)
     far = [[1e4, 0.0, 0.0]], [[1.0, 0.0, 0.0, 0.0]]
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -31,7 +32,7 @@ def test_a_room_is_fitted_and_drawn(tmp_path: Path, fit_table: Path) -> None:
 
 def test_a_sensor_is_placed() -> None:
     printed = run("place_sensor.py")
-    rms = [float(line.split()[-5]) for line in printed.splitlines() if "along the shaft" in line]
+    rms = [float(found) for found in re.findall(r"tip error ([0-9.]+) mm RMS", printed)]
     assert len(rms) == 9 and f"{min(rms):.4f} mm RMS" in printed.splitlines()[-2]
 
 

@@ -42,41 +42,41 @@ def text_of(room: Environment, tmp_path: Path) -> str:
 )
 def test_a_fit_is_that_of_the_program(
     program: Program,
-    fit_table: Path,
+    few_rows: Path,
     holdout_table: Path,
     tmp_path: Path,
     options: dict[str, Any],
     arguments: list[object],
 ) -> None:
     printed, text = fitted_by(
-        program, tmp_path, "fit", fit_table, "--holdout", holdout_table, *arguments
+        program, tmp_path, "fit", few_rows, "--holdout", holdout_table, *arguments
     )
-    room = Environment.fit(fit_table, holdout=holdout_table, name="room", **options)
+    room = Environment.fit(few_rows, holdout=holdout_table, name="room", **options)
     assert room.figures == printed
     assert text_of(room, tmp_path) == text
 
 
 def test_a_choice_is_that_of_the_program(
-    program: Program, fit_table: Path, tmp_path: Path
+    program: Program, few_rows: Path, tmp_path: Path
 ) -> None:
     arguments = ["--orders", "1-2", "--directions", "1,6", "--ridges", "0,1e-3", "--folds", 4]
-    printed, text = fitted_by(program, tmp_path, "select", fit_table, *arguments)
+    printed, text = fitted_by(program, tmp_path, "select", few_rows, *arguments)
     room = Environment.select(
-        fit_table, orders=[1, 2], directions=[1, 6], ridges=[0, 1e-3], folds=4, name="room"
+        few_rows, orders=[1, 2], directions=[1, 6], ridges=[0, 1e-3], folds=4, name="room"
     )
     assert room.figures == printed
     assert text_of(room, tmp_path) == text
 
 
-def test_tables_in_memory_make_the_same_room(fit_table: Path, tmp_path: Path) -> None:
+def test_tables_in_memory_make_the_same_room(few_rows: Path, tmp_path: Path) -> None:
     options: dict[str, Any] = {"order": 1, "directions": 6, "name": "room"}
-    from_file = Environment.fit(fit_table, **options)
-    columns = columns_of(fit_table)
+    from_file = Environment.fit(few_rows, **options)
+    columns = columns_of(few_rows)
     frame = pandas.DataFrame(columns)
     records = np.rec.fromarrays(list(columns.values()), names=list(columns))
     # Every second of twice as many: not contiguous, and nothing is to be copied for that.
     strided = {name: np.repeat(column, 2)[::2] for name, column in columns.items()}
-    expected = text_of(from_file, tmp_path).replace(fit_table.name, "table")
+    expected = text_of(from_file, tmp_path).replace(few_rows.name, "table")
     tables: list[Any] = [columns, strided, records, frame]
     for table in tables:
         room = Environment.fit(table, **options)
@@ -84,8 +84,8 @@ def test_tables_in_memory_make_the_same_room(fit_table: Path, tmp_path: Path) ->
         assert text_of(room, tmp_path) == expected
 
 
-def test_columns_of_groups_are_held_out(fit_table: Path) -> None:
-    columns: dict[str, Any] = dict(columns_of(fit_table))
+def test_columns_of_groups_are_held_out(few_rows: Path) -> None:
+    columns: dict[str, Any] = dict(columns_of(few_rows))
     rows = len(columns["ideal_x"])
     columns["cluster"] = [f"group {row % 7}" for row in range(rows)]
     options: dict[str, Any] = {"orders": [1], "directions": [1], "ridges": [0]}

@@ -13,10 +13,15 @@ from trackwright import Design
 
 
 @pytest.fixture(scope="module")
-def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def saved(tmp_path_factory: pytest.TempPathFactory, few_rows: Path) -> Path:
+    """Two designs in a room of few measurements."""
     folder = tmp_path_factory.mktemp("search")
+    room = folder / "own.env.ron"
+    trackwright.Environment.fit(few_rows, order=1, directions=1).save(room)
     design = Design.builtin("pointer-on-head").with_motion({"x": (-30.0, 30.0, 30.0)})
+    design = design.with_environment(room)
     design.save(folder / "a.design.ron")
+    design.with_motion(None).save(folder / "still.design.ron")
     sensor = design.sensors()[1]
     moved = design.with_name("moved").with_sensor(sensor.name, sensor.position + [0.0, 0.0, 8.0])
     moved.save(folder / "b.design.ron")
@@ -40,7 +45,7 @@ def test_rooms_are_compared_in(program: Program, saved: Path, room_file: Path) -
 def test_places_are_those_of_the_program(program: Program, saved: Path, tmp_path: Path) -> None:
     # Long enough for the end of a search with one sensor that moves along a channel.
     options: dict[str, Any] = {"moves": ["grip"], "metric": "position_rms", "seconds": 500.0}
-    file = saved / "a.design.ron"
+    file = saved / "still.design.ron"
     printed = program.json(
         "optimize", file, "-o", tmp_path / "better.design.ron", "--move", "grip",
         "--metric", "position_rms", "--seconds", 500,

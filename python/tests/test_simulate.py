@@ -65,9 +65,9 @@ def test_given_poses_are_read_from_anywhere(
     assert trackwright.simulate(design, "input", poses=records).figures == printed
 
 
-def test_a_room_in_memory_takes_the_designs_place(fit_table: Path) -> None:
+def test_a_room_in_memory_takes_the_designs_place(few_rows: Path) -> None:
     design = trackwright.Design.builtin("pointer-on-head").with_motion(FEW_POSES)
-    other = trackwright.Environment.fit(fit_table, order=1, directions=6)
+    other = trackwright.Environment.fit(few_rows, order=1, directions=6)
     own = trackwright.simulate(design, "motion", expected=False).figures
     there = trackwright.simulate(design, "motion", environment=other, expected=False).figures
     assert own["position_mm"] != there["position_mm"]
