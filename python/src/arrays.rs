@@ -11,6 +11,12 @@ use pyo3::prelude::*;
 use trackwright_formats::table::{NotUnit, unit_rotation};
 use trackwright_geometry::pose::{Pose, pose_from_parts, pose_to_array, quaternion_to_array};
 
+/// Rows of numbers that go out.
+pub type Matrix<'py> = Bound<'py, PyArray2<f64>>;
+
+/// Numbers that go out.
+pub type Column<'py> = Bound<'py, PyArray1<f64>>;
+
 /// Why an array is not what it has to be. Rows are counted from 0, as Python counts.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ArrayError {
@@ -187,7 +193,7 @@ const NONE: [f64; 7] = [f64::NAN; 7];
 pub fn parts<'py>(
     py: Python<'py>,
     poses: impl IntoIterator<Item = Option<Pose>>,
-) -> Done<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> Done<(Matrix<'py>, Matrix<'py>)> {
     let mut positions: Vec<[f64; 3]> = Vec::new();
     let mut quaternions: Vec<[f64; 4]> = Vec::new();
     for pose in poses {
@@ -199,19 +205,16 @@ pub fn parts<'py>(
 }
 
 /// One pose as a row of seven.
-pub fn pose_array<'py>(py: Python<'py>, pose: &Pose) -> Bound<'py, PyArray1<f64>> {
+pub fn pose_array<'py>(py: Python<'py>, pose: &Pose) -> Column<'py> {
     pose_to_array(pose).to_vec().into_pyarray(py)
 }
 
 /// A quaternion, scalar first.
-pub fn quaternion_array<'py>(
-    py: Python<'py>,
-    rotation: &UnitQuaternion<f64>,
-) -> Bound<'py, PyArray1<f64>> {
+pub fn quaternion_array<'py>(py: Python<'py>, rotation: &UnitQuaternion<f64>) -> Column<'py> {
     quaternion_to_array(rotation).to_vec().into_pyarray(py)
 }
 
 /// A point or direction.
-pub fn vector_array<'py>(py: Python<'py>, values: [f64; 3]) -> Bound<'py, PyArray1<f64>> {
+pub fn vector_array<'py>(py: Python<'py>, values: [f64; 3]) -> Column<'py> {
     values.to_vec().into_pyarray(py)
 }

@@ -1,6 +1,6 @@
 //! Where a tool's tip is, which way its shaft points, and where points and trackers are.
 
-use crate::arrays::{matrix, pose_array, vector, vector_array};
+use crate::arrays::{Column, Matrix, matrix, pose_array, vector, vector_array};
 use crate::errors::{Done, TrackwrightError};
 use crate::long_work;
 use crate::pose_tables::{WhichTool, points, pose_rows, tool_poses};
@@ -180,7 +180,6 @@ pub fn spin_calibration(
     source, target, *, leave_out_outliers = false, fle_mm = None,
     max_turn_error_deg = MAX_TURN_ERROR_DEG, as_is = false
 ))]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
 pub fn register(
     py: Python<'_>,
     source: &Bound<'_, PyAny>,
@@ -237,7 +236,7 @@ impl Registration {
         py: Python<'py>,
         points: &Bound<'_, PyAny>,
         as_is: bool,
-    ) -> Done<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> Done<(Matrix<'py>, Column<'py>)> {
         let mut notes = Notes::new();
         let points = self::points(points, "points", as_is, &mut notes)?;
         warn_of(py, notes)?;

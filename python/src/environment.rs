@@ -252,7 +252,6 @@ impl Environment {
     #[pyo3(signature = (
         positions, quaternions, *, outside = "clamp", method = "auto", as_is = false
     ))]
-    #[expect(clippy::too_many_arguments, reason = "keywords in Python")]
     fn compensate(
         &self,
         py: Python<'_>,

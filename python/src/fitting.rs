@@ -153,14 +153,15 @@ pub fn fit(
         (ModelKind::Bernstein, ModelChoice::Fixed(settings), None) => Wanted::Fixed(settings),
         (ModelKind::Bernstein, wanted, _) => {
             let labels = labels(&table, &measured, None, held_out.as_ref(), &mut notes)?;
-            Wanted::Chosen(labels, wanted.tried(&measured.samples))
+            Wanted::Chosen(Box::new((labels, wanted.tried(&measured.samples))))
         }
         _ => Wanted::Fixed(FitSettings::without_polynomials(request.map)),
     };
     let (room, figures) = long_work::run(py, |task| {
         let (settings, chosen) = match wanted {
             Wanted::Fixed(settings) => (settings, None),
-            Wanted::Chosen(labels, tried) => {
+            Wanted::Chosen(open) => {
+                let (labels, tried) = *open;
                 let chosen = choose_by(&measured.samples, labels, tried, task)
                     .with_context(|| measured.label.clone())?;
                 (chosen.settings(), Some(chosen))
@@ -258,7 +259,7 @@ pub fn select(
 /// How the model is decided.
 enum Wanted {
     Fixed(FitSettings),
-    Chosen(RowLabels, SelectSettings),
+    Chosen(Box<(RowLabels, SelectSettings)>),
 }
 
 /// Fits a room, and notes what is to be known of it.

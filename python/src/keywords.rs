@@ -39,7 +39,7 @@ impl<'a, 'py> Keywords<'a, 'py> {
         let Some(found) = self.object(name)? else { return Ok(None) };
         let refused = |_| {
             let text = format!("{name}: found {found}, which is not what is expected of it");
-            PyErr::from(TrackwrightError::new_err(text))
+            TrackwrightError::new_err(text)
         };
         let value = found.extract::<T>().map_err(Into::into);
         Ok(Some(value.map_err(refused)?))

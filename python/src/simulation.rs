@@ -62,7 +62,7 @@ impl Simulation {
 /// mode: "single", "motion", or "input" with poses: a file, or a table in memory with the columns tool_x …
 /// tool_qz (`crf_from_tool`, mm, unit quaternions) and, perhaps, crf_x … crf_qz (`tracker_from_crf`).
 /// environment: the design's own where it is None. expected=False leaves out the expected figures, their
-/// intervals and where errors come from, which take most of the time. outside: as in Environment.distort; trials that are
+/// intervals, where errors come from and which coils do not fit, which take most of the time. outside: as in Environment.distort; trials that are
 /// rejected are left out and counted.
 #[pyfunction]
 #[pyo3(signature = (
@@ -85,11 +85,10 @@ pub fn simulate(
     let outside = outside_policy(outside)?;
     let mut notes = Notes::new();
     let mode = match poses {
-        None => one_of("mode", mode, &[("single", Mode::Single), ("motion", Mode::Motion)])
-            .or_else(|error| match mode {
-                "input" => Err(TrackwrightError::new_err("mode \"input\" needs poses")),
-                _ => Err(error),
-            })?,
+        None if mode == "input" => {
+            return Err(TrackwrightError::new_err("mode \"input\" needs poses").into());
+        }
+        None => one_of("mode", mode, &[("single", Mode::Single), ("motion", Mode::Motion)])?,
         Some(poses) if mode == "input" => {
             let has_crf = world.document.design().crf.is_some();
             Mode::Input(input_trials(poses, has_crf, as_is, &mut notes)?.into())
@@ -111,7 +110,7 @@ pub fn simulate(
         }
         .with_context(|| design.label())?;
         notes.extend(note);
-        let coils = coil_findings(world);
+        let coils = if expected { coil_findings(world) } else { Vec::new() };
         if !coils.is_empty() {
             figures["coils"] = json!(coils);
         }

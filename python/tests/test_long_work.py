@@ -101,8 +101,8 @@ def resident_kib() -> int:
     raise AssertionError("no VmRSS")
 
 
-def test_memory_does_not_grow(room_file: Path) -> None:
-    room = Environment.load(room_file)
+def test_memory_does_not_grow(few_rows: Path) -> None:
+    room = Environment.fit(few_rows, order=1, directions=1)
     design = Design.builtin("pointer-on-head")
     names = [sensor.name for sensor in design.sensors()]
     position = design.sensors()[0].position
@@ -118,7 +118,8 @@ def test_memory_does_not_grow(room_file: Path) -> None:
         figures = trackwright.simulate(design, expected=False)
         assert len(figures.trials) == 1 and figures.figures["trials"] == 1
         room.distort(poses[:, :3] + shift, poses[:, 3:])
-        room.validity(poses[:, :3], poses[:, 3:])
+        if number % 100 == 0:
+            room.validity(poses[:, :3], poses[:, 3:])
         trackwright.register(points, points + shift)
         trackwright.IgtlDecoder().feed(message)
         with pytest.raises(trackwright.TrackwrightError):

@@ -117,7 +117,7 @@ def _of_buffer(
         return np.empty(0, dtype)
     memory = (ctypes.c_char * buffer.bufsize).from_address(buffer.ptr)
     # A view keeps `memory` alive, and that the buffer.
-    memory.owner = buffer  # type: ignore[attr-defined]
+    memory.owner = buffer
     return np.frombuffer(memory, dtype, size, offset * dtype.itemsize)
 
 
