@@ -136,10 +136,10 @@ impl<'py> Columns<'py> {
 }
 
 impl NumberColumns<'_> {
-    /// How many rows there are, at least one.
+    /// How many rows there are.
     ///
     /// # Errors
-    /// None.
+    /// No rows at all.
     pub fn rows(&self) -> Result<usize, ArrayError> {
         match self.0.first().map_or(0, |(_, column)| column.as_array().len()) {
             0 => Err(ArrayError::NoRows { what: "table".to_owned() }),

@@ -96,6 +96,16 @@ def test_columns_of_groups_are_held_out(few_rows: Path) -> None:
     assert Environment.select(frame, **options).figures == chosen
 
 
+def test_empty_cells_of_data_frames_are_refused(few_rows: Path) -> None:
+    frame = pandas.DataFrame(columns_of(few_rows))
+    frame.loc[3, "ideal_x"] = None
+    with pytest.raises(trackwright.TrackwrightError, match="ideal_x, row 3: found NaN"):
+        Environment.fit(frame, order=1, directions=1)
+    whole = frame.assign(ideal_x=pandas.array([None] * len(frame), dtype="Float64"))
+    with pytest.raises(trackwright.TrackwrightError, match="ideal_x: found empty cells"):
+        Environment.fit(whole, order=1, directions=1)
+
+
 @pytest.mark.parametrize("outside", ["clamp", "extrapolate", "reject"])
 def test_poses_are_distorted_as_by_the_program(
     program: Program, room_file: Path, fit_table: Path, tmp_path: Path, outside: Any

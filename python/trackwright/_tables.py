@@ -89,7 +89,7 @@ def _of_column(name: str, column: Any) -> npt.NDArray[Any]:
 def _of_chunk(name: str, column: Any) -> npt.NDArray[Any]:
     kind = column.dtype[0]
     nullness = column.describe_null[0]
-    if nullness not in (_NON_NULLABLE, _NAN) and column.null_count != 0:
+    if nullness not in (_NON_NULLABLE, _NAN) and (column.null_count or 0) > 0:
         raise TrackwrightError(f"table, column {name}: found empty cells, expected none")
     buffers = column.get_buffers()
     if kind in _NUMPY_KIND:
