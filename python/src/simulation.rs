@@ -61,9 +61,9 @@ impl Simulation {
 ///
 /// mode: "single", "motion", or "input" with poses: a file, or a table in memory with the columns tool_x …
 /// tool_qz (`crf_from_tool`, mm, unit quaternions) and, perhaps, crf_x … crf_qz (`tracker_from_crf`).
-/// environment: the design's own where it is None. expected=False leaves out the expected figures, their
-/// intervals, where errors come from and which coils do not fit, which take most of the time. outside: as in Environment.distort; trials that are
-/// rejected are left out and counted.
+/// environment: the design's own where it is None. outside: as in Environment.distort; trials that are
+/// rejected are left out and counted. expected=False leaves out the expected figures, their intervals,
+/// where errors come from and which coils do not fit, which take most of the time.
 #[pyfunction]
 #[pyo3(signature = (
     design, mode = "single", *, environment = None, poses = None, outside = "clamp", expected = true,
