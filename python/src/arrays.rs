@@ -26,6 +26,8 @@ pub enum ArrayError {
     Shape { what: String, found: String, expected: String },
     #[error("{what}: found {found} rows, expected {expected}, one for each of {of}")]
     Rows { what: String, found: usize, expected: usize, of: String },
+    #[error("{what}: found masked cells, expected none")]
+    Masked { what: String },
     #[error("{what}: found no rows, expected at least one")]
     NoRows { what: String },
     #[error("{what}, row {row}: found {found}, expected {expected}")]
@@ -41,6 +43,10 @@ pub enum ArrayError {
 /// What is no array of real numbers.
 pub fn floats<'py>(given: &Bound<'py, PyAny>, what: &str) -> Done<PyReadonlyArrayDyn<'py, f64>> {
     let numpy = given.py().import("numpy")?;
+    // A plain array would have some number in the place of what is masked.
+    if numpy.getattr("ma")?.call_method1("is_masked", (given,))?.is_truthy()? {
+        return Err(ArrayError::Masked { what: what.to_owned() }.into());
+    }
     let array = numpy.call_method1("asarray", (given,))?;
     let dtype = array.getattr("dtype")?;
     let kind: String = dtype.getattr("kind")?.extract()?;

@@ -32,7 +32,7 @@ def columns(table: object) -> Columns:
     if isinstance(table, np.ndarray):
         return _of_records(table)
     if isinstance(table, Mapping):
-        found = {str(name): np.asarray(column) for name, column in table.items()}
+        found = {str(name): _plain(str(name), column) for name, column in table.items()}
     elif hasattr(table, "__dataframe__"):
         # Some libraries announce that they will give the protocol up; others go on with it.
         with warnings.catch_warnings():
@@ -58,9 +58,16 @@ def _of_records(table: npt.NDArray[Any]) -> Columns:
             f"table: found an array of {table.dtype} without names of columns, "
             "expected a structured array"
         )
-    found = {name: np.asarray(table[name]) for name in names}
+    found = {name: _plain(name, table[name]) for name in names}
     _check(found)
     return found
+
+
+def _plain(name: str, column: Any) -> npt.NDArray[Any]:
+    """A column as a plain array, which would have some number in the place of what is masked."""
+    if np.ma.is_masked(column):
+        raise TrackwrightError(f"table, column {name}: found masked cells, expected none")
+    return np.asarray(column)
 
 
 def _check(found: Columns) -> None:
