@@ -201,6 +201,12 @@ mod tests {
     }
 
     #[test]
+    fn a_written_recording_is_read_back() {
+        let found = parse(&table(&samples())).unwrap();
+        assert_eq!(parse(&write(&found)).unwrap(), found);
+    }
+
+    #[test]
     fn every_state_and_name_is_read_back() {
         let found = parse(&table(&samples())).unwrap();
         let [stylus, other] = found.tools.as_slice() else { panic!("{found:?}") };
