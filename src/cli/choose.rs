@@ -2,38 +2,15 @@
 
 use super::prelude::*;
 use trackwright_calibration::room_choice::{
-    self, Chosen, Grouping, ModelChoice, ModelRequest, RowLabels, numbered_labels, row_groups,
+    self, Chosen, Grouping, HeldOut, ModelChoice, ModelRequest, RowLabels, numbered_labels,
+    row_groups,
 };
 use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::SampleSet;
-use trackwright_field::selection::places::Places;
-use trackwright_field::selection::sensors::SensorSpread;
-use trackwright_field::selection::{HoldOutBy, Scores, SelectSettings};
+use trackwright_field::selection::{HoldOutBy, SelectSettings};
 use trackwright_formats::groups::SENSOR_COLUMN;
-use trackwright_report::selection::{
-    SENSOR_INTERVAL, grouped_line, hold_out_lines, hold_out_name, reason, sensors_line,
-};
-
-/// What is to be held out.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum HoldOutArg {
-    Rows,
-    Groups,
-    Sensors,
-    /// Rows with equal text in this column.
-    Column(String),
-}
-
-impl From<&str> for HoldOutArg {
-    fn from(text: &str) -> Self {
-        match text {
-            "rows" => Self::Rows,
-            "groups" => Self::Groups,
-            "sensors" | SENSOR_COLUMN => Self::Sensors,
-            column => Self::Column(column.to_owned()),
-        }
-    }
-}
+use trackwright_report::selection::{grouped_line, hold_out_lines, sensors_line};
+use trackwright_report::selection_json::reason_of;
 
 /// The settings of a fit; what is left open is chosen by cross-validation on the measurements.
 /// Where a hold-out is named, a model with nothing open is cross-validated as well.
@@ -45,22 +22,13 @@ pub(super) fn settings(
     file: &Path,
     samples: &SampleSet,
     request: &ModelRequest,
-    hold_out: Option<&HoldOutArg>,
+    hold_out: Option<&HeldOut>,
 ) -> anyhow::Result<(FitSettings, Option<Chosen>)> {
-    let tried = match (request.wanted(samples), hold_out) {
+    let wanted = match (request.wanted(samples), hold_out) {
         (ModelChoice::Fixed(settings), None) => return Ok((settings, None)),
-        (ModelChoice::Fixed(settings), Some(_)) => SelectSettings {
-            orders: vec![settings.order],
-            direction_sets: vec![settings.directions],
-            ridges: vec![settings.ridge],
-            method: settings.method,
-            map: settings.map,
-            weighting: settings.weighting,
-            rcond: settings.rcond,
-            ..SelectSettings::for_samples(samples)
-        },
-        (ModelChoice::Open(tried), _) => tried,
+        (wanted, _) => wanted,
     };
+    let tried = wanted.tried(samples);
     let labels = row_labels(files, file, samples, None, hold_out)?;
     let chosen = cross_validate(file, samples, labels, tried)?;
     Ok((chosen.settings(), Some(chosen)))
@@ -75,20 +43,16 @@ pub(super) fn row_labels(
     file: &Path,
     samples: &SampleSet,
     group: Option<&str>,
-    hold_out: Option<&HoldOutArg>,
+    hold_out: Option<&HeldOut>,
 ) -> anyhow::Result<RowLabels> {
-    let column = match (group, hold_out) {
-        (Some(group), Some(HoldOutArg::Column(column))) if group != column => {
+    let held_out = hold_out.and_then(HeldOut::column);
+    let column = match (group, held_out) {
+        (Some(group), Some(column)) if group != column => {
             bail!("--group {group} and --hold-out {column}: expected one column")
         }
-        (None, Some(HoldOutArg::Column(column))) => Some(column.as_str()),
-        (group, _) => group,
+        (group, column) => group.or(column),
     };
-    let deciding = hold_out.map(|by| match by {
-        HoldOutArg::Rows => HoldOutBy::Rows,
-        HoldOutArg::Groups | HoldOutArg::Column(_) => HoldOutBy::Groups,
-        HoldOutArg::Sensors => HoldOutBy::Sensors,
-    });
+    let deciding = hold_out.map(HeldOut::deciding);
     let grouping = grouping(files, file, samples, column)?;
     if deciding == Some(HoldOutBy::Groups) && grouping.is_none() {
         bail!(
@@ -144,11 +108,6 @@ pub(super) fn cross_validate(
         .with_context(|| file.display().to_string())
 }
 
-/// Why the choice is what it is.
-pub(super) fn reason_of(chosen: &Chosen) -> String {
-    reason(&chosen.selection, chosen.by.as_deref(), chosen.tried.folds)
-}
-
 /// What was found of the rows, the chosen model in each hold-out, and why it was chosen.
 pub(super) fn lines(chosen: &Chosen) -> Vec<String> {
     let (found, by) = (&chosen.selection, chosen.by.as_deref());
@@ -160,89 +119,4 @@ pub(super) fn lines(chosen: &Chosen) -> Vec<String> {
         .chain(sensors)
         .chain([reason_of(chosen)])
         .collect()
-}
-
-pub(super) fn as_json(chosen: &Chosen) -> Value {
-    let best = chosen.selection.best();
-    let mut value = json!({
-        "order": best.candidate.order,
-        "directions": best.candidate.directions.len(),
-        "ridge": best.candidate.ridge,
-        "cv": scores_json(best.deciding()),
-        "folds": chosen.tried.folds,
-        "reason": reason_of(chosen),
-    });
-    add_hold_outs(&mut value, chosen);
-    value
-}
-
-/// Adds what was held out, how the chosen model did in each hold-out, and what was found of rows
-/// and sensors.
-pub(super) fn add_hold_outs(value: &mut Value, chosen: &Chosen) {
-    let found = &chosen.selection;
-    let hold_outs: Vec<Value> = found
-        .hold_outs
-        .iter()
-        .map(|hold_out| {
-            json!({
-                "by": hold_out_name(hold_out.by),
-                "folds": hold_out.folds,
-                "count": hold_out.count,
-                "decides": hold_out.by == found.decided_by,
-                "cv": found.best().held_out_by(hold_out.by).map(scores_json),
-            })
-        })
-        .collect();
-    value["groups"] = json!(chosen.by.as_ref().map(|by| json!({"by": by, "count": found.groups})));
-    value["hold_out"] = json!(hold_out_name(found.decided_by));
-    value["hold_outs"] = json!(hold_outs);
-    value["sensors"] = json!(found.sensors.as_ref().map(sensors_json));
-    value["grouped"] = json!(chosen.places.as_ref().map(places_json));
-}
-
-/// What is left of rows held out.
-pub(super) fn scores_json(scores: &Scores) -> Value {
-    json!({
-        "position_rms_mm": scores.position_rms_mm,
-        "position_max_mm": scores.position_max_mm,
-        "angle_rms_deg": scores.angle_rms_rad.map(f64::to_degrees),
-    })
-}
-
-fn sensors_json(spread: &SensorSpread) -> Value {
-    let degrees = |angles: [f64; 2]| angles.map(f64::to_degrees);
-    json!({
-        "count": spread.sensors,
-        "degrees_of_freedom": spread.degrees_of_freedom,
-        "position_mm": spread.position_std_dev_mm(),
-        "position_rms_mm": spread.position_rms_mm(),
-        "angle_rms_deg": spread.angle_rms_rad().map(f64::to_degrees),
-        "intervals": {
-            "position_rms_mm": spread.position_interval_mm(SENSOR_INTERVAL),
-            "angle_rms_deg": spread.angle_interval_rad(SENSOR_INTERVAL).map(degrees),
-        },
-    })
-}
-
-fn places_json(places: &Places) -> Value {
-    let variogram: Vec<Value> = places
-        .variogram
-        .iter()
-        .map(|point| {
-            json!({
-                "distance_mm": point.distance_mm,
-                "semivariance_mm2": point.semivariance_mm2,
-                "pairs": point.pairs,
-            })
-        })
-        .collect();
-    json!({
-        "places": places.count,
-        "width_mm": places.width_mm,
-        "dependence": places.dependence,
-        "correlation_length_mm": places.correlation_length_mm,
-        "nugget_mm2": places.nugget_mm2,
-        "sill_mm2": places.sill_mm2,
-        "variogram": variogram,
-    })
 }

@@ -4,16 +4,15 @@ use super::expected;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
-use serde_json::Map;
 use trackwright_design::Design;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::comparison_table::{self, Names};
-use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms};
+use trackwright_report::comparison_json::comparison_json;
 use trackwright_report::text_table::columns;
 use trackwright_simulation::comparison::{
-    Comparison, Difference, LEAST_DEG, LEAST_MM, Least, Row, Settings, WorstPose, compare,
-    difference_words, met_words, notes, worst_words,
+    Comparison, LEAST_DEG, LEAST_MM, Least, Row, Settings, compare, difference_words, met_words,
+    notes, worst_words,
 };
 use trackwright_simulation::{ErrorOf, Metric, Summary};
 
@@ -121,7 +120,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
     if let Some(csv) = &csv {
         csv.write(|out| comparison_table::write(out, &found, &names))?;
     }
-    args.format.print(|| as_json(&found, &names), || as_text(&found, &names))
+    args.format.print(|| comparison_json(&found, &names), || as_text(&found, &names))
 }
 
 /// # Errors
@@ -162,83 +161,6 @@ fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
         false => "no such file, and no design of this name",
     };
     bail!("--baseline {}: found {found}, expected one of {}", named.display(), files.join(", "))
-}
-
-fn as_json(found: &Comparison, names: &Names) -> Value {
-    let room = |number: usize| {
-        json!({
-            "name": Names::of(&names.rooms, number),
-            "file": Names::of(&names.room_files, number),
-            "uncertainty_unknown": found.rooms_unknown[number].map(|why| why.to_string()),
-        })
-    };
-    let design = |number: usize| {
-        json!({
-            "name": Names::of(&names.designs, number),
-            "file": Names::of(&names.design_files, number),
-        })
-    };
-    json!({
-        "baseline": Names::of(&names.designs, found.baseline),
-        "designs": (0..names.designs.len()).map(design).collect::<Vec<_>>(),
-        "environments": (0..names.rooms.len()).map(room).collect::<Vec<_>>(),
-        "rows": found.rows.iter().map(|row| row_as_json(row, names)).collect::<Vec<_>>(),
-    })
-}
-
-fn row_as_json(row: &Row, names: &Names) -> Value {
-    let mut value = json!({
-        "design": Names::of(&names.designs, row.design),
-        "design_file": Names::of(&names.design_files, row.design),
-        "environment": Names::of(&names.rooms, row.room),
-        "environment_file": Names::of(&names.room_files, row.room),
-        "no_figures": row.measured.as_ref().err().map(ToString::to_string),
-    });
-    let Ok(measured) = &row.measured else {
-        return value;
-    };
-    let figures = &measured.figures;
-    let expected = measured.expected.as_ref();
-    expected::add_figures(&mut value, figures, measured.without_field, expected);
-    value["rejected"] = json!(figures.rejected);
-    value["worst"]["pose"] = json!(pose_to_array(&measured.worst_pose.crf_from_tool));
-    value["worst"]["offsets"] = offsets_as_json(&measured.worst_pose);
-    value["poorly_determined"] = json!(figures.poorly_determined);
-    if let Some(weak) = &figures.barely_determined {
-        value["barely_determined"] = json!(weak);
-    }
-    if let Some(free) = &figures.free_axis {
-        value["free_axis"] = json!(free);
-        value["position_mm_determined"] = json!(figures.position_mm_determined);
-    }
-    value["against_baseline"] = match &row.against_baseline {
-        None => Value::Null,
-        Some(against) => json!({
-            "position_mm": differences_as_json(&against.differences, ErrorOf::Position),
-            "angle_deg": differences_as_json(&against.differences, ErrorOf::Angle),
-            "motion_differs": against.motion_differs,
-            "requirement_differs": against.requirement_differs,
-            "environment_differs": against.room_differs,
-        }),
-    };
-    value
-}
-
-/// `x_mm`, `rz_deg`.
-fn offsets_as_json(worst: &WorstPose) -> Value {
-    let each = worst.offsets.iter();
-    let named = each.map(|(axis, value)| {
-        let unit = if axis.starts_with('r') { "deg" } else { "mm" };
-        (format!("{axis}_{unit}"), json!(value))
-    });
-    Value::Object(named.collect())
-}
-
-pub(super) fn differences_as_json(differences: &[Difference], of: ErrorOf) -> Value {
-    let each = differences.iter().filter(|d| d.metric.of == of);
-    let named: Map<String, Value> =
-        each.map(|d| (d.metric.summary.key().to_owned(), json!(d))).collect();
-    Value::Object(named)
 }
 
 fn as_text(found: &Comparison, names: &Names) -> String {

@@ -3,12 +3,11 @@
 use super::prelude::*;
 use clap::ValueEnum;
 use trackwright_calibration::doubts;
-use trackwright_field::DistortionModel;
-use trackwright_field::compensation::{Compensated, Difference, Method, Tally, compensate};
+use trackwright_field::compensation::{Compensated, Compensation, Method};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::poses::{self, CompensatedRow};
-use trackwright_geometry::pose::Pose;
+use trackwright_report::compensation_json::{compensation_json, method_name};
 
 /// Correct measured poses by the map of an environment, or by the inverse of it
 #[derive(Debug, Args)]
@@ -48,14 +47,6 @@ enum MethodArg {
     Shortcut,
 }
 
-/// What one run came to.
-struct Outcome {
-    method: Method,
-    tally: Tally,
-    /// The shortcut against the inverse; none for a correction map.
-    shortcut: Option<Difference>,
-}
-
 /// Reads, corrects, and writes the table.
 ///
 /// # Errors
@@ -67,10 +58,12 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let room = environment.model.bounds();
     let poses = files.read_poses(&args.poses)?.and(|poses| doubts::in_room(poses, room));
     let measured = args.common.as_is.take(poses)?;
-    let (compensated, shortcut) = compensated(&environment.model, &measured, args.outside, method)?;
-    output.write(|out| poses::write_compensated(out, compensated.iter().map(row)))?;
-    let outcome = Outcome { method, tally: Tally::of(&measured, &compensated), shortcut };
-    args.common.format.print(|| as_json(&outcome), || as_text(args, &outcome))
+    let shown = Shown::new("compensating");
+    let outcome =
+        Compensation::of(&environment.model, &measured, args.outside, method, &shown.task)?;
+    drop(shown);
+    output.write(|out| poses::write_compensated(out, outcome.answers.iter().map(row)))?;
+    args.common.format.print(|| compensation_json(&outcome), || as_text(args, &outcome))
 }
 
 fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
@@ -84,30 +77,10 @@ fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
             "{}: found a correction map, expected a distortion map with --method {}; \
              --method auto applies a correction map as it is",
             args.environment.display(),
-            name(wanted)
+            method_name(wanted)
         );
     }
     Ok(wanted)
-}
-
-/// The answers, and for a distortion map how far the shortcut is from the inverse.
-fn compensated(
-    model: &DistortionModel,
-    measured: &[Pose],
-    outside: OutsidePolicy,
-    method: Method,
-) -> anyhow::Result<(Vec<Compensated>, Option<Difference>)> {
-    let shown = Shown::new("compensating");
-    let by = |method| compensate(model, measured, outside, method, &shown.task);
-    Ok(match method {
-        Method::Correction => (by(Method::Correction)?, None),
-        Method::Inverse | Method::Shortcut => {
-            let (inverse, shortcut) = (by(Method::Inverse)?, by(Method::Shortcut)?);
-            let difference = Difference::between(&inverse, &shortcut);
-            let wanted = if method == Method::Inverse { inverse } else { shortcut };
-            (wanted, difference)
-        }
-    })
 }
 
 fn row(found: &Compensated) -> CompensatedRow {
@@ -118,43 +91,7 @@ fn row(found: &Compensated) -> CompensatedRow {
     }
 }
 
-fn name(method: Method) -> &'static str {
-    match method {
-        Method::Correction => "correction",
-        Method::Inverse => "inverse",
-        Method::Shortcut => "shortcut",
-    }
-}
-
-fn as_json(outcome: &Outcome) -> Value {
-    let mut value = tally_as_json(&outcome.tally);
-    value["method"] = json!(name(outcome.method));
-    value["shortcut_against_inverse"] = json!(outcome.shortcut.map(|d| json!({
-        "compared": d.compared,
-        "position_rms_mm": d.position_rms_mm,
-        "position_max_mm": d.position_max_mm,
-        "angle_rms_deg": d.angle_rms_rad.to_degrees(),
-        "angle_max_deg": d.angle_max_rad.to_degrees(),
-    })));
-    value
-}
-
-/// What became of readings that were corrected for a room.
-pub(super) fn tally_as_json(t: &Tally) -> Value {
-    json!({
-        "rows": t.rows,
-        "converged": t.converged,
-        "ambiguous": t.ambiguous,
-        "folded": t.folded,
-        "not_converged": t.not_converged,
-        "rejected": t.rejected,
-        "outside": t.outside,
-        "largest_correction_mm": t.largest_correction_mm,
-        "largest_correction_deg": t.largest_correction_rad.to_degrees(),
-    })
-}
-
-fn as_text(args: &CompensateArgs, outcome: &Outcome) -> String {
+fn as_text(args: &CompensateArgs, outcome: &Compensation) -> String {
     let t = &outcome.tally;
     let mut rows = vec![
         count("rows", t.rows),

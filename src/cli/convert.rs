@@ -10,6 +10,7 @@ use trackwright_formats::tool_definition::{
     BodyFormat, Conversion, Lost, OnMismatch, ToolDefinition, from_body,
 };
 use trackwright_project::{ReadTool, StoreError};
+use trackwright_report::tool_json::tool_json;
 use trackwright_simulation::SensorOrientation;
 use trackwright_simulation::distinct::{
     Comparison, Distinction, LEAST_MM, compare_tools, compare_with_itself,
@@ -124,9 +125,8 @@ fn as_json(tool: &ReadTool, written: Option<&Conversion>) -> Value {
     let code = written.map_or("body", |written| written.definition.kind().code());
     let lost = written.map_or(&[][..], |written| &written.lost);
     let line = |lost: &Lost| json!({"what": lost.code(), "note": lost.to_string()});
-    let kind = tool.kind.map_or("body", DefinitionKind::code);
     json!({
-        "read": tool_report::as_json(tool, kind),
+        "read": tool_json(tool),
         "written": {
             "kind": code,
             "new_image": written.is_some_and(|written| written.is_new_image),

@@ -1,34 +1,30 @@
 //! Expected figures and their intervals beside those of the room's own field.
 
 use super::prelude::*;
-use serde_json::Map;
-use trackwright_simulation::expected::{
-    JudgedBound, MoreMeasuring, expected_rows, judged, more_measuring, most_times,
-    requirement_figures, verdict_of,
-};
-use trackwright_simulation::figures::Figures;
+use trackwright_report::study::KnownExpected;
+use trackwright_simulation::expected::{JudgedBound, MoreMeasuring, expected_rows, most_times};
 use trackwright_simulation::{
-    CancelToken, Deed, ErrorOf, Expected, ExpectedError, Explained, METRICS, Mode, Scenario,
-    expected,
+    CancelToken, Deed, Expected, ExpectedError, Explained, Mode, Scenario,
 };
 
-/// The expected figures; `None` in a room that was never measured, and where the environment keeps
-/// nothing to draw fields from, which is noted.
+/// The expected figures; why a measured room has none is noted.
 ///
 /// # Errors
 /// A study that cannot run.
 pub(super) fn of(scenario: &Scenario, mode: &Mode) -> anyhow::Result<Option<Expected>> {
-    if scenario.environment.provenance.is_none() && scenario.environment.process.is_none() {
-        return Ok(None);
-    }
-    match expected(scenario, mode, &CancelToken::default()) {
-        Ok(expected) => Ok(Some(expected)),
-        Err(why @ (ExpectedError::NoProcess(_) | ExpectedError::Markers)) => {
-            output::note(&format!("note: no expected figures: {why}"));
-            Ok(None)
-        }
-        Err(why) => Err(why.into()),
-    }
+    let found = KnownExpected::of(scenario, mode, &CancelToken::default())?;
+    note_none(&found);
+    Ok(found.figures)
+}
+
+/// Reports why there are none, where that has a reason.
+pub(super) fn note_none(found: &KnownExpected) {
+    found.why_none.iter().for_each(note);
+}
+
+/// Reports why there are none.
+pub(super) fn note(why: &ExpectedError) {
+    output::note(&format!("note: no expected figures: {why}"));
 }
 
 /// What it cost.
@@ -48,46 +44,6 @@ pub(super) fn explained(expected: Option<&Expected>) -> Explained {
             deed: Deed::LeftOut,
             what: "drawn fields: the room keeps no measurements to draw them from".to_owned(),
         },
-    }
-}
-
-/// `expected` and `intervals`, and their verdict on the requirement.
-pub(super) fn add_json(value: &mut Value, expected: &Expected, bounds: &[JudgedBound]) {
-    let both = |each: &dyn Fn(usize) -> Value| -> Value {
-        let of = |of: ErrorOf| {
-            let own = METRICS.iter().enumerate().filter(|(_, metric)| metric.of == of);
-            let entries = own.map(|(k, metric)| (metric.summary.key().to_owned(), each(k)));
-            (of.json_key().to_owned(), Value::Object(entries.collect::<Map<_, _>>()))
-        };
-        Value::Object(ErrorOf::ALL.map(of).into_iter().collect())
-    };
-    value["expected"] = both(&|k| json!(expected.figures[k]));
-    value["intervals"] = both(&|k| json!(expected.intervals[k]));
-    if let Some(verdict) = verdict_of(bounds) {
-        let named =
-            bounds.iter().map(|bound| (bound.metric.name().to_owned(), json!(bound.verdict)));
-        value["verdict"] = json!(verdict);
-        value["verdicts"] = Value::Object(named.collect());
-    }
-}
-
-/// A study's figures, and those that are to be expected.
-pub(super) fn add_figures(
-    value: &mut Value,
-    figures: &Figures,
-    without_field: usize,
-    expected: Option<&Expected>,
-) {
-    value["trials"] = json!(figures.trials);
-    value["outside"] = json!(figures.outside);
-    value["out_of_volume"] = json!(figures.out_of_volume);
-    value["without_field"] = json!(without_field);
-    value["position_mm"] = json!(figures.position_mm);
-    value["angle_deg"] = json!(figures.angle_deg);
-    value["worst"] = json!(figures.worst);
-    value["requirement"] = json!(requirement_figures(figures));
-    if let Some(expected) = expected {
-        add_json(value, expected, &judged(figures, Some(expected)));
     }
 }
 
@@ -119,29 +75,6 @@ pub(super) fn requirement_line(bound: &JudgedBound, [low, high]: [f64; 2]) -> St
         bound.limit,
         bound.value
     )
-}
-
-/// The measurements that would decide the bounds that cannot be decided now.
-///
-/// # Errors
-/// A study that cannot run.
-pub(super) fn needed(
-    scenario: &Scenario,
-    mode: &Mode,
-    expected: Option<&Expected>,
-    figures: &Figures,
-) -> anyhow::Result<Vec<MoreMeasuring>> {
-    let bounds = judged(figures, expected);
-    Ok(more_measuring(scenario, mode, &bounds, &CancelToken::default())?)
-}
-
-/// `measurements_needed`, a number a bound, null where there is none.
-pub(super) fn add_needed(value: &mut Value, needed: &[MoreMeasuring]) {
-    if !needed.is_empty() {
-        let named =
-            needed.iter().map(|more| (more.metric.name().to_owned(), json!(more.measurements)));
-        value["measurements_needed"] = Value::Object(named.collect());
-    }
 }
 
 /// A sentence a bound.

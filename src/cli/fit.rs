@@ -1,18 +1,17 @@
 //! `fit`: measurements to an environment, and what the fit leaves.
 
-use super::choose::{self, HoldOutArg};
-use super::generator;
+use super::choose;
 use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
 use super::prelude::*;
 use clap::{ArgAction, ValueEnum};
-use trackwright_calibration::room_choice::ModelRequest;
+use trackwright_calibration::room_choice::{HeldOut, ModelRequest};
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::computed::ModelKind;
-use trackwright_field::environment::{HoldoutProvenance, Jitter};
+use trackwright_field::environment::Jitter;
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};
 use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::sensors::SensorSpread;
@@ -21,6 +20,8 @@ use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{Output, SampleReading};
 use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
+use trackwright_report::room_json::{fit_json, holdout_of};
+use trackwright_report::selection_json::choice_json;
 
 /// Fit a distortion model to measurements and write it as an environment
 #[derive(Debug, Args)]
@@ -60,7 +61,7 @@ pub struct FitArgs {
     /// sensors, or a column whose rows with equal text belong together. A model with nothing left
     /// open is judged by it as well
     #[arg(long, value_name = "rows|groups|sensors|COLUMN")]
-    hold_out: Option<HoldOutArg>,
+    hold_out: Option<HeldOut>,
 
     /// The tracker's measurement volume, where it is known
     #[arg(long, value_enum, default_value_t)]
@@ -211,9 +212,9 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     }
     match args.common.format {
         Format::Json => {
-            let mut value = as_json(&settings, &room);
+            let mut value = fit_json(&settings, &room);
             if let Some(chosen) = &chosen {
-                value["selection"] = choose::as_json(chosen);
+                value["selection"] = choice_json(chosen);
             }
             output::print_json(&value)
         }
@@ -341,57 +342,6 @@ pub(super) fn read(
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 
-pub(super) fn as_json(settings: &FitSettings, room: &FittedRoom) -> Value {
-    let (fitted, holdout) = (&room.fit, holdout_of(room));
-    let residuals = |r: &Residuals| {
-        json!({
-            "position_rms_mm": r.position_rms_mm,
-            "angle_rms_deg": r.angle_rms_rad.map(f64::to_degrees),
-        })
-    };
-    let before_after =
-        |before, after| json!({"before": residuals(before), "after": residuals(after)});
-    let one_or_all = |values: Vec<Value>| match (settings.method, values.as_slice()) {
-        (FitMethod::Joint, [one]) => one.clone(),
-        _ => Value::Array(values),
-    };
-    let mut value = json!({
-        "samples": fitted.samples,
-        "order": settings.order,
-        "directions": settings.directions.len(),
-        "method": method_name(settings.method),
-        "map": map_name(settings.map),
-        "train": before_after(&fitted.before, &fitted.after),
-        "holdout": holdout.map(|h| before_after(&h.before, &h.after)),
-        "rank": one_or_all(fitted.systems.iter().map(|s| json!(s.rank)).collect()),
-        "condition": one_or_all(fitted.systems.iter().map(|s| json!(s.condition)).collect()),
-    });
-    value["system_samples"] = one_or_all(fitted.systems.iter().map(|s| json!(s.samples)).collect());
-    value["ambiguous"] = json!(fitted.ambiguous);
-    value["process_samples"] = match &room.environment.process {
-        Some(process) => json!(process.rows.len()),
-        None => Value::Null,
-    };
-    let kind = fitted.model.kind();
-    value["model"] = json!(kind.name());
-    if kind != ModelKind::Bernstein {
-        for key in ["order", "directions", "method", "rank", "condition", "system_samples"] {
-            value[key] = Value::Null;
-        }
-    }
-    if let Some(harmonic) = &room.harmonic {
-        value["harmonic"] = json!({
-            "generator": harmonic.generator.name,
-            "coils": harmonic.generator.coils.len(),
-            "degree": harmonic.degree,
-            "noise_mm": harmonic.noise_mm,
-            "down_weighted": harmonic.down_weighted,
-            "learned": harmonic.learned.as_ref().map(generator::as_json),
-        });
-    }
-    value
-}
-
 /// What only a part of the samples is used for, where they are too many.
 fn subset_line(room: &FittedRoom) -> Option<String> {
     let process = room.environment.process.as_ref()?;
@@ -407,11 +357,6 @@ fn subset_line(room: &FittedRoom) -> Option<String> {
             with_separators(all)
         )
     })
-}
-
-/// The model's figures on measurements that it was not fitted to.
-fn holdout_of(room: &FittedRoom) -> Option<&HoldoutProvenance> {
-    room.environment.provenance.as_ref()?.holdout.as_ref()
 }
 
 fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String {

@@ -4,10 +4,10 @@ use super::fit::read;
 use super::model_kind::checked_degree;
 use super::prelude::*;
 use clap::Subcommand;
-use trackwright_field::harmonic::learn::{Start, StartReport};
 use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
 use trackwright_field::samples::{MapKind, MeasurementSet};
 use trackwright_formats::signature::GENERATOR;
+use trackwright_report::room_json::{learned_json, start_name};
 
 /// Learn the field generator of a tracker from its measurements
 #[derive(Debug, Subcommand)]
@@ -74,40 +74,7 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
             learned.last_steps
         ));
     }
-    args.common.format.print(|| as_json(&learned), || as_text(args, &names, &learned))
-}
-
-fn start_name(start: Start) -> &'static str {
-    match start {
-        Start::Triads => "three triads of dipoles",
-        Start::Circle => "twelve dipoles on a circle",
-    }
-}
-
-pub(super) fn as_json(learned: &LearnedGenerator) -> Value {
-    let start = |report: &StartReport| {
-        json!({
-            "start": start_name(report.start),
-            "coils": report.coils,
-            "steps": report.steps,
-            "has_converged": report.has_converged,
-            "held_out": {
-                "position_rms_mm": report.held_out.position_rms_mm,
-                "angle_rms_deg": report.held_out.angle_rms_rad.map(f64::to_degrees),
-            },
-        })
-    };
-    json!({
-        "name": learned.generator.name,
-        "coils": learned.generator.coils.len(),
-        "start": start_name(learned.start),
-        "degree": learned.degree,
-        "samples": learned.measurements,
-        "used": learned.used,
-        "held_out_samples": learned.held_out,
-        "has_converged": learned.has_converged,
-        "starts": learned.starts.iter().map(start).collect::<Vec<_>>(),
-    })
+    args.common.format.print(|| learned_json(&learned), || as_text(args, &names, &learned))
 }
 
 fn as_text(args: &LearnArgs, files: &[String], learned: &LearnedGenerator) -> String {

@@ -19,7 +19,6 @@ mod import;
 mod jitter;
 mod live;
 mod metal;
-mod missed;
 mod model_kind;
 mod named_design;
 mod numbers;

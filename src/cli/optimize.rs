@@ -1,10 +1,10 @@
 //! `optimize`: the best places for a design's sensors, and how much is gained.
 
 mod arguments;
-mod json;
 mod text;
 
 use super::compare::named_once;
+use super::expected;
 use super::named_design::{note_sizes, open_named};
 use super::numbers::above_zero;
 use super::prelude::*;
@@ -20,10 +20,9 @@ use trackwright_optimization::{
     BuiltError, Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings,
     optimize,
 };
-use trackwright_project::{
-    MOST_SETS, MoveBounds, World, layout_edits, named_moves, sets_of_sensors,
-};
-use trackwright_simulation::{CancelToken, Metric};
+use trackwright_project::{MOST_SETS, MoveBounds, World, named_moves, sets_of_sensors};
+use trackwright_report::optimization_json::{FoundPlaces, optimization_json, with_layout};
+use trackwright_simulation::{CancelToken, ExpectedError, Metric};
 
 /// Find the best places for a design's sensors within what can be built, write the design that has
 /// them, and report how much is gained
@@ -104,19 +103,6 @@ const CRF_BOUNDS: Bounds = Bounds { mm: 20.0, deg: 10.0 };
 /// Likewise over a patch of the anatomy, which bounds the way by itself.
 const PATCH_BOUNDS: Bounds = Bounds { mm: MAX_LENGTH_MM, deg: 10.0 };
 
-/// What was searched, and what came of it.
-struct Found {
-    world: World,
-    /// The design with the best layout.
-    better: World,
-    rooms: Vec<Arc<Environment>>,
-    problem: Problem,
-    optimized: Optimized,
-    seconds: f64,
-    /// Names of files.
-    written: Vec<String>,
-}
-
 /// Searches, writes the better design, and prints the gain.
 ///
 /// # Errors
@@ -138,19 +124,18 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let problem = trackwright_project::placement_problem(&world, &rooms, moves, goal, args.rooms);
     let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;
-    let mut better = world.clone();
-    better.document.begin("Place sensors");
-    for edit in layout_edits(world.document.design(), &optimized.best) {
-        better.document.apply(edit).with_context(named)?;
-    }
-    better.document.commit();
+    let better = with_layout(&world, &optimized.best).with_context(named)?;
     let mut saved = if optimized.is_better { better.clone() } else { world.clone() };
     let report = trackwright_project::save_as(&mut saved, &args.output)?;
     let here = |file: &PathBuf| file.strip_prefix(".").unwrap_or(file).display().to_string();
     let written = report.written.iter().map(here).collect();
-    let found = Found { world, better, rooms, problem, optimized, seconds, written };
+    let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
     match args.format {
-        Format::Json => output::print_json(&json::as_json(&found).with_context(named)?),
+        Format::Json => {
+            let mut noted = |why: &ExpectedError| expected::note(why);
+            let value = optimization_json(&found, &CancelToken::default(), &mut noted);
+            output::print_json(&value.with_context(named)?)
+        }
         Format::Text => output::print(&text::as_text(&found)),
     }
 }

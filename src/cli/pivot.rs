@@ -3,14 +3,15 @@
 
 mod spin;
 
-use super::compensate::tally_as_json;
 use super::numbers::above_zero;
 use super::prelude::*;
 use super::tool_reader::ToolReader;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use spin::{Shaft, SpinArgs};
 use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
 use trackwright_formats::points;
+use trackwright_report::calibration::{error_limits, pivot_json};
+use trackwright_report::compensation_json::tally_json;
 
 /// Find where a tool's tip is from recordings around one point, and which way its shaft points
 /// from recordings of turns about it, or report why they don't determine it
@@ -125,12 +126,12 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
     SpinArgs::write_tip_frame(tip_frame.as_ref(), shaft.as_ref(), tip.map(|(tip, _)| tip))?;
     match args.common.format {
         Format::Json => {
-            let mut value = pivoted.as_ref().map_or_else(|| json!({}), as_json);
+            let mut value = pivoted.as_ref().map_or_else(|| json!({}), pivot_json);
             if let Some(shaft) = &shaft {
                 value["spin"] = shaft.as_json();
             }
             if reader.room.is_some() {
-                value["compensated"] = tally_as_json(&reader.tally);
+                value["compensated"] = tally_json(&reader.tally);
             }
             output::print_json(&value)
         }
@@ -167,63 +168,10 @@ fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'
     Ok(reader)
 }
 
-fn as_json(found: &Pivot) -> Value {
-    let point = |point: &Point3<f64>| -> [f64; 3] { point.coords.into() };
-    json!({
-        "poses": found.poses,
-        "tip": point(&found.tip_in_tool),
-        "pivot": point(&found.pivot_in_tracker),
-        "rms_mm": found.rms_mm,
-        "rms_component_mm": found.rms_component_mm(),
-        "orientation_range_deg": found.orientation_range_rad.to_degrees(),
-        "tip_std_error_mm": found.tip_std_error_mm,
-        "pivot_std_error_mm": found.pivot_std_error_mm(),
-        "intervals": intervals(found),
-        "covariance_mm2": (0..6)
-            .map(|i| (0..6).map(|j| found.covariance_mm2[(i, j)]).collect::<Vec<_>>())
-            .collect::<Vec<_>>(),
-        "effective": found.effective_size.effective,
-        "degrees_of_freedom": found.effective_size.freedom,
-        "quarters": found.quarters.map(|quarters| json!({
-            "apart_mm": quarters.apart_mm,
-            "expected_mm": quarters.expected_mm,
-            "drift": quarters.has_drift,
-        })),
-    })
-}
-
-/// Of 95 %, component by component; null where the recording is too short.
-fn intervals(found: &Pivot) -> Value {
-    let around = |at: &Point3<f64>, half: Vector3<f64>| {
-        json!([0, 1, 2].map(|k| [at[k] - half[k], at[k] + half[k]]))
-    };
-    match found.half_widths_mm() {
-        Some([tip, pivot]) => json!({
-            "tip": around(&found.tip_in_tool, tip),
-            "pivot": around(&found.pivot_in_tracker, pivot),
-        }),
-        None => Value::Null,
-    }
-}
-
 /// What the standard errors do not hold for.
 fn note_limits(found: &Pivot) {
-    match (found.effective_size.freedom, &found.quarters) {
-        (None, _) => output::note(
-            "the recording is too short to determine how far readings depend on their neighbours: standard errors are lower \
-             bounds, and there are no intervals",
-        ),
-        (Some(_), None) => output::note(
-            "a quarter of the recording by itself does not determine the tip: slow drift cannot be distinguished from the tool's \
-             motion, and is not in the standard errors",
-        ),
-        (Some(_), Some(quarters)) if quarters.has_drift => output::note(&format!(
-            "the tips of two quarters of the recording differ by {:.3} mm, with a standard error of {:.3} mm by what \
-             happens within them: the tip or a sensor moved, or the field differs; the standard errors of the whole \
-             include it",
-            quarters.apart_mm, quarters.expected_mm
-        )),
-        _ => {}
+    if let Some(limit) = error_limits(found) {
+        output::note(&limit);
     }
 }
 

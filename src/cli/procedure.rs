@@ -13,6 +13,7 @@ use trackwright_procedure::{
     BuiltStatus, Change, DecisionBasis, Row, State, Step, StepStatus, StudiesStatus, headline,
 };
 use trackwright_project::{ProcedureRequest, StoreError, World};
+use trackwright_report::expected_json::add_figures;
 use trackwright_report::text_table::columns;
 use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::own_study::study_notes;
@@ -263,7 +264,7 @@ fn row_as_json(row: &Row) -> Value {
         return value;
     };
     let expected = studied.expected.as_ref();
-    expected::add_figures(&mut value, &studied.figures, studied.without_field, expected);
+    add_figures(&mut value, &studied.figures, studied.without_field, expected);
     value
 }
 

@@ -1,24 +1,26 @@
 //! `select`: cross-validates model sizes and regularisation, names the best, and fits it.
 
-use super::choose::{self, HoldOutArg};
-use super::fit::{FittingArgs, Target, VolumeArg, as_json as fit_json, fit_and_write, read};
+use super::choose;
+use super::fit::{FittingArgs, Target, VolumeArg, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::model_kind::{LOSS, tried_kinds};
 use super::prelude::*;
 use trackwright_calibration::kind_choice::{KindChoice, KindScored, TriedKind, choose_kind};
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
-use trackwright_calibration::room_choice::{Chosen, RowLabels};
+use trackwright_calibration::room_choice::{Chosen, HeldOut, RowLabels};
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::scoring::HeldOutScores;
 use trackwright_field::selection::{
-    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, HoldOutBy, Scored, SelectSettings,
+    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, HoldOutBy, SelectSettings,
 };
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_report::room::{map_name, method_name};
+use trackwright_report::room_json::fit_json;
 use trackwright_report::selection::{candidate_text, hold_out_name};
+use trackwright_report::selection_json::{curve_json, kinds_json, selection_json};
 use trackwright_report::text_table::columns;
 use trackwright_report::{learning_chart, selection, selection_chart};
 
@@ -79,7 +81,7 @@ pub struct SelectArgs {
     /// sensor), or a column whose rows with equal text belong together; groups where there are any,
     /// else rows, where left out. The others are reported
     #[arg(long, value_name = "rows|groups|sensors|COLUMN")]
-    hold_out: Option<HoldOutArg>,
+    hold_out: Option<HeldOut>,
 
     /// Seed of the random folds
     #[arg(long, value_name = "N", default_value_t = DEFAULT_SEED)]
@@ -153,7 +155,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
             .with_context(|| args.data.display().to_string())?;
         (chosen, Some(choice))
     };
-    let mut value = as_json(&chosen, samples.samples.len());
+    let mut value = selection_json(&chosen, samples.samples.len());
     let mut lines = text_lines(args, &chosen, samples.samples.len());
     if let Some(choice) = &choice {
         value["models"] = kinds_json(choice);
@@ -297,51 +299,6 @@ fn numbers<T: std::str::FromStr>(
         .with_context(|| format!("{option}: found {list:?}, expected a list of {expected}"))
 }
 
-fn as_json(chosen: &Chosen, samples: usize) -> Value {
-    let (settings, selection) = (&chosen.tried, &chosen.selection);
-    let model = |row: &Scored| {
-        json!({
-            "order": row.candidate.order,
-            "directions": row.candidate.directions.len(),
-            "ridge": row.candidate.ridge,
-        })
-    };
-    let table: Vec<_> = selection
-        .table
-        .iter()
-        .map(|row| {
-            let mut value = model(row);
-            value["coefficients"] = json!(row.candidate.coefficients());
-            value["is_determined"] = json!(row.is_determined);
-            value["cv"] = choose::scores_json(row.deciding());
-            value["cv_by_row"] = choose::scores_json(&row.by_row);
-            value["cv_by_group"] = json!(row.by_group.as_ref().map(choose::scores_json));
-            value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(choose::scores_json));
-            value["under_sampled_directions"] = json!(row.under_sampled);
-            value["is_admissible"] = json!(row.is_admissible());
-            value
-        })
-        .collect();
-    let mut value = json!({
-        "best": model(selection.best()),
-        "least": model(selection.least()),
-        "reason": choose::reason_of(chosen),
-        "samples": samples,
-        "folds": settings.folds,
-        "seed": settings.seed,
-        "method": method_name(settings.method),
-        "map": map_name(settings.map),
-        "left_out": selection
-            .left_out
-            .iter()
-            .map(|(order, directions)| json!({"order": order, "directions": directions.len()}))
-            .collect::<Vec<_>>(),
-        "table": table,
-    });
-    choose::add_hold_outs(&mut value, chosen);
-    value
-}
-
 /// One line a system, with the ridge that serves it best; the choice is marked.
 fn text_lines(args: &SelectArgs, chosen: &Chosen, samples: usize) -> Vec<String> {
     let (settings, found) = (&chosen.tried, &chosen.selection);
@@ -436,55 +393,10 @@ fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
     lines
 }
 
-fn curve_json(points: &[LearningPoint]) -> Value {
-    let each = points.iter().map(|point| {
-        let mut value = kinds_json(&point.choice);
-        value["rows"] = json!(point.rows);
-        value
-    });
-    Value::Array(each.collect())
-}
-
 fn held_out_figures(scores: &HeldOutScores) -> String {
     let angle = scores
         .overall
         .angle_rms_rad
         .map_or_else(String::new, |a| format!("  {:>8.4}°", a.to_degrees()));
     format!("{:>9.4} mm{angle}  ", scores.overall.position_rms_mm)
-}
-
-fn kinds_json(choice: &KindChoice) -> Value {
-    let kinds: Vec<Value> = choice
-        .kinds
-        .iter()
-        .enumerate()
-        .map(|(place, kind)| {
-            let mut value = json!({
-                "model": kind.name(),
-                "is_chosen": place == choice.best,
-                "cv": choose::scores_json(&kind.deciding().overall),
-            });
-            for (by, scores) in &kind.scores.hold_outs {
-                let key = match by {
-                    HoldOutBy::Rows => "cv_by_row",
-                    HoldOutBy::Groups => "cv_by_group",
-                    HoldOutBy::Sensors => "cv_by_sensor",
-                };
-                value[key] = choose::scores_json(&scores.overall);
-            }
-            if let Some(candidate) = &kind.candidate {
-                value["order"] = json!(candidate.order);
-                value["directions"] = json!(candidate.directions.len());
-                value["ridge"] = json!(candidate.ridge);
-            }
-            if let RoomModel::Harmonic(order) = &kind.model {
-                value["generator"] = json!(order.generator.name());
-                value["degree"] = json!(order.degree);
-            }
-            value
-        })
-        .collect();
-    let left_out: Vec<Value> =
-        choice.left_out.iter().map(|(kind, why)| json!({"model": kind, "reason": why})).collect();
-    json!({"kinds": kinds, "left_out": left_out})
 }

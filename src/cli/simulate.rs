@@ -1,21 +1,21 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
 use super::expected;
-use super::missed::{self, Missed};
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
-use super::study::{Study, as_json, simulate};
+use super::study::{simulate, study};
 use super::uncertainty::UncertaintyArgs;
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::World;
+use trackwright_report::missed::Missed;
 use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged};
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
-    self, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial, coil_statements,
-    figure_rows,
+    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
+    coil_statements, figure_rows,
 };
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -106,8 +106,8 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(named)?;
     // Before the log is written: an environment without that data is an error.
     let survey = args.support.then(|| survey(&scenario, &mode).with_context(named)).transpose()?;
-    let study = Study::of((&scenario, &mode), log.as_ref()).with_context(named)?;
-    let (outcome, expected) = (&study.outcome, study.expected.as_ref());
+    let study = study(BodyRole::Tool, (&scenario, &mode), log.as_ref()).with_context(named)?;
+    let (outcome, expected) = (&study.outcome, study.expected.figures.as_ref());
     if args.explain {
         for line in trackwright_simulation::explain(&scenario, outcome) {
             output::note(&line.to_string());
@@ -181,28 +181,19 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
     for study in trackwright_project::resolve_crf(design, &world.environment) {
         let mut scenario = study.scenario;
         scenario.outside = args.outside;
-        let (outcome, last) = simulate(&scenario, &mode, None).with_context(named)?;
-        let single = last.filter(|_| required == ModeArg::Single);
+        let found = self::study(args.body, (&scenario, &mode), None).with_context(named)?;
         let at = match &study.target {
             Some(target) => format!(" at {target}"),
             None => String::new(),
         };
         let name = &crf.body.rigid.name;
         let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
-        let expected = expected::of(&scenario, &mode)?;
-        let (single, expected) = (single.as_ref(), expected.as_ref());
-        let mut parts = vec![study_text(&title, (&scenario, &mode), &outcome, single, expected)];
-        let missed = Missed::of(args.body, (&scenario, &mode), &outcome.figures, expected)?;
-        parts.extend(missed.iter().flat_map(Missed::lines));
+        let (single, expected) = (found.single.as_ref(), found.expected.figures.as_ref());
+        let of = (&scenario, &mode);
+        let mut parts = vec![study_text(&title, of, &found.outcome, single, expected)];
+        parts.extend(found.missed.iter().flat_map(Missed::lines));
         texts.push(parts.join("\n"));
-        let mut value = as_json(&outcome.figures, single, expected);
-        missed::add_json(
-            &mut value,
-            args.body,
-            (&scenario, &mode),
-            &outcome.figures,
-            missed.as_ref(),
-        );
+        let mut value = found.as_json(of);
         value["target"] = json!(study.target);
         values.push(value);
     }
@@ -271,7 +262,13 @@ pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let title = title(&world);
     let (single, expected) = (single.as_ref(), expected.as_ref());
     let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
-    let missed = Missed::of(BodyRole::Tool, (&scenario, &mode), &outcome.figures, expected)?;
+    let missed = Missed::of(
+        BodyRole::Tool,
+        (&scenario, &mode),
+        &outcome.figures,
+        expected,
+        &CancelToken::default(),
+    )?;
     for line in missed.iter().flat_map(Missed::lines) {
         text.push('\n');
         text.push_str(&line);

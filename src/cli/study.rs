@@ -1,57 +1,25 @@
-//! A study with all that is printed of it, the same wherever it is printed.
+//! A study with progress and, where requested, a log.
 
 use super::expected;
-use super::missed::{self, Missed};
-use super::prelude::*;
+use super::output;
 use trackwright_design::BodyRole;
-use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::Output;
-use trackwright_simulation::expected::{MoreMeasuring, judged, requirement_figures};
-use trackwright_simulation::{
-    self, CancelToken, Expected, Figures, Mode, Outcome, Scenario, Trial,
-};
+use trackwright_report::study::Study;
+use trackwright_simulation::{CancelToken, Mode, Outcome, Scenario, Trial};
 
-/// A study, and what is known of its figures.
-pub(super) struct Study {
-    pub outcome: Outcome,
-    /// The trial of a study of one pose.
-    pub single: Option<Trial>,
-    pub expected: Option<Expected>,
-    pub needed: Vec<MoreMeasuring>,
-    pub missed: Option<Missed>,
-}
-
-impl Study {
-    /// Runs it, of the tool in its CRF, with progress and, where requested, a log.
-    ///
-    /// # Errors
-    /// A study that cannot run, a log that cannot be written.
-    pub(super) fn of(
-        (scenario, mode): (&Scenario, &Mode),
-        log: Option<&Output>,
-    ) -> anyhow::Result<Self> {
-        let (outcome, last) = simulate(scenario, mode, log)?;
-        let figures = &outcome.figures;
-        let expected = expected::of(scenario, mode)?;
-        let needed = expected::needed(scenario, mode, expected.as_ref(), figures)?;
-        let missed = Missed::of(BodyRole::Tool, (scenario, mode), figures, expected.as_ref())?;
-        let single = last.filter(|_| matches!(mode, Mode::Single));
-        Ok(Self { outcome, single, expected, needed, missed })
-    }
-
-    pub(super) fn as_json(&self, (scenario, mode): (&Scenario, &Mode)) -> Value {
-        let figures = &self.outcome.figures;
-        let mut value = as_json(figures, self.single.as_ref(), self.expected.as_ref());
-        expected::add_needed(&mut value, &self.needed);
-        missed::add_json(
-            &mut value,
-            BodyRole::Tool,
-            (scenario, mode),
-            figures,
-            self.missed.as_ref(),
-        );
-        value
-    }
+/// Runs a body's study, with progress and, where requested, a log.
+///
+/// # Errors
+/// A study that cannot run, a log that cannot be written.
+pub(super) fn study(
+    role: BodyRole,
+    (scenario, mode): (&Scenario, &Mode),
+    log: Option<&Output>,
+) -> anyhow::Result<Study> {
+    let (outcome, last) = simulate(scenario, mode, log)?;
+    let study = Study::of_outcome(role, (scenario, mode), outcome, last, &CancelToken::default())?;
+    expected::note_none(&study.expected);
+    Ok(study)
 }
 
 /// Runs with progress and, where requested, a log; gives the last trial beside the outcome.
@@ -78,40 +46,4 @@ pub(super) fn simulate(
     };
     bar.finish_and_clear();
     Ok((outcome, last))
-}
-
-/// A study's figures.
-pub(super) fn as_json(
-    figures: &Figures,
-    single: Option<&Trial>,
-    expected: Option<&Expected>,
-) -> Value {
-    let mut value = json!({
-        "trials": figures.trials,
-        "outside": figures.outside,
-        "out_of_volume": figures.out_of_volume,
-        "rejected": figures.rejected,
-        "position_mm": figures.position_mm,
-        "angle_deg": figures.angle_deg,
-        "worst": figures.worst,
-        "requirement": requirement_figures(figures),
-        "poorly_determined": figures.poorly_determined,
-    });
-    if let Some(free) = &figures.free_axis {
-        value["free_axis"] = json!(free);
-        value["position_mm_determined"] = json!(figures.position_mm_determined);
-    }
-    if let Some(weak) = &figures.barely_determined {
-        value["barely_determined"] = json!(weak);
-    }
-    if let Some(trial) = single {
-        let e = trial.tip_error_in_crf_mm;
-        value["error_mm"] = json!([e.x, e.y, e.z]);
-        value["true"] = json!(pose_to_array(&trial.crf_from_tool));
-        value["simulated"] = json!(pose_to_array(&trial.crf_from_tool_simulated));
-    }
-    if let Some(expected) = expected {
-        expected::add_json(&mut value, expected, &judged(figures, Some(expected)));
-    }
-    value
 }

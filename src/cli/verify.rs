@@ -18,6 +18,7 @@ use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
 use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use trackwright_report::agreement_chart;
+use trackwright_report::expected_json::add_expected;
 use trackwright_simulation::{Scenario, Statistics};
 
 /// Size of the chart in pixels.
@@ -273,7 +274,7 @@ struct Recorded {
 fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
     let mut value = json!(found.summary);
     if let Some(expected) = &found.expected {
-        expected::add_json(&mut value, expected, &[]);
+        add_expected(&mut value, expected, &[]);
     }
     value["frame"] = json!(if recorded.has_crf { "crf" } else { "tracker" });
     value["rows_left_out"] = json!(recorded.rows_left_out);

@@ -305,6 +305,7 @@ fn files_of_a_crate_form_no_large_circles() {
     let mut sources: Vec<_> =
         crates().into_iter().map(|name| (format!("crates/{name}/src"), name)).collect();
     sources.push(("src".to_owned(), "trackwright".to_owned()));
+    sources.push(("python/src".to_owned(), "python".to_owned()));
     for (folder, name) in sources {
         let circles = large_circles(&graph(&root().join(folder)));
         if !circles.is_empty() {

@@ -66,7 +66,7 @@ fn has(line: &str, word: &str) -> bool {
 
 /// What people read and write: source, manifests and pages.
 fn written(endings: &[&str]) -> Vec<PathBuf> {
-    let folders = ["crates", "src", "tests", "benches", "docs", "fuzz", "assets"];
+    let folders = ["crates", "src", "python", "tests", "benches", "docs", "fuzz", "assets"];
     let mut found: Vec<_> =
         folders.iter().flat_map(|folder| files(&root().join(folder), endings)).collect();
     found.extend(["README.md", "Cargo.toml"].map(|name| root().join(name)));

@@ -33,6 +33,7 @@ pub mod doubts;
 pub mod fiducial_outliers;
 pub mod fit_quality;
 pub mod hand_eye;
+pub mod judged_registration;
 pub mod kind_choice;
 pub mod learning_curve;
 pub mod long_run;

@@ -31,6 +31,66 @@ pub enum ModelChoice {
     Open(SelectSettings),
 }
 
+impl ModelChoice {
+    /// What is tried where a model is judged although nothing of it is open, or as it is open.
+    pub fn tried(self, samples: &SampleSet) -> SelectSettings {
+        match self {
+            Self::Open(tried) => tried,
+            Self::Fixed(settings) => SelectSettings {
+                orders: vec![settings.order],
+                direction_sets: vec![settings.directions],
+                ridges: vec![settings.ridge],
+                method: settings.method,
+                map: settings.map,
+                weighting: settings.weighting,
+                rcond: settings.rcond,
+                ..SelectSettings::for_samples(samples)
+            },
+        }
+    }
+}
+
+/// What is to be held out, as a person names it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum HeldOut {
+    Rows,
+    Groups,
+    Sensors,
+    /// Rows with equal text in this column.
+    Column(String),
+}
+
+impl From<&str> for HeldOut {
+    fn from(text: &str) -> Self {
+        match text {
+            "rows" => Self::Rows,
+            "groups" => Self::Groups,
+            // The column that names sensors means the same.
+            "sensors" | "sensor" => Self::Sensors,
+            column => Self::Column(column.to_owned()),
+        }
+    }
+}
+
+impl HeldOut {
+    /// Which hold-out decides then.
+    pub fn deciding(&self) -> HoldOutBy {
+        match self {
+            Self::Rows => HoldOutBy::Rows,
+            Self::Groups | Self::Column(_) => HoldOutBy::Groups,
+            Self::Sensors => HoldOutBy::Sensors,
+        }
+    }
+
+    /// The column that groups rows, where one is named.
+    pub fn column(&self) -> Option<&str> {
+        match self {
+            Self::Column(column) => Some(column),
+            Self::Rows | Self::Groups | Self::Sensors => None,
+        }
+    }
+}
+
 /// Which rows are held out together, and who decided it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grouping {

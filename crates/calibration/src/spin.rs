@@ -169,6 +169,12 @@ pub fn spin(poses: &[Pose], limits: &SpinLimits) -> Result<Spin, SpinError> {
 const SURE: f64 = 3.0;
 
 impl Spin {
+    /// Half the 95 % interval along the direction in which the shaft is known least; `None` where the
+    /// recording is too short.
+    pub fn half_width_rad(&self) -> Option<f64> {
+        Some(self.effective_size.student_975()? * self.std_error_rad)
+    }
+
     /// With the shaft pointing from the tool's origin towards its tip; `None` where the tip lies so
     /// near beside the origin that this could be either direction.
     pub fn towards(&self, tip_in_tool: &Point3<f64>, tip_std_error_mm: f64) -> Option<Self> {

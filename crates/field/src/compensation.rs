@@ -204,6 +204,42 @@ impl Tally {
     }
 }
 
+/// Readings that were corrected, what became of them, and how far the shortcut is off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Compensation {
+    pub method: Method,
+    pub answers: Vec<Compensated>,
+    pub tally: Tally,
+    /// The shortcut against the inverse; none for a correction map.
+    pub shortcut: Option<Difference>,
+}
+
+impl Compensation {
+    /// Corrects readings; for a distortion map by both ways.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn of(
+        model: &DistortionModel,
+        measured: &[Pose],
+        outside: OutsidePolicy,
+        method: Method,
+        task: &Task,
+    ) -> Result<Self, Cancelled> {
+        let by = |method| compensate(model, measured, outside, method, task);
+        let (answers, shortcut) = match method {
+            Method::Correction => (by(Method::Correction)?, None),
+            Method::Inverse | Method::Shortcut => {
+                let (inverse, shortcut) = (by(Method::Inverse)?, by(Method::Shortcut)?);
+                let difference = Difference::between(&inverse, &shortcut);
+                let wanted = if method == Method::Inverse { inverse } else { shortcut };
+                (wanted, difference)
+            }
+        };
+        Ok(Self { method, tally: Tally::of(measured, &answers), answers, shortcut })
+    }
+}
+
 /// How far two ways to compensate are apart, over the readings that both answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Difference {

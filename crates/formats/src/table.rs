@@ -4,7 +4,7 @@ use super::error::{FormatError, text};
 use super::table_dialect::{ColumnName, DecimalMark, Dialect, first_line};
 use super::utf8::{self, Utf8Reader};
 use csv::StringRecord;
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::array::from_fn;
 use std::cell::Cell;
 use std::io::{self, Cursor, Read};
@@ -15,7 +15,7 @@ use trackwright_geometry::pose::{Pose, pose_from_parts};
 const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// What the names of a pose's columns end in.
-pub(super) const POSE: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+pub const POSE: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
 
 /// A table that is split into cells row by row, so that it is never in memory as a whole. Columns
 /// that are not requested are ignored.
@@ -297,16 +297,10 @@ impl<'a> Row<'a> {
             return Ok(Pose::translation(x, y, z));
         };
         let quaternion = self.numbers(rotation_columns)?;
-        let length = quaternion.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
-        match number::rotation(quaternion).filter(|_| is_unit) {
-            Some(rotation) => Ok(pose_from_parts(position, rotation)),
-            None => {
+        match unit_rotation(quaternion) {
+            Ok(rotation) => Ok(pose_from_parts(position, rotation)),
+            Err(NotUnit { length, expected }) => {
                 let [w, .., z] = rotation_columns.map(|column| self.name(column));
-                let expected = match length > 2.0 {
-                    true => "1 within 0.001: a unit quaternion, no angles",
-                    false => "1 within 0.001",
-                };
                 let field = format!("length of the quaternion {w} … {z}");
                 Err(FormatError::cell(self.line, field, length.to_string(), expected))
             }
@@ -320,6 +314,30 @@ impl<'a> Row<'a> {
         }
         Ok(values)
     }
+}
+
+/// A quaternion that is not of unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotUnit {
+    pub length: f64,
+    pub expected: &'static str,
+}
+
+/// The rotation of a quaternion, scalar first, as a table has it: of unit length but for the digits
+/// that were written.
+///
+/// # Errors
+/// Another length.
+pub fn unit_rotation(quaternion: [f64; 4]) -> Result<UnitQuaternion<f64>, NotUnit> {
+    let length = quaternion.iter().map(|v| v * v).sum::<f64>().sqrt();
+    let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
+    number::rotation(quaternion).filter(|_| is_unit).ok_or(NotUnit {
+        length,
+        expected: match length > 2.0 {
+            true => "1 within 0.001: a unit quaternion, no angles",
+            false => "1 within 0.001",
+        },
+    })
 }
 
 /// The text is UTF-8 and rows may have any length, so that beside the reader's own failures hardly

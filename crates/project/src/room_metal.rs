@@ -53,8 +53,12 @@ impl RoomContent {
         }
     }
 
-    pub(super) fn solved(&self, file: &Path) -> Result<Furnished, StoreError> {
-        let solved = self.solve(&mut Furnisher::default(), &Task::default());
+    /// Solves for the metal of a room that was read from a file.
+    ///
+    /// # Errors
+    /// [`StoreError::Metal`].
+    pub fn solved(&self, file: &Path, task: &Task) -> Result<Furnished, StoreError> {
+        let solved = self.solve(&mut Furnisher::default(), task);
         solved.map_err(|cause| StoreError::Metal { file: file.to_owned(), cause: Arc::new(cause) })
     }
 }
@@ -105,7 +109,7 @@ impl Reader {
         reference: &str,
     ) -> Result<Arc<Environment>, StoreError> {
         let content = self.room(from, reference)?;
-        Ok(content.solved(&self.storage.resolve(from, reference))?.environment)
+        Ok(content.solved(&self.storage.resolve(from, reference), &Task::default())?.environment)
     }
 }
 
@@ -223,7 +227,7 @@ impl World {
     ) -> Result<(), StoreError> {
         let metal = self.document.design().room_metal.clone();
         let content = RoomContent { bare, metal };
-        let furnished = content.solved(file)?;
+        let furnished = content.solved(file, &Task::default())?;
         self.bare = content.bare;
         self.has_metal(content.metal, furnished);
         Ok(())

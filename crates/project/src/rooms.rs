@@ -89,14 +89,14 @@ impl RoomSource {
             Self::BuiltIn(path) => Path::new(path),
             Self::File(path) => path.as_path(),
         };
-        Ok(self.read()?.solved(file)?.environment)
+        Ok(self.read()?.solved(file, &Task::default())?.environment)
     }
 }
 
 impl Files {
     /// Reads an environment, with its metal solved for.
     pub fn read_environment(&self, file: &Path) -> Result<Environment, StoreError> {
-        let furnished = self.read_room(file)?.solved(file)?;
+        let furnished = self.read_room(file)?.solved(file, &Task::default())?;
         Ok(Arc::unwrap_or_clone(furnished.environment))
     }
 

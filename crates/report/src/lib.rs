@@ -15,19 +15,29 @@
 //! ```
 
 pub mod agreement_chart;
+pub mod calibration;
+pub mod comparison_json;
+pub mod compensation_json;
 pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
+pub mod expected_json;
 pub mod found_metal;
 pub mod learning_chart;
 pub mod manufacturing;
 pub mod metal_chart;
+pub mod missed;
+pub mod optimization_json;
 pub mod page;
 pub mod palette;
 pub mod plot;
 pub mod room;
+pub mod room_json;
 pub mod selection;
 pub mod selection_chart;
+pub mod selection_json;
+pub mod study;
 pub mod sweep;
 pub mod text_table;
+pub mod tool_json;
 pub mod words;

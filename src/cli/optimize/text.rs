@@ -1,12 +1,12 @@
 //! What a search has found, for a person.
 
-use super::Found;
 use crate::cli::prelude::*;
 use trackwright_formats::printable::printable;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_optimization::{
     Binding, Constraint, Flatness, Goal, Layout, Optimized, PoseChange, Problem, RoomGain,
 };
+use trackwright_report::optimization_json::FoundPlaces;
 use trackwright_report::text_table::{columns, lines as aligned_lines};
 use trackwright_simulation::comparison::difference_words;
 use trackwright_simulation::{Coil, Metric, RigidBody, Sensor};
@@ -14,7 +14,7 @@ use trackwright_simulation::{Coil, Metric, RigidBody, Sensor};
 /// What the start is called beside the best.
 const START: &str = "the start";
 
-pub fn as_text(found: &Found) -> String {
+pub fn as_text(found: &FoundPlaces) -> String {
     let optimized = &found.optimized;
     let rooms: Vec<&str> = found.rooms.iter().map(|room| room.name.as_str()).collect();
     let design = found.world.document.design();

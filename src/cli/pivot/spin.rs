@@ -11,6 +11,7 @@ use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::export::{PatientAxes, itk_transform};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::Output;
+use trackwright_report::calibration::{shaft_limits, spin_json};
 use trackwright_simulation::body::{RigidBody, Sensor};
 use trackwright_simulation::mounting::Mounting;
 
@@ -80,30 +81,16 @@ impl SpinArgs {
         let poses = reader.read_all(self.spin.iter().map(PathBuf::as_path))?;
         let found = spin(&poses, &limits)
             .map_err(|error| anyhow!("no shaft: {error}{}", option_of(&error)))?;
-        if found.effective_size.freedom.is_none() {
-            output::note(
-                "the recording of turns is too short to determine how far readings depend on their neighbours: the shaft's \
-                 standard error is a lower bound",
+        let towards = tip.and_then(|(tip, std_error_mm)| found.towards(&tip, std_error_mm));
+        if let (None, Some(file)) = (&towards, &self.tip_frame) {
+            bail!(
+                "{}: which of the two directions along the shaft leads to the tip is open, expected a tip that \
+                 lies along the shaft from the tool's origin",
+                file.display()
             );
         }
-        let towards = tip.and_then(|(tip, std_error_mm)| found.towards(&tip, std_error_mm));
-        if towards.is_none() {
-            if let Some(file) = &self.tip_frame {
-                bail!(
-                    "{}: which of the two directions along the shaft leads to the tip is open, expected a tip that \
-                     lies along the shaft from the tool's origin",
-                    file.display()
-                );
-            }
-            output::note(match tip {
-                None => {
-                    "no tip is known: which of the two directions along the shaft leads to it is open"
-                }
-                Some(_) => {
-                    "the tip is not clearly before or behind the tool's origin: which of the two directions along the \
-                     shaft leads to it is open"
-                }
-            });
+        for limit in shaft_limits(&found, tip.is_some(), towards.is_some()) {
+            output::note(limit);
         }
         Ok(Some(Shaft { spin: towards.unwrap_or(found), is_towards_tip: towards.is_some() }))
     }
@@ -168,28 +155,7 @@ fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
 
 impl Shaft {
     pub(super) fn as_json(&self) -> Value {
-        let direction = |v: &Vector3<f64>| -> [f64; 3] { (*v).into() };
-        let rows: [[f64; 3]; 3] = self.spin.covariance.transpose().into();
-        json!({
-            "poses": self.spin.poses,
-            "shaft": direction(&self.spin.shaft_in_tool),
-            "shaft_in_tracker": direction(&self.spin.shaft_in_tracker),
-            "towards_tip": self.is_towards_tip,
-            "rms_deg": self.spin.rms_rad.to_degrees(),
-            "max_deg": self.spin.worst_rad.to_degrees(),
-            "std_error_deg": self.spin.std_error_rad.to_degrees(),
-            "covariance": rows,
-            "orientation_range_deg": self.spin.orientation_range_rad.to_degrees(),
-            "effective": self.spin.effective_size.effective,
-            "degrees_of_freedom": self.spin.effective_size.freedom,
-            "half_width_95_deg": self.half_width_rad().map(f64::to_degrees),
-        })
-    }
-
-    /// Half the 95 % interval along the direction in which the shaft is known least.
-    fn half_width_rad(&self) -> Option<f64> {
-        let student = self.spin.effective_size.student_975()?;
-        Some(student * self.spin.std_error_rad)
+        spin_json(&self.spin, self.is_towards_tip)
     }
 
     pub(super) fn text_rows(&self) -> Vec<Row> {
@@ -211,7 +177,7 @@ impl Shaft {
             number("  standard error, worst direction", spin.std_error_rad.to_degrees(), 3, "deg"),
             row(
                 "  95 % interval, ±, likewise",
-                self.half_width_rad().map_or_else(|| "–".to_owned(), degrees),
+                spin.half_width_rad().map_or_else(|| "–".to_owned(), degrees),
                 "deg",
             ),
             row("shaft in the tracker's frame", direction(&spin.shaft_in_tracker), ""),

@@ -55,6 +55,23 @@ pub fn write_row(out: &mut Vec<u8>, sample: &LiveSample) {
     out.push(b'\n');
 }
 
+/// A whole recording as such a table, tool after tool. It counts as received when it was sent.
+pub fn write(recording: &Recording) -> Vec<u8> {
+    let mut out = format!("{HEADER}\n").into_bytes();
+    for tool in &recording.tools {
+        for sample in &tool.samples {
+            let row = LiveSample {
+                received_s: sample.time_s.unwrap_or_default(),
+                time_s: sample.time_s,
+                tool: &tool.name,
+                pose: sample.pose.clone(),
+            };
+            write_row(&mut out, &row);
+        }
+    }
+    out
+}
+
 /// A cell in quotes where it needs them; a line stays a line.
 fn quoted_cell(text: &str) -> String {
     let text: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
@@ -181,6 +198,12 @@ mod tests {
             sample("StylusToTracker", Some(7.75), Err(Unusable::Missing)),
             sample("StylusToTracker", Some(8.0), Err(Unusable::NoPose)),
         ]
+    }
+
+    #[test]
+    fn a_written_recording_is_read_back() {
+        let found = parse(&table(&samples())).unwrap();
+        assert_eq!(parse(&write(&found)).unwrap(), found);
     }
 
     #[test]

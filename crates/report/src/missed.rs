@@ -1,16 +1,17 @@
 //! Where the error comes from: of a study that misses bounds, and of the worst trial.
 
-use super::prelude::*;
+use serde_json::{Value, json};
 use trackwright_design::BodyRole;
 use trackwright_simulation::error_sources::{AxisSpan, WorstTrials};
 use trackwright_simulation::expected::{BoundVerdict, judged};
 use trackwright_simulation::{
-    CancelToken, ErrorOf, ErrorSources, Expected, Figures, Mode, Scenario, error_sources,
-    trial_pose, trial_sources,
+    CancelToken, ErrorOf, ErrorSources, Expected, Figures, Mode, Scenario, StudyError,
+    error_sources, trial_pose, trial_sources,
 };
 
 /// The sources of each kind of error that misses a bound.
-pub(super) struct Missed {
+#[derive(Clone, Debug)]
+pub struct Missed {
     kinds: Vec<ErrorOf>,
     sources: ErrorSources,
 }
@@ -20,12 +21,13 @@ impl Missed {
     ///
     /// # Errors
     /// A study that cannot run.
-    pub(super) fn of(
+    pub fn of(
         role: BodyRole,
         (scenario, mode): (&Scenario, &Mode),
         figures: &Figures,
         expected: Option<&Expected>,
-    ) -> anyhow::Result<Option<Self>> {
+        cancel: &CancelToken,
+    ) -> Result<Option<Self>, StudyError> {
         let bounds = judged(figures, expected);
         let is_missed = |of: &ErrorOf| {
             let mut missed = bounds.iter().filter(|bound| bound.verdict == BoundVerdict::Missed);
@@ -35,7 +37,7 @@ impl Missed {
         if kinds.is_empty() {
             return Ok(None);
         }
-        let mut sources = error_sources(scenario, mode, &CancelToken::default())?;
+        let mut sources = error_sources(scenario, mode, cancel)?;
         for sensor in &mut sources.sensors {
             sensor.body = body_name(role, sensor.body);
         }
@@ -43,7 +45,7 @@ impl Missed {
     }
 
     /// Sentences without a full stop.
-    pub(super) fn lines(&self) -> impl Iterator<Item = String> {
+    pub fn lines(&self) -> impl Iterator<Item = String> {
         self.kinds.iter().flat_map(|of| self.sources.words(*of, " "))
     }
 
@@ -75,7 +77,7 @@ impl Missed {
 }
 
 /// `error_sources` where a bound is missed, and `worst_contributions`, whatever the verdict.
-pub(super) fn add_json(
+pub fn add_sources(
     value: &mut Value,
     role: BodyRole,
     (scenario, mode): (&Scenario, &Mode),

@@ -1,0 +1,161 @@
+//! A search for the best places of sensors, and what came of it; as JSON.
+
+use crate::comparison_json::differences_json;
+use crate::study::{Study, figures_json};
+use serde_json::{Value, json};
+use std::sync::Arc;
+use trackwright_design::{BodyRole, EditError};
+use trackwright_field::Environment;
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_optimization::{Layout, Optimized, PoseChange, Problem, RoomGain};
+use trackwright_project::{World, coil_findings, layout_edits, resolve};
+use trackwright_simulation::{
+    CancelToken, ErrorOf, ExpectedError, RigidBody, Sensor, SensorOrientation, Trial, run,
+};
+
+/// What was searched, and what came of it.
+#[derive(Debug)]
+pub struct FoundPlaces {
+    pub world: World,
+    /// The design with the best layout.
+    pub better: World,
+    pub rooms: Vec<Arc<Environment>>,
+    pub problem: Problem,
+    pub optimized: Optimized,
+    pub seconds: f64,
+    /// Names of files.
+    pub written: Vec<String>,
+}
+
+/// The design with another layout of its own.
+///
+/// # Errors
+/// A layout that no design may have.
+pub fn with_layout(world: &World, layout: &Layout) -> Result<World, EditError> {
+    let mut better = world.clone();
+    better.document.begin("Place sensors");
+    for edit in layout_edits(world.document.design(), layout) {
+        better.document.apply(edit)?;
+    }
+    better.document.commit();
+    Ok(better)
+}
+
+/// What was found as `optimize --format json` prints it; `noted` gets why a room has no expected
+/// figures.
+///
+/// # Errors
+/// A study that cannot run.
+pub fn optimization_json(
+    found: &FoundPlaces,
+    cancel: &CancelToken,
+    noted: &mut dyn FnMut(&ExpectedError),
+) -> Result<Value, ExpectedError> {
+    let optimized = &found.optimized;
+    let start = with_studies(found, (&optimized.start, &found.world), cancel, noted)?;
+    let best = match optimized.best == optimized.start {
+        true => start.clone(),
+        false => with_studies(found, (&optimized.best, &found.better), cancel, noted)?,
+    };
+    Ok(json!({
+        "start": start,
+        "best": best,
+        "is_better": optimized.is_better,
+        "candidates": layouts(found, &optimized.candidates),
+        "pareto": layouts(found, &optimized.pareto),
+        "evaluations": optimized.evaluations,
+        "seconds": found.seconds,
+        "stopped": optimized.is_stopped,
+        "certain_to_mm": optimized.certain_to_mm,
+        "gain": optimized.gain.iter().map(gain_json).collect::<Vec<_>>(),
+        "binding": optimized.binding,
+        "flatness": optimized.flatness,
+        "undetermined": optimized.undetermined,
+        "notes": optimized.notes,
+        "written": found.written,
+    }))
+}
+
+/// A layout with all that `simulate` prints of its design in each room.
+fn with_studies(
+    found: &FoundPlaces,
+    (layout, world): (&Layout, &World),
+    cancel: &CancelToken,
+    noted: &mut dyn FnMut(&ExpectedError),
+) -> Result<Value, ExpectedError> {
+    let coils = coil_findings(world);
+    let mode = &found.problem.mode;
+    let each = found.rooms.iter().map(|room| {
+        let scenario = resolve(world.document.design(), room);
+        let mut last = None;
+        let outcome = run(&scenario, mode, cancel, Some(&mut |trial: &Trial| last = Some(*trial)))?;
+        let study = Study::of_outcome(BodyRole::Tool, (&scenario, mode), outcome, last, cancel)?;
+        study.expected.why_none.iter().for_each(&mut *noted);
+        let mut value = study.as_json((&scenario, mode));
+        if !coils.is_empty() {
+            value["coils"] = json!(coils);
+        }
+        Ok(value)
+    });
+    Ok(layout_json(found, layout, each.collect::<Result<_, ExpectedError>>()?))
+}
+
+fn layouts(found: &FoundPlaces, layouts: &[Layout]) -> Vec<Value> {
+    let figures = |layout: &Layout| {
+        let each = layout.figures.iter();
+        each.map(|figures| figures_json(figures, None, None)).collect()
+    };
+    layouts.iter().map(|layout| layout_json(found, layout, figures(layout))).collect()
+}
+
+fn layout_json(found: &FoundPlaces, layout: &Layout, figures: Vec<Value>) -> Value {
+    let rooms = found.rooms.iter().zip(&figures);
+    let rooms: Vec<Value> = rooms
+        .map(|(room, figures)| json!({"environment": room.name, "figures": figures}))
+        .collect();
+    json!({
+        "objective": layout.objective,
+        "cost": layout.cost,
+        "tool": sensors_json(&layout.tool),
+        "crf": layout.crf.as_ref().map(sensors_json),
+        "tracker_from_crf": layout.tracker_from_crf.as_ref().map(pose_to_array),
+        "crf_from_tool": pose_to_array(&layout.crf_from_tool),
+        "crf_moved": layout.crf_change(&found.optimized.start).map(change_json),
+        "generator_moved": layout.generator_change(&found.optimized.start).map(change_json),
+        "figures": figures.first(),
+        "rooms": rooms,
+    })
+}
+
+fn change_json(change: PoseChange) -> Value {
+    json!({"way_mm": change.way_mm, "turn_deg": change.turn_deg})
+}
+
+fn sensors_json(body: &RigidBody) -> Vec<Value> {
+    body.sensors.iter().map(sensor_json).collect()
+}
+
+fn sensor_json(sensor: &Sensor) -> Value {
+    let mut value = json!({
+        "sensor": sensor.name,
+        "degrees_of_freedom": sensor.orientation.degrees_of_freedom(),
+        "position_mm": sensor.position_in_body.coords.as_slice(),
+    });
+    match sensor.orientation {
+        SensorOrientation::Marker => {}
+        SensorOrientation::FiveDof(axis) => value["axis"] = json!(axis.as_slice()),
+        SensorOrientation::SixDof(q) => value["rotation"] = json!([q.w, q.i, q.j, q.k]),
+    }
+    if let Some(coil) = sensor.coil {
+        value["coil_mm"] = json!(coil);
+    }
+    value
+}
+
+fn gain_json(gain: &RoomGain) -> Value {
+    let mut value = json!({"environment": gain.room});
+    for of in ErrorOf::ALL {
+        value[of.json_key()] = differences_json(&gain.differences, of);
+    }
+    value
+}

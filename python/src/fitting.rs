@@ -1,0 +1,449 @@
+//! Rooms from measurements: models fitted as requested, or chosen by cross-validation.
+
+use crate::errors::{Done, TrackwrightError};
+use crate::keywords::Keywords;
+use crate::long_work;
+use crate::measurements::{Measured, labels, read};
+use crate::tables::{Notes, Table, warn_of};
+use anyhow::Context;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use serde_json::Value;
+use std::path::Path;
+use trackwright_calibration::kind_choice::{TriedKind, choose_kind};
+use trackwright_calibration::room_choice::{
+    HeldOut, ModelChoice, ModelRequest, RowLabels, choose_by,
+};
+use trackwright_calibration::room_fit::{FittedRoom, RoomError, RoomOrder, RoomTable, fit_room};
+use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
+use trackwright_field::Environment;
+use trackwright_field::computed::ModelKind;
+use trackwright_field::environment::Jitter;
+use trackwright_field::fit::{FitMethod, FitSettings};
+use trackwright_field::generator::Generator;
+use trackwright_field::harmonic::Loss;
+use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
+use trackwright_field::samples::MapKind;
+use trackwright_field::selection::sensors::SensorSpread;
+use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
+use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::volume::Volume;
+use trackwright_project::{Files, SampleReading};
+use trackwright_report::room::{fit_warnings, support_note};
+use trackwright_report::room_json::fit_json;
+use trackwright_report::selection_json::{choice_json, kinds_json, selection_json};
+use trackwright_task::Task;
+
+/// Degrees that are tried where none is named.
+const TRIED_DEGREES: std::ops::RangeInclusive<usize> = 2..=8;
+
+/// Orders that are tried where none are named; 0, no correction, is tried always.
+const TRIED_ORDERS: std::ops::RangeInclusive<usize> = 1..=6;
+
+/// Singular values that count as zero, as a part of the largest.
+const DEFAULT_RCOND: f64 = 1e-10;
+
+/// How a table is read, and how polynomials are fitted to it.
+#[derive(Clone, Copy)]
+struct Fitting {
+    reading: SampleReading,
+    method: FitMethod,
+    weighting: Weighting,
+    rcond: f64,
+}
+
+/// What the room gets beside its model.
+struct Extras {
+    name: Option<String>,
+    volume: Option<Volume>,
+    jitter: Option<Jitter>,
+    with_support: bool,
+}
+
+impl Fitting {
+    fn of(keywords: &Keywords) -> Done<Self> {
+        let maps = [("distortion", MapKind::Distortion), ("correction", MapKind::Correction)];
+        let methods = [("per-direction", FitMethod::PerDirection), ("joint", FitMethod::Joint)];
+        let weights = [("area", Weighting::Area), ("gnomonic", Weighting::Gnomonic)];
+        let rcond = keywords.number("rcond", "zero or more", |value| value >= 0.0)?;
+        Ok(Self {
+            reading: SampleReading {
+                has_rolls: keywords.one_of("sensors", &[("5dof", false), ("6dof", true)])?,
+                map: keywords.one_of("map", &maps)?,
+            },
+            method: keywords.one_of("method", &methods)?,
+            weighting: keywords.one_of("weights", &weights)?,
+            rcond: rcond.unwrap_or(DEFAULT_RCOND),
+        })
+    }
+}
+
+impl Extras {
+    fn of(keywords: &Keywords) -> Done<Self> {
+        let volumes = [
+            ("none", None::<Volume>),
+            ("cube", Some(Volume::AuroraCube)),
+            ("dome", Some(Volume::AuroraDome)),
+            ("tabletop", Some(Volume::AuroraTabletop)),
+            ("compact", Some(Volume::AuroraCompact)),
+        ];
+        let zero_or_more = |value: f64| value >= 0.0;
+        let position_mm = keywords.number("jitter_position_mm", "zero or more", zero_or_more)?;
+        let angle_deg = keywords.number("jitter_angle_deg", "zero or more", zero_or_more)?;
+        let growth_mm =
+            keywords.number("jitter_growth_mm", "a length above zero", |value| value > 0.0)?;
+        let jitter = match (position_mm, angle_deg) {
+            (Some(position_mm), Some(angle_deg)) => {
+                Some(Jitter::stated(position_mm, angle_deg.to_radians(), growth_mm))
+            }
+            (None, None) if growth_mm.is_none() => None,
+            _ => {
+                let text = "jitter_position_mm and jitter_angle_deg: found one, expected both";
+                return Err(TrackwrightError::new_err(text).into());
+            }
+        };
+        if let Some((name, found, expected)) = jitter.and_then(|jitter| jitter.problem()) {
+            let text = format!("{name} is {found}, expected {expected}");
+            return Err(TrackwrightError::new_err(text).into());
+        }
+        Ok(Self {
+            name: keywords.value("name")?,
+            volume: keywords.one_of("volume", &volumes)?,
+            jitter,
+            with_support: keywords.flag("support", true)?,
+        })
+    }
+}
+
+/// The room of a table's measurements, and the figures of the fit.
+///
+/// # Errors
+/// Tables that cannot be used, and settings that make no fit.
+pub fn fit(
+    py: Python<'_>,
+    table: &Bound<'_, PyAny>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> Done<(Environment, Value)> {
+    let keywords = Keywords::of(options);
+    let fitting = Fitting::of(&keywords)?;
+    let extras = Extras::of(&keywords)?;
+    let model = room_model(&keywords)?;
+    let request = ModelRequest {
+        order: keywords.value("order")?,
+        directions: direction_set(keywords.value("directions")?)?,
+        ridge: keywords.number("ridge", "zero or more", |value| value >= 0.0)?,
+        method: fitting.method,
+        map: fitting.reading.map,
+        weighting: fitting.weighting,
+        rcond: fitting.rcond,
+    };
+    let held_out: Option<String> = keywords.value("hold_out")?;
+    let held_out = held_out.as_deref().map(HeldOut::from);
+    let second = keywords.object("holdout")?;
+    let as_is = keywords.flag("as_is", false)?;
+    keywords.finish()?;
+    refuse_unused(&request, held_out.as_ref(), &fitting, &extras, model.kind())?;
+    let mut notes = Notes::new();
+    let table = Table::of(table)?;
+    let measured = read(py, &table, fitting.reading, as_is, &mut notes)?;
+    let second = second
+        .map(|second| read(py, &Table::of(&second)?, fitting.reading, as_is, &mut notes))
+        .transpose()?;
+    let wanted = match (model.kind(), request.wanted(&measured.samples), &held_out) {
+        (ModelKind::Bernstein, ModelChoice::Fixed(settings), None) => Wanted::Fixed(settings),
+        (ModelKind::Bernstein, wanted, _) => {
+            let labels = labels(&table, &measured, None, held_out.as_ref(), &mut notes)?;
+            Wanted::Chosen(Box::new((labels, wanted.tried(&measured.samples))))
+        }
+        _ => Wanted::Fixed(FitSettings::without_polynomials(request.map)),
+    };
+    let (room, figures) = long_work::run(py, |task| {
+        let (settings, chosen) = match wanted {
+            Wanted::Fixed(settings) => (settings, None),
+            Wanted::Chosen(open) => {
+                let (labels, tried) = *open;
+                let chosen = choose_by(&measured.samples, labels, tried, task)
+                    .with_context(|| measured.label.clone())?;
+                (chosen.settings(), Some(chosen))
+            }
+        };
+        let sensors = chosen.as_ref().and_then(|chosen| chosen.selection.sensors);
+        let how = (&model, &settings, sensors);
+        let room = fitted(&measured, second.as_ref(), how, &extras, task, &mut notes)?;
+        let mut figures = fit_json(&settings, &room);
+        if let Some(chosen) = &chosen {
+            figures["selection"] = choice_json(chosen);
+        }
+        Ok((room, figures))
+    })?;
+    warn_of(py, notes)?;
+    Ok((room.environment, figures))
+}
+
+/// The room of the model that does best on rows held out, and the figures of the choice.
+///
+/// # Errors
+/// Tables that cannot be used, lists that name nothing to try, rows that can't be folded.
+pub fn select(
+    py: Python<'_>,
+    table: &Bound<'_, PyAny>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> Done<(Environment, Value)> {
+    let keywords = Keywords::of(options);
+    let fitting = Fitting::of(&keywords)?;
+    let extras = Extras::of(&keywords)?;
+    let kinds = tried_kinds(&keywords)?;
+    let orders: Option<Vec<usize>> = keywords.value("orders")?;
+    let directions: Option<Vec<usize>> = keywords.value("directions")?;
+    let ridges: Option<Vec<f64>> = keywords.value("ridges")?;
+    let folds = keywords.value("folds")?.unwrap_or(DEFAULT_FOLDS);
+    let seed = keywords.value("seed")?.unwrap_or(DEFAULT_SEED);
+    let group: Option<String> = keywords.value("group")?;
+    let held_out: Option<String> = keywords.value("hold_out")?;
+    let held_out = held_out.as_deref().map(HeldOut::from);
+    let as_is = keywords.flag("as_is", false)?;
+    keywords.finish()?;
+    let mut notes = Notes::new();
+    let table = Table::of(table)?;
+    let measured = read(py, &table, fitting.reading, as_is, &mut notes)?;
+    let direction_sets = match directions {
+        Some(counts) => {
+            let sets = counts.into_iter().map(|m| DirectionSet::try_from(m).context("directions"));
+            sets.collect::<Result<_, _>>()?
+        }
+        None if measured.samples.has_rotations => DirectionSet::ALL.to_vec(),
+        None => vec![DirectionSet::One],
+    };
+    let orders = orders.unwrap_or_else(|| TRIED_ORDERS.collect());
+    let tried = SelectSettings {
+        orders: orders.into_iter().chain([0]).collect(),
+        direction_sets,
+        ridges: ridges.unwrap_or_else(|| DEFAULT_RIDGES.to_vec()),
+        folds,
+        seed,
+        method: fitting.method,
+        map: fitting.reading.map,
+        weighting: fitting.weighting,
+        rcond: fitting.rcond,
+    };
+    let labels = labels(&table, &measured, group.as_deref(), held_out.as_ref(), &mut notes)?;
+    let (room, figures) = long_work::run(py, |task| {
+        let samples = &measured.samples;
+        let named = || measured.label.clone();
+        let (chosen, choice) = match kinds[..] {
+            [TriedKind::Bernstein] => {
+                (choose_by(samples, labels, tried, task).with_context(named)?, None)
+            }
+            _ => {
+                let found = choose_kind(samples, labels, &tried, &kinds, task);
+                let (chosen, choice) = found.with_context(named)?;
+                (chosen, Some(choice))
+            }
+        };
+        let mut figures = selection_json(&chosen, samples.samples.len());
+        if let Some(choice) = &choice {
+            figures["models"] = kinds_json(choice);
+        }
+        let best = choice.as_ref().map(|choice| &choice.kinds[choice.best]);
+        let settings = best.map_or_else(|| chosen.settings(), |kind| kind.settings(&chosen.tried));
+        let model = best.map_or(&RoomModel::PAPER, |kind| &kind.model);
+        let how = (model, &settings, chosen.selection.sensors);
+        let room = fitted(&measured, None, how, &extras, task, &mut notes)?;
+        figures["fit"] = fit_json(&settings, &room);
+        Ok((room, figures))
+    })?;
+    warn_of(py, notes)?;
+    Ok((room.environment, figures))
+}
+
+/// How the model is decided.
+enum Wanted {
+    Fixed(FitSettings),
+    Chosen(Box<(RowLabels, SelectSettings)>),
+}
+
+/// Fits a room, and notes what is to be known of it.
+fn fitted(
+    measured: &Measured,
+    held_out: Option<&Measured>,
+    (model, settings, sensors): (&RoomModel, &FitSettings, Option<SensorSpread>),
+    extras: &Extras,
+    task: &Task,
+    notes: &mut Notes,
+) -> Done<FittedRoom> {
+    let table_of = |measured| {
+        let Measured { name, samples, .. }: &Measured = measured;
+        RoomTable { name, samples }
+    };
+    let order = RoomOrder {
+        name: extras.name.as_ref().unwrap_or(&measured.room),
+        table: table_of(measured),
+        held_out: held_out.map(table_of),
+        model,
+        settings: *settings,
+        volume: extras.volume,
+        jitter: extras.jitter,
+        with_support: extras.with_support,
+        sensors,
+    };
+    let room = fit_room(&order, |_| task.clone());
+    let room = match room {
+        Err(RoomError::Fit(error)) => Err(error).with_context(|| measured.label.clone())?,
+        Err(RoomError::Model(error)) => Err(error).with_context(|| measured.label.clone())?,
+        other => other?,
+    };
+    notes.extend(room.support_left_out.as_ref().map(support_note));
+    notes.extend(fit_warnings(&room.fit));
+    Ok(room)
+}
+
+fn direction_set(count: Option<usize>) -> Done<Option<DirectionSet>> {
+    Ok(count.map(|m| DirectionSet::try_from(m).context("directions")).transpose()?)
+}
+
+/// A model's kind, with what only that kind has.
+fn room_model(keywords: &Keywords) -> Done<RoomModel> {
+    let refused = |text: &str| Err(TrackwrightError::new_err(text.to_owned()).into());
+    let kinds = [
+        ("bernstein", ModelKind::Bernstein),
+        ("kriging", ModelKind::Kriging),
+        ("harmonic", ModelKind::Harmonic),
+    ];
+    let kind = keywords.one_of("model", &kinds)?;
+    let generator: Option<String> = keywords.value("generator")?;
+    let degree = checked_degree(keywords)?;
+    let loss = loss(keywords)?;
+    let is_symmetric = keywords.flag("symmetric", false)?;
+    if kind != ModelKind::Harmonic {
+        if generator.is_some() || degree.is_some() {
+            return refused("generator and degree belong to model=\"harmonic\"");
+        }
+        if loss != Loss::default() {
+            return refused("loss belongs to model=\"harmonic\"");
+        }
+    }
+    if kind != ModelKind::Bernstein && is_symmetric {
+        return refused("symmetric belongs to model=\"bernstein\"; the other kinds always are");
+    }
+    Ok(match (kind, generator) {
+        (ModelKind::Bernstein, _) => RoomModel::Bernstein { is_symmetric },
+        (ModelKind::Kriging, _) => RoomModel::Kriging,
+        (_, Some(name)) => {
+            RoomModel::Harmonic(HarmonicOrder { generator: generator_choice(&name)?, degree, loss })
+        }
+        (_, None) => {
+            return refused(
+                "model=\"harmonic\": found no generator, expected planar-nine, anser, a file \
+                 (*.generator.ron), or learn",
+            );
+        }
+    })
+}
+
+/// The kinds of models to try.
+fn tried_kinds(keywords: &Keywords) -> Done<Vec<TriedKind>> {
+    let refused = |text: String| Err(TrackwrightError::new_err(text).into());
+    let names: Option<Vec<String>> = keywords.value("models")?;
+    let names = names.unwrap_or_else(|| vec!["bernstein".to_owned()]);
+    let generators: Option<Vec<String>> = match keywords.object("generator")? {
+        Some(one) if one.is_instance_of::<PyString>() => Some(vec![one.extract()?]),
+        Some(several) => Some(several.extract()?),
+        None => None,
+    };
+    let degree = checked_degree(keywords)?;
+    let loss = loss(keywords)?;
+    let mut kinds: Vec<TriedKind> = Vec::new();
+    for name in &names {
+        match (name.as_str(), &generators) {
+            ("bernstein", _) => kinds.push(TriedKind::Bernstein),
+            ("symmetric", _) => kinds.push(TriedKind::Symmetric),
+            ("kriging", _) => kinds.push(TriedKind::Kriging),
+            ("harmonic", Some(generators)) => {
+                let degrees = degree.map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]);
+                for generator in generators {
+                    let generator = generator_choice(generator)?;
+                    let degrees = degrees.clone();
+                    kinds.push(TriedKind::Harmonic { generator, degrees, loss });
+                }
+            }
+            ("harmonic", None) => {
+                return refused(
+                    "models: found harmonic without a generator, expected planar-nine, anser, a file \
+                     (*.generator.ron), or learn"
+                        .to_owned(),
+                );
+            }
+            _ => {
+                return refused(format!(
+                    "models: found {name:?}, expected bernstein, symmetric, kriging or harmonic"
+                ));
+            }
+        }
+    }
+    let mut distinct: Vec<TriedKind> = Vec::new();
+    for kind in kinds {
+        if !distinct.contains(&kind) {
+            distinct.push(kind);
+        }
+    }
+    let has_harmonic = names.iter().any(|name| name == "harmonic");
+    if !has_harmonic && (generators.is_some() || degree.is_some() || loss != Loss::default()) {
+        return refused(
+            "generator, degree and loss belong to harmonic models, which models does not name"
+                .to_owned(),
+        );
+    }
+    Ok(distinct)
+}
+
+fn loss(keywords: &Keywords) -> Done<Loss> {
+    keywords.one_of("loss", &[("huber", Loss::Huber), ("squares", Loss::Squares)])
+}
+
+fn checked_degree(keywords: &Keywords) -> Done<Option<usize>> {
+    match keywords.value("degree")? {
+        Some(degree) if !(1..=MAX_DEGREE).contains(&degree) => {
+            let text = format!("degree: found {degree}, expected 1 to {MAX_DEGREE}");
+            Err(TrackwrightError::new_err(text).into())
+        }
+        degree => Ok(degree),
+    }
+}
+
+/// `learn`, a generator by its name, or one from a file.
+fn generator_choice(name: &str) -> Done<GeneratorChoice> {
+    if name == "learn" {
+        return Ok(GeneratorChoice::Learned);
+    }
+    Ok(GeneratorChoice::Known(match Generator::built_in(name) {
+        Some(generator) => generator,
+        None => Files::default().read_generator(Path::new(name))?,
+    }))
+}
+
+/// Refuses what another kind of model would not look at.
+fn refuse_unused(
+    request: &ModelRequest,
+    held_out: Option<&HeldOut>,
+    fitting: &Fitting,
+    extras: &Extras,
+    kind: ModelKind,
+) -> Done<()> {
+    let given = [
+        ("order", request.order.is_some()),
+        ("directions", request.directions.is_some()),
+        ("ridge", request.ridge.is_some()),
+        ("method", fitting.method != FitMethod::default()),
+        ("weights", fitting.weighting != Weighting::default()),
+        ("rcond", fitting.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+        ("hold_out", held_out.is_some()),
+        ("support", !extras.with_support && kind == ModelKind::Kriging),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) if kind != ModelKind::Bernstein => {
+            let text = format!("{name} does not go with model={:?}", kind.name());
+            Err(TrackwrightError::new_err(text).into())
+        }
+        _ => Ok(()),
+    }
+}

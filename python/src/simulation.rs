@@ -1,0 +1,282 @@
+//! Studies: a design simulated in a room, its figures and its trials.
+
+use crate::choices::{one_of, outside_policy};
+use crate::design::{Design, notes_of};
+use crate::environment::Environment;
+use crate::errors::{Done, TrackwrightError};
+use crate::long_work;
+use crate::records::{Cell, Field, Records};
+use crate::tables::{Notes, Table, of_memory, take, warn_of};
+use crate::values::to_python;
+use anyhow::Context;
+use pyo3::prelude::*;
+use serde_json::{Value, json};
+use trackwright_calibration::doubts::{PoseFrame, with_written_quaternions};
+use trackwright_design::BodyRole;
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
+use trackwright_report::study::{Study, figures_json};
+use trackwright_simulation::{InputTrial, Mode, Scenario, Trial, run};
+use trackwright_task::Task;
+
+const EXPECTED_TOOL: &str =
+    "the columns of an input table (tool_x, tool_y, tool_z, tool_qw, …, tool_qz)";
+const EXPECTED_CRF: &str = "all of crf_x … crf_qz, or none of them";
+
+/// What a study found.
+#[pyclass(frozen, module = "trackwright")]
+pub struct Simulation {
+    figures: Py<PyAny>,
+    trials: Py<PyAny>,
+}
+
+#[pymethods]
+impl Simulation {
+    /// The figures, as `trackwright simulate --format json` prints them: mm and degrees.
+    #[getter]
+    fn figures(&self, py: Python<'_>) -> Py<PyAny> {
+        self.figures.clone_ref(py)
+    }
+
+    /// The trials, a record each, as `trackwright simulate --log` writes them: true_x … true_qz and sim_x …
+    /// sim_qz, the tool's true and simulated pose in the CRF's frame (mm, unit quaternions); err_x, err_y,
+    /// err_z and err_mm, the tip's error (mm, CRF's frame); err_deg, the angle's; outside and out_of_volume,
+    /// how many sensors were there.
+    #[getter]
+    fn trials(&self, py: Python<'_>) -> Py<PyAny> {
+        self.trials.clone_ref(py)
+    }
+}
+
+impl Simulation {
+    fn new(py: Python<'_>, (figures, trials): (Value, Vec<Trial>)) -> Done<Self> {
+        Ok(Self {
+            figures: to_python(py, &figures)?.unbind(),
+            trials: records(&trials).into_numpy(py)?.unbind(),
+        })
+    }
+}
+
+/// Simulates a design at one pose, over its range of motion, or at given poses.
+///
+/// mode: "single", "motion", or "input" with poses: a file, or a table in memory with the columns tool_x …
+/// tool_qz (`crf_from_tool`, mm, unit quaternions) and, perhaps, crf_x … crf_qz (`tracker_from_crf`).
+/// environment: the design's own where it is None. outside: as in Environment.distort; trials that are
+/// rejected are left out and counted. expected=False leaves out the expected figures, their intervals,
+/// where errors come from and which coils do not fit, which take most of the time.
+#[pyfunction]
+#[pyo3(signature = (
+    design, mode = "single", *, environment = None, poses = None, outside = "clamp", expected = true,
+    as_is = false
+))]
+#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+pub fn simulate(
+    py: Python<'_>,
+    design: &Bound<'_, Design>,
+    mode: &str,
+    environment: Option<&Bound<'_, Environment>>,
+    poses: Option<&Bound<'_, PyAny>>,
+    outside: &str,
+    expected: bool,
+    as_is: bool,
+) -> Done<Simulation> {
+    let design = design.get();
+    let world = design.world();
+    let outside = outside_policy(outside)?;
+    let mut notes = Notes::new();
+    let mode = match poses {
+        None if mode == "input" => {
+            return Err(TrackwrightError::new_err("mode \"input\" needs poses").into());
+        }
+        None => one_of("mode", mode, &[("single", Mode::Single), ("motion", Mode::Motion)])?,
+        Some(poses) if mode == "input" => {
+            let has_crf = world.document.design().crf.is_some();
+            Mode::Input(input_trials(poses, has_crf, as_is, &mut notes)?.into())
+        }
+        Some(_) => {
+            let text = format!("poses: found the mode {mode:?}, expected \"input\"");
+            return Err(TrackwrightError::new_err(text).into());
+        }
+    };
+    let room = environment.map_or(&world.environment, |room| &room.get().solved);
+    notes.extend(notes_of(world, room));
+    let found = long_work::run(py, |task| {
+        let mut scenario = resolve(world.document.design(), room);
+        scenario.outside = outside;
+        let of = (&scenario, &mode);
+        let Studied { mut figures, trials, note } = match expected {
+            true => study(BodyRole::Tool, of, task),
+            false => run_alone(of, task),
+        }
+        .with_context(|| design.label())?;
+        notes.extend(note);
+        let coils = if expected { coil_findings(world) } else { Vec::new() };
+        if !coils.is_empty() {
+            figures["coils"] = json!(coils);
+        }
+        Ok((figures, trials))
+    })?;
+    warn_of(py, notes)?;
+    Simulation::new(py, found)
+}
+
+/// Simulates the design's CRF alone against the tracker, once for each of its targets.
+///
+/// `figures` name the target; errors are in the tracker's frame, mm.
+#[pyfunction]
+#[pyo3(signature = (design, mode = "single", *, environment = None, outside = "clamp"))]
+pub fn simulate_crf(
+    py: Python<'_>,
+    design: &Bound<'_, Design>,
+    mode: &str,
+    environment: Option<&Bound<'_, Environment>>,
+    outside: &str,
+) -> Done<Vec<Simulation>> {
+    let design = design.get();
+    let world = design.world();
+    let outside = outside_policy(outside)?;
+    let mode = one_of("mode", mode, &[("single", Mode::Single), ("motion", Mode::Motion)])?;
+    let label = design.label();
+    let refused = |what: &str| TrackwrightError::new_err(format!("{label}: {what}"));
+    match &world.document.design().crf {
+        None => return Err(refused("the design has no CRF to simulate").into()),
+        Some(crf) if matches!(mode, Mode::Motion) && crf.motion.is_none() => {
+            let what = "crf.motion is absent, expected the CRF's own range of motion";
+            return Err(refused(what).into());
+        }
+        Some(_) => {}
+    }
+    let room = environment.map_or(&world.environment, |room| &room.get().solved);
+    let mut notes = notes_of(world, room);
+    let found = long_work::run(py, |task| {
+        let each = resolve_crf(world.document.design(), room).into_iter().map(|at| {
+            let mut scenario = at.scenario;
+            scenario.outside = outside;
+            let Studied { mut figures, trials, note } =
+                study(BodyRole::Crf, (&scenario, &mode), task).with_context(|| label.clone())?;
+            notes.extend(note);
+            figures["target"] = json!(at.target);
+            Ok((figures, trials))
+        });
+        each.collect::<Done<Vec<_>>>()
+    })?;
+    warn_of(py, notes)?;
+    found.into_iter().map(|found| Simulation::new(py, found)).collect()
+}
+
+/// A study with all of its trials, and why it has no expected figures.
+struct Studied {
+    figures: Value,
+    trials: Vec<Trial>,
+    note: Option<String>,
+}
+
+fn study(
+    role: BodyRole,
+    (scenario, mode): (&Scenario, &Mode),
+    task: &Task,
+) -> anyhow::Result<Studied> {
+    let mut trials = Vec::new();
+    let mut keep = |trial: &Trial| trials.push(*trial);
+    let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
+    let last = trials.last().copied();
+    let study = Study::of_outcome(role, (scenario, mode), outcome, last, &task.cancel)?;
+    let note = study.expected.why_none.as_ref();
+    let note = note.map(|why| format!("no expected figures: {why}"));
+    Ok(Studied { figures: study.as_json((scenario, mode)), trials, note })
+}
+
+/// The figures of the room's own field alone.
+fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Result<Studied> {
+    let mut trials = Vec::new();
+    let mut keep = |trial: &Trial| trials.push(*trial);
+    let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
+    let single = trials.last().filter(|_| matches!(mode, Mode::Single));
+    Ok(Studied { figures: figures_json(&outcome.figures, single, None), trials, note: None })
+}
+
+/// Given poses; the CRF's columns count only for a design that has one.
+fn input_trials(
+    given: &Bound<'_, PyAny>,
+    has_crf: bool,
+    as_is: bool,
+    notes: &mut Notes,
+) -> Done<Vec<InputTrial>> {
+    let columns = match Table::of(given)? {
+        Table::File(file) => {
+            return take(Files::default().read_input(&file, has_crf)?, as_is, notes);
+        }
+        Table::Memory(columns) => columns,
+    };
+    let crf_from_tool = columns.poses("tool_", EXPECTED_TOOL)?.all()?;
+    let tracker_from_crf = match has_crf && columns.has_pose("crf_")? {
+        true => columns.poses("crf_", EXPECTED_CRF)?.all()?.into_iter().map(Some).collect(),
+        false => vec![None; crf_from_tool.len()],
+    };
+    let suspicions = with_written_quaternions(&crf_from_tool, PoseFrame::Any);
+    let each = tracker_from_crf.into_iter().zip(crf_from_tool);
+    let trials = each
+        .map(|(tracker_from_crf, crf_from_tool)| InputTrial { tracker_from_crf, crf_from_tool })
+        .collect();
+    take(of_memory(trials, "poses", suspicions), as_is, notes)
+}
+
+/// The trials as the log of `simulate --log` has them.
+fn records(trials: &[Trial]) -> Records<21> {
+    use Field::{Count, Float};
+    let fields = [
+        ("true_x", Float),
+        ("true_y", Float),
+        ("true_z", Float),
+        ("true_qw", Float),
+        ("true_qx", Float),
+        ("true_qy", Float),
+        ("true_qz", Float),
+        ("sim_x", Float),
+        ("sim_y", Float),
+        ("sim_z", Float),
+        ("sim_qw", Float),
+        ("sim_qx", Float),
+        ("sim_qy", Float),
+        ("sim_qz", Float),
+        ("err_x", Float),
+        ("err_y", Float),
+        ("err_z", Float),
+        ("err_mm", Float),
+        ("err_deg", Float),
+        ("outside", Count),
+        ("out_of_volume", Count),
+    ];
+    let mut found = Records::new(fields, trials.len());
+    for trial in trials {
+        let [t, s] = [&trial.crf_from_tool, &trial.crf_from_tool_simulated].map(pose_to_array);
+        let e = trial.tip_error_in_crf_mm;
+        let floats = [
+            t[0],
+            t[1],
+            t[2],
+            t[3],
+            t[4],
+            t[5],
+            t[6],
+            s[0],
+            s[1],
+            s[2],
+            s[3],
+            s[4],
+            s[5],
+            s[6],
+            e.x,
+            e.y,
+            e.z,
+            trial.tip_error_mm,
+            trial.angle_error_deg,
+        ];
+        let counts = [trial.outside, trial.out_of_volume];
+        found.push(std::array::from_fn(|k| match floats.get(k) {
+            Some(value) => Cell::Float(*value),
+            None => Cell::Count(counts[k - floats.len()]),
+        }));
+    }
+    found
+}

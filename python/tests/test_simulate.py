@@ -1,0 +1,95 @@
+"""Figures and trials are those that the program computes, to the bit."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import DATA, REPOSITORY, Program, columns_of, same
+
+import trackwright
+
+POINTER = REPOSITORY / "designs" / "pointer-on-head.design.ron"
+FEW_POSES = {"x": (-40.0, 40.0, 40.0), "rz": (-30.0, 30.0, 30.0)}
+
+
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A built-in design with a small range of motion, as files."""
+    file = tmp_path_factory.mktemp("saved") / "pointer.design.ron"
+    trackwright.Design.builtin("pointer-on-head").with_motion(FEW_POSES).save(file)
+    return file
+
+
+@pytest.mark.parametrize("mode", ["single", "motion"])
+def test_figures_are_those_of_the_program(program: Program, saved: Path, mode: str) -> None:
+    found = trackwright.simulate(trackwright.Design.load(saved), mode)  # type: ignore[arg-type]
+    assert "expected" in found.figures and "intervals" in found.figures
+    assert found.figures == program.json("simulate", saved, "--mode", mode)
+    assert len(found.trials) == found.figures["trials"]
+
+
+def test_trials_are_those_of_the_log(program: Program, saved: Path, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    program.json("simulate", saved, "--mode", "motion", "--log", log)
+    trials = trackwright.simulate(trackwright.Design.load(saved), "motion", expected=False).trials
+    written = columns_of(log)
+    assert trials.dtype.names == tuple(written)
+    for name, column in written.items():
+        assert same(trials[name], column), name
+
+
+def test_the_crf_is_studied_alone(program: Program, saved: Path) -> None:
+    design = trackwright.Design.load(saved)
+    found = [each.figures for each in trackwright.simulate_crf(design)]
+    printed = program.json("simulate", saved, "--mode", "single", "--body", "crf")
+    assert found == printed["targets"]
+
+
+@pytest.mark.parametrize("name", ["pointer-on-head", "pointer-no-crf"])
+def test_given_poses_are_read_from_anywhere(
+    program: Program, room_file: Path, tmp_path: Path, name: str
+) -> None:
+    folder = tmp_path / name
+    shutil.copytree(DATA / "golden" / name, folder)
+    shutil.copy(room_file, folder / "room.env.ron")
+    file, poses = folder / f"{name}.design.ron", folder / "input.csv"
+    design = trackwright.Design.load(file)
+    printed = program.json("simulate", file, "--input", poses)
+    assert trackwright.simulate(design, "input", poses=poses).figures == printed
+    columns = columns_of(poses)
+    assert trackwright.simulate(design, "input", poses=columns).figures == printed
+    records = np.rec.fromarrays(list(columns.values()), names=list(columns))
+    assert trackwright.simulate(design, "input", poses=records).figures == printed
+
+
+def test_a_room_in_memory_takes_the_designs_place(few_rows: Path) -> None:
+    design = trackwright.Design.builtin("pointer-on-head").with_motion(FEW_POSES)
+    other = trackwright.Environment.fit(few_rows, order=1, directions=6)
+    own = trackwright.simulate(design, "motion", expected=False).figures
+    there = trackwright.simulate(design, "motion", environment=other, expected=False).figures
+    assert own["position_mm"] != there["position_mm"]
+    same_room = trackwright.simulate(
+        design, "motion", environment=design.environment, expected=False
+    )
+    assert same_room.figures == own
+
+
+def test_left_out_figures_change_no_other(saved: Path) -> None:
+    design = trackwright.Design.load(saved)
+    whole = trackwright.simulate(design, "motion").figures
+    short = trackwright.simulate(design, "motion", expected=False).figures
+    assert "expected" not in short
+    assert short == {key: whole[key] for key in short}
+
+
+def test_outside_policies_are_those_of_the_program(program: Program, saved: Path) -> None:
+    far = trackwright.Design.load(saved).with_tool_pose([0.0, 260.0, 30.0, 1.0, 0.0, 0.0, 0.0])
+    found = {
+        policy: trackwright.simulate(far, "motion", outside=policy, expected=False).figures
+        for policy in ("clamp", "extrapolate")
+    }
+    assert found["clamp"]["outside"] > 0
+    assert found["clamp"]["position_mm"] != found["extrapolate"]["position_mm"]
