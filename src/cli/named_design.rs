@@ -63,7 +63,5 @@ pub fn note_sizes(design: &Design) {
 }
 
 fn builtin_name(design: &Path) -> Option<&'static str> {
-    let name = design.to_string_lossy();
-    let mut names = trackwright_project::builtin_names();
-    names.find(|builtin| !design.exists() && *builtin == name)
+    trackwright_project::builtin_named(&design.to_string_lossy(), design)
 }

@@ -77,6 +77,11 @@ pub fn builtin_names() -> impl Iterator<Item = &'static str> {
     NAMES.into_iter()
 }
 
+/// The built-in design that a name stands for: one of its own, where there is no such file.
+pub fn builtin_named(name: &str, file: &Path) -> Option<&'static str> {
+    builtin_names().find(|builtin| *builtin == name && !file.exists())
+}
+
 pub(super) fn paths() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(path, _)| *path)
 }

@@ -54,7 +54,7 @@ pub use baseline::{
 };
 pub use body_export::{BodyExport, definition_name};
 pub use built_tool::{BuiltTool, BuiltToolFailure, BuiltToolNote, BuiltToolTables, built_tool};
-pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_names};
+pub use builtin::{DEFAULT_BUILTIN, Starter, builtin_named, builtin_names};
 pub use coil_fit::{coil_findings, coil_findings_of};
 pub use error::StoreError;
 pub use files::{Files, Output};

@@ -85,11 +85,16 @@ impl RoomSource {
 
     /// Reads the room, with its metal solved for.
     pub fn read_solved(&self) -> Result<Arc<Environment>, StoreError> {
+        self.solved(&self.read()?)
+    }
+
+    /// The room that was [read](Self::read), with its metal solved for.
+    pub fn solved(&self, content: &RoomContent) -> Result<Arc<Environment>, StoreError> {
         let file = match self {
             Self::BuiltIn(path) => Path::new(path),
             Self::File(path) => path.as_path(),
         };
-        Ok(self.read()?.solved(file, &Task::default())?.environment)
+        Ok(content.solved(file, &Task::default())?.environment)
     }
 }
 

@@ -88,6 +88,10 @@ impl Worker<'_> {
             let mut problems = 0;
             let mut stopped = Ok(());
             while at < rows.end && started.elapsed() < seconds {
+                if self.task.cancel.is_cancelled() {
+                    stopped = Err(Cancelled);
+                    break;
+                }
                 match self.rows(at..rows.end.min(at + self.batch)) {
                     Ok(found) => {
                         problems += found.iter().filter(|row| row.study.is_err()).count() as u64;
@@ -126,7 +130,8 @@ impl Worker<'_> {
         let found = found?;
         let RunReport { kept, computed, dropped, .. } = self.report;
         let done = kept + computed + dropped + count;
-        self.task.step(done.min(self.all) as usize, self.all as usize)?;
+        // A task that is cancelled here keeps these rows, and stops before the next ones.
+        let _ = self.task.step(done.min(self.all) as usize, self.all as usize);
         let part = BATCH.as_secs_f64() / started.elapsed().as_secs_f64().max(1e-6);
         let fitting = (count as f64 * part) as u64;
         self.batch = fitting.clamp(1, 2 * self.batch.max(count)).min(MOST_IN_BATCH);

@@ -10,7 +10,7 @@ use trackwright_field::Environment;
 use trackwright_formats::environment;
 use trackwright_formats::sweep_plan::{self, SweepMotion, SweepPlan};
 use trackwright_project::{
-    Files, RoomContent, RoomSource, StoreError, World, builtin_names, builtin_rooms,
+    Files, RoomSource, StoreError, World, builtin_named, builtin_rooms,
     open_builtin_without_meshes, open_design_without_meshes, resolve,
 };
 use trackwright_simulation::metric::{MetricValues, values};
@@ -119,9 +119,9 @@ impl Sweep {
         let mut rooms = Vec::with_capacity(plan.rooms.len());
         for name in &plan.rooms {
             let source = room_named(name, &folder);
-            let RoomContent { bare, metal } = source.read()?;
-            add(&environment::write(&bare, metal.as_deref()));
-            rooms.push(source.read_solved()?);
+            let content = source.read()?;
+            add(&environment::write(&content.bare, content.metal.as_deref()));
+            rooms.push(source.solved(&content)?);
         }
         let files = Files::default();
         let has_crf = designs.iter().any(|swept: &SweptDesign| swept.template.has_crf());
@@ -257,7 +257,7 @@ fn room_text(bare: &Environment, design: &Design) -> String {
 /// Opens a file, or the built-in design of that name where there is no such file.
 fn open_named(name: &str, folder: &Path) -> Result<World, StoreError> {
     let file = folder.join(name);
-    match builtin_names().find(|builtin| *builtin == name && !file.exists()) {
+    match builtin_named(name, &file) {
         Some(builtin) => open_builtin_without_meshes(builtin),
         None => open_design_without_meshes(&file),
     }

@@ -1,7 +1,7 @@
 //! Rows as columns: names, types and units of what a sweep's Parquet files hold.
 
 use super::points::columns;
-use super::sweep::{Row, Sweep};
+use super::sweep::{Row, RowFigures, Sweep};
 use arrow_array::builder::{BooleanBuilder, Float64Builder, StringBuilder, UInt64Builder};
 use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
@@ -94,7 +94,6 @@ pub(crate) fn batch(
     ];
     let numbers = plan.paths().count();
     arrays.extend((0..numbers).map(|k| of_numbers(&|row| Some(row.numbers[k]))));
-    let study = |row: &Row| row.study.as_ref().ok().cloned();
     arrays.push(of_counts(&|_, row| Some(study(row)?.trials)));
     arrays.push(of_counts(&|_, row| Some(study(row)?.outside)));
     arrays.push(of_counts(&|_, row| Some(study(row)?.out_of_volume)));
@@ -102,9 +101,9 @@ pub(crate) fn batch(
         let k = metric.index();
         arrays.push(of_numbers(&|row| Some(study(row)?.own[k])));
         if plan.expected {
-            arrays.push(of_numbers(&|row| Some(study(row)?.expected?.0[k])));
-            arrays.push(of_numbers(&|row| Some(study(row)?.expected?.1[k][0])));
-            arrays.push(of_numbers(&|row| Some(study(row)?.expected?.1[k][1])));
+            arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.0[k])));
+            arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.1[k][0])));
+            arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.1[k][1])));
         }
     }
     let mut met = BooleanBuilder::with_capacity(rows.len());
@@ -112,6 +111,10 @@ pub(crate) fn batch(
     arrays.push(Arc::new(met.finish()));
     arrays.push(of_texts(&|row| row.study.as_ref().err().cloned()));
     RecordBatch::try_new(Arc::clone(schema), arrays)
+}
+
+fn study(row: &Row) -> Option<&RowFigures> {
+    row.study.as_ref().ok()
 }
 
 /// Short, and each its own.
