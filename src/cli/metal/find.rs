@@ -252,7 +252,10 @@ fn as_text(
 
 fn body_lines(number: usize, body: &FoundBody) -> Vec<String> {
     let center = body.source.center_mm;
-    let axis = |k: usize| format!("{:.1} ± {:.1}", center[k], body.center_mm[k].half_length());
+    // Plus zero makes of a rounded -0 a 0.
+    let tenths = |value_mm: f64| (10.0 * value_mm).round() / 10.0 + 0.0;
+    let axis =
+        |k: usize| format!("{:.1} ± {:.1}", tenths(center[k]), body.center_mm[k].half_length());
     let mut lines = vec![
         format!(
             "{number}  {}, like a sphere of {:.1} mm radius ({:.1} to {:.1})",
