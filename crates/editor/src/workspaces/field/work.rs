@@ -151,7 +151,7 @@ fn in_table(table: &Table, error: &dyn std::error::Error) -> Failure {
     Failure::Because(format!("{}: {error}", table.file.display()))
 }
 
-/// What [`compare`] needs of the open design.
+/// What [`compare()`] needs of the open design.
 pub struct Compared {
     present: Scenario,
     tried: Scenario,
