@@ -67,7 +67,7 @@ pub use meshes::{
 };
 pub use open::{
     World, generator_mesh, open_builtin, open_builtin_without_meshes, open_design,
-    open_design_to_show, open_design_without_meshes, refresh_environment,
+    open_design_to_show, open_design_without_meshes, open_variant, refresh_environment,
 };
 pub use paths::file_name;
 pub use placement_problem::{

@@ -2,8 +2,8 @@
 
 use super::builtin;
 use super::error::StoreError;
-use super::meshes::{Meshes, WhichMeshes};
-use super::paths::extension_of;
+use super::meshes::{Meshes, WhichMeshes, refresh_meshes};
+use super::paths::{extension_of, file_name, free_name};
 use super::read::{Kind, Storage, read};
 use super::room_metal::SolvedMetal;
 use super::stamps::Stamps;
@@ -102,6 +102,28 @@ pub fn open_design(path: &Path) -> Result<World, StoreError> {
 /// thread, see [`World::awaited_meshes`].
 pub fn open_design_to_show(path: &Path) -> Result<World, StoreError> {
     open(Storage::Disk, path, Origin::File(path.to_owned()), WhichMeshes::Small)
+}
+
+/// Opens another state of a design as a document of its own that was never saved. Save writes it beside the
+/// design's file, to a name that is free: `pointer-row-7.design.ron` for the suffix `row-7`; that of a
+/// built-in design is saved as any other of them is.
+pub fn open_variant(origin: &Origin, design: Design, suffix: &str) -> Result<World, StoreError> {
+    let (mut world, own) = match origin {
+        Origin::BuiltIn(name) => (open_builtin(name)?, origin.clone()),
+        Origin::File(file) => {
+            let name = file_name(file);
+            let (stem, extension) = name.split_at(name.find('.').unwrap_or(name.len()));
+            let wanted = file.with_file_name(format!("{stem}-{suffix}{extension}"));
+            let free = free_name(&wanted, |candidate| !candidate.exists());
+            (open_design_to_show(file)?, Origin::File(free))
+        }
+    };
+    let view = world.document.own_view().clone();
+    let read = (world.document.design().clone(), view.clone());
+    world.document = Document::recovered(design, view, own, Some(read));
+    refresh_environment(&mut world)?;
+    refresh_meshes(&mut world)?;
+    Ok(world)
 }
 
 /// Opens a design from the disk for its numbers alone: no mesh is read or missed.

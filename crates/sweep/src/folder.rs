@@ -19,6 +19,11 @@ use trackwright_formats::sweep_plan;
 const PLAN: &str = "plan.sweep.ron";
 const LOCKS: &str = "locks";
 
+/// Whether a file is the plan that `sweep` wrote into a folder.
+pub(crate) fn is_plan_of(file: &Path, folder: &Path) -> bool {
+    file == Folder::plan_of(folder)
+}
+
 /// One of the equal parts that a sweep's rows are computed in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {

@@ -5,7 +5,7 @@ use super::template::Template;
 use sha2::{Digest, Sha256};
 use std::path::Path;
 use std::sync::Arc;
-use trackwright_design::Design;
+use trackwright_design::{Design, Origin};
 use trackwright_field::Environment;
 use trackwright_formats::environment;
 use trackwright_formats::sweep_plan::{self, SweepMotion, SweepPlan};
@@ -14,6 +14,7 @@ use trackwright_project::{
     open_builtin_without_meshes, open_design_without_meshes, resolve,
 };
 use trackwright_simulation::metric::{MetricValues, values};
+use trackwright_simulation::motion::Motion;
 use trackwright_simulation::{
     CancelToken, Expected, ExpectedError, METRICS, Mode, StudyError, expected, run,
 };
@@ -27,21 +28,28 @@ pub struct Sweep {
     hash: String,
     points: Points,
     designs: Vec<SweptDesign>,
-    rooms: Vec<Arc<Environment>>,
+    rooms: Vec<OpenRoom>,
     motions: Vec<OpenMotion>,
     rows: u64,
 }
 
 #[derive(Clone, Debug)]
 struct SweptDesign {
+    origin: Origin,
     template: Template,
     own_room: Arc<Environment>,
 }
 
 #[derive(Clone, Debug)]
+struct OpenRoom {
+    source: RoomSource,
+    environment: Arc<Environment>,
+}
+
+#[derive(Clone, Debug)]
 enum OpenMotion {
     Mode(Mode),
-    Range(trackwright_simulation::motion::Motion),
+    Range(Motion),
 }
 
 /// What a row is of, by places in the plan's lists.
@@ -114,14 +122,20 @@ impl Sweep {
             let template = Template::new(world.document.design(), plan.paths());
             template.texts().iter().for_each(|text| add(text));
             add(&room_text(world.bare_environment(), world.document.design()));
-            designs.push(SweptDesign { template, own_room: Arc::clone(&world.environment) });
+            let origin = world.document.origin().clone();
+            designs.push(SweptDesign {
+                origin,
+                template,
+                own_room: Arc::clone(&world.environment),
+            });
         }
         let mut rooms = Vec::with_capacity(plan.rooms.len());
         for name in &plan.rooms {
             let source = room_named(name, &folder);
             let content = source.read()?;
             add(&environment::write(&content.bare, content.metal.as_deref()));
-            rooms.push(source.solved(&content)?);
+            let environment = source.solved(&content)?;
+            rooms.push(OpenRoom { environment, source });
         }
         let files = Files::default();
         let has_crf = designs.iter().any(|swept: &SweptDesign| swept.template.has_crf());
@@ -191,8 +205,26 @@ impl Sweep {
         let swept = &self.designs[key.design];
         let design =
             swept.template.with(&self.points.values(key.point)).map_err(|why| why.to_string())?;
-        let room = key.room.map_or(&swept.own_room, |room| &self.rooms[room]);
+        let room = key.room.map_or(&swept.own_room, |room| &self.rooms[room].environment);
         Ok((design, Arc::clone(room)))
+    }
+
+    /// The design whose numbers a row varies.
+    pub(crate) fn origin_of(&self, row: u64) -> &Origin {
+        &self.designs[self.key(row).design].origin
+    }
+
+    /// The room of a row; `None` for the design's own.
+    pub(crate) fn room_of(&self, row: u64) -> Option<&RoomSource> {
+        self.key(row).room.map(|room| &self.rooms[room].source)
+    }
+
+    /// The range of motion that a row's figures are over, where it is not the design's own.
+    pub(crate) fn range_of(&self, row: u64) -> Option<Motion> {
+        match self.motions[self.key(row).motion] {
+            OpenMotion::Range(range) => Some(range),
+            OpenMotion::Mode(_) => None,
+        }
     }
 
     /// Computes a row.

@@ -17,8 +17,8 @@ pub const UNIT: &str = "unit";
 pub const ROW: &str = "row";
 /// Why a row has no figures.
 pub const PROBLEM: &str = "problem";
-const DESIGN: &str = "design";
-const ROOM: &str = "room";
+pub(crate) const DESIGN: &str = "design";
+pub(crate) const ROOM: &str = "room";
 pub(crate) const MOTION: &str = "motion";
 pub(crate) const COUNTS: [&str; 3] = ["trials", "outside", "out_of_volume"];
 const MET: &str = "met";

@@ -196,7 +196,7 @@ fn with_bodies(mut design: Design, mut bodies: impl Iterator<Item = DesignBody>)
 }
 
 /// Without what no figure depends on.
-fn without_pictures(design: &Design) -> Design {
+pub(crate) fn without_pictures(design: &Design) -> Design {
     let mut plain = design.clone();
     plain.slides.clear();
     plain.anatomy.clear();

@@ -1,8 +1,13 @@
 //! Whole sweeps: any sharding gives the same rows, whatever is torn or killed.
 
-use super::{Coverage, Folder, Part, Sweep, SweepError, SweepTable, merge, run};
+use super::shard::ShardWriter;
+use super::{
+    Cell, Coverage, Direction, Folder, Part, Row, RowFigures, Sweep, SweepError, SweepTable, merge,
+    run,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use trackwright_formats::sweep_plan;
 use trackwright_simulation::motion::{AxisRange, Motion};
@@ -287,4 +292,93 @@ fn rows_are_read_in_any_pieces() {
     let unknown = table.numbers("tip").unwrap_err().to_string();
     assert!(unknown.contains("found no column tip, expected one of row, design"), "{unknown}");
     assert!(matches!(SweepTable::open(dir.path()), Err(SweepError::NoSweep { .. })));
+}
+
+#[test]
+fn cells_are_those_of_the_wanted_rows() {
+    let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(PLAN));
+    let folder = opened(&dir, "out", &sweep);
+    for number in 1..=5 {
+        compute(&sweep, &folder, &format!("{number}/5"));
+    }
+    // The plan's file in the folder stands for it.
+    let table = SweepTable::open(&Folder::plan_of(folder.path())).unwrap();
+    let cancel = CancelToken::default();
+    let names = ["row", "design", "room", "position_rms"];
+    let rms = table.numbers("position_rms").unwrap();
+    for rows in [vec![], vec![0], vec![159, 3, 4, 5, 3], (31..97).rev().collect()] {
+        let cells = table.cells(&names, &rows, &cancel).unwrap();
+        for (k, row) in rows.iter().enumerate() {
+            assert_eq!(cells[0][k], Cell::Number(*row as f64));
+            assert_eq!(cells[1][k], Cell::Text("pointer-on-head".to_owned()));
+            assert_eq!(cells[2][k], Cell::Nothing);
+            assert_eq!(cells[3][k], Cell::Number(rms[*row as usize]));
+        }
+    }
+    let sorted = table.sorted_rows("position_rms", Direction::Descending, &cancel).unwrap();
+    let sorted: Vec<f64> = sorted.into_iter().map(|row| rms[row as usize]).collect();
+    assert_eq!(sorted.len(), 160);
+    assert!(sorted.is_sorted_by(|a, b| a >= b));
+    let by_motion = table.sorted_rows("motion", Direction::Ascending, &cancel).unwrap();
+    assert_eq!(
+        by_motion,
+        (0..80).map(|k| 2 * k + 1).chain((0..80).map(|k| 2 * k)).collect::<Vec<_>>()
+    );
+    cancel.cancel();
+    let cancelled = table.cells(&names, &[0], &cancel);
+    assert!(matches!(cancelled, Err(SweepError::Cancelled(_))));
+    let cancelled = table.sorted_rows("row", Direction::Ascending, &cancel);
+    assert!(matches!(cancelled, Err(SweepError::Cancelled(_))));
+}
+
+/// A million rows, written without being computed.
+#[test]
+#[ignore = "writes a hundred megabytes"]
+fn long_a_million_rows_are_sorted_in_two_seconds() {
+    let (dir, sweep) =
+        (tempfile::tempdir().unwrap(), sweep(&PLAN.replace("count: 40", "count: 250000")));
+    assert_eq!(sweep.rows(), 1_000_000);
+    let folder = opened(&dir, "out", &sweep);
+    for shard in 0..10 {
+        let first = shard * 100_000;
+        let mut writer = ShardWriter::new(&sweep, &folder, Part::WHOLE, first).unwrap();
+        for start in (first..first + 100_000).step_by(10_000) {
+            let rows: Vec<Row> = (start..start + 10_000).map(|row| made_up(&sweep, row)).collect();
+            writer.add(&rows).unwrap();
+        }
+        assert!(writer.finish().unwrap());
+    }
+    let file = dir.path().join("merged.parquet");
+    merge(&sweep, &folder, &file, &Task::default()).unwrap();
+    let cancel = CancelToken::default();
+    for path in [folder.path(), &file] {
+        let start = Instant::now();
+        let table = SweepTable::open(path).unwrap();
+        let names: Vec<String> = table.columns().into_iter().map(|column| column.name).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let first: Vec<u64> = (0..60).collect();
+        assert_eq!(table.cells(&names, &first, &cancel).unwrap()[0].len(), 60);
+        let opened = start.elapsed();
+        let start = Instant::now();
+        let rows = table.sorted_rows("position_rms", Direction::Ascending, &cancel).unwrap();
+        let sorted = start.elapsed();
+        let start = Instant::now();
+        let cells = table.cells(&names, &rows[500_000..500_060], &cancel).unwrap();
+        let paged = start.elapsed();
+        println!("opened {opened:?}, sorted {sorted:?}, a page of it {paged:?}");
+        assert_eq!(cells[0].len(), 60);
+        assert!(opened < Duration::from_secs(1));
+        assert!(sorted + paged < Duration::from_secs(2));
+    }
+}
+
+fn made_up(sweep: &Sweep, row: u64) -> Row {
+    // In no order, with as many digits as computed ones.
+    let value =
+        |k: u64| (row.wrapping_add(k).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 * 1e-16;
+    let numbers = (1..=3).map(value).collect();
+    let own = std::array::from_fn(|k| value(10 + k as u64));
+    let figures =
+        RowFigures { trials: 3, outside: 0, out_of_volume: 0, own, expected: None, met: None };
+    Row { key: sweep.key(row), numbers, study: Ok(figures) }
 }
