@@ -56,6 +56,7 @@ mod study_panels;
 #[allow(dead_code, reason = "the tests of the program use the rest")]
 #[path = "../support/mod.rs"]
 mod support;
+mod sweep_table;
 mod tip;
 mod tip_scatter;
 mod tools;

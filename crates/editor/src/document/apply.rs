@@ -13,7 +13,7 @@ use crate::runner::results::Results;
 use crate::schedule::EditorSystems;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
 use bevy::prelude::*;
-use bevy::window::{PrimaryWindow, WindowCloseRequested, WindowFocused};
+use bevy::window::{PrimaryWindow, RequestRedraw, WindowCloseRequested, WindowFocused};
 use std::path::{Path, PathBuf};
 use trackwright_design::{AnatomyEdit, Design, Edit, MetalEdit, Origin};
 use trackwright_formats::printable::printable;
@@ -200,7 +200,17 @@ struct FileState<'w> {
     after_save: ResMut<'w, AfterSave>,
     leftovers: ResMut<'w, Leftovers>,
     recent: ResMut<'w, RecentDesigns>,
+    /// Are applied in the next frame.
+    edits: MessageWriter<'w, EditRequest>,
+    redraw: MessageWriter<'w, RequestRedraw>,
     exit: MessageWriter<'w, AppExit>,
+}
+
+fn opened(origin: &Origin) -> Result<trackwright_project::World, StoreError> {
+    match origin {
+        Origin::File(path) => trackwright_project::open_design_to_show(path),
+        Origin::BuiltIn(name) => trackwright_project::open_builtin(name),
+    }
 }
 
 fn apply_files(mut requests: MessageReader<FileRequest>, mut state: FileState) {
@@ -226,6 +236,8 @@ impl FileState<'_> {
             | FileRequest::ShowOpen
             | FileRequest::Open(_)
             | FileRequest::OpenBuiltIn(_)
+            | FileRequest::OpenEdited { .. }
+            | FileRequest::OpenVariant { .. }
             | FileRequest::Reload
             | FileRequest::Quit
                 if self.is_dirty() =>
@@ -265,8 +277,21 @@ impl FileState<'_> {
                 let folder = self.folder();
                 self.dialogs.show(DesignDialog::open(folder));
             }
-            FileRequest::Open(path) => self.open(trackwright_project::open_design_to_show(&path)),
-            FileRequest::OpenBuiltIn(name) => self.open(trackwright_project::open_builtin(&name)),
+            FileRequest::Open(path) => {
+                self.open(trackwright_project::open_design_to_show(&path));
+            }
+            FileRequest::OpenBuiltIn(name) => {
+                self.open(trackwright_project::open_builtin(&name));
+            }
+            FileRequest::OpenEdited { of, label, edits } => {
+                if self.open(opened(&of)) {
+                    self.edits.write_batch(EditRequest::step(label, edits));
+                    self.redraw.write(RequestRedraw);
+                }
+            }
+            FileRequest::OpenVariant { of, design, suffix } => {
+                self.open(trackwright_project::open_variant(&of, *design, &suffix));
+            }
             FileRequest::Quit => {
                 self.exit.write(AppExit::Success);
             }
@@ -274,18 +299,21 @@ impl FileState<'_> {
         }
     }
 
-    fn open(&mut self, opened: Result<trackwright_project::World, StoreError>) {
+    /// Whether it is open.
+    fn open(&mut self, opened: Result<trackwright_project::World, StoreError>) -> bool {
         match opened {
             Ok(opened) => {
-                let Some(world) = &mut self.world else { return };
+                let Some(world) = &mut self.world else { return false };
                 *self.notice = what_is_missing(&opened);
                 world.0 = opened;
                 self.generation.0 += 1;
                 *self.selection = Selection::default();
                 self.remember();
+                true
             }
             Err(error) => {
                 self.dialogs.show(ErrorDialog::new("The design cannot be opened", &error));
+                false
             }
         }
     }
@@ -318,10 +346,8 @@ impl FileState<'_> {
 
     fn reload(&mut self) {
         let Some(world) = &self.world else { return };
-        match world.0.document.origin().clone() {
-            Origin::File(path) => self.open(trackwright_project::open_design_to_show(&path)),
-            Origin::BuiltIn(name) => self.open(trackwright_project::open_builtin(name)),
-        }
+        let origin = world.0.document.origin().clone();
+        self.open(opened(&origin));
     }
 
     fn accept_changes(&mut self) {
@@ -334,6 +360,7 @@ impl FileState<'_> {
     fn remember(&mut self) {
         if let Some(world) = &self.world
             && let Origin::File(path) = world.0.document.origin()
+            && path.exists()
         {
             self.recent.remember(path);
         }

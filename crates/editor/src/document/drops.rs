@@ -24,13 +24,23 @@ pub struct HoveringFiles(pub Vec<String>);
 
 /// What can be dropped, for whoever dropped something else.
 pub const WHAT_CAN_BE_DROPPED: &str = "designs (.design.ron), rooms (.env.ron), meshes (.glb, .gltf, .stl, .obj), tool \
-     definitions (.rom, .tool, .ini, .json), bodies (.body.ron) and, in the Field and Study \
-     workspaces, tables (.csv) can be dropped";
+     definitions (.rom, .tool, .ini, .json), bodies (.body.ron), sweeps (folders, .parquet) and, in the \
+     Field and Study workspaces, tables (.csv) can be dropped";
 
-/// The kind of a file by the end of its name, in any case.
+/// The kind of a file by the end of its name, in any case; a folder is a sweep's.
 pub fn kind_of(file: &Path) -> Option<FileKind> {
+    if file.is_dir() {
+        return Some(FileKind::Sweep);
+    }
     let name = file.file_name()?.to_string_lossy().to_lowercase();
-    let kinds = [FileKind::Design, FileKind::Room, FileKind::Mesh, FileKind::Table, FileKind::Body];
+    let kinds = [
+        FileKind::Design,
+        FileKind::Room,
+        FileKind::Mesh,
+        FileKind::Table,
+        FileKind::Body,
+        FileKind::Sweep,
+    ];
     kinds.into_iter().find(|kind| kind.extensions().iter().any(|end| name.ends_with(end)))
 }
 
@@ -45,6 +55,7 @@ pub fn words(file: &Path, workspace: Workspace, selection: &Selection, has_crf: 
     match kind_of(file) {
         Some(FileKind::Design) => format!("Open {name}"),
         Some(FileKind::Room) => format!("Put the design into {name}"),
+        Some(FileKind::Sweep) => format!("Show the rows of the sweep {name}"),
         Some(FileKind::Mesh) if selected_body(selection).is_none() => match has_crf {
             true => format!("Use {name} as a mesh of tool, CRF or anatomy"),
             false => format!("Use {name} as a mesh of tool or anatomy"),
@@ -138,6 +149,7 @@ impl Receivers<'_> {
             }
             // The workspaces take them themselves.
             Some(FileKind::Table) if has_tables => {}
+            Some(FileKind::Sweep) => {}
             Some(FileKind::Table) => {
                 let name = file_name(file);
                 *self.notice = Notice::Refused(format!(

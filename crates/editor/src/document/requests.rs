@@ -5,8 +5,8 @@
 
 use bevy::prelude::*;
 use std::path::PathBuf;
-use trackwright_design::Edit;
 use trackwright_design::view::View;
+use trackwright_design::{Design, Edit, Origin};
 use trackwright_geometry::orbit::AxisEnd;
 use trackwright_project::{RoomSource, Starter, World as StoreWorld};
 
@@ -75,6 +75,19 @@ pub enum FileRequest {
     ShowOpen,
     Open(PathBuf),
     OpenBuiltIn(String),
+    /// Opens a saved design and changes it in one undo step.
+    OpenEdited {
+        of: Origin,
+        label: String,
+        edits: Vec<Edit>,
+    },
+    /// Opens another state of a design as a document of its own that was never saved.
+    OpenVariant {
+        of: Origin,
+        design: Box<Design>,
+        /// Of the file's name.
+        suffix: String,
+    },
     Save,
     /// Shows the dialog that chooses where to save.
     ShowSaveAs,

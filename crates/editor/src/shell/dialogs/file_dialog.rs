@@ -80,6 +80,8 @@ pub enum FileKind {
     Tips,
     /// The 3D view, for other programs.
     Scene,
+    /// The rows of a sweep: a merged table, or the plan in their folder.
+    Sweep,
 }
 
 impl FileKind {
@@ -96,6 +98,7 @@ impl FileKind {
             Self::Lattice => &[".nrrd", ".mha", ".vti", ".csv"],
             Self::Tips => &[".mrk.json", ".csv"],
             Self::Scene => &[".glb"],
+            Self::Sweep => &[".parquet", ".sweep.ron"],
         }
     }
 
@@ -118,6 +121,7 @@ impl FileKind {
             Self::Lattice => "field",
             Self::Tips => "tips",
             Self::Scene => "scene",
+            Self::Sweep => "sweep",
         }
     }
 

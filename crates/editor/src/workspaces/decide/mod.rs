@@ -9,6 +9,7 @@
 //! | `kept_baseline` | keeps the baseline beside the design's file |
 //! | [`judged`] | keeps where the design stands in its procedure, once edits rest |
 //! | [`table`] | what the table's thread does |
+//! | [`sweep_table`] | the rows of a sweep as a table |
 
 pub mod against;
 pub mod answer;
@@ -19,6 +20,7 @@ mod kept_baseline;
 pub mod panels;
 pub mod requests;
 pub mod state;
+pub mod sweep_table;
 pub mod table;
 
 pub use requests::{DecideRequest, WORKSPACE, is_shown};
@@ -31,6 +33,7 @@ use crate::shell::registry::{AddToShell, PanelInfo, Side};
 use crate::widgets::theme;
 use crate::workspaces::decide::panels::systems::{baseline_panel, steps_panel, table_panel};
 use crate::workspaces::decide::state::DecideState;
+use crate::workspaces::decide::sweep_table::{SweepTablePlugin, is_closed};
 use crate::workspaces::design::panels::brief_result_panel;
 use crate::workspaces::field::FieldRequest;
 use crate::workspaces::study::state::StudyRequest;
@@ -58,8 +61,12 @@ impl Plugin for DecidePlugin {
             .add_message::<FieldRequest>()
             .add_message::<StudyRequest>()
             .add_plugins((against::AgainstPlugin, judged::JudgedPlugin, kept_baseline::plugin))
+            .add_plugins(SweepTablePlugin)
             .add_workspace(WORKSPACE)
-            .add_panel(PanelInfo::new(WORKSPACE, Side::Bottom).high(table_height), table_panel)
+            .add_panel(
+                PanelInfo::new(WORKSPACE, Side::Bottom).high(table_height).shown_if(is_closed),
+                table_panel,
+            )
             .add_panel(PanelInfo::new(WORKSPACE, Side::Left), steps_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right).fixed(), brief_result_panel)
             .add_panel(PanelInfo::new(WORKSPACE, Side::Right), baseline_panel)
