@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -38,15 +38,6 @@ def study() -> object:
     return trackwright.simulate(design, "motion")
 
 
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """As in a terminal: a shell starts what runs in its background with the signal ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
-@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("work", [search, study])
 def test_ctrl_c_stops_the_work(work: Callable[[], object]) -> None:
     sent: list[float] = []
