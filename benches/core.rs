@@ -10,6 +10,7 @@ mod kinds;
 mod metal;
 mod picking;
 mod selection;
+mod sweep;
 mod uncertainty;
 mod validity;
 

@@ -27,8 +27,8 @@ use trackwright_project::{DEFAULT_BUILTIN, open_builtin, save_as};
 use trackwright_sweep::{Cell, Direction, Folder, Part, Sweep, run};
 use trackwright_task::Task;
 
-/// The last one leaves no valid design.
-const HEIGHTS_MM: [f64; 6] = [60.0, 72.0, 40.0, 55.0, 66.0, 1e12];
+/// The one before the last is the built-in design's own; the last one leaves no valid design.
+const HEIGHTS_MM: [f64; 6] = [60.0, 70.0, 40.0, 55.0, 72.0, 1e12];
 
 const HEIGHT: &str = "tool.body.sensors[0].position.z";
 
@@ -156,9 +156,19 @@ fn rows_shown_one_after_another_are_one_step() {
     // Nothing of the sweep is there to be taken back any more.
     send(&mut app, SweepTableRequest::TakeBack);
     assert_eq!(*document(&app).design(), before);
-    send(&mut app, SweepTableRequest::ShowRow(4));
+    send(&mut app, SweepTableRequest::ShowRow(3));
     send(&mut app, SweepTableRequest::TakeBack);
     assert_eq!(*document(&app).design(), before);
+}
+
+#[test]
+fn a_row_that_is_the_open_design_is_no_step() {
+    let (_folder, mut app) = app_with_sweep();
+    send(&mut app, SweepTableRequest::ShowRow(4));
+    assert_eq!(height_mm(&app), HEIGHTS_MM[4]);
+    assert_eq!(document(&app).undo_label(), None);
+    let notice = app.world().resource::<Notice>();
+    assert_eq!(*notice, Notice::Done("The open design is row 4 already".to_owned()));
 }
 
 #[test]

@@ -7,7 +7,6 @@ use super::{
 };
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 use tempfile::TempDir;
 use trackwright_formats::sweep_plan;
 use trackwright_simulation::motion::{AxisRange, Motion};
@@ -331,10 +330,10 @@ fn cells_are_those_of_the_wanted_rows() {
     assert!(matches!(cancelled, Err(SweepError::Cancelled(_))));
 }
 
-/// A million rows, written without being computed.
+/// Written without being computed.
 #[test]
 #[ignore = "writes a hundred megabytes"]
-fn long_a_million_rows_are_sorted_in_two_seconds() {
+fn long_a_million_rows_are_sorted() {
     let (dir, sweep) =
         (tempfile::tempdir().unwrap(), sweep(&PLAN.replace("count: 40", "count: 250000")));
     assert_eq!(sweep.rows(), 1_000_000);
@@ -351,24 +350,19 @@ fn long_a_million_rows_are_sorted_in_two_seconds() {
     let file = dir.path().join("merged.parquet");
     merge(&sweep, &folder, &file, &Task::default()).unwrap();
     let cancel = CancelToken::default();
+    let figure = |row: u64| made_up(&sweep, row).figures.map(|figures| figures.own[0]).unwrap();
+    let mut expected: Vec<u64> = (0..1_000_000).collect();
+    expected.sort_by(|a, b| figure(*a).total_cmp(&figure(*b)));
     for path in [folder.path(), &file] {
-        let start = Instant::now();
         let table = SweepTable::open(path).unwrap();
-        let names: Vec<String> = table.columns().into_iter().map(|column| column.name).collect();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let first: Vec<u64> = (0..60).collect();
-        assert_eq!(table.cells(&names, &first, &cancel).unwrap()[0].len(), 60);
-        let opened = start.elapsed();
-        let start = Instant::now();
         let rows = table.sorted_rows("position_rms", Direction::Ascending, &cancel).unwrap();
-        let sorted = start.elapsed();
-        let start = Instant::now();
-        let cells = table.cells(&names, &rows[500_000..500_060], &cancel).unwrap();
-        let paged = start.elapsed();
-        println!("opened {opened:?}, sorted {sorted:?}, a page of it {paged:?}");
-        assert_eq!(cells[0].len(), 60);
-        assert!(opened < Duration::from_secs(1));
-        assert!(sorted + paged < Duration::from_secs(2));
+        assert!(rows == expected, "{path:?}");
+        let places = &rows[500_000..500_060];
+        let cells = table.cells(&["row", "position_rms"], places, &cancel).unwrap();
+        for (at, row) in places.iter().enumerate() {
+            assert_eq!(cells[0][at], Cell::Number(*row as f64));
+            assert_eq!(cells[1][at], Cell::Number(figure(*row)));
+        }
     }
 }
 

@@ -79,6 +79,10 @@ impl Rows<'_> {
             before.document.undo();
         }
         match row.edits(&before) {
+            Ok(steps) if steps.is_empty() && !replaces => {
+                let text = format!("The open design is row {} already", row.row);
+                *self.notice = Notice::Done(text);
+            }
             Ok(steps) => {
                 if replaces {
                     self.edits.write(EditRequest::Undo);

@@ -125,7 +125,10 @@ pub fn head_text(column: &Column) -> String {
     let chars = name.chars().count();
     let name = match chars > MOST_CHARS {
         false => name.clone(),
-        true => format!("…{}", name.chars().skip(chars + 1 - MOST_CHARS).collect::<String>()),
+        true => {
+            let end: String = name.chars().skip(chars + 1 - MOST_CHARS).collect();
+            format!("…{}", end.trim_start_matches('.'))
+        }
     };
     match column.unit.as_str() {
         "" => name,
