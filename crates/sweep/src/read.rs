@@ -41,6 +41,8 @@ pub struct Column {
     pub unit: String,
     /// Whether it holds numbers.
     pub is_number: bool,
+    /// Whether it holds texts; neither, where it holds yes and no.
+    pub is_text: bool,
 }
 
 impl SweepTable {
@@ -107,6 +109,7 @@ impl SweepTable {
                 name: field.name().clone(),
                 unit: field.metadata().get(UNIT).cloned().unwrap_or_default(),
                 is_number: matches!(field.data_type(), DataType::Float64 | DataType::UInt64),
+                is_text: *field.data_type() == DataType::Utf8,
             })
             .collect()
     }
