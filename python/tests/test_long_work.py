@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -36,14 +36,6 @@ def study() -> object:
         {"x": axis, "y": axis, "z": axis, "rx": axis}
     )
     return trackwright.simulate(design, "motion")
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """As in a terminal: a shell starts what runs in its background with the signal ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.usefixtures("interruptible")
