@@ -37,6 +37,7 @@ fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
         held_out: None,
         model: &model(kind),
         settings: FitSettings { ridge: 0.1, ..FitSettings::new(3, DirectionSet::TwentySix) },
+        bounds: None,
         volume: None,
         jitter: None,
         with_support,

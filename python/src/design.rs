@@ -10,18 +10,21 @@ use nalgebra::{Point3, Unit, Vector3};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Document, Edit, Origin, Target};
 use trackwright_field as field;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::{DesignFile, design_file};
+use trackwright_geometry::limits::position_problem;
 use trackwright_project::{
     Files, World, open_builtin, refresh_environment, refresh_metal, save_as,
 };
 use trackwright_simulation as simulation;
 use trackwright_simulation::motion::{AxisRange, Motion};
 use trackwright_simulation::{Coil, Metric, Requirement, SensorOrientation};
+use trackwright_sweep::number_paths;
 
 /// A design with its room, its bodies and their meshes. It never changes: an edit gives another one.
 #[pyclass(frozen, module = "trackwright")]
@@ -35,6 +38,10 @@ pub struct Sensor(simulation::Sensor);
 impl Sensor {
     pub fn of(sensor: simulation::Sensor) -> Self {
         Self(sensor)
+    }
+
+    pub fn simulated(&self) -> &simulation::Sensor {
+        &self.0
     }
 }
 
@@ -354,6 +361,12 @@ impl Design {
         })
     }
 
+    /// The numbers that a plan of a sweep may vary, by their paths: each as it is and its unit.
+    fn numbers(&self) -> BTreeMap<String, (f64, &'static str)> {
+        let each = number_paths(self.0.document.design()).into_iter();
+        each.map(|(path, value, unit)| (path, (value, unit))).collect()
+    }
+
     fn __repr__(&self) -> String {
         format!("<trackwright.Design {:?}>", self.name())
     }
@@ -367,6 +380,34 @@ impl Design {
 
 #[pymethods]
 impl Sensor {
+    /// A sensor of a body: position, shape (3,), mm, body's frame, and one of axis, rotation and marker, as in
+    /// Design.with_sensor.
+    #[new]
+    #[pyo3(signature = (name, position, *, axis = None, rotation = None, marker = false, coil = None))]
+    fn new(
+        name: String,
+        position: &Bound<'_, PyAny>,
+        axis: Option<&Bound<'_, PyAny>>,
+        rotation: Option<&Bound<'_, PyAny>>,
+        marker: bool,
+        coil: Option<(f64, f64)>,
+    ) -> Done<Self> {
+        let position = vector::<3>(position, "position")?;
+        if let Some(expected) = position_problem(&position) {
+            let text = format!("position: found {position:?}, expected {expected}");
+            return Err(TrackwrightError::new_err(text).into());
+        }
+        let Some(orientation) = orientation(axis, rotation, marker)? else {
+            let text = "found none of axis, rotation and marker, expected one of them";
+            return Err(TrackwrightError::new_err(text).into());
+        };
+        let coil = coil.map(|(diameter_mm, length_mm)| Coil { diameter_mm, length_mm });
+        Ok(Self(simulation::Sensor {
+            coil,
+            ..simulation::Sensor::new(name, position, orientation)
+        }))
+    }
+
     /// The sensor's name.
     #[getter]
     fn name(&self) -> &str {

@@ -19,6 +19,7 @@ use trackwright_calibration::doubts::{PoseFrame, in_room, with_written_quaternio
 use trackwright_field as field;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::{Compensation, Method};
+use trackwright_field::computed::FieldSource;
 use trackwright_field::gaussian::FieldPoint;
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
@@ -116,7 +117,8 @@ impl Environment {
     /// array, a mapping of columns, or anything with the DataFrame interchange protocol.
     ///
     /// order and directions that are None are chosen by cross-validation. holdout is a second table, to judge
-    /// the room on. as_is takes tables that are suspected not to be what they are read as. `figures` of the
+    /// the room on. bounds is the box of a polynomial model, shape (2, 3), mm: its least and its largest corner;
+    /// that of the positions where it is None. as_is takes tables that are suspected not to be what they are read as. `figures` of the
     /// room are those of the fit.
     #[staticmethod]
     #[pyo3(
@@ -125,7 +127,7 @@ impl Environment {
             map='distortion', sensors='5dof', weights='area', rcond=1e-10, model='bernstein', \
             symmetric=False, generator=None, degree=None, loss='huber', holdout=None, hold_out=None, \
             volume=None, support=True, jitter_position_mm=None, jitter_angle_deg=None, \
-            jitter_growth_mm=None, name=None, as_is=False)"
+            jitter_growth_mm=None, bounds=None, name=None, as_is=False)"
     )]
     fn fit(
         py: Python<'_>,
@@ -241,6 +243,48 @@ impl Environment {
             positions: positions.unbind(),
             quaternions: quaternions.unbind(),
             outside: is_outside.into_pyarray(py).unbind(),
+        })
+    }
+
+    /// Poses of 6-DOF sensors as the tracker would report them, of a room with a harmonic model: the fields
+    /// that it is made of determine what all three axes of a sensor measure.
+    ///
+    /// positions and quaternions as for `distort`. Beyond the model's box the fields are used as they are.
+    #[pyo3(signature = (positions, quaternions, *, as_is = false))]
+    fn distort_6dof(
+        &self,
+        py: Python<'_>,
+        positions: &Bound<'_, PyAny>,
+        quaternions: &Bound<'_, PyAny>,
+        as_is: bool,
+    ) -> Done<Readings> {
+        let model = &self.solved.model;
+        let Some(FieldSource::Harmonic(harmonic)) = model.computed().map(|field| field.source())
+        else {
+            let (name, found) = (&self.solved.name, model.kind().name());
+            let text = format!("{name}: found a {found} model, expected a harmonic one");
+            return Err(TrackwrightError::new_err(text).into());
+        };
+        let mut notes = Notes::new();
+        let ideal = self.sensor_poses((positions, quaternions), as_is, &mut notes)?;
+        let found = long_work::run(py, |task| {
+            let mut found = Vec::with_capacity(ideal.len());
+            for (row, pose) in ideal.iter().enumerate() {
+                task.step(row, ideal.len())?;
+                found.push(harmonic.read_pose(pose).ok().map(|read| read.tracker_from_sensor));
+            }
+            Ok(found)
+        })?;
+        let is_outside = |pose: &Pose| !model.bounds().contains(&pose.translation.vector.into());
+        let outside: Vec<bool> = ideal.iter().map(is_outside).collect();
+        let count = outside.iter().filter(|outside| **outside).count();
+        notes.extend(note_outside(count, ideal.len(), OutsidePolicy::Extrapolate));
+        warn_of(py, notes)?;
+        let (positions, quaternions) = parts(py, found)?;
+        Ok(Readings {
+            positions: positions.unbind(),
+            quaternions: quaternions.unbind(),
+            outside: outside.into_pyarray(py).unbind(),
         })
     }
 

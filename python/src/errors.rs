@@ -12,6 +12,7 @@ use std::fmt;
 use std::io;
 use trackwright_formats::printable::printable_lines;
 use trackwright_project::StoreError;
+use trackwright_sweep::SweepError;
 
 create_exception!(
     trackwright,
@@ -64,11 +65,16 @@ impl From<Failure> for PyErr {
 
 /// What the system had against a file, where it is that which went wrong.
 fn file_problem(error: &anyhow::Error) -> Option<io::ErrorKind> {
-    error.chain().find_map(|cause| match cause.downcast_ref::<StoreError>()? {
+    let of_store = |error: &StoreError| match error {
         StoreError::Read { cause, .. }
         | StoreError::Write { cause, .. }
         | StoreError::Lock { cause, .. } => Some(cause.kind()),
         _ => None,
+    };
+    error.chain().find_map(|cause| match cause.downcast_ref::<SweepError>() {
+        Some(SweepError::Store(error)) => of_store(error),
+        Some(SweepError::Io { cause, .. }) => Some(cause.kind()),
+        _ => of_store(cause.downcast_ref()?),
     })
 }
 

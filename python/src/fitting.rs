@@ -1,5 +1,6 @@
 //! Rooms from measurements: models fitted as requested, or chosen by cross-validation.
 
+use crate::arrays::rows;
 use crate::errors::{Done, TrackwrightError};
 use crate::keywords::Keywords;
 use crate::long_work;
@@ -26,6 +27,7 @@ use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
 use trackwright_field::samples::MapKind;
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{Files, SampleReading};
@@ -55,6 +57,7 @@ struct Fitting {
 /// What the room gets beside its model.
 struct Extras {
     name: Option<String>,
+    bounds: Option<Bounds>,
     volume: Option<Volume>,
     jitter: Option<Jitter>,
     with_support: bool,
@@ -87,32 +90,41 @@ impl Extras {
             ("tabletop", Some(Volume::AuroraTabletop)),
             ("compact", Some(Volume::AuroraCompact)),
         ];
-        let zero_or_more = |value: f64| value >= 0.0;
-        let position_mm = keywords.number("jitter_position_mm", "zero or more", zero_or_more)?;
-        let angle_deg = keywords.number("jitter_angle_deg", "zero or more", zero_or_more)?;
-        let growth_mm =
-            keywords.number("jitter_growth_mm", "a length above zero", |value| value > 0.0)?;
-        let jitter = match (position_mm, angle_deg) {
-            (Some(position_mm), Some(angle_deg)) => {
-                Some(Jitter::stated(position_mm, angle_deg.to_radians(), growth_mm))
-            }
-            (None, None) if growth_mm.is_none() => None,
-            _ => {
-                let text = "jitter_position_mm and jitter_angle_deg: found one, expected both";
-                return Err(TrackwrightError::new_err(text).into());
-            }
-        };
-        if let Some((name, found, expected)) = jitter.and_then(|jitter| jitter.problem()) {
-            let text = format!("{name} is {found}, expected {expected}");
-            return Err(TrackwrightError::new_err(text).into());
-        }
         Ok(Self {
             name: keywords.value("name")?,
+            bounds: None,
             volume: keywords.one_of("volume", &volumes)?,
-            jitter,
+            jitter: jitter(keywords)?,
             with_support: keywords.flag("support", true)?,
         })
     }
+}
+
+/// The jitter of a tracker, where it is stated.
+///
+/// # Errors
+/// Numbers that are none, one of two that belong together.
+pub fn jitter(keywords: &Keywords) -> Done<Option<Jitter>> {
+    let zero_or_more = |value: f64| value >= 0.0;
+    let position_mm = keywords.number("jitter_position_mm", "zero or more", zero_or_more)?;
+    let angle_deg = keywords.number("jitter_angle_deg", "zero or more", zero_or_more)?;
+    let growth_mm =
+        keywords.number("jitter_growth_mm", "a length above zero", |value| value > 0.0)?;
+    let jitter = match (position_mm, angle_deg) {
+        (Some(position_mm), Some(angle_deg)) => {
+            Some(Jitter::stated(position_mm, angle_deg.to_radians(), growth_mm))
+        }
+        (None, None) if growth_mm.is_none() => None,
+        _ => {
+            let text = "jitter_position_mm and jitter_angle_deg: found one, expected both";
+            return Err(TrackwrightError::new_err(text).into());
+        }
+    };
+    if let Some((name, found, expected)) = jitter.and_then(|jitter| jitter.problem()) {
+        let text = format!("{name} is {found}, expected {expected}");
+        return Err(TrackwrightError::new_err(text).into());
+    }
+    Ok(jitter)
 }
 
 /// The room of a table's measurements, and the figures of the fit.
@@ -126,7 +138,7 @@ pub fn fit(
 ) -> Done<(Environment, Value)> {
     let keywords = Keywords::of(options);
     let fitting = Fitting::of(&keywords)?;
-    let extras = Extras::of(&keywords)?;
+    let extras = Extras { bounds: bounds(&keywords)?, ..Extras::of(&keywords)? };
     let model = room_model(&keywords)?;
     let request = ModelRequest {
         order: keywords.value("order")?,
@@ -281,6 +293,7 @@ fn fitted(
         held_out: held_out.map(table_of),
         model,
         settings: *settings,
+        bounds: extras.bounds,
         volume: extras.volume,
         jitter: extras.jitter,
         with_support: extras.with_support,
@@ -295,6 +308,19 @@ fn fitted(
     notes.extend(room.support_left_out.as_ref().map(support_note));
     notes.extend(fit_warnings(&room.fit));
     Ok(room)
+}
+
+/// The least and the largest corner of a box, mm.
+fn bounds(keywords: &Keywords) -> Done<Option<Bounds>> {
+    let Some(given) = keywords.object("bounds")? else { return Ok(None) };
+    let [min_mm, max_mm] = rows::<3>(&given, "bounds")?[..] else {
+        let text =
+            "bounds: found another number of rows, expected the least and the largest corner";
+        return Err(TrackwrightError::new_err(text).into());
+    };
+    let bounds = Bounds::from((min_mm, max_mm));
+    bounds.check().context("bounds")?;
+    Ok(Some(bounds))
 }
 
 fn direction_set(count: Option<usize>) -> Done<Option<DirectionSet>> {
@@ -432,6 +458,7 @@ fn refuse_unused(
     let given = [
         ("order", request.order.is_some()),
         ("directions", request.directions.is_some()),
+        ("bounds", extras.bounds.is_some()),
         ("ridge", request.ridge.is_some()),
         ("method", fitting.method != FitMethod::default()),
         ("weights", fitting.weighting != Weighting::default()),
@@ -439,11 +466,17 @@ fn refuse_unused(
         ("hold_out", held_out.is_some()),
         ("support", !extras.with_support && kind == ModelKind::Kriging),
     ];
-    match given.into_iter().find(|(_, is_given)| *is_given) {
-        Some((name, _)) if kind != ModelKind::Bernstein => {
-            let text = format!("{name} does not go with model={:?}", kind.name());
-            Err(TrackwrightError::new_err(text).into())
-        }
-        _ => Ok(()),
+    if kind != ModelKind::Bernstein
+        && let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given)
+    {
+        let text = format!("{name} does not go with model={:?}", kind.name());
+        return Err(TrackwrightError::new_err(text).into());
     }
+    // Choosing a model means boxes of the folds.
+    let is_chosen = request.order.is_none() || request.directions.is_none();
+    if extras.bounds.is_some() && (is_chosen || held_out.is_some()) {
+        let text = "bounds needs order and directions, and does not go with hold_out";
+        return Err(TrackwrightError::new_err(text).into());
+    }
+    Ok(())
 }

@@ -10,7 +10,9 @@ mod comparison;
 mod design;
 mod environment;
 mod errors;
+mod fields;
 mod fitting;
+mod frames;
 mod keywords;
 mod long_work;
 mod measurements;
@@ -19,7 +21,9 @@ mod optimization;
 mod pose_tables;
 mod recordings;
 mod records;
+mod rotations;
 mod simulation;
+mod sweeps;
 mod tables;
 mod tools;
 mod values;
@@ -41,6 +45,10 @@ mod _core {
     #[pymodule_export]
     use super::errors::{TrackwrightError, TrackwrightWarning};
     #[pymodule_export]
+    use super::fields::{Generator, solid_harmonic_gradients, sphere_factor, sphere_field};
+    #[pymodule_export]
+    use super::frames::{FrameFit, fit_frame, point_covariance};
+    #[pymodule_export]
     use super::openigtlink::{
         IgtlDecoder, IgtlMessage, encode_status, encode_tracking, encode_transform,
     };
@@ -49,7 +57,11 @@ mod _core {
     #[pymodule_export]
     use super::recordings::Recording;
     #[pymodule_export]
+    use super::rotations::{basis_orientations, orientation_weights, rotation_vectors};
+    #[pymodule_export]
     use super::simulation::{Simulation, simulate, simulate_crf};
+    #[pymodule_export]
+    use super::sweeps::{Sweep, SweepTable, merge_sweep, sweep_status};
     #[pymodule_export]
     use super::tools::Tool;
 

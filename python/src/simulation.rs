@@ -4,19 +4,30 @@ use crate::choices::{one_of, outside_policy};
 use crate::design::{Design, notes_of};
 use crate::environment::Environment;
 use crate::errors::{Done, TrackwrightError};
+use crate::fitting::jitter;
+use crate::keywords::Keywords;
 use crate::long_work;
 use crate::records::{Cell, Field, Records};
 use crate::tables::{Notes, Table, of_memory, take, warn_of};
 use crate::values::to_python;
 use anyhow::Context;
 use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
 use serde_json::{Value, json};
+use std::sync::Arc;
 use trackwright_calibration::doubts::{PoseFrame, with_written_quaternions};
 use trackwright_design::BodyRole;
+use trackwright_field as field;
+use trackwright_field::OutsidePolicy;
+use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
 use trackwright_report::study::{Study, figures_json};
-use trackwright_simulation::{InputTrial, Mode, Scenario, Trial, run};
+use trackwright_report::uncertainty::{
+    DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
+};
+use trackwright_simulation::uncertainty::UncertaintyError;
+use trackwright_simulation::{Figures, InputTrial, Mode, Scenario, Trial, run, survey};
 use trackwright_task::Task;
 
 const EXPECTED_TOOL: &str =
@@ -64,25 +75,36 @@ impl Simulation {
 /// environment: the design's own where it is None. outside: as in Environment.distort; trials that are
 /// rejected are left out and counted. expected=False leaves out the expected figures, their intervals,
 /// where errors come from and which coils do not fit, which take most of the time.
+///
+/// support=True adds `figures["support"]`: how many trials lean on field that no samples support, and the
+/// standard errors of the field there. uncertainty adds `figures["uncertainty"]`: how far the tracker's jitter
+/// scatters the tip, by "first-order", "monte-carlo" of one pose with samples and a seed, or both of them in a
+/// list. The jitter is the room's, or jitter_position_mm and jitter_angle_deg, standard deviations per axis.
 #[pyfunction]
-#[pyo3(signature = (
-    design, mode = "single", *, environment = None, poses = None, outside = "clamp", expected = true,
-    as_is = false
-))]
-#[expect(clippy::too_many_arguments, reason = "keywords in Python")]
+#[pyo3(
+    signature = (design, mode = "single", **options),
+    text_signature = "(design, mode='single', *, environment=None, poses=None, outside='clamp', \
+        expected=True, support=False, uncertainty=None, samples=100000, seed=0, \
+        jitter_position_mm=None, jitter_angle_deg=None, jitter_growth_mm=None, as_is=False)"
+)]
 pub fn simulate(
     py: Python<'_>,
     design: &Bound<'_, Design>,
     mode: &str,
-    environment: Option<&Bound<'_, Environment>>,
-    poses: Option<&Bound<'_, PyAny>>,
-    outside: &str,
-    expected: bool,
-    as_is: bool,
+    options: Option<&Bound<'_, PyDict>>,
 ) -> Done<Simulation> {
+    let keywords = Keywords::of(options);
     let design = design.get();
     let world = design.world();
-    let outside = outside_policy(outside)?;
+    let outside = keywords.value::<String>("outside")?;
+    let outside = outside.map_or(Ok(OutsidePolicy::Clamp), |name| outside_policy(&name))?;
+    let environment: Option<Bound<'_, Environment>> = keywords.value("environment")?;
+    let poses = keywords.object("poses")?;
+    let has_expected = keywords.flag("expected", true)?;
+    let has_support = keywords.flag("support", false)?;
+    let uncertainty = Uncertainty::of(&keywords, mode)?;
+    let as_is = keywords.flag("as_is", false)?;
+    keywords.finish()?;
     let mut notes = Notes::new();
     let mode = match poses {
         None if mode == "input" => {
@@ -91,26 +113,46 @@ pub fn simulate(
         None => one_of("mode", mode, &[("single", Mode::Single), ("motion", Mode::Motion)])?,
         Some(poses) if mode == "input" => {
             let has_crf = world.document.design().crf.is_some();
-            Mode::Input(input_trials(poses, has_crf, as_is, &mut notes)?.into())
+            Mode::Input(input_trials(&poses, has_crf, as_is, &mut notes)?.into())
         }
         Some(_) => {
             let text = format!("poses: found the mode {mode:?}, expected \"input\"");
             return Err(TrackwrightError::new_err(text).into());
         }
     };
-    let room = environment.map_or(&world.environment, |room| &room.get().solved);
+    let room = environment.as_ref().map_or(&world.environment, |room| &room.get().solved);
     notes.extend(notes_of(world, room));
+    let room = match &uncertainty {
+        Some(uncertainty) => &uncertainty.room(room)?,
+        None => room,
+    };
     let found = long_work::run(py, |task| {
+        let named = || design.label();
         let mut scenario = resolve(world.document.design(), room);
         scenario.outside = outside;
         let of = (&scenario, &mode);
-        let Studied { mut figures, trials, note } = match expected {
+        // Before the trials: what cannot be found is an error.
+        let weight_mm = world.document.design().orientation_weight_mm;
+        let scattered = uncertainty.map(|uncertainty| {
+            let Uncertainty { methods, source, .. } = uncertainty;
+            UncertaintyReport::of(of, source, weight_mm, &methods, task).with_context(named)
+        });
+        let scattered = scattered.transpose()?;
+        let support = has_support.then(|| survey(&scenario, &mode, task).with_context(named));
+        let support = support.transpose()?;
+        let Studied { mut figures, outcome, trials, note } = match has_expected {
             true => study(BodyRole::Tool, of, task),
             false => run_alone(of, task),
         }
-        .with_context(|| design.label())?;
+        .with_context(named)?;
         notes.extend(note);
-        let coils = if expected { coil_findings(world) } else { Vec::new() };
+        if let Some(scattered) = &scattered {
+            figures["uncertainty"] = scattered.as_json(&outcome);
+        }
+        if let Some(support) = &support {
+            figures["support"] = json!(support);
+        }
+        let coils = if has_expected { coil_findings(world) } else { Vec::new() };
         if !coils.is_empty() {
             figures["coils"] = json!(coils);
         }
@@ -118,6 +160,78 @@ pub fn simulate(
     })?;
     warn_of(py, notes)?;
     Simulation::new(py, found)
+}
+
+/// How far jitter scatters the tip: by which methods, and which jitter.
+struct Uncertainty {
+    methods: UncertaintyMethods,
+    /// That of the keywords; the room's where there is none.
+    jitter: Option<Jitter>,
+    source: &'static str,
+}
+
+impl Uncertainty {
+    /// What the keywords request; `None` where that is nothing.
+    fn of(keywords: &Keywords, mode: &str) -> Done<Option<Self>> {
+        let refused = |text: &str| Err(TrackwrightError::new_err(text.to_owned()).into());
+        let names: Vec<String> = match keywords.object("uncertainty")? {
+            Some(one) if one.is_instance_of::<PyString>() => vec![one.extract()?],
+            Some(several) => several.extract()?,
+            None => Vec::new(),
+        };
+        let samples: Option<usize> = keywords.value("samples")?;
+        let seed: Option<u64> = keywords.value("seed")?;
+        let jitter = jitter(keywords)?;
+        let mut methods = UncertaintyMethods::default();
+        for name in &names {
+            let known = [("first-order", false), ("monte-carlo", true)];
+            match one_of("uncertainty", name, &known)? {
+                false => methods.first_order = true,
+                true => {
+                    let samples = samples.unwrap_or(DEFAULT_SAMPLES);
+                    let seed = seed.unwrap_or_default();
+                    methods.monte_carlo = Some(Sampling { samples, seed });
+                }
+            }
+        }
+        if methods.monte_carlo.is_none() && (samples.is_some() || seed.is_some()) {
+            return refused("samples and seed need uncertainty=\"monte-carlo\"");
+        }
+        if names.is_empty() {
+            return match jitter {
+                Some(_) => refused("jitter_position_mm needs uncertainty"),
+                None => Ok(None),
+            };
+        }
+        match mode {
+            "input" => refused("uncertainty needs the mode \"single\" or \"motion\""),
+            "motion" if methods.monte_carlo.is_some() => refused(
+                "uncertainty=\"monte-carlo\" needs the mode \"single\"; over a range of motion there is \
+                 uncertainty=\"first-order\"",
+            ),
+            _ => {
+                let source = if jitter.is_some() { "keywords" } else { "environment" };
+                Ok(Some(Self { methods, jitter, source }))
+            }
+        }
+    }
+
+    /// The room with the jitter.
+    fn room(&self, room: &Arc<field::Environment>) -> Done<Arc<field::Environment>> {
+        match (self.jitter, &room.jitter) {
+            (Some(jitter), _) => {
+                Ok(Arc::new(field::Environment { jitter: Some(jitter), ..(**room).clone() }))
+            }
+            (None, Some(_)) => Ok(Arc::clone(room)),
+            (None, None) => {
+                let text = format!(
+                    "{}; state it with jitter_position_mm and jitter_angle_deg, here or in Environment.fit",
+                    UncertaintyError::NoJitter { environment: room.name.clone() }
+                );
+                Err(TrackwrightError::new_err(text).into())
+            }
+        }
+    }
 }
 
 /// Simulates the design's CRF alone against the tracker, once for each of its targets.
@@ -152,7 +266,7 @@ pub fn simulate_crf(
         let each = resolve_crf(world.document.design(), room).into_iter().map(|at| {
             let mut scenario = at.scenario;
             scenario.outside = outside;
-            let Studied { mut figures, trials, note } =
+            let Studied { mut figures, trials, note, .. } =
                 study(BodyRole::Crf, (&scenario, &mode), task).with_context(|| label.clone())?;
             notes.extend(note);
             figures["target"] = json!(at.target);
@@ -167,6 +281,8 @@ pub fn simulate_crf(
 /// A study with all of its trials, and why it has no expected figures.
 struct Studied {
     figures: Value,
+    /// In the room's own field.
+    outcome: Figures,
     trials: Vec<Trial>,
     note: Option<String>,
 }
@@ -183,7 +299,8 @@ fn study(
     let study = Study::of_outcome(role, (scenario, mode), outcome, last, &task.cancel)?;
     let note = study.expected.why_none.as_ref();
     let note = note.map(|why| format!("no expected figures: {why}"));
-    Ok(Studied { figures: study.as_json((scenario, mode)), trials, note })
+    let figures = study.as_json((scenario, mode));
+    Ok(Studied { figures, outcome: study.outcome.figures, trials, note })
 }
 
 /// The figures of the room's own field alone.
@@ -192,7 +309,8 @@ fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Resul
     let mut keep = |trial: &Trial| trials.push(*trial);
     let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
     let single = trials.last().filter(|_| matches!(mode, Mode::Single));
-    Ok(Studied { figures: figures_json(&outcome.figures, single, None), trials, note: None })
+    let figures = figures_json(&outcome.figures, single, None);
+    Ok(Studied { figures, outcome: outcome.figures, trials, note: None })
 }
 
 /// Given poses; the CRF's columns count only for a design that has one.

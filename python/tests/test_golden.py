@@ -1,8 +1,4 @@
-"""The worked cases of an independent program, through Python.
-
-Cases of what the package does not have by itself (weights of directions, the logarithm of a rotation,
-frame fits of given readings, a fit in a box of its own) are the libraries' own tests.
-"""
+"""Every worked case of an independent program, through Python."""
 
 from __future__ import annotations
 
@@ -15,9 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from conftest import DATA
+from conftest import DATA, columns_of
 
-from trackwright import Design, Environment, simulate
+import trackwright
+from trackwright import Design, Environment, Sensor, simulate
 
 GOLDEN: dict[str, Any] = json.loads((DATA / "golden" / "golden.json").read_text())
 
@@ -142,6 +139,137 @@ def test_designs(case: dict[str, Any], mode: Any, room_file: Path, tmp_path: Pat
         assert close([row["err_x"], row["err_y"], row["err_z"]], trial["err"])
         assert close([row["err_mm"], row["err_deg"]], [trial["err_mm"], trial["err_deg"]])
         assert row["outside"] == trial["outside"]
+
+
+def quaternion(rows: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    """The quaternion of a rotation matrix: the eigenvector of Bar-Itzhack (J. Guidance 23(6), 2000)."""
+    r = np.reshape(np.asarray(rows, float), (3, 3))
+    k = np.zeros((4, 4))
+    k[0, 0] = np.trace(r)
+    k[0, 1:] = k[1:, 0] = [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]]
+    k[1:, 1:] = r + r.T - np.trace(r) * np.eye(3)
+    found: npt.NDArray[np.float64] = np.linalg.eigh(k)[1][:, -1]
+    return found
+
+
+def rotation_matrix(q: npt.ArrayLike) -> npt.NDArray[np.float64]:
+    w, x, y, z = np.asarray(q, float)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + 2 * (w * cross + cross @ cross)
+
+
+def sensors_of(case: dict[str, Any]) -> list[Sensor]:
+    found = []
+    for number, sensor in enumerate(case["sensors"]):
+        if sensor["dof"] == 6:
+            how = {"rotation": quaternion(sensor["rotation"])}
+        elif "rotation" in sensor:
+            how = {"axis": np.reshape(sensor["rotation"], (3, 3))[:, 2]}
+        else:
+            how = {"axis": sensor["axis"]}
+        found.append(Sensor(f"case {number}", sensor["position"], **how))
+    return found
+
+
+def same_frame(fit: trackwright.FrameFit, case: dict[str, Any]) -> bool:
+    pose = fit.tracker_from_body
+    expected = np.reshape(case["rotation"], (3, 3))
+    return close(pose[:3], case["translation"]) and close(rotation_matrix(pose[3:]), expected)
+
+
+@pytest.mark.parametrize("case", GOLDEN["frame_fits"])
+def test_frame_fits(case: dict[str, Any]) -> None:
+    fit = trackwright.fit_frame(
+        sensors_of(case),
+        [each["position"] for each in case["measured"]],
+        [quaternion(each["rotation"]) for each in case["measured"]],
+    )
+    assert fit.determination == "full" and fit.free_axis is None
+    assert same_frame(fit, case)
+    assert close(fit.singular_values_mm2, case["singular_values"])
+
+
+@pytest.mark.parametrize("case", GOLDEN["reflections"])
+def test_planar_markers_are_not_reflected(case: dict[str, Any]) -> None:
+    markers = [Sensor(f"{k}", at, marker=True) for k, at in enumerate(case["position"])]
+    assert same_frame(trackwright.fit_frame(markers, case["measured"]), case)
+    # Axes without weight are none.
+    coils = [Sensor(f"{k}", at, axis=[0, 0, 1]) for k, at in enumerate(case["position"])]
+    fit = trackwright.fit_frame(coils, case["measured"], orientation_weight_mm=0.0)
+    assert same_frame(fit, case)
+
+
+@pytest.mark.parametrize("case", GOLDEN["uncertainty"])
+def test_uncertainty_of_a_tip(case: dict[str, Any]) -> None:
+    sensors = sensors_of(case)
+    position = np.reshape(case["position_covariance_mm2"], (3, 3))
+    rotation = np.reshape(case["rotation_covariance_rad2"], (3, 3)) * np.degrees(1.0) ** 2
+    expected = np.reshape(case["tip_covariance_mm2"], (3, 3))
+    for each in (position, rotation), ([position] * len(sensors), [rotation] * len(sensors)):
+        found = trackwright.point_covariance(
+            sensors, case["tip"], *each, orientation_weight_mm=case["orientation_weight_mm"]
+        )
+        assert close(found, expected)
+
+
+def check_weights(axis: npt.ArrayLike, directions: int, kind: Any, parts: list[dict[str, Any]]) -> None:
+    found = trackwright.orientation_weights([axis], directions, weights=kind)[0]
+    basis = trackwright.basis_orientations(directions)
+    expected = np.zeros(directions)
+    for part in parts:
+        index = np.linalg.norm(basis - part["direction"], axis=1).argmin()
+        assert close(basis[index], part["direction"])
+        expected[index] = part["weight"]
+    assert close(found, expected)
+
+
+@pytest.mark.parametrize("case", GOLDEN["weights"])
+def test_weights_of_the_papers_set(case: dict[str, Any]) -> None:
+    check_weights(case["axis"], 14, "area", case["parts"])
+
+
+@pytest.mark.parametrize("case", GOLDEN["weight_sets"])
+@pytest.mark.parametrize("kind", ["area", "gnomonic"])
+def test_weights_of_every_set(case: dict[str, Any], kind: Any) -> None:
+    check_weights(case["axis"], case["directions"], kind, case[kind])
+
+
+def test_rotation_vectors() -> None:
+    cases = GOLDEN["rotation_log"]
+    found = trackwright.rotation_vectors([quaternion(case["rotation"]) for case in cases])
+    assert close(found, [case["log"] for case in cases])
+
+
+def test_least_norm_in_a_box_of_its_own(fit_table: Path) -> None:
+    case = GOLDEN["least_norm"]
+    few = {name: column[: case["samples"]] for name, column in columns_of(fit_table).items()}
+    order, directions = case["order"], case["directions"]
+    with warnings.catch_warnings():
+        # Of more unknowns than samples.
+        warnings.simplefilter("ignore")
+        room = Environment.fit(few, order=order, directions=directions, bounds=case["box"])
+    assert close(room.bounds, case["box"]) and room.figures is not None
+    assert close(list(room.figures["train"]["after"].values()), 0.0)
+    check_errors(room, case["poses"], "error", "clamp")
+
+
+@pytest.mark.parametrize("case", GOLDEN["undetermined"])
+def test_free_axes_of_frame_fits(case: dict[str, Any]) -> None:
+    sensors = sensors_of(case)
+    vectors = [np.cross([0, 0, 1], sensor["axis"]) for sensor in case["sensors"]]
+    # Turned from z to each axis; those along z are not.
+    sines = np.linalg.norm(vectors, axis=1, keepdims=True)
+    z = np.array([sensor["axis"][2] for sensor in case["sensors"]])[:, None]
+    angles = np.arctan2(sines, z)
+    across = np.where(sines > 0, np.divide(vectors, np.where(sines > 0, sines, 1)), [[1, 0, 0]])
+    identity = np.tile([1.0, 0, 0, 0], (len(sensors), 1))
+    fit = trackwright.fit_frame(
+        sensors, [s["position"] for s in case["sensors"]], turned(identity, angles * across)
+    )
+    assert fit.determination == "free-axis" and fit.free_axis is not None
+    assert close(fit.free_axis * np.sign(fit.free_axis @ case["free_axis"]), case["free_axis"])
+    # The turn that is free is that of the pose nearby, the identity.
+    assert close(fit.tracker_from_body, [0, 0, 0, 1, 0, 0, 0])
 
 
 @pytest.mark.parametrize("case", GOLDEN["undetermined"])

@@ -38,6 +38,7 @@ def study() -> object:
     return trackwright.simulate(design, "motion")
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("work", [search, study])
 def test_ctrl_c_stops_the_work(work: Callable[[], object]) -> None:
     sent: list[float] = []

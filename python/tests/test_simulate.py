@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -93,3 +94,58 @@ def test_outside_policies_are_those_of_the_program(program: Program, saved: Path
     }
     assert found["clamp"]["outside"] > 0
     assert found["clamp"]["position_mm"] != found["extrapolate"]["position_mm"]
+
+
+JITTER = {"jitter_position_mm": 0.1, "jitter_angle_deg": 0.2}
+JITTER_OPTIONS = ["--jitter-position-mm", 0.1, "--jitter-angle-deg", 0.2]
+
+
+@pytest.mark.parametrize(
+    ("mode", "methods", "sampling"),
+    [
+        ("single", ["first-order", "monte-carlo"], {"samples": 2000, "seed": 3}),
+        ("motion", ["first-order"], {}),
+    ],
+)
+def test_scatter_is_that_of_the_program(
+    program: Program, saved: Path, mode: Any, methods: Any, sampling: dict[str, int]
+) -> None:
+    design = trackwright.Design.load(saved)
+    found = trackwright.simulate(
+        design, mode, uncertainty=methods, expected=False, **sampling, **JITTER
+    ).figures["uncertainty"]
+    options = [part for name, value in sampling.items() for part in (f"--{name}", value)]
+    printed = program.json(
+        "simulate", saved, "--mode", mode, "--uncertainty", ",".join(methods),
+        *options, *JITTER_OPTIONS,
+    )["uncertainty"]  # fmt: skip
+    assert (found["jitter"].pop("source"), printed["jitter"].pop("source")) == (
+        "keywords",
+        "command line",
+    )
+    assert found == printed and "first_order" in found
+
+
+def test_scatter_needs_what_the_program_needs(saved: Path) -> None:
+    design = trackwright.Design.load(saved)
+    for mode, options, text in (
+        ("single", {"uncertainty": "monte"}, "expected one of first-order, monte-carlo"),
+        ("motion", {"uncertainty": "monte-carlo", **JITTER}, 'needs the mode "single"'),
+        ("single", {"uncertainty": "first-order", "seed": 1}, "samples and seed need"),
+        ("single", JITTER, "jitter_position_mm needs uncertainty"),
+        ("single", {"uncertainty": "monte-carlo", "samples": 1, **JITTER}, "samples"),
+    ):
+        with pytest.raises(trackwright.TrackwrightError, match=text):
+            trackwright.simulate(design, mode, **options)  # type: ignore[arg-type]
+
+
+def test_support_is_that_of_the_program(program: Program, room_file: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "pointer-on-head"
+    shutil.copytree(DATA / "golden" / "pointer-on-head", folder)
+    shutil.copy(room_file, folder / "room.env.ron")
+    file = folder / "pointer-on-head.design.ron"
+    found = trackwright.simulate(
+        trackwright.Design.load(file), "motion", expected=False, support=True
+    )
+    printed = program.json("simulate", file, "--mode", "motion", "--support")
+    assert found.figures["support"] == printed["support"]

@@ -1,7 +1,7 @@
 """The types of the compiled part; `help()` has the words."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol, Union
 
 import numpy as np
@@ -22,9 +22,13 @@ SensorKind = Literal["5dof", "6dof"]
 Weights = Literal["area", "gnomonic"]
 Loss = Literal["huber", "squares"]
 VolumeName = Literal["cube", "dome", "tabletop", "compact"]
+Scatter = Literal["first-order", "monte-carlo"]
+Determination = Literal["full", "poor", "free-axis", "free-rotation"]
 ModelName = Literal["bernstein", "kriging", "harmonic"]
 Motion = dict[str, tuple[float, float, float]]
 Requirement = dict[str, float]
+# A name, or conductivity in S/m and relative permeability.
+Material = Union[str, tuple[float, float]]
 
 class DataFrame(Protocol):
     """Anything with the DataFrame interchange protocol."""
@@ -90,6 +94,7 @@ class Environment:
         jitter_position_mm: float | None = None,
         jitter_angle_deg: float | None = None,
         jitter_growth_mm: float | None = None,
+        bounds: npt.ArrayLike | None = None,
         name: str | None = None,
         as_is: bool = False,
     ) -> Environment: ...
@@ -140,6 +145,13 @@ class Environment:
         outside: Outside = "clamp",
         as_is: bool = False,
     ) -> Readings: ...
+    def distort_6dof(
+        self,
+        positions: npt.ArrayLike,
+        quaternions: npt.ArrayLike,
+        *,
+        as_is: bool = False,
+    ) -> Readings: ...
     def compensate(
         self,
         positions: npt.ArrayLike,
@@ -159,6 +171,16 @@ class Environment:
     ) -> Records: ...
 
 class Sensor:
+    def __init__(
+        self,
+        name: str,
+        position: npt.ArrayLike,
+        *,
+        axis: npt.ArrayLike | None = None,
+        rotation: npt.ArrayLike | None = None,
+        marker: bool = False,
+        coil: tuple[float, float] | None = None,
+    ) -> None: ...
     @property
     def name(self) -> str: ...
     @property
@@ -225,6 +247,7 @@ class Design:
     def without_target(self, name: str) -> Design: ...
     def with_orientation_weight(self, weight_mm: float | None) -> Design: ...
     def with_environment(self, path: Path) -> Design: ...
+    def numbers(self) -> dict[str, tuple[float, str]]: ...
 
 class Simulation:
     @property
@@ -240,6 +263,13 @@ def simulate(
     poses: Table | None = None,
     outside: Outside = "clamp",
     expected: bool = True,
+    support: bool = False,
+    uncertainty: Scatter | Sequence[Scatter] | None = None,
+    samples: int | None = None,
+    seed: int | None = None,
+    jitter_position_mm: float | None = None,
+    jitter_angle_deg: float | None = None,
+    jitter_growth_mm: float | None = None,
     as_is: bool = False,
 ) -> Simulation: ...
 def simulate_crf(
@@ -284,6 +314,102 @@ def compare(
     least_deg: float = ...,
     seed: int = 0,
 ) -> Figures: ...
+
+class Sweep:
+    """A plan of many designs in many rooms; its rows are numbered from 0."""
+
+    @staticmethod
+    def load(path: Path) -> Sweep: ...
+    @property
+    def rows(self) -> int: ...
+    def compute(
+        self,
+        folder: Path,
+        *,
+        shard: tuple[int, int] = (1, 1),
+        progress: Callable[[float], object] | None = None,
+    ) -> Figures: ...
+
+def sweep_status(folder: Path) -> Figures: ...
+def merge_sweep(
+    folder: Path,
+    path: Path,
+    *,
+    overwrite: bool = False,
+    progress: Callable[[float], object] | None = None,
+) -> Figures: ...
+
+class SweepTable:
+    """The rows of a sweep; a column is read when it is taken: `table["position_rms"]`."""
+
+    @staticmethod
+    def load(path: Path) -> SweepTable: ...
+    @property
+    def rows(self) -> int: ...
+    @property
+    def columns(self) -> dict[str, str]: ...
+    @property
+    def parameters(self) -> list[str]: ...
+    def __getitem__(self, name: str) -> npt.NDArray[Any]: ...
+
+class FrameFit:
+    """A body's frame in the tracker's, and what of its rotation the sensors determine."""
+
+    @property
+    def tracker_from_body(self) -> Floats: ...
+    @property
+    def singular_values_mm2(self) -> Floats: ...
+    @property
+    def determination(self) -> Determination: ...
+    @property
+    def free_axis(self) -> Floats | None: ...
+
+def fit_frame(
+    sensors: Sequence[Sensor],
+    positions: npt.ArrayLike,
+    quaternions: npt.ArrayLike | None = None,
+    *,
+    orientation_weight_mm: float = 100.0,
+    near: npt.ArrayLike | None = None,
+) -> FrameFit: ...
+def point_covariance(
+    sensors: Sequence[Sensor],
+    point: npt.ArrayLike,
+    position_covariance: npt.ArrayLike,
+    rotation_covariance: npt.ArrayLike,
+    *,
+    orientation_weight_mm: float = 100.0,
+) -> Floats: ...
+def basis_orientations(directions: int) -> Floats: ...
+def orientation_weights(
+    axes: npt.ArrayLike, directions: int = 14, *, weights: Weights = "area"
+) -> Floats: ...
+def rotation_vectors(quaternions: npt.ArrayLike) -> Floats: ...
+
+class Generator:
+    """The coils of a tracker's field generator."""
+
+    @staticmethod
+    def builtin(name: Literal["planar-nine", "anser"]) -> Generator: ...
+    @staticmethod
+    def load(path: Path) -> Generator: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def coils(self) -> int: ...
+    def field(self, positions: npt.ArrayLike) -> Floats: ...
+
+def solid_harmonic_gradients(positions: npt.ArrayLike, degree: int) -> Floats: ...
+def sphere_factor(radius_mm: float, material: Material, frequency_hz: float) -> complex: ...
+def sphere_field(
+    radius_mm: float,
+    dipole_at: npt.ArrayLike,
+    moment: npt.ArrayLike,
+    positions: npt.ArrayLike,
+    *,
+    material: Material | None = None,
+    frequency_hz: float = 0.0,
+) -> Floats: ...
 
 class Pivot:
     @property

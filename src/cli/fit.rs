@@ -250,6 +250,7 @@ pub(super) fn fit_and_write(
         held_out: held_out.as_ref().map(|(name, samples)| RoomTable { name, samples }),
         model,
         settings: *settings,
+        bounds: None,
         volume: target.volume.into(),
         jitter: target.jitter,
         with_support: target.with_support,

@@ -4,7 +4,7 @@ use super::expected;
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
 use super::study::{simulate, study};
-use super::uncertainty::UncertaintyArgs;
+use super::uncertainty::{self, UncertaintyArgs};
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
@@ -141,7 +141,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             let mut parts = vec![study_text(&title, (&scenario, &mode), outcome, single, expected)];
             parts.extend(study.missed.iter().flat_map(Missed::lines));
             parts.extend(expected::needed_lines(&study.needed));
-            parts.extend(uncertainty.iter().map(|report| report.as_text(figures)));
+            parts.extend(uncertainty.iter().map(|report| uncertainty::as_text(report, figures)));
             parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
             parts.extend(coil_statements(&coils));
             output::print(&parts.join("\n"))

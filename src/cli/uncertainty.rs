@@ -3,21 +3,19 @@
 use super::jitter::JitterArgs;
 use super::prelude::*;
 use clap::ValueEnum;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use std::sync::Arc;
 use trackwright_field::Environment;
-use trackwright_field::environment::{Jitter, OrientationWeight};
+use trackwright_report::uncertainty::{
+    DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
+};
 use trackwright_simulation::Metric;
 use trackwright_simulation::uncertainty::{
-    DeterminedPart, Estimate, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo,
-    MotionUncertainty, TipUncertainty, UncertaintyError, check_first_order, first_order,
-    monte_carlo, over_motion,
+    Estimate, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
+    TipUncertainty, UncertaintyError,
 };
 use trackwright_simulation::{Figures, Mode, Scenario};
 use trackwright_task::Task;
-
-/// Samples by default: 0.2 % of standard error, in a fraction of a second.
-const DEFAULT_SAMPLES: usize = 100_000;
 
 /// Degrees a radian.
 const DEG: f64 = 180.0 / std::f64::consts::PI;
@@ -117,174 +115,107 @@ impl UncertaintyArgs {
         scenario: &Scenario,
         design_weight_mm: Option<f64>,
         mode: &Mode,
-    ) -> anyhow::Result<Option<Report>> {
-        let Some(jitter) = scenario.environment.jitter.filter(|_| !self.uncertainty.is_empty())
-        else {
+    ) -> anyhow::Result<Option<UncertaintyReport>> {
+        if self.uncertainty.is_empty() {
             return Ok(None);
+        }
+        let source = match self.jitter.jitter() {
+            Some(_) => "command line",
+            None => "environment",
         };
-        let mut report = Report {
-            jitter,
-            jitter_source: if self.jitter.jitter().is_some() {
-                "command line"
-            } else {
-                "environment"
-            },
-            weight: scenario.environment.orientation_weight(design_weight_mm),
-            first_order: None,
-            monte_carlo: None,
-            motion: None,
+        let has = |method| self.uncertainty.contains(&method);
+        let methods = UncertaintyMethods {
+            first_order: has(MethodArg::FirstOrder),
+            monte_carlo: has(MethodArg::MonteCarlo).then(|| Sampling {
+                samples: self.samples.unwrap_or(DEFAULT_SAMPLES),
+                seed: self.seed.unwrap_or_default(),
+            }),
         };
-        if matches!(mode, Mode::Motion) {
-            report.motion = Some(over_motion(scenario, &Task::default())?);
-            return Ok(Some(report));
-        }
-        if self.uncertainty.contains(&MethodArg::FirstOrder) {
-            let tip = first_order(scenario)?;
-            report.first_order = Some((tip, check_first_order(scenario, &tip)?));
-        }
-        if self.uncertainty.contains(&MethodArg::MonteCarlo) {
-            let samples = self.samples.unwrap_or(DEFAULT_SAMPLES);
-            let seed = self.seed.unwrap_or_default();
-            let shown = Shown::new("sampling");
-            report.monte_carlo = Some(monte_carlo(scenario, samples, seed, &shown.task)?);
-        }
-        Ok(Some(report))
+        let shown = methods.monte_carlo.map(|_| Shown::new("sampling"));
+        let task = shown.as_ref().map_or_else(Task::default, |shown| shown.task.clone());
+        let of = (scenario, mode);
+        Ok(Some(UncertaintyReport::of(of, source, design_weight_mm, &methods, &task)?))
     }
 }
 
-/// What was found, ready to be printed.
-#[derive(Debug)]
-pub struct Report {
-    jitter: Jitter,
-    jitter_source: &'static str,
-    weight: OrientationWeight,
-    first_order: Option<(TipUncertainty, Option<FirstOrderCheck>)>,
-    monte_carlo: Option<MonteCarlo>,
-    motion: Option<MotionUncertainty>,
+/// For a person, below `simulate`'s figures, which are those without jitter.
+pub fn as_text(report: &UncertaintyReport, figures: &Figures) -> String {
+    let mut lines = vec![
+        String::new(),
+        format!(
+            "jitter {:.4} mm and {:.4} ° an axis{}, from the {}",
+            report.jitter.position_mm,
+            report.jitter.angle_rad * DEG,
+            report.jitter.growth.map_or_else(String::new, |g| format!(
+                ", growing beyond {} mm with the distance to the powers {} and {}",
+                g.distance_mm, g.position_exponent, g.angle_exponent
+            )),
+            report.jitter_source
+        ),
+        format!(
+            "orientation weight {:.4} mm, {}",
+            report.weight.value_mm,
+            report.weight.source.label()
+        ),
+    ];
+    lines.extend(table(report));
+    if let Some((tip, check)) = &report.first_order {
+        lines.extend(verdicts(tip, check.as_ref()));
+    }
+    if let Some(over) = &report.motion {
+        let total_rms_mm = over.total_rms_mm(figures.position_mm.rms());
+        lines.push(motion_rows(over, total_rms_mm));
+        if over.free_axis.is_some() {
+            lines.push(
+                "a rotation is not determined; the scatter is that with the true one".to_owned(),
+            );
+        }
+    }
+    lines.join("\n")
 }
 
-impl Report {
-    /// For `simulate`'s JSON, under `uncertainty`; `figures` are those without jitter.
-    pub fn as_json(&self, figures: &Figures) -> Value {
-        let mut value = json!({
-            "jitter": {
-                "position_mm": self.jitter.position_mm,
-                "angle_deg": self.jitter.angle_rad * DEG,
-                "growth": self.jitter.growth,
-                "source": self.jitter_source,
-            },
-            "orientation_weight_mm": self.weight.value_mm,
-            "orientation_weight_source": self.weight.source.label(),
-        });
-        if let Some((tip, check)) = &self.first_order {
-            value["first_order"] = first_order_json(tip, check.as_ref());
-        }
-        if let Some(sampled) = &self.monte_carlo {
-            value["monte_carlo"] = monte_carlo_json(sampled);
-        }
-        if let (Some((tip, _)), Some(sampled)) = (&self.first_order, &self.monte_carlo) {
-            let difference = tip.rms_mm - sampled.rms_mm.value;
-            value["agreement"] = json!({
-                "relative_difference": difference / sampled.rms_mm.value,
-                "standard_errors": difference / sampled.rms_mm.std_error,
-            });
-        }
-        if let Some(over) = &self.motion {
-            value["first_order"] = json!({
-                "trials": over.trials,
-                "rejected": over.rejected,
-                "rms_mm": over.rms_mm,
-                "rotation_rms_deg": over.rotation_rms_deg,
-                "worst_trial": over.worst_trial,
-                "total_rms_mm": over.total_rms_mm(figures.position_mm.rms()),
-                "free_axis": over.free_axis,
-            });
-        }
-        value
+/// First order and Monte Carlo side by side, whichever there is.
+fn table(report: &UncertaintyReport) -> Option<String> {
+    let tip = report.first_order.as_ref().map(|(tip, _)| tip);
+    let sampled = report.monte_carlo.as_ref();
+    if tip.is_none() && sampled.is_none() {
+        return None;
     }
-
-    /// For a person, below `simulate`'s figures, which are those without jitter.
-    pub fn as_text(&self, figures: &Figures) -> String {
-        let mut lines = vec![
-            String::new(),
-            format!(
-                "jitter {:.4} mm and {:.4} ° an axis{}, from the {}",
-                self.jitter.position_mm,
-                self.jitter.angle_rad * DEG,
-                self.jitter.growth.map_or_else(String::new, |g| format!(
-                    ", growing beyond {} mm with the distance to the powers {} and {}",
-                    g.distance_mm, g.position_exponent, g.angle_exponent
-                )),
-                self.jitter_source
-            ),
-            format!(
-                "orientation weight {:.4} mm, {}",
-                self.weight.value_mm,
-                self.weight.source.label()
-            ),
-        ];
-        lines.extend(self.table());
-        if let Some((tip, check)) = &self.first_order {
-            lines.extend(verdicts(tip, check.as_ref()));
-        }
-        if let Some(over) = &self.motion {
-            let total_rms_mm = over.total_rms_mm(figures.position_mm.rms());
-            lines.push(motion_rows(over, total_rms_mm));
-            if over.free_axis.is_some() {
-                lines.push(
-                    "a rotation is not determined; the scatter is that with the true one"
-                        .to_owned(),
-                );
-            }
-        }
-        lines.join("\n")
+    let head = |is_there: bool, name: &str| if is_there { name } else { "" }.to_owned();
+    let (formula, samples) =
+        (head(tip.is_some(), "first order"), head(sampled.is_some(), "Monte Carlo"));
+    let mut rows = vec![[String::new(), formula, samples, String::new()]];
+    let mut row = |label: String, formula: Option<f64>, found: Option<(f64, f64)>, unit: &str| {
+        let formula = formula.map_or_else(String::new, |v| format!("{v:.4}"));
+        let found = found.map_or_else(String::new, |(v, e)| format!("{v:.4} ± {e:.4}"));
+        rows.push([label, formula, found, unit.to_owned()]);
+    };
+    let of = |estimate: fn(&MonteCarlo) -> Estimate| {
+        sampled.map(estimate).map(|found| (found.value, found.std_error))
+    };
+    // Of normal values; the distribution of the tip is close enough to one for this.
+    let of_spread = |value: f64, m: &MonteCarlo| (value, value / (2.0 * m.samples as f64).sqrt());
+    row("tip scatter RMS".into(), tip.map(|t| t.rms_mm), of(|m| m.rms_mm), "mm");
+    let std = |covariance: &Matrix3<f64>, k| f64::max(covariance[(k, k)], 0.0).sqrt();
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let found = sampled.map(|m| of_spread(std(&m.covariance_mm2, k), m));
+        let formula = tip.map(|t| std(&t.covariance_mm2, k));
+        row(format!("tip scatter {axis}"), formula, found, "mm");
     }
-
-    /// First order and Monte Carlo side by side, whichever there is.
-    fn table(&self) -> Option<String> {
-        let tip = self.first_order.as_ref().map(|(tip, _)| tip);
-        let sampled = self.monte_carlo.as_ref();
-        if tip.is_none() && sampled.is_none() {
-            return None;
-        }
-        let head = |is_there: bool, name: &str| if is_there { name } else { "" }.to_owned();
-        let (formula, samples) =
-            (head(tip.is_some(), "first order"), head(sampled.is_some(), "Monte Carlo"));
-        let mut rows = vec![[String::new(), formula, samples, String::new()]];
-        let mut row =
-            |label: String, formula: Option<f64>, found: Option<(f64, f64)>, unit: &str| {
-                let formula = formula.map_or_else(String::new, |v| format!("{v:.4}"));
-                let found = found.map_or_else(String::new, |(v, e)| format!("{v:.4} ± {e:.4}"));
-                rows.push([label, formula, found, unit.to_owned()]);
-            };
-        let of = |estimate: fn(&MonteCarlo) -> Estimate| {
-            sampled.map(estimate).map(|found| (found.value, found.std_error))
-        };
-        // Of normal values; the distribution of the tip is close enough to one for this.
-        let of_spread =
-            |value: f64, m: &MonteCarlo| (value, value / (2.0 * m.samples as f64).sqrt());
-        row("tip scatter RMS".into(), tip.map(|t| t.rms_mm), of(|m| m.rms_mm), "mm");
-        let std = |covariance: &Matrix3<f64>, k| f64::max(covariance[(k, k)], 0.0).sqrt();
-        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            let found = sampled.map(|m| of_spread(std(&m.covariance_mm2, k), m));
-            let formula = tip.map(|t| std(&t.covariance_mm2, k));
-            row(format!("tip scatter {axis}"), formula, found, "mm");
-        }
-        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            let found = sampled.map(|m| (m.mean_error_mm[k], m.mean_std_error_mm[k]));
-            row(format!("tip shift {axis}"), tip.map(|t| t.bias_mm[k]), found, "mm");
-        }
-        let total = tip.map(|t| t.total_rms_mm);
-        let label = format!("{}, shift and scatter", Metric::TIP_RMS.label());
-        row(label, total, of(|m| m.total_rms_mm), "mm");
-        if sampled.is_some() {
-            row(Metric::TIP_MEDIAN.label().into(), None, of(|m| m.median_mm), "mm");
-            row(Metric::TIP_P95.label().into(), None, of(|m| m.p95_mm), "mm");
-        }
-        let found = sampled.map(|m| of_spread(m.rotation_rms_rad * DEG, m));
-        row("rotation scatter RMS".into(), tip.map(|t| t.rotation_rms_rad * DEG), found, "°");
-        Some(side_by_side(&rows))
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let found = sampled.map(|m| (m.mean_error_mm[k], m.mean_std_error_mm[k]));
+        row(format!("tip shift {axis}"), tip.map(|t| t.bias_mm[k]), found, "mm");
     }
+    let total = tip.map(|t| t.total_rms_mm);
+    let label = format!("{}, shift and scatter", Metric::TIP_RMS.label());
+    row(label, total, of(|m| m.total_rms_mm), "mm");
+    if sampled.is_some() {
+        row(Metric::TIP_MEDIAN.label().into(), None, of(|m| m.median_mm), "mm");
+        row(Metric::TIP_P95.label().into(), None, of(|m| m.p95_mm), "mm");
+    }
+    let found = sampled.map(|m| of_spread(m.rotation_rms_rad * DEG, m));
+    row("rotation scatter RMS".into(), tip.map(|t| t.rotation_rms_rad * DEG), found, "°");
+    Some(side_by_side(&rows))
 }
 
 /// Rows of label, two values and unit, aligned.
@@ -345,75 +276,4 @@ fn motion_rows(over: &MotionUncertainty, total_rms_mm: f64) -> String {
         number("rotation scatter RMS, first order", over.rotation_rms_deg.rms(), 4, "°"),
         number(format!("{}, shift and scatter", Metric::TIP_RMS.label()), total_rms_mm, 4, "mm"),
     ])
-}
-
-fn vector_json(v: &Vector3<f64>) -> [f64; 3] {
-    (*v).into()
-}
-
-fn matrix_json(m: &Matrix3<f64>) -> [[f64; 3]; 3] {
-    m.transpose().into()
-}
-
-fn first_order_json(tip: &TipUncertainty, check: Option<&FirstOrderCheck>) -> Value {
-    json!({
-        "tip_mm": [tip.tip_in_crf.x, tip.tip_in_crf.y, tip.tip_in_crf.z],
-        "covariance_mm2": matrix_json(&tip.covariance_mm2),
-        "rms_mm": tip.rms_mm,
-        "bias_mm": vector_json(&tip.bias_mm),
-        "total_rms_mm": tip.total_rms_mm,
-        "rotation_covariance_deg2": matrix_json(&(tip.rotation_covariance_rad2 * DEG * DEG)),
-        "rotation_rms_deg": tip.rotation_rms_rad * DEG,
-        "rotation_bias_deg": vector_json(&(tip.rotation_bias_rad * DEG)),
-        "cross_covariance_mm_deg": matrix_json(&(tip.cross_covariance_mm_rad * DEG)),
-        "ellipsoid_95": {
-            "center_mm": vector_json(&tip.ellipsoid.center_in_crf.coords),
-            "semi_axes_mm": tip.ellipsoid.semi_axes_in_crf_mm.map(|a| vector_json(&a)),
-            "lengths_mm": tip.ellipsoid.lengths_mm(),
-        },
-        "check": check.map(|c| json!({
-            "next_order_rms_mm": c.next_order_rms_mm,
-            "relative_difference": c.relative_difference,
-            "holds": c.holds,
-        })),
-        "bias_check": {
-            "simulated_mm": vector_json(&tip.bias_check.simulated_mm),
-            "difference_mm": tip.bias_check.difference_mm,
-            "holds": tip.bias_check.holds,
-        },
-        "determined": tip.determined.as_ref().map(determined_json),
-        "poorly_determined": tip.is_poorly_determined,
-    })
-}
-
-fn determined_json(part: &DeterminedPart) -> Value {
-    json!({
-        "free_axis": part.free_axis,
-        "covariance_mm2": matrix_json(&part.covariance_mm2),
-        "rms_mm": part.rms_mm,
-        "bias_mm": vector_json(&part.bias_mm),
-        "total_rms_mm": part.total_rms_mm,
-    })
-}
-
-fn monte_carlo_json(m: &MonteCarlo) -> Value {
-    json!({
-        "samples": m.samples,
-        "seed": m.seed,
-        "mean_error_mm": vector_json(&m.mean_error_mm),
-        "mean_std_error_mm": vector_json(&m.mean_std_error_mm),
-        "covariance_mm2": matrix_json(&m.covariance_mm2),
-        "rms_mm": m.rms_mm.value,
-        "rms_std_error_mm": m.rms_mm.std_error,
-        "total_rms_mm": m.total_rms_mm.value,
-        "total_rms_std_error_mm": m.total_rms_mm.std_error,
-        "position_mm": m.tip_error_mm,
-        "median_std_error_mm": m.median_mm.std_error,
-        "p95_std_error_mm": m.p95_mm.std_error,
-        "angle_deg": m.angle_deg,
-        "mean_rotation_deg": vector_json(&(m.mean_rotation_rad * DEG)),
-        "rotation_covariance_deg2": matrix_json(&(m.rotation_covariance_rad2 * DEG * DEG)),
-        "rotation_rms_deg": m.rotation_rms_rad * DEG,
-        "position_mm_determined": m.determined_mm,
-    })
 }

@@ -15,6 +15,7 @@ use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::validity::FitValidityError;
 use trackwright_field::{DistortionModel, Environment, FitValidity};
+use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::volume::Volume;
 use trackwright_task::Task;
 
@@ -31,6 +32,8 @@ pub struct RoomOrder<'a> {
     pub model: &'a RoomModel,
     /// Of polynomials; of any model, the map.
     pub settings: FitSettings,
+    /// The box of a polynomial model; that of the samples where there is none.
+    pub bounds: Option<Bounds>,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
     /// Whether the room shall keep model validity.
@@ -164,7 +167,7 @@ fn polynomials(
     let turned = is_symmetric.then(|| measured.with_turned_axes());
     let samples = turned.as_ref().unwrap_or(measured);
     let fitting = task_of(RoomStage::Fitting);
-    let factored = factor(samples, settings, None, &fitting.subtask(0.0, FACTORING_PART))?;
+    let factored = factor(samples, settings, order.bounds, &fitting.subtask(0.0, FACTORING_PART))?;
     let solved = factored.solve_with(
         settings.rcond,
         settings.ridge,

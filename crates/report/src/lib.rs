@@ -40,4 +40,5 @@ pub mod study;
 pub mod sweep;
 pub mod text_table;
 pub mod tool_json;
+pub mod uncertainty;
 pub mod words;

@@ -92,7 +92,8 @@ impl Worker<'_> {
                     stopped = Err(Cancelled);
                     break;
                 }
-                match self.rows(at..rows.end.min(at + self.batch)) {
+                let waiting = shard.rows().end - shard.rows().start;
+                match self.rows(at..rows.end.min(at + self.batch), waiting) {
                     Ok(found) => {
                         problems += found.iter().filter(|row| row.study.is_err()).count() as u64;
                         shard.add(&found)?;
@@ -120,8 +121,8 @@ impl Worker<'_> {
         Ok(())
     }
 
-    /// Rows, each on one core.
-    fn rows(&mut self, rows: Range<u64>) -> Result<Vec<Row>, Cancelled> {
+    /// Rows, each on one core. So many are waiting for their shard to be whole.
+    fn rows(&mut self, rows: Range<u64>, waiting: u64) -> Result<Vec<Row>, Cancelled> {
         let count = rows.end - rows.start;
         let started = Instant::now();
         let cancel = &self.task.cancel;
@@ -129,7 +130,7 @@ impl Worker<'_> {
             rows.clone().into_par_iter().map(|row| self.sweep.row(row, cancel)).collect();
         let found = found?;
         let RunReport { kept, computed, dropped, .. } = self.report;
-        let done = kept + computed + dropped + count;
+        let done = kept + computed + dropped + waiting + count;
         // A task that is cancelled here keeps these rows, and stops before the next ones.
         let _ = self.task.step(done.min(self.all) as usize, self.all as usize);
         let part = BATCH.as_secs_f64() / started.elapsed().as_secs_f64().max(1e-6);

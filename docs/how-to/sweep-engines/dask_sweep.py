@@ -1,25 +1,30 @@
 """Computes a sweep as a Dask map: python dask_sweep.py PLAN FOLDER [PARTS [SCHEDULER]]."""
 
 import os
-import subprocess
 import sys
+from functools import partial
+from pathlib import Path
 
+import trackwright
 from distributed import Client
 
 
-def compute(plan: str, folder: str, part: int, parts: int) -> int:
+def compute(plan: str, folder: str, parts: int, part: int) -> int:
     """Computes one part on one core; rows that are there are kept."""
-    command = ["trackwright", "sweep", plan, "-o", folder, "--shard", f"{part}/{parts}"]
-    subprocess.run(command, check=True, env={**os.environ, "RAYON_NUM_THREADS": "1"})
-    return part
+    os.environ.setdefault("RAYON_NUM_THREADS", "1")
+    report = trackwright.Sweep.load(plan).compute(folder, shard=(part, parts))
+    return report["computed"]
 
 
 def main() -> None:
     plan, folder, *rest = sys.argv[1:]
+    plan, folder = (str(Path(name).resolve()) for name in (plan, folder))
     parts = int(rest[0]) if rest else 64
     with Client(*rest[1:]) if rest[1:] else Client(threads_per_worker=1) as client:
-        tasks = [client.submit(compute, plan, folder, part, parts, retries=2) for part in range(1, parts + 1)]
-        print(f"{len(client.gather(tasks))} parts are in {folder}")
+        work = partial(compute, plan, folder, parts)
+        computed = client.gather(client.map(work, range(1, parts + 1), retries=2))
+    merged = trackwright.merge_sweep(folder, Path(folder, "rows.parquet"), overwrite=True)
+    print(f"{sum(computed)} rows computed, {merged['rows']} are in {folder}/rows.parquet")
 
 
 if __name__ == "__main__":

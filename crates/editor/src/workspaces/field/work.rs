@@ -125,6 +125,7 @@ fn fit_model(
             .map(|(table, name)| RoomTable { name, samples: &table.samples }),
         model: &room_model,
         settings: model,
+        bounds: None,
         volume: settings.volume,
         jitter: settings.jitter,
         with_support: true,
