@@ -224,7 +224,8 @@ mod tests {
             let (mut expected, _) = sweep.design(row).unwrap();
             expected.motion = sweep.range_of(row).or(expected.motion);
             let shown = sweep.row_design(row).unwrap();
-            apply(&mut world, shown.edits(&world).unwrap());
+            let edits = shown.edits(&world).unwrap();
+            apply(&mut world, edits);
             assert_eq!(without_pictures(world.document.design()), expected, "{row}");
             assert_eq!(shown.edits(&world).unwrap(), []);
             assert!(world.document.design().tool.body.mesh.is_some());
@@ -241,7 +242,8 @@ mod tests {
         ] {
             world.document.apply(edit).unwrap();
         }
-        apply(&mut world, sweep.row_design(0).unwrap().edits(&world).unwrap());
+        let edits = sweep.row_design(0).unwrap().edits(&world).unwrap();
+        apply(&mut world, edits);
         assert_eq!(without_pictures(world.document.design()), sweep.design(0).unwrap().0);
     }
 

@@ -350,7 +350,7 @@ fn long_a_million_rows_are_sorted() {
     let file = dir.path().join("merged.parquet");
     merge(&sweep, &folder, &file, &Task::default()).unwrap();
     let cancel = CancelToken::default();
-    let figure = |row: u64| made_up(&sweep, row).figures.map(|figures| figures.own[0]).unwrap();
+    let figure = |row: u64| made_up(&sweep, row).study.map(|figures| figures.own[0]).unwrap();
     let mut expected: Vec<u64> = (0..1_000_000).collect();
     expected.sort_by(|a, b| figure(*a).total_cmp(&figure(*b)));
     for path in [folder.path(), &file] {

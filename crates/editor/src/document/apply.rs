@@ -284,10 +284,9 @@ impl FileState<'_> {
                 self.open(trackwright_project::open_builtin(&name));
             }
             FileRequest::OpenEdited { of, label, edits } => {
-                if self.open(opened(&of)) {
-                    self.edits.write_batch(EditRequest::step(label, edits));
-                    self.redraw.write(RequestRedraw);
-                }
+                let is_open = self.open(opened(&of));
+                self.edits.write_batch(EditRequest::step(label, edits).filter(|_| is_open));
+                self.redraw.write(RequestRedraw);
             }
             FileRequest::OpenVariant { of, design, suffix } => {
                 self.open(trackwright_project::open_variant(&of, *design, &suffix));

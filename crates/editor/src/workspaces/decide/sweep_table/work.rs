@@ -16,7 +16,7 @@ const FIRST_ROWS: u64 = 64;
 /// What comes of a job.
 pub enum TableFound {
     Opened(Result<Opened, SweepError>),
-    Sorted(Option<Sorting>, Result<(Option<Arc<Vec<u64>>>, Page), SweepError>),
+    Sorted(Option<Sorting>, Result<Sorted, SweepError>),
     Page(Result<Page, SweepError>),
 }
 
@@ -26,6 +26,9 @@ pub struct Opened {
     pub columns: Vec<Column>,
     pub page: Page,
 }
+
+/// The rows' places in the table in an order, with the first of them; no places in the table's own.
+pub type Sorted = (Option<Arc<Vec<u64>>>, Page);
 
 pub fn open(path: &Path, cancel: &CancelToken) -> Result<Opened, SweepError> {
     let table = SweepTable::open(path)?;
@@ -39,7 +42,7 @@ pub fn sort(
     table: &SweepTable,
     sorting: Option<Sorting>,
     cancel: &CancelToken,
-) -> Result<(Option<Arc<Vec<u64>>>, Page), SweepError> {
+) -> Result<Sorted, SweepError> {
     let columns = table.columns_to_compare();
     let order = sorting.and_then(|by| Some((columns.get(by.column)?, by.direction)));
     let order = order.map(|(column, direction)| table.sorted_rows(&column.name, direction, cancel));
