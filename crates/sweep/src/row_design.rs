@@ -253,17 +253,18 @@ mod tests {
             "vary",
             r#"rooms: ["operating-table.env.ron", "operating-theatre.env.ron"], vary"#,
         );
-        let sweep = sweep(&text, Path::new("/nowhere"));
+        let of_built_in = sweep(&text, Path::new("/nowhere"));
         let mut world = open_builtin("pointer-on-head").unwrap();
-        for row in 0..sweep.rows() {
-            let edits = sweep.row_design(row).unwrap().edits(&world).unwrap();
+        for row in 0..of_built_in.rows() {
+            let edits = of_built_in.row_design(row).unwrap().edits(&world).unwrap();
             apply(&mut world, edits);
-            assert_eq!(own_room(&world).unwrap(), *sweep.room_of(row).unwrap(), "{row}");
+            assert_eq!(own_room(&world).unwrap(), *of_built_in.room_of(row).unwrap(), "{row}");
         }
         // A design on the disk is out of its reach.
         let folder = tempfile::tempdir().unwrap();
         save_as(&mut world, &folder.path().join("own.design.ron")).unwrap();
-        let error = sweep.row_design(0).unwrap().edits(&world).unwrap_err();
+        let of_file = sweep(&text.replace("pointer-on-head", "own.design.ron"), folder.path());
+        let error = of_file.row_design(0).unwrap().edits(&world).unwrap_err();
         assert!(matches!(error, RowDesignError::BuiltInRoom { row: 0 }), "{error}");
     }
 
