@@ -7,12 +7,11 @@ use crate::values::to_python;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
-use serde_json::json;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use trackwright_project::Files;
-use trackwright_sweep::{self as sweep, Folder, Part, RunReport, merge, run, slurm};
+use trackwright_report::sweep_json::{merge_json, run_json, status_json};
+use trackwright_sweep::{self as sweep, Folder, Part, merge, run, status};
 
 /// A plan of many designs in many rooms, with all that it refers to.
 #[pyclass(frozen, module = "trackwright")]
@@ -51,20 +50,15 @@ impl Sweep {
         progress: Option<&Bound<'py, PyAny>>,
     ) -> Done<Bound<'py, PyAny>> {
         let part: Part = format!("{}/{}", shard.0, shard.1).parse()?;
-        let (report, there, notes) = long_work::run_with_progress(py, progress, |task| {
+        let (report, notes) = long_work::run_with_progress(py, progress, |task| {
             let folder = Folder::open(&folder, &self.0)?;
             let notes = RefCell::new(Vec::new());
             let note = |text: &str| notes.borrow_mut().push(text.to_owned());
             let report = run(&self.0, &folder, part, task, &note)?;
-            Ok((report, folder.coverage()?.rows(), notes.into_inner()))
+            Ok((report, notes.into_inner()))
         })?;
         warn_of(py, notes)?;
-        let RunReport { kept, computed, problems, dropped, shards, torn } = report;
-        let report = json!({
-            "kept": kept, "computed": computed, "problems": problems, "dropped": dropped,
-            "shards": shards, "torn": torn, "rows_there": there, "rows": self.0.rows(),
-        });
-        Ok(to_python(py, &report)?)
+        Ok(to_python(py, &run_json(&report))?)
     }
 
     fn __repr__(&self) -> String {
@@ -75,21 +69,8 @@ impl Sweep {
 /// Which rows of a sweep's folder are there: as `trackwright sweep status --format json` prints it.
 #[pyfunction]
 pub fn sweep_status(py: Python<'_>, folder: PathBuf) -> Done<Bound<'_, PyAny>> {
-    let status = long_work::run(py, |_| {
-        let (sweep, folder) = Folder::existing(&folder)?;
-        let coverage = folder.coverage()?;
-        let missing = coverage.missing(0..sweep.rows()).into_iter();
-        let mut states: BTreeMap<String, usize> = BTreeMap::new();
-        for (_, state) in slurm::queue(&folder)?.tasks {
-            *states.entry(state).or_default() += 1;
-        }
-        Ok(json!({
-            "rows": sweep.rows(), "rows_there": coverage.rows(), "shards": coverage.shards.len(),
-            "torn": coverage.torn.len(), "slurm": states,
-            "missing": missing.map(|rows| [rows.start, rows.end]).collect::<Vec<_>>(),
-        }))
-    })?;
-    Ok(to_python(py, &status)?)
+    let status = long_work::run(py, |_| Ok(status(&folder)?))?;
+    Ok(to_python(py, &status_json(&status))?)
 }
 
 /// Writes all rows of a sweep's folder to one file (`*.parquet`), in order: as `trackwright sweep merge`, and
@@ -112,8 +93,7 @@ pub fn merge_sweep<'py>(
         output.expect_new()?;
         Ok(merge(&sweep, &folder, &path, task)?)
     })?;
-    let report = json!({"rows": report.rows, "shards": report.shards, "bytes": report.bytes});
-    Ok(to_python(py, &report)?)
+    Ok(to_python(py, &merge_json(&report))?)
 }
 
 /// The rows of a sweep, read column by column as they are needed.

@@ -9,6 +9,7 @@ mod submit;
 use super::prelude::*;
 use clap::{Subcommand, ValueEnum};
 use std::time::Instant;
+use trackwright_report::sweep_json::run_json;
 use trackwright_sweep::{Folder, Part, RunReport, Sweep};
 
 /// Simulate many designs in many rooms: every point of a plan is a row of a table, written in shards that
@@ -91,22 +92,16 @@ pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<()> {
     let report = trackwright_sweep::run(&sweep, &folder, args.shard, &shown.task, &output::note)?;
     drop(shown);
     let seconds = started.elapsed().as_secs_f64();
-    let all = folder.coverage()?.rows();
-    args.format.print(
-        || as_json(&report, (all, sweep.rows()), seconds),
-        || as_text(&report, (all, sweep.rows()), seconds),
-    )
+    args.format.print(|| as_json(&report, seconds), || as_text(&report, seconds))
 }
 
-fn as_json(report: &RunReport, (there, all): (u64, u64), seconds: f64) -> Value {
-    let RunReport { kept, computed, problems, dropped, shards, torn } = report;
-    json!({
-        "kept": kept, "computed": computed, "problems": problems, "dropped": dropped, "shards": shards,
-        "torn": torn, "rows_there": there, "rows": all, "seconds": seconds,
-    })
+fn as_json(report: &RunReport, seconds: f64) -> Value {
+    let mut value = run_json(report);
+    value["seconds"] = json!(seconds);
+    value
 }
 
-fn as_text(report: &RunReport, (there, all): (u64, u64), seconds: f64) -> String {
+fn as_text(report: &RunReport, seconds: f64) -> String {
     let of = |label: &str, rows: u64| count(label, rows as usize);
     let mut lines = vec![
         of("rows computed", report.computed),
@@ -122,7 +117,7 @@ fn as_text(report: &RunReport, (there, all): (u64, u64), seconds: f64) -> String
     if report.computed > 0 {
         lines.push(number("rows a second".to_owned(), report.computed as f64 / seconds, 1, ""));
     }
-    let [there, all] = [there, all].map(|rows| with_separators(rows as usize));
+    let [there, all] = [report.rows_there, report.rows].map(|rows| with_separators(rows as usize));
     lines.push(row("rows there", format!("{there} of {all}"), ""));
     output::aligned(&lines)
 }

@@ -31,6 +31,10 @@ pub struct RunReport {
     pub shards: u64,
     /// Files that were torn and are made anew.
     pub torn: u64,
+    /// Rows that the folder has now, of all parts.
+    pub rows_there: u64,
+    /// Rows of the plan.
+    pub rows: u64,
 }
 
 /// Computes what is missing of a part. `note` gets what a person has to know.
@@ -50,7 +54,7 @@ pub fn run(
     folder.remove_leftovers(part)?;
     let coverage = folder.coverage()?;
     let range = part.rows(sweep.rows());
-    let mut report = RunReport::default();
+    let mut report = RunReport { rows: sweep.rows(), ..RunReport::default() };
     for file in &coverage.torn {
         note(&format!("{}: is cut short and is made anew", file.display()));
         fs::remove_file(file).map_err(super::error::io_error(file, "cannot be removed"))?;
@@ -63,7 +67,8 @@ pub fn run(
     for rows in missing {
         worker.compute(rows)?;
     }
-    Ok(worker.report)
+    let rows_there = folder.coverage()?.rows();
+    Ok(RunReport { rows_there, ..worker.report })
 }
 
 struct Worker<'a> {

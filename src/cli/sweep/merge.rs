@@ -1,6 +1,7 @@
 //! `sweep merge`: all rows of a folder in one file.
 
 use super::super::prelude::*;
+use trackwright_report::sweep_json::merge_json;
 use trackwright_sweep::{Folder, merge};
 
 #[derive(Debug, Args)]
@@ -29,7 +30,7 @@ pub(super) fn run(args: &MergeArgs, files: &Files) -> anyhow::Result<()> {
     let report = merge(&sweep, &folder, &args.output, &shown.task)?;
     drop(shown);
     args.format.print(
-        || json!({"rows": report.rows, "shards": report.shards, "bytes": report.bytes}),
+        || merge_json(&report),
         || {
             format!(
                 "{}: {} rows of {} shards, {:.1} bytes a row",
