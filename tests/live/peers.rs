@@ -50,8 +50,20 @@ fn serve() -> (Server, Events<ServerEvent>) {
     super::connections::serve(&patient(anywhere()))
 }
 
-/// Sends numbered transforms at 40 Hz until the peer has printed enough lines to see what is wanted.
-fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) -> Option<R>) -> R {
+/// How often transforms are sent to a peer that prints each of them.
+const OFTEN: Duration = Duration::from_millis(25);
+
+/// How often they are sent to a peer that requests tracking data, and to have no more after ten messages of
+/// any kind: its request has to be read before.
+const SELDOM: Duration = Duration::from_millis(400);
+
+/// Sends numbered transforms for a minute, until the peer has printed enough lines to see what is wanted.
+fn send_until<R>(
+    server: &Server,
+    peer: &mut Peer,
+    interval: Duration,
+    mut pick: impl FnMut(&str) -> Option<R>,
+) -> R {
     let stderr = peer.0.stderr.take().unwrap();
     let (sender, lines) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
@@ -62,11 +74,12 @@ fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) ->
         }
     });
     let mut printed = String::new();
-    for number in 0..2400 {
-        let mut message = numbered("ProbeToTracker", 1000 + number);
+    let started = Instant::now();
+    for number in (1000..).take_while(|_| started.elapsed() < Duration::from_secs(60)) {
+        let mut message = numbered("ProbeToTracker", number);
         message.extension = None;
         server.send_transform(&message, ToolKind::SixDof, Instant::now()).unwrap();
-        rest(Duration::from_millis(25));
+        rest(interval);
         for line in lines.try_iter() {
             printed += &line;
             printed.push('\n');
@@ -80,7 +93,7 @@ fn send_until<R>(server: &Server, peer: &mut Peer, mut pick: impl FnMut(&str) ->
 
 /// The library's own client, which prints what it receives.
 fn assert_received_by_the_library(server: &Server, peer: &mut Peer) {
-    send_until(server, peer, |printed| {
+    send_until(server, peer, OFTEN, |printed| {
         let count = printed.matches("Receiving TRANSFORM data type.").count();
         (count >= 10).then_some(())
     });
@@ -233,7 +246,7 @@ fn receivers_of_version_one_are_served_by_the_program() {
     let (server, live, port) = relayed(&[]);
     let mut peer = Peer::start(openigtlink("TrackingDataClient"), &[&"127.0.0.1", &port, &40]);
     live.wait_for_note("joined, 1 now");
-    send_until(&server, &mut peer, |printed| {
+    send_until(&server, &mut peer, SELDOM, |printed| {
         printed.contains("Name       : ProbeToTracker").then_some(())
     });
 }
@@ -275,7 +288,7 @@ fn the_librarys_clients_receive_our_data() {
     let (server, _served) = serve();
     let port = server.address().port();
     let mut peer = Peer::start(openigtlink("TrackingDataClient"), &[&"127.0.0.1", &port, &40]);
-    send_until(&server, &mut peer, |printed| {
+    send_until(&server, &mut peer, SELDOM, |printed| {
         let parts = ["Receiving : RTS_TDATA", "Name       : ProbeToTracker", "Type       : 2"];
         parts.iter().all(|part| printed.contains(part)).then_some(())
     });
