@@ -131,7 +131,7 @@ impl SweepTable {
     }
 
     /// A column, shape (rows,): numbers as floats, not a number where there is none; texts as objects, empty
-    /// where there is none; `met`, whether the requirement holds, as 1, 0 or not a number.
+    /// where there is none; `requirement_met` as 1, 0 or not a number.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> Done<Bound<'py, PyAny>> {
         let is_text = |column: &sweep::Column| column.name == name && column.is_text;
         if !self.0.columns().iter().any(is_text) {

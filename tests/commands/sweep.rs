@@ -1,7 +1,7 @@
 //! Sweeps through the command line: interrupted, shared, refused, and read by others.
 
 use crate::support::golden::{list, number};
-use crate::support::peers::python;
+use crate::support::peers::{read_sweep, sweep_rows};
 use crate::support::program::{Scratch, assert_has, signal};
 use crate::support::wire::rest;
 use std::fs;
@@ -51,10 +51,7 @@ fn a_sweeps_rows_are_what_simulate_prints() {
     let report = scratch.json("sweep plan.sweep.ron -o out");
     assert_eq!((number(&report["computed"]), number(&report["rows"])), (12.0, 12.0));
     scratch.succeed_with("sweep status out", &["12 of 12"]);
-    let output = python("read_sweep.py").arg(scratch.path("out")).arg("pandas").output().unwrap();
-    let rows: serde_json::Value = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|e| panic!("{e}: {}", String::from_utf8_lossy(&output.stderr)));
-    let rows = list(&rows, "rows");
+    let rows = sweep_rows(&scratch.path("out"));
     for row in [&rows[0], &rows[7]] {
         let room = row["room"].as_str().unwrap();
         let z = |name: &str| number(&row[format!("tool.body.sensors[\"{name}\"].position.z")]);
@@ -90,12 +87,7 @@ fn others_read_rows_with_types_and_units() {
     let scratch = scratch(5, "expected: true,");
     scratch.succeed("sweep plan.sweep.ron -o out");
     scratch.succeed("sweep merge out -o rows.parquet");
-    let read = |with: &str| -> serde_json::Value {
-        let mut command = python("read_sweep.py");
-        let output = command.arg(scratch.path("rows.parquet")).arg(with).output().unwrap();
-        let errors = String::from_utf8_lossy(&output.stderr);
-        serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{with}: {e}: {errors}"))
-    };
+    let read = |with: &str| read_sweep(&scratch.path("rows.parquet"), with);
     let pandas = read("pandas");
     assert_eq!(pandas["units"]["position_rms_low"], "mm");
     assert_eq!(pandas["units"]["angle_rms"], "deg");

@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "the files and messages that need it come one after the other")]
 
+use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -28,6 +29,21 @@ pub fn python(script: &str) -> Command {
     let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers");
     command.arg("-B").arg(scripts.join(script));
     command
+}
+
+/// The rows of a sweep, with types and units of their columns, as a program reads them: `pandas`, `polars` or
+/// `duckdb`.
+#[track_caller]
+pub fn read_sweep(path: &Path, with: &str) -> Value {
+    let output = python("read_sweep.py").arg(path).arg(with).output().unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{with}: {e}: {errors}"))
+}
+
+/// The rows of a sweep.
+#[track_caller]
+pub fn sweep_rows(path: &Path) -> Vec<Value> {
+    read_sweep(path, "pandas")["rows"].as_array().unwrap().clone()
 }
 
 /// Node.js with the packages of `tests/peers/package.json`, ready to run one of the scripts beside it.

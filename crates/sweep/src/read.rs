@@ -3,7 +3,7 @@
 use super::error::{SweepError, io_error, parquet_error};
 use super::folder::{is_plan_of, named_shards};
 use super::shard::{Footer, footer};
-use super::table::{COUNTS, DESIGN, MOTION, PROBLEM, ROOM, ROW, UNIT};
+use super::table::{COUNTS, DESIGN, MOTION, PROBLEM, ROOM, ROW, UNIT, about};
 use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, RecordBatch};
@@ -42,6 +42,8 @@ pub struct Column {
     pub name: String,
     /// Nothing of what has none.
     pub unit: String,
+    /// What it holds; nothing where the name is enough.
+    pub about: &'static str,
     /// Whether it holds numbers.
     pub is_number: bool,
     /// Whether it holds texts; neither, where it holds yes and no.
@@ -141,6 +143,7 @@ impl SweepTable {
             .map(|field| Column {
                 name: field.name().clone(),
                 unit: field.metadata().get(UNIT).cloned().unwrap_or_default(),
+                about: about(field.name()),
                 is_number: matches!(field.data_type(), DataType::Float64 | DataType::UInt64),
                 is_text: *field.data_type() == DataType::Utf8,
             })

@@ -13,6 +13,7 @@ use trackwright_project::{
     Files, RoomSource, StoreError, World, builtin_named, builtin_rooms,
     open_builtin_without_meshes, open_design_without_meshes, resolve,
 };
+use trackwright_simulation::expected::{judged_checks, verdict_of};
 use trackwright_simulation::metric::{MetricValues, values};
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::{
@@ -82,8 +83,11 @@ pub struct RowFigures {
     pub own: MetricValues,
     /// Expected over drawn fields, with 95 % intervals, where the plan wants them and the room has them.
     pub expected: Option<(MetricValues, [[f64; 2]; METRICS.len()])>,
-    /// Whether the design's requirement holds in the room's own field; `None` without one.
-    pub met: Option<bool>,
+    /// Whether the design's requirement holds in the room's own field; `None` without one, and where the study
+    /// leaves it undetermined.
+    pub requirement_met: Option<bool>,
+    /// Whether it holds for the expected figures with 95 %; `None` also where their intervals do not tell.
+    pub requirement_met_expected: Option<bool>,
 }
 
 impl Sweep {
@@ -264,20 +268,24 @@ impl Sweep {
         let expected = match self.plan.expected && room.process.is_some() {
             false => None,
             true => match expected(&scenario, &mode, cancel) {
-                Ok(Expected { figures, intervals, .. }) => Some((figures, intervals)),
+                Ok(expected) => Some(expected),
                 Err(ExpectedError::Study(why)) => return Err(why),
                 Err(_) => None,
             },
         };
-        let checks = figures.checks.iter().filter(|check| scenario.judges(&mode, check.metric));
-        let is_met = checks.clone().all(|check| check.met);
+        let mut checks = figures.checks.clone();
+        checks.retain(|check| scenario.judges(&mode, check.metric));
+        let is_met = |expected: Option<&Expected>| {
+            verdict_of(&judged_checks(&checks, figures.unsettled(), expected))?.is_met()
+        };
         Ok(RowFigures {
             trials: figures.trials as u64,
             outside: figures.outside as u64,
             out_of_volume: figures.out_of_volume as u64,
             own: values(&figures.position_mm, &figures.angle_deg),
-            expected,
-            met: checks.count().gt(&0).then_some(is_met),
+            requirement_met: is_met(None),
+            requirement_met_expected: expected.as_ref().and_then(|expected| is_met(Some(expected))),
+            expected: expected.map(|expected| (expected.figures, expected.intervals)),
         })
     }
 }

@@ -21,10 +21,28 @@ pub(crate) const DESIGN: &str = "design";
 pub(crate) const ROOM: &str = "room";
 pub(crate) const MOTION: &str = "motion";
 pub(crate) const COUNTS: [&str; 3] = ["trials", "outside", "out_of_volume"];
-const MET: &str = "met";
+const REQUIREMENT_MET: &str = "requirement_met";
+const REQUIREMENT_MET_EXPECTED: &str = "requirement_met_expected";
 
 /// How a figure's column is called where it is expected over drawn fields.
 const EXPECTED: [&str; 3] = ["expected", "low", "high"];
+
+/// What a column of that name holds; nothing where the name is enough.
+pub(crate) fn about(name: &str) -> &'static str {
+    let figure = |what: &str| name.strip_suffix(what).is_some_and(|n| Metric::named(n).is_some());
+    match name {
+        REQUIREMENT_MET => "Whether the design's requirement holds in the room's own field",
+        REQUIREMENT_MET_EXPECTED => "Whether it holds for the expected figures with 95 %",
+        "trials" => "Poses of the study",
+        "outside" => "Poses with a sensor outside the model's box",
+        "out_of_volume" => "Poses with a sensor outside the tracker's volume",
+        _ if figure("") => "In the room's own field",
+        _ if figure("_expected") => "Expected over drawn fields",
+        _ if figure("_low") => "Lower end of the 95 % interval of the expected value",
+        _ if figure("_high") => "Upper end of the 95 % interval of the expected value",
+        _ => "",
+    }
+}
 
 /// The columns of a plan.
 pub fn schema(plan: &SweepPlan) -> SchemaRef {
@@ -49,7 +67,10 @@ pub fn schema(plan: &SweepPlan) -> SchemaRef {
             fields.extend(EXPECTED.map(|what| number(expected_name(*metric, what), unit, true)));
         }
     }
-    fields.push(Field::new(MET, DataType::Boolean, true));
+    fields.push(Field::new(REQUIREMENT_MET, DataType::Boolean, true));
+    if plan.expected {
+        fields.push(Field::new(REQUIREMENT_MET_EXPECTED, DataType::Boolean, true));
+    }
     fields.push(text(PROBLEM, true));
     Arc::new(Schema::new(fields))
 }
@@ -86,6 +107,11 @@ pub(crate) fn batch(
         rows.iter().enumerate().for_each(|(k, row)| builder.append_option(count(k, row)));
         Arc::new(builder.finish())
     };
+    let of_flags = |flag: &dyn Fn(&Row) -> Option<bool>| -> ArrayRef {
+        let mut builder = BooleanBuilder::with_capacity(rows.len());
+        rows.iter().for_each(|row| builder.append_option(flag(row)));
+        Arc::new(builder.finish())
+    };
     let mut arrays = vec![
         of_counts(&|k, _| Some(first + k as u64)),
         of_texts(&|row| Some(plan.designs[row.key.design].clone())),
@@ -106,9 +132,10 @@ pub(crate) fn batch(
             arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.1[k][1])));
         }
     }
-    let mut met = BooleanBuilder::with_capacity(rows.len());
-    rows.iter().for_each(|row| met.append_option(study(row).and_then(|study| study.met)));
-    arrays.push(Arc::new(met.finish()));
+    arrays.push(of_flags(&|row| study(row)?.requirement_met));
+    if plan.expected {
+        arrays.push(of_flags(&|row| study(row)?.requirement_met_expected));
+    }
     arrays.push(of_texts(&|row| row.study.as_ref().err().cloned()));
     RecordBatch::try_new(Arc::clone(schema), arrays)
 }

@@ -372,7 +372,14 @@ fn made_up(sweep: &Sweep, row: u64) -> Row {
         |k: u64| (row.wrapping_add(k).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 * 1e-16;
     let numbers = (1..=3).map(value).collect();
     let own = std::array::from_fn(|k| value(10 + k as u64));
-    let figures =
-        RowFigures { trials: 3, outside: 0, out_of_volume: 0, own, expected: None, met: None };
+    let figures = RowFigures {
+        trials: 3,
+        outside: 0,
+        out_of_volume: 0,
+        own,
+        expected: None,
+        requirement_met: None,
+        requirement_met_expected: None,
+    };
     Row { key: sweep.key(row), numbers, study: Ok(figures) }
 }

@@ -332,9 +332,10 @@ impl<'a> RowsInView<'a> {
                 "" => String::new(),
                 unit => format!(" in {unit}"),
             };
-            let about =
-                format!("{}{unit}\nSorts the rows by it; once more the other way", own.name);
-            if response.explained(about).clicked() {
+            let mut about = vec![format!("{}{unit}", own.name)];
+            about.extend((!own.about.is_empty()).then(|| own.about.to_owned()));
+            about.push("Sorts the rows by it; once more the other way".to_owned());
+            if response.explained(about.join("\n")).clicked() {
                 requests.push(SweepTableRequest::SortBy(column));
             }
         }
@@ -376,6 +377,7 @@ mod tests {
         let column = |name: &str, unit: &str| Column {
             name: name.to_owned(),
             unit: unit.to_owned(),
+            about: "",
             is_number: true,
             is_text: false,
         };
