@@ -4,6 +4,7 @@ use super::{SweepColumns, effect_chart, front, front_chart, parallel_coordinates
 use crate::page::css;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use trackwright_formats::printable::{printable, printable_lines};
+use trackwright_simulation::figures::with_separators;
 
 const WIDE: (u32, u32) = (1100, 520);
 const CHART: (u32, u32) = (720, 420);
@@ -19,7 +20,7 @@ pub fn page(sweep: &SweepColumns) -> String {
         main {
             header {
                 h1 { (sweep.title) }
-                p { (sweep.rows.len()) " rows, " (sweep.rows.len() - with_figure) " of them without figures." }
+                p { (with_separators(sweep.rows.len())) " rows, " (with_separators(sweep.rows.len() - with_figure)) " of them without figures." }
             }
             section {
                 h2 { "Rows" }
@@ -76,7 +77,7 @@ fn table(sweep: &SweepColumns, rows: &[usize]) -> Markup {
             }
         }
         @if rows.len() > MOST_LISTED {
-            p { "The first " (MOST_LISTED) " of " (rows.len()) " rows." }
+            p { "The first " (MOST_LISTED) " of " (with_separators(rows.len())) " rows." }
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::plot::label::{line_px, width_px, wrapped};
 use crate::plot::svg::{Anchor, Svg};
 use trackwright_formats::printable::printable_lines;
 use trackwright_geometry::colormap::ColorMap;
+use trackwright_simulation::figures::with_separators;
 
 const EDGE_PX: i32 = 20;
 const TITLE_PX: f64 = 18.0;
@@ -25,7 +26,7 @@ pub fn parallel_coordinates(sweep: &SweepColumns, (width, height): (u32, u32)) -
         "{}: {} of {} rows, coloured by {}",
         sweep.title,
         drawn.len(),
-        sweep.rows.len(),
+        with_separators(sweep.rows.len()),
         colored.label()
     );
     let title = wrapped(&title, TITLE_PX, width - 2 * EDGE_PX);

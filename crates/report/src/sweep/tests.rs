@@ -101,7 +101,7 @@ fn every_drawn_row_is_one_line_within_the_picture() {
         &svg[..600]
     );
     let many = parallel_coordinates(&super::tests::sweep(20_000), (800, 400));
-    assert!(many.contains("600 of 20000 rows"));
+    assert!(many.contains("600 of 20,000 rows"));
 }
 
 #[test]
