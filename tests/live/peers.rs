@@ -53,8 +53,8 @@ fn serve() -> (Server, Events<ServerEvent>) {
 /// How often transforms are sent to a peer that prints each of them.
 const OFTEN: Duration = Duration::from_millis(25);
 
-/// How often they are sent to a peer that requests tracking data, and to have no more after ten messages of
-/// any kind: its request has to be read before.
+/// How often they are sent to a peer that requests tracking data, and requests their end after ten messages
+/// of any kind: the first request has to be read before.
 const SELDOM: Duration = Duration::from_millis(400);
 
 /// Sends numbered transforms for a minute, until the peer has printed enough lines to see what is wanted.

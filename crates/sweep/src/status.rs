@@ -24,7 +24,7 @@ pub struct Status {
 /// Reads where a folder stands.
 ///
 /// # Errors
-/// A folder of none or of another sweep, files that can't be read.
+/// A folder that is none of a sweep, files that cannot be read.
 pub fn status(folder: &Path) -> Result<Status, SweepError> {
     let (sweep, folder) = Folder::existing(folder)?;
     let coverage = folder.coverage()?;

@@ -13,12 +13,10 @@ use trackwright_project::{
     Files, RoomSource, StoreError, World, builtin_named, builtin_rooms,
     open_builtin_without_meshes, open_design_without_meshes, resolve,
 };
-use trackwright_simulation::expected::{judged_checks, verdict_of};
+use trackwright_simulation::expected::{expected_where_measured, judged_checks, verdict_of};
 use trackwright_simulation::metric::{MetricValues, values};
 use trackwright_simulation::motion::Motion;
-use trackwright_simulation::{
-    CancelToken, Expected, ExpectedError, METRICS, Mode, StudyError, expected, run,
-};
+use trackwright_simulation::{CancelToken, Expected, METRICS, Mode, StudyError, run};
 use trackwright_task::Cancelled;
 
 /// A plan with all that it refers to.
@@ -265,13 +263,10 @@ impl Sweep {
             }
         };
         let figures = run(&scenario, &mode, cancel, None)?.figures;
-        let expected = match self.plan.expected && room.process.is_some() {
+        let expected = match self.plan.expected {
             false => None,
-            true => match expected(&scenario, &mode, cancel) {
-                Ok(expected) => Some(expected),
-                Err(ExpectedError::Study(why)) => return Err(why),
-                Err(_) => None,
-            },
+            true => expected_where_measured(&scenario, &mode, cancel)
+                .map_err(|Cancelled| StudyError::Cancelled)?,
         };
         let mut checks = figures.checks.clone();
         checks.retain(|check| scenario.judges(&mode, check.metric));

@@ -20,27 +20,34 @@ pub const PROBLEM: &str = "problem";
 pub(crate) const DESIGN: &str = "design";
 pub(crate) const ROOM: &str = "room";
 pub(crate) const MOTION: &str = "motion";
-pub(crate) const COUNTS: [&str; 3] = ["trials", "outside", "out_of_volume"];
+const TRIALS: &str = "trials";
+const OUTSIDE: &str = "outside";
+const OUT_OF_VOLUME: &str = "out_of_volume";
+pub(crate) const COUNTS: [&str; 3] = [TRIALS, OUTSIDE, OUT_OF_VOLUME];
 const REQUIREMENT_MET: &str = "requirement_met";
 const REQUIREMENT_MET_EXPECTED: &str = "requirement_met_expected";
 
-/// How a figure's column is called where it is expected over drawn fields.
-const EXPECTED: [&str; 3] = ["expected", "low", "high"];
+/// How a figure's columns end where it is expected over drawn fields, and what they hold.
+const EXPECTED: [(&str, &str); 3] = [
+    ("_expected", "Expected over drawn fields"),
+    ("_low", "Lower end of the 95 % interval of the expected value"),
+    ("_high", "Upper end of the 95 % interval of the expected value"),
+];
 
 /// What a column of that name holds; nothing where the name is enough.
 pub(crate) fn about(name: &str) -> &'static str {
-    let figure = |what: &str| name.strip_suffix(what).is_some_and(|n| Metric::named(n).is_some());
+    let is_figure = |name: &str| Metric::named(name).is_some();
     match name {
         REQUIREMENT_MET => "Whether the design's requirement holds in the room's own field",
         REQUIREMENT_MET_EXPECTED => "Whether it holds for the expected figures with 95 %",
-        "trials" => "Poses of the study",
-        "outside" => "Poses with a sensor outside the model's box",
-        "out_of_volume" => "Poses with a sensor outside the tracker's volume",
-        _ if figure("") => "In the room's own field",
-        _ if figure("_expected") => "Expected over drawn fields",
-        _ if figure("_low") => "Lower end of the 95 % interval of the expected value",
-        _ if figure("_high") => "Upper end of the 95 % interval of the expected value",
-        _ => "",
+        TRIALS => "Poses of the study",
+        OUTSIDE => "Poses with a sensor outside the model's box",
+        OUT_OF_VOLUME => "Poses with a sensor outside the tracker's volume",
+        _ if is_figure(name) => "In the room's own field",
+        _ => EXPECTED
+            .into_iter()
+            .find(|(ending, _)| name.strip_suffix(ending).is_some_and(is_figure))
+            .map_or("", |(_, about)| about),
     }
 }
 
@@ -64,7 +71,8 @@ pub fn schema(plan: &SweepPlan) -> SchemaRef {
         let unit = metric.of.unit_key();
         fields.push(number(metric.name().to_owned(), unit, true));
         if plan.expected {
-            fields.extend(EXPECTED.map(|what| number(expected_name(*metric, what), unit, true)));
+            let name = |ending: &str| format!("{}{ending}", metric.name());
+            fields.extend(EXPECTED.map(|(ending, _)| number(name(ending), unit, true)));
         }
     }
     fields.push(Field::new(REQUIREMENT_MET, DataType::Boolean, true));
@@ -73,10 +81,6 @@ pub fn schema(plan: &SweepPlan) -> SchemaRef {
     }
     fields.push(text(PROBLEM, true));
     Arc::new(Schema::new(fields))
-}
-
-fn expected_name(metric: Metric, what: &str) -> String {
-    format!("{}_{what}", metric.name())
 }
 
 /// Rows as a batch of [`schema`].

@@ -261,6 +261,12 @@ fn columns_have_the_units_of_their_numbers() {
         ("angle_rms_high", "deg"),
     ];
     assert_eq!(units, expected.map(|(name, unit)| (name.to_owned(), unit.to_owned())));
+    // What a name does not tell of itself is stated: of all but what the rows are of.
+    let own: Vec<String> = ["row", "design", "room", "motion", "problem"].map(str::to_owned).into();
+    let named = [own, table.parameters()].concat();
+    for column in table.columns() {
+        assert_eq!(column.about.is_empty(), named.contains(&column.name), "{}", column.name);
+    }
     let read = |name| table.numbers(name).unwrap();
     let [own, low, high] =
         ["position_rms_expected", "position_rms_low", "position_rms_high"].map(read);

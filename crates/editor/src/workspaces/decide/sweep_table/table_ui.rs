@@ -332,10 +332,12 @@ impl<'a> RowsInView<'a> {
                 "" => String::new(),
                 unit => format!(" in {unit}"),
             };
-            let mut about = vec![format!("{}{unit}", own.name)];
-            about.extend((!own.about.is_empty()).then(|| own.about.to_owned()));
-            about.push("Sorts the rows by it; once more the other way".to_owned());
-            if response.explained(about.join("\n")).clicked() {
+            let about = match own.about {
+                "" => String::new(),
+                about => format!("{about}\n"),
+            };
+            let sorts = "Sorts the rows by it; once more the other way";
+            if response.explained(format!("{}{unit}\n{about}{sorts}", own.name)).clicked() {
                 requests.push(SweepTableRequest::SortBy(column));
             }
         }
