@@ -82,7 +82,7 @@ pub struct RowFigures {
     /// Expected over drawn fields, with 95 % intervals, where the plan wants them and the room has them.
     pub expected: Option<(MetricValues, [[f64; 2]; METRICS.len()])>,
     /// Whether the design's requirement holds in the room's own field; `None` without one, where the study
-    /// leaves it undetermined, and where it has no figure that [`judges`](trackwright_simulation::Scenario::judges) holds against a bound.
+    /// leaves it undetermined, and where it bounds only RMS or percentile of one pose of a range of motion.
     pub requirement_met: Option<bool>,
     /// Whether it holds for the expected figures with 95 %; `None` also where their intervals do not tell.
     pub requirement_met_expected: Option<bool>,
