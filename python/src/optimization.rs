@@ -99,8 +99,7 @@ pub fn optimize(
         let better = with_layout(world, &optimized.best).with_context(|| label.clone())?;
         let (world, written) = (world.clone(), Vec::new());
         let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
-        let mut noted = |why: &_| notes.push(format!("no expected figures: {why}"));
-        let figures = optimization_json(&found, &task.cancel, &mut noted);
+        let figures = optimization_json(&found, &task.cancel);
         let figures: Value = figures.with_context(|| label.clone())?;
         Ok((found, figures))
     })?;

@@ -22,12 +22,13 @@ use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
-use trackwright_report::study::{Study, figures_json};
+use trackwright_report::StudyReport;
+use trackwright_report::figures_json::study_json;
 use trackwright_report::uncertainty::{
     DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
 };
 use trackwright_simulation::uncertainty::UncertaintyError;
-use trackwright_simulation::{Figures, InputTrial, Mode, Scenario, Trial, run, survey};
+use trackwright_simulation::{InputTrial, Mode, RoomFieldFigures, Scenario, Trial, run, survey};
 use trackwright_task::Task;
 
 const EXPECTED_TOOL: &str =
@@ -282,7 +283,7 @@ pub fn simulate_crf(
 struct Studied {
     figures: Value,
     /// In the room's own field.
-    outcome: Figures,
+    outcome: RoomFieldFigures,
     trials: Vec<Trial>,
     note: Option<String>,
 }
@@ -294,13 +295,13 @@ fn study(
 ) -> anyhow::Result<Studied> {
     let mut trials = Vec::new();
     let mut keep = |trial: &Trial| trials.push(*trial);
-    let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
+    let found = simulation::study(scenario, mode, &task.cancel, Some(&mut keep))?;
     let last = trials.last().copied();
-    let study = Study::of_outcome(role, (scenario, mode), outcome, last, &task.cancel)?;
-    let note = study.expected.why_none.as_ref();
-    let note = note.map(|why| format!("no expected figures: {why}"));
-    let figures = study.as_json((scenario, mode));
-    Ok(Studied { figures, outcome: study.outcome.figures, trials, note })
+    let report = StudyReport::of(role, (scenario, mode), found, last, &task.cancel)?;
+    let note = report.study.figures.no_interval.as_ref();
+    let note = note.map(|why| format!("the figures have no interval: {why}"));
+    let figures = report.as_json((scenario, mode));
+    Ok(Studied { figures, outcome: report.study.room_field, trials, note })
 }
 
 /// The figures of the room's own field alone.
@@ -309,10 +310,7 @@ fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Resul
     let mut keep = |trial: &Trial| trials.push(*trial);
     let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
     let single = trials.last().filter(|_| matches!(mode, Mode::Single));
-    let figures = figures_json(&outcome.figures, single, None);
-    Ok(Studied { figures, outcome: outcome.figures, trials, note: None })
-}
-
+XX
 /// Given poses; the CRF's columns count only for a design that has one.
 fn input_trials(
     given: &Bound<'_, PyAny>,

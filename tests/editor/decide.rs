@@ -30,8 +30,8 @@ use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
 use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
-use trackwright_simulation::comparison::{NoFigures, Verdict, mode_of};
-use trackwright_simulation::{CancelToken, Figures, METRICS, Metric, Requirement, run};
+use trackwright_simulation::comparison::{DifferenceVerdict, NoFigures, mode_of};
+use trackwright_simulation::{CancelToken, METRICS, Metric, Requirement, RoomFieldFigures, run};
 
 pub(crate) fn decide_app() -> App {
     let mut app = create_app();
@@ -75,7 +75,7 @@ pub(crate) fn found(app: &App) -> &Found {
 }
 
 /// The open design's figures, by a study of its own.
-fn studied(app: &App) -> Figures {
+fn studied(app: &App) -> RoomFieldFigures {
     let scenario = scenario(app);
     study(&scenario, &mode_of(&scenario)).figures
 }
@@ -96,7 +96,7 @@ fn a_pinned_state_differs_by_what_changed() {
     let against = found(&app).comparison.rows[1].against_baseline.clone();
     for difference in against.unwrap().differences {
         assert_eq!(difference.difference, 0.0);
-        assert_eq!(difference.verdict, Verdict::Negligible);
+        assert_eq!(difference.verdict, DifferenceVerdict::Negligible);
     }
     let before = studied(&app);
     move_sensor(&mut app, 30.0);

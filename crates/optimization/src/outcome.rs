@@ -4,7 +4,7 @@ use crate::constraint::Constraint;
 use serde::Serialize;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::comparison::Difference;
-use trackwright_simulation::{Figures, PlacedBody, RigidBody, StudyError};
+use trackwright_simulation::{PlacedBody, RigidBody, Study, StudyError};
 use trackwright_task::Cancelled;
 
 /// A design's sensors and poses, and what its study comes to.
@@ -15,10 +15,11 @@ pub struct Layout {
     /// `None` without a CRF.
     pub tracker_from_crf: Option<Pose>,
     pub crf_from_tool: Pose,
-    /// What the search makes least: a ratio to the requirement, or a figure in its unit.
+    /// What the search makes least, with jitter and building error: a ratio to the requirement, or a figure
+    /// in its unit.
     pub objective: f64,
-    /// Of the study in each room, as a study of its own gives them.
-    pub figures: Vec<Figures>,
+    /// Its study in each room; none while it is searched.
+    pub studies: Vec<Study>,
     /// Of the sensors, where they have one.
     pub cost: Option<f64>,
 }
@@ -52,6 +53,9 @@ pub struct Optimized {
     /// than this; `None` where there were too many for that.
     pub certain_to_mm: Option<f64>,
     pub gain: Vec<RoomGain>,
+    /// Part of the objective's gain that is left with three times the building error; `None` without
+    /// a gain, or a building error.
+    pub gain_left: Option<f64>,
     pub binding: Vec<Binding>,
     pub flatness: Vec<Flatness>,
     /// What the sensors of the best layout leave open, one statement each.
@@ -73,6 +77,7 @@ impl Optimized {
             evaluations,
             certain_to_mm: None,
             gain: Vec::new(),
+            gain_left: None,
             binding: Vec::new(),
             flatness: Vec::new(),
             undetermined: Vec::new(),
