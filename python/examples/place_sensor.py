@@ -25,7 +25,7 @@ def main() -> tuple[trackwright.Design, float]:
     for step_mm in STEPS_MM:
         moved = design.with_sensor("grip", sensor.position + step_mm * along)
         found = trackwright.simulate(moved, "motion", expected=False)
-        rms_mm = found.figures["position_mm"]["rms"]
+        rms_mm = found.figures["figures"]["position_mm"]["rms"]["value"]
         print(f"{step_mm:5.1f} mm along the shaft: tip error {rms_mm:.4f} mm RMS "
               f"over {found.figures['trials']} poses")
         tried.append((rms_mm, step_mm, moved))

@@ -22,13 +22,15 @@ use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
-use trackwright_report::StudyReport;
-use trackwright_report::figures_json::study_json;
+use trackwright_report::figures_json::room_field_json;
+use trackwright_report::study::StudyReport;
 use trackwright_report::uncertainty::{
     DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
 };
 use trackwright_simulation::uncertainty::UncertaintyError;
-use trackwright_simulation::{InputTrial, Mode, RoomFieldFigures, Scenario, Trial, run, survey};
+use trackwright_simulation::{
+    self as simulation, InputTrial, Mode, Outcome, RoomFieldFigures, Scenario, Trial, run, survey,
+};
 use trackwright_task::Task;
 
 const EXPECTED_TOOL: &str =
@@ -74,8 +76,8 @@ impl Simulation {
 /// mode: "single", "motion", or "input" with poses: a file, or a table in memory with the columns tool_x …
 /// tool_qz (`crf_from_tool`, mm, unit quaternions) and, perhaps, crf_x … crf_qz (`tracker_from_crf`).
 /// environment: the design's own where it is None. outside: as in Environment.distort; trials that are
-/// rejected are left out and counted. expected=False leaves out the expected figures, their intervals,
-/// where errors come from and which coils do not fit, which take most of the time.
+/// rejected are left out and counted. expected=False finds `figures["room_field"]` and
+/// the counts alone, without figures, intervals and verdict, where errors come from and which coils do not fit.
 ///
 /// support=True adds `figures["support"]`: how many trials lean on field that no samples support, and the
 /// standard errors of the field there. uncertainty adds `figures["uncertainty"]`: how far the tracker's jitter
@@ -308,9 +310,12 @@ fn study(
 fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Result<Studied> {
     let mut trials = Vec::new();
     let mut keep = |trial: &Trial| trials.push(*trial);
-    let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
+    let Outcome { room_field, .. } = run(scenario, mode, &task.cancel, Some(&mut keep))?;
     let single = trials.last().filter(|_| matches!(mode, Mode::Single));
-XX
+    let figures = room_field_json(&room_field, single);
+    Ok(Studied { figures, outcome: room_field, trials, note: None })
+}
+
 /// Given poses; the CRF's columns count only for a design that has one.
 fn input_trials(
     given: &Bound<'_, PyAny>,

@@ -83,7 +83,7 @@ fn given_poses_and_a_single_one_have_their_pages() {
     let found = figures(&html);
     let design = "designs/pointer-on-head.design.ron";
     let simulated = scratch.json(format!("simulate {design} --mode input --input poses.csv"));
-    let rms = number(&simulated["position_mm"]["rms"]);
+    let rms = number(&simulated["room_field"]["position_mm"]["rms"]);
     assert_eq!(found[0], ["tip error RMS".to_owned(), format!("{rms:.4}"), "mm".to_owned()]);
     assert!(html.contains("Tip error pose by pose") && html.contains("poses.csv"));
     scratch.succeed("report pointer-on-head -o page.html --mode single");

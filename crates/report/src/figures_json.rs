@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_simulation::expected::MoreMeasuring;
-use trackwright_simulation::{ErrorOf, Figure, Figures, METRICS, Study, Trial};
+use trackwright_simulation::{ErrorOf, Figure, Figures, METRICS, RoomFieldFigures, Study, Trial};
 
 /// `figures`, and what they rest on.
 pub fn add_figures(value: &mut Value, figures: &Figures) {
@@ -38,19 +38,24 @@ fn by_kind(value: impl Fn(usize) -> Value) -> Value {
 
 /// A study: its figures and its requirement, counts, and the paper's simulation in `room_field`.
 pub fn study_json(study: &Study, single: Option<&Trial>) -> Value {
-    let found = &study.room_field;
+    let mut value = room_field_json(&study.room_field, single);
+    value["requirement"] = json!(study.figures.requirement);
+    add_figures(&mut value, &study.figures);
+    value
+}
+
+/// The part of [`study_json`] that needs no drawn fields.
+pub fn room_field_json(found: &RoomFieldFigures, single: Option<&Trial>) -> Value {
     let mut value = json!({
         "trials": found.trials,
         "outside": found.outside,
         "out_of_volume": found.out_of_volume,
         "without_field": found.without_field,
         "rejected": found.rejected,
-        "requirement": study.figures.requirement,
         "worst": found.worst,
         "poorly_determined": found.poorly_determined,
         "room_field": {"position_mm": found.position_mm, "angle_deg": found.angle_deg},
     });
-    add_figures(&mut value, &study.figures);
     if let Some(free) = &found.free_axis {
         value["free_axis"] = json!(free);
         value["room_field"]["position_mm_determined"] = json!(found.position_mm_determined);
