@@ -57,8 +57,8 @@ pub struct Places {
 /// tool where it is None. sensors: how many there may be, or the least and the most. kinds: tuples of degrees
 /// of freedom and cost, and perhaps diameter and length of the coil in mm. metric: the figure that is made
 /// least; the largest part of a limit of the requirement where it is None. environments: the rooms that
-/// count. bounds and built_error: mm and degrees; built_error=(0, 0) searches for sensors that are built exactly. The same seed finds the same places, unless seconds end
-/// the search.
+/// count. bounds and built_error: mm and degrees; built_error=(0, 0) is of sensors that are built exactly. The
+/// same seed finds the same places, unless seconds end the search.
 #[pyfunction]
 #[pyo3(
     signature = (design, **options),

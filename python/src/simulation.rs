@@ -29,7 +29,8 @@ use trackwright_report::uncertainty::{
 };
 use trackwright_simulation::uncertainty::UncertaintyError;
 use trackwright_simulation::{
-    self as simulation, InputTrial, Mode, Outcome, RoomFieldFigures, Scenario, Trial, run, survey,
+    self as simulation, InputTrial, Mode, NoInterval, Outcome, RoomFieldFigures, Scenario, Trial,
+    run, survey,
 };
 use trackwright_task::Task;
 
@@ -76,8 +77,9 @@ impl Simulation {
 /// mode: "single", "motion", or "input" with poses: a file, or a table in memory with the columns tool_x …
 /// tool_qz (`crf_from_tool`, mm, unit quaternions) and, perhaps, crf_x … crf_qz (`tracker_from_crf`).
 /// environment: the design's own where it is None. outside: as in Environment.distort; trials that are
-/// rejected are left out and counted. expected=False finds `figures["room_field"]` and
-/// the counts alone, without figures, intervals and verdict, where errors come from and which coils do not fit.
+/// rejected are left out and counted. expected=False finds `figures["room_field"]` and the counts alone,
+/// without `figures["figures"]`, intervals and verdict, where errors come from and which coils do not fit,
+/// which take most of the time.
 ///
 /// support=True adds `figures["support"]`: how many trials lean on field that no samples support, and the
 /// standard errors of the field there. uncertainty adds `figures["uncertainty"]`: how far the tracker's jitter
@@ -281,7 +283,7 @@ pub fn simulate_crf(
     found.into_iter().map(|found| Simulation::new(py, found)).collect()
 }
 
-/// A study with all of its trials, and why it has no expected figures.
+/// A study with all of its trials, and why a room that was measured gives its figures no interval.
 struct Studied {
     figures: Value,
     /// In the room's own field.
@@ -300,8 +302,10 @@ fn study(
     let found = simulation::study(scenario, mode, &task.cancel, Some(&mut keep))?;
     let last = trials.last().copied();
     let report = StudyReport::of(role, (scenario, mode), found, last, &task.cancel)?;
-    let note = report.study.figures.no_interval.as_ref();
-    let note = note.map(|why| format!("the figures have no interval: {why}"));
+    let note = match &report.study.figures.no_interval {
+        Some(NoInterval::NoneDrawn(why)) => Some(format!("the figures have no interval: {why}")),
+        _ => None,
+    };
     let figures = report.as_json((scenario, mode));
     Ok(Studied { figures, outcome: report.study.room_field, trials, note })
 }

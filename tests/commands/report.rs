@@ -37,7 +37,8 @@ fn a_folder_or_a_file_name_is_accepted() {
     let file = "deep/reports/pointer-on-head.html";
     assert!(printed.starts_with(file), "{printed}");
     let html = scratch.read(file);
-    let simulated = scratch.succeed("simulate designs/pointer-on-head.design.ron --mode motion");
+    let simulate = "simulate designs/pointer-on-head.design.ron --mode motion --room-field";
+    let simulated = scratch.succeed(simulate);
     let rows = figures(&html);
     assert!(rows.len() > 15);
     for [label, value, unit] in rows {

@@ -84,12 +84,11 @@ fn a_sweeps_rows_are_what_simulate_prints() {
                 ("_high", &figure["high"]),
                 ("_room_field", own),
             ] {
-                let cell = number(&row[format!("{column}{ending}")]);
-                assert_eq!(
-                    cell.to_bits(),
-                    number(expected).to_bits(),
-                    "{column}{ending} in {room}"
-                );
+                // A room without its measurements has no intervals.
+                assert!(expected.is_number() || room == "room.env.ron", "{column}{ending}");
+                let cell = &row[format!("{column}{ending}")];
+                let [cell, expected] = [cell, expected].map(|v| v.as_f64().map(f64::to_bits));
+                assert_eq!(cell, expected, "{column}{ending} in {room}");
             }
         }
     }
