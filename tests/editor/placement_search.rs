@@ -32,7 +32,9 @@ use trackwright_editor::workspaces::design::placement_search::state::{
 };
 use trackwright_editor::workspaces::design::placement_search::wish::{Reach, Wish};
 use trackwright_editor::workspaces::design::placement_search::{FIND_PLACES, STEP};
-use trackwright_optimization::{Layout, Optimized, OverRooms, SensorChoice, Settings, optimize};
+use trackwright_optimization::{
+    BuiltError, Layout, Optimized, OverRooms, Problem, SensorChoice, Settings, optimize,
+};
 use trackwright_project::{DEFAULT_BUILTIN, Files, design_rooms, placement_problem};
 use trackwright_simulation::{
     CancelToken, Coil, Metric, Mounting, MountingAxis, MountingRegion, Requirement,
@@ -127,6 +129,8 @@ fn a_search_finds_what_the_core_finds() {
     let wish = Wish::of(&before);
     let (moves, goal) = (wish.moves(&before), wish.goal(&before).unwrap());
     let problem = placement_problem(open, &rooms, moves, goal, OverRooms::Worst);
+    // As the command line has it where nothing else is stated.
+    let problem = Problem { built: Some(BuiltError::default()), ..problem };
     let (enough, task) = (CancelToken::default(), Task::default());
     let expected = optimize(&problem, &QUICK, &enough, &task, &mut |_| ()).unwrap();
     let found = optimized(&app);
@@ -217,7 +221,8 @@ fn nothing_is_searched_without_a_goal() {
     start_and_wait(&mut app);
     assert_eq!(search(&app).problem, None);
     let (best, start) = (&optimized(&app).best, &optimized(&app).start);
-    assert!(best.figures[0].value(Metric::TIP_MAX) < start.figures[0].value(Metric::TIP_MAX));
+    let largest_mm = |of: &Layout| of.studies[0].figures.get(Metric::TIP_MAX).unwrap().value;
+    assert!(largest_mm(best) < largest_mm(start));
     let nothing = Wish { tool: [].into(), ..Wish::of(document(&app).design()) };
     write(&mut app, PlacementSearchRequest::Set(nothing));
     use_search(&app, |harness| {
@@ -505,7 +510,7 @@ fn the_best_so_far_is_a_ghost_in_the_scene() {
         tracker_from_crf: design.crf.as_ref().map(|crf| crf.tracker_from_crf),
         crf_from_tool: design.tool.crf_from_tool,
         objective: 0.75,
-        figures: Vec::new(),
+        studies: Vec::new(),
         cost: None,
     };
     let enough = CancelToken::default();

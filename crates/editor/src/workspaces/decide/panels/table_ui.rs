@@ -110,7 +110,7 @@ fn heads() -> Vec<(String, bool)> {
     let mut heads = vec![("design".to_owned(), false), ("room".to_owned(), false)];
     heads.extend(Metric::bounded().map(|metric| (metric.short_label(), true)));
     heads.extend([
-        (format!("expected {rms}, 95\u{2009}%"), true),
+        (format!("{rms}, 95\u{2009}%"), true),
         ("required".to_owned(), true),
         (format!("{rms} less the baseline's"), false),
         ("worst pose".to_owned(), false),
