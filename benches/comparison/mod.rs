@@ -10,7 +10,7 @@ use trackwright_field::fit::{DEFAULT_RCOND, FitSettings, factor};
 use trackwright_field::validity::FitValidity;
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_simulation::comparison::{Pair, Plan, Settings, compare};
-use trackwright_simulation::{CancelToken, Mode, Scenario, run};
+use trackwright_simulation::{CancelToken, Mode, Scenario, study};
 use trackwright_task::Task;
 
 const DESIGNS: usize = 20;
@@ -64,8 +64,8 @@ fn single_studies(bencher: Bencher) {
     let plan = plan();
     bencher.counter(ItemsCount::new(DESIGNS * ROOMS)).bench_local(|| {
         for pair in &plan.pairs {
-            let outcome = run(&pair.scenario, &Mode::Motion, &CancelToken::default(), None);
-            let _ = black_box(outcome);
+            let study = study(&pair.scenario, &Mode::Motion, &CancelToken::default(), None);
+            let _ = black_box(study);
         }
     });
 }

@@ -1,4 +1,4 @@
-//! Kinds of models in the built-in room: their fits, a study in each, and its expected figures.
+//! Kinds of models in the built-in room: their fits, a study in each, and the paper's simulation.
 
 use super::{built_in_samples, in_room};
 use divan::counter::ItemsCount;
@@ -11,8 +11,7 @@ use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_simulation::expected::expected;
-use trackwright_simulation::{CancelToken, Mode, run};
+use trackwright_simulation::{CancelToken, Mode, run, study};
 use trackwright_task::Task;
 
 const KINDS: [&str; 5] = ["bernstein", "symmetric", "kriging", "harmonic", "harmonic, learned"];
@@ -62,18 +61,18 @@ fn fit_of_4000_rows_model_alone(bencher: Bencher, kind: &str) {
 
 /// All cores; the compiled form is made before.
 #[divan::bench(args = KINDS, sample_count = 20, sample_size = 1)]
-fn study_of_3375_poses(bencher: Bencher, kind: &str) {
+fn room_field_of_3375_poses(bencher: Bencher, kind: &str) {
     let scenario = in_room(fitted(kind, &built_in_samples(), false));
-    let study = || run(&scenario, &Mode::Motion, &CancelToken::default(), None);
-    black_box(study()).expect("the built-in design");
-    bencher.counter(ItemsCount::new(3_375_usize)).bench_local(study);
+    let room_field = || run(&scenario, &Mode::Motion, &CancelToken::default(), None);
+    black_box(room_field()).expect("the built-in design");
+    bencher.counter(ItemsCount::new(3_375_usize)).bench_local(room_field);
 }
 
-/// All cores: 64 drawn fields.
+/// All cores: the same, and its figures in drawn fields.
 #[divan::bench(args = KINDS, sample_count = 10, sample_size = 1)]
-fn expected_figures_of_3375_poses(bencher: Bencher, kind: &str) {
+fn study_of_3375_poses(bencher: Bencher, kind: &str) {
     let scenario = in_room(fitted(kind, &built_in_samples(), true));
-    let figures = || expected(&scenario, &Mode::Motion, &CancelToken::default());
-    black_box(figures()).expect("the built-in room keeps its measurements");
-    bencher.bench_local(figures);
+    let study = || study(&scenario, &Mode::Motion, &CancelToken::default(), None);
+    black_box(study()).expect("the built-in room keeps its measurements");
+    bencher.bench_local(study);
 }

@@ -16,7 +16,7 @@ use trackwright_metal::setup::{
 use trackwright_project::{open_builtin_without_meshes, resolve};
 use trackwright_scene::slice::slice_plan;
 use trackwright_simulation::slice::sample_slice;
-use trackwright_simulation::{CancelToken, Mode, Quantity, Scenario, run};
+use trackwright_simulation::{CancelToken, Mode, Quantity, Scenario, study};
 use trackwright_task::Task;
 
 /// The plate beside the volume, and within it.
@@ -64,7 +64,7 @@ fn moved_plate(bencher: Bencher, x_mm: f64) {
 #[divan::bench(args = PLACES_MM)]
 fn moved_plate_and_pose(bencher: Bencher, x_mm: f64) {
     moved(bencher, x_mm, |scenario| {
-        black_box(run(scenario, &Mode::Single, &CancelToken::default(), None).unwrap());
+        black_box(study(scenario, &Mode::Single, &CancelToken::default(), None).unwrap());
     });
 }
 
@@ -81,6 +81,6 @@ fn moved_plate_and_slice(bencher: Bencher, x_mm: f64) {
 #[divan::bench(args = PLACES_MM)]
 fn moved_plate_and_study(bencher: Bencher, x_mm: f64) {
     moved(bencher, x_mm, |scenario| {
-        black_box(run(scenario, &Mode::Motion, &CancelToken::default(), None).unwrap());
+        black_box(study(scenario, &Mode::Motion, &CancelToken::default(), None).unwrap());
     });
 }

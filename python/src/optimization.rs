@@ -57,14 +57,14 @@ pub struct Places {
 /// tool where it is None. sensors: how many there may be, or the least and the most. kinds: tuples of degrees
 /// of freedom and cost, and perhaps diameter and length of the coil in mm. metric: the figure that is made
 /// least; the largest part of a limit of the requirement where it is None. environments: the rooms that
-/// count. bounds and built_error: mm and degrees. The same seed finds the same places, unless seconds end
-/// the search.
+/// count. bounds and built_error: mm and degrees; built_error=(0, 0) is of sensors that are built exactly. The
+/// same seed finds the same places, unless seconds end the search.
 #[pyfunction]
 #[pyo3(
     signature = (design, **options),
     text_signature = "(design, *, moves=None, sensors=None, kinds=None, metric=None, \
         environments=None, rooms='worst', generator_bounds=None, crf_bounds=None, \
-        built_error=None, seconds=30.0, seed=0)"
+        built_error=(0.2, 0.3), seconds=30.0, seed=0)"
 )]
 pub fn optimize(
     py: Python<'_>,
@@ -90,7 +90,11 @@ pub fn optimize(
     let mut notes: Vec<String> = rooms.iter().flat_map(|room| notes_of(world, room)).collect();
     notes.dedup();
     let problem = placement_problem(world, &rooms, moves, goal, over);
-    let built = built.map(|(mm, deg)| BuiltError { position_mm: mm, angle_deg: deg });
+    let built = match built {
+        None => Some(BuiltError::default()),
+        Some((0.0, 0.0)) => None,
+        Some((position_mm, angle_deg)) => Some(BuiltError { position_mm, angle_deg }),
+    };
     let problem = Problem { built, ..problem };
     let longest = seconds.unwrap_or(SECONDS);
     let (found, figures) = long_work::run(py, |task| {
@@ -99,8 +103,7 @@ pub fn optimize(
         let better = with_layout(world, &optimized.best).with_context(|| label.clone())?;
         let (world, written) = (world.clone(), Vec::new());
         let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
-        let mut noted = |why: &_| notes.push(format!("no expected figures: {why}"));
-        let figures = optimization_json(&found, &task.cancel, &mut noted);
+        let figures = optimization_json(&found, &task.cancel);
         let figures: Value = figures.with_context(|| label.clone())?;
         Ok((found, figures))
     })?;

@@ -22,12 +22,16 @@ use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
-use trackwright_report::study::{Study, figures_json};
+use trackwright_report::figures_json::room_field_json;
+use trackwright_report::study::StudyReport;
 use trackwright_report::uncertainty::{
     DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
 };
 use trackwright_simulation::uncertainty::UncertaintyError;
-use trackwright_simulation::{Figures, InputTrial, Mode, Scenario, Trial, run, survey};
+use trackwright_simulation::{
+    self as simulation, InputTrial, Mode, NoInterval, Outcome, RoomFieldFigures, Scenario, Trial,
+    run, survey,
+};
 use trackwright_task::Task;
 
 const EXPECTED_TOOL: &str =
@@ -73,8 +77,9 @@ impl Simulation {
 /// mode: "single", "motion", or "input" with poses: a file, or a table in memory with the columns tool_x …
 /// tool_qz (`crf_from_tool`, mm, unit quaternions) and, perhaps, crf_x … crf_qz (`tracker_from_crf`).
 /// environment: the design's own where it is None. outside: as in Environment.distort; trials that are
-/// rejected are left out and counted. expected=False leaves out the expected figures, their intervals,
-/// where errors come from and which coils do not fit, which take most of the time.
+/// rejected are left out and counted. expected=False finds `figures["room_field"]` and the counts alone,
+/// without `figures["figures"]`, intervals and verdict, where errors come from and which coils do not fit,
+/// which take most of the time.
 ///
 /// support=True adds `figures["support"]`: how many trials lean on field that no samples support, and the
 /// standard errors of the field there. uncertainty adds `figures["uncertainty"]`: how far the tracker's jitter
@@ -278,11 +283,11 @@ pub fn simulate_crf(
     found.into_iter().map(|found| Simulation::new(py, found)).collect()
 }
 
-/// A study with all of its trials, and why it has no expected figures.
+/// A study with all of its trials, and why a room that was measured gives its figures no interval.
 struct Studied {
     figures: Value,
     /// In the room's own field.
-    outcome: Figures,
+    outcome: RoomFieldFigures,
     trials: Vec<Trial>,
     note: Option<String>,
 }
@@ -294,23 +299,25 @@ fn study(
 ) -> anyhow::Result<Studied> {
     let mut trials = Vec::new();
     let mut keep = |trial: &Trial| trials.push(*trial);
-    let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
+    let found = simulation::study(scenario, mode, &task.cancel, Some(&mut keep))?;
     let last = trials.last().copied();
-    let study = Study::of_outcome(role, (scenario, mode), outcome, last, &task.cancel)?;
-    let note = study.expected.why_none.as_ref();
-    let note = note.map(|why| format!("no expected figures: {why}"));
-    let figures = study.as_json((scenario, mode));
-    Ok(Studied { figures, outcome: study.outcome.figures, trials, note })
+    let report = StudyReport::of(role, (scenario, mode), found, last, &task.cancel)?;
+    let note = match &report.study.figures.no_interval {
+        Some(NoInterval::NoneDrawn(why)) => Some(format!("the figures have no interval: {why}")),
+        _ => None,
+    };
+    let figures = report.as_json((scenario, mode));
+    Ok(Studied { figures, outcome: report.study.room_field, trials, note })
 }
 
 /// The figures of the room's own field alone.
 fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Result<Studied> {
     let mut trials = Vec::new();
     let mut keep = |trial: &Trial| trials.push(*trial);
-    let outcome = run(scenario, mode, &task.cancel, Some(&mut keep))?;
+    let Outcome { room_field, .. } = run(scenario, mode, &task.cancel, Some(&mut keep))?;
     let single = trials.last().filter(|_| matches!(mode, Mode::Single));
-    let figures = figures_json(&outcome.figures, single, None);
-    Ok(Studied { figures, outcome: outcome.figures, trials, note: None })
+    let figures = room_field_json(&room_field, single);
+    Ok(Studied { figures, outcome: room_field, trials, note: None })
 }
 
 /// Given poses; the CRF's columns count only for a design that has one.

@@ -128,7 +128,7 @@ def test_designs(case: dict[str, Any], mode: Any, room_file: Path, tmp_path: Pat
     assert found.figures["worst"]["trial"] == expected["worst"]
     for what in ("position_mm", "angle_deg"):
         for key, value in expected[what].items():
-            assert close(found.figures[what][key], value), (what, key)
+            assert close(found.figures["room_field"][what][key], value), (what, key)
     trials = found.trials
     names = ("x", "y", "z", "qw", "qx", "qy", "qz")
     for row, trial in zip(trials, expected["first_trials"]):

@@ -73,9 +73,10 @@ def test_rows_are_what_simulate_finds(plan: Path, tmp_path: Path) -> None:
     assert design.numbers()["tool.body.sensors[0].position.z"] == (shaft.position[2], "mm")
     for row, z in enumerate(VALUES):
         moved = design.with_sensor("shaft", [*shaft.position[:2], z])
-        figures = trackwright.simulate(moved, expected=False).figures
-        assert table["position_rms"][row] == figures["position_mm"]["rms"]
-        assert table["angle_rms"][row] == figures["angle_deg"]["rms"]
+        figures = trackwright.simulate(moved).figures["figures"]
+        for column, part in (("position_rms", "position_mm"), ("angle_rms", "angle_deg")):
+            for ending, end in (("", "value"), ("_low", "low"), ("_high", "high")):
+                assert table[column + ending][row] == figures[part]["rms"][end]
 
 
 def test_rows_without_figures_state_why(tmp_path: Path) -> None:

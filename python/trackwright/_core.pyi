@@ -301,7 +301,7 @@ def optimize(
     rooms: Literal["worst", "mean"] = "worst",
     generator_bounds: tuple[float, float] | None = None,
     crf_bounds: tuple[float, float] | None = None,
-    built_error: tuple[float, float] | None = None,
+    built_error: tuple[float, float] = (0.2, 0.3),
     seconds: float = 30.0,
     seed: int = 0,
 ) -> Places: ...

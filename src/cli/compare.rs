@@ -1,6 +1,6 @@
 //! `compare`: designs beside each other in one room or several, and what of their differences is one.
 
-use super::expected;
+use super::figures;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
@@ -197,8 +197,7 @@ fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
         match &row.measured {
             Err(_) => cells.extend((1..width).map(|_| "–".to_owned())),
             Ok(measured) => {
-                let value = |metric| measured.figures.value(metric);
-                cells.extend(Metric::bounded().map(|metric| format!("{:.4}", value(metric))));
+                cells.extend(measured.study.figures.bounded().map(|figure| figure.value_text(4)));
                 cells.push(met_words(measured).to_owned());
                 cells.extend(changes(row, baseline));
             }
@@ -242,10 +241,10 @@ fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
                     format!("    {:<width$}  {words}", metric.label())
                 }));
             }
-            let expected = measured.expected.iter().flat_map(expected::rows);
-            lines.extend(
-                expected.map(|(label, value, unit)| format!("    {label}  {value} {unit}")),
-            );
+            let rows = figures::rows(&measured.study.figures).into_iter();
+            lines.extend(rows.map(|(label, value, unit)| format!("    {label}  {value} {unit}")));
+            let line = figures::no_interval_line(&measured.study.figures);
+            lines.extend(line.map(|line| format!("    {line}")));
             lines.push(format!("    {}", worst_words(measured)));
             let notes = notes(measured, row.against_baseline.as_ref());
             lines.extend(notes.into_iter().map(|note| format!("    note: {note}")));

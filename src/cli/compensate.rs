@@ -2,11 +2,14 @@
 
 use super::prelude::*;
 use clap::ValueEnum;
+use nalgebra::Point3;
 use trackwright_calibration::doubts;
+use trackwright_field::Environment;
 use trackwright_field::compensation::{Compensated, Compensation, Method};
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
-use trackwright_formats::poses::{self, CompensatedRow};
+use trackwright_formats::poses::{self, CompensatedRow, RowPlace};
+use trackwright_geometry::pose::Pose;
 use trackwright_report::compensation_json::{compensation_json, method_name};
 
 /// Correct measured poses by the map of an environment, or by the inverse of it
@@ -62,7 +65,13 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let outcome =
         Compensation::of(&environment.model, &measured, args.outside, method, &shown.task)?;
     drop(shown);
-    output.write(|out| poses::write_compensated(out, outcome.answers.iter().map(row)))?;
+    output.write(|out| {
+        let each = outcome.answers.iter().zip(&measured);
+        poses::write_compensated(
+            out,
+            each.map(|(found, measured)| row(&environment, found, measured)),
+        )
+    })?;
     args.common.format.print(|| compensation_json(&outcome), || as_text(args, &outcome))
 }
 
@@ -83,10 +92,15 @@ fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
     Ok(wanted)
 }
 
-fn row(found: &Compensated) -> CompensatedRow {
+/// An answer as a row; where the sensor is is known of the answer, else of the reading.
+fn row(environment: &Environment, found: &Compensated, measured: &Pose) -> CompensatedRow {
+    let position = Point3::from(found.pose.as_ref().unwrap_or(measured).translation.vector);
     CompensatedRow {
         pose: found.pose,
-        is_outside: !found.is_inside,
+        place: RowPlace {
+            is_outside: !found.is_inside,
+            is_without_field: !environment.states_field_at(&position),
+        },
         is_ambiguous: matches!(found.state, InverseState::Ambiguous(_)),
     }
 }

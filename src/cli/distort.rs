@@ -4,7 +4,7 @@ use super::prelude::*;
 use nalgebra::{Point3, Vector3};
 use trackwright_calibration::doubts;
 use trackwright_field::gaussian::FieldPoint;
-use trackwright_formats::poses;
+use trackwright_formats::poses::{self, RowPlace};
 
 /// Distort poses as the tracker of an environment would measure them
 #[derive(Debug, Args)]
@@ -71,7 +71,12 @@ pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
             let (measured, is_inside) = environment.model.distort(pose, outside);
             let is_kept = is_inside || outside != OutsidePolicy::Reject;
             outside_count += usize::from(!is_inside);
-            (is_kept.then_some(measured), !is_inside)
+            let position = Point3::from(pose.translation.vector);
+            let place = RowPlace {
+                is_outside: !is_inside,
+                is_without_field: !environment.states_field_at(&position),
+            };
+            (is_kept.then_some(measured), place)
         });
         match validity {
             None => poses::write_with_outside(out, rows),

@@ -10,8 +10,8 @@ mod convert;
 mod distort;
 #[cfg(feature = "editor")]
 mod edit;
-mod expected;
 mod export;
+mod figures;
 mod file_kinds;
 mod fit;
 mod generator;

@@ -4,7 +4,6 @@ mod arguments;
 mod text;
 
 use super::compare::named_once;
-use super::expected;
 use super::named_design::{note_sizes, open_named};
 use super::numbers::above_zero;
 use super::prelude::*;
@@ -22,7 +21,7 @@ use trackwright_optimization::{
 };
 use trackwright_project::{MOST_SETS, MoveBounds, World, named_moves, sets_of_sensors};
 use trackwright_report::optimization_json::{FoundPlaces, optimization_json, with_layout};
-use trackwright_simulation::{CancelToken, ExpectedError, Metric};
+use trackwright_simulation::{CancelToken, Metric};
 
 /// Find the best places for a design's sensors within what can be built, write the design that has
 /// them, and report how much is gained
@@ -73,10 +72,11 @@ pub struct OptimizeArgs {
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
     crf_bounds: Option<Bounds>,
 
-    /// Standard deviations of where a built sensor is along each axis and of how it is turned, which then
-    /// count as well
-    #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
-    built_error: Option<Bounds>,
+    /// Standard deviations of where a built sensor is along each axis and of how it is turned, which count as
+    /// well; 0,0 for sensors that are exactly where they are drawn
+    #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true,
+        default_value = "0.2,0.3")]
+    built_error: Bounds,
 
     /// End the search after this time with the best so far
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = above_zero)]
@@ -119,8 +119,8 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     note_problems(&world, &rooms);
     let moves = moves(args, &world).with_context(named)?;
     let goal = goal(args, &world).with_context(named)?;
-    let built =
-        args.built_error.map(|Bounds { mm, deg }| BuiltError { position_mm: mm, angle_deg: deg });
+    let Bounds { mm, deg } = args.built_error;
+    let built = (mm > 0.0 || deg > 0.0).then_some(BuiltError { position_mm: mm, angle_deg: deg });
     let problem = trackwright_project::placement_problem(&world, &rooms, moves, goal, args.rooms);
     let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;
@@ -132,8 +132,7 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
     match args.format {
         Format::Json => {
-            let mut noted = |why: &ExpectedError| expected::note(why);
-            let value = optimization_json(&found, &CancelToken::default(), &mut noted);
+            let value = optimization_json(&found, &CancelToken::default());
             output::print_json(&value.with_context(named)?)
         }
         Format::Text => output::print(&text::as_text(&found)),

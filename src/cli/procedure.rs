@@ -1,6 +1,6 @@
 //! `procedure`: where a design stands in the paper's design procedure, and what is decided in it.
 
-use super::expected;
+use super::figures;
 use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
@@ -13,10 +13,9 @@ use trackwright_procedure::{
     BuiltStatus, Change, DecisionBasis, Row, State, Step, StepStatus, StudiesStatus, headline,
 };
 use trackwright_project::{ProcedureRequest, StoreError, World};
-use trackwright_report::expected_json::add_figures;
+use trackwright_report::figures_json::{merge, study_json};
 use trackwright_report::text_table::columns;
-use trackwright_simulation::BoundVerdict;
-use trackwright_simulation::own_study::study_notes;
+use trackwright_simulation::Verdict;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_simulation::{ErrorOf, Metric};
 
@@ -263,8 +262,7 @@ fn row_as_json(row: &Row) -> Value {
     let Ok(studied) = &row.studied else {
         return value;
     };
-    let expected = studied.expected.as_ref();
-    add_figures(&mut value, &studied.figures, studied.without_field, expected);
+    merge(&mut value, study_json(studied, None));
     value
 }
 
@@ -345,9 +343,9 @@ fn studies(found: &StudiesStatus, has_targets: bool) -> Vec<String> {
         match &row.studied {
             Err(_) => cells.extend((0..figures).map(|_| "–".to_owned())),
             Ok(studied) => {
-                let value = |metric| studied.figures.value(metric);
-                cells.extend(Metric::decided().map(|metric| format!("{:.4}", value(metric))));
-                let verdict = row.verdict().map_or("–", BoundVerdict::label);
+                let figures = Metric::decided().filter_map(|metric| studied.figures.get(metric));
+                cells.extend(figures.map(|figure| figure.value_text(4)));
+                let verdict = row.verdict().map_or("–", Verdict::label);
                 cells.push(verdict.to_owned());
             }
         }
@@ -359,11 +357,10 @@ fn studies(found: &StudiesStatus, has_targets: bool) -> Vec<String> {
         let notes = match &row.studied {
             Err(why) => vec![format!("no figures: {why}")],
             Ok(studied) => {
-                let expected = studied.expected.iter().flat_map(expected::rows);
-                let expected =
-                    expected.map(|(label, value, unit)| format!("{label} {value} {unit}"));
-                let notes = study_notes(&studied.figures, studied.without_field);
-                expected.chain(notes).collect()
+                let rows = figures::rows(&studied.figures).into_iter();
+                let rows = rows.map(|(label, value, unit)| format!("{label} {value} {unit}"));
+                let line = figures::no_interval_line(&studied.figures);
+                rows.chain(line).chain(studied.notes()).collect()
             }
         };
         let at = row.target.as_ref().map_or_else(String::new, |target| format!(", {target}"));

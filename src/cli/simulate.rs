@@ -1,9 +1,9 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
-use super::expected;
+use super::figures;
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
-use super::study::{simulate, study};
+use super::study::run_study;
 use super::uncertainty::{self, UncertaintyArgs};
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
@@ -11,11 +11,11 @@ use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::World;
 use trackwright_report::missed::Missed;
-use trackwright_simulation::expected::{BoundVerdict, JudgedBound, judged};
+use trackwright_report::study::StudyReport;
+use trackwright_simulation::figures::trial_number;
 use trackwright_simulation::support::{SupportSurvey, support_rows};
 use trackwright_simulation::{
-    self, CancelToken, Expected, FigureRow, Figures, Mode, Outcome, Scenario, Trial,
-    coil_statements, figure_rows,
+    self, FigureRow, Mode, RoomFieldFigures, Scenario, Trial, coil_statements, figure_rows,
 };
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
@@ -52,6 +52,10 @@ pub struct SimulateArgs {
     /// the predicted standard errors of the field at the sensors
     #[arg(long)]
     support: bool,
+
+    /// Print the paper's simulation as well: all figures with the room's model taken for its field
+    #[arg(long)]
+    room_field: bool,
 
     #[command(flatten)]
     uncertainty: UncertaintyArgs,
@@ -106,26 +110,25 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(named)?;
     // Before the log is written: an environment without that data is an error.
     let survey = args.support.then(|| survey(&scenario, &mode).with_context(named)).transpose()?;
-    let study = study(BodyRole::Tool, (&scenario, &mode), log.as_ref()).with_context(named)?;
-    let (outcome, expected) = (&study.outcome, study.expected.figures.as_ref());
+    let report = run_study(BodyRole::Tool, (&scenario, &mode), log.as_ref()).with_context(named)?;
     if args.explain {
-        for line in trackwright_simulation::explain(&scenario, outcome) {
+        for line in trackwright_simulation::explain(&scenario, &report.study) {
             output::note(&line.to_string());
         }
-        output::note(&expected::explained(expected).to_string());
+        output::note(&figures::explained(&report.study.figures).to_string());
         for line in
             world.metal_report().into_iter().flat_map(trackwright_report::words::metal_lines)
         {
             output::note(&format!("metal: {line}"));
         }
     }
-    let figures = &outcome.figures;
+    let room_field = &report.study.room_field;
     let coils = trackwright_project::coil_findings(&world);
     match args.format {
         Format::Json => {
-            let mut value = study.as_json((&scenario, &mode));
+            let mut value = report.as_json((&scenario, &mode));
             if let Some(report) = &uncertainty {
-                value["uncertainty"] = report.as_json(figures);
+                value["uncertainty"] = report.as_json(room_field);
             }
             if let Some(survey) = &survey {
                 value["support"] = json!(survey);
@@ -136,12 +139,8 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             output::print_json(&value)
         }
         Format::Text => {
-            let title = title(&world);
-            let single = study.single.as_ref();
-            let mut parts = vec![study_text(&title, (&scenario, &mode), outcome, single, expected)];
-            parts.extend(study.missed.iter().flat_map(Missed::lines));
-            parts.extend(expected::needed_lines(&study.needed));
-            parts.extend(uncertainty.iter().map(|report| uncertainty::as_text(report, figures)));
+            let mut parts = vec![study_text(&title(&world), &report, args.room_field)];
+            parts.extend(uncertainty.iter().map(|report| uncertainty::as_text(report, room_field)));
             parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
             parts.extend(coil_statements(&coils));
             output::print(&parts.join("\n"))
@@ -181,19 +180,16 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
     for study in trackwright_project::resolve_crf(design, &world.environment) {
         let mut scenario = study.scenario;
         scenario.outside = args.outside;
-        let found = self::study(args.body, (&scenario, &mode), None).with_context(named)?;
+        let of = (&scenario, &mode);
+        let report = run_study(args.body, of, None).with_context(named)?;
         let at = match &study.target {
             Some(target) => format!(" at {target}"),
             None => String::new(),
         };
         let name = &crf.body.rigid.name;
         let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
-        let (single, expected) = (found.single.as_ref(), found.expected.figures.as_ref());
-        let of = (&scenario, &mode);
-        let mut parts = vec![study_text(&title, of, &found.outcome, single, expected)];
-        parts.extend(found.missed.iter().flat_map(Missed::lines));
-        texts.push(parts.join("\n"));
-        let mut value = found.as_json(of);
+        texts.push(study_text(&title, &report, args.room_field));
+        let mut value = report.as_json(of);
         value["target"] = json!(study.target);
         values.push(value);
     }
@@ -256,24 +252,8 @@ pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let world = named_or_builtin(files, design)?;
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
-    let (outcome, last) = simulate(&scenario, &mode, None)?;
-    let single = last.filter(|_| matches!(mode, Mode::Single));
-    let expected = expected::of(&scenario, &mode)?;
-    let title = title(&world);
-    let (single, expected) = (single.as_ref(), expected.as_ref());
-    let mut text = study_text(&title, (&scenario, &mode), &outcome, single, expected);
-    let missed = Missed::of(
-        BodyRole::Tool,
-        (&scenario, &mode),
-        &outcome.figures,
-        expected,
-        &CancelToken::default(),
-    )?;
-    for line in missed.iter().flat_map(Missed::lines) {
-        text.push('\n');
-        text.push_str(&line);
-    }
-    output::print(&text)
+    let report = run_study(BodyRole::Tool, (&scenario, &mode), None)?;
+    output::print(&study_text(&title(&world), &report, false))
 }
 
 /// What a person has to know of a design before its figures: a body of a size that no instrument has,
@@ -305,27 +285,40 @@ fn title(world: &World) -> String {
     output::head(&design.name, &world.environment.name)
 }
 
-/// A study's figures, and those that are to be expected. Each bound is held against the interval
-/// where there is one, else against the figure of the room's own field.
-fn study_text(
-    title: &str,
-    of: (&Scenario, &Mode),
-    outcome: &Outcome,
-    single: Option<&Trial>,
-    expected: Option<&Expected>,
-) -> String {
-    let text = as_text(title, of, &outcome.figures, single, expected);
-    let expected = expected.map(expected::as_text);
-    [text].into_iter().chain(expected).collect::<Vec<_>>().join("\n")
+/// What is known of a study's figures; with those of the paper's simulation where they are requested.
+fn study_text(title: &str, report: &StudyReport, has_room_field: bool) -> String {
+    let (known, room_field) = (&report.study.figures, &report.study.room_field);
+    let mut rows = figures::rows(known);
+    rows.push(count("trials", room_field.trials));
+    if room_field.trials > 1 {
+        rows.push(row("worst trial", trial_number(room_field.worst.trial), ""));
+    }
+    let counts = [
+        ("trials with a sensor outside the model's box", room_field.outside),
+        ("trials with a sensor out of the volume", room_field.out_of_volume),
+        ("trials left out", room_field.rejected),
+    ];
+    let counts = counts.into_iter().filter(|(_, found)| *found > 0);
+    rows.extend(counts.map(|(label, found)| count(label, found)));
+    let mut lines = vec![title.to_owned(), output::aligned(&rows)];
+    lines.extend(figures::no_interval_line(known));
+    lines.extend(figures::requirement_lines(known));
+    lines.extend(room_field.free_axis.map(|free| free.statement()));
+    if let Some(weak) = &room_field.barely_determined {
+        lines.push(weak.statement());
+    } else if room_field.poorly_determined {
+        lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
+    }
+    lines.extend(report.missed.iter().flat_map(Missed::lines));
+    lines.extend(figures::needed_lines(&report.needed));
+    if has_room_field {
+        lines.push(room_field_text(room_field, report.single.as_ref()));
+    }
+    lines.join("\n")
 }
 
-fn as_text(
-    title: &str,
-    (scenario, mode): (&Scenario, &Mode),
-    figures: &Figures,
-    single: Option<&Trial>,
-    expected: Option<&Expected>,
-) -> String {
+/// The paper's simulation.
+fn room_field_text(figures: &RoomFieldFigures, single: Option<&Trial>) -> String {
     let mut rows = rows(figure_rows(figures));
     if let Some(trial) = single {
         let e = trial.tip_error_in_crf_mm;
@@ -333,7 +326,7 @@ fn as_text(
             rows.push(number(format!("tip error {axis}"), value, 4, "mm"));
         }
     }
-    let mut lines = vec![title.to_owned()];
+    let mut lines = vec!["in the room's own field, its model taken for the truth:".to_owned()];
     lines.push(output::aligned(&rows));
     for (name, pose) in single.into_iter().flat_map(|t| {
         [("true pose", &t.crf_from_tool), ("simulated pose", &t.crf_from_tool_simulated)]
@@ -343,46 +336,5 @@ fn as_text(
             "{name:<15} ({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"
         ));
     }
-    lines.extend(judged(figures, expected).iter().map(|bound| {
-        match (scenario.judges(mode, bound.metric), bound.interval) {
-            (false, _) => unjudged_line(bound),
-            (true, Some(interval)) => expected::requirement_line(bound, interval),
-            (true, None) => bound_line(bound),
-        }
-    }));
-    lines.extend(figures.free_axis.map(|free| free.statement()));
-    if let Some(weak) = &figures.barely_determined {
-        lines.push(weak.statement());
-    } else if figures.poorly_determined {
-        lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
-    }
     lines.join("\n")
-}
-
-/// A bound that one pose of a range of motion is not held against.
-fn unjudged_line(bound: &JudgedBound) -> String {
-    let (name, unit) = (bound.metric.name(), bound.metric.unit());
-    format!(
-        "requirement {name}: at most {} {unit} over the range of motion; one pose is not judged",
-        bound.limit
-    )
-}
-
-/// A bound against the figure of the room's own field.
-fn bound_line(bound: &JudgedBound) -> String {
-    if let Some(missed) = bound.missed_words(" ") {
-        return format!("requirement {}: {missed}", bound.metric.name());
-    }
-    let relation = match bound.verdict {
-        BoundVerdict::Met => "≤",
-        BoundVerdict::Missed | BoundVerdict::CannotTell => "against",
-    };
-    let unit = bound.metric.unit();
-    format!(
-        "requirement {}: {}, {:.4} {unit} {relation} {} {unit}",
-        bound.metric.name(),
-        bound.label(),
-        bound.value,
-        bound.limit
-    )
 }

@@ -14,7 +14,7 @@ use trackwright_simulation::uncertainty::{
     Estimate, FirstOrderCheck, MAX_SAMPLES, MIN_SAMPLES, MonteCarlo, MotionUncertainty,
     TipUncertainty, UncertaintyError,
 };
-use trackwright_simulation::{Figures, Mode, Scenario};
+use trackwright_simulation::{Mode, RoomFieldFigures, Scenario};
 use trackwright_task::Task;
 
 /// Degrees a radian.
@@ -139,7 +139,7 @@ impl UncertaintyArgs {
 }
 
 /// For a person, below `simulate`'s figures, which are those without jitter.
-pub fn as_text(report: &UncertaintyReport, figures: &Figures) -> String {
+pub fn as_text(report: &UncertaintyReport, figures: &RoomFieldFigures) -> String {
     let mut lines = vec![
         String::new(),
         format!(

@@ -1,7 +1,7 @@
 //! `verify`: recordings of the built tool against what its design predicts for the same poses.
 
 use super::as_is::refused;
-use super::expected;
+use super::figures as known;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
@@ -18,7 +18,7 @@ use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
 use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use trackwright_report::agreement_chart;
-use trackwright_report::expected_json::add_expected;
+use trackwright_report::figures_json::add_figures;
 use trackwright_simulation::{Scenario, Statistics};
 
 /// Size of the chart in pixels.
@@ -273,9 +273,7 @@ struct Recorded {
 
 fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
     let mut value = json!(found.summary);
-    if let Some(expected) = &found.expected {
-        add_expected(&mut value, expected, &[]);
-    }
+    add_figures(&mut value, &found.figures);
     value["frame"] = json!(if recorded.has_crf { "crf" } else { "tracker" });
     value["rows_left_out"] = json!(recorded.rows_left_out);
     value["crf_rows_left_out"] = json!(recorded.crf_rows_left_out);
@@ -324,9 +322,16 @@ fn as_text(recorded: &Recorded, found: &Agreement) -> String {
     let angle = summary.angle_deg.as_ref().map(|angle| side_by_side("angle error, °", angle));
     let errors: Vec<_> = [position].into_iter().chain(angle).collect();
     let mut rows = figures(summary);
-    rows.extend(found.expected.iter().flat_map(expected::rows));
-    let statement: Vec<_> =
-        [summary.statement.clone()].into_iter().chain(assumptions(recorded)).collect();
+    rows.extend(
+        known::rows(&found.figures)
+            .into_iter()
+            .map(|(label, value, unit)| (format!("predicted {label}"), value, unit)),
+    );
+    let statement: Vec<_> = [summary.statement.clone()]
+        .into_iter()
+        .chain(known::no_interval_line(&found.figures))
+        .chain(assumptions(recorded))
+        .collect();
     [recorded_rows, errors.join("\n"), output::aligned(&rows), statement.join("\n")].join("\n\n")
 }
 

@@ -49,6 +49,19 @@ fn write_design(scratch: &Scratch, name: &str, at: &Vector3<f64>, limit_mm: f64)
     file
 }
 
+/// The interval of a study's tip error RMS.
+fn ends(study: &Value) -> [f64; 2] {
+    ["low", "high"].map(|end| number(&study["figures"]["position_mm"]["rms"][end]))
+}
+
+/// The figures that a requirement can be about, each with its interval.
+fn assert_intervals_are_shown(text: &str) {
+    for figure in ["tip error RMS", "tip error max", "angle error RMS"] {
+        let is_shown = |line: &str| line.contains(figure) && line.contains(" (95 %: ");
+        assert!(text.lines().any(is_shown), "{figure}: {text}");
+    }
+}
+
 /// Runs every command on a design whose bound lies in its interval.
 fn assert_every_verdict_is_open(scratch: &Scratch, at: &Vector3<f64>, limit_mm: f64) {
     let design = write_design(scratch, "pointer", at, limit_mm);
@@ -56,37 +69,33 @@ fn assert_every_verdict_is_open(scratch: &Scratch, at: &Vector3<f64>, limit_mm: 
     let cannot_tell = Value::from("cannot_tell");
 
     let simulated = scratch.json(format!("simulate {design} --mode motion"));
-    assert_eq!(simulated["verdict"], cannot_tell, "{simulated}");
-    let ends = &simulated["intervals"]["position_mm"]["rms"];
-    let [low, high] = [0, 1].map(|k| number(&ends[k]));
+    assert_eq!(simulated["requirement"]["verdict"], cannot_tell, "{simulated}");
+    let [low, high] = ends(&simulated);
     assert!(low < limit_mm && limit_mm < high, "{low} to {high}");
-    let words = [
-        "requirement position_rms: cannot tell in this room",
-        "expected tip error RMS",
-        "expected tip error max",
-        "expected angle error RMS",
-    ];
+    let words = ["requirement position_rms: cannot tell: the interval holds the limit; "];
     let text = scratch.succeed_with(format!("simulate {design} --mode motion"), &words);
+    assert_intervals_are_shown(&text);
     let mut bounds = text.lines().filter(|line| line.starts_with("requirement position_rms: "));
     assert!(bounds.any(|line| line.contains("decided")), "{text}");
     assert!(simulated["measurements_needed"].get("position_rms").is_some());
 
     let compared = scratch.json(format!("compare {design} {other}"));
     for row in list(&compared, "rows") {
-        assert_eq!(row["verdict"], cannot_tell, "{row}");
-        assert_eq!(row["intervals"]["position_mm"]["rms"].as_array().unwrap().len(), 2);
+        assert_eq!(row["requirement"]["verdict"], cannot_tell, "{row}");
+        let [low, high] = ends(row);
+        assert!(low < high, "{row}");
     }
 
     let procedure = scratch.json(format!("procedure {design}"));
     let tool = list(&procedure, "steps").iter().find(|step| step["step"] == "tool").unwrap();
     assert_eq!(tool["state"], cannot_tell);
-    assert_eq!(tool["rows"][0]["verdict"], cannot_tell);
-    let words = ["cannot tell in 1 of 1 room", "expected tip error RMS"];
-    scratch.succeed_with(format!("procedure {design}"), &words);
+    assert_eq!(tool["rows"][0]["requirement"]["verdict"], cannot_tell);
+    let words = ["cannot tell in 1 of 1 room"];
+    assert_intervals_are_shown(&scratch.succeed_with(format!("procedure {design}"), &words));
 
     let sheet = scratch.json(format!("tolerances {design}"));
-    assert_eq!(sheet["expected_as_drawn"][0]["verdict"], cannot_tell);
-    let words = ["the measurements of this room cannot decide"];
+    assert_eq!(sheet["requirement"]["checks"][0]["verdict"], cannot_tell);
+    let words = ["it is not decided whether the requirement is met as drawn"];
     scratch.succeed_with(format!("tolerances {design}"), &words);
 
     scratch.succeed(format!("report {design} -o pointer.html"));
@@ -109,16 +118,22 @@ fn twenty_rows_of_a_room_do_not_make_it_perfect() {
     let at = middle(&room);
     assert_every_verdict_is_open(&scratch, &at, 1.0);
     let simulated = scratch.json("simulate pointer.design.ron --mode motion");
-    // The room's own field has no errors but round-off, and its requirement is met.
-    assert!(number(&simulated["position_mm"]["rms"]) < 1e-9);
-    assert_eq!(simulated["requirement"]["met"], true);
+    // The room's own field has no errors but round-off, which is not what is to be expected.
+    assert!(number(&simulated["room_field"]["position_mm"]["rms"]) < 1e-9);
+    assert!(number(&simulated["figures"]["position_mm"]["rms"]["value"]) > 0.1, "{simulated}");
 }
 
 #[test]
 fn six_rows_do_not_determine_a_field_of_order_four() {
     let scratch = Scratch::new();
     let room = Room::new(1, false);
-    write_table(&scratch, &room, 6, |_| true);
+    // Near the corners, so that the design is between them.
+    let size = room.max_mm - room.min_mm;
+    let is_at_corner = |p: &Vector3<f64>| {
+        let from_end = |k: usize| (p[k] - room.min_mm[k]).min(room.max_mm[k] - p[k]);
+        (0..3).all(|k| from_end(k) < 0.1 * size[k])
+    };
+    write_table(&scratch, &room, 6, is_at_corner);
     scratch.succeed("fit rows.csv -o room.env.ron --order 4 --directions 1");
     assert_every_verdict_is_open(&scratch, &middle(&room), 1.0);
 }
@@ -134,15 +149,15 @@ fn a_hole_in_the_measurements_is_reported() {
     scratch.succeed(fit);
     let unbounded = write_design(&scratch, "unbounded", &at, 1e3);
     let simulated = scratch.json(format!("simulate {unbounded} --mode motion"));
-    let expected = number(&simulated["expected"]["position_mm"]["rms"]);
-    assert_every_verdict_is_open(&scratch, &at, expected);
+    let expected_mm = number(&simulated["figures"]["position_mm"]["rms"]["value"]);
+    assert_every_verdict_is_open(&scratch, &at, expected_mm);
     // The same room with the hole measured decides more.
     write_table(&scratch, &room, 700, |_| true);
     scratch.succeed(fit);
     let whole = scratch.json(format!("simulate {unbounded} --mode motion"));
     let ratio = |value: &Value| {
-        let ends = &value["intervals"]["position_mm"]["rms"];
-        number(&ends[1]) / number(&ends[0])
+        let [low, high] = ends(value);
+        high / low
     };
     let (with_hole, without) = (ratio(&simulated), ratio(&whole));
     assert!(without < with_hole, "{without} and {with_hole}");

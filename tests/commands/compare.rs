@@ -50,8 +50,9 @@ fn each_row_equals_a_simulate_run_exactly() {
         let (folder, _) = design.split_once('/').unwrap();
         scratch.copy(room, &format!("{folder}/room.env.ron"));
         let single = scratch.json(format!("simulate {design} --mode motion --log log.csv"));
-        let keys = "trials outside out_of_volume rejected position_mm angle_deg requirement";
-        for key in keys.split(' ').chain(["poorly_determined"]) {
+        let keys = "figures basis no_interval trials outside out_of_volume without_field rejected \
+            room_field requirement poorly_determined";
+        for key in keys.split_whitespace() {
             assert_eq!(row[key], single[key], "{key}");
         }
         for key in ["trial", "position_mm", "angle_deg"] {
@@ -65,7 +66,7 @@ fn each_row_equals_a_simulate_run_exactly() {
     assert_eq!(found["baseline"], "pointer-on-head");
     assert!(rows[0]["against_baseline"].is_null());
     let against = &rows[2]["against_baseline"];
-    let rms = |row: usize| number(&rows[row]["position_mm"]["rms"]);
+    let rms = |row: usize| number(&rows[row]["figures"]["position_mm"]["rms"]["value"]);
     let difference = &against["position_mm"]["rms"];
     assert_eq!(number(&difference["difference"]), rms(2) - rms(0));
     assert_eq!(against["motion_differs"], true);
@@ -148,10 +149,10 @@ fn a_room_without_overlap_has_no_figures() {
     let compare = format!("compare {NO_CRF} {ON_HEAD} --environment {near} {far}");
     let found = scratch.json(&compare);
     let rows = list(&found, "rows");
-    assert!(number(&rows[0]["position_mm"]["rms"]) < 1e-9);
+    assert!(number(&rows[0]["figures"]["position_mm"]["rms"]["value"]) < 1e-9);
     let why = rows[1]["no_figures"].as_str().unwrap();
     assert!(why.contains("of 45 trials, 45 have a sensor outside"), "{why}");
-    assert!(rows[1]["position_mm"].is_null());
+    assert!(rows[1]["figures"].is_null());
     assert!(rows[3]["against_baseline"].is_null());
     let unknown = found["environments"][0]["uncertainty_unknown"].as_str();
     assert!(unknown.unwrap().contains("no standard error"));
@@ -165,6 +166,9 @@ fn a_room_without_overlap_has_no_figures() {
 #[test]
 fn the_csv_has_the_figures_of_the_json() {
     let scratch = world();
+    // Inside the room, so that there is an interval.
+    let lifted = "(min: -120.0, max: 0.0, step: 60.0)";
+    scratch.replace(NO_CRF, "(min: -180.0, max: 100.0, step: 70.0)", lifted);
     let name = "A \\\"tool\\\", first\\nof two; =1+1 Ω";
     let odd = scratch.changed(NO_CRF, "odd", "pointer-no-crf", name);
     let files = "--environment rooms/two.env.ron --csv out.csv";
@@ -178,11 +182,17 @@ fn the_csv_has_the_figures_of_the_json() {
     };
     assert_eq!(cell(1, "design"), "A \"tool\", first\nof two; =1+1 Ω");
     for row in 0..2 {
-        let of = |key: &str, figure: &str| number(&found["rows"][row][key][figure]);
-        let written = |name: &str| cell(row, name).parse::<f64>().unwrap();
-        assert_eq!(written("position_rms_mm"), of("position_mm", "rms"));
-        assert_eq!(written("angle_max_deg"), of("angle_deg", "max"));
-        assert_eq!(cell(row, "requirement_met"), "");
+        let own = &found["rows"][row];
+        for (figure, kind, summary, unit) in
+            [("position_rms", "position_mm", "rms", "mm"), ("angle_max", "angle_deg", "max", "deg")]
+        {
+            for (ending, end) in [("", "value"), ("_low", "low"), ("_high", "high")] {
+                let written: f64 = cell(row, &format!("{figure}{ending}_{unit}")).parse().unwrap();
+                assert_eq!(written, number(&own["figures"][kind][summary][end]), "{figure} {end}");
+            }
+        }
+        assert_eq!(cell(row, "basis"), own["basis"].as_str().unwrap());
+        assert_eq!(cell(row, "verdict"), "");
     }
     assert_eq!(cell(0, "position_rms_verdict"), "");
     assert_eq!(cell(1, "position_rms_verdict"), "negligible");

@@ -36,11 +36,11 @@ fn distorted_poses_come_back() {
         scratch.succeed("distort room.env.ron poses.csv -o measured.csv");
         let figures = scratch.json("compensate room.env.ron measured.csv -o out.csv");
         let columns = scratch.table("out.csv").columns.join(",");
-        assert_eq!(columns, format!("{POSE},outside,converged,ambiguous"));
+        assert_eq!(columns, format!("{POSE},outside,without_field,converged,ambiguous"));
         let mut unflagged = 0;
         for (was, is) in cells(&scratch, "poses.csv").iter().zip(cells(&scratch, "out.csv")) {
-            assert_eq!(is[8], Some(1.0));
-            if is[9] == Some(0.0) {
+            assert_eq!(is[9], Some(1.0));
+            if is[10] == Some(0.0) {
                 unflagged += 1;
                 let length: f64 = was[3..7].iter().flatten().map(|q| q * q).sum::<f64>().sqrt();
                 for k in 0..7 {
@@ -94,12 +94,12 @@ fn rejected_outside_poses_have_empty_cells() {
     let clamped = scratch.json("compensate room.env.ron poses.csv -o out.csv");
     assert_eq!((&clamped["converged"], &clamped["outside"]), (&5.into(), &1.into()));
     let last = cells(&scratch, "out.csv").pop().unwrap();
-    assert_eq!(last[7..9], [Some(1.0), Some(1.0)]);
+    assert_eq!(last[7..10], [Some(1.0), Some(1.0), Some(1.0)]);
     let rejected = scratch.json("compensate room.env.ron poses.csv -o out.csv --outside reject");
     assert_eq!((&rejected["converged"], &rejected["rejected"]), (&4.into(), &1.into()));
     let last = cells(&scratch, "out.csv").pop().unwrap();
     assert_eq!(last[..7], [None; 7]);
-    assert_eq!(last[7..], [Some(1.0), Some(0.0), Some(0.0)]);
+    assert_eq!(last[7..], [Some(1.0), Some(1.0), Some(0.0), Some(0.0)]);
 }
 
 #[test]
@@ -124,11 +124,11 @@ fn a_row_without_an_answer_has_empty_cells() {
         scratch.json("compensate fold.env.ron poses.csv -o out.csv --outside extrapolate");
     let rows = cells(&scratch, "out.csv");
     assert_eq!(rows[0][..7], [None; 7]);
-    assert_eq!(rows[0][8..], [Some(0.0), Some(0.0)]);
+    assert_eq!(rows[0][9..], [Some(0.0), Some(0.0)]);
     // 60 is read at 50 ± 10 √5.
     let x = rows[1][0].unwrap();
     assert!((x - 50.0 - 10.0 * 5.0_f64.sqrt()).abs() < 1e-9, "{x}");
-    assert_eq!(rows[1][8..], [Some(1.0), Some(1.0)]);
+    assert_eq!(rows[1][9..], [Some(1.0), Some(1.0)]);
     assert_eq!(figures["converged"], 1);
     assert_eq!(figures["ambiguous"], 1);
     assert_eq!(number(&figures["folded"]) + number(&figures["not_converged"]), 1.0);

@@ -213,7 +213,7 @@ fn a_makers_file_is_simulated_like_its_body() {
         scratch.write("a.body.ron", body);
         let simulated = |tool: &str| {
             design_with(&scratch, tool);
-            scratch.json("simulate a.design.ron --mode motion")["position_mm"].clone()
+            scratch.json("simulate a.design.ron --mode motion")["room_field"]["position_mm"].clone()
         };
         let expected = simulated("a.body.ron");
         assert!(number(&expected["rms"]) > 0.01, "{expected}");

@@ -36,7 +36,7 @@ fn missed_bounds_have_their_sources_in_json() {
     {
         let of = &sources[kind];
         let rms = number(&of[format!("rms_{unit}")]);
-        let own = number(&found[figures]["rms"]);
+        let own = number(&found["room_field"][figures]["rms"]);
         assert!((rms - own).abs() < 1e-9 * own, "{kind}: {rms} {own}");
         let sensors = list(of, "sensors");
         assert!((sum(sensors, "part") - 1.0).abs() < 0.02, "{kind}: {sensors:?}");

@@ -31,7 +31,7 @@ fn assert_figures(found: &Value, expected: &Value, what: &str) {
         for statistic in STATISTICS {
             assert_close(
                 &format!("{what} {quantity} {statistic}"),
-                number(&found[quantity][statistic]),
+                number(&found["room_field"][quantity][statistic]),
                 number(&expected[quantity][statistic]),
                 close::GOLDEN,
                 FLOOR,
@@ -111,5 +111,5 @@ fn a_rejected_sensor_leaves_its_trial_out() {
     let all = room.json(format!("simulate {ON_HEAD} --mode motion"));
     let kept = room.json(format!("simulate {ON_HEAD} --mode motion --outside reject"));
     assert_eq!(kept["rejected"], all["outside"]);
-    assert_ne!(kept["position_mm"]["mean"], all["position_mm"]["mean"]);
+    assert_ne!(kept["room_field"]["position_mm"]["mean"], all["room_field"]["position_mm"]["mean"]);
 }

@@ -24,6 +24,7 @@ mod main_job;
 mod metal;
 mod metal_find;
 mod model_kinds;
+mod one_figure;
 mod optimize;
 mod outside_room;
 mod pivot;

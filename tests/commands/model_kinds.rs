@@ -69,7 +69,9 @@ fn a_learned_generator_serves_the_other_half() {
     );
     scratch.write("pointer.design.ron", design);
     let simulated = scratch.json("simulate pointer.design.ron --mode single");
-    assert!(simulated["intervals"]["position_mm"]["rms"].is_array(), "{simulated}");
+    let rms = &simulated["figures"]["position_mm"]["rms"];
+    let [value, low, high] = ["value", "low", "high"].map(|end| number(&rms[end]));
+    assert!(low < value && value < high, "{simulated}");
 }
 
 #[test]

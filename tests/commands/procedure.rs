@@ -70,7 +70,7 @@ fn step_figures_are_those_of_the_commands() {
     let found = scratch.json(format!("{base} --built built.csv --frame crf"));
     assert_eq!(states(&found), ["met", "missed", "compared"]);
     let same = |row: &Value, single: &Value| {
-        let keys = "trials outside out_of_volume position_mm angle_deg worst requirement";
+        let keys = "trials outside out_of_volume figures basis room_field worst requirement";
         for key in keys.split(' ') {
             assert_eq!(row[key], single[key], "{key}");
         }
@@ -134,14 +134,16 @@ fn decisions_stay_in_the_design() {
     assert_eq!(states(&found), ["decided", "decided", "decided"]);
 
     // A room that is measured anew does.
-    scratch.fit(WARD, ORDER_2);
+    let again = "fit own:room-a/room-a-holdout.csv --order 1 --directions 14 --overwrite -o";
+    scratch.succeed(format!("{again} {WARD}"));
     let found = scratch.json(&procedure);
     let outdated = "decided_on_other_figures";
     assert_eq!(states(&found), [outdated, outdated, "decided"]);
     let changes = list(step(&found, "tool"), "changes");
     let rms = changes.iter().find(|c| c["what"]["figure"] == "tip error RMS").unwrap();
     assert_eq!(rms["environment_file"], "../ward/ward.env.ron");
-    let now = &list(step(&found, "tool"), "rows")[1]["position_mm"]["rms"];
+    let row = &list(step(&found, "tool"), "rows")[1];
+    let now = &row["figures"]["position_mm"]["rms"]["value"];
     assert_eq!(&rms["what"]["now"], now);
     assert_ne!(rms["what"]["before"], *now);
     scratch.succeed_with(&procedure, &["since then: ", "tip error RMS was "]);

@@ -37,7 +37,8 @@ fn a_folder_or_a_file_name_is_accepted() {
     let file = "deep/reports/pointer-on-head.html";
     assert!(printed.starts_with(file), "{printed}");
     let html = scratch.read(file);
-    let simulated = scratch.succeed("simulate designs/pointer-on-head.design.ron --mode motion");
+    let simulate = "simulate designs/pointer-on-head.design.ron --mode motion --room-field";
+    let simulated = scratch.succeed(simulate);
     let rows = figures(&html);
     assert!(rows.len() > 15);
     for [label, value, unit] in rows {
@@ -83,7 +84,7 @@ fn given_poses_and_a_single_one_have_their_pages() {
     let found = figures(&html);
     let design = "designs/pointer-on-head.design.ron";
     let simulated = scratch.json(format!("simulate {design} --mode input --input poses.csv"));
-    let rms = number(&simulated["position_mm"]["rms"]);
+    let rms = number(&simulated["room_field"]["position_mm"]["rms"]);
     assert_eq!(found[0], ["tip error RMS".to_owned(), format!("{rms:.4}"), "mm".to_owned()]);
     assert!(html.contains("Tip error pose by pose") && html.contains("poses.csv"));
     scratch.succeed("report pointer-on-head -o page.html --mode single");

@@ -9,7 +9,7 @@ fn support_of(scratch: &Scratch, poses: &str) -> Table {
     scratch.write("poses.csv", format!("{POSE}\n{poses}\n"));
     scratch.succeed("distort room.env.ron poses.csv -o out.csv --support");
     let table = scratch.table("out.csv");
-    let added = "outside,std_error_mm,std_error_deg,leverage,supported,distance_mm,within95_mm,within95_deg";
+    let added = "outside,without_field,std_error_mm,std_error_deg,leverage,supported,distance_mm,within95_mm,within95_deg";
     assert_eq!(table.columns.join(","), format!("{POSE},{added}"));
     table
 }

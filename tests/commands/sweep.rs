@@ -47,7 +47,7 @@ fn shards(scratch: &Scratch, folder: &str) -> Vec<PathBuf> {
 
 #[test]
 fn a_sweeps_rows_are_what_simulate_prints() {
-    let scratch = scratch(6, "");
+    let scratch = scratch(6, "room_field: true,");
     let report = scratch.json("sweep plan.sweep.ron -o out");
     assert_eq!((number(&report["computed"]), number(&report["rows"])), (12.0, 12.0));
     scratch.succeed_with("sweep status out", &["12 of 12"]);
@@ -76,15 +76,27 @@ fn a_sweeps_rows_are_what_simulate_prints() {
         }
         let found = scratch.json("simulate mine.design.ron --mode single");
         for (column, part) in [("position_rms", "position_mm"), ("angle_rms", "angle_deg")] {
-            let expected = number(&found[part]["rms"]);
-            assert_eq!(number(&row[column]).to_bits(), expected.to_bits(), "{column} in {room}");
+            let figure = &found["figures"][part]["rms"];
+            let own = &found["room_field"][part]["rms"];
+            for (ending, expected) in [
+                ("", &figure["value"]),
+                ("_low", &figure["low"]),
+                ("_high", &figure["high"]),
+                ("_room_field", own),
+            ] {
+                // A room without its measurements has no intervals.
+                assert!(expected.is_number() || room == "room.env.ron", "{column}{ending}");
+                let cell = &row[format!("{column}{ending}")];
+                let [cell, expected] = [cell, expected].map(|v| v.as_f64().map(f64::to_bits));
+                assert_eq!(cell, expected, "{column}{ending} in {room}");
+            }
         }
     }
 }
 
 #[test]
 fn others_read_rows_with_types_and_units() {
-    let scratch = scratch(5, "expected: true,");
+    let scratch = scratch(5, "");
     scratch.succeed("sweep plan.sweep.ron -o out");
     scratch.succeed("sweep merge out -o rows.parquet");
     let read = |with: &str| read_sweep(&scratch.path("rows.parquet"), with);
@@ -102,7 +114,7 @@ fn others_read_rows_with_types_and_units() {
 
 #[test]
 fn plans_that_cannot_be_have_one_clear_error() {
-    let scratch = scratch(5, "");
+    let scratch = scratch(5, "expected: false,");
     scratch.write("huge.sweep.ron", plan(500_000_000_000, ""));
     scratch.fail_with(
         "sweep huge.sweep.ron -o out",
@@ -165,7 +177,7 @@ fn a_full_disk_is_reported_and_loses_nothing() {
 
 #[test]
 fn a_cluster_that_is_not_there_or_refuses_is_reported() {
-    let scratch = scratch(5, "");
+    let scratch = scratch(5, "expected: false,");
     fs::create_dir(scratch.path("bin")).unwrap();
     let submit = |tool: Option<&str>| {
         if let Some(text) = tool {

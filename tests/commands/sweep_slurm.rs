@@ -17,6 +17,7 @@ const PLAN: &str = r#"(
     ])],
     motions: [Single],
     figures: ["position_rms"],
+    expected: false,
     shard_seconds: 0.3,
 )"#;
 

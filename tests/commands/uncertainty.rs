@@ -93,7 +93,8 @@ fn scatter_and_error_add_in_squares() {
     let found = scratch.json(format!("simulate {DESIGN} --mode motion --uncertainty first-order"));
     let over = &found["uncertainty"]["first_order"];
     assert_eq!(over["trials"], found["trials"]);
-    let expected = number(&over["rms_mm"]["rms"]).hypot(number(&found["position_mm"]["rms"]));
+    let expected =
+        number(&over["rms_mm"]["rms"]).hypot(number(&found["room_field"]["position_mm"]["rms"]));
     assert_close("total", number(&over["total_rms_mm"]), expected, 1e-14, 0.0);
 }
 

@@ -1,6 +1,7 @@
 //! What a study leaves open is no requirement met: a rotation that sensors do not determine, and trials
 //! that were left out, in every command that gives a verdict.
 
+use super::optimize::forget_measurements;
 use crate::support::golden::{list, number};
 use crate::support::peers::sweep_rows;
 use crate::support::program::Scratch;
@@ -8,8 +9,9 @@ use crate::support::program::Scratch;
 const DESIGN: &str = "d/pointer-on-head.design.ron";
 const ONE_SENSOR: &str = "d/one-sensor.design.ron";
 
-/// The worked design with bounds that any figure keeps, and the same with a CRF of one 5-DOF sensor.
-fn designs(fit: &str) -> Scratch {
+/// The worked design with bounds that any figure keeps, and the same with a CRF of one 5-DOF sensor. Some
+/// of their trials are outside the room.
+fn designs_partly_outside(fit: &str) -> Scratch {
     let scratch = Scratch::new();
     let size = format!("--order 2 --directions 14 {fit}");
     scratch.copy_design_with_room("golden/pointer-on-head", &size);
@@ -24,25 +26,45 @@ fn designs(fit: &str) -> Scratch {
     scratch
 }
 
+/// The same with all trials inside.
+fn designs(fit: &str) -> Scratch {
+    let scratch = designs_partly_outside(fit);
+    for design in [DESIGN, ONE_SENSOR] {
+        for (from, to) in [
+            ("position: (0, 20, 30)", "position: (0, 20, -40)"),
+            ("(min: -60.0, max: 60.0, step: 60.0)", "(min: -20.0, max: 20.0, step: 20.0)"),
+        ] {
+            scratch.replace(design, from, to);
+        }
+    }
+    scratch
+}
+
 #[test]
 fn an_undetermined_rotation_meets_no_requirement() {
-    for fit in ["", "--no-support"] {
-        let scratch = designs(fit);
+    for is_measured in [true, false] {
+        let scratch = designs("");
+        if !is_measured {
+            forget_measurements(&scratch, "d/room.env.ron");
+        }
         let (whole, one) = (DESIGN, ONE_SENSOR);
         let simulated = scratch.json(format!("simulate {whole} --mode motion"));
-        assert_eq!(simulated["requirement"]["met"], true, "{simulated}");
+        assert_eq!(simulated["requirement"]["verdict"], "met", "{simulated}");
 
         let simulated = scratch.json(format!("simulate {one} --mode motion"));
         let requirement = &simulated["requirement"];
-        assert!(requirement["met"].is_null(), "{requirement}");
-        assert!(requirement["checks"][0]["met"].is_null(), "{requirement}");
-        let open = &requirement["unsettled"]["free_rotation"];
+        let why = "the CRF's rotation is not determined";
+        assert_eq!(requirement["verdict"], "cannot_tell", "{requirement}");
+        for check in list(requirement, "checks") {
+            assert_eq!((&check["verdict"], &check["reason"]), (&"cannot_tell".into(), &why.into()));
+        }
+        let open = &simulated["free_axis"];
         assert_eq!(open["body"], "crf");
         // The tip is 25 mm and more from the line of the sensor's axis.
         assert!(number(&open["reach_mm"]) > 25.0, "{open}");
-        let why = "cannot tell: the CRF's rotation is not determined";
         let words = scratch.succeed(format!("simulate {one} --mode motion"));
-        assert!(words.contains(&format!("requirement position_rms: {why}")), "{words}");
+        let line = format!("requirement position_rms: cannot tell: {why}; ");
+        assert!(words.contains(&line), "{words}");
         assert!(
             words.contains("figures take the true one, and a wrong one puts the tip"),
             "{words}"
@@ -50,7 +72,7 @@ fn an_undetermined_rotation_meets_no_requirement() {
 
         let compared = scratch.json(format!("compare {whole} {one}"));
         let row = &compared["rows"][1];
-        assert!(row["requirement"]["met"].is_null(), "{row}");
+        assert_eq!(row["requirement"], *requirement, "{row}");
         let differences = row["against_baseline"]["position_mm"].as_object().unwrap();
         assert!(differences.values().all(|d| d["verdict"] == "unsettled"), "{row}");
 
@@ -72,23 +94,13 @@ fn an_undetermined_rotation_meets_no_requirement() {
 #[test]
 fn rows_of_sweeps_have_the_verdicts_of_simulate() {
     let scratch = designs("");
-    let plan = format!(
-        r#"(version: 1, designs: ["{DESIGN}", "{ONE_SENSOR}"], motions: [Motion], expected: true)"#
-    );
+    let plan = format!(r#"(version: 1, designs: ["{DESIGN}", "{ONE_SENSOR}"], motions: [Motion])"#);
     scratch.write("plan.sweep.ron", plan);
     scratch.succeed("sweep plan.sweep.ron -o out");
     let rows = sweep_rows(&scratch.path("out"));
-    assert_eq!(rows[0]["requirement_met"], true);
-    assert!(rows[1]["requirement_met"].is_null(), "{}", rows[1]);
     for (row, design) in rows.iter().zip([DESIGN, ONE_SENSOR]) {
         let simulated = scratch.json(format!("simulate {design} --mode motion"));
-        assert_eq!(row["requirement_met"], simulated["requirement"]["met"], "{design}");
-        let expected = match simulated["verdict"].as_str().unwrap() {
-            "met" => Some(true),
-            "missed" => Some(false),
-            _ => None,
-        };
-        assert_eq!(row["requirement_met_expected"].as_bool(), expected, "{design}");
+        assert_eq!(row["verdict"], simulated["requirement"]["verdict"], "{design}");
     }
 }
 
@@ -207,15 +219,15 @@ fn coils_that_do_not_fit_are_stated() {
 
 #[test]
 fn trials_left_out_meet_no_requirement() {
-    let scratch = designs("");
+    let scratch = designs_partly_outside("");
     let simulate = format!("simulate {DESIGN} --mode motion");
     let simulated = scratch.json(format!("{simulate} --outside reject"));
     let left_out = simulated["rejected"].as_u64().unwrap();
     assert!(left_out > 100 && simulated["trials"] == 405, "{simulated}");
-    assert!(simulated["requirement"]["met"].is_null());
-    let open = &simulated["requirement"]["unsettled"]["left_out"];
-    assert_eq!((&open["trials"], &open["of"]), (&left_out.into(), &405.into()));
     let why = format!("{left_out} of 405 trials were left out");
+    let requirement = &simulated["requirement"];
+    assert_eq!(requirement["verdict"], "cannot_tell", "{requirement}");
+    assert_eq!(requirement["reason"], *why, "{requirement}");
     let compare = format!("compare {DESIGN} {ONE_SENSOR}");
     for args in [simulate, compare, format!("tolerances {DESIGN}")] {
         scratch.succeed_with(format!("{args} --outside reject"), &[&why]);
@@ -225,17 +237,18 @@ fn trials_left_out_meet_no_requirement() {
 #[test]
 fn a_rotation_about_the_tips_own_axis_settles() {
     let scratch = Scratch::new();
-    let size = "--order 1 --directions 6 --no-support";
-    scratch.copy_design_with_room("golden/pointer-no-crf", size);
+    scratch.copy_design_with_room("golden/pointer-no-crf", "--order 1 --directions 6");
     let needle = "(version: 1, name: \"needle\", tip: (0, 0, 120), sensors: [
         (name: \"s0\", kind: FiveDof, position: (0, 0, 20), axis: (0, 0, 1))])";
     scratch.write("d/tool.body.ron", needle);
-    let file = "d/pointer-no-crf.design.ron";
-    let design = scratch.read(file);
+    let design = scratch.read(NO_CRF);
     let end = design.rfind(')').unwrap();
     let requirement = "requirement: (position_rms: 60.0),";
-    scratch.write(file, format!("{}    {requirement}\n)\n", &design[..end]));
-    let simulated = scratch.json(format!("simulate {file} --mode motion"));
+    scratch.write(NO_CRF, format!("{}    {requirement}\n)\n", &design[..end]));
+    // Inside the room.
+    let lifted = "(min: -100.0, max: 60.0, step: 40.0)";
+    scratch.replace(NO_CRF, "(min: -180.0, max: 100.0, step: 70.0)", lifted);
+    let simulated = scratch.json(format!("simulate {NO_CRF} --mode motion"));
     assert_eq!(simulated["free_axis"]["body"], "tool");
-    assert_eq!(simulated["requirement"]["met"], true, "{simulated}");
+    assert_eq!(simulated["requirement"]["verdict"], "met", "{simulated}");
 }

@@ -47,7 +47,8 @@ use trackwright_field::Environment;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::{
-    AxisRange, Metric, Motion, Mounting, Requirement, RigidBody, Scenario, Sensor,
+    AxisRange, CancelToken, Metric, Mode, Motion, Mounting, Requirement, RigidBody, Scenario,
+    Sensor, Study, study,
 };
 
 /// Writes a room, whatever was there.
@@ -163,6 +164,11 @@ pub fn document(app: &App) -> &Document {
 pub fn scenario(app: &App) -> Scenario {
     let world = &app.world().resource::<OpenWorld>().0;
     trackwright_project::resolve(world.document.design(), &world.environment)
+}
+
+/// All that a study of its own says of a scenario.
+pub fn studied(scenario: &Scenario, mode: &Mode) -> Study {
+    study(scenario, mode, &CancelToken::default(), None).unwrap()
 }
 
 /// The open dialog, where it is of this kind.

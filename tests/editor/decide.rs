@@ -1,7 +1,8 @@
 //! The Decide workspace: a pinned baseline beside the design, designs and rooms in one table.
 
-use super::app::{create_app, create_scene_app_with, document, named, request, scenario, settle};
-use crate::support::studies::study;
+use super::app::{
+    create_app, create_scene_app_with, document, named, request, scenario, settle, studied,
+};
 use bevy::prelude::*;
 use bevy_egui::egui;
 use egui_kittest::Harness;
@@ -30,8 +31,9 @@ use trackwright_editor::workspaces::decide::{DecidePlugin, DecideRequest};
 use trackwright_editor::workspaces::field::FieldRequest;
 use trackwright_procedure::Step;
 use trackwright_project::RoomSource;
-use trackwright_simulation::comparison::{NoFigures, Verdict, mode_of};
-use trackwright_simulation::{CancelToken, Figures, METRICS, Metric, Requirement, run};
+use trackwright_simulation::comparison::DifferenceVerdict;
+use trackwright_simulation::study::{NoFigures, mode_of, study_with_figures};
+use trackwright_simulation::{CancelToken, METRICS, Metric, Requirement, Scenario, Study};
 
 pub(crate) fn decide_app() -> App {
     let mut app = create_app();
@@ -74,10 +76,15 @@ pub(crate) fn found(app: &App) -> &Found {
     app.world().resource::<Against>().found(serial).unwrap().1
 }
 
-/// The open design's figures, by a study of its own.
-fn studied(app: &App) -> Figures {
+/// What a study of its own says of the open design.
+fn own_study(app: &App) -> Study {
     let scenario = scenario(app);
-    study(&scenario, &mode_of(&scenario)).figures
+    studied(&scenario, &mode_of(&scenario))
+}
+
+/// The same of a scenario, or why there are no figures.
+fn with_figures(scenario: &Scenario) -> Result<Study, NoFigures> {
+    study_with_figures(scenario, &mode_of(scenario), &CancelToken::default()).unwrap()
 }
 
 /// Moves the tool's first sensor along its shaft.
@@ -96,12 +103,12 @@ fn a_pinned_state_differs_by_what_changed() {
     let against = found(&app).comparison.rows[1].against_baseline.clone();
     for difference in against.unwrap().differences {
         assert_eq!(difference.difference, 0.0);
-        assert_eq!(difference.verdict, Verdict::Negligible);
+        assert_eq!(difference.verdict, DifferenceVerdict::Negligible);
     }
-    let before = studied(&app);
+    let before = own_study(&app);
     move_sensor(&mut app, 30.0);
-    let now = studied(&app);
-    let [a, b] = [&now, &before].map(|f| f.values());
+    let now = own_study(&app);
+    let [a, b] = [&now, &before].map(|study| METRICS.map(|m| study.figures.get(m).unwrap().value));
     let against = found(&app).comparison.rows[1].against_baseline.clone();
     let differences = against.unwrap().differences;
     for (index, difference) in differences.iter().enumerate() {
@@ -168,19 +175,16 @@ fn the_table_has_every_design_in_every_room() {
         "{:?}",
         compared.missing
     );
-    let expected = studied(&app).values();
     let row = &compared.comparison.rows[0];
-    let figures = &row.measured.as_ref().unwrap().figures;
-    assert_eq!(figures.values(), expected);
+    assert_eq!(row.measured.as_ref().unwrap().study, own_study(&app));
     // The other design in the other room.
     let row = &compared.comparison.rows[3];
     let world = trackwright_project::open_design_without_meshes(&other).unwrap();
     let environment = room.read().unwrap().bare;
     let scenario = trackwright_project::resolve(world.document.design(), &environment);
-    let expected = run(&scenario, &mode_of(&scenario), &CancelToken::default(), None);
-    match (&row.measured, expected) {
-        (Ok(measured), Ok(expected)) => assert_eq!(measured.figures, expected.figures),
-        (Err(NoFigures::NoOverlap { .. }), _) => {}
+    match (&row.measured, with_figures(&scenario)) {
+        (Ok(measured), Ok(expected)) => assert_eq!(measured.study, expected),
+        (Err(NoFigures::NoOverlap { .. }), Err(NoFigures::NoOverlap { .. })) => {}
         (found, expected) => panic!("{found:?} {expected:?}"),
     }
 }
@@ -203,9 +207,8 @@ fn built_in_designs_are_compared_too() {
     let world = trackwright_project::open_builtin_without_meshes(other).unwrap();
     let room = Arc::clone(&app.world().resource::<OpenWorld>().0.environment);
     let scenario = trackwright_project::resolve(world.document.design(), &room);
-    let expected = run(&scenario, &mode_of(&scenario), &CancelToken::default(), None).unwrap();
     let found = compared.comparison.rows[1].measured.as_ref().unwrap();
-    assert_eq!(found.figures, expected.figures);
+    assert_eq!(found.study, with_figures(&scenario).unwrap());
     let requests = use_panel(&app, table_ui, |harness| {
         harness.get_by_label("Add built-in").click();
         harness.run_steps(2);

@@ -25,7 +25,7 @@ use trackwright_editor::workspaces::field::state::{
 use trackwright_editor::workspaces::field::{FieldPlugin, FieldRequest, RoomToSave};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_project::RoomSource;
-use trackwright_simulation::{FigureRow, figure_rows};
+use trackwright_simulation::Figures;
 
 pub fn with_field(mut app: App) -> App {
     add_field(&mut app);
@@ -95,16 +95,14 @@ fn set(app: &mut App, order: usize, directions: DirectionSet) {
     request_and_wait(app, FieldRequest::Set(settings));
 }
 
-fn figures(app: &App) -> Vec<FigureRow> {
-    let study = app.world().resource::<Results>().study.as_ref().unwrap();
-    figure_rows(&study.value.figures)
+fn figures(app: &App) -> Figures {
+    app.world().resource::<Results>().study.as_ref().unwrap().value.figures.clone()
 }
 
 /// Every figure of the study to the last bit.
 fn figure_bits(app: &App) -> Vec<u64> {
     let study = app.world().resource::<Results>().study.as_ref().unwrap();
-    let (p, a) = (&study.value.figures.position_mm, &study.value.figures.angle_deg);
-    p.values().chain(a.values()).map(|(_, value)| value.to_bits()).collect()
+    study.value.figures.all.iter().map(|figure| figure.value.to_bits()).collect()
 }
 
 /// To the last bit but one: reading JSON rounds once more.
@@ -241,18 +239,14 @@ fn assigning_a_room_is_one_undo_step() {
 
         request_and_wait(&mut app, FieldRequest::Try);
         let comparison = field_state(&app).comparison.clone().unwrap();
-        assert_eq!(figure_rows(&comparison.present.figures), before.1);
+        assert_eq!(comparison.present.figures, before.1);
         assert_eq!(figure_bits(&app), before.0, "trying changes nothing");
         let document = document(&app);
         assert_eq!(document.revision(), revision);
 
         let file = scratch.path(if is_saved { "a.env.ron" } else { "b.env.ron" });
         request_and_wait(&mut app, FieldRequest::Save(RoomToSave::Fitted, file.clone()));
-        assert_eq!(
-            figures(&app),
-            figure_rows(&comparison.tried.figures),
-            "what was tried is what came"
-        );
+        assert_eq!(figures(&app), comparison.tried.figures, "what was tried is what came");
         let world = &app.world().resource::<OpenWorld>().0;
         let name = if is_saved { "a" } else { "b" };
         assert_eq!(world.environment.name, name);

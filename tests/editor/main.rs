@@ -34,6 +34,7 @@ mod motion_box;
 mod mounting;
 mod mounting_panel;
 mod new_design;
+mod one_figure;
 mod overlay;
 mod panels;
 mod picture;

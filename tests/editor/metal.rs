@@ -89,7 +89,7 @@ fn frame_selection(app: &mut App) {
 
 fn tip_rms_mm(app: &App) -> Option<f64> {
     let results = app.world().resource::<Results>();
-    Some(results.study.as_ref()?.value.figures.value(Metric::TIP_RMS))
+    Some(results.study.as_ref()?.value.figures.get(Metric::TIP_RMS)?.value)
 }
 
 /// A plate with few triangles, so that tests are quick, where it disturbs the volume.

@@ -11,9 +11,7 @@ use trackwright_editor::workspaces::design::DesignPlugin;
 use trackwright_editor::workspaces::design::baseline::{Baseline, Change};
 use trackwright_editor::workspaces::design::missed::Missed;
 use trackwright_editor::workspaces::study::StudyPlugin;
-use trackwright_simulation::{
-    CancelToken, ErrorOf, Metric, Mode, Requirement, error_sources, headline,
-};
+use trackwright_simulation::{CancelToken, ErrorOf, Metric, Mode, Requirement, error_sources};
 
 fn app() -> App {
     let mut app = create_app();
@@ -41,7 +39,7 @@ fn require(app: &mut App, limit_mm: f64) {
 fn change(app: &App) -> Option<Change> {
     let world = &app.world().resource::<OpenWorld>().0;
     let study = app.world().resource::<Results>().study.as_ref().unwrap();
-    app.world().resource::<Baseline>().change(world, &headline(&study.value.figures, None))
+    app.world().resource::<Baseline>().change(world, study.value.figures.headline()?)
 }
 
 #[test]

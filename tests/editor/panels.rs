@@ -1,8 +1,8 @@
 //! The panels as functions: what they show, and what they request when they are used.
 
-use super::app::{design, environment, layers, world};
+use super::app::{design, environment, layers, studied, world};
 use super::harness::{Requests, use_dialog};
-use crate::support::studies::{default_design, study};
+use crate::support::studies::default_design;
 use bevy_egui::egui;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
@@ -35,8 +35,8 @@ use trackwright_editor::workspaces::design::result::{ResultView, result_ui};
 use trackwright_field::environment::{Jitter, OrientationWeight, OrientationWeightSource};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    CancelToken, CoilFinding, CoilMisfit, Metric, Mode, Requirement, SensorOrientation, expected,
-    figure_rows, simulate_pose,
+    CoilFinding, CoilMisfit, Metric, Mode, Requirement, SensorOrientation, figure_rows,
+    simulate_pose,
 };
 
 /// A panel at the side of the window, and what it requests.
@@ -173,16 +173,8 @@ fn the_range_of_motion_shows_its_number_of_poses() {
     harness.get_by_label("15 poses");
 }
 
-fn of_results(results: &Results) -> ResultView<'_> {
-    ResultView {
-        results,
-        change: None,
-        is_one_pose: false,
-        reasons: Vec::new(),
-        has_expected: false,
-        is_computing: false,
-        is_short: false,
-    }
+pub fn of_results(results: &Results) -> ResultView<'_> {
+    ResultView { results, change: None, reasons: Vec::new(), is_computing: false, is_short: false }
 }
 
 /// Of the first revision, at once.
@@ -193,44 +185,67 @@ fn stamped<T>(value: T) -> Option<Stamped<T>> {
 #[test]
 fn the_result_shows_the_commands_digits() {
     let world = world();
-    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-    let outcome = study(&scenario, &Mode::Motion);
-    let rows = figure_rows(&outcome.figures);
-    let is_met = outcome.figures.within_bounds().unwrap();
-    let by_mm = outcome.figures.position_mm.rms() - 9.0;
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e-3)]));
+    let study = studied(&scenario, &Mode::Motion);
+    let rows = figure_rows(&study.room_field);
+    let figures = study.figures.clone();
+    let by_mm = figures.get(Metric::TIP_RMS).unwrap().value - 9.0;
     let change = signed(by_mm, 2);
-    let results = Results { study: stamped(outcome), ..Results::default() };
-    let (harness, _) = harness(|ui| {
+    let results = Results { study: stamped(study), ..Results::default() };
+    let (mut harness, _) = harness(|ui| {
         let reasons = vec!["Sensor shaft of the tool carries all".to_owned()];
         let change = Some(Change::By(by_mm));
         result_ui(ui, &ResultView { change, reasons, ..of_results(&results) });
         Vec::<()>::new()
     });
-    for label in ["tip error RMS", "tip error max", "angle error mean"] {
-        let row = rows.iter().find(|row| row.label == label).unwrap();
-        let text = if row.unit == "mm" {
-            format!("{}\u{2009}mm", row.value)
-        } else {
-            format!("{}°", row.value)
-        };
+    let unit = |unit| if unit == "mm" { "\u{2009}mm" } else { "°" };
+    for figure in figures.bounded() {
+        let text = format!("{}{}", figure.value_text(2), unit(figure.metric.unit()));
         assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
     }
-    let sign = if is_met { "✔ met" } else { "✖ Not met: " };
-    assert_eq!(harness.query_all_by_label_contains(sign).count(), 1);
+    harness.get_by_label_contains("No interval: ");
+    assert_eq!(harness.query_all_by_label_contains("✖ missed: ").count(), 1);
+    // The paper's simulation, which is folded.
+    assert_eq!(harness.query_all_by_label("angle error mean").count(), 0);
+    harness.get_by_label("Room's own field").click();
+    harness.run_steps(20);
+    for label in ["tip error RMS", "tip error max", "angle error mean"] {
+        let row = rows.iter().find(|row| row.label == label).unwrap();
+        let text = format!("{}{}", row.value, unit(row.unit));
+        assert!(harness.query_all_by_label(&text).count() >= 1, "{text}");
+    }
     harness.get_by_label("Sensor shaft of the tool carries all");
     harness.get_by_label(&format!("{change}\u{2009}mm"));
     harness.get_by_label("15 trials");
 }
 
-/// The texts of the result of a mode whose requirement is a bound on an RMS that no study keeps.
-fn result_texts(change: Option<Change>, is_one_pose: bool, texts: &[&str]) -> Vec<usize> {
+#[test]
+fn what_is_met_needs_no_reasons() {
+    let world = world();
+    let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e3)]));
+    let study = stamped(studied(&scenario, &Mode::Motion));
+    let results = Results { study, ..Results::default() };
+    let (harness, _) = harness(|ui| {
+        let reasons = vec!["Sensor shaft of the tool carries all".to_owned()];
+        result_ui(ui, &ResultView { reasons, ..of_results(&results) });
+        Vec::<()>::new()
+    });
+    for (text, times) in [("✔ met", 1), ("Sensor shaft", 0)] {
+        assert_eq!(harness.query_all_by_label_contains(text).count(), times, "{text}");
+    }
+}
+
+/// How often texts are in the result of a design whose requirement is a bound on an RMS that no study
+/// keeps.
+fn result_texts(change: Option<Change>, mode: &Mode, texts: &[&str]) -> Vec<usize> {
     let world = world();
     let mut scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, 1e-3)]));
-    let outcome = study(&scenario, &Mode::Single);
-    let results = Results { study: stamped(outcome), ..Results::default() };
+    let results = Results { study: stamped(studied(&scenario, mode)), ..Results::default() };
     let (harness, _) = harness(|ui| {
-        result_ui(ui, &ResultView { change, is_one_pose, ..of_results(&results) });
+        result_ui(ui, &ResultView { change, ..of_results(&results) });
         Vec::<()>::new()
     });
     texts.iter().map(|text| harness.query_all_by_label_contains(text).count()).collect()
@@ -238,63 +253,68 @@ fn result_texts(change: Option<Change>, is_one_pose: bool, texts: &[&str]) -> Ve
 
 #[test]
 fn a_change_of_nothing_shows_nothing() {
-    assert_eq!(result_texts(Some(Change::By(0.001)), false, &["±", "+", "−"]), [0, 0, 0]);
-    assert_eq!(result_texts(Some(Change::By(-0.21)), false, &["−0.21\u{2009}mm"]), [1]);
+    assert_eq!(result_texts(Some(Change::By(0.001)), &Mode::Motion, &["±", "+", "−"]), [0, 0, 0]);
+    assert_eq!(result_texts(Some(Change::By(-0.21)), &Mode::Motion, &["−0.21\u{2009}mm"]), [1]);
 }
 
 #[test]
 fn a_change_of_the_room_has_no_sign() {
     let texts = ["another room", "+", "−"];
-    assert_eq!(result_texts(Some(Change::OtherRoom), false, &texts), [1, 0, 0]);
+    assert_eq!(result_texts(Some(Change::OtherRoom), &Mode::Motion, &texts), [1, 0, 0]);
     let texts = ["another range of motion", "+", "−"];
-    assert_eq!(result_texts(Some(Change::OtherMotion), false, &texts), [1, 0, 0]);
+    assert_eq!(result_texts(Some(Change::OtherMotion), &Mode::Motion, &texts), [1, 0, 0]);
 }
 
 #[test]
 fn one_pose_of_many_has_no_verdict_on_an_rms() {
-    let texts = ["✖ Not met: ", "one pose is not judged"];
-    assert_eq!(result_texts(None, false, &texts), [1, 0]);
-    assert_eq!(result_texts(None, true, &texts), [0, 1]);
+    let texts = ["✖ missed: ", "one pose is not judged"];
+    assert_eq!(result_texts(None, &Mode::Motion, &texts), [1, 0]);
+    assert_eq!(result_texts(None, &Mode::Single, &texts), [0, 1]);
 }
 
 #[test]
 fn an_interval_around_the_bound_is_undecided() {
     let mut scenario = default_design();
-    let figures = expected(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
-    let (value, [low, high]) = figures.of(Metric::TIP_RMS);
-    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, value)]));
-    let outcome = study(&scenario, &Mode::Motion);
-    let results = |extent| Results {
-        study: stamped(outcome.clone()),
-        expected: stamped(Some(Box::new(figures.clone()))),
-        extent: Some(extent),
-        ..Results::default()
-    };
-    let (whole, preview) = (results(Extent::Whole), results(Extent::PreviewOf(3_375)));
-    let panel = |results: &Results, wanted: &[&str], unwanted: &[&str]| {
+    let figure = *studied(&scenario, &Mode::Motion).figures.get(Metric::TIP_RMS).unwrap();
+    scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, figure.value)]));
+    let study = studied(&scenario, &Mode::Motion);
+    let interval = figure.interval_text(2).unwrap();
+    // A drag shows the same figure, interval and verdict.
+    for extent in [Extent::Whole, Extent::PreviewOf(50_625)] {
+        let results =
+            Results { study: stamped(study.clone()), extent: Some(extent), ..Results::default() };
         let (harness, _) = harness(|ui| {
-            result_ui(ui, &ResultView { has_expected: true, ..of_results(results) });
+            result_ui(ui, &of_results(&results));
             Vec::<()>::new()
         });
-        for text in wanted {
-            assert!(harness.query_all_by_label_contains(text).count() >= 1, "{text}");
+        // The figure is shown once: large.
+        for text in ["tip error RMS", &interval] {
+            assert_eq!(harness.query_all_by_label(text).count(), 1, "{text}");
         }
-        for text in unwanted {
+        let verdict = "? cannot tell: the interval holds the limit: at most";
+        assert_eq!(harness.query_all_by_label_contains(verdict).count(), 1);
+        for text in ["✔", "✖", "expected"] {
             assert_eq!(harness.query_all_by_label_contains(text).count(), 0, "{text}");
         }
-    };
-    let interval = format!("{low:.2}–{high:.2}");
-    let verdict = "? cannot tell in this room: at most";
-    panel(&whole, &["expected tip error RMS", &interval, verdict], &["✔"]);
-    // It is shown once: large.
+    }
+}
+
+#[test]
+fn a_design_out_of_the_room_has_no_figures() {
+    let mut design = design();
+    design.tool.crf_from_tool.translation.x = 4000.0;
+    let scenario = trackwright_project::resolve(&design, &std::sync::Arc::new(environment()));
+    let study = studied(&scenario, &Mode::Motion);
+    assert!(study.figures.all.is_empty());
+    let results = Results { study: stamped(study), ..Results::default() };
     let (harness, _) = harness(|ui| {
-        result_ui(ui, &ResultView { has_expected: true, ..of_results(&whole) });
+        result_ui(ui, &of_results(&results));
         Vec::<()>::new()
     });
-    assert_eq!(harness.query_all_by_label(&interval).count(), 1);
-    // A drag shows the room's own field, marked as such, and no verdict.
-    let own = "in the room's own field";
-    panel(&preview, &[own, "tip error RMS"], &["expected", &interval, verdict, "✔"]);
+    for text in ["no figures", "? cannot tell"] {
+        assert_eq!(harness.query_all_by_label(text).count(), 1, "{text}");
+    }
+    harness.get_by_label_contains("No figures: in 15 of 15 trials a sensor is outside");
 }
 
 #[test]
@@ -302,7 +322,7 @@ fn a_preview_shows_its_share_of_all_trials() {
     let world = world();
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let results = |extent| Results {
-        study: stamped(study(&scenario, &Mode::Motion)),
+        study: stamped(studied(&scenario, &Mode::Motion)),
         extent: Some(extent),
         ..Results::default()
     };

@@ -119,7 +119,6 @@ fn changes_without_slides_make_the_first_slide() {
         environment: &app.world().resource::<OpenWorld>().0.environment,
         presenter: &presenter,
         figures: None,
-        expected: None,
     };
     let (shown, ..) = view.slide();
     assert_eq!(shown.title, "Test design");
@@ -184,7 +183,6 @@ fn harness<'a>(app: &'a App, presenter: &'a Presenter) -> (Harness<'a>, Requests
             environment: &app.world().resource::<OpenWorld>().0.environment,
             presenter,
             figures: figures.map(|study| &study.value.figures),
-            expected: app.world().resource::<Results>().expected_of_study(),
         };
         let mut covered = Vec::new();
         let stage = ui.max_rect();
@@ -224,8 +222,7 @@ fn figures_on_a_slide_have_names() {
     let results = app.world().resource::<Results>();
     let figures = &results.study.as_ref().unwrap().value.figures;
     let largest = SlideFigure::LargestTipError;
-    let PlainFigure { value, words, verdict } =
-        plain_figure(largest, figures, results.expected_of_study()).unwrap();
+    let PlainFigure { value, words, verdict } = plain_figure(largest, figures).unwrap();
     let sign = verdict.map_or_else(String::new, |verdict| format!("{} ", verdict_mark(verdict).0));
     harness.get_by_label(&format!("{value} {sign}{words}"));
 }

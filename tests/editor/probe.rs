@@ -159,13 +159,10 @@ fn a_painted_body_hides_the_slice() {
     *app.world_mut().resource_mut::<Selection>() = Selection::of(Some(sensor));
     change_view(&mut app, |view| view.layers.placement = true);
     let text = point_at(&mut app, &on_shaft).unwrap();
-    assert!(
-        text.starts_with("expected tip error RMS ") && text.ends_with("), sensor here"),
-        "{text}"
-    );
+    assert!(text.starts_with("tip error RMS ") && text.ends_with("), sensor here"), "{text}");
     let legends = app.world().resource::<Legends>();
     let bar = legends.bar(placement::LAYER.order).unwrap();
-    let shown = number(&text, "expected tip error RMS");
+    let shown = number(&text, "tip error RMS");
     assert!((bar.min - 0.01..bar.largest + 0.01).contains(&shown), "{text}");
 }
 

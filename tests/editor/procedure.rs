@@ -56,8 +56,8 @@ fn stronger_room(app: &App, folder: &Path) -> PathBuf {
         stronger.collect(),
     )
     .unwrap();
-    // Nothing was measured in it.
-    room.process = None;
+    // Nothing was measured in it: its model is taken for the field.
+    (room.process, room.provenance) = (None, None);
     room.name = "Operating table, C-arm in".to_owned();
     let file = folder.join("c-arm-in.env.ron");
     super::app::write_environment(&file, &room);
@@ -193,7 +193,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     file(&mut app, FileRequest::SaveShared(SharedChoice::Copy));
     assert!(!document(&app).is_dirty());
     let found = super::decide::found(&app);
-    let difference = found.comparison.rows[1].against_baseline.as_ref().unwrap().differences[0];
+    let difference = &found.comparison.rows[1].against_baseline.as_ref().unwrap().differences[0];
     assert!(difference.difference < 0.0, "{difference:?}");
     assert_eq!(step_status(&app).state(Step::Tool), State::Met);
     picture(
@@ -269,7 +269,7 @@ fn a_crf_recording_judges_in_the_crf() {
     request_and_wait(&mut app, DecideRequest::ShowPoses);
     rest(&mut app);
     assert!(*app.world().resource::<Workspace>() == workspaces::study::WORKSPACE);
-    let study = &app.world().resource::<Results>().study.as_ref().unwrap().value.figures;
+    let study = &app.world().resource::<Results>().study.as_ref().unwrap().value.room_field;
     assert_eq!(study.trials, in_crf.len());
     assert!((study.value(Metric::TIP_RMS) - rms_mm).abs() < 1e-9 * rms_mm);
     let choice = app.world().resource::<TrialChoice>();

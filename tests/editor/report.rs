@@ -18,7 +18,6 @@ use trackwright_editor::runner::results::Results;
 use trackwright_editor::shell::dialogs::ErrorDialog;
 use trackwright_editor::shell::status_bar::{StatusView, status_bar_ui};
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::figure_rows;
 
 fn report_app() -> App {
     let mut app = create_app();
@@ -66,8 +65,9 @@ fn the_report_is_of_the_unsaved_design() {
     let page = std::fs::read_to_string(&file).unwrap();
     assert!(page.contains("Pointer &lt;b&gt;as edited&lt;/b&gt;"));
     let study = app.world().resource::<Results>().study.as_ref().unwrap();
-    for row in figure_rows(&study.value.figures).iter().take(14) {
-        assert!(page.contains(&row.value), "{row:?}");
+    for figure in study.value.figures.bounded() {
+        let interval = figure.interval_text(4).unwrap();
+        assert!(page.contains(&figure.value_text(4)) && page.contains(&interval), "{figure:?}");
     }
     let document = &app.world().resource::<OpenWorld>().0.document;
     assert!(document.is_dirty(), "the open design is as it was");

@@ -1,19 +1,22 @@
 //! What the solver computes, counts and shows.
 
 use super::app::{
-    change_view, create_app, design, environment, request, scenario, settle, wait_for_answer,
+    change_view, create_app, design, environment, request, scenario, settle, studied,
+    wait_for_answer,
 };
-use crate::support::studies::study;
+use super::one_figure::{built_in, hold, move_tool, release, shown};
 use std::sync::{Arc, Mutex};
 use trackwright_design::view::View;
 use trackwright_design::{BodyRole, Document, Edit, Origin};
-use trackwright_editor::document::requests::{ActiveDrag, EditRequest, OpenWorld};
+use trackwright_editor::document::requests::{EditRequest, OpenWorld};
 use trackwright_editor::document::state::{Notice, WorldGeneration};
 use trackwright_editor::runner::diagnostics::{Diagnostics, DiagnosticsPlugin, Explain};
 use trackwright_editor::runner::results::Results;
 use trackwright_editor::runner::solve::slice_plan;
+use trackwright_editor::runner::solved::Extent;
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::{AxisRange, CancelToken, Mode, Motion, expected, figure_rows};
+use trackwright_simulation::preview::preview;
+use trackwright_simulation::{AxisRange, Basis, Mode, Motion, NoInterval};
 
 fn slice_evaluations(app: &bevy::prelude::App) -> u64 {
     app.world().resource::<Diagnostics>().work.slice_evaluations
@@ -23,58 +26,48 @@ fn slice_evaluations(app: &bevy::prelude::App) -> u64 {
 fn figures_are_those_that_the_study_itself_gives() {
     let mut app = create_app();
     settle(&mut app);
-    let outcome = study(&scenario(&app), &Mode::Motion);
     let results = app.world().resource::<Results>();
-    let study = results.study.as_ref().unwrap();
-    assert_eq!(figure_rows(&study.value.figures), figure_rows(&outcome.figures));
-    assert_eq!(study.value.figures.trials, 15);
+    let study = &results.study.as_ref().unwrap().value;
+    assert_eq!(*study, studied(&scenario(&app), &Mode::Motion));
+    assert_eq!(study.room_field.trials, 15);
     assert!(results.pose.is_some());
 }
 
-/// An App in the built-in room, which keeps its measurements.
-fn measured_app() -> bevy::prelude::App {
-    let mut app = create_app();
-    let world =
-        trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
-            .unwrap();
-    app.insert_resource(OpenWorld(world));
-    app
+#[test]
+fn a_preview_has_interval_and_verdict_of_its_own() {
+    let mut app = built_in(trackwright_project::DEFAULT_BUILTIN);
+    // Long enough for a preview, and within the room that was measured.
+    let [fine, coarse] = [1.0, 10.0].map(|step| Some(AxisRange { min: -10.0, max: 10.0, step }));
+    let motion = Motion { x: fine, y: fine, z: fine, rx: coarse, ..Motion::default() };
+    request(&mut app, EditRequest::Apply(Edit::SetMotion(Some(motion))));
+    settle(&mut app);
+    hold(&mut app);
+    move_tool(&mut app, 5.0);
+    let (held, extent) = shown(&app);
+    let part = preview(&scenario(&app)).unwrap();
+    assert_eq!(extent, Extent::PreviewOf(part.whole_trials));
+    assert_eq!(held, studied(&scenario(&app), &part.mode));
+    release(&mut app);
+    let (whole, extent) = shown(&app);
+    assert_eq!(extent, Extent::Whole);
+    // The same quantities, of the same kind, judged alike.
+    let [during, after] = [&held, &whole].map(|study| {
+        let figures = &study.figures;
+        let metrics: Vec<_> = figures.all.iter().map(|figure| figure.metric).collect();
+        let headline = figures.headline().map(|figure| figure.metric);
+        let requirement = figures.requirement.as_ref().map(|own| own.verdict);
+        (figures.basis, metrics, headline, requirement, figures.no_interval.clone())
+    });
+    assert_eq!(during, after);
 }
 
 #[test]
-fn expected_figures_wait_for_the_drag_to_end() {
-    let mut app = measured_app();
-    settle(&mut app);
-    let wanted = expected(&scenario(&app), &Mode::Motion, &CancelToken::default()).unwrap();
-    let results = app.world().resource::<Results>();
-    assert_eq!(results.expected_of_study(), Some(&wanted));
-    let computed = |app: &bevy::prelude::App| app.world().resource::<Diagnostics>().expected;
-    assert_eq!(computed(&app), 1);
-
-    app.world_mut().resource_mut::<ActiveDrag>().0 = true;
-    request(&mut app, EditRequest::Begin("drag".to_owned()));
-    let moved = Edit::SetToolPose(Pose::translation(0.0, 5.0, 30.0));
-    request(&mut app, EditRequest::Apply(moved));
-    settle(&mut app);
-    let results = app.world().resource::<Results>();
-    assert_eq!(results.expected_of_study(), None);
-    assert_eq!(computed(&app), 1);
-
-    app.world_mut().resource_mut::<ActiveDrag>().0 = false;
-    request(&mut app, EditRequest::Commit);
-    settle(&mut app);
-    let results = app.world().resource::<Results>();
-    assert!(results.expected_of_study().is_some_and(|now| *now != wanted));
-    assert_eq!(computed(&app), 2);
-}
-
-#[test]
-fn without_measurements_nothing_is_expected() {
+fn without_measurements_figures_have_no_interval() {
     let mut app = create_app();
     settle(&mut app);
-    let results = app.world().resource::<Results>();
-    assert!(results.study.is_some() && results.expected.is_none());
-    assert_eq!(app.world().resource::<Diagnostics>().expected, 0);
+    let figures = shown(&app).0.figures;
+    assert_eq!((figures.basis, figures.no_interval), (Basis::Assumed, Some(NoInterval::Assumed)));
+    assert!(figures.all.iter().all(|figure| figure.low.is_none() && figure.high.is_none()));
 }
 
 #[test]
@@ -139,7 +132,7 @@ fn an_older_study_never_overwrites_a_newer_one() {
     let results = app.world().resource::<Results>();
     let study = results.study.as_ref().unwrap();
     assert_eq!(study.revision, revision);
-    assert_eq!(study.value.figures.trials, 1);
+    assert_eq!(study.value.room_field.trials, 1);
     assert!(app.world().resource::<Diagnostics>().studies_cancelled > 0);
 }
 
@@ -216,8 +209,10 @@ fn explain_prints_frames_figures_and_counters() {
     let lines = lines.lock().unwrap();
     assert_eq!(lines.iter().filter(|l| *l == "frame 1").count(), 1);
     let study = app.world().resource::<Results>().study.as_ref().unwrap().value.clone();
-    for row in figure_rows(&study.figures) {
-        let tail = format!("{}={}{}", row.label, row.value, row.unit);
+    let figures =
+        study.figures.bounded().map(|f| format!("{}={}", f.metric.label(), f.words(4, "")));
+    let verdict = study.figures.requirement.as_ref().unwrap().verdict;
+    for tail in figures.chain([format!("requirement={}", verdict.label())]) {
         let reported = lines.iter().filter(|l| l.starts_with("result") && l.ends_with(&tail));
         assert_eq!(reported.count(), 1, "{tail}");
     }

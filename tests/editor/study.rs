@@ -3,11 +3,10 @@
 
 use super::app::{
     create_app, create_scene_app, design, document, drop_on_window, error, request, scenario,
-    settle, wait_for_work, write,
+    settle, studied, wait_for_work, write,
 };
 use super::copied::Copied;
 use crate::support::program::{succeed, text};
-use crate::support::studies;
 use bevy::ecs::message::Messages;
 use bevy::input::ButtonState;
 use bevy::input::keyboard::{Key, KeyboardInput};
@@ -35,7 +34,7 @@ use trackwright_editor::workspaces::study::state::StudyRequest;
 use trackwright_editor::{convert, workspaces};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::{
-    AxisRange, Mode, Motion, Scenario, figure_rows, simulate_pose, trial_pose, trial_sources,
+    AxisRange, Mode, Motion, Scenario, simulate_pose, trial_pose, trial_sources,
 };
 
 fn study_app() -> App {
@@ -84,7 +83,7 @@ fn a_profile_needs_the_study_workspace() {
     let profile = results(&app).profile.as_ref().unwrap();
     assert_eq!(profile.revision, study.revision);
     assert_eq!(profile.value.profile.len(), 15);
-    let worst = study.value.figures.worst;
+    let worst = study.value.room_field.worst;
     assert_eq!(profile.value.worst_trial, Some(worst.trial));
     let pose = Pose::translation(5.0, 0.0, 30.0);
     edit(&mut app, Edit::SetToolPose(pose));
@@ -199,7 +198,7 @@ fn steps_stay_within_the_trials() {
     request_and_wait(&mut app, StudyRequest::Step(100));
     assert_eq!(shown_trial(&app), Some(14));
     request_and_wait(&mut app, StudyRequest::ShowWorst);
-    let worst = results(&app).study.as_ref().unwrap().value.figures.worst;
+    let worst = results(&app).study.as_ref().unwrap().value.room_field.worst;
     assert_eq!(shown_trial(&app), Some(worst.trial));
 }
 
@@ -286,7 +285,7 @@ fn study_keys_need_the_study_workspace() {
     press(&mut app, &Key::ArrowRight);
     assert_eq!(shown_trial(&app), Some(1));
     press(&mut app, &Key::Character("w".into()));
-    let worst = results(&app).study.as_ref().unwrap().value.figures.worst;
+    let worst = results(&app).study.as_ref().unwrap().value.room_field.worst;
     assert_eq!(shown_trial(&app), Some(worst.trial));
     press(&mut app, &Key::Home);
     assert_eq!(shown_trial(&app), None);
@@ -304,7 +303,7 @@ fn a_chosen_mode_is_no_part_of_the_design() {
     request_and_wait(&mut app, StudyRequest::Choose(ModeKind::Single));
     assert_eq!(results(&app).mode, Some(ModeKind::Single));
     let study = results(&app).study.as_ref().unwrap();
-    assert_eq!(study.value.figures.trials, 1);
+    assert_eq!(study.value.room_field.trials, 1);
     let document = document(&app);
     assert!(!document.is_dirty());
     show_workspace(&mut app, workspaces::design::WORKSPACE);
@@ -334,9 +333,8 @@ fn a_dropped_table_is_studied_here_only() {
     let trials =
         trackwright_project::Files::default().read_input(&file, true).unwrap().as_it_stands();
     let mode = Mode::Input(trials.clone().into());
-    let alone = studies::study(&scenario(&app), &mode);
     let study = results(&app).study.as_ref().unwrap();
-    assert_eq!(figure_rows(&study.value.figures), figure_rows(&alone.figures));
+    assert_eq!(study.value, studied(&scenario(&app), &mode));
     request_and_wait(&mut app, StudyRequest::Show(Some(2)));
     let pose = &results(&app).pose.as_ref().unwrap().value;
     assert_eq!(pose.trial.crf_from_tool, trials[2].crf_from_tool);

@@ -22,7 +22,7 @@ use trackwright_geometry::rotation::log_quaternion;
 use trackwright_project::MeasuredError;
 use trackwright_simulation::{
     CancelToken, ChartedProfile, Metric, Mode, PoseDetail, Requirement, Scenario, TrialSource,
-    run_profiled, simulate_pose, source_words, trial_offsets, trial_pose,
+    simulate_pose, source_words, study_profiled, trial_offsets, trial_pose,
 };
 
 fn scenario() -> Scenario {
@@ -32,7 +32,7 @@ fn scenario() -> Scenario {
 
 fn charted(scenario: &Scenario) -> ChartedProfile {
     let token = CancelToken::default();
-    let (_, profile) = run_profiled(scenario, &Mode::Motion, &token).unwrap();
+    let (_, profile) = study_profiled(scenario, &Mode::Motion, &token).unwrap();
     ChartedProfile::new(profile.unwrap(), scenario.requirement.as_ref())
 }
 

@@ -16,7 +16,7 @@ use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::volume::Volume;
 use trackwright_simulation::comparison::{
-    Comparison, NoFigures, Pair, Plan, Settings, Verdict, compare, difference_words,
+    Comparison, DifferenceVerdict, NoFigures, Pair, Plan, Settings, compare, difference_words,
 };
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{
@@ -98,7 +98,7 @@ fn true_figures(tool: &RigidBody, truth: &DistortionModel) -> [[f64; 2]; 2] {
         InputTrial::at(moved(&scenario.crf_from_tool, offsets))
     });
     let figures = [Mode::Motion, Mode::Input(anywhere.collect())].map(|mode| {
-        let position_mm = study(&scenario, &mode).figures.position_mm;
+        let position_mm = study(&scenario, &mode).room_field.position_mm;
         [position_mm.rms(), position_mm.max()]
     });
     // The grid has the corners of the range, which no random pose meets.
@@ -138,7 +138,7 @@ fn intervals_hold_the_true_difference() {
         }
         found.push(differences[RMS].difference);
         predicted += differences[RMS].model_std.unwrap().powi(2) / ROOMS as f64;
-        alone.push(row.measured.as_ref().unwrap().figures.position_mm.rms());
+        alone.push(row.measured.as_ref().unwrap().study.room_field.position_mm.rms());
     }
     // 57 of 60 are expected to hold; fewer than 52 come about once in a hundred times.
     for held in held.as_flattened() {
@@ -169,13 +169,16 @@ fn only_a_far_worse_design_differs() {
     assert!(comparison.rows[0].against_baseline.is_none());
     for d in differences(1) {
         assert_eq!((d.difference, d.low, d.high), (0.0, 0.0, 0.0), "{d:?}");
-        assert_eq!(d.verdict, Verdict::Negligible);
+        assert_eq!(d.verdict, DifferenceVerdict::Negligible);
     }
     for d in differences(2) {
-        assert!(matches!(d.verdict, Verdict::Negligible | Verdict::NotTold), "{d:?}");
+        assert!(
+            matches!(d.verdict, DifferenceVerdict::Negligible | DifferenceVerdict::NotTold),
+            "{d:?}"
+        );
     }
     let far = &differences(3)[RMS];
-    assert_eq!(far.verdict, Verdict::Worse, "{far:?}");
+    assert_eq!(far.verdict, DifferenceVerdict::Worse, "{far:?}");
     assert!(far.low > 0.0 && far.low < far.difference && far.difference < far.high);
 }
 
@@ -187,6 +190,7 @@ fn a_coarse_grid_widens_the_interval() {
     let rms = |plan: &Plan| {
         compared(plan, &Settings::default()).rows[1].against_baseline.as_ref().unwrap().differences
             [RMS]
+            .clone()
     };
     let fine = rms(&plan);
     for pair in &mut plan.pairs {
@@ -211,8 +215,8 @@ fn a_room_without_standard_error_has_no_winner() {
     let comparison = compared(&plan(&environment, &tools), &quick());
     let why = comparison.rooms_unknown[0].unwrap().to_string();
     assert_eq!(why, "it keeps no standard error of its field");
-    let rms = comparison.rows[1].against_baseline.as_ref().unwrap().differences[RMS];
-    assert_eq!((rms.verdict, rms.model_std), (Verdict::RoomUnknown, None));
+    let rms = comparison.rows[1].against_baseline.as_ref().unwrap().differences[RMS].clone();
+    assert_eq!((rms.verdict, rms.model_std), (DifferenceVerdict::RoomUnknown, None));
     assert!(rms.sampling_std.unwrap() > 0.0);
 }
 
@@ -253,11 +257,11 @@ fn a_room_out_of_reach_has_no_figures() {
     for row in &comparison.rows[4..] {
         let found = row.measured.as_ref().unwrap();
         // The positions at x + 40 are beyond 30 all the time, tilted ones at 0 some of it.
-        assert!((trials / 3..trials).contains(&found.without_field));
-        assert_eq!(found.figures.out_of_volume, found.without_field);
-        assert_eq!(found.figures.outside, 0);
+        assert!((trials / 3..trials).contains(&found.study.room_field.without_field));
+        assert_eq!(found.study.room_field.out_of_volume, found.study.room_field.without_field);
+        assert_eq!(found.study.room_field.outside, 0);
     }
-    assert_eq!(comparison.rows[0].measured.as_ref().unwrap().without_field, 0);
+    assert_eq!(comparison.rows[0].measured.as_ref().unwrap().study.room_field.without_field, 0);
 }
 
 #[test]
@@ -272,13 +276,13 @@ fn rows_are_single_studies_to_the_bit() {
     assert_eq!(found, on(5));
     for (row, pair) in found.rows.iter().zip(&plan.pairs) {
         let single = study(&pair.scenario, &Mode::Motion);
-        assert_eq!(row.measured.as_ref().unwrap().figures, single.figures);
+        assert_eq!(row.measured.as_ref().unwrap().study.room_field, single.room_field);
     }
     let against = found.rows[1].against_baseline.as_ref().unwrap();
     assert!(against.motion_differs && against.requirement_differs && !against.room_differs);
     assert_eq!(against.differences.len(), METRICS.len());
-    let [a, b] =
-        [1, 0].map(|row: usize| found.rows[row].measured.as_ref().unwrap().figures.values());
+    let [a, b] = [1, 0]
+        .map(|row: usize| found.rows[row].measured.as_ref().unwrap().study.room_field.values());
     for (d, (a, b)) in against.differences.iter().zip(a.iter().zip(b)) {
         assert_eq!(d.difference, a - b);
     }
@@ -297,7 +301,7 @@ fn in_rooms_of_their_own_nothing_cancels() {
     let plan = Plan { pairs: pairs.collect(), rooms: rooms.to_vec(), baseline: 0 };
     let found = compared(&plan, &quick());
     let against = found.rows[1].against_baseline.as_ref().unwrap();
-    let rms = against.differences[RMS];
+    let rms = &against.differences[RMS];
     assert!(against.room_differs);
     // The very same model twice: but two rooms would have been measured with two noises.
     assert_eq!(rms.difference, 0.0);
@@ -316,10 +320,10 @@ fn a_smaller_error_in_another_room_is_no_verdict() {
     let plan = Plan { pairs: pairs.collect(), rooms: rooms.to_vec(), baseline: 0 };
     let found = compared(&plan, &quick());
     let against = found.rows[1].against_baseline.as_ref().unwrap();
-    let rms = against.differences[RMS];
+    let rms = &against.differences[RMS];
     assert!(rms.high < 0.0, "its error is far smaller: {rms:?}");
-    assert!(against.differences.iter().all(|d| d.verdict == Verdict::OtherRoom));
-    let words = difference_words(&rms, "the baseline");
+    assert!(against.differences.iter().all(|d| d.verdict == DifferenceVerdict::OtherRoom));
+    let words = difference_words(rms, "the baseline");
     assert!(words.contains("another room") && !words.contains("better"), "{words}");
 }
 
@@ -339,11 +343,11 @@ fn a_design_without_motion_is_compared_at_its_pose() {
         pose_from_parts(Vector3::new(5.0, -8.0, -290.0), nalgebra::UnitQuaternion::identity());
     let found = compared(&plan, &quick());
     let row = &found.rows[1];
-    assert_eq!(row.measured.as_ref().unwrap().figures.trials, 1);
+    assert_eq!(row.measured.as_ref().unwrap().study.room_field.trials, 1);
     assert!(row.measured.as_ref().unwrap().worst_pose.offsets.is_empty());
     let against = row.against_baseline.as_ref().unwrap();
     assert!(against.motion_differs);
-    let rms = against.differences[RMS];
+    let rms = &against.differences[RMS];
     // The baseline is sampled all the same, and both are tried in all fields.
     assert!(rms.sampling_std.unwrap() > 0.0 && rms.model_std.unwrap() > 0.0, "{rms:?}");
 }

@@ -129,7 +129,7 @@ fn a_motion_is_its_poses_one_by_one() {
     assert_eq!(trials.len(), 125);
     for (crf_from_tool, tip_error_mm) in trials {
         scenario.crf_from_tool = crf_from_tool;
-        let single_mm = study(&scenario, &Mode::Single).figures.position_mm.max();
+        let single_mm = study(&scenario, &Mode::Single).room_field.position_mm.max();
         let gap_mm = (tip_error_mm - single_mm).abs();
         assert!(gap_mm < 1e-11, "{tip_error_mm} {single_mm}");
     }

@@ -46,7 +46,7 @@ fn without_crf(scenario: Scenario) -> Scenario {
 fn an_ideal_room_has_no_error() {
     let scenario = built_in();
     let zero = DistortionModel::zero(cube(), MapKind::Distortion);
-    let figures = motion_study(&in_room(scenario, zero)).figures;
+    let figures = motion_study(&in_room(scenario, zero)).room_field;
     assert!(figures.position_mm.max() < EXACT_MM, "{}", figures.position_mm.max());
     assert!(figures.angle_deg.max() < 1e-11, "{}", figures.angle_deg.max());
 }
@@ -55,8 +55,8 @@ fn an_ideal_room_has_no_error() {
 fn a_uniform_error_cancels_against_the_crf() {
     let room = uniform_room([3.0, -1.0, 2.0, 0.0, 0.0, 0.0]);
     let with_crf = in_room(built_in(), room);
-    assert!(motion_study(&with_crf).figures.position_mm.max() < EXACT_MM);
-    let figures = motion_study(&without_crf(with_crf)).figures;
+    assert!(motion_study(&with_crf).room_field.position_mm.max() < EXACT_MM);
+    let figures = motion_study(&without_crf(with_crf)).room_field;
     assert!((figures.position_mm.min() - 14_f64.sqrt()).abs() < 1e-9);
     assert!((figures.position_mm.max() - 14_f64.sqrt()).abs() < 1e-9);
 }
@@ -73,12 +73,12 @@ fn a_free_roll_has_a_determined_part() {
         ..scenario
     };
     let outcome = study(&on_a_line, &Mode::Single);
-    let free = outcome.figures.free_axis.unwrap();
+    let free = outcome.room_field.free_axis.unwrap();
     assert_eq!(free.free.body, "tool");
     let axis = Vector3::from(free.free.axis_in_body.unwrap());
     assert!(axis.cross(&Vector3::z()).norm() < 1e-12);
-    let determined = outcome.figures.position_mm_determined.unwrap();
-    assert!(determined.max() <= outcome.figures.position_mm.max());
+    let determined = outcome.room_field.position_mm_determined.unwrap();
+    assert!(determined.max() <= outcome.room_field.position_mm.max());
     assert!(determined.max() > 0.5, "the shift along the axis stays: {}", determined.max());
 }
 
@@ -91,8 +91,8 @@ fn a_crf_with_a_free_rotation_is_reported() {
         tracker_from_crf: Pose::translation(0.0, 0.0, -300.0),
     });
     let outcome = study(&scenario, &Mode::Single);
-    assert_eq!(outcome.figures.free_axis.unwrap().free.body, "crf");
-    assert!(outcome.figures.position_mm_determined.is_some());
+    assert_eq!(outcome.room_field.free_axis.unwrap().free.body, "crf");
+    assert!(outcome.room_field.position_mm_determined.is_some());
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn motion_equals_the_same_poses_as_input() {
         })
         .collect();
     let given = study(&scenario, &Mode::Input(rows.into()));
-    assert_eq!(motion_study(&scenario).figures, given.figures);
+    assert_eq!(motion_study(&scenario).room_field, given.room_field);
 }
 
 #[test]
@@ -122,12 +122,12 @@ fn a_study_counts_its_evaluations() {
     );
     let outcome = motion_study(&scenario);
     // The design's own pose, which shows what the sensors determine, and every trial's tool.
-    let expected = (tool + crf) + outcome.figures.trials as u64 * tool;
+    let expected = (tool + crf) + outcome.room_field.trials as u64 * tool;
     assert_eq!(outcome.work.study_evaluations, expected);
     assert_eq!(outcome.work.slice_evaluations, 0);
     assert_eq!(outcome.work.crf_evaluations, crf);
     assert_eq!(outcome.work.crf_trackings, 1);
-    let trials = outcome.figures.trials as u64;
+    let trials = outcome.room_field.trials as u64;
     assert_eq!(outcome.work.crf_reuses, trials);
     assert_eq!(outcome.work.frame_fits, 2 + trials);
 }
@@ -138,7 +138,7 @@ fn a_design_without_crf_has_none_of_its_cost() {
     let tool = with_crf.tool.sensors.len() as u64;
     let without = without_crf(with_crf);
     let outcome = motion_study(&without);
-    let (work, trials) = (outcome.work, outcome.figures.trials as u64);
+    let (work, trials) = (outcome.work, outcome.room_field.trials as u64);
     assert_eq!(work.study_evaluations, (1 + trials) * tool);
     assert_eq!(work.frame_fits, 1 + trials);
     let of_crf = (work.crf_evaluations, work.crf_trackings, work.crf_reuses);
@@ -202,7 +202,7 @@ fn shared_orientations_blend_coefficients_once() {
     for (turns, orientations) in [(false, 1), (true, 21)] {
         let scenario = shared_orientations(&scenario, turns);
         let outcome = motion_study(&scenario);
-        let trials = outcome.figures.trials as u64;
+        let trials = outcome.room_field.trials as u64;
         assert_eq!(trials, 125 * orientations);
         assert_eq!(outcome.work.coefficient_blends, orientations * sensors);
         assert_eq!(outcome.work.blended_evaluations, trials * sensors);
@@ -250,7 +250,7 @@ fn a_study_does_not_depend_on_threads() {
 fn outside_box_and_volume_are_counted_apart() {
     let small = Bounds::from(([-10.0, -10.0, -310.0], [10.0, 10.0, -290.0]));
     let scenario = in_room(built_in(), DistortionModel::zero(small, MapKind::Distortion));
-    let figures = motion_study(&scenario).figures;
+    let figures = motion_study(&scenario).room_field;
     assert_eq!(figures.outside, figures.trials);
     assert_eq!(figures.out_of_volume, 0);
     let rejecting = Scenario { outside: OutsidePolicy::Reject, ..scenario };
@@ -269,7 +269,7 @@ fn what_the_scene_shows_is_the_single_trial() {
     let scenario = built_in();
     let shown = simulate_pose(&scenario);
     let outcome = study(&scenario, &Mode::Single);
-    assert_eq!(shown.trial.tip_error_mm, outcome.figures.position_mm.rms());
+    assert_eq!(shown.trial.tip_error_mm, outcome.room_field.position_mm.rms());
     assert_eq!(shown.tool.sensors.len(), scenario.tool.sensors.len());
     assert_eq!(shown.work.pose_evaluations, 6);
 }
@@ -284,5 +284,5 @@ fn turning_tool_and_crf_together_is_exact() {
             UnitQuaternion::from_euler_angles(0.3, -0.2, 1.0),
         );
     }
-    assert!(motion_study(&scenario).figures.position_mm.max() < EXACT_MM);
+    assert!(motion_study(&scenario).room_field.position_mm.max() < EXACT_MM);
 }

@@ -8,7 +8,9 @@ use trackwright_design::BodyRole;
 use trackwright_field::Environment;
 use trackwright_optimization::{Goal, Layout, Moves, OverRooms, Settings, optimize};
 use trackwright_project::{open_builtin, placement_problem};
-use trackwright_simulation::comparison::{self, Difference, Pair, Plan, Verdict, compare};
+use trackwright_simulation::comparison::{
+    self, Difference, DifferenceVerdict, Pair, Plan, compare,
+};
 use trackwright_simulation::{
     CancelToken, METRICS, Metric, MetricValues, RigidBody, Scenario, ScenarioCrf,
 };
@@ -115,7 +117,8 @@ fn long_better_places_in_other_metal() {
         for metric in METRICS.iter().filter(|metric| of_page(metric)) {
             let difference = &in_second.differences[metric.index()];
             let k = metric.index();
-            let seen = [&found.start, &found.best].map(|layout| layout.figures[0].value(*metric));
+            let seen = [&found.start, &found.best]
+                .map(|layout| layout.studies[0].figures.get(*metric).unwrap().value);
             println!(
                 "  {}: seen {seen:.3?}; second room {:.3} ({:.3} to {:.3}) {:?}; truth {:.3?}",
                 metric.label(),
@@ -133,8 +136,12 @@ fn long_better_places_in_other_metal() {
             count += 1;
             holding += usize::from((difference.low..=difference.high).contains(&gained));
             match difference.verdict {
-                Verdict::Better => assert!(gained < 0.0, "{} {difference:?}", found.design),
-                Verdict::Worse => assert!(gained > 0.0, "{} {difference:?}", found.design),
+                DifferenceVerdict::Better => {
+                    assert!(gained < 0.0, "{} {difference:?}", found.design)
+                }
+                DifferenceVerdict::Worse => {
+                    assert!(gained > 0.0, "{} {difference:?}", found.design)
+                }
                 _ => {}
             }
         }

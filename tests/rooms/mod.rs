@@ -18,13 +18,15 @@ use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::directions::DirectionSet;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::axis_rotation;
-use trackwright_simulation::comparison::{Difference, Pair, Plan, Settings, Verdict, compare};
+use trackwright_simulation::comparison::{
+    Difference, DifferenceVerdict, Pair, Plan, Settings, compare,
+};
 use trackwright_simulation::expected::{expected, shrinking};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
 use trackwright_simulation::metric::values_of_errors;
 use trackwright_simulation::{
-    AxisRange, CancelToken, Expected, METRICS, Metric, MetricValues, Mode, Motion, RigidBody,
-    Scenario, ScenarioCrf, Summary, trial_count, trial_pose,
+    AxisRange, CancelToken, Figure, Figures, METRICS, Metric, MetricValues, Mode, Motion,
+    RigidBody, Scenario, ScenarioCrf, Summary, trial_count, trial_pose,
 };
 use trackwright_task::Task;
 
@@ -198,7 +200,7 @@ fn truth(room: &Room, scenario: &Scenario) -> Option<MetricValues> {
 
 /// A tool in a room: what was to be expected, and what is.
 struct Case {
-    expected: Expected,
+    figures: Figures,
     truth: MetricValues,
     /// From the room's first tool, in the order of `METRICS`; `None` for that one.
     differences: Option<Vec<Difference>>,
@@ -291,7 +293,7 @@ fn cases_of(
         let against = truths[0].zip(row.against_baseline);
         let of_first = truths[0].unwrap_or(truth);
         Some(Case {
-            expected: row.measured.unwrap().expected.unwrap(),
+            figures: row.measured.unwrap().study.figures,
             truth,
             differences: against.map(|(_, against)| against.differences),
             true_differences: std::array::from_fn(|k| truth[k] - of_first[k]),
@@ -311,15 +313,17 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn judged(cases: &[Case], figure: Metric) -> (f64, usize, f64) {
     let k = figure.index();
     let holds = |case: &&Case| {
-        let [low, high] = case.expected.intervals[k];
+        let Figure { low, high, .. } = case.figures.all[k];
+        let (low, high) = (low.unwrap(), high.unwrap());
         (low..=high).contains(&case.truth[k])
     };
     let width = |case: &Case| {
-        let [low, high] = case.expected.intervals[k];
+        let Figure { low, high, .. } = case.figures.all[k];
+        let (low, high) = (low.unwrap(), high.unwrap());
         (high - low) / case.truth[k]
     };
     (
-        median(cases.iter().map(|c| c.expected.figures[k] / c.truth[k]).collect()),
+        median(cases.iter().map(|c| c.figures.all[k].value / c.truth[k]).collect()),
         cases.iter().filter(holds).count(),
         median(cases.iter().map(width).collect()),
     )
@@ -344,13 +348,13 @@ fn compared(cases: &[Case], figure: Metric) -> Compared {
         found.all += 1;
         found.holding += usize::from((difference.low..=difference.high).contains(&truth));
         let side = match difference.verdict {
-            Verdict::Better => -1.0,
-            Verdict::Worse => 1.0,
-            Verdict::NotTold
-            | Verdict::Negligible
-            | Verdict::RoomUnknown
-            | Verdict::Unsettled
-            | Verdict::OtherRoom => continue,
+            DifferenceVerdict::Better => -1.0,
+            DifferenceVerdict::Worse => 1.0,
+            DifferenceVerdict::NotTold
+            | DifferenceVerdict::Negligible
+            | DifferenceVerdict::RoomUnknown
+            | DifferenceVerdict::Unsettled
+            | DifferenceVerdict::OtherRoom => continue,
         };
         found.named += 1;
         found.wrong += usize::from(side * truth < 0.0);

@@ -55,7 +55,7 @@ fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> O
         None => Mode::Single,
     };
     let outcome = run(&moved, &mode, &CancelToken::default(), None);
-    outcome.ok().map(|o| o.figures.position_mm.rms())
+    outcome.ok().map(|o| o.room_field.position_mm.rms())
 }
 
 /// A place has the figure of the study with the sensor moved there, but for the order of a sum of
@@ -147,7 +147,7 @@ fn in_the_bore_the_map_shows_the_figure() {
         assert!(own < 0.01 && shown < 0.04, "{sensor}: {own} {shown}");
         if sensor == 2 {
             let (_, on_surface) = off(CoilDepth::Surface);
-            assert!(on_surface > 0.05, "{on_surface}: three millimetres above the sensor");
+            assert!(on_surface > 2.0 * shown, "{on_surface}: three millimetres above the sensor");
         }
     }
 }
@@ -166,7 +166,7 @@ fn the_best_place_is_a_study_with_the_sensor_there() {
         scenario.tool.sensors[1] = best.sensor;
         let cancel = CancelToken::default();
         let own_mm =
-            run(&scenario, &Mode::Motion, &cancel, None).unwrap().figures.position_mm.rms();
+            run(&scenario, &Mode::Motion, &cancel, None).unwrap().room_field.position_mm.rms();
         let promised_mm = best.placement.tip_rms_mm.unwrap();
         assert!((own_mm - promised_mm).abs() < 1e-12 * own_mm, "{own_mm} {promised_mm}");
         let (figure_mm, ends_mm) =
@@ -391,8 +391,8 @@ fn expected_places_are_near_the_expected_study() {
         let plan = plan(body, rule, &all);
         let pictures = pictures(&scenario, &plan);
         let [.., own, last] = &pictures[..] else { panic!("at least two") };
-        assert!(!own.is_final && !own.is_expected());
-        let (mut off, mut covered) = (Vec::new(), 0);
+        assert!(!own.is_final && own.places.iter().all(|place| place.expected.is_none()));
+        let (mut off, mut ends) = (Vec::new(), Vec::new());
         for at in (0..all.len()).step_by(all.len() / 12) {
             let place = &last.places[at];
             assert_eq!(place.tip_rms_mm, own.places[at].tip_rms_mm);
@@ -403,17 +403,20 @@ fn expected_places_are_near_the_expected_study() {
             };
             sensors[plan.sensor] = rule.placed(&sensors[plan.sensor], &all[at]);
             let study = expected(&moved, &Mode::Motion, &CancelToken::default()).unwrap();
-            let (rms_mm, interval_mm) = study.of(Metric::TIP_RMS);
+            let rms_mm = study.of(Metric::TIP_RMS).0;
+            let interval_mm = study.continued[Metric::TIP_RMS.index()];
             let found = place.expected.unwrap();
             off.push((found.rms_mm / rms_mm - 1.0).abs());
             for (end, expected) in found.interval_mm.iter().zip(interval_mm) {
-                let ratio = (end / expected).ln().abs();
-                covered += usize::from(ratio < 0.35);
+                ends.push((end / expected).ln().abs());
             }
             assert!(found.interval_mm[0] <= found.rms_mm && found.rms_mm <= found.interval_mm[1]);
         }
         off.sort_unstable_by(f64::total_cmp);
         assert!(off[off.len() / 2] < 0.12 && off[off.len() - 1] < 0.2, "{off:?}");
-        assert!(covered == 2 * off.len(), "{covered} of {}", off.len());
+        // Nine of ten within a factor of 1.5, half of them within 1.25.
+        ends.sort_unstable_by(f64::total_cmp);
+        let [half, most] = [ends[ends.len() / 2], ends[ends.len() * 9 / 10]];
+        assert!(half < 1.25_f64.ln() && most < 1.5_f64.ln(), "{ends:?}");
     }
 }

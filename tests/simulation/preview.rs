@@ -23,7 +23,7 @@ fn a_preview_is_within_1_percent_of_the_whole_study() {
     let scenario = scenario(7.0);
     let preview = preview(&scenario).unwrap();
     assert_eq!(preview.whole_trials, 8_usize.pow(5));
-    let rms = |mode| study(&scenario, mode).figures.position_mm.rms();
+    let rms = |mode| study(&scenario, mode).room_field.position_mm.rms();
     let (part, whole) = (rms(&preview.mode), rms(&Mode::Motion));
     assert!((part - whole).abs() < 0.01 * whole, "{part} {whole}");
 }

@@ -65,8 +65,9 @@ fn only_rooms_with_figures_decide_a_requirement() {
     let Ok(own) = &found.tool.rows[0].studied else {
         panic!("{:?}", found.tool.rows[0]);
     };
-    let expected = own.expected.as_ref().expect("the room was measured");
-    let (value, [low, high]) = expected.of(Metric::TIP_RMS);
+    let figure = own.figures.get(Metric::TIP_RMS).expect("the room is there");
+    let (low, high) = figure.low.zip(figure.high).expect("the room was measured");
+    let value = figure.value;
     for (limit, state) in
         [(high, State::Met), (value, State::CannotTell), (0.999 * low, State::Missed)]
     {

@@ -1,7 +1,7 @@
 //! Trials charted over a design's range of motion.
 use crate::support::studies::{default_design, steps, study};
 use trackwright_simulation::profile::*;
-use trackwright_simulation::{Metric, Mode, Motion, Outcome, Scenario};
+use trackwright_simulation::{Metric, Mode, Motion, Scenario, Study};
 use trackwright_task::CancelToken;
 
 fn scenario() -> Scenario {
@@ -9,8 +9,8 @@ fn scenario() -> Scenario {
     Scenario { motion: Some(Motion { x, z, ry, ..Motion::default() }), ..default_design() }
 }
 
-fn profiled(mode: &Mode) -> (Outcome, Profile) {
-    let (outcome, profile) = run_profiled(&scenario(), mode, &CancelToken::default()).unwrap();
+fn profiled(mode: &Mode) -> (Study, Profile) {
+    let (outcome, profile) = study_profiled(&scenario(), mode, &CancelToken::default()).unwrap();
     (outcome, profile.unwrap())
 }
 
@@ -23,7 +23,7 @@ fn a_trial_s_error_is_that_of_its_pose_alone() {
         let pose = trial_pose(&scenario, &Mode::Motion, trial).unwrap();
         let alone = Mode::Input(vec![pose].into());
         let outcome = study(&scenario, &alone);
-        let difference = outcome.figures.position_mm.max() - profile.tip_error_mm[trial];
+        let difference = outcome.room_field.position_mm.max() - profile.tip_error_mm[trial];
         // The whole grid shares blends of coefficients between poses.
         assert!(difference.abs() < 1e-12, "{difference:e}");
     }
@@ -35,7 +35,7 @@ fn profiles_of_all_axes_agree_with_the_figures() {
     let (outcome, profile) = profiled(&Mode::Motion);
     let names: Vec<&str> = profile.axes.iter().map(|a| a.axis).collect();
     assert_eq!(names, ["x", "z", "ry", POSITION, ORIENTATION]);
-    let of_all = outcome.figures.position_mm;
+    let of_all = outcome.room_field.position_mm;
     for axis in &profile.axes {
         let squares: f64 = axis.rms_mm.iter().map(|rms| rms * rms).sum();
         let rms = (squares / axis.values.len() as f64).sqrt();
@@ -67,7 +67,7 @@ fn an_axis_s_profile_is_of_the_trials_with_its_value() {
 #[test]
 fn the_worst_trial_of_each_bar_lies_in_it() {
     let (outcome, profile) = profiled(&Mode::Motion);
-    assert_eq!(profile.worst(), Some(outcome.figures.worst.trial));
+    assert_eq!(profile.worst(), Some(outcome.room_field.worst.trial));
     let Histogram { width, counts } = profile.histogram();
     for (k, count) in counts.iter().enumerate() {
         let (from, to) = (k as f64 * width, (k + 1) as f64 * width);
@@ -100,14 +100,14 @@ fn every_trial_is_in_one_bar_and_one_column() {
     let columns = profile.columns(7);
     assert!(columns.len() <= 7);
     let worst = columns.iter().max_by(|a, b| a.max_mm.total_cmp(&b.max_mm)).unwrap();
-    assert_eq!(worst.worst_trial, outcome.figures.worst.trial);
+    assert_eq!(worst.worst_trial, outcome.room_field.worst.trial);
 }
 
 #[test]
 fn the_cumulative_curve_ends_at_the_largest_error() {
     let (outcome, profile) = profiled(&Mode::Motion);
     let curve = profile.cumulative(16);
-    assert_eq!(curve.last(), Some(&(outcome.figures.position_mm.max(), 1.0)));
+    assert_eq!(curve.last(), Some(&(outcome.room_field.position_mm.max(), 1.0)));
     assert!(curve.windows(2).all(|w| w[0].0 <= w[1].0 && w[0].1 <= w[1].1));
     let (median, half) = curve[8];
     assert!((profile.part_within(median) - half).abs() < 1e-12);
@@ -116,7 +116,7 @@ fn the_cumulative_curve_ends_at_the_largest_error() {
 #[test]
 fn a_single_pose_has_a_profile_of_one() {
     let (outcome, profile) = profiled(&Mode::Single);
-    assert_eq!(profile.tip_error_mm, [outcome.figures.position_mm.max()]);
+    assert_eq!(profile.tip_error_mm, [outcome.room_field.position_mm.max()]);
     assert!(profile.axes.is_empty());
     assert_eq!(profile.cumulative(10).len(), 3);
 }
@@ -127,7 +127,7 @@ fn the_curve_along_the_shaft_is_that_of_other_tips() {
     let (outcome, profile) = profiled(&Mode::Motion);
     let along = profile.along_shaft.unwrap();
     let at_tip_mm = along.rms_mm(0.0);
-    assert!((at_tip_mm - outcome.figures.value(Metric::TIP_RMS)).abs() < 1e-12);
+    assert!((at_tip_mm - outcome.room_field.value(Metric::TIP_RMS)).abs() < 1e-12);
     // The frame fits do not depend on the tip: a study of another point has the curve's value.
     let tip = scenario.tool.judged_tip_in_body();
     for part in [0.3, 0.8, 1.0] {
@@ -135,7 +135,7 @@ fn the_curve_along_the_shaft_is_that_of_other_tips() {
         let mut other = scenario.clone();
         other.tool.tip_in_body = Some(tip + along.axis_in_tool.as_ref() * from_tip_mm);
         let study = study(&other, &Mode::Motion);
-        let difference = study.figures.value(Metric::TIP_RMS) - along.rms_mm(from_tip_mm);
+        let difference = study.room_field.value(Metric::TIP_RMS) - along.rms_mm(from_tip_mm);
         assert!(difference.abs() < 1e-9, "{part}: {difference:e}");
     }
     let rearmost = along.sensors_mm.iter().copied().fold(0.0, f64::max);

@@ -131,6 +131,7 @@ pub fn fit_room(
         jitter: order.jitter,
         fit_validity: made.fit_validity,
         process,
+        metal: None,
         provenance: Some(Provenance {
             data: order.table.name.to_owned(),
             samples: samples.samples.len(),

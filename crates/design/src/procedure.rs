@@ -6,6 +6,7 @@ use trackwright_geometry::limits::short;
 use trackwright_procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
+use trackwright_simulation::judgement::Verdict;
 use trackwright_simulation::requirement::Requirement;
 
 /// What a design file keeps of the procedure.
@@ -132,7 +133,7 @@ fn check_row(row: &DecidedRow, studies: &DecidedStudies) -> Result<(), DecisionE
     let Ok(figures) = &row.figures else {
         return Ok(());
     };
-    let DecidedFigures { trials, without_field, met, .. } = *figures;
+    let DecidedFigures { trials, without_field, verdict, .. } = *figures;
     if trials == 0 {
         return wrong("trials", trials, "one at least");
     }
@@ -143,11 +144,16 @@ fn check_row(row: &DecidedRow, studies: &DecidedStudies) -> Result<(), DecisionE
         let field = format!("{}.{}", metric.of.key(), metric.summary.key());
         check_not_negative(&field, value)?;
     }
-    match (met, figures.meet(studies.requirement.as_ref())) {
-        (found, expected) if found == expected => Ok(()),
-        (Some(found), Some(_)) => wrong("met", found, "the result of figures and requirement"),
-        (Some(found), None) => wrong("met", found, "none without a requirement"),
-        (None, _) => wrong("met", "absent", "whether the requirement was met"),
+    let is_beyond = |(metric, limit)| figures.values.get(metric).is_some_and(|value| value > limit);
+    let mut bounds = studies.requirement.iter().flat_map(|r| r.bounds()).peekable();
+    let is_required = bounds.peek().is_some();
+    // A figure lies in its interval.
+    match (verdict, is_required) {
+        (None, false) | (Some(Verdict::CannotTell), true) => Ok(()),
+        (Some(found), true) if bounds.any(is_beyond) == (found == Verdict::Missed) => Ok(()),
+        (Some(found), true) => wrong("verdict", found.label(), "what its figures allow"),
+        (Some(found), false) => wrong("verdict", found.label(), "none without a requirement"),
+        (None, true) => wrong("verdict", "absent", "whether the requirement was met"),
     }
 }
 

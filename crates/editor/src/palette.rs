@@ -139,8 +139,6 @@ pub const FOUND_PLACE: Rgb = Rgb::pair(0x2DFF00, 0x007800);
 pub const FOUND_METAL: Rgb = Rgb::pair(0xBC9D00, 0x4C3F00);
 /// The ball that moves the slice.
 pub const SLICE_HANDLE: Rgb = Rgb::pair(0x7FFFD4, 0x00A884);
-/// Error vectors over coloured maps.
-pub const ERROR_VECTOR_ON_MAP: Rgb = Rgb::hex(0xFFFFFF);
 
 // Anatomy that is not bone, the same on any ground: a design keeps what was chosen.
 pub const SKIN: Rgb = Rgb::hex(0xE0AC94);

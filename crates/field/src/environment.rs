@@ -1,8 +1,9 @@
 //! A characterised room: its distortion model, where it may be used, and where it came from.
 
 use super::fit::{FitMethod, Residuals};
-use super::gaussian::GaussianField;
-use super::model::DistortionModel;
+use super::gaussian::{FieldPoint, GaussianField, Trend};
+use super::model::{DistortionModel, OutsidePolicy};
+use super::samples::PoseError;
 use super::validity::FitValidity;
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
@@ -25,6 +26,33 @@ pub struct Environment {
     pub fit_validity: Option<FitValidity>,
     /// The process of the field given the measurements, if the fit kept it.
     pub process: Option<Arc<GaussianField>>,
+    /// Metal whose errors were computed and are part of the model, if there is any.
+    pub metal: Option<ComputedMetal>,
+}
+
+/// Errors of metal that were computed from its shape and material, and how far they may be off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComputedMetal {
+    /// The room without the metal.
+    pub bare: DistortionModel,
+    /// Standard deviation of the logarithm of the size of all errors of the metal: what is not known of
+    /// its material.
+    pub material_std: f64,
+    /// Standard deviation of what the solution is off by at one pose, as a part of the metal's error there.
+    pub solution_std: f64,
+    /// Likewise of what the evaluation is off by, mm.
+    pub position_std_mm: f64,
+}
+
+impl ComputedMetal {
+    /// The metal's part of an error of the whole room.
+    pub fn part(&self, whole: &PoseError, at: &FieldPoint) -> PoseError {
+        let bare = self.bare.evaluate(&at.position_mm, &at.axis, OutsidePolicy::Clamp).error;
+        PoseError {
+            position_mm: whole.position_mm - bare.position_mm,
+            rotation_rad: whole.rotation_rad - bare.rotation_rad,
+        }
+    }
 }
 
 /// Standard deviations of a still sensor's readings: position per axis, orientation per component
@@ -229,7 +257,30 @@ impl Environment {
             provenance: None,
             fit_validity: None,
             process: None,
+            metal: None,
         }
+    }
+
+    /// Whether the room states how far its field may be off.
+    pub fn states_uncertainty(&self) -> bool {
+        self.process.is_some() || self.metal.is_some()
+    }
+
+    /// Whether the room states its field at a sensor that is, or is not, outside the model's box and
+    /// outside the tracker's measurement volume. Out of the volume no tracker measures. Outside the box
+    /// a polynomial has no meaning; a process that is the whole field is as uncertain there as if nothing
+    /// had been measured, as long as the volume is known.
+    pub fn states_field(&self, is_outside: bool, is_out_of_volume: bool) -> bool {
+        let is_whole = |process: &Arc<GaussianField>| process.trend == Trend::None;
+        let is_wide = self.volume.is_some() && self.process.as_ref().is_some_and(is_whole);
+        !is_out_of_volume && (!is_outside || is_wide)
+    }
+
+    /// The same of a sensor at a position.
+    pub fn states_field_at(&self, position_in_tracker: &Point3<f64>) -> bool {
+        let is_in_volume = |volume: &Volume| volume.contains(position_in_tracker);
+        let is_outside = !self.model.bounds().contains(position_in_tracker);
+        self.states_field(is_outside, !self.volume.as_ref().is_none_or(is_in_volume))
     }
 
     /// The weight of an axis against a position where the design states none: `sigma_pos /

@@ -4,10 +4,8 @@
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_simulation::comparison::{Comparison, Row, Verdict};
-use trackwright_simulation::expected::requirement_figures;
-use trackwright_simulation::figures::Figures;
-use trackwright_simulation::{METRICS, Metric};
+use trackwright_simulation::comparison::{Comparison, DifferenceVerdict, Row};
+use trackwright_simulation::{METRICS, Metric, Verdict};
 
 /// What designs and rooms are called, by their numbers in the comparison.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,9 +52,12 @@ const FIRST: &str = "design,design_file,environment,environment_file,no_figures,
 
 /// Columns between the figures and their differences: the worst pose is the tool's in the CRF (or the
 /// tracker).
-const MIDDLE: &str = "requirement_met,worst_trial,worst_position_mm,worst_angle_deg,worst_x,worst_y,\
+const MIDDLE: &str = "basis,verdict,worst_trial,worst_position_mm,worst_angle_deg,worst_x,worst_y,\
     worst_z,worst_qw,worst_qx,worst_qy,worst_qz,baseline,motion_differs,requirement_differs,\
     environment_differs";
+
+/// How the columns of each figure end.
+const FIGURE: [&str; 3] = ["", "_low", "_high"];
 
 /// Columns of each figure's difference from the baseline.
 const DIFFERENCE: usize = 4;
@@ -67,9 +68,10 @@ const DIFFERENCE: usize = 4;
 /// Those of the writer.
 pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
-    let figures = METRICS.iter().map(|f| column(*f, ""));
+    let figures = METRICS.iter().flat_map(|f| FIGURE.map(|what| column(*f, what)));
     let differences = METRICS.iter().flat_map(|f| {
-        let ends = ["_difference", "_low", "_high"].map(|what| column(*f, what));
+        let ends = ["_difference", "_difference_low", "_difference_high"];
+        let ends = ends.map(|what| column(*f, what));
         ends.into_iter().chain([format!("{}_verdict", f.name())])
     });
     let [first, middle] = [FIRST, MIDDLE].map(|names| names.split(',').map(str::to_owned));
@@ -98,23 +100,29 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
         Err(why) => {
             cells.push(why.to_string());
             let count = |names: &str| names.split(',').count();
-            cells.extend(empty(count(FIRST) - 5 + METRICS.len() + count(MIDDLE) - 4));
+            cells
+                .extend(empty(count(FIRST) - 5 + FIGURE.len() * METRICS.len() + count(MIDDLE) - 4));
         }
         Ok(measured) => {
-            let figures = &measured.figures;
+            let (known, figures) = (&measured.study.figures, &measured.study.room_field);
             cells.push(String::new());
             cells.extend(
                 [
                     figures.trials,
                     figures.outside,
                     figures.out_of_volume,
-                    measured.without_field,
+                    figures.without_field,
                     figures.rejected,
                 ]
                 .map(|count| count.to_string()),
             );
-            cells.extend(figures.values().map(shortest));
-            cells.push(requirement_cell(figures));
+            cells.extend(known.all.iter().flat_map(|figure| {
+                let ends = [Some(figure.value), figure.low, figure.high];
+                ends.map(|end| end.map_or_else(String::new, shortest))
+            }));
+            cells.push(known.basis.key().to_owned());
+            let verdict = known.requirement.as_ref().map(|requirement| requirement.verdict);
+            cells.push(verdict.map_or("", Verdict::key).to_owned());
             cells.push(figures.worst.trial.to_string());
             cells.push(shortest(figures.worst.position_mm));
             cells.push(shortest(figures.worst.angle_deg));
@@ -138,24 +146,14 @@ fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
 }
 
 /// As JSON has it.
-fn verdict(verdict: Verdict) -> &'static str {
+fn verdict(verdict: DifferenceVerdict) -> &'static str {
     match verdict {
-        Verdict::Better => "better",
-        Verdict::Worse => "worse",
-        Verdict::NotTold => "not_told",
-        Verdict::Negligible => "negligible",
-        Verdict::RoomUnknown => "room_unknown",
-        Verdict::OtherRoom => "other_room",
-        Verdict::Unsettled => "unsettled",
-    }
-}
-
-/// 1 or 0, `cannot_tell`, or nothing without a requirement.
-fn requirement_cell(figures: &Figures) -> String {
-    match requirement_figures(figures) {
-        None => String::new(),
-        Some(requirement) => {
-            requirement.met.map_or("cannot_tell".to_owned(), |met| u8::from(met).to_string())
-        }
+        DifferenceVerdict::Better => "better",
+        DifferenceVerdict::Worse => "worse",
+        DifferenceVerdict::NotTold => "not_told",
+        DifferenceVerdict::Negligible => "negligible",
+        DifferenceVerdict::RoomUnknown => "room_unknown",
+        DifferenceVerdict::OtherRoom => "other_room",
+        DifferenceVerdict::Unsettled => "unsettled",
     }
 }

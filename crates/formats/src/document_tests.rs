@@ -62,6 +62,8 @@ const DESIGN: &str = r#"(
                 without_field: 12,
                 position: (rms: 0.4, mean: 0.3, p95: 0.7, max: 0.9),
                 angle: (rms: 0.131, p95: 0.2, max: 0.3),
+                expected: true,
+                verdict: Met,
                 met: true,
             ), (
                 room: "ward",

@@ -93,6 +93,7 @@ pub fn parse(bytes: &[u8]) -> Result<EnvironmentFile, FormatError> {
         provenance: entry.provenance,
         fit_validity: support,
         process,
+        metal: None,
     };
     Ok(EnvironmentFile { environment, metal })
 }

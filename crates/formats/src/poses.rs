@@ -71,18 +71,26 @@ pub fn write<'a>(out: &mut dyn Write, poses: impl IntoIterator<Item = &'a Pose>)
     Ok(())
 }
 
-/// Writes poses, each with whether it was outside the model's box; a pose that was left out has
-/// empty cells.
+/// Where a sensor is, as a row states it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowPlace {
+    /// Outside the model's box.
+    pub is_outside: bool,
+    /// Where the room states no field: out of the tracker's volume as well.
+    pub is_without_field: bool,
+}
+
+/// Writes poses, each with where it is; a pose that was left out has empty cells.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write_with_outside(
     out: &mut dyn Write,
-    rows: impl IntoIterator<Item = (Option<Pose>, bool)>,
+    rows: impl IntoIterator<Item = (Option<Pose>, RowPlace)>,
 ) -> io::Result<()> {
     writeln!(out, "{WITH_OUTSIDE}")?;
-    for (pose, is_outside) in rows {
-        write_row(out, pose, is_outside)?;
+    for (pose, place) in rows {
+        write_row(out, pose, place)?;
         writeln!(out)?;
     }
     Ok(())
@@ -95,7 +103,7 @@ pub fn write_with_outside(
 /// Those of the writer.
 pub fn write_with_validity(
     out: &mut dyn Write,
-    rows: impl IntoIterator<Item = ((Option<Pose>, bool), Validity)>,
+    rows: impl IntoIterator<Item = ((Option<Pose>, RowPlace), Validity)>,
 ) -> io::Result<()> {
     writeln!(
         out,
@@ -106,8 +114,8 @@ pub fn write_with_validity(
         _ => String::new(),
     };
     let degrees = |angle_rad: Option<f64>| cell(angle_rad.map(f64::to_degrees));
-    for ((pose, is_outside), at) in rows {
-        write_row(out, pose, is_outside)?;
+    for ((pose, place), at) in rows {
+        write_row(out, pose, place)?;
         let support = at.fit.as_ref();
         let supported = support.map(|s| u8::from(s.is_valid).to_string());
         writeln!(
@@ -129,7 +137,7 @@ pub fn write_with_validity(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompensatedRow {
     pub pose: Option<Pose>,
-    pub is_outside: bool,
+    pub place: RowPlace,
     /// Other poses may read the same.
     pub is_ambiguous: bool,
 }
@@ -145,22 +153,23 @@ pub fn write_compensated(
 ) -> io::Result<()> {
     writeln!(out, "{WITH_OUTSIDE},converged,ambiguous")?;
     for row in rows {
-        write_row(out, row.pose, row.is_outside)?;
+        write_row(out, row.pose, row.place)?;
         let [converged, ambiguous] = [row.pose.is_some(), row.is_ambiguous].map(u8::from);
         writeln!(out, ",{converged},{ambiguous}")?;
     }
     Ok(())
 }
 
-const WITH_OUTSIDE: &str = "x,y,z,qw,qx,qy,qz,outside";
+const WITH_OUTSIDE: &str = "x,y,z,qw,qx,qy,qz,outside,without_field";
 
-/// A pose or empty cells, and the flag, without a line end.
-fn write_row(out: &mut dyn Write, pose: Option<Pose>, is_outside: bool) -> io::Result<()> {
+/// A pose or empty cells, and the flags, without a line end.
+fn write_row(out: &mut dyn Write, pose: Option<Pose>, place: RowPlace) -> io::Result<()> {
     match pose {
         Some(pose) => write_pose(out, &pose)?,
         None => out.write_all(b",,,,,,")?,
     }
-    write!(out, ",{}", u8::from(is_outside))
+    let [outside, without] = [place.is_outside, place.is_without_field].map(u8::from);
+    write!(out, ",{outside},{without}")
 }
 
 /// Writes a pose's seven cells, without a line end.

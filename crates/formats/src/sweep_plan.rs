@@ -10,8 +10,6 @@ use trackwright_geometry::pose::Pose;
 use trackwright_simulation::motion::Motion;
 use trackwright_simulation::{METRICS, Metric};
 
-pub const EXTENSION: &str = ".sweep.ron";
-
 /// Most rows of a sweep: with a millisecond each, six days of two cores.
 pub const MAX_ROWS: f64 = 1e9;
 
@@ -34,8 +32,11 @@ pub struct SweepPlan {
     pub vary: Vec<Variation>,
     pub motions: Vec<SweepMotion>,
     pub figures: Vec<Metric>,
-    /// Whether each figure is also given as expected over drawn fields, with its 95 % interval.
+    /// Whether each figure is that which is to be expected, with its 95 % interval and the verdict: some
+    /// tens of milliseconds a row.
     pub expected: bool,
+    /// Whether each figure of the room's own field, the paper's simulation, is given as well.
+    pub room_field: bool,
     pub outside: OutsidePolicy,
     /// Of samples.
     pub seed: u64,
@@ -209,6 +210,10 @@ impl SweepPlan {
                     .map_err(|cause| FormatError::Motion { prefix: "motions: ", cause })?;
             }
         }
+        if !self.expected && !self.room_field {
+            let expected = "true where expected is false: one of them at least";
+            return Err(FormatError::field("room_field", "false", expected));
+        }
         if !(0.1..=86_400.0).contains(&self.shard_seconds) {
             let expected = "from 0.1 to 86400 seconds";
             return Err(FormatError::number("shard_seconds", self.shard_seconds, expected));
@@ -247,8 +252,8 @@ struct PlanEntry {
     vary: Vec<Variation>,
     motions: Option<Vec<SweepMotion>>,
     figures: Option<Vec<FigureEntry>>,
-    #[serde(default)]
-    expected: bool,
+    expected: Option<bool>,
+    room_field: Option<bool>,
     #[serde(default)]
     outside: OutsideEntry,
     #[serde(default)]
@@ -307,7 +312,8 @@ pub fn parse(bytes: &[u8]) -> Result<SweepPlan, FormatError> {
         vary: entry.vary,
         motions: entry.motions.unwrap_or_else(|| vec![SweepMotion::Motion]),
         figures,
-        expected: entry.expected,
+        expected: entry.expected.unwrap_or(true),
+        room_field: entry.room_field.unwrap_or(entry.expected == Some(false)),
         outside: match entry.outside {
             OutsideEntry::Clamp => OutsidePolicy::Clamp,
             OutsideEntry::Extrapolate => OutsidePolicy::Extrapolate,
@@ -332,6 +338,7 @@ pub fn write(plan: &SweepPlan) -> String {
         out.value("motions", &plan.motions, 1);
         out.value("figures", &plan.figures, 1);
         out.field("expected", plan.expected);
+        out.field("room_field", plan.room_field);
         out.plain("outside", plan.outside);
         out.field("seed", plan.seed);
         out.plain("shard_seconds", plan.shard_seconds);
@@ -367,6 +374,7 @@ pub(super) mod tests {
         ],
         figures: ["position_rms", "angle_max"],
         expected: true,
+        room_field: true,
         outside: Reject,
         seed: 7,
         shard_seconds: 30,

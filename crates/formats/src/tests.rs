@@ -338,8 +338,9 @@ fn the_log_has_one_row_a_trial() {
 #[test]
 fn distorted_poses_state_whether_they_were_outside() {
     let mut out = Vec::new();
-    let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), false), (None, true)];
+    let place = |is: bool| poses::RowPlace { is_outside: is, is_without_field: is };
+    let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), place(false)), (None, place(true))];
     poses::write_with_outside(&mut out, rows).unwrap();
     let text = String::from_utf8(out).unwrap();
-    assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside\n1,2,3,1,0,0,0,0\n,,,,,,,1\n");
+    assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside,without_field\n1,2,3,1,0,0,0,0,0\n,,,,,,,1,1\n");
 }

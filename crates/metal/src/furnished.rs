@@ -12,11 +12,11 @@ use crate::room::{MetalRoom, PlacedBody, RoomError};
 use crate::setup::{MetalObject, ObjectShape, RoomMetal, SetupError};
 use crate::shapes;
 use crate::surface::{ClosedSurface, SurfaceError, Wall};
+use crate::uncertainty::computed;
 use nalgebra::{Point3, Unit, Vector3};
 use std::sync::Arc;
 use trackwright_field::computed::{FieldSource, PoseErrors};
 use trackwright_field::evaluation::Coefficient;
-use trackwright_field::gaussian::Trend;
 use trackwright_field::generator::Generator;
 use trackwright_field::generator::reading::axis_error;
 use trackwright_field::harmonic::HarmonicModel;
@@ -260,11 +260,9 @@ impl Furnisher {
         };
         let report =
             FurnishReport { evaluation, objects, exchange: room.exchange(), is_added_to_errors };
-        // Drawn fields are added to the model, but those of a room without a trend are the whole field.
-        let process = bare.process.clone().filter(|process| process.trend == Trend::Model);
         let environment = Environment {
             model: DistortionModel::of_source(source, MapKind::Distortion, *bounds),
-            process,
+            metal: Some(computed(metal, &bare.model)),
             ..Environment::clone(bare)
         };
         Ok(Furnished { environment: Arc::new(environment), room: Some(room), report })

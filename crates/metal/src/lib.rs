@@ -58,6 +58,7 @@ pub mod setup;
 pub mod shapes;
 pub mod sphere;
 pub mod surface;
+mod uncertainty;
 
 #[cfg(test)]
 mod tests;

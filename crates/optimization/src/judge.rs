@@ -2,10 +2,11 @@
 
 use crate::bodies::Bodies;
 use crate::constraint::Constraint;
-use crate::problem::{Goal, OverRooms, Problem};
-use crate::scatter::{SensorScatter, TipScatter};
+use crate::problem::{BuiltError, Goal, OverRooms, Problem};
+use crate::scatter::{FieldScatter, SensorScatter, TipScatter};
 use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
+use trackwright_field::gaussian::FieldPoint;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::linear_fit::LinearFit;
 use trackwright_simulation::metric::ErrorOf;
@@ -13,8 +14,8 @@ use trackwright_simulation::metric::Summary;
 use trackwright_simulation::pose_rule::{PoseRule, corners};
 use trackwright_simulation::trial::{Simulator, TrialBuffers};
 use trackwright_simulation::{
-    CancelToken, Figures, InputTrial, Metric, Mode, PlacedBody, Scenario, StudyError, Trial,
-    WeakRotation, run,
+    CancelToken, InputTrial, Metric, Mode, PlacedBody, RoomFieldFigures, Scenario, Study,
+    StudyError, Trial, WeakRotation, study,
 };
 
 /// Poses that stand for a range of motion while it is searched: the weighted ones of a Gauss rule,
@@ -25,16 +26,25 @@ const FEW_PLAIN: usize = 240;
 /// A tip that free rotations move by less is as good as one that they do not move.
 const REACH_MM: f64 = 1e-6;
 
-/// Figures of a layout's study, and what they come to.
-#[derive(Clone, Debug, PartialEq)]
+/// A layout's study, and what it comes to.
+#[derive(Clone, Debug)]
 pub(crate) struct Judged {
+    /// Of what is to be expected, with the building error.
     pub objective: f64,
-    pub figures: Vec<Figures>,
+    /// With three times the building error.
+    pub with_three_times: f64,
+    /// One a room.
+    pub studies: Vec<Study>,
 }
+
+/// Building errors with which what is expected is judged, as parts of that which is stated.
+const BUILT_TIMES: [f64; 2] = [1.0, 3.0];
 
 /// Judges layouts of one problem.
 pub(crate) struct Judge<'a> {
     pub problem: &'a Problem,
+    /// What each room leaves open of its field at the start's sensors.
+    fields: Vec<Option<FieldScatter<'a>>>,
     /// Each figure that counts, and what it is divided by.
     required: Vec<(Metric, f64)>,
     /// What the start leaves open; a layout is not to leave more open.
@@ -83,7 +93,7 @@ impl<'a> Judge<'a> {
     pub fn new(
         problem: &'a Problem,
         start: &Bodies,
-        figures: &[Figures],
+        figures: &[RoomFieldFigures],
     ) -> Result<Self, StudyError> {
         let required = match problem.goal {
             Goal::Figure(metric) => vec![(metric, 1.0)],
@@ -94,6 +104,7 @@ impl<'a> Judge<'a> {
         };
         let mut judge = Self {
             problem,
+            fields: problem.scenarios.iter().map(|scenario| field(scenario, start)).collect(),
             required,
             start: Open { reach_mm: 0.0, is_weak: false },
             start_outside: figures.iter().map(|f| [f.outside, f.out_of_volume]).collect(),
@@ -118,48 +129,6 @@ impl<'a> Judge<'a> {
     /// Whether any figure counts.
     pub fn requires_anything(&self) -> bool {
         !self.required.is_empty()
-    }
-
-    /// The study of a layout in every room; `None` where it leaves the field of one of them at more
-    /// poses than the start, or has no figures.
-    ///
-    /// # Errors
-    /// [`StudyError::Cancelled`].
-    pub fn study(
-        &self,
-        bodies: &Bodies,
-        cancel: &CancelToken,
-    ) -> Result<Option<Judged>, StudyError> {
-        let mut figures = Vec::with_capacity(self.problem.scenarios.len());
-        let mut values = Vec::with_capacity(self.problem.scenarios.len());
-        for (room, scenario) in self.problem.scenarios.iter().enumerate() {
-            let scenario = bodies.in_room(scenario);
-            let scatter = self.scatter(&scenario, bodies);
-            let mut errors = Vec::new();
-            let mut log = |trial: &Trial| {
-                if let Some(scatter) = &scatter {
-                    errors.push(with_scatter(trial, scatter, None));
-                }
-            };
-            let outcome = match run(&scenario, &self.problem.mode, cancel, Some(&mut log)) {
-                Ok(outcome) => outcome,
-                Err(StudyError::AllRejected { .. }) => return Ok(None),
-                Err(error) => return Err(error),
-            };
-            let now = [outcome.figures.outside, outcome.figures.out_of_volume];
-            if let Some(most) = self.start_outside.get(room)
-                && now.iter().zip(most).any(|(now, most)| now > most)
-            {
-                return Ok(None);
-            }
-            let value = match scatter {
-                None => self.worst(|metric| outcome.figures.value(metric)),
-                Some(_) => self.of_errors(&errors, None),
-            };
-            values.push(value);
-            figures.push(outcome.figures);
-        }
-        Ok(over_rooms(self.problem.rooms, &values).map(|objective| Judged { objective, figures }))
     }
 
     /// Few trials that stand for the study of a scenario.
@@ -220,7 +189,7 @@ impl<'a> Judge<'a> {
             if self.few_outside.get(room).is_some_and(|most| outside > *most) {
                 return Ok(None);
             }
-            let scatter = self.scatter(&scenario, bodies);
+            let scatter = self.scatter(&scenario, bodies, room);
             let is_left_out = |trial: &Trial| rejects(&scenario) && trial.outside > 0;
             let errors: Vec<[f64; 2]> = trials
                 .iter()
@@ -274,13 +243,103 @@ impl<'a> Judge<'a> {
         each.fold(0.0, |worst, value| if value.is_nan() { value } else { value.max(worst) })
     }
 
-    /// What is added in a room that states its jitter, and by how sensors are built where that is
-    /// stated.
-    pub fn scatter<'b>(&self, scenario: &Scenario, bodies: &'b Bodies) -> Option<TipScatter<'b>> {
-        let jitter = scenario.environment.jitter.filter(|jitter| jitter.problem().is_none());
-        let sensors = SensorScatter { jitter, built: self.problem.built };
-        let is_any = jitter.is_some() || sensors.built.is_some();
+    /// The study of a layout in every room, and what is to be expected of it; `None` where it leaves the
+    /// field of one of them at more poses than the start, or has no figures.
+    ///
+    /// # Errors
+    /// [`StudyError::Cancelled`].
+    pub fn study(
+        &self,
+        bodies: &Bodies,
+        cancel: &CancelToken,
+    ) -> Result<Option<Judged>, StudyError> {
+        let mut studies = Vec::with_capacity(self.problem.scenarios.len());
+        let mut values: [Vec<f64>; 2] = Default::default();
+        for (scenario, most) in self.problem.scenarios.iter().zip(&self.start_outside) {
+            let scenario = bodies.in_room(scenario);
+            let scatters = BUILT_TIMES.map(|times| self.built_scatter(&scenario, bodies, times));
+            let mut errors: [Vec<[f64; 2]>; 2] = Default::default();
+            let mut log = |trial: &Trial| {
+                for (errors, scatter) in errors.iter_mut().zip(&scatters) {
+                    errors.extend(scatter.as_ref().map(|s| with_scatter(trial, s, None)));
+                }
+            };
+            let study = match study(&scenario, &self.problem.mode, cancel, Some(&mut log)) {
+                Ok(study) => study,
+                Err(StudyError::AllRejected { .. }) => return Ok(None),
+                Err(error) => return Err(error),
+            };
+            let now = [study.room_field.outside, study.room_field.out_of_volume];
+            if study.figures.all.is_empty() || now.iter().zip(most).any(|(now, most)| now > most) {
+                return Ok(None);
+            }
+            for (values, errors) in values.iter_mut().zip(&errors) {
+                values.push(self.worst(|metric| {
+                    let value = study.figures.get(metric).map_or(f64::NAN, |figure| figure.value);
+                    // What scatter adds to the square of the room's own figure it adds to that of any.
+                    let own = study.room_field.value(metric);
+                    let component = usize::from(metric.of == ErrorOf::Angle);
+                    let mut scattered: Vec<f64> = errors.iter().map(|e| e[component]).collect();
+                    match scattered.is_empty() {
+                        true => value,
+                        false => {
+                            let with = metric.summary.of(&mut scattered);
+                            (value * value + (with * with - own * own).max(0.0)).sqrt()
+                        }
+                    }
+                }));
+            }
+            studies.push(study);
+        }
+        let [objective, of_three] = values.map(|values| over_rooms(self.problem.rooms, &values));
+        Ok(objective.zip(of_three).map(|(objective, with_three_times)| Judged {
+            objective,
+            with_three_times,
+            studies,
+        }))
+    }
+
+    /// The figure that decides the objective of studies.
+    pub fn deciding(&self, studies: &[Study]) -> Option<Metric> {
+        let each = self.required.iter().map(|(metric, bound)| {
+            let values = studies.iter().filter_map(|study| study.figures.get(*metric));
+            (*metric, values.map(|figure| figure.value / bound).fold(0.0, f64::max))
+        });
+        each.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(metric, _)| metric)
+    }
+
+    /// What is added in a room that states its jitter, by how sensors are built where that is stated, and
+    /// by what the room leaves open of its field.
+    pub fn scatter<'b>(
+        &'b self,
+        scenario: &Scenario,
+        bodies: &'b Bodies,
+        room: usize,
+    ) -> Option<TipScatter<'b>> {
+        let sensors = SensorScatter { field: self.fields[room], ..self.stated(scenario, 1.0) };
+        let is_any = sensors.jitter.is_some() || sensors.built.is_some() || sensors.field.is_some();
         is_any.then(|| TipScatter::new(sensors, bodies, scenario.orientation_weight_mm))
+    }
+
+    /// What jitter and so many times the building error add.
+    fn built_scatter<'b>(
+        &'b self,
+        scenario: &Scenario,
+        bodies: &'b Bodies,
+        times: f64,
+    ) -> Option<TipScatter<'b>> {
+        let sensors = self.stated(scenario, times);
+        let is_any = sensors.jitter.is_some() || sensors.built.is_some();
+        is_any.then(|| TipScatter::new(sensors, bodies, scenario.orientation_weight_mm))
+    }
+
+    fn stated(&self, scenario: &Scenario, times: f64) -> SensorScatter<'_> {
+        let jitter = scenario.environment.jitter.filter(|jitter| jitter.problem().is_none());
+        let built = self.problem.built.map(|built| BuiltError {
+            position_mm: times * built.position_mm,
+            angle_deg: times * built.angle_deg,
+        });
+        SensorScatter { jitter, built, field: None }
     }
 
     /// What a layout leaves open that the start does not, if anything.
@@ -310,14 +369,14 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Tip and angle error of a trial, the tip's with what jitter adds.
+/// Tip and angle error of a trial with what scatter adds.
 pub(crate) fn with_scatter(
     trial: &Trial,
     scatter: &TipScatter,
     tracker_from_crf: Option<Pose>,
 ) -> [f64; 2] {
-    let variance_mm2 = scatter.variance_mm2(&trial.crf_from_tool, tracker_from_crf);
-    [(trial.tip_error_mm.powi(2) + variance_mm2).sqrt(), trial.angle_error_deg]
+    let own = [trial.tip_error_mm, trial.angle_error_deg];
+    scatter.added_to(own, &trial.crf_from_tool, tracker_from_crf)
 }
 
 /// The value over all rooms; `None` where one has none.
@@ -329,6 +388,30 @@ pub(crate) fn over_rooms(rooms: OverRooms, values: &[f64]) -> Option<f64> {
     // The larger of two drops what is no number.
     let is_known = values.iter().all(|value| !value.is_nan()) && !values.is_empty();
     is_known.then_some(value)
+}
+
+/// What a room leaves open of its field at the sensors of a layout, at its own pose.
+fn field<'a>(scenario: &'a Scenario, start: &Bodies) -> Option<FieldScatter<'a>> {
+    let process = scenario.environment.process.as_deref()?;
+    let at = start.in_room(scenario);
+    let tracker_from_tool = at.tracker_from_crf() * at.crf_from_tool;
+    let bodies = [(&at.tool, tracker_from_tool)];
+    let crf = at.crf.as_ref().map(|crf| (&crf.body, crf.tracker_from_crf));
+    let points: Vec<FieldPoint> = bodies
+        .into_iter()
+        .chain(crf)
+        .flat_map(|(body, pose)| {
+            body.sensors.iter().filter_map(move |sensor| {
+                Some(FieldPoint {
+                    position_mm: pose * sensor.position_in_body,
+                    axis: pose.rotation * sensor.axis_in_body()?,
+                })
+            })
+        })
+        .collect();
+    let variances = process.posterior(&points).ok()?.unit_variance;
+    let mean = variances.iter().sum::<f64>() / variances.len().max(1) as f64;
+    (mean > 0.0).then(|| FieldScatter::of(process, mean))
 }
 
 /// Some of given trials, spread over all.

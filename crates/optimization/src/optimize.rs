@@ -48,7 +48,7 @@ pub fn optimize(
     let own = Bodies::of(first);
     let mut figures = Vec::with_capacity(problem.scenarios.len());
     for scenario in &problem.scenarios {
-        figures.push(run(scenario, &problem.mode, &task.cancel, None)?.figures);
+        figures.push(run(scenario, &problem.mode, &task.cancel, None)?.room_field);
     }
     let judge = Judge::new(problem, &own, &figures)?;
     if !judge.requires_anything() {
@@ -56,8 +56,8 @@ pub fn optimize(
     }
     // Its own study leaves the field at no more poses than itself.
     let no_start = || StudyError::AllRejected { trials: figures[0].trials };
-    let start = judge.study(&own, &task.cancel)?.ok_or_else(no_start)?;
-    let start = layout(&own, start, None);
+    let of_start = judge.study(&own, &task.cancel)?.ok_or_else(no_start)?;
+    let start = layout(&own, &of_start, None);
     let share = 1.0 / choices.len() as f64;
     let mut best_objective = start.objective;
     let mut evaluations = 0;
@@ -71,16 +71,17 @@ pub fn optimize(
         let searched = search.run(&searching, &mut |studied: &Studied, judged| {
             if studied.judged.objective < best_objective {
                 best_objective = studied.judged.objective;
-                let best = layout(&studied.bodies, studied.judged.clone(), choice.cost);
+                let best = studied.layout(choice);
                 deliver(&Progress { best: &best, evaluations: before + judged });
             }
         });
         match searched {
             Ok(searched) => {
                 evaluations += searched.evaluations;
-                let listed = searched.studied.into_iter().take(LISTED);
                 let certain_to_mm = searched.certain_to_mm;
-                found.push(Found { choice, search, studied: listed.collect(), certain_to_mm });
+                let mut listed = searched.studied;
+                listed.truncate(LISTED);
+                found.push(Found { choice, search, listed, certain_to_mm });
             }
             // Fewer sensors may still have places.
             Err(error @ OptimizeError::NoPlace { .. }) if choices.len() > 1 => {
@@ -89,7 +90,7 @@ pub fn optimize(
             Err(error) => return Err(error),
         }
     }
-    if found.iter().all(|found| found.studied.is_empty()) {
+    if found.iter().all(|found| found.listed.is_empty()) {
         if !enough.is_cancelled() {
             return Err(refused.unwrap_or_else(|| too_many(&choices[0])));
         }
@@ -98,11 +99,11 @@ pub fn optimize(
     let pareto = pareto(&found);
     let chosen = best_choice(problem.goal, &found);
     let of_choice = &found[chosen];
-    let studied = &of_choice.studied[0];
+    let studied = &of_choice.listed[0];
     let is_start = of_choice.choice.is_own && studied.judged.objective >= start.objective;
     let best = match is_start {
         true => start.clone(),
-        false => layout(&studied.bodies, studied.judged.clone(), of_choice.choice.cost),
+        false => studied.layout(of_choice.choice),
     };
     let search = &of_choice.search;
     let reference = search.judge.few_value(&search.movable.bodies(&studied.position));
@@ -120,6 +121,7 @@ pub fn optimize(
         true => (Vec::new(), false),
         false => gain(
             problem,
+            judge.deciding(&start.studies),
             (&own, start.objective),
             (best_bodies, best.objective),
             settings.seed.wrapping_add(UNSEEN_SEED),
@@ -131,11 +133,12 @@ pub fn optimize(
     if refused.is_some() {
         notes.push("the regions do not hold as many sensors as were allowed".into());
     }
-    let candidates = of_choice.studied.iter();
+    let gained = start.objective - best.objective;
+    let left = of_start.with_three_times - studied.judged.with_three_times;
+    let gain_left = (problem.built.is_some() && is_better).then_some(left / gained);
     Ok(Optimized {
-        candidates: candidates
-            .map(|s| layout(&s.bodies, s.judged.clone(), of_choice.choice.cost))
-            .collect(),
+        candidates: of_choice.listed.iter().map(|own| own.layout(of_choice.choice)).collect(),
+        gain_left,
         undetermined: undetermined(&best),
         pareto,
         is_better,
@@ -155,8 +158,15 @@ pub fn optimize(
 struct Found<'a> {
     choice: &'a Choice,
     search: Search<'a>,
-    studied: Vec<Studied>,
+    /// The best first.
+    listed: Vec<Studied>,
     certain_to_mm: Option<f64>,
+}
+
+impl Studied {
+    fn layout(&self, choice: &Choice) -> Layout {
+        layout(&self.bodies, &self.judged, choice.cost)
+    }
 }
 
 /// No layout of a choice is allowed: each of its sensors has places, but not beside the others.
@@ -167,14 +177,14 @@ fn too_many(choice: &Choice) -> OptimizeError {
     })
 }
 
-fn layout(bodies: &Bodies, judged: Judged, cost: Option<f64>) -> Layout {
+fn layout(bodies: &Bodies, judged: &Judged, cost: Option<f64>) -> Layout {
     Layout {
         tool: bodies.tool.clone(),
         crf: bodies.crf.clone(),
         tracker_from_crf: bodies.tracker_from_crf,
         crf_from_tool: bodies.crf_from_tool,
         objective: judged.objective,
-        figures: judged.figures,
+        studies: judged.studies.clone(),
         cost,
     }
 }
@@ -186,10 +196,7 @@ fn sensors(layout: &Layout) -> usize {
 
 /// Layouts of which no other has as few sensors, as low a cost and as low an objective.
 fn pareto(found: &[Found]) -> Vec<Layout> {
-    let best = found.iter().filter_map(|found| {
-        let studied = found.studied.first()?;
-        Some(layout(&studied.bodies, studied.judged.clone(), found.choice.cost))
-    });
+    let best = found.iter().filter_map(|found| Some(found.listed.first()?.layout(found.choice)));
     let all: Vec<Layout> = best.collect();
     let key =
         |layout: &Layout| (sensors(layout) as f64, layout.cost.unwrap_or(0.0), layout.objective);
@@ -208,7 +215,7 @@ fn pareto(found: &[Found]) -> Vec<Layout> {
 /// The fewest sensors that meet all that is required, else the least objective.
 fn best_choice(goal: Goal, found: &[Found]) -> usize {
     let objective =
-        |k: &usize| found[*k].studied.first().map_or(f64::INFINITY, |s| s.judged.objective);
+        |k: &usize| found[*k].listed.first().map_or(f64::INFINITY, |best| best.judged.objective);
     let count = |k: &usize| {
         let bodies = &found[*k].choice.bodies;
         bodies.tool.sensors.len() + bodies.crf.as_ref().map_or(0, |crf| crf.sensors.len())
@@ -224,7 +231,7 @@ fn best_choice(goal: Goal, found: &[Found]) -> usize {
 }
 
 fn undetermined(best: &Layout) -> Vec<String> {
-    let Some(figures) = best.figures.first() else {
+    let Some(figures) = best.studies.first().map(|study| &study.room_field) else {
         return Vec::new();
     };
     let free = figures.free_axis.as_ref().map(|free| free.statement());

@@ -4,7 +4,7 @@ use crate::constraint::Constraint;
 use serde::Serialize;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::comparison::Difference;
-use trackwright_simulation::{Figures, PlacedBody, RigidBody, StudyError};
+use trackwright_simulation::{PlacedBody, RigidBody, Study, StudyError};
 use trackwright_task::Cancelled;
 
 /// A design's sensors and poses, and what its study comes to.
@@ -15,10 +15,11 @@ pub struct Layout {
     /// `None` without a CRF.
     pub tracker_from_crf: Option<Pose>,
     pub crf_from_tool: Pose,
-    /// What the search makes least: a ratio to the requirement, or a figure in its unit.
+    /// What the search makes least, with jitter and building error: a ratio to the requirement, or a figure
+    /// in its unit.
     pub objective: f64,
-    /// Of the study in each room, as a study of its own gives them.
-    pub figures: Vec<Figures>,
+    /// Its study in each room.
+    pub studies: Vec<Study>,
     /// Of the sensors, where they have one.
     pub cost: Option<f64>,
 }
@@ -52,6 +53,9 @@ pub struct Optimized {
     /// than this; `None` where there were too many for that.
     pub certain_to_mm: Option<f64>,
     pub gain: Vec<RoomGain>,
+    /// Part of the objective's gain that is left with three times the building error; `None` without
+    /// a gain, or a building error.
+    pub gain_left: Option<f64>,
     pub binding: Vec<Binding>,
     pub flatness: Vec<Flatness>,
     /// What the sensors of the best layout leave open, one statement each.
@@ -63,6 +67,23 @@ pub struct Optimized {
 }
 
 impl Optimized {
+    /// Whether anything is to be changed, for a person.
+    pub fn verdict(&self) -> &'static str {
+        match (self.is_better, self.gain.is_empty()) {
+            (true, _) => "better than the start",
+            (false, true) => "no layout is better than the start",
+            (false, false) => {
+                "not shown to be better than the start: the interval of the gain holds zero"
+            }
+        }
+    }
+
+    /// How much of the gain a worse workshop leaves, for a person.
+    pub fn gain_left_words(&self) -> Option<String> {
+        let percent = 100.0 * self.gain_left?.max(0.0);
+        Some(format!("With three times the building error {percent:.0} % of the gain is left"))
+    }
+
     /// Of a search that was ended before it had judged a layout.
     pub(crate) fn of_start(start: Layout, evaluations: u64, notes: Vec<String>) -> Self {
         Self {
@@ -73,6 +94,7 @@ impl Optimized {
             evaluations,
             certain_to_mm: None,
             gain: Vec::new(),
+            gain_left: None,
             binding: Vec::new(),
             flatness: Vec::new(),
             undetermined: Vec::new(),

@@ -60,7 +60,7 @@ mod tests {
             tracker_from_crf,
             crf_from_tool,
             objective: 1.0,
-            figures: Vec::new(),
+            studies: Vec::new(),
             cost: None,
         }
     }

@@ -38,6 +38,13 @@ pub struct BuiltError {
     pub angle_deg: f64,
 }
 
+impl Default for BuiltError {
+    /// What a coil that is glued into a groove by hand is off by.
+    fn default() -> Self {
+        Self { position_mm: 0.2, angle_deg: 0.3 }
+    }
+}
+
 /// Where the sensors of a body may be, and the shape of the body.
 #[derive(Clone, Debug, Default)]
 pub struct MountedBody {

@@ -14,7 +14,7 @@ use crate::slot_grids::SlotGrids;
 use crate::table::Table;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
-use trackwright_simulation::{CancelToken, StudyError};
+use trackwright_simulation::{CancelToken, Study, StudyError};
 use trackwright_task::Task;
 
 /// Part of the frame fits that the first, coarse grid may take, so that there is a first answer soon.
@@ -119,6 +119,7 @@ impl<'a> Search<'a> {
         deliver: &mut dyn FnMut(&Studied, u64),
     ) -> Result<Searched, OptimizeError> {
         let start = self.start();
+        let own = start.as_ref().map(|start| start.position.clone());
         let coarse = self.grid(FIRST_PART)?;
         let first: Vec<Position> = coarse
             .found
@@ -170,6 +171,7 @@ impl<'a> Search<'a> {
             .collect();
         positions.extend(close);
         positions.extend(first);
+        positions.extend(own);
         let studied = self.studied(&positions)?;
         if let Some(best) = studied.first() {
             deliver(best, self.evaluations.load(Ordering::Relaxed));
@@ -306,11 +308,11 @@ impl<'a> Search<'a> {
         step_mm: f64,
         deliver: &mut dyn FnMut(&Studied, u64),
     ) -> Result<Vec<Studied>, OptimizeError> {
-        let fits = self.settings.most_fits as f64 * self.share * STUDY_PART;
-        let trials: usize = studied
+        let most_fits = self.settings.most_fits as f64 * self.share * STUDY_PART;
+        let study_fits: usize = studied
             .first()
-            .map_or(1, |best| best.judged.figures.iter().map(|figures| figures.trials).sum());
-        let each = (fits / trials.max(1) as f64 / FINALISTS as f64) as u64;
+            .map_or(1, |best| best.judged.studies.iter().map(fits).sum());
+        let each = (most_fits / study_fits.max(1) as f64 / FINALISTS as f64) as u64;
         let (finalists, rest) = studied.split_at(FINALISTS.min(studied.len()));
         let mut all = rest.to_vec();
         for finalist in finalists {
@@ -399,6 +401,12 @@ impl<'a> Search<'a> {
         self.pair_fault_of(&self.movable.bodies(position), number, &[])
             .or_else(|| places.fault(&position.places[number]))
     }
+}
+
+/// Frame fits that a study takes, with those in drawn fields.
+fn fits(study: &Study) -> usize {
+    let drawn = study.figures.drawn.map_or(0, |drawn| drawn.draws * drawn.trials);
+    study.room_field.trials + drawn
 }
 
 /// The farthest that a sensor, or a pose, is from where it is in another layout.

@@ -20,6 +20,7 @@ pub(crate) struct Table<'a> {
 
 /// Those of one room.
 struct RoomTable<'a> {
+    room: usize,
     scenario: &'a Scenario,
     few: Few,
     tracker_from_crf: Vec<Pose>,
@@ -63,7 +64,7 @@ impl<'a> Table<'a> {
         let rooms = judge.problem.scenarios.iter();
         let rooms = rooms.enumerate().map(|(room, scenario)| {
             let most_outside = judge.most_outside(room);
-            RoomTable::new(judge, scenario, base, (slots, places), most_outside)
+            RoomTable::new(judge, (room, scenario), base, (slots, places), most_outside)
         });
         Ok(Self { judge, base, slots, rooms: rooms.collect::<Result<_, _>>()? })
     }
@@ -97,7 +98,7 @@ impl<'a> Table<'a> {
 impl<'a> RoomTable<'a> {
     fn new(
         judge: &Judge,
-        scenario: &'a Scenario,
+        (room, scenario): (usize, &'a Scenario),
         base: &Bodies,
         (slots, places): (&[Slot], &[Vec<PlacedSensor>]),
         most_outside: usize,
@@ -127,6 +128,7 @@ impl<'a> RoomTable<'a> {
         let crf =
             base.crf.as_ref().map(|rigid| of_body(PlacedBody::Crf, rigid, &tracker_from_crf, 1));
         Ok(Self {
+            room,
             scenario,
             few,
             tracker_from_crf,
@@ -160,7 +162,7 @@ impl<'a> RoomTable<'a> {
             }
             _ => crf_poses.resize(self.tracker_from_crf.len(), (Pose::identity(), true)),
         }
-        let scatter = judge.scatter(self.scenario, bodies);
+        let scatter = judge.scatter(self.scenario, bodies, self.room);
         let fitter = FrameFitter::new(&bodies.tool, weight_mm);
         let rows = self.tool.rows(PlacedBody::Tool, bodies.tool.sensors.len(), slots, chosen);
         let tip = bodies.tool.judged_tip_in_body();
@@ -183,11 +185,13 @@ impl<'a> RoomTable<'a> {
             let fit = fitter.fit(readings, &self.tracker_from_tool[number]);
             let simulated = tracker_from_crf.inverse() * fit.tracker_from_body;
             let error = relative_error(&trial.crf_from_tool, &simulated, &tip);
-            let variance_mm2 = scatter.as_ref().map_or(0.0, |scatter| {
-                scatter.variance_mm2(&trial.crf_from_tool, trial.tracker_from_crf)
+            let own = [error.tip_error_in_crf_mm.norm(), error.angle_rad.to_degrees()];
+            errors.push(match &scatter {
+                None => own,
+                Some(scatter) => {
+                    scatter.added_to(own, &trial.crf_from_tool, trial.tracker_from_crf)
+                }
             });
-            let tip_mm = (error.tip_error_in_crf_mm.norm_squared() + variance_mm2).sqrt();
-            errors.push([tip_mm, error.angle_rad.to_degrees()]);
         }
         Some(judge.of_few(errors, &self.few))
     }

@@ -3,10 +3,10 @@
 
 use crate::bodies::{Bodies, Position};
 use crate::outcome::{Binding, Flatness, RoomGain, body_key};
-use crate::problem::{Goal, Problem};
+use crate::problem::{Goal, OverRooms, Problem};
 use crate::search::Search;
 use trackwright_field::Environment;
-use trackwright_simulation::comparison::{self, Pair, Plan, Verdict};
+use trackwright_simulation::comparison::{self, Pair, Plan};
 use trackwright_simulation::{Metric, Sensor};
 use trackwright_task::{Cancelled, Task};
 
@@ -36,6 +36,7 @@ const LEAST_GAIN: f64 = 1e-3;
 /// [`Cancelled`].
 pub(crate) fn gain(
     problem: &Problem,
+    deciding: Option<Metric>,
     (start, start_objective): (&Bodies, f64),
     (best, best_objective): (&Bodies, f64),
     seed: u64,
@@ -60,13 +61,15 @@ pub(crate) fn gain(
         })
         .collect();
     let is_less = best_objective < start_objective * (1.0 - GAIN);
-    let required = required(problem.goal);
-    let verdicts = || {
-        let all = gain.iter().flat_map(|room| &room.differences);
-        all.filter(|d| required.contains(&d.metric)).map(|d| d.verdict)
+    // Refused only where the interval of the gain holds zero: of the figure that decides the objective.
+    let of_deciding = |room: &RoomGain| {
+        let own = room.differences.iter().find(|d| Some(d.metric) == deciding);
+        own.is_some_and(|difference| difference.high < 0.0)
     };
-    let is_significant =
-        verdicts().any(|v| v == Verdict::Better) && verdicts().all(|v| v != Verdict::Worse);
+    let is_significant = match problem.rooms {
+        OverRooms::Worst => gain.iter().any(of_deciding),
+        OverRooms::Mean => gain.iter().all(of_deciding),
+    };
     // What a room that was never measured does is exact: there is nothing else it might be.
     let is_exact = problem.scenarios.iter().all(|s| is_exact(&s.environment))
         && best_objective < start_objective * (1.0 - LEAST_GAIN);
@@ -76,7 +79,7 @@ pub(crate) fn gain(
 fn is_exact(environment: &Environment) -> bool {
     environment.provenance.is_none()
         && environment.fit_validity.is_none()
-        && environment.process.is_none()
+        && !environment.states_uncertainty()
 }
 
 /// The figures that count.

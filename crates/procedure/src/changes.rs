@@ -1,6 +1,6 @@
 //! What is no more as it was when a step was decided.
 
-use super::decided::{DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, RoomName};
+use super::decided::{DecidedRecording, DecidedRow, DecidedStudies, RoomName};
 use super::status::Row;
 use serde::Serialize;
 use std::fmt;
@@ -121,7 +121,7 @@ fn row_changes(before: &DecidedRow, row: &Row) -> Vec<Changed> {
         (Err(_), Ok(_)) => vec![Changed::HasFigures],
         (Ok(_), Err(why)) => vec![Changed::HasNoFigures { why: why.to_string() }],
         (Ok(before), Ok(now)) => {
-            let now = DecidedFigures::of(&now.figures, now.without_field);
+            let now = before.of_the_same_kind(now);
             let figures = Metric::decided().map(|metric| {
                 let [before, now] = [before, &now].map(|f| f.values.get(metric));
                 // What was not kept then is not compared.

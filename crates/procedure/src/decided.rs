@@ -1,9 +1,8 @@
 //! What a step of the design procedure is decided on: its figures as they were on that day.
 
 use trackwright_calibration::agreement::BuiltRecording;
-use trackwright_simulation::figures::Figures;
 use trackwright_simulation::requirement::Requirement;
-use trackwright_simulation::{Metric, MetricMap};
+use trackwright_simulation::{Metric, MetricMap, Study, Verdict};
 
 /// The steps at which somebody decides (Fischer & Taylor 2005, section 4.1: 2 and 3, 4 and 5, 6).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -60,8 +59,11 @@ pub struct DecidedFigures {
     /// Trials with a sensor where the room has no field.
     pub without_field: usize,
     pub values: MetricMap,
+    /// Whether the values are those that were to be expected; older decisions kept those of the room's
+    /// own field.
+    pub are_expected: bool,
     /// `None` without bounds.
-    pub met: Option<bool>,
+    pub verdict: Option<Verdict>,
 }
 
 /// What a recording of the built tool came to.
@@ -139,28 +141,24 @@ impl DecisionBasis {
 
 impl DecidedFigures {
     /// Those of a study.
-    pub fn of(figures: &Figures, without_field: usize) -> Self {
+    pub fn of(study: &Study) -> Self {
+        let value = |metric| Some((metric, study.figures.get(metric)?.value));
         Self {
-            trials: figures.trials,
-            without_field,
-            values: Metric::decided().map(|metric| (metric, figures.value(metric))).collect(),
-            met: figures.within_bounds(),
+            trials: study.room_field.trials,
+            without_field: study.room_field.without_field,
+            values: Metric::decided().filter_map(value).collect(),
+            are_expected: true,
+            verdict: study.figures.requirement.as_ref().map(|requirement| requirement.verdict),
         }
     }
 
-    /// Whether they keep to the bounds; `None` without any.
-    ///
-    /// ```
-    /// use trackwright_procedure::DecidedFigures;
-    /// use trackwright_simulation::{Metric, Requirement};
-    /// let values = [(Metric::TIP_RMS, 0.8)].into();
-    /// let figures = DecidedFigures { trials: 3, without_field: 0, values, met: None };
-    /// let requirement = Requirement::at_most([(Metric::TIP_RMS, 1.0)]);
-    /// assert_eq!(figures.meet(Some(&requirement)), Some(true));
-    /// assert_eq!(figures.meet(None), None);
-    /// ```
-    pub fn meet(&self, requirement: Option<&Requirement>) -> Option<bool> {
-        let checks = requirement?.checks_of(|metric| self.values.get(metric));
-        (!checks.is_empty()).then(|| checks.iter().all(|check| check.met))
+    /// Those of a study of the kind that these are.
+    pub(super) fn of_the_same_kind(&self, study: &Study) -> Self {
+        let of_study = Self::of(study);
+        let own = |metric| (metric, study.room_field.value(metric));
+        match self.are_expected {
+            true => of_study,
+            false => Self { values: Metric::decided().map(own).collect(), ..of_study },
+        }
     }
 }

@@ -4,10 +4,10 @@ use super::changes::{Change, recording_changes, study_changes};
 use super::decided::{DecidedFigures, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step};
 use super::plan::{Plan, Recording, Room};
 use serde::Serialize;
-use trackwright_simulation::expected::{BoundVerdict, verdict_of_all};
-use trackwright_simulation::own_study::{NoFigures, OwnStudy, mode_of, own_study};
+use trackwright_simulation::judgement::Verdict;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_simulation::scenario::Scenario;
+use trackwright_simulation::study::{NoFigures, Study, mode_of, study_with_figures};
 use trackwright_task::{Cancelled, Task};
 
 /// Where a design stands.
@@ -75,7 +75,7 @@ pub struct Row {
     pub is_for_now: bool,
     /// Of a CRF; `None` at its tip or origin.
     pub target: Option<String>,
-    pub studied: Result<OwnStudy, NoFigures>,
+    pub studied: Result<Study, NoFigures>,
 }
 
 /// The built tool.
@@ -159,7 +159,7 @@ fn rows(
         task.step(rows.len(), all)?;
         let studied = match scenario {
             Err(why) => Err(NoFigures::Room(why.clone())),
-            Ok(scenario) => own_study(scenario, &mode_of(scenario), &task.cancel)?,
+            Ok(scenario) => study_with_figures(scenario, &mode_of(scenario), &task.cancel)?,
         };
         rows.push(Row { room: room.name.clone(), is_for_now: room.is_for_now, target, studied });
     }
@@ -175,15 +175,15 @@ fn studies_status(
     let lasting = rows.iter().filter(|row| !row.is_for_now);
     let changes = decided
         .map_or_else(Vec::new, |decided| study_changes(decided, requirement.as_ref(), lasting));
-    let verdict = verdict_of_all(rows.iter().filter_map(Row::verdict));
+    let verdict = Verdict::of_all(rows.iter().filter_map(Row::verdict));
     let state = match decided {
         Some(_) => State::of_decided(&changes),
         None if rows.iter().all(|row| row.studied.is_err()) => State::NoFigures,
         None => match verdict {
             None => State::NoRequirement,
-            Some(BoundVerdict::Met) => State::Met,
-            Some(BoundVerdict::Missed) => State::Missed,
-            Some(BoundVerdict::CannotTell) => State::CannotTell,
+            Some(Verdict::Met) => State::Met,
+            Some(Verdict::Missed) => State::Missed,
+            Some(Verdict::CannotTell) => State::CannotTell,
         },
     };
     StudiesStatus { state, requirement, rows, changes }
@@ -237,8 +237,8 @@ impl State {
 impl Row {
     /// Whether the requirement is met, as far as the room determines it; `None` without one, or
     /// without figures.
-    pub fn verdict(&self) -> Option<BoundVerdict> {
-        self.studied.as_ref().ok()?.verdict()
+    pub fn verdict(&self) -> Option<Verdict> {
+        Some(self.studied.as_ref().ok()?.figures.requirement.as_ref()?.verdict)
     }
 }
 
@@ -249,8 +249,8 @@ impl StudiesStatus {
         let of = |verdict| rows.iter().filter(|row| row.verdict() == Some(verdict)).count();
         RowCounts {
             with_figures: rows.iter().filter(|row| row.studied.is_ok()).count(),
-            missed: of(BoundVerdict::Missed),
-            cannot_tell: of(BoundVerdict::CannotTell),
+            missed: of(Verdict::Missed),
+            cannot_tell: of(Verdict::CannotTell),
         }
     }
 
@@ -268,7 +268,7 @@ impl StudiesStatus {
                 room: row.room.clone(),
                 target: row.target.clone(),
                 figures: match &row.studied {
-                    Ok(studied) => Ok(DecidedFigures::of(&studied.figures, studied.without_field)),
+                    Ok(studied) => Ok(DecidedFigures::of(studied)),
                     Err(why) => Err(why.to_string()),
                 },
             })

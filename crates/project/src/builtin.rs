@@ -166,6 +166,7 @@ mod tests {
             })),
             model: fit.model,
             fit_validity: Some(support),
+            metal: None,
         }
     }
 
@@ -228,11 +229,15 @@ mod tests {
             let world = open_builtin(name).unwrap();
             let scenario = resolve(world.document.design(), &world.environment);
             let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
-            assert_eq!((outcome.figures.outside, outcome.figures.out_of_volume), (0, 0), "{name}");
+            assert_eq!(
+                (outcome.room_field.outside, outcome.room_field.out_of_volume),
+                (0, 0),
+                "{name}"
+            );
             let outcome = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
-            assert_eq!(outcome.figures.trials, 3375, "{name}");
-            assert_eq!(outcome.figures.out_of_volume, 0, "{name}");
-            assert!(outcome.figures.free_axis.is_none(), "{name}");
+            assert_eq!(outcome.room_field.trials, 3375, "{name}");
+            assert_eq!(outcome.room_field.out_of_volume, 0, "{name}");
+            assert!(outcome.room_field.free_axis.is_none(), "{name}");
         }
     }
 

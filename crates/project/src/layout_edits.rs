@@ -151,7 +151,7 @@ mod tests {
             tracker_from_crf: design.crf.as_ref().map(|crf| crf.tracker_from_crf),
             crf_from_tool: design.tool.crf_from_tool,
             objective: 1.0,
-            figures: Vec::new(),
+            studies: Vec::new(),
             cost: None,
         }
     }

@@ -13,7 +13,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use trackwright_design::Day;
 use trackwright_formats::log;
 use trackwright_formats::recording::live_table::{self, LiveSample};
-use trackwright_simulation::{CancelToken, Mode, Outcome, Scenario, StudyError, Trial, run};
+use trackwright_simulation::{CancelToken, Mode, Scenario, Study, StudyError, Trial, study};
 
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
@@ -33,8 +33,8 @@ pub fn write_log(
     mode: &Mode,
     cancel: &CancelToken,
     visit: &mut dyn FnMut(&Trial),
-) -> Result<Outcome, LogError> {
-    let mut result: Option<Result<Outcome, StudyError>> = None;
+) -> Result<Study, LogError> {
+    let mut result: Option<Result<Study, StudyError>> = None;
     let written = output.write(|out| {
         log::write_header(out)?;
         let mut failure = None;
@@ -47,7 +47,7 @@ pub fn write_log(
                 cancel.cancel();
             }
         };
-        let outcome = run(scenario, mode, cancel, Some(&mut write));
+        let outcome = study(scenario, mode, cancel, Some(&mut write));
         if let Some(error) = failure {
             return Err(error);
         }

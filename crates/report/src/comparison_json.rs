@@ -1,6 +1,6 @@
 //! Designs held against each other, as JSON.
 
-use crate::expected_json::add_figures;
+use crate::figures_json::{merge, study_json};
 use serde_json::{Map, Value, json};
 use trackwright_formats::comparison_table::Names;
 use trackwright_geometry::pose::pose_to_array;
@@ -41,20 +41,9 @@ fn row_json(row: &Row, names: &Names) -> Value {
     let Ok(measured) = &row.measured else {
         return value;
     };
-    let figures = &measured.figures;
-    let expected = measured.expected.as_ref();
-    add_figures(&mut value, figures, measured.without_field, expected);
-    value["rejected"] = json!(figures.rejected);
+    merge(&mut value, study_json(&measured.study, None));
     value["worst"]["pose"] = json!(pose_to_array(&measured.worst_pose.crf_from_tool));
     value["worst"]["offsets"] = offsets_json(&measured.worst_pose);
-    value["poorly_determined"] = json!(figures.poorly_determined);
-    if let Some(weak) = &figures.barely_determined {
-        value["barely_determined"] = json!(weak);
-    }
-    if let Some(free) = &figures.free_axis {
-        value["free_axis"] = json!(free);
-        value["position_mm_determined"] = json!(figures.position_mm_determined);
-    }
     value["against_baseline"] = match &row.against_baseline {
         None => Value::Null,
         Some(against) => json!({

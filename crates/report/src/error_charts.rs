@@ -137,14 +137,14 @@ fn bound(level_mm: f64, name: &str) -> Series {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use trackwright_simulation::{CancelToken, Mode, run_profiled};
+    use trackwright_simulation::{CancelToken, Mode, study_profiled};
 
     fn profile(mode: &Mode) -> (Profile, Requirement) {
         let world =
             trackwright_project::open_builtin_without_meshes(trackwright_project::DEFAULT_BUILTIN)
                 .unwrap();
         let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-        let (_, profile) = run_profiled(&scenario, mode, &CancelToken::default()).unwrap();
+        let (_, profile) = study_profiled(&scenario, mode, &CancelToken::default()).unwrap();
         (profile.unwrap(), scenario.requirement.unwrap())
     }
 

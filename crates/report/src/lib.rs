@@ -21,7 +21,7 @@ pub mod compensation_json;
 pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
-pub mod expected_json;
+pub mod figures_json;
 pub mod found_metal;
 pub mod learning_chart;
 pub mod manufacturing;

@@ -2,11 +2,10 @@
 
 use crate::text_table;
 use std::iter;
-use trackwright_simulation::BoundVerdict;
 use trackwright_simulation::ErrorOf;
 use trackwright_simulation::Metric;
+use trackwright_simulation::Verdict;
 use trackwright_simulation::coil_statements;
-use trackwright_simulation::expected::verdict_of;
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::requirement::Check;
 use trackwright_simulation::tolerance::{
@@ -146,31 +145,19 @@ pub fn built_check_words(check: &BuiltCheck) -> Vec<String> {
     ]
 }
 
-/// The requirement as drawn as far as the room determines it, a sentence each; tolerances are found
-/// in the room's own field, which leaves that out.
-pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
-    let bounds = &sheet.expected_as_drawn;
-    let Some(verdict) = verdict_of(bounds) else {
+/// The requirement as drawn as far as the room decides it, a sentence each; tolerances are found in the
+/// room's own field.
+pub fn requirement_words(sheet: &ManufacturingSheet) -> Vec<String> {
+    let Some(requirement) = &sheet.requirement else {
         return Vec::new();
     };
-    let each = bounds.iter().map(|bound| {
-        let [low, high] = bound.interval.unwrap_or([bound.value; 2]);
-        let unit = unit_after(bound.metric);
-        format!(
-            "{} {:.4} (95 %: {low:.4} to {high:.4}) of {}{unit}, {}",
-            bound_label(bound.metric),
-            bound.value,
-            bound.limit,
-            bound.label()
-        )
-    });
-    let mut words = vec![format!("expected as drawn: {}", each.collect::<Vec<_>>().join("; "))];
-    let what = match verdict {
-        BoundVerdict::Met => return words,
-        BoundVerdict::CannotTell => {
-            "the measurements of this room cannot decide whether the requirement is met as drawn"
-        }
-        BoundVerdict::Missed => "the requirement is expected to be missed as drawn",
+    let each = requirement.bounds.iter();
+    let each = each.map(|bound| format!("{} {}", bound_label(bound.metric), bound.words(4, " ")));
+    let mut words = vec![format!("as drawn: {}", each.collect::<Vec<_>>().join("; "))];
+    let what = match requirement.verdict {
+        Verdict::Met => return words,
+        Verdict::CannotTell => "it is not decided whether the requirement is met as drawn",
+        Verdict::Missed => "the requirement is missed as drawn",
     };
     words.push(format!(
         "{what}: the tolerances hold in the room's own field, and only as far as that does"
@@ -180,11 +167,14 @@ pub fn expected_words(sheet: &ManufacturingSheet) -> Vec<String> {
 
 /// The sheet as text.
 pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
-    let mut lines = Vec::new();
+    let mut lines = requirement_words(sheet);
     if !sheet.as_drawn.is_empty() {
-        lines.push(format!("as drawn: {}, over {}", checks_words(&sheet.as_drawn), poses(sheet)));
+        lines.push(format!(
+            "in the room's own field: {}, over {}",
+            checks_words(&sheet.as_drawn),
+            poses(sheet)
+        ));
     }
-    lines.extend(expected_words(sheet));
     for body in &sheet.bodies {
         lines.push(String::new());
         lines.extend(geometry(body));

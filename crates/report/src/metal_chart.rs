@@ -13,8 +13,8 @@ const WIDE: f64 = 30.0;
 pub fn chart(design: &str, object: &str, scenario: &Scenario, found: &MetalDistances) -> Chart {
     let line = |metric: Metric| {
         let points = found.places.iter().filter_map(|place| {
-            let values = place.figures.as_ref().ok()?;
-            Some((place.gap.from_tip_mm, values[metric.index()]))
+            let figure = place.figures.as_ref().ok()?.get(metric)?;
+            Some((place.gap.from_tip_mm, figure.value))
         });
         Series::new(metric.label(), SeriesStyle::Line, points.collect())
     };
@@ -26,8 +26,9 @@ pub fn chart(design: &str, object: &str, scenario: &Scenario, found: &MetalDista
     }
     if let Some(gap) = found.holds_from {
         let at = found.places.iter().find(|place| place.gap == gap);
-        let values = at.and_then(|place| place.figures.as_ref().ok());
-        let point = values.map(|values| (gap.from_tip_mm, values[Metric::TIP_RMS.index()]));
+        let figures = at.and_then(|place| place.figures.as_ref().ok());
+        let figure = figures.and_then(|figures| figures.get(Metric::TIP_RMS));
+        let point = figure.map(|figure| (gap.from_tip_mm, figure.value));
         let name = format!("holds from {:.0} mm", gap.from_tip_mm);
         series.push(Series::new(name, SeriesStyle::Marked, point.into_iter().collect()));
     }

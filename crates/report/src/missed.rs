@@ -3,10 +3,9 @@
 use serde_json::{Value, json};
 use trackwright_design::BodyRole;
 use trackwright_simulation::error_sources::{AxisSpan, WorstTrials};
-use trackwright_simulation::expected::{BoundVerdict, judged};
 use trackwright_simulation::{
-    CancelToken, ErrorOf, ErrorSources, Expected, Figures, Mode, Scenario, StudyError,
-    error_sources, trial_pose, trial_sources,
+    CancelToken, ErrorOf, ErrorSources, Mode, RoomFieldFigures, Scenario, Study, StudyError,
+    Verdict, error_sources, trial_pose, trial_sources,
 };
 
 /// The sources of each kind of error that misses a bound.
@@ -24,14 +23,13 @@ impl Missed {
     pub fn of(
         role: BodyRole,
         (scenario, mode): (&Scenario, &Mode),
-        figures: &Figures,
-        expected: Option<&Expected>,
+        study: &Study,
         cancel: &CancelToken,
     ) -> Result<Option<Self>, StudyError> {
-        let bounds = judged(figures, expected);
+        let bounds = study.figures.requirement.as_ref().map_or(&[][..], |r| &r.bounds);
         let is_missed = |of: &ErrorOf| {
-            let mut missed = bounds.iter().filter(|bound| bound.verdict == BoundVerdict::Missed);
-            missed.any(|bound| bound.metric.of == *of && scenario.judges(mode, bound.metric))
+            let mut missed = bounds.iter().filter(|bound| bound.verdict == Verdict::Missed);
+            missed.any(|bound| bound.metric.of == *of)
         };
         let kinds: Vec<ErrorOf> = ErrorOf::ALL.into_iter().filter(is_missed).collect();
         if kinds.is_empty() {
@@ -81,7 +79,7 @@ pub fn add_sources(
     value: &mut Value,
     role: BodyRole,
     (scenario, mode): (&Scenario, &Mode),
-    figures: &Figures,
+    figures: &RoomFieldFigures,
     missed: Option<&Missed>,
 ) {
     if let Some(missed) = missed {

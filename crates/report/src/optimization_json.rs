@@ -1,7 +1,8 @@
 //! A search for the best places of sensors, and what came of it; as JSON.
 
 use crate::comparison_json::differences_json;
-use crate::study::{Study, figures_json};
+use crate::figures_json::study_json;
+use crate::study::StudyReport;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_design::{BodyRole, EditError};
@@ -10,7 +11,7 @@ use trackwright_geometry::pose::pose_to_array;
 use trackwright_optimization::{Layout, Optimized, PoseChange, Problem, RoomGain};
 use trackwright_project::{World, coil_findings, layout_edits, resolve};
 use trackwright_simulation::{
-    CancelToken, ErrorOf, ExpectedError, RigidBody, Sensor, SensorOrientation, Trial, run,
+    CancelToken, ErrorOf, RigidBody, Sensor, SensorOrientation, StudyError,
 };
 
 /// What was searched, and what came of it.
@@ -41,21 +42,16 @@ pub fn with_layout(world: &World, layout: &Layout) -> Result<World, EditError> {
     Ok(better)
 }
 
-/// What was found as `optimize --format json` prints it; `noted` gets why a room has no expected
-/// figures.
+/// What was found as `optimize --format json` prints it.
 ///
 /// # Errors
 /// A study that cannot run.
-pub fn optimization_json(
-    found: &FoundPlaces,
-    cancel: &CancelToken,
-    noted: &mut dyn FnMut(&ExpectedError),
-) -> Result<Value, ExpectedError> {
+pub fn optimization_json(found: &FoundPlaces, cancel: &CancelToken) -> Result<Value, StudyError> {
     let optimized = &found.optimized;
-    let start = with_studies(found, (&optimized.start, &found.world), cancel, noted)?;
+    let start = with_studies(found, (&optimized.start, &found.world), cancel)?;
     let best = match optimized.best == optimized.start {
         true => start.clone(),
-        false => with_studies(found, (&optimized.best, &found.better), cancel, noted)?,
+        false => with_studies(found, (&optimized.best, &found.better), cancel)?,
     };
     Ok(json!({
         "start": start,
@@ -68,6 +64,7 @@ pub fn optimization_json(
         "stopped": optimized.is_stopped,
         "certain_to_mm": optimized.certain_to_mm,
         "gain": optimized.gain.iter().map(gain_json).collect::<Vec<_>>(),
+        "gain_left": optimized.gain_left,
         "binding": optimized.binding,
         "flatness": optimized.flatness,
         "undetermined": optimized.undetermined,
@@ -81,38 +78,31 @@ fn with_studies(
     found: &FoundPlaces,
     (layout, world): (&Layout, &World),
     cancel: &CancelToken,
-    noted: &mut dyn FnMut(&ExpectedError),
-) -> Result<Value, ExpectedError> {
+) -> Result<Value, StudyError> {
     let coils = coil_findings(world);
     let mode = &found.problem.mode;
     let each = found.rooms.iter().map(|room| {
         let scenario = resolve(world.document.design(), room);
-        let mut last = None;
-        let outcome = run(&scenario, mode, cancel, Some(&mut |trial: &Trial| last = Some(*trial)))?;
-        let study = Study::of_outcome(BodyRole::Tool, (&scenario, mode), outcome, last, cancel)?;
-        study.expected.why_none.iter().for_each(&mut *noted);
+        let study = StudyReport::run(BodyRole::Tool, (&scenario, mode), cancel)?;
         let mut value = study.as_json((&scenario, mode));
         if !coils.is_empty() {
             value["coils"] = json!(coils);
         }
         Ok(value)
     });
-    Ok(layout_json(found, layout, each.collect::<Result<_, ExpectedError>>()?))
+    Ok(layout_json(found, layout, each.collect::<Result<_, StudyError>>()?))
 }
 
 fn layouts(found: &FoundPlaces, layouts: &[Layout]) -> Vec<Value> {
-    let figures = |layout: &Layout| {
-        let each = layout.figures.iter();
-        each.map(|figures| figures_json(figures, None, None)).collect()
-    };
-    layouts.iter().map(|layout| layout_json(found, layout, figures(layout))).collect()
+    let studies =
+        |layout: &Layout| layout.studies.iter().map(|study| study_json(study, None)).collect();
+    layouts.iter().map(|layout| layout_json(found, layout, studies(layout))).collect()
 }
 
-fn layout_json(found: &FoundPlaces, layout: &Layout, figures: Vec<Value>) -> Value {
-    let rooms = found.rooms.iter().zip(&figures);
-    let rooms: Vec<Value> = rooms
-        .map(|(room, figures)| json!({"environment": room.name, "figures": figures}))
-        .collect();
+fn layout_json(found: &FoundPlaces, layout: &Layout, studies: Vec<Value>) -> Value {
+    let rooms = found.rooms.iter().zip(&studies);
+    let rooms: Vec<Value> =
+        rooms.map(|(room, study)| json!({"environment": room.name, "figures": study})).collect();
     json!({
         "objective": layout.objective,
         "cost": layout.cost,
@@ -122,7 +112,7 @@ fn layout_json(found: &FoundPlaces, layout: &Layout, figures: Vec<Value>) -> Val
         "crf_from_tool": pose_to_array(&layout.crf_from_tool),
         "crf_moved": layout.crf_change(&found.optimized.start).map(change_json),
         "generator_moved": layout.generator_change(&found.optimized.start).map(change_json),
-        "figures": figures.first(),
+        "figures": studies.first(),
         "rooms": rooms,
     })
 }

@@ -7,7 +7,7 @@ use trackwright_simulation::uncertainty::{
     DeterminedPart, FirstOrderCheck, MonteCarlo, MotionUncertainty, TipUncertainty,
     UncertaintyError, check_first_order, first_order, monte_carlo, over_motion,
 };
-use trackwright_simulation::{Figures, Mode, Scenario};
+use trackwright_simulation::{Mode, RoomFieldFigures, Scenario};
 use trackwright_task::Task;
 
 /// Samples by default: 0.2 % of standard error, in a fraction of a second.
@@ -84,7 +84,7 @@ impl UncertaintyReport {
     }
 
     /// For `simulate`'s JSON, under `uncertainty`; `figures` are those without jitter.
-    pub fn as_json(&self, figures: &Figures) -> Value {
+    pub fn as_json(&self, figures: &RoomFieldFigures) -> Value {
         let mut value = json!({
             "jitter": {
                 "position_mm": self.jitter.position_mm,

@@ -9,6 +9,7 @@ use trackwright_formats::gltf::write::{Light, Material, MaterialId, NodeId, Shap
 use trackwright_geometry::color::{linear, linear_from_srgb};
 use trackwright_geometry::colormap::NO_VALUE_SRGB;
 use trackwright_geometry::mesh::MeshPart;
+use trackwright_simulation::Metric;
 
 /// No part is smoother than this, as in the editor.
 const LEAST_ROUGHNESS: f64 = 0.15;
@@ -100,7 +101,7 @@ impl Drawing<'_> {
         let sensor = body.rigid.sensors.get(painted.sensor)?;
         self.colors.push(format!(
             "{role}: {} with the sensor {} there ({}, axis {}), {min:.2} to {max:.2} mm, {}",
-            painted.outcome.figure_label(),
+            Metric::TIP_RMS.label(),
             sensor.name,
             self.stage.view.placement_depth.name(),
             self.stage.view.placement_rule.name(),

@@ -55,11 +55,7 @@ impl Drawing<'_> {
         let sampled = self.sampled;
         if let Some(region) = &sampled.region {
             let look = self.veil("requirement met", MET, REGION_ALPHA);
-            let extras = json!({
-                "fraction": region.fraction,
-                "own_fraction": region.own_fraction,
-                "volume_cm3": region.volume_cm3,
-            });
+            let extras = json!({"fraction": region.fraction, "volume_cm3": region.volume_cm3});
             let name = match region.upper_share {
                 Some(_) => "region where the requirement is met with 95 %",
                 None => "region where the requirement is met",

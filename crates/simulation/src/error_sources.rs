@@ -112,19 +112,20 @@ impl ErrorSources {
 
     /// Why an error is as large as it is; each a sentence without a full stop, with this before units.
     pub fn words(&self, of: ErrorOf, space: &str) -> Vec<String> {
-        let (error, unit) = match of {
-            ErrorOf::Position => ("tip error", format!("{space}mm")),
-            ErrorOf::Angle => ("angle error", "°".to_owned()),
+        let error = match of {
+            ErrorOf::Position => "tip error",
+            ErrorOf::Angle => "angle error",
         };
         let sensor = self.largest(of).map(|sensor| {
+            let less = 100.0 * (1.0 - sensor.rms_without(of) / self.rms(of));
+            let change = if less < 0.0 { "higher" } else { "lower" };
             format!(
-                "Sensor {} of the {} carries {:.0}{space}% of the {error}: RMS {:.2}{unit} instead of {:.2}{unit} \
-                 without its distortion",
+                "Sensor {} of the {} carries {:.0}{space}% of the {error}: without its distortion the RMS is \
+                 {:.0}{space}% {change}",
                 sensor.name,
                 sensor.body,
                 100.0 * sensor.part(of),
-                sensor.rms_without(of),
-                self.rms(of)
+                less.abs()
             )
         });
         let worst = self.worst(of).map(|worst| worst.words(space));

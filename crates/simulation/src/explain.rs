@@ -1,8 +1,8 @@
 //! What a study computed, what it used again, and what its scene spared it: in words, from counts.
 
 use super::figures::with_separators;
-use super::run::Outcome;
 use super::scenario::Scenario;
+use super::study::Study;
 use std::fmt;
 
 /// What became of a piece of work.
@@ -39,8 +39,8 @@ impl fmt::Display for Explained {
 }
 
 /// Lists a study's work, computed first.
-pub fn explain(scenario: &Scenario, outcome: &Outcome) -> Vec<Explained> {
-    let (figures, work) = (&outcome.figures, &outcome.work);
+pub fn explain(scenario: &Scenario, study: &Study) -> Vec<Explained> {
+    let (figures, work) = (&study.room_field, &study.work);
     let mut out = Vec::new();
     let mut add = |deed, what: String| out.push(Explained { deed, what });
     let tool_evaluations = work.study_evaluations - work.crf_evaluations;

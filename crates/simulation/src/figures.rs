@@ -1,23 +1,24 @@
-//! A study's figures, and the one way in which they are written for a person.
+//! A study's figures in the room's own field, the paper's simulation, and how they are written for a person.
 
 use super::axis_words::{axis_words, body_name, shaft_of};
 use super::metric::{Metric, MetricValues, Statistics, values};
-use super::requirement::Check;
 use super::requirement::Within;
 use super::scenario::Scenario;
 use super::weak_rotation::WeakRotation;
 use nalgebra::{Unit, Vector3};
 use serde::Serialize;
-use std::fmt;
 
-/// What a study comes to.
+/// What a study comes to where the room's model is taken for its field: the paper's simulation. What is
+/// known of the figures is in [`Figures`](super::figure::Figures).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figures {
+pub struct RoomFieldFigures {
     pub trials: usize,
     /// Trials with a sensor of tool or CRF outside the model's box.
     pub outside: usize,
     /// Trials with a sensor outside the tracker's measurement volume.
     pub out_of_volume: usize,
+    /// Trials with a sensor where the room states no field.
+    pub without_field: usize,
     /// Trials that were left out of the statistics.
     pub rejected: usize,
     pub position_mm: Statistics,
@@ -25,8 +26,6 @@ pub struct Figures {
     pub worst: Worst,
     /// How single trials keep to the requirement's bound of the tip error.
     pub within: Option<Within>,
-    /// One a bound of the requirement; none without a requirement.
-    pub checks: Vec<Check>,
     pub free_axis: Option<FreeRotation>,
     /// The part of the position error that the free rotation cannot change.
     pub position_mm_determined: Option<Statistics>,
@@ -70,42 +69,6 @@ pub struct FreeRotation {
 /// Reach of a free rotation that is round-off: the tip lies on the axis, as that of a needle with one
 /// sensor in its shaft.
 const NO_REACH_MM: f64 = 1e-6;
-
-/// Why a study cannot show that a requirement is met, however small its figures are.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Unsettled {
-    /// Its figures take the true rotation of a body whose sensors do not determine it.
-    FreeRotation(FreeRotation),
-    /// Trials were left out of its figures.
-    LeftOut { trials: usize, of: usize },
-}
-
-impl Unsettled {
-    /// The most that a tip error may be larger than the figures state, mm.
-    pub fn most_mm(&self) -> f64 {
-        match self {
-            Self::FreeRotation(free) => 2.0 * free.reach_mm,
-            Self::LeftOut { .. } => f64::INFINITY,
-        }
-    }
-}
-
-impl fmt::Display for Unsettled {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::FreeRotation(free) => {
-                write!(f, "the {}'s rotation is not determined", free.free.body_name())
-            }
-            Self::LeftOut { trials, of } => write!(
-                f,
-                "{} of {} trials were left out",
-                with_separators(*trials),
-                with_separators(*of)
-            ),
-        }
-    }
-}
 
 impl FreeAxis {
     /// Of a body by its key; without an axis where no rotation is determined at all.
@@ -174,7 +137,7 @@ pub enum RowOf {
     Other,
 }
 
-impl Figures {
+impl RoomFieldFigures {
     /// The value of a figure, mm or degrees.
     pub fn value(&self, metric: Metric) -> f64 {
         metric.of_study(&self.position_mm, &self.angle_deg)
@@ -184,23 +147,10 @@ impl Figures {
     pub fn values(&self) -> MetricValues {
         values(&self.position_mm, &self.angle_deg)
     }
-
-    /// Whether every figure is within its bound, whatever they leave open; `None` without a requirement.
-    pub fn within_bounds(&self) -> Option<bool> {
-        (!self.checks.is_empty()).then(|| self.checks.iter().all(|c| c.met))
-    }
-
-    /// Why figures within their bounds do not show that the requirement is met.
-    pub fn unsettled(&self) -> Option<Unsettled> {
-        let free = self.free_axis.filter(FreeRotation::reaches_tip);
-        let left_out = (self.rejected > 0)
-            .then_some(Unsettled::LeftOut { trials: self.rejected, of: self.trials });
-        free.map(Unsettled::FreeRotation).or(left_out)
-    }
 }
 
 /// The figures as rows of label, value and unit.
-pub fn figure_rows(figures: &Figures) -> Vec<FigureRow> {
+pub fn figure_rows(figures: &RoomFieldFigures) -> Vec<FigureRow> {
     let row = |of, label: String, value: f64, unit| FigureRow {
         of,
         label,

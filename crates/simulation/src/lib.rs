@@ -28,9 +28,10 @@
 //!     requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
 //!     outside: OutsidePolicy::Clamp,
 //! };
-//! let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None)?;
-//! assert!(outcome.figures.value(Metric::TIP_RMS) < 1e-9);
-//! assert_eq!(outcome.figures.within_bounds(), Some(true));
+//! let study = study(&scenario, &Mode::Single, &CancelToken::default(), None)?;
+//! assert!(study.room_field.value(Metric::TIP_RMS) < 1e-9);
+//! let requirement = study.figures.requirement.expect("a requirement");
+//! assert_eq!(requirement.verdict, Verdict::Met);
 //! # Ok::<(), StudyError>(())
 //! ```
 
@@ -47,8 +48,10 @@ pub mod error_sources;
 pub mod expected;
 mod explain;
 pub mod field_lattice;
+pub mod figure;
 pub mod figures;
 pub mod frame_fit;
+pub mod judgement;
 pub mod linear_fit;
 pub mod metal_distance;
 pub mod metric;
@@ -57,7 +60,6 @@ pub mod motion_outline;
 pub mod mounting;
 mod mounting_channel;
 mod mounting_edits;
-pub mod own_study;
 pub mod pairs;
 pub mod placement;
 pub mod plan;
@@ -76,6 +78,7 @@ pub mod slice_probe;
 pub mod slice_quantity;
 pub mod slice_support;
 pub mod statistics;
+pub mod study;
 pub mod support;
 pub mod supported_region;
 pub mod tolerance;
@@ -95,22 +98,24 @@ pub use coil_fit::{
     coil_points, coil_statements, sticks_out_near,
 };
 pub use error_sources::{ErrorSources, TrialSource, error_sources, source_words, trial_sources};
-pub use expected::{
-    BoundVerdict, Expected, ExpectedError, ExpectedRow, Headline, expected, expected_rows, headline,
-};
+pub use expected::{Expected, ExpectedError, expected};
 pub use explain::{Deed, Explained, explain};
-pub use figures::{FigureRow, Figures, RowOf, figure_rows};
+pub use figure::{Basis, Figure, Figures, NoInterval};
+pub use figures::{FigureRow, RoomFieldFigures, RowOf, figure_rows};
 pub use frame_fit::Determination;
+pub use judgement::{JudgedBound, Judgement, Undecided, Verdict};
 pub use metric::{ErrorOf, METRICS, Metric, MetricMap, MetricValues, Statistics, Summary};
 pub use motion::{AxisRange, Motion};
 pub use mounting::{Mounting, MountingAxis, MountingError, MountingRegion};
 pub use mounting_channel::channel_of;
 pub use mounting_edits::{channel_point, new_forbidden_box};
 pub use placement::{
-    AxisRule, Basis, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
+    AxisRule, BestPlace, CoilDepth, PlacedBody, Placement, PlacementError, PlacementOutcome,
     PlacementPlan, place,
 };
-pub use profile::{ChartedProfile, Profile, run_profiled, trial_count, trial_offsets, trial_pose};
+pub use profile::{
+    ChartedProfile, Profile, study_profiled, trial_count, trial_offsets, trial_pose,
+};
 pub use requirement::{Requirement, Within};
 pub use run::{Outcome, StudyError, is_rejected, run};
 pub use scenario::{InputTrial, Mode, Scenario, ScenarioCrf};
@@ -120,6 +125,7 @@ pub use slice_plan::{SlicePlan, SlicePlane};
 pub use slice_probe::{Reading, SliceHit};
 pub use slice_quantity::Quantity;
 pub use slice_support::slice_support;
+pub use study::{Study, study};
 pub use support::{SupportSurvey, survey};
 pub use supported_region::{SupportedRegion, SupportedRegionError, supported_region};
 pub use tracker::SensorDetail;

@@ -1,10 +1,12 @@
 //! How far a metal object must be: a study at each of some places along a line, and from where on the
 //! requirement holds.
 
-use crate::metric::MetricValues;
-use crate::run::{StudyError, run};
+use crate::figure::Figures;
+use crate::judgement::Verdict;
+use crate::run::StudyError;
 use crate::scenario::Mode;
 use crate::scenario::Scenario;
+use crate::study::study;
 use nalgebra::{Point3, Translation3, Unit, Vector3};
 use std::sync::Arc;
 use trackwright_field::Environment;
@@ -62,8 +64,8 @@ pub struct MetalGap {
 pub struct MetalPlace {
     pub gap: MetalGap,
     /// The figures, or why the object cannot be there.
-    pub figures: Result<MetricValues, String>,
-    /// Whether the requirement holds; `None` without one.
+    pub figures: Result<Figures, String>,
+    /// Whether the requirement is met; `None` without one.
     pub holds: Option<bool>,
 }
 
@@ -178,11 +180,12 @@ impl MetalDistanceSearch<'_> {
             .as_ref()
             .map_or(origin_from_tip_mm, |room| room.body_distance_mm(self.object, &tip));
         let scenario = Scenario { environment: furnished.environment, ..self.scenario.clone() };
-        let outcome = run(&scenario, self.mode, &task.cancel, None)?;
+        let figures = study(&scenario, self.mode, &task.cancel, None)?.figures;
+        let judgement = figures.requirement.as_ref();
         Ok(MetalPlace {
             gap: MetalGap { moved_mm, from_tip_mm },
-            holds: outcome.figures.within_bounds(),
-            figures: Ok(outcome.figures.values()),
+            holds: judgement.map(|judgement| judgement.verdict == Verdict::Met),
+            figures: Ok(figures),
         })
     }
 }
@@ -260,10 +263,11 @@ mod tests {
             let furnished =
                 Furnisher::default().furnish(&ideal(), &ball(y_mm), &Task::default()).unwrap();
             let scenario = Scenario { environment: furnished.environment, ..scenario(None) };
-            let outcome = run(&scenario, &Mode::Single, &Task::default().cancel, None).unwrap();
-            outcome.figures.value(Metric::TIP_RMS)
+            let cancel = Task::default().cancel;
+            let figures = study(&scenario, &Mode::Single, &cancel, None).unwrap().figures;
+            figures.get(Metric::TIP_RMS).unwrap().high.unwrap()
         };
-        // The limit is the error at a place of one's own choice, which has to be found again.
+        // The limit is the interval's end at a place of one's own choice, which has to be found again.
         let limit_mm = tip_mm(-230.0);
         assert!(tip_mm(-150.0) > 2.0 * limit_mm);
         let limited = scenario(Some(Requirement::at_most([(Metric::TIP_RMS, limit_mm)])));
@@ -286,8 +290,8 @@ mod tests {
         assert!(found.holds_from.is_none() && found.places.iter().all(|p| p.holds.is_none()));
         let first = found.places.first().and_then(|p| p.figures.as_ref().ok()).unwrap();
         let last = found.places.last().and_then(|p| p.figures.as_ref().ok()).unwrap();
-        let rms = Metric::TIP_RMS.index();
-        assert!(first[rms] > 20.0 * last[rms]);
+        let [first, last] = [first, last].map(|f| f.get(Metric::TIP_RMS).unwrap().value);
+        assert!(first > 20.0 * last);
     }
 
     #[test]

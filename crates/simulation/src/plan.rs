@@ -1,5 +1,6 @@
 //! Which trials a mode visits, in what groups they are computed, and in what order they are seen.
 
+use super::expected::spread;
 use super::motion::MotionGrid;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
@@ -7,6 +8,7 @@ use super::tracker::MIN_RUN;
 use super::trial::{Simulator, Trial, TrialBuffers};
 use super::work::Work;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use trackwright_task::CancelToken;
 
@@ -44,6 +46,29 @@ impl Plan {
             Self::Motion(grid) => grid.trials(),
             Self::Input(trials) => trials.len(),
         }
+    }
+
+    /// Numbers of some trials that are spread over all, in order, each once. In a grid every axis is visited
+    /// evenly, and every few of them together: an additive recurrence whose steps are powers of the root of
+    /// `x^7 = x + 1`, the golden ratio of six dimensions (Roberts 2018).
+    pub fn spread(&self, some: usize) -> Vec<usize> {
+        const STEP: f64 = 1.0 / 1.112_775_684_278_705_5;
+        let numbers: BTreeSet<usize> = match self {
+            _ if some >= self.len() => (0..self.len()).collect(),
+            Self::Motion(grid) => {
+                let number = |k: usize| {
+                    let mut step = 1.0;
+                    grid.counts().into_iter().fold(0, |number, count| {
+                        step *= STEP;
+                        let part = (0.5 + (k as f64 + 1.0) * step).fract();
+                        number * count + ((part * count as f64) as usize).min(count - 1)
+                    })
+                };
+                (0..some.max(1)).map(number).collect()
+            }
+            Self::Single | Self::Input(_) => spread(self.len(), some).collect(),
+        };
+        numbers.into_iter().collect()
     }
 
     /// One trial's poses.

@@ -4,6 +4,7 @@ use super::motion::{MotionGrid, moved};
 use super::scenario::{InputTrial, Mode, Scenario};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
+use trackwright_field::computed::ModelKind;
 
 /// Ranges of motion up to so many poses are always studied whole: some ten milliseconds.
 pub const WHOLE_UP_TO: usize = 20_000;
@@ -15,6 +16,10 @@ pub const PREVIEW_TRIALS: usize = 2048;
 /// Moves the sequence off the corner of the range where it begins: the golden ratio's powers,
 /// which share no period with it.
 pub const SHIFT: [f64; 6] = [0.618_034, 0.381_966, 0.236_068, 0.145_898, 0.090_170, 0.055_728];
+
+/// The same in rooms whose field is computed anew at each pose, which takes some 30 times as long.
+const WHOLE_OF_SIMULATED: usize = 1_000;
+const PREVIEW_OF_SIMULATED: usize = 768;
 
 /// A study that stands for a long one.
 #[derive(Clone, Debug)]
@@ -29,8 +34,12 @@ pub struct Preview {
 pub fn preview(scenario: &Scenario) -> Option<Preview> {
     let grid = scenario.motion?.grid(&scenario.crf_from_tool).ok()?;
     let whole_trials = grid.trials();
-    (whole_trials > WHOLE_UP_TO).then(|| Preview {
-        mode: Mode::Input(spread(scenario, &grid, PREVIEW_TRIALS, SHIFT)),
+    let (most, trials) = match scenario.environment.model.kind() {
+        ModelKind::Simulated => (WHOLE_OF_SIMULATED, PREVIEW_OF_SIMULATED),
+        _ => (WHOLE_UP_TO, PREVIEW_TRIALS),
+    };
+    (whole_trials > most).then(|| Preview {
+        mode: Mode::Input(spread(scenario, &grid, trials, SHIFT)),
         whole_trials,
     })
 }

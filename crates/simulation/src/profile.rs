@@ -5,8 +5,9 @@ use super::along_shaft::{AlongShaft, AlongShaftSums};
 use super::motion::MotionGrid;
 use super::plan::Plan;
 use super::requirement::{Requirement, Within};
-use super::run::{Outcome, StudyError, is_rejected, run};
+use super::run::{StudyError, is_rejected};
 use super::scenario::{InputTrial, Mode, Scenario};
+use super::study::{Study, study};
 use trackwright_geometry::number::round_above;
 use trackwright_task::CancelToken;
 
@@ -65,15 +66,15 @@ pub struct Column {
     pub worst_trial: usize,
 }
 
-/// The figures of a study with its profile.
+/// A study with its profile.
 ///
 /// # Errors
-/// Those of [`run`]. A study of more than [`MAX_PROFILED`] trials has no profile.
-pub fn run_profiled(
+/// Those of [`study`]. A study of more than [`MAX_PROFILED`] trials has no profile.
+pub fn study_profiled(
     scenario: &Scenario,
     mode: &Mode,
     cancel: &CancelToken,
-) -> Result<(Outcome, Option<Profile>), StudyError> {
+) -> Result<(Study, Option<Profile>), StudyError> {
     let grid = match mode {
         Mode::Motion => {
             scenario.motion.map(|motion| motion.grid(&scenario.crf_from_tool)).transpose()?
@@ -82,7 +83,7 @@ pub fn run_profiled(
     };
     let trials = trial_count(scenario, mode).unwrap_or(1);
     if trials > MAX_PROFILED {
-        return run(scenario, mode, cancel, None).map(|outcome| (outcome, None));
+        return study(scenario, mode, cancel, None).map(|study| (study, None));
     }
     let mut tip_error_mm = Vec::with_capacity(trials);
     let mut angle_error_deg = Vec::with_capacity(trials);
@@ -94,11 +95,11 @@ pub fn run_profiled(
             sums.add(trial);
         }
     };
-    let outcome = run(scenario, mode, cancel, Some(&mut log))?;
+    let study = study(scenario, mode, cancel, Some(&mut log))?;
     let axes = grid.map_or_else(Vec::new, |grid| axes(&grid, &tip_error_mm));
     let along_shaft = along_shaft.and_then(AlongShaftSums::finish);
     let profile = Profile { tip_error_mm, angle_error_deg, axes, along_shaft };
-    Ok((outcome, Some(profile)))
+    Ok((study, Some(profile)))
 }
 
 /// How many trials a mode has; `None` where there is no range of motion, or none that can be

@@ -3,7 +3,7 @@
 use super::frame_fit::Determination;
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_geometry::pose::Pose;
-use trackwright_geometry::rotation::rotation_angle_rad;
+use trackwright_geometry::rotation::{log_quaternion, rotation_angle_rad};
 
 /// How far the tracked tool is from the true one, in CRF axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +34,32 @@ pub fn relative_error(
         angle_rad: rotation_angle_rad(
             &(crf_from_tool_simulated.rotation * crf_from_tool.rotation.inverse()),
         ),
+    }
+}
+
+/// The error of a tracked tool as vectors, in CRF axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErrorVectors {
+    pub tip_mm: Vector3<f64>,
+    /// Rotation vector of `R̂ Rᵀ`.
+    pub rotation_rad: Vector3<f64>,
+}
+
+impl ErrorVectors {
+    /// The error of `crf_from_tool_simulated` at the tool's tip.
+    pub fn of(
+        crf_from_tool: &Pose,
+        crf_from_tool_simulated: &Pose,
+        tip_in_tool: &Point3<f64>,
+    ) -> Self {
+        let turn = crf_from_tool_simulated.rotation * crf_from_tool.rotation.inverse();
+        let error = relative_error(crf_from_tool, crf_from_tool_simulated, tip_in_tool);
+        Self { tip_mm: error.tip_error_in_crf_mm, rotation_rad: log_quaternion(&turn) }
+    }
+
+    /// Tip error in mm and angle error in degrees.
+    pub fn sizes(&self) -> [f64; 2] {
+        [self.tip_mm.norm(), self.rotation_rad.norm().to_degrees()]
     }
 }
 

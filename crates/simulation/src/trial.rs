@@ -7,6 +7,7 @@ use super::work::Work;
 use crate::frame_fit::Determination;
 use crate::tool_in_crf::{FreeMotion, relative_error};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
+use trackwright_field::Environment;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 
 /// The figures of one trial.
@@ -26,6 +27,13 @@ pub struct Trial {
     pub determined_mm: Option<f64>,
     /// How far the tip is from the axes of the rotations that are free, tool's and CRF's together.
     pub free_reach_mm: f64,
+}
+
+impl Trial {
+    /// Whether a room states its field at all sensors.
+    pub fn has_field(&self, environment: &Environment) -> bool {
+        environment.states_field(self.outside > 0, self.out_of_volume > 0)
+    }
 }
 
 /// One body at one pose.

@@ -72,8 +72,6 @@ pub struct UsableRegion {
     pub volume_cm3: f64,
     /// Of the tracker's volume itself, not its bounding box; 0 to 1.
     pub fraction: f64,
-    /// Likewise in the room's own field.
-    pub own_fraction: f64,
     /// Orientations visited at each point, and how many the motion has.
     pub orientations: usize,
     pub all_orientations: usize,
@@ -172,18 +170,11 @@ pub fn usable_region(
         let each = each.map(|(place, own)| open.upper(&share.point_mm(share.index(place)), *own));
         ScalarLattice { values: each.collect(), ..share }
     });
-    let clipped = |share: &ScalarLattice| {
-        let clipped = share.clipped_isosurface(1.0, excess.as_deref());
-        let fraction = match clipped.whole_mm3 > 0.0 {
-            true => clipped.surface.volume_mm3 / clipped.whole_mm3,
-            false => 0.0,
-        };
-        (clipped.surface, fraction)
-    };
-    let (own_surface, own_fraction) = clipped(&share);
-    let (surface, fraction) = match &upper_share {
-        Some(upper) => clipped(upper),
-        None => (own_surface, own_fraction),
+    let judged = upper_share.as_ref().unwrap_or(&share);
+    let clipped = judged.clipped_isosurface(1.0, excess.as_deref());
+    let fraction = match clipped.whole_mm3 > 0.0 {
+        true => clipped.surface.volume_mm3 / clipped.whole_mm3,
+        false => 0.0,
     };
     let whole_mm3 =
         environment.volume.map_or(bounds.size_mm().product(), |volume| volume.volume_mm3());
@@ -191,12 +182,11 @@ pub fn usable_region(
     Ok(UsableRegion {
         volume_cm3: fraction * whole_mm3 / 1e3,
         fraction,
-        own_fraction,
         share,
         upper_share,
         interval_points: open.map_or(0, |open| open.points),
         is_inside,
-        surface,
+        surface: clipped.surface,
         orientations: orientations.len(),
         all_orientations,
         work: Work { region_evaluations: work.study_evaluations, study_evaluations: 0, ..work },

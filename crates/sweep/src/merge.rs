@@ -10,7 +10,6 @@ use arrow_select::concat::concat_batches;
 use parquet::arrow::ArrowWriter;
 use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
-use std::io::Write;
 use std::path::Path;
 use trackwright_formats::sweep_plan;
 use trackwright_task::Task;
@@ -43,7 +42,8 @@ pub fn merge(
         file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let draft = new_file(target, ".merge-")?;
     let schema = schema(sweep.plan());
-    let mut writer = ArrowWriter::try_new(draft, schema.clone(), Some(properties(&schema)))
+    let handle = draft.as_file().try_clone().map_err(io_error(file, "cannot be opened"))?;
+    let mut writer = ArrowWriter::try_new(handle, schema.clone(), Some(properties(&schema)))
         .map_err(parquet_error(file))?;
     let mut waiting: Option<RecordBatch> = None;
     let mut done = 0_u64;
@@ -82,8 +82,7 @@ pub fn merge(
         all: sweep.rows(),
     };
     footer.entries(&schema).into_iter().for_each(|entry| writer.append_key_value_metadata(entry));
-    let mut draft = writer.into_inner().map_err(parquet_error(file))?;
-    draft.flush().map_err(io_error(file, "cannot be written"))?;
+    writer.close().map_err(parquet_error(file))?;
     draft.as_file().sync_all().map_err(io_error(file, "cannot be written"))?;
     let bytes = draft.as_file().metadata().map_err(io_error(file, "cannot be read"))?.len();
     draft.persist(file).map_err(|error| io_error(file, "cannot be written")(error.error))?;

@@ -1,6 +1,6 @@
 //! One Parquet file of rows, written batch by batch so that memory stays flat.
 
-use super::error::{SweepError, parquet_error};
+use super::error::{SweepError, io_error, parquet_error};
 use super::folder::{Folder, Part};
 use super::sweep::{Row, Sweep};
 use super::table::{ROW, batch, schema};
@@ -11,7 +11,6 @@ use parquet::file::metadata::{KeyValue, ParquetMetaData, ParquetMetaDataReader};
 use parquet::file::properties::WriterProperties;
 use parquet::schema::types::ColumnPath;
 use std::fs::File;
-use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 use tempfile::NamedTempFile;
@@ -33,7 +32,8 @@ pub(crate) struct ShardWriter<'a> {
     sweep: &'a Sweep,
     folder: &'a Folder,
     schema: SchemaRef,
-    writer: ArrowWriter<NamedTempFile>,
+    draft: NamedTempFile,
+    writer: ArrowWriter<File>,
     rows: Range<u64>,
 }
 
@@ -59,14 +59,15 @@ impl<'a> ShardWriter<'a> {
         let draft = folder.draft(part)?;
         let file = draft.path().to_owned();
         let schema = schema(sweep.plan());
-        let writer = ArrowWriter::try_new(draft, schema.clone(), Some(properties(&schema)))
+        let handle = draft.as_file().try_clone().map_err(io_error(&file, "cannot be opened"))?;
+        let writer = ArrowWriter::try_new(handle, schema.clone(), Some(properties(&schema)))
             .map_err(parquet_error(&file))?;
-        Ok(Self { sweep, folder, schema, writer, rows: first..first })
+        Ok(Self { sweep, folder, schema, draft, writer, rows: first..first })
     }
 
     /// Adds rows that follow those that it has.
     pub fn add(&mut self, rows: &[Row]) -> Result<(), SweepError> {
-        let file = self.writer.inner().path().to_owned();
+        let file = self.draft.path().to_owned();
         let added = batch(self.sweep, &self.schema, self.rows.end, rows)
             .map_err(|cause| parquet_error(&file)(cause.into()))?;
         self.writer.write(&added).map_err(parquet_error(&file))?;
@@ -76,7 +77,7 @@ impl<'a> ShardWriter<'a> {
 
     /// Writes the footer and gives the file its name; whether it did: not where another worker was first.
     pub fn finish(mut self) -> Result<bool, SweepError> {
-        let file = self.writer.inner().path().to_owned();
+        let file = self.draft.path().to_owned();
         let footer = Footer {
             hash: self.sweep.hash().to_owned(),
             rows: self.rows.clone(),
@@ -87,10 +88,10 @@ impl<'a> ShardWriter<'a> {
             .entries(&self.schema)
             .into_iter()
             .for_each(|entry| self.writer.append_key_value_metadata(entry));
-        let mut draft = self.writer.into_inner().map_err(parquet_error(&file))?;
-        draft.flush().map_err(super::error::io_error(&file, "cannot be written"))?;
-        draft.as_file().sync_all().map_err(super::error::io_error(&file, "cannot be written"))?;
-        self.folder.commit(draft, &self.rows)
+        // `into_inner` would lose which error of the system it was.
+        self.writer.close().map_err(parquet_error(&file))?;
+        self.draft.as_file().sync_all().map_err(io_error(&file, "cannot be written"))?;
+        self.folder.commit(self.draft, &self.rows)
     }
 
     pub fn rows(&self) -> &Range<u64> {

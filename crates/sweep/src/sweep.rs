@@ -13,10 +13,9 @@ use trackwright_project::{
     Files, RoomSource, StoreError, World, builtin_named, builtin_rooms,
     open_builtin_without_meshes, open_design_without_meshes, resolve,
 };
-use trackwright_simulation::expected::{expected_where_measured, judged_checks, verdict_of};
-use trackwright_simulation::metric::{MetricValues, values};
+use trackwright_simulation::metric::MetricValues;
 use trackwright_simulation::motion::Motion;
-use trackwright_simulation::{CancelToken, Expected, METRICS, Mode, StudyError, run};
+use trackwright_simulation::{CancelToken, Figures, Mode, StudyError, run, study};
 use trackwright_task::Cancelled;
 
 /// A plan with all that it refers to.
@@ -77,15 +76,10 @@ pub struct RowFigures {
     pub trials: u64,
     pub outside: u64,
     pub out_of_volume: u64,
-    /// In the room's own field, mm and degrees.
-    pub own: MetricValues,
-    /// Expected over drawn fields, with 95 % intervals, where the plan wants them and the room has them.
-    pub expected: Option<(MetricValues, [[f64; 2]; METRICS.len()])>,
-    /// Whether the design's requirement holds in the room's own field; `None` without one, where the study
-    /// leaves it undetermined, and where it bounds only RMS or percentile of one pose of a range of motion.
-    pub requirement_met: Option<bool>,
-    /// Whether it holds for the expected figures with 95 %; `None` also where their intervals do not tell.
-    pub requirement_met_expected: Option<bool>,
+    /// What is known of the figures, where the plan wants it.
+    pub known: Option<Figures>,
+    /// Those of the room's own field, where the plan wants them.
+    pub room_field: Option<MetricValues>,
 }
 
 impl Sweep {
@@ -262,25 +256,19 @@ impl Sweep {
                 Mode::Motion
             }
         };
-        let figures = run(&scenario, &mode, cancel, None)?.figures;
-        let expected = match self.plan.expected {
-            false => None,
-            true => expected_where_measured(&scenario, &mode, cancel)
-                .map_err(|Cancelled| StudyError::Cancelled)?,
-        };
-        let mut checks = figures.checks.clone();
-        checks.retain(|check| scenario.judges(&mode, check.metric));
-        let is_met = |expected: Option<&Expected>| {
-            verdict_of(&judged_checks(&checks, figures.unsettled(), expected))?.is_met()
+        let (room_field, known) = match self.plan.expected {
+            false => (run(&scenario, &mode, cancel, None)?.room_field, None),
+            true => {
+                let study = study(&scenario, &mode, cancel, None)?;
+                (study.room_field, Some(study.figures))
+            }
         };
         Ok(RowFigures {
-            trials: figures.trials as u64,
-            outside: figures.outside as u64,
-            out_of_volume: figures.out_of_volume as u64,
-            own: values(&figures.position_mm, &figures.angle_deg),
-            requirement_met: is_met(None),
-            requirement_met_expected: expected.as_ref().and_then(|expected| is_met(Some(expected))),
-            expected: expected.map(|expected| (expected.figures, expected.intervals)),
+            trials: room_field.trials as u64,
+            outside: room_field.outside as u64,
+            out_of_volume: room_field.out_of_volume as u64,
+            known,
+            room_field: self.plan.room_field.then(|| room_field.values()),
         })
     }
 }

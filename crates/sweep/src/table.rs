@@ -2,13 +2,13 @@
 
 use super::points::columns;
 use super::sweep::{Row, RowFigures, Sweep};
-use arrow_array::builder::{BooleanBuilder, Float64Builder, StringBuilder, UInt64Builder};
+use arrow_array::builder::{Float64Builder, StringBuilder, UInt64Builder};
 use arrow_array::{ArrayRef, RecordBatch};
 use arrow_schema::{ArrowError, DataType, Field, Schema, SchemaRef};
 use std::collections::HashMap;
 use std::sync::Arc;
 use trackwright_formats::sweep_plan::{SweepMotion, SweepPlan};
-use trackwright_simulation::Metric;
+use trackwright_simulation::{Figures, Metric};
 
 /// Key of a column's unit in its metadata.
 pub const UNIT: &str = "unit";
@@ -24,30 +24,26 @@ const TRIALS: &str = "trials";
 const OUTSIDE: &str = "outside";
 const OUT_OF_VOLUME: &str = "out_of_volume";
 pub(crate) const COUNTS: [&str; 3] = [TRIALS, OUTSIDE, OUT_OF_VOLUME];
-const REQUIREMENT_MET: &str = "requirement_met";
-const REQUIREMENT_MET_EXPECTED: &str = "requirement_met_expected";
+const BASIS: &str = "basis";
+const VERDICT: &str = "verdict";
 
-/// How a figure's columns end where it is expected over drawn fields, and what they hold.
-const EXPECTED: [(&str, &str); 3] = [
-    ("_expected", "Expected over drawn fields"),
-    ("_low", "Lower end of the 95 % interval of the expected value"),
-    ("_high", "Upper end of the 95 % interval of the expected value"),
-];
+/// How a figure's columns end, and what they hold.
+const ENDS: [(&str, &str); 2] =
+    [("_low", "Lower end of the 95 % interval"), ("_high", "Upper end of the 95 % interval")];
+const ROOM_FIELD: &str = "_room_field";
 
 /// What a column of that name holds; nothing where the name is enough.
 pub(crate) fn about(name: &str) -> &'static str {
     let is_figure = |name: &str| Metric::named(name).is_some();
+    let is_figures = |ending: &str| name.strip_suffix(ending).is_some_and(is_figure);
     match name {
-        REQUIREMENT_MET => "Whether the design's requirement holds in the room's own field",
-        REQUIREMENT_MET_EXPECTED => "Whether it holds for the expected figures with 95 %",
+        BASIS => "What the figures rest on",
+        VERDICT => "Whether the design's requirement is met, missed, or not decided",
         TRIALS => "Poses of the study",
         OUTSIDE => "Poses with a sensor outside the model's box",
         OUT_OF_VOLUME => "Poses with a sensor outside the tracker's volume",
-        _ if is_figure(name) => "In the room's own field",
-        _ => EXPECTED
-            .into_iter()
-            .find(|(ending, _)| name.strip_suffix(ending).is_some_and(is_figure))
-            .map_or("", |(_, about)| about),
+        _ if is_figures(ROOM_FIELD) => "With the room's model taken for its field",
+        _ => ENDS.into_iter().find(|(ending, _)| is_figures(ending)).map_or("", |end| end.1),
     }
 }
 
@@ -69,15 +65,17 @@ pub fn schema(plan: &SweepPlan) -> SchemaRef {
     fields.extend(COUNTS.map(|name| Field::new(name, DataType::UInt64, true)));
     for metric in &plan.figures {
         let unit = metric.of.unit_key();
-        fields.push(number(metric.name().to_owned(), unit, true));
+        let name = |ending: &str| format!("{}{ending}", metric.name());
         if plan.expected {
-            let name = |ending: &str| format!("{}{ending}", metric.name());
-            fields.extend(EXPECTED.map(|(ending, _)| number(name(ending), unit, true)));
+            fields.push(number(name(""), unit, true));
+            fields.extend(ENDS.map(|(ending, _)| number(name(ending), unit, true)));
+        }
+        if plan.room_field {
+            fields.push(number(name(ROOM_FIELD), unit, true));
         }
     }
-    fields.push(Field::new(REQUIREMENT_MET, DataType::Boolean, true));
     if plan.expected {
-        fields.push(Field::new(REQUIREMENT_MET_EXPECTED, DataType::Boolean, true));
+        fields.extend([BASIS, VERDICT].map(|name| text(name, true)));
     }
     fields.push(text(PROBLEM, true));
     Arc::new(Schema::new(fields))
@@ -111,11 +109,6 @@ pub(crate) fn batch(
         rows.iter().enumerate().for_each(|(k, row)| builder.append_option(count(k, row)));
         Arc::new(builder.finish())
     };
-    let of_flags = |flag: &dyn Fn(&Row) -> Option<bool>| -> ArrayRef {
-        let mut builder = BooleanBuilder::with_capacity(rows.len());
-        rows.iter().for_each(|row| builder.append_option(flag(row)));
-        Arc::new(builder.finish())
-    };
     let mut arrays = vec![
         of_counts(&|k, _| Some(first + k as u64)),
         of_texts(&|row| Some(plan.designs[row.key.design].clone())),
@@ -129,16 +122,21 @@ pub(crate) fn batch(
     arrays.push(of_counts(&|_, row| Some(study(row)?.out_of_volume)));
     for metric in &plan.figures {
         let k = metric.index();
-        arrays.push(of_numbers(&|row| Some(study(row)?.own[k])));
+        let figure = |row: &Row| known(row)?.get(*metric).copied();
         if plan.expected {
-            arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.0[k])));
-            arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.1[k][0])));
-            arrays.push(of_numbers(&|row| Some(study(row)?.expected.as_ref()?.1[k][1])));
+            arrays.push(of_numbers(&|row| Some(figure(row)?.value)));
+            arrays.push(of_numbers(&|row| figure(row)?.low));
+            arrays.push(of_numbers(&|row| figure(row)?.high));
+        }
+        if plan.room_field {
+            arrays.push(of_numbers(&|row| Some(study(row)?.room_field?[k])));
         }
     }
-    arrays.push(of_flags(&|row| study(row)?.requirement_met));
     if plan.expected {
-        arrays.push(of_flags(&|row| study(row)?.requirement_met_expected));
+        arrays.push(of_texts(&|row| Some(known(row)?.basis.key().to_owned())));
+        arrays.push(of_texts(&|row| {
+            Some(known(row)?.requirement.as_ref()?.verdict.key().to_owned())
+        }));
     }
     arrays.push(of_texts(&|row| row.study.as_ref().err().cloned()));
     RecordBatch::try_new(Arc::clone(schema), arrays)
@@ -146,6 +144,10 @@ pub(crate) fn batch(
 
 fn study(row: &Row) -> Option<&RowFigures> {
     row.study.as_ref().ok()
+}
+
+fn known(row: &Row) -> Option<&Figures> {
+    study(row)?.known.as_ref()
 }
 
 /// Short, and each its own.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 use trackwright_formats::sweep_plan;
 use trackwright_simulation::motion::{AxisRange, Motion};
-use trackwright_simulation::{CancelToken, METRICS, Metric, Mode};
+use trackwright_simulation::{CancelToken, Metric, Mode};
 use trackwright_task::Task;
 
 const PLAN: &str = r#"(
@@ -25,6 +25,7 @@ const PLAN: &str = r#"(
     ],
     motions: [Single, Range((x: (min: 0, max: 10, step: 5)))],
     figures: ["position_rms", "angle_rms"],
+    expected: false,
 )"#;
 
 fn sweep(text: &str) -> Sweep {
@@ -85,11 +86,11 @@ fn a_row_has_the_figures_of_its_own_design() {
         scenario.motion = Some(Motion { x: Some(range), ..Motion::default() });
         let mode = if row % 2 == 0 { Mode::Single } else { Mode::Motion };
         let outcome = trackwright_simulation::run(&scenario, &mode, &CancelToken::default(), None);
-        let figures = outcome.unwrap().figures;
+        let figures = outcome.unwrap().room_field;
         let study = found.study.unwrap();
-        let own = study.own[Metric::TIP_RMS.index()];
+        let own = study.room_field.unwrap()[Metric::TIP_RMS.index()];
         assert_eq!(own.to_bits(), figures.position_mm.rms().to_bits());
-        assert_eq!(study.own.len(), METRICS.len());
+        assert!(study.known.is_none());
         assert_eq!(study.trials, 1 + 2 * (row % 2));
     }
 }
@@ -233,10 +234,11 @@ fn a_cancelled_worker_writes_what_it_has() {
 
 #[test]
 fn columns_have_the_units_of_their_numbers() {
-    let rooms = r#"rooms: ["operating-table.env.ron", "operating-theatre.env.ron"], expected: true,
+    let rooms = r#"rooms: ["operating-table.env.ron", "operating-theatre.env.ron"],
         motions: [Single], figures"#;
     let whole = PLAN.replace("motions: [Single, Range((x: (min: 0, max: 10, step: 5)))],", "");
-    let in_both_rooms = whole.replace("figures", rooms);
+    let in_both_rooms =
+        whole.replace("figures", rooms).replace("expected: false", "room_field: true");
     let (dir, sweep) = (tempfile::tempdir().unwrap(), sweep(&in_both_rooms));
     let folder = opened(&dir, "out", &sweep);
     compute(&sweep, &folder, "1/16");
@@ -252,29 +254,30 @@ fn columns_have_the_units_of_their_numbers() {
         ("tool.body.sensors[1].position.z", "mm"),
         ("orientation_weight", "mm"),
         ("position_rms", "mm"),
-        ("position_rms_expected", "mm"),
         ("position_rms_low", "mm"),
         ("position_rms_high", "mm"),
+        ("position_rms_room_field", "mm"),
         ("angle_rms", "deg"),
-        ("angle_rms_expected", "deg"),
         ("angle_rms_low", "deg"),
         ("angle_rms_high", "deg"),
+        ("angle_rms_room_field", "deg"),
     ];
     assert_eq!(units, expected.map(|(name, unit)| (name.to_owned(), unit.to_owned())));
-    // What a name does not tell of itself is stated: of all but what the rows are of.
-    let own: Vec<String> = ["row", "design", "room", "motion", "problem"].map(str::to_owned).into();
+    // What a name does not tell of itself is stated: of all but what the rows are of and the figures.
+    let own = ["row", "design", "room", "motion", "problem", "position_rms", "angle_rms"];
+    let own: Vec<String> = own.map(str::to_owned).into();
     let named = [own, table.parameters()].concat();
     for column in table.columns() {
         assert_eq!(column.about.is_empty(), named.contains(&column.name), "{}", column.name);
     }
     let read = |name| table.numbers(name).unwrap();
-    let [own, low, high] =
-        ["position_rms_expected", "position_rms_low", "position_rms_high"].map(read);
-    // The room that was measured has intervals, the computed one has not.
-    for k in 0..own.len() {
-        assert_eq!(own[k].is_nan(), k % 2 == 1);
-        assert!(own[k].is_nan() || (low[k] <= own[k] && own[k] <= high[k]));
+    let [value, low, high] = ["position_rms", "position_rms_low", "position_rms_high"].map(read);
+    // The room that was measured has intervals, and the computed one has.
+    for k in 0..value.len() {
+        assert!(low[k] < value[k] && value[k] < high[k], "{k}");
     }
+    let bases = table.texts(&["basis"], 0..2).unwrap();
+    assert_eq!(bases[0], ["measured", "simulated"]);
 }
 
 #[test]
@@ -285,10 +288,10 @@ fn rows_are_read_in_any_pieces() {
         compute(&sweep, &folder, &format!("{number}/5"));
     }
     let table = SweepTable::open(folder.path()).unwrap();
-    let all = table.texts(&["row", "room", "position_rms"], 0..160).unwrap();
+    let all = table.texts(&["row", "room", "position_rms_room_field"], 0..160).unwrap();
     assert_eq!(all[0], (0..160).map(|row| row.to_string()).collect::<Vec<_>>());
     for rows in [0..1, 30..34, 31..130, 159..160, 160..160] {
-        let some = table.texts(&["row", "room", "position_rms"], rows.clone()).unwrap();
+        let some = table.texts(&["row", "room", "position_rms_room_field"], rows.clone()).unwrap();
         let range = rows.start as usize..rows.end as usize;
         for (some, all) in some.iter().zip(&all) {
             assert_eq!(some, &all[range.clone()]);
@@ -309,8 +312,8 @@ fn cells_are_those_of_the_wanted_rows() {
     // The plan's file in the folder stands for it.
     let table = SweepTable::open(&Folder::plan_of(folder.path())).unwrap();
     let cancel = CancelToken::default();
-    let names = ["row", "design", "room", "position_rms"];
-    let rms = table.numbers("position_rms").unwrap();
+    let names = ["row", "design", "room", "position_rms_room_field"];
+    let rms = table.numbers("position_rms_room_field").unwrap();
     for rows in [vec![], vec![0], vec![159, 3, 4, 5, 3], (31..97).rev().collect()] {
         let cells = table.cells(&names, &rows, &cancel).unwrap();
         for (k, row) in rows.iter().enumerate() {
@@ -320,7 +323,8 @@ fn cells_are_those_of_the_wanted_rows() {
             assert_eq!(cells[3][k], Cell::Number(rms[*row as usize]));
         }
     }
-    let sorted = table.sorted_rows("position_rms", Direction::Descending, &cancel).unwrap();
+    let sorted =
+        table.sorted_rows("position_rms_room_field", Direction::Descending, &cancel).unwrap();
     let sorted: Vec<f64> = sorted.into_iter().map(|row| rms[row as usize]).collect();
     assert_eq!(sorted.len(), 160);
     assert!(sorted.is_sorted_by(|a, b| a >= b));
@@ -356,15 +360,18 @@ fn long_a_million_rows_are_sorted() {
     let file = dir.path().join("merged.parquet");
     merge(&sweep, &folder, &file, &Task::default()).unwrap();
     let cancel = CancelToken::default();
-    let figure = |row: u64| made_up(&sweep, row).study.map(|figures| figures.own[0]).unwrap();
+    let figure = |row: u64| {
+        made_up(&sweep, row).study.map(|figures| figures.room_field.unwrap()[0]).unwrap()
+    };
     let mut expected: Vec<u64> = (0..1_000_000).collect();
     expected.sort_by(|a, b| figure(*a).total_cmp(&figure(*b)));
     for path in [folder.path(), &file] {
         let table = SweepTable::open(path).unwrap();
-        let rows = table.sorted_rows("position_rms", Direction::Ascending, &cancel).unwrap();
+        let rows =
+            table.sorted_rows("position_rms_room_field", Direction::Ascending, &cancel).unwrap();
         assert!(rows == expected, "{path:?}");
         let places = &rows[500_000..500_060];
-        let cells = table.cells(&["row", "position_rms"], places, &cancel).unwrap();
+        let cells = table.cells(&["row", "position_rms_room_field"], places, &cancel).unwrap();
         for (at, row) in places.iter().enumerate() {
             assert_eq!(cells[0][at], Cell::Number(*row as f64));
             assert_eq!(cells[1][at], Cell::Number(figure(*row)));
@@ -377,15 +384,13 @@ fn made_up(sweep: &Sweep, row: u64) -> Row {
     let value =
         |k: u64| (row.wrapping_add(k).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 * 1e-16;
     let numbers = (1..=3).map(value).collect();
-    let own = std::array::from_fn(|k| value(10 + k as u64));
+    let room_field = std::array::from_fn(|k| value(10 + k as u64));
     let figures = RowFigures {
         trials: 3,
         outside: 0,
         out_of_volume: 0,
-        own,
-        expected: None,
-        requirement_met: None,
-        requirement_met_expected: None,
+        known: None,
+        room_field: Some(room_field),
     };
     Row { key: sweep.key(row), numbers, study: Ok(figures) }
 }

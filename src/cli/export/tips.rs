@@ -100,7 +100,12 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
             output.write(|out| markups::write_lists(out, &lists, args.axes))?;
         }
     }
-    output::note_outside("trials have a sensor", outcome.figures.outside, index, scenario.outside);
+    output::note_outside(
+        "trials have a sensor",
+        outcome.room_field.outside,
+        index,
+        scenario.outside,
+    );
     let frame = match scenario.crf {
         Some(_) => "CRF",
         None => "tracker",
@@ -109,8 +114,8 @@ pub fn run(args: &TipsArgs, files: &Files) -> anyhow::Result<()> {
         "{} tips, true and simulated, written to {}, in the frame of the {frame}; {} trials left out; error {:.3} mm RMS",
         with_separators(tips.len()),
         args.output.display(),
-        with_separators(outcome.figures.rejected),
-        outcome.figures.position_mm.rms()
+        with_separators(outcome.room_field.rejected),
+        outcome.room_field.position_mm.rms()
     ))
 }
 

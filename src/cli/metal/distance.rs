@@ -6,12 +6,13 @@ use crate::cli::simulate::note_world;
 use nalgebra::{Unit, Vector3};
 use trackwright_metal::furnished::Furnisher;
 use trackwright_metal::setup::RoomMetal;
+use trackwright_report::figures_json::add_figures;
 use trackwright_report::metal_chart;
 use trackwright_report::text_table::columns;
 use trackwright_simulation::metal_distance::{
     MetalDistanceSearch, MetalDistances, MetalGap, metal_distances,
 };
-use trackwright_simulation::metric::{METRICS, Metric};
+use trackwright_simulation::metric::Metric;
 use trackwright_simulation::{Mode, Scenario};
 
 #[derive(Debug, Args)]
@@ -123,9 +124,9 @@ fn as_text(name: &str, scenario: &Scenario, found: &MetalDistances) -> String {
         let MetalGap { moved_mm, from_tip_mm } = place.gap;
         let mut row = vec![format!("{moved_mm:.1}"), format!("{from_tip_mm:.1}")];
         match &place.figures {
-            Ok(values) => {
-                row.extend(metrics.iter().map(|metric| format!("{:.3}", values[metric.index()])));
-            }
+            Ok(figures) => row.extend(metrics.iter().map(|metric| {
+                figures.get(*metric).map_or_else(|| "–".to_owned(), |figure| figure.value_text(3))
+            })),
             Err(why) => row.push(why.clone()),
         }
         if let (Some(holds), Ok(_)) = (place.holds, &place.figures) {
@@ -159,10 +160,7 @@ fn as_json(name: &str, found: &MetalDistances) -> Value {
     let places = found.places.iter().map(|place| {
         let mut value = gap(&place.gap);
         match &place.figures {
-            Ok(values) => {
-                let pairs = METRICS.iter().map(|m| (m.name().to_owned(), json!(values[m.index()])));
-                value["figures"] = Value::Object(pairs.collect());
-            }
+            Ok(figures) => add_figures(&mut value, figures),
             Err(why) => value["problem"] = json!(why),
         }
         value["holds"] = json!(place.holds);

@@ -27,7 +27,8 @@ pub fn as_text(found: &FoundPlaces) -> String {
         let gain = optimized.gain.get(room).into_iter();
         lines.extend(gain.flat_map(|gain| gain_lines(found.problem.goal, gain)));
     }
-    lines.push(verdict(optimized, rooms.len()));
+    lines.push(optimized.verdict().to_owned());
+    lines.extend(optimized.gain_left_words());
     let head = match optimized.is_better {
         true => "its places",
         false => "the best that was found, which is not written",
@@ -55,14 +56,6 @@ pub fn objective(problem: &Problem, layout: &Layout) -> String {
     }
 }
 
-fn verdict(optimized: &Optimized, rooms: usize) -> String {
-    match (optimized.is_better, rooms) {
-        (true, _) => "better than the start".to_owned(),
-        (false, 1) => "no better than the start as far as this room can tell".to_owned(),
-        (false, _) => "no better than the start as far as these rooms can tell".to_owned(),
-    }
-}
-
 /// The figures that a requirement can be about, and those that are requested.
 fn shown(goal: Goal) -> Vec<Metric> {
     let is_requested = |metric: Metric| match goal {
@@ -78,19 +71,23 @@ fn figures_table(problem: &Problem, optimized: &Optimized, room: usize) -> Vec<S
     let layouts = [&optimized.start, &optimized.best];
     let requirement = problem.scenarios[room].requirement;
     let limit = |metric: Metric| requirement.and_then(|own| own.bound(metric));
-    let header = ["", "start", "best", "limit", ""].map(str::to_owned).to_vec();
+    let header = ["", "start (95 %)", "best (95 %)", "limit", ""].map(str::to_owned).to_vec();
     let rows = shown(problem.goal).into_iter().map(|metric| {
         let value = |layout: &Layout| {
-            let figures = layout.figures.get(room);
-            figures.map_or_else(String::new, |own| format!("{:.4}", own.value(metric)))
+            let figure = layout.studies.get(room).and_then(|study| study.figures.get(metric));
+            figure.map_or_else(String::new, |figure| {
+                let interval = figure.interval_text(4);
+                let interval = interval.map_or_else(String::new, |words| format!(" ({words})"));
+                format!("{}{interval}", figure.value_text(4))
+            })
         };
         let [start, best] = layouts.map(value);
         let limit = limit(metric).map_or_else(String::new, |limit| limit.to_string());
         vec![metric.label().to_owned(), start, best, limit, metric.unit().to_owned()]
     });
     let outside = |layout: &Layout| {
-        let figures = layout.figures.get(room);
-        figures.map_or_else(String::new, |own| with_separators(own.outside))
+        let study = layout.studies.get(room);
+        study.map_or_else(String::new, |study| with_separators(study.room_field.outside))
     };
     let [start, best] = layouts.map(outside);
     let outside = vec!["trials with a sensor outside".to_owned(), start, best];

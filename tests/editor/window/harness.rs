@@ -10,6 +10,7 @@ use std::process::{Child, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
+use trackwright_simulation::{Metric, Verdict};
 
 /// Longest that anything is waited for; on a busy machine software Vulkan takes seconds a frame.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -314,6 +315,8 @@ impl Window {
             .iter()
             .filter_map(|line| line.strip_prefix(&newest))
             .filter_map(|row| row.rsplit_once('='))
+            // The command line states once why there is no interval.
+            .map(|(label, value)| (label, value.replace(" (no interval)", "")))
             .map(|(label, value)| (label.to_owned(), value.replace(' ', "")))
             .collect();
         // Another document that was opened counts its revisions anew.
@@ -435,16 +438,7 @@ fn field_of<'a>(line: &'a str, field: &str) -> &'a str {
 /// Whether the newest figures are those of the newest document.
 fn is_solved(printed: &[String]) -> bool {
     let figures = revision_of(printed, "result");
-    let is_shown = figures.is_some() && figures == revision_of(printed, "document");
-    is_shown && figures.is_none_or(|revision| is_expected_answered(printed, revision))
-}
-
-/// Whether nothing that is to be expected of a revision is still being computed.
-fn is_expected_answered(printed: &[String], revision: &str) -> bool {
-    let of_it = format!("expected revision={revision} ");
-    let mut lines = printed.iter().rev();
-    let newest = lines.find_map(|line| line.strip_prefix(&of_it));
-    newest != Some("computing")
+    figures.is_some() && figures == revision_of(printed, "document")
 }
 
 fn revision_of<'a>(printed: &'a [String], word: &str) -> Option<&'a str> {
@@ -454,10 +448,18 @@ fn revision_of<'a>(printed: &'a [String], word: &str) -> Option<&'a str> {
 /// What `simulate --mode motion` prints as text for a design, as rows of the result panel.
 pub fn simulated(design: &Path) -> Vec<Figure> {
     let out = succeed(&["simulate", &text(design), "--mode", "motion"]);
-    // The first line names design and room; those after the rows have no columns.
-    out.lines()
-        .skip(1)
-        .filter_map(|line| line.split_once("  "))
-        .map(|(label, value)| (label.to_owned(), value.replace(' ', "")))
-        .collect()
+    let each = Metric::bounded().filter_map(|metric| {
+        let row =
+            out.lines().find_map(|line| line.strip_prefix(metric.label())?.strip_prefix("  "));
+        Some((metric.label().to_owned(), row?.replace(' ', "")))
+    });
+    let of_bounds = out.lines().filter_map(|line| line.strip_prefix("requirement "));
+    let verdicts = of_bounds.filter_map(|line| {
+        let (_, words) = line.split_once(": ")?;
+        [Verdict::Met, Verdict::Missed, Verdict::CannotTell]
+            .into_iter()
+            .find(|verdict| words.starts_with(verdict.label()))
+    });
+    let verdict = Verdict::of_all(verdicts);
+    each.chain(verdict.map(|v| ("requirement".to_owned(), v.label().replace(' ', "")))).collect()
 }

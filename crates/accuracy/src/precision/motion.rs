@@ -147,7 +147,7 @@ fn rms(scenario: &Scenario, poses: &Poses, steps: &Steps) -> Result<f64, StudyEr
             trackwright_simulation::run(scenario, &Mode::Input(trials.clone()), cancel, None)
         }
     };
-    outcome.map(|o| o.figures.position_mm.rms())
+    outcome.map(|o| o.room_field.position_mm.rms())
 }
 
 /// Poses to visit.
@@ -349,8 +349,8 @@ mod tests {
         let middles = along_x(-20.0 + 0.005, 0.01);
         let cancel = trackwright_simulation::CancelToken::default();
         let exact = trackwright_simulation::run(&middles, &Mode::Motion, &cancel, None).unwrap();
-        assert_eq!(exact.figures.trials, 4000);
-        let off = (of_range.rms_mm - exact.figures.position_mm.rms()).abs();
+        assert_eq!(exact.room_field.trials, 4000);
+        let off = (of_range.rms_mm - exact.room_field.position_mm.rms()).abs();
         assert!(of_range.std_error_mm > 0.0 && of_range.std_error_mm < 1e-3);
         // The standard error is itself known from eight sequences only.
         assert!(off < 5.0 * of_range.std_error_mm, "{off:e} {:e}", of_range.std_error_mm);

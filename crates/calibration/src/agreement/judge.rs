@@ -3,7 +3,7 @@
 use super::noise::Noise;
 use super::resampling::{Sums, interval, resampled};
 use super::rows::{AgreementRow, pivot_rows, tip_in_crf};
-use super::unknowns::take_out;
+use super::unknowns::{Taken, take_out};
 use super::verdict::verdict;
 use super::{
     Agreement, AgreementError, AgreementSettings, Bias, Compared, Interval, LimitsOfAgreement,
@@ -19,8 +19,10 @@ use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, is_finite};
 use trackwright_geometry::rotation::rotation_angle_rad;
 use trackwright_simulation::Statistics;
-use trackwright_simulation::expected::{Expected, expected_where_measured};
+use trackwright_simulation::figure::Figures;
 use trackwright_simulation::scenario::{InputTrial, Mode, Scenario};
+use trackwright_simulation::study::{study, study_less};
+use trackwright_simulation::tool_in_crf::ErrorVectors;
 use trackwright_task::Task;
 
 /// Most units that are resampled; of longer recordings, neighbours are summed first.
@@ -101,19 +103,18 @@ pub fn agreement(
         verdict,
         statement,
     };
-    let expected = match settings.unknowns {
-        Unknowns::None => expected_of(scenario, &rows, task)?,
-        Unknowns::Registration | Unknowns::Pivot => None,
-    };
-    Ok(Agreement { rows, summary, expected })
+    let figures = figures(scenario, &rows, settings.unknowns, task)?;
+    Ok(Agreement { rows, summary, figures })
 }
 
-/// What the errors at the poses that count are to be expected to be.
-fn expected_of(
+/// What is known of the errors that the design predicts at the poses that count, less what a
+/// registration takes up.
+fn figures(
     scenario: &Scenario,
     rows: &[AgreementRow],
+    unknowns: Unknowns,
     task: &Task,
-) -> Result<Option<Expected>, AgreementError> {
+) -> Result<Figures, AgreementError> {
     let used = rows.iter().filter(|row| row.is_used);
     let trials: Vec<InputTrial> = used
         .map(|row| InputTrial {
@@ -121,8 +122,25 @@ fn expected_of(
             crf_from_tool: row.crf_from_tool,
         })
         .collect();
+    let poses: Vec<Pose> = trials.iter().map(|trial| trial.crf_from_tool).collect();
+    let tip = scenario.tool.judged_tip_in_body();
     let mode = Mode::Input(trials.into());
-    Ok(expected_where_measured(scenario, &mode, &task.cancel)?)
+    // No requirement is about the poses of a recording.
+    let scenario = Scenario { requirement: None, ..scenario.clone() };
+    let less = |numbers: &[usize], errors: &mut [ErrorVectors]| {
+        let poses: Vec<Pose> = numbers.iter().map(|&number| poses[number]).collect();
+        let tips: Vec<_> = poses.iter().map(|pose| (pose * tip).coords).collect();
+        if let Some(taken) = Taken::of(&poses, &tips, unknowns) {
+            taken.take_out(errors);
+        }
+    };
+    let found = match unknowns {
+        Unknowns::None => study(&scenario, &mode, &task.cancel, None),
+        Unknowns::Registration | Unknowns::Pivot => {
+            study_less(&scenario, &mode, &less, &task.cancel)
+        }
+    };
+    Ok(found?.figures)
 }
 
 fn check(settings: &AgreementSettings) -> Result<(), AgreementError> {

@@ -43,7 +43,7 @@ pub use verdict::Verdict;
 use serde::Serialize;
 use trackwright_field::OutsidePolicy;
 use trackwright_simulation::Statistics;
-use trackwright_simulation::expected::Expected;
+use trackwright_simulation::figure::Figures;
 use trackwright_simulation::run::StudyError;
 use trackwright_task::Cancelled;
 
@@ -109,10 +109,8 @@ pub struct Agreement {
     /// recording's own registration takes up.
     pub rows: Vec<AgreementRow>,
     pub summary: Summary,
-    /// Of the predicted errors of the poses that count, over fields that the room's measurements leave
-    /// possible; `None` where the room keeps none, and where the recording itself decided a
-    /// registration or a tip, which would take a part out of each field.
-    pub expected: Option<Expected>,
+    /// What is known of the predicted errors of the poses that count, likewise.
+    pub figures: Figures,
 }
 
 /// The whole.

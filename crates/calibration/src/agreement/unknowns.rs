@@ -10,6 +10,8 @@
 use super::Unknowns;
 use super::rows::AgreementRow;
 use nalgebra::{DMatrix, DVector, Matrix3, Point3, SymmetricEigen, Vector3};
+use trackwright_geometry::pose::Pose;
+use trackwright_simulation::tool_in_crf::ErrorVectors;
 
 /// Relative eigenvalue at or below which a direction changes nothing; turns of a degree leave 1e-4.
 const NOTHING: f64 = 1e-12;
@@ -19,28 +21,53 @@ struct Columns {
     columns: Vec<Vec<Vector3<f64>>>,
 }
 
+/// What is unknown of some poses, as it is taken out of their errors.
+pub(super) struct Taken {
+    of_tips: Columns,
+    of_rotations: Columns,
+}
+
+impl Taken {
+    /// Of the poses of the tool in the CRF and where their tips are; `None` where nothing is unknown.
+    pub fn of(poses: &[Pose], tips: &[Vector3<f64>], unknowns: Unknowns) -> Option<Self> {
+        let has_reference = match unknowns {
+            Unknowns::None => return None,
+            Unknowns::Registration => true,
+            Unknowns::Pivot => false,
+        };
+        let rotations: Vec<Matrix3<f64>> =
+            poses.iter().map(|pose| *pose.rotation.to_rotation_matrix().matrix()).collect();
+        let mut of_tips = Columns::translations(&rotations);
+        if has_reference {
+            of_tips.add_rotations(tips);
+        }
+        Some(Self { of_tips, of_rotations: Columns::translations(&rotations) })
+    }
+
+    /// Takes it out of errors at the poses.
+    pub fn take_out(&self, errors: &mut [ErrorVectors]) {
+        let (mut tips, mut turns): (Vec<_>, Vec<_>) =
+            errors.iter().map(|error| (error.tip_mm, error.rotation_rad)).unzip();
+        self.of_tips.take_out(&mut tips);
+        self.of_rotations.take_out(&mut turns);
+        for (error, (tip_mm, rotation_rad)) in errors.iter_mut().zip(tips.into_iter().zip(turns)) {
+            *error = ErrorVectors { tip_mm, rotation_rad };
+        }
+    }
+}
+
 /// Takes out of the used rows' errors what is unknown, and returns how many numbers that was.
 pub(super) fn take_out(
     rows: &mut [AgreementRow],
     tips: &[Point3<f64>],
     unknowns: Unknowns,
 ) -> usize {
-    let has_reference = match unknowns {
-        Unknowns::None => return 0,
-        Unknowns::Registration => true,
-        Unknowns::Pivot => false,
-    };
     let used: Vec<usize> = (0..rows.len()).filter(|&i| rows[i].is_used).collect();
-    let rotations: Vec<Matrix3<f64>> = used
-        .iter()
-        .map(|&i| *rows[i].crf_from_tool.rotation.to_rotation_matrix().matrix())
-        .collect();
+    let poses: Vec<Pose> = used.iter().map(|&i| rows[i].crf_from_tool).collect();
     let tips: Vec<Vector3<f64>> = used.iter().map(|&i| tips[i].coords).collect();
-    let mut of_tips = Columns::translations(&rotations);
-    if has_reference {
-        of_tips.add_rotations(&tips);
-    }
-    let of_rotations = Columns::translations(&rotations);
+    let Some(Taken { of_tips, of_rotations }) = Taken::of(&poses, &tips, unknowns) else {
+        return 0;
+    };
     let mut measured: Vec<_> = used.iter().map(|&i| rows[i].measured_mm).collect();
     let mut predicted: Vec<_> = used.iter().map(|&i| rows[i].predicted_mm).collect();
     let taken = of_tips.take_out(&mut measured);

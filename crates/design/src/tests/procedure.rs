@@ -5,8 +5,8 @@ use trackwright_calibration::agreement::BuiltRecording;
 use trackwright_procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
-use trackwright_simulation::Metric;
 use trackwright_simulation::requirement::Requirement;
+use trackwright_simulation::{Metric, Verdict};
 
 fn studies(rms: f64) -> DecisionBasis {
     let room = RoomName { name: "OR".into(), file: "room.env.ron".into() };
@@ -15,7 +15,8 @@ fn studies(rms: f64) -> DecisionBasis {
         trials: 3,
         without_field: 0,
         values: Metric::decided().zip([rms, 0.4, 0.8, 0.9, 0.0, 0.0, 0.0]).collect(),
-        met: Some(rms <= 1.0),
+        are_expected: true,
+        verdict: Some(if rms <= 1.0 { Verdict::Met } else { Verdict::Missed }),
     };
     DecisionBasis::Studies(DecidedStudies {
         requirement: Some(requirement),
@@ -100,7 +101,7 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
     if let DecisionBasis::Studies(studies) = &mut lie
         && let Ok(figures) = &mut studies.rows[0].figures
     {
-        figures.met = Some(true);
+        figures.verdict = Some(Verdict::Met);
     }
     for (edit, message) in [
         (add_room(" "), "the further room's file is empty, expected a name"),
@@ -125,7 +126,7 @@ fn what_cannot_be_leaves_the_procedure_as_it_is() {
         ),
         (
             decide(Step::Tool, lie),
-            "decision: rows[0].met is true, expected the result of figures and requirement",
+            "decision: rows[0].verdict is met, expected what its figures allow",
         ),
     ] {
         let before = document.shared_design();

@@ -343,9 +343,7 @@ fn is_complete(world: &bevy::prelude::World) -> bool {
     let results = world.resource::<Results>();
     let has_slice =
         results.slice.is_some() || !world.resource::<OpenWorld>().0.document.view().layers.slice;
-    let environment = &world.resource::<OpenWorld>().0.environment;
-    let has_expected = results.expected.is_some() || environment.process.is_none();
-    let has_figures = results.study.is_some() && results.pose.is_some() && has_expected;
+    let has_figures = results.study.is_some() && results.pose.is_some();
     let is_read = !is_reading(world)
         && world.resource::<Messages<FieldRequest>>().is_empty()
         && world.resource::<Messages<DecideRequest>>().is_empty()

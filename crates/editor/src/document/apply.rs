@@ -482,14 +482,9 @@ pub fn title(document: &trackwright_design::Document, results: &Results) -> Stri
     if document.is_dirty() {
         title.push_str(" *");
     }
-    if let Some(study) = &results.study {
-        let rms = Metric::TIP_RMS;
-        let expected = results.expected_of_study().map(|e| e.of(rms));
-        let (rms_mm, kind) = match expected {
-            Some((expected_mm, _)) => (expected_mm, " expected"),
-            None => (study.value.figures.value(rms), ""),
-        };
-        title.push_str(&format!(" — {rms_mm:.2} mm RMS{kind}"));
+    let study = results.study.as_ref();
+    if let Some(rms) = study.and_then(|study| study.value.figures.get(Metric::TIP_RMS)) {
+        title.push_str(&format!(" — {} RMS", rms.amount(2, " ")));
     }
     title + " — trackwright"
 }

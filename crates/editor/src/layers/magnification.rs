@@ -197,7 +197,7 @@ fn fit_now(
     let is_one_of_many = design.trial.is_some() || design.live.is_some();
     match results.study.as_ref().filter(|_| is_one_of_many) {
         Some(study) => {
-            let worst_mm = study.value.figures.worst.position_mm.max(own_mm);
+            let worst_mm = study.value.room_field.worst.position_mm.max(own_mm);
             fitted(worst_mm, height_mm(rig.camera, rig.view_px, &rig.camera.focus_mm))
         }
         None => fitted(own_mm, height_mm(rig.camera, rig.view_px, &errors.tip_mm())),

@@ -134,13 +134,13 @@ fn value_at(world: &World, probe: &ProbeRay) -> Option<Probed> {
     Some(Probed { distance_mm: hit.distance_mm, words: Some(words) })
 }
 
-/// `expected tip error RMS 0.63 mm (95 %: 0.46 to 0.83), sensor here`.
+/// `tip error RMS 0.63 mm (95 %: 0.46 to 0.83), sensor here`.
 fn words(tip_rms_mm: f64, interval_mm: Option<[f64; 2]>) -> String {
     let value = format!("{} {}", Metric::TIP_RMS.label(), with_unit(&decimal(tip_rms_mm, 2), "mm"));
     match interval_mm {
         Some(ends) => {
             let [low, high] = ends.map(|end| decimal(end, 2));
-            format!("expected {value} (95\u{2009}%: {low} to {high}), sensor here")
+            format!("{value} (95\u{2009}%: {low} to {high}), sensor here")
         }
         None => format!("{value}, sensor here"),
     }
@@ -322,7 +322,7 @@ fn bar(look: &Look, key: &Key, found: &PlacementOutcome) -> Option<ColorBar> {
     Some(ColorBar {
         label: format!(
             "{}, sensor here{}",
-            found.figure_label(),
+            Metric::TIP_RMS.label(),
             if found.is_final { "" } else { "…" },
         ),
         note: Some(format!("coil {}, axis {}", key.depth.name(), key.rule.name())),

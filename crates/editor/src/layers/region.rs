@@ -145,20 +145,12 @@ fn receive(
     legends.set_surface(LEGEND_ORDER, LOOK.color, words);
 }
 
-/// `requirement met with 95 % in 34 % of the volume, 42,669 cm³; in the room's own field 61 %`.
+/// `requirement met with 95 % in 34 % of the volume, 42,669 cm³`.
 fn in_words(region: &UsableRegion) -> String {
-    let percent = |part: f64| format!("{:.0} %", part * 100.0);
     let volume = crate::widgets::basic::count(region.volume_cm3.round() as usize);
-    let (with, own) = match region.upper_share {
-        Some(_) => {
-            (" with 95 %", format!("; in the room's own field {}", percent(region.own_fraction)))
-        }
-        None => ("", String::new()),
-    };
-    format!(
-        "requirement met{with} in {} of the volume, {volume} cm³{own}",
-        percent(region.fraction)
-    )
+    let with = if region.upper_share.is_some() { " with 95 %" } else { "" };
+    let percent = 100.0 * region.fraction;
+    format!("requirement met{with} in {percent:.0} % of the volume, {volume} cm³")
 }
 
 fn draw(layer: Res<RegionLayer>, mut shell: Shell<Region>) {

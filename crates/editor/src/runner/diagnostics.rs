@@ -4,7 +4,7 @@ use crate::document::requests::OpenWorld;
 use crate::shell::dialogs::Dialogs;
 use bevy::prelude::*;
 use trackwright_design::Document;
-use trackwright_simulation::{ExpectedRow, FigureRow, Work};
+use trackwright_simulation::{Figures, Work};
 
 /// What was done since the start.
 #[derive(Resource, Clone, Debug, Default, PartialEq, Eq)]
@@ -15,8 +15,6 @@ pub struct Diagnostics {
     pub poses: u64,
     pub studies: u64,
     pub studies_cancelled: u64,
-    /// Studies whose expected figures were computed.
-    pub expected: u64,
     /// Studies that were kept trial by trial.
     pub profiles: u64,
     pub slices: u64,
@@ -47,40 +45,28 @@ impl Explain {
         let Work { study_evaluations, pose_evaluations, slice_evaluations, frame_fits, .. } =
             diagnostics.work;
         self.line(&format!(
-            "counters frames={} uploads={} studies={} studies_cancelled={} expected={} poses={} slices={} rooms={} \
+            "counters frames={} uploads={} studies={} studies_cancelled={} poses={} slices={} rooms={} \
              study_evaluations={study_evaluations} pose_evaluations={pose_evaluations} \
              slice_evaluations={slice_evaluations} frame_fits={frame_fits}",
             diagnostics.frames,
             diagnostics.uploads,
             diagnostics.studies,
             diagnostics.studies_cancelled,
-            diagnostics.expected,
             diagnostics.poses,
             diagnostics.slices,
             diagnostics.rooms,
         ));
     }
 
-    /// The figures as the result panel shows them.
-    pub fn figures(&mut self, revision: u64, rows: &[FigureRow]) {
-        for row in rows {
-            self.line(&format!(
-                "result revision={revision} {}={}{}",
-                row.label, row.value, row.unit
-            ));
+    /// The figures that a requirement can be about, and the verdict.
+    pub fn figures(&mut self, revision: u64, figures: &Figures) {
+        for figure in figures.bounded() {
+            let (label, words) = (figure.metric.label(), figure.words(4, ""));
+            self.line(&format!("result revision={revision} {label}={words}"));
         }
-    }
-
-    /// Those that are to be expected, likewise.
-    pub fn expected(&mut self, revision: u64, rows: &[ExpectedRow]) {
-        for row in rows {
-            self.line(&format!(
-                "result revision={revision} {}={}{} {}",
-                row.label(),
-                row.value,
-                row.metric.unit(),
-                row.interval_words()
-            ));
+        if let Some(requirement) = &figures.requirement {
+            let verdict = requirement.verdict.label();
+            self.line(&format!("result revision={revision} requirement={verdict}"));
         }
     }
 }

@@ -6,17 +6,12 @@ use crate::runner::solved::{Extent, Scatter};
 use crate::runner::wake::Waker;
 use bevy::prelude::*;
 use std::time::Duration;
-use trackwright_simulation::{
-    ChartedProfile, Expected, Outcome, PoseDetail, SliceOutcome, TrialSource,
-};
+use trackwright_simulation::{ChartedProfile, PoseDetail, SliceOutcome, Study, TrialSource};
 
 /// The newest results that the panels and the scene show.
 #[derive(Resource, Default)]
 pub struct Results {
-    pub study: Option<Stamped<Outcome>>,
-    /// What is to be expected of the study, of its revision or an older one; its value is `None` where
-    /// the room keeps no measurements to draw fields from.
-    pub expected: Option<Stamped<Option<Box<Expected>>>>,
+    pub study: Option<Stamped<Study>>,
     /// What the study's figures are of.
     pub extent: Option<Extent>,
     /// The mode that the study's figures are of.
@@ -44,13 +39,6 @@ impl Results {
     /// Whether the study's figures are of all its trials.
     pub fn is_whole(&self) -> bool {
         self.extent == Some(Extent::Whole)
-    }
-
-    /// What is to be expected of the study that is shown, once that is known.
-    pub fn expected_of_study(&self) -> Option<&Expected> {
-        let (study, expected) = self.study.as_ref().zip(self.expected.as_ref())?;
-        let is_of_it = self.is_whole() && study.revision == expected.revision;
-        expected.value.as_deref().filter(|_| is_of_it)
     }
 }
 

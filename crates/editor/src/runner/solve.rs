@@ -19,11 +19,8 @@ use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_field::Environment;
 pub use trackwright_scene::slice::slice_plan;
-use trackwright_simulation::expected::expected_where_measured;
 use trackwright_simulation::preview::preview;
-use trackwright_simulation::{
-    CancelToken, Quantity, SlicePlan, StudyError, expected_rows, figure_rows,
-};
+use trackwright_simulation::{CancelToken, Quantity, SlicePlan, StudyError};
 
 /// How long a running study is left alone although a newer one waits: short studies then finish
 /// while the hand moves, and their figures follow it instead of standing still until it rests.
@@ -52,8 +49,6 @@ pub struct SolverHandle {
     submitted: Option<Submitted>,
     /// The room that was submitted last.
     room: Option<Arc<Environment>>,
-    /// The study whose expected figures were requested last, by its stamp and serial.
-    expected: Option<(Stamp, u64)>,
     slice: Option<SliceKey>,
     newest: Newest,
 }
@@ -99,7 +94,6 @@ impl PartialEq for SliceKey {
 enum Kind {
     Pose,
     Study,
-    Expected,
     Slice,
 }
 
@@ -109,7 +103,7 @@ impl SolverHandle {
         if self.submitted.is_none() && results.problem.as_ref() == Some(&problem) {
             return;
         }
-        for kind in [Kind::Pose, Kind::Study, Kind::Expected, Kind::Slice] {
+        for kind in [Kind::Pose, Kind::Study, Kind::Slice] {
             self.solver.give_up(kind as u8);
         }
         (self.submitted, self.room, self.slice) = (None, None, None);
@@ -127,10 +121,6 @@ impl SolverHandle {
             Kind::Study if is_same_world => PATIENCE,
             _ => Duration::ZERO,
         };
-        if kind == Kind::Study {
-            // Another study has other expected figures.
-            self.solver.give_up(Kind::Expected as u8);
-        }
         let info = JobInfo { kind: kind as u8, patience, ..JobInfo::default() };
         self.solver.submit(info, stamp, Box::new(move |task, _| Some(work(&task.cancel))));
     }
@@ -143,7 +133,6 @@ impl Plugin for SolverPlugin {
             solver: Runner::new("solver", waker),
             submitted: None,
             room: None,
-            expected: None,
             slice: None,
             newest: Newest::default(),
         })
@@ -171,7 +160,6 @@ fn submit(
     drag: Res<ActiveDrag>,
     wishes: Wishes,
     mut results: ResMut<Results>,
-    mut explain: Option<ResMut<Explain>>,
 ) {
     let Some(world) = world else { return };
     if let Some(problem) = world.0.metal_problem() {
@@ -212,14 +200,8 @@ fn submit(
         !is_moving && last.is_some_and(|s| matches!(s.extent, Extent::PreviewOf(_)));
     let key = slice_key(stamp, &world.0.environment, document.view());
     let is_slice_new = handle.slice != key;
-    // The hand gets the figures of the room's own field at once, and those that are to be expected
-    // when it rests. In a room without measurements there are none.
-    let of_study = (stamp, choice.serial());
-    let has_process = world.0.environment.process.is_some();
     let is_run = is_new || is_study_new || is_preview_old;
-    let is_expected_new =
-        has_process && !is_moving && (is_run || handle.expected != Some(of_study));
-    if !(is_run || is_wish_new || is_slice_new || is_expected_new) {
+    if !(is_run || is_wish_new || is_slice_new) {
         if let Some(submitted) = &mut handle.submitted {
             submitted.profile = profile;
         }
@@ -257,23 +239,6 @@ fn submit(
         };
         let of = Arc::clone(&scenario);
         handle.submit(Kind::Study, stamp, move |cancel| Solved::study(&of, &wish, cancel));
-    }
-    if is_run {
-        handle.expected = None;
-        if last.is_none_or(|s| s.wish.serial != wish.serial) || !has_process {
-            results.expected = None;
-        }
-    }
-    if is_expected_new {
-        let (of, mode) = (Arc::clone(&scenario), choice.mode(&scenario));
-        handle.submit(Kind::Expected, stamp, move |cancel| {
-            let expected = expected_where_measured(&of, &mode, cancel);
-            Solved::Expected(expected.map(|expected| expected.map(Box::new)))
-        });
-        handle.expected = Some(of_study);
-        if let Some(explain) = explain.as_deref_mut() {
-            explain.line(&format!("expected revision={} computing", stamp.revision));
-        }
     }
     handle.submitted = Some(Submitted { stamp, wish, extent, profile });
     if is_slice_new {
@@ -335,7 +300,6 @@ fn show(
             profile: handle.submitted.is_some_and(|s| s.profile),
         };
         let is_study = matches!(solved, Solved::Study(Ok(_), _));
-        let is_expected = matches!(solved, Solved::Expected(_));
         count(&solved, &mut diagnostics);
         let is_shown = stamp.generation == generation.0
             && accept(solved, stamp.revision, took, wanted, &mut handle.newest, &mut results);
@@ -347,14 +311,7 @@ fn show(
                 && is_study
                 && let Some(study) = &results.study
             {
-                explain.figures(stamp.revision, &figure_rows(&study.value.figures));
-            }
-            if is_expected {
-                let shown = results.expected.as_ref().filter(|_| is_shown);
-                if let Some(expected) = shown.and_then(|shown| shown.value.as_deref()) {
-                    explain.expected(stamp.revision, &expected_rows(expected));
-                }
-                explain.line(&format!("expected revision={} answered", stamp.revision));
+                explain.figures(stamp.revision, &study.value.figures);
             }
             explain.counters(&diagnostics);
         }
@@ -376,8 +333,7 @@ fn count(solved: &Solved, diagnostics: &mut Diagnostics) {
             diagnostics.work += value.work;
         }
         Solved::Study(Err(StudyError::Cancelled), _) => diagnostics.studies_cancelled += 1,
-        Solved::Expected(Ok(Some(_))) => diagnostics.expected += 1,
-        Solved::Expected(_) | Solved::Study(Err(_), _) | Solved::Slice(Err(_) | Ok(None), _) => {}
+        Solved::Study(Err(_), _) | Solved::Slice(Err(_) | Ok(None), _) => {}
         Solved::Slice(Ok(Some(value)), _) => {
             diagnostics.slices += 1;
             diagnostics.work += value.work;
@@ -417,14 +373,7 @@ fn accept(
             }
             is_new
         }
-        Solved::Study(Err(StudyError::Cancelled), _)
-        | Solved::Expected(Err(_))
-        | Solved::Slice(Err(_), _) => false,
-        Solved::Expected(Ok(value)) => {
-            // One for an older study has been dropped, with the newer one's submission.
-            results.expected = Some(Stamped { revision, value, took });
-            true
-        }
+        Solved::Study(Err(StudyError::Cancelled), _) | Solved::Slice(Err(_), _) => false,
         Solved::Study(result, of) => {
             let is_new = stamped_is_new(&mut newest.study);
             if is_new {

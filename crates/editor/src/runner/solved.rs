@@ -3,11 +3,10 @@
 use crate::document::trials::ModeKind;
 use trackwright_simulation::uncertainty::{TipUncertainty, UncertaintyError, first_order};
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Expected, InputTrial, Mode, Outcome, PoseDetail, Quantity,
-    Scenario, SliceOutcome, SlicePlan, StudyError, TrialSource, run, run_profiled, sample_slice,
-    simulate_pose, slice_support, trial_sources,
+    CancelToken, ChartedProfile, InputTrial, Mode, PoseDetail, Quantity, Scenario, SliceOutcome,
+    SlicePlan, Study, StudyError, TrialSource, sample_slice, simulate_pose, slice_support, study,
+    study_profiled, trial_sources,
 };
-use trackwright_task::Cancelled;
 
 /// What is wanted of a slice.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,9 +70,7 @@ pub struct SolvedPose {
 /// A result by kind. Cancelled work reports that, in order that it can be counted.
 pub enum Solved {
     Pose(Box<SolvedPose>, PoseWish),
-    Study(Result<(Box<Outcome>, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
-    /// `None` where the room keeps no measurements to draw fields from.
-    Expected(Result<Option<Box<Expected>>, Cancelled>),
+    Study(Result<(Box<Study>, Option<Box<ChartedProfile>>), StudyError>, StudyOf),
     /// `None` where the room has no model validity.
     Slice(Result<Option<Box<SliceOutcome>>, StudyError>, Quantity),
 }
@@ -96,11 +93,11 @@ impl Solved {
     pub fn study(scenario: &Scenario, wish: &StudyWish, cancel: &CancelToken) -> Self {
         let charted = |profile| ChartedProfile::new(profile, scenario.requirement.as_ref());
         let study = match wish.profile {
-            false => run(scenario, &wish.mode, cancel, None).map(|outcome| (outcome, None)),
-            true => run_profiled(scenario, &wish.mode, cancel)
-                .map(|(outcome, profile)| (outcome, profile.map(charted).map(Box::new))),
+            false => study(scenario, &wish.mode, cancel, None).map(|study| (study, None)),
+            true => study_profiled(scenario, &wish.mode, cancel)
+                .map(|(study, profile)| (study, profile.map(charted).map(Box::new))),
         };
-        let study = study.map(|(outcome, profile)| (Box::new(outcome), profile));
+        let study = study.map(|(study, profile)| (Box::new(study), profile));
         Self::Study(study, wish.of)
     }
 

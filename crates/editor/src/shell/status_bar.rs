@@ -51,9 +51,9 @@ pub(crate) fn status_bar(
         note: note.0.as_deref(),
         study: study.map(|study| {
             let took = presentation.window.then_some(study.took);
-            (study.value.figures.trials, took)
+            (study.value.room_field.trials, took)
         }),
-        outside: study.map_or(0, |study| study.value.figures.outside),
+        outside: study.map_or(0, |study| study.value.room_field.outside),
         writing: writing.and_then(|job| job.file_name()),
         notice: &notice,
     };

@@ -514,6 +514,14 @@ pub fn row_ui(ui: &mut Ui, row: &Row) -> Response {
     }
 }
 
+/// A text at the right end of its cell.
+pub fn right_text_ui(ui: &mut Ui, text: &str, color: Color32) -> Response {
+    ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        ui.label(RichText::new(text).color(color))
+    })
+    .inner
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

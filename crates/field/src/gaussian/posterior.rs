@@ -14,12 +14,14 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 
-/// Rows that a query is conditioned on: those with the largest covariance to any of its poses. In
-/// rooms of 2,000 rows the others change a mean by less than a hundredth of its standard deviation.
-const NEAREST_ROWS: usize = 700;
+/// Rows that a query is conditioned on, as many as it has poses within these: those with the largest
+/// covariance to any of its poses. In rooms of 2,000 rows those beyond 700 change a mean by less than a
+/// hundredth of its standard deviation.
+const NEAREST_ROWS: usize = 400;
+const MOST_NEAREST_ROWS: usize = 700;
 
 /// Poses of the query by which rows are chosen.
-const JUDGING_POINTS: usize = 48;
+const JUDGING_POINTS: usize = 24;
 
 /// Standard deviations of the logarithm of a draw's amplitude: what varies from place to place over
 /// `AMPLITUDE_LENGTH_MM` whatever the axis, and what varies with the axis as well. By the kurtosis of
@@ -139,7 +141,8 @@ impl GaussianField {
 
     /// The rows that are most informative at some poses, in the table's order.
     fn nearest(&self, at: &[FieldPoint]) -> Vec<Row> {
-        if self.rows.len() <= NEAREST_ROWS || at.is_empty() {
+        let nearest = at.len().clamp(NEAREST_ROWS, MOST_NEAREST_ROWS);
+        if self.rows.len() <= nearest || at.is_empty() {
             return self.rows.clone();
         }
         let step = at.len().div_ceil(JUDGING_POINTS);
@@ -149,10 +152,10 @@ impl GaussianField {
         let score = |i: usize| (0..judges.len()).map(|j| across[(j, i)]).fold(0.0, f64::max);
         let scores: Vec<f64> = (0..points.len()).map(score).collect();
         let mut order: Vec<usize> = (0..points.len()).collect();
-        order.select_nth_unstable_by(NEAREST_ROWS, |a, b| {
+        order.select_nth_unstable_by(nearest, |a, b| {
             scores[*b].total_cmp(&scores[*a]).then(a.cmp(b))
         });
-        order.truncate(NEAREST_ROWS);
+        order.truncate(nearest);
         order.sort_unstable();
         order.into_iter().map(|i| self.rows[i]).collect()
     }
@@ -176,23 +179,27 @@ impl GaussianField {
 }
 
 impl Posterior {
-    /// Drawn fields at the points, the trend not added. The same seed gives the same draws.
+    /// Drawn fields at the points, the trend not added. The same seed gives the same draws. They come in
+    /// pairs that lie on opposite sides of the mean, so that what depends on the field to first order has
+    /// its mean without noise (antithetic variates; Hammersley and Morton 1956).
     pub fn draws(&self, count: usize, seed: u64) -> Vec<DrawnErrors> {
         let points = self.mean.len();
+        let pairs = count.div_ceil(2);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let common: Vec<f64> = (0..count).map(|_| normal()).collect();
-        let logs = Mat::from_fn(points, count, |_, _| normal());
-        let units = Mat::from_fn(points, 6 * count, |_, _| normal());
+        let common: Vec<f64> = (0..pairs).map(|_| normal()).collect();
+        let logs = Mat::from_fn(points, pairs, |_, _| normal());
+        let units = Mat::from_fn(points, 6 * pairs, |_, _| normal());
         let logs = lower_times(self.log_amplitude.as_ref(), logs.as_ref());
         let units = lower_times(self.factor.as_ref(), units.as_ref());
         // E(exp(2 l)) = 1: a draw's variance is right on the average.
         let less = PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + self.common_log_std.powi(2);
         let draw = |d: usize| -> DrawnErrors {
+            let (pair, side) = (d / 2, if d.is_multiple_of(2) { 1.0 } else { -1.0 });
             let each = self.mean.iter().enumerate().map(|(i, mean)| {
-                let log = logs[(i, d)] + self.common_log_std * common[d] - less;
-                let by = self.amplitude[i] * log.exp();
-                let unit = nalgebra::Vector6::from_fn(|c, _| units[(i, 6 * d + c)]);
+                let log = logs[(i, pair)] + self.common_log_std * common[pair] - less;
+                let by = side * self.amplitude[i] * log.exp();
+                let unit = nalgebra::Vector6::from_fn(|c, _| units[(i, 6 * pair + c)]);
                 let deviation = self.components * unit * by;
                 std::array::from_fn(|c| mean[c] + deviation[c])
             });

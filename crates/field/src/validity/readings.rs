@@ -60,10 +60,12 @@ impl Environment {
             });
             return Ok(of_fit);
         };
+        // The process is about the room as it was measured: what is not known of added metal is not in it.
+        let measured = self.metal.as_ref().map_or(&self.model, |metal| &metal.bare);
         let model_errors: Vec<PoseError> = points
             .par_iter()
             .map(|point| {
-                let at = self.model.evaluate(&point.position_mm, &point.axis, outside);
+                let at = measured.evaluate(&point.position_mm, &point.axis, outside);
                 at.error
             })
             .collect();

@@ -11,6 +11,7 @@ use trackwright_design::{Day, Decision, Procedure};
 use trackwright_procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
+use trackwright_simulation::judgement::Verdict;
 use trackwright_simulation::metric::MetricFields;
 use trackwright_simulation::requirement::Requirement;
 use trackwright_simulation::{ErrorOf, Metric, MetricMap};
@@ -44,7 +45,30 @@ struct RowEntry {
     without_field: Option<usize>,
     position: Option<PositionEntry>,
     angle: Option<AngleEntry>,
+    /// Whether the figures are those that were to be expected; older files have those of the room's own
+    /// field.
+    expected: Option<bool>,
+    verdict: Option<VerdictEntry>,
+    /// In older files.
     met: Option<bool>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename = "Verdict")]
+enum VerdictEntry {
+    Met,
+    Missed,
+    CannotTell,
+}
+
+impl VerdictEntry {
+    fn verdict(self) -> Verdict {
+        match self {
+            Self::Met => Verdict::Met,
+            Self::Missed => Verdict::Missed,
+            Self::CannotTell => Verdict::CannotTell,
+        }
+    }
 }
 
 /// Figures of the tip's error, by their names in a file.
@@ -152,7 +176,8 @@ impl RowEntry {
                     trials: self.trials.ok_or_else(|| missing("trials"))?,
                     without_field: self.without_field.unwrap_or(0),
                     values: position.0.iter().chain(angle.0.iter()).collect(),
-                    met: self.met,
+                    are_expected: self.expected.unwrap_or(false),
+                    verdict: self.verdict.map(VerdictEntry::verdict).or(self.met.map(of_met)),
                 })
             }
         };
@@ -162,6 +187,10 @@ impl RowEntry {
             figures,
         })
     }
+}
+
+fn of_met(met: bool) -> Verdict {
+    if met { Verdict::Met } else { Verdict::Missed }
 }
 
 impl RecordingEntry {
@@ -270,8 +299,11 @@ fn write_figures(out: &mut RonWriter, figures: &DecidedFigures) {
         let values = values.map(|(m, value)| format!("{}: {value:?}", m.summary.key()));
         out.field(of.key(), format_args!("({})", values.collect::<Vec<_>>().join(", ")));
     }
-    if let Some(met) = figures.met {
-        out.field("met", met);
+    if figures.are_expected {
+        out.field("expected", true);
+    }
+    if let Some(verdict) = figures.verdict {
+        out.plain("verdict", verdict);
     }
 }
 

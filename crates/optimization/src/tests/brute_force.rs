@@ -30,7 +30,7 @@ fn figure(problem: &Problem, change: impl Fn(&mut Scenario)) -> f64 {
         let mut scenario = scenario.clone();
         change(&mut scenario);
         let outcome = run(&scenario, &problem.mode, &CancelToken::default(), None).unwrap();
-        outcome.figures.value(Metric::TIP_RMS)
+        outcome.room_field.value(Metric::TIP_RMS)
     });
     each.fold(0.0, f64::max)
 }

@@ -144,7 +144,7 @@ fn the_best_spot_of_the_patch_is_found() {
             crf.tracker_from_crf *= moved;
             scenario.crf_from_tool = moved.inverse() * scenario.crf_from_tool;
             let outcome = run(&scenario, &problem.mode, &CancelToken::default(), None).unwrap();
-            (outcome.figures.outside == 0).then(|| outcome.figures.value(Metric::TIP_RMS))
+            (outcome.room_field.outside == 0).then(|| outcome.room_field.value(Metric::TIP_RMS))
         };
         let allowed = foot_poses.iter().filter(|own| footing.is_allowed(own));
         let least = allowed.filter_map(figure).fold(f64::INFINITY, f64::min);

@@ -28,8 +28,8 @@ fn figures_are_those_of_a_study_to_the_bit() {
     let mut scenario = problem.scenarios[0].clone();
     scenario.tool = found.best.tool.clone();
     let outcome = run(&scenario, &problem.mode, &CancelToken::default(), None).unwrap();
-    assert_eq!(outcome.figures, found.best.figures[0]);
-    assert_eq!(outcome.figures.value(Metric::TIP_RMS), found.best.objective);
+    assert_eq!(outcome.room_field, found.best.studies[0].room_field);
+    assert_eq!(outcome.room_field.value(Metric::TIP_RMS), found.best.objective);
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn every_figure_can_be_made_least() {
         problem.goal = Goal::Figure(metric);
         let found = search(&problem);
         assert!(found.best.objective <= found.start.objective);
-        assert_eq!(found.best.figures[0].value(metric), found.best.objective);
+        assert_eq!(found.best.studies[0].room_field.value(metric), found.best.objective);
     }
 }
 
@@ -110,7 +110,7 @@ fn the_optimum_is_as_flat_as_is_reported() {
             scenario.tool = found.best.tool.clone();
             scenario.tool.sensors[number].position_in_body.z += way_mm;
             let outcome = run(&scenario, &problem.mode, &CancelToken::default(), None).unwrap();
-            outcome.figures.value(Metric::TIP_RMS) / found.best.objective
+            outcome.room_field.value(Metric::TIP_RMS) / found.best.objective
         };
         let worst = at(within_mm).max(at(-within_mm));
         assert!((worst - 1.05).abs() < 5e-3, "{number}: {worst} at {within_mm} mm");

@@ -37,7 +37,7 @@ fn apply(world: &mut World, edit: MetalEdit) {
 fn tip_mm(world: &World) -> f64 {
     let scenario = resolve(world.document.design(), &world.environment);
     let outcome = run(&scenario, &Mode::Single, &CancelToken::default(), None).unwrap();
-    outcome.figures.position_mm.rms()
+    outcome.room_field.position_mm.rms()
 }
 
 /// `a.design.ron` in a room of nothing but metal, whose ball is a mesh in a file.

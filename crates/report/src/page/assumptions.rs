@@ -166,7 +166,7 @@ fn before_and_after(before: &Residuals, after: &Residuals) -> String {
 
 fn of_study(report: &Report) -> Vec<Fact> {
     let study = report.study;
-    let figures = &study.figures;
+    let figures = &study.study.room_field;
     let mode = match &study.mode {
         Mode::Single => "the design's own pose".to_owned(),
         Mode::Motion => "the range of motion below".to_owned(),

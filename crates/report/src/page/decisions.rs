@@ -4,8 +4,8 @@ use super::{Report, file_name, table_of};
 use maud::{Markup, html};
 use trackwright_design::Decision;
 use trackwright_procedure::{DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, Step};
-use trackwright_simulation::Metric;
 use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::{Metric, Verdict};
 
 /// Every decision with its figures.
 pub fn section(report: &Report) -> Markup {
@@ -79,11 +79,7 @@ fn cells(row: &DecidedRow) -> Vec<String> {
                     with_separators(without)
                 ),
             });
-            cells.push(match figures.met {
-                None => "–".to_owned(),
-                Some(true) => "met".to_owned(),
-                Some(false) => "missed".to_owned(),
-            });
+            cells.push(figures.verdict.map_or("–", Verdict::label).to_owned());
         }
     }
     cells

@@ -2,11 +2,10 @@
 
 use super::Report;
 use crate::error_charts::charts;
-use crate::words::length;
 use maud::{Markup, PreEscaped, html};
 use trackwright_simulation::figures::{signed_offset, trial_number, with_separators};
 use trackwright_simulation::profile::MAX_PROFILED;
-use trackwright_simulation::{expected_rows, figure_rows, trial_offsets, trial_pose};
+use trackwright_simulation::{figure_rows, trial_offsets, trial_pose};
 
 /// Pixels of a chart: two stand side by side.
 const CHART_PX: (u32, u32) = (500, 330);
@@ -23,7 +22,7 @@ pub fn errors(report: &Report) -> Markup {
     html! {
         section id="error" {
             h2 { "Error over position and orientation" }
-            @if study.figures.trials == 1 {
+            @if study.study.room_field.trials == 1 {
                 p { "One position was looked at, so there is nothing to chart." }
             } @else if study.profile.is_none() {
                 p { "More than " (with_separators(MAX_PROFILED)) " positions were visited: they are in the figures below, and not kept one by one for charts." }
@@ -49,48 +48,45 @@ fn what_charts_show(report: &Report) -> &'static str {
     }
 }
 
-/// What is to be expected, above the figures of the room's own field.
-fn expected(report: &Report) -> Markup {
-    let study = report.study;
-    let Some(expected) = &study.expected else {
-        return html! {
-            @if study.scenario.environment.provenance.is_some() {
-                p class="note" {
-                    "The room keeps no measurements to draw fields from: how far these figures may be off is not known. Fit it again to know."
-                }
-            }
-        };
-    };
+/// What is known of the figures, and what it rests on.
+fn known(report: &Report) -> Markup {
+    let figures = &report.study.study.figures;
+    let drawn = figures.drawn.map(|drawn| {
+        format!(
+            "Each figure is the mean over {} fields that the room leaves possible ({} measurements), at {} of the positions; 95\u{2009}%: the interval in which the figure lies.",
+            drawn.draws, with_separators(drawn.rows), with_separators(drawn.trials)
+        )
+    });
     html! {
-        table class="data expected" {
-            thead { tr { th {} th { "expected" } th {} th { "95\u{2009}%" } } }
+        table class="data known" {
+            thead { tr { th {} th { "figure" } th {} th { "95\u{2009}%" } } }
             tbody {
-                @for row in expected_rows(expected) {
+                @for figure in figures.bounded() {
                     tr {
-                        th scope="row" { (row.metric.label()) }
-                        td class="number" { (row.value) }
-                        td class="unit" { (row.metric.unit()) }
-                        td class="number" { (row.low) " to " (row.high) }
+                        th scope="row" { (figure.metric.label()) }
+                        td class="number" { (figure.value_text(4)) }
+                        td class="unit" { (figure.metric.unit()) }
+                        td class="number" { (figure.interval_text(4).unwrap_or_else(|| "–".to_owned())) }
                     }
                 }
             }
         }
-        p class="note" {
-            (format!(
-                "Expected: the mean over {} fields that the {} measurements of the room leave possible, at {} of the positions; 95\u{2009}%: the interval in which the figure lies. The figures below are those of the room's own field, which is smoother than the room itself.",
-                expected.draws, with_separators(expected.rows), with_separators(expected.trials)
-            ))
-        }
+        p class="note" { "Basis: " (figures.basis.words()) "." }
+        @if let Some(why) = &figures.no_interval { p class="note" { "No interval: " (why.to_string()) "." } }
+        @if let Some(drawn) = drawn { p class="note" { (drawn) } }
     }
 }
 
-/// All figures: labels, digits and units are those that `simulate` prints.
+/// The figures, and those of the paper's simulation: labels, digits and units are those that `simulate`
+/// prints.
 pub fn table(report: &Report) -> Markup {
-    let rows = figure_rows(&report.study.figures);
+    let rows = figure_rows(&report.study.study.room_field);
     html! {
         section id="figures" {
             h2 { "Figures" }
-            (expected(report))
+            (known(report))
+            (worst(report))
+            h3 { "The paper's simulation: the room's model taken for its field" }
             table class="data figures" {
                 tbody {
                     @for row in &rows {
@@ -102,7 +98,6 @@ pub fn table(report: &Report) -> Markup {
                     }
                 }
             }
-            (worst(report))
             p class="note" {
                 "Tip error: distance between the tip where it is and where the tracker would show it, in the frame of the reference. "
                 "Angle error: the turn between both. RMS: root of the mean of squares. Trials are counted from 1, as the rows of the log are below its head."
@@ -114,7 +109,7 @@ pub fn table(report: &Report) -> Markup {
 /// Which trial is the worst, in the terms of the motion and of the CRF's frame.
 fn worst(report: &Report) -> Markup {
     let study = report.study;
-    let trial = study.figures.worst.trial;
+    let trial = study.study.room_field.worst.trial;
     let offsets = trial_offsets(&study.scenario, &study.mode, trial);
     let along = offsets
         .iter()
@@ -128,10 +123,9 @@ fn worst(report: &Report) -> Markup {
         .map(|pose| pose.crf_from_tool * study.scenario.tool.judged_tip_in_body());
     let frame = report.reference();
     html! {
-        @if study.figures.trials > 1 {
+        @if study.study.room_field.trials > 1 {
             p {
-                "The worst trial is number " (trial_number(trial)) " of " (with_separators(study.figures.trials)) ", "
-                (length(study.figures.worst.position_mm, None))
+                "The worst trial is number " (trial_number(trial)) " of " (with_separators(study.study.room_field.trials))
                 @if !along.is_empty() { ", at " (along) " from the design's pose" }
                 @if let Some(tip) = tip {
                     (format!("; its tip is at ({:.1}, {:.1}, {:.1}) mm in the {frame}'s frame", tip.x, tip.y, tip.z).replace('-', "−"))

@@ -23,11 +23,10 @@ use trackwright_formats::printable::printable;
 use trackwright_formats::printable::printable_lines;
 use trackwright_geometry::mesh::SurfaceMesh;
 use trackwright_project::World;
-use trackwright_simulation::expected::{expected_where_measured, study_verdict};
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::{
-    BoundVerdict, CancelToken, ErrorSources, Expected, Figures, Mode, Profile, Scenario,
-    StudyError, coil_statements, error_sources, run_profiled,
+    CancelToken, ErrorSources, Mode, Profile, Scenario, Study, StudyError, Verdict,
+    coil_statements, error_sources, study_profiled,
 };
 
 pub use extras::{SceneLegend, Slide, SlideError, TableSection};
@@ -56,9 +55,7 @@ pub struct Report<'a> {
 pub struct ReportedStudy {
     pub scenario: Scenario,
     pub mode: Mode,
-    pub figures: Figures,
-    /// What is to be expected of them, where the room keeps measurements.
-    pub expected: Option<Expected>,
+    pub study: Study,
     /// `None` of a study of more trials than are kept one by one.
     pub profile: Option<Profile>,
     /// Where the error comes from, where it misses the requirement.
@@ -92,18 +89,15 @@ impl ReportedStudy {
     /// Those of the study.
     pub fn run(world: &World, mode: Mode, cancel: &CancelToken) -> Result<Self, StudyError> {
         let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
-        let (outcome, profile) = run_profiled(&scenario, &mode, cancel)?;
-        let figures = outcome.figures;
-        let expected =
-            expected_where_measured(&scenario, &mode, cancel).map_err(|_| StudyError::Cancelled)?;
-        let is_missed = study_verdict(&figures, expected.as_ref()) == Some(BoundVerdict::Missed);
+        let (study, profile) = study_profiled(&scenario, &mode, cancel)?;
+        let requirement = study.figures.requirement.as_ref();
+        let is_missed = requirement.is_some_and(|r| r.verdict == Verdict::Missed);
         let sources = is_missed.then(|| error_sources(&scenario, &mode, cancel)).transpose()?;
-        let mut words =
-            plain_words(&scenario, &mode, (&figures, expected.as_ref()), profile.as_ref());
+        let mut words = plain_words(&scenario, &mode, &study);
         let misfits = coil_statements(&trackwright_project::coil_findings(world));
         let misfits = misfits.iter().map(|statement| format!("{}.", capitalised(statement)));
         words.cautions.extend(misfits);
-        Ok(Self { scenario, mode, figures, expected, profile, sources, words })
+        Ok(Self { scenario, mode, study, profile, sources, words })
     }
 }
 

@@ -2,8 +2,7 @@
 
 use super::{Report, ReportedStudy};
 use maud::{Markup, html};
-use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
-use trackwright_simulation::{BoundVerdict, Expected, METRICS, Metric};
+use trackwright_simulation::{Figure, JudgedBound, Verdict};
 
 /// Title and what the page is of.
 pub fn head(report: &Report) -> Markup {
@@ -29,34 +28,30 @@ pub fn head(report: &Report) -> Markup {
 /// The study in words and large figures.
 pub fn section(report: &Report) -> Markup {
     let study = report.study;
-    let mut bounds = judged(&study.figures, study.expected.as_ref());
-    bounds.retain(|bound| study.scenario.judges(&study.mode, bound.metric));
-    let verdict = verdict_of(&bounds);
+    let requirement = study.study.figures.requirement.as_ref();
+    let bounds = requirement.map_or(&[][..], |requirement| &requirement.bounds);
+    let verdict = requirement.map(|requirement| requirement.verdict);
+    let large = study.study.figures.bounded().filter(|figure| figure.metric.is_large());
     html! {
         section id="summary" {
             p class="headline" { (study.words.headline) "." }
             p class=(verdict_class(verdict)) { (verdict_mark(verdict)) (study.words.verdict) }
-            (reasons(study, &bounds))
-            @if study.figures.trials > 1 {
-                div class="large" {
-                    @match &study.expected {
-                        None => { @for figure in own_figures(study) { (figure) } },
-                        Some(expected) => { @for figure in expected_figures(expected) { (figure) } },
-                    }
-                }
+            (reasons(study, bounds))
+            @if study.study.room_field.trials > 1 {
+                div class="large" { @for figure in large { (large_figure(figure)) } }
             }
             @if let Some(worst) = &study.words.worst { p { (worst) } }
             @if !study.words.cautions.is_empty() {
                 ul class="cautions" { @for caution in &study.words.cautions { li { (caution) } } }
             }
-            (requirement(&bounds))
+            (bounds_table(bounds))
         }
     }
 }
 
 /// Why the requirement is missed, of the first bound that is.
 fn reasons(study: &ReportedStudy, bounds: &[JudgedBound]) -> Markup {
-    let missed = bounds.iter().find(|bound| bound.verdict == BoundVerdict::Missed);
+    let missed = bounds.iter().find(|bound| bound.verdict == Verdict::Missed);
     let words = missed.zip(study.sources.as_ref());
     let words = words.map(|(bound, sources)| sources.words(bound.metric.of, "\u{2009}"));
     html! {
@@ -66,85 +61,61 @@ fn reasons(study: &ReportedStudy, bounds: &[JudgedBound]) -> Markup {
     }
 }
 
-/// Those of the room's own field, with two of their decimals; the table has them all.
-fn own_figures(study: &ReportedStudy) -> Vec<Markup> {
-    let large = METRICS.into_iter().filter(|metric| metric.is_large());
-    let each = large.map(|metric| {
-        let value = format!("{:.2}", study.figures.value(metric));
-        large_figure(&value, metric.unit(), metric.label(), None)
-    });
-    each.collect()
-}
-
-/// Those that are to be expected, each above its interval.
-fn expected_figures(expected: &Expected) -> Vec<Markup> {
-    let each = Metric::bounded().filter(|metric| metric.is_large()).map(|metric| {
-        let (value, interval) = expected.of(metric);
-        let label = format!("expected {}", metric.label());
-        large_figure(&format!("{value:.2}"), metric.unit(), &label, Some(interval))
-    });
-    each.collect()
-}
-
-fn large_figure(value: &str, unit: &str, label: &str, interval: Option<[f64; 2]>) -> Markup {
+fn large_figure(figure: &Figure) -> Markup {
+    let unit = figure.metric.unit();
     html! {
         div class="figure" {
-            span class="value" { (value) span class="unit" { "\u{2009}" (unit) } }
-            @if let Some([low, high]) = interval {
-                span class="label" { (format!("95\u{2009}%: {low:.2} to {high:.2}\u{2009}{unit}")) }
+            span class="value" { (figure.value_text(2)) span class="unit" { "\u{2009}" (unit) } }
+            @if let Some(interval) = figure.interval_text(2) {
+                span class="label" { (format!("95\u{2009}%: {interval}\u{2009}{unit}")) }
             }
-            span class="label" { (label) }
+            span class="label" { (figure.metric.label()) }
         }
     }
 }
 
-fn verdict_class(verdict: Option<BoundVerdict>) -> &'static str {
+fn verdict_class(verdict: Option<Verdict>) -> &'static str {
     match verdict {
-        Some(BoundVerdict::Met) => "verdict met",
-        Some(BoundVerdict::Missed) => "verdict missed",
-        Some(BoundVerdict::CannotTell) => "verdict open",
+        Some(Verdict::Met) => "verdict met",
+        Some(Verdict::Missed) => "verdict missed",
+        Some(Verdict::CannotTell) => "verdict open",
         None => "verdict",
     }
 }
 
-fn verdict_mark(verdict: Option<BoundVerdict>) -> &'static str {
+fn verdict_mark(verdict: Option<Verdict>) -> &'static str {
     match verdict {
-        Some(BoundVerdict::Met) => "✓ ",
-        Some(BoundVerdict::Missed) => "✗ ",
-        Some(BoundVerdict::CannotTell) => "? ",
+        Some(Verdict::Met) => "✓ ",
+        Some(Verdict::Missed) => "✗ ",
+        Some(Verdict::CannotTell) => "? ",
         None => "",
     }
 }
 
-fn requirement(bounds: &[JudgedBound]) -> Markup {
-    let has_intervals = bounds.iter().any(|bound| bound.interval.is_some());
+fn bounds_table(bounds: &[JudgedBound]) -> Markup {
     html! {
         @if !bounds.is_empty() {
             h3 { "Requirement" }
             table class="data" {
                 thead {
                     tr {
-                        th { "figure" }
-                        th { (if has_intervals { "expected" } else { "found" }) }
-                        @if has_intervals { th { "95\u{2009}%" } }
-                        th { "required" } th { "margin" } th {}
+                        th { "figure" } th { "value" } th { "95\u{2009}%" } th { "required" } th { "margin" } th {}
                     }
                 }
                 tbody {
                     @for bound in bounds {
                         @let unit = bound.metric.unit();
+                        @let figure = bound.figure.as_ref();
                         tr {
                             td { (bound.metric.label()) }
-                            td { (format!("{:.4}\u{2009}{unit}", bound.value)) }
-                            @if has_intervals {
-                                td {
-                                    @if let Some([low, high]) = bound.interval {
-                                        (format!("{low:.4} to {high:.4}\u{2009}{unit}"))
-                                    }
+                            td { (figure.map_or_else(|| "–".to_owned(), |f| f.amount(4, "\u{2009}"))) }
+                            td { (figure.and_then(|f| f.interval_text(4)).unwrap_or_else(|| "–".to_owned())) }
+                            td { "≤ " (format!("{}\u{2009}{unit}", bound.limit)) }
+                            td {
+                                @if let Some(figure) = figure {
+                                    (format!("{:+.4}\u{2009}{unit}", bound.limit - figure.value).replace('-', "−"))
                                 }
                             }
-                            td { "≤ " (format!("{}\u{2009}{unit}", bound.limit)) }
-                            td { (format!("{:+.4}\u{2009}{unit}", bound.limit - bound.value).replace('-', "−")) }
                             td class=(verdict_class(Some(bound.verdict))) {
                                 (verdict_mark(Some(bound.verdict))) (bound.label())
                             }

@@ -45,7 +45,7 @@ fn figures_are_those_of_the_command_line() {
             .map(|row| row.child_elements().map(|cell| words(&cell)).collect())
             .collect();
         let study = ReportedStudy::run(&world, Mode::Motion, &CancelToken::default()).unwrap();
-        let expected: Vec<Vec<String>> = figure_rows(&study.figures)
+        let expected: Vec<Vec<String>> = figure_rows(&study.study.room_field)
             .into_iter()
             .map(|row| vec![row.label, row.value, row.unit.to_owned()])
             .collect();
@@ -53,7 +53,8 @@ fn figures_are_those_of_the_command_line() {
         assert!(html.len() < 15_000_000, "{name}: {}", html.len());
         // Four over position and orientation, the spread, and the shaft.
         assert_eq!(all(&parsed, "#error svg").len(), 6, "{name}");
-        let worst = trackwright_simulation::figures::trial_number(study.figures.worst.trial);
+        let worst =
+            trackwright_simulation::figures::trial_number(study.study.room_field.worst.trial);
         let texts: Vec<String> = all(&parsed, "#figures p").iter().map(words).collect();
         let sentence = format!("The worst trial is number {worst} of ");
         assert!(texts.iter().any(|text| text.starts_with(&sentence)), "{texts:?}");
@@ -269,7 +270,7 @@ fn a_bare_design_has_its_page() {
     let parsed = Html::parse_document(&html);
     let text = words(&all(&parsed, "main")[0]);
     for sentence in [
-        "The tip is shown",
+        "The tip is ",
         "No requirement is set.",
         "tracked without a reference on the patient",
         "One position was looked at",

@@ -2,7 +2,7 @@
 
 use super::TableSection;
 use crate::manufacturing::{
-    WORST_ALLOWED, caution_words, checks_words, expected_words, frame_words, role_name,
+    WORST_ALLOWED, caution_words, checks_words, frame_words, requirement_words, role_name,
     tolerance_value, tolerance_words,
 };
 use trackwright_simulation::figures::{capitalised, with_minus_signs};
@@ -88,9 +88,9 @@ fn notes(sheet: &ManufacturingSheet) -> Vec<String> {
         notes.push(format!("{WORST_ALLOWED}: {}.", checks_words(&sheet.together_worst)));
     }
     if !sheet.as_drawn.is_empty() {
-        notes.push(format!("As drawn: {}.", checks_words(&sheet.as_drawn)));
+        notes.push(format!("In the room's own field: {}.", checks_words(&sheet.as_drawn)));
     }
-    for words in expected_words(sheet).into_iter().chain(caution_words(sheet)) {
+    for words in requirement_words(sheet).into_iter().chain(caution_words(sheet)) {
         notes.push(format!("{}.", capitalised(&words)));
     }
     notes

@@ -16,11 +16,10 @@ pub use worst::{WorstPose, worst_pose};
 
 use crate::room::is_simulated;
 use trackwright_field::OutsidePolicy;
-use trackwright_simulation::expected::{JudgedBound, judged, verdict_of};
 use trackwright_simulation::figures::{capitalised, with_separators};
 use trackwright_simulation::{
-    BoundVerdict, ErrorOf, Expected, Figures, Metric, Mode, Profile, Requirement, Scenario,
-    trial_pose,
+    Basis, ErrorOf, Figure, JudgedBound, Judgement, Metric, Mode, NoInterval, Requirement,
+    RoomFieldFigures, Scenario, Study, Undecided, Verdict, trial_pose,
 };
 
 /// Between a number and its unit.
@@ -43,80 +42,81 @@ pub struct PlainWords {
     pub cautions: Vec<String>,
 }
 
-/// A study in words. What is to be expected stands for the figures where it is known. `profile` is that
-/// of the same study; without it no part of the positions is reported.
-pub fn plain_words(
-    scenario: &Scenario,
-    mode: &Mode,
-    (figures, expected): (&Figures, Option<&Expected>),
-    profile: Option<&Profile>,
-) -> PlainWords {
+/// A study in words.
+pub fn plain_words(scenario: &Scenario, mode: &Mode, study: &Study) -> PlainWords {
     let limit_mm = scenario
         .requirement
         .as_ref()
         .and_then(Requirement::single_position_mm)
         .map(|(_, limit_mm)| limit_mm);
-    let pose = trial_pose(scenario, mode, figures.worst.trial)
-        .filter(|_| figures.trials > 1)
+    let room_field = &study.room_field;
+    let pose = trial_pose(scenario, mode, room_field.worst.trial)
+        .filter(|_| room_field.trials > 1)
         .map(|trial| worst_pose(scenario, mode, &trial));
     PlainWords {
-        headline: match expected {
-            Some(expected) => expected_headline(figures, expected, limit_mm),
-            None => headline(figures, profile, limit_mm, pose.as_ref()),
-        },
-        verdict: match judged(figures, expected) {
-            bounds if bounds.iter().any(|bound| !scenario.judges(mode, bound.metric)) => {
-                one_pose_verdict(scenario, mode, bounds)
-            }
-            bounds => verdict(&bounds),
+        headline: headline(study, limit_mm, pose.as_ref()),
+        verdict: match &study.figures.requirement {
+            None => "No requirement is set.".to_owned(),
+            Some(requirement) => verdict(requirement),
         },
         worst: pose.map(|pose| {
-            let worst_mm = length(figures.worst.position_mm, limit_mm);
             let held = pose.in_full();
-            let in_field = expected.map_or("", |_| " in the room's own field");
-            format!(
-                "The worst, {worst_mm}{in_field}, is {held}, compared with the design's own pose."
-            )
+            format!("The error is largest {held}, compared with the design's own pose.")
         }),
-        cautions: cautions(scenario, figures),
+        cautions: cautions(scenario, room_field),
     }
 }
 
-fn headline(
-    figures: &Figures,
-    profile: Option<&Profile>,
-    limit_mm: Option<f64>,
-    worst: Option<&WorstPose>,
-) -> String {
-    let of_limit = |value_mm: f64| length(value_mm, limit_mm);
-    if figures.trials == 1 {
-        let off = of_limit(figures.position_mm.max());
-        return match limit_mm {
-            None => format!("The tip is shown {off} from where it is"),
-            Some(limit_mm) => format!(
-                "The tip is shown {off} from where it is; {} is required",
-                as_set(limit_mm, "mm")
-            ),
-        };
-    }
-    // Those that were left out of the figures are in the profile.
-    let part =
-        profile.filter(|_| figures.rejected == 0).zip(limit_mm).map(|(profile, limit_mm)| {
-            let within = profile.part_within(limit_mm);
-            let limit = as_set(limit_mm, "mm");
-            format!("{} within {limit}", part_of_positions(within, figures.trials))
+fn headline(study: &Study, limit_mm: Option<f64>, worst: Option<&WorstPose>) -> String {
+    let (figures, trials) = (&study.figures, study.room_field.trials);
+    let (Some(largest), Some(p95)) = (figures.get(Metric::TIP_MAX), figures.get(Metric::TIP_P95))
+    else {
+        let why = study.no_overlap().map_or_else(String::new, |why| why.to_string());
+        return format!("No figures: {why}");
+    };
+    if trials == 1 {
+        let required = limit_mm.map_or_else(String::new, |limit_mm| {
+            format!("; {} is required", as_set(limit_mm, "mm"))
         });
-    let part = part.unwrap_or_else(|| {
-        format!(
-            "Half of the positions within {}, 95{THIN_SPACE}% within {}",
-            of_limit(figures.position_mm.median()),
-            of_limit(figures.position_mm.p95())
-        )
-    });
-    let worst_mm = of_limit(figures.worst.position_mm);
+        return format!(
+            "The tip is {} from where it is shown{required}",
+            with_interval(largest, limit_mm)
+        );
+    }
+    let part = match figures.within {
+        Some(within) => {
+            let limit = as_set(within.limit_mm, "mm");
+            let part = part_of_positions(within.part, trials);
+            match within.interval {
+                None => format!("{part} within {limit}"),
+                Some(interval) => {
+                    let [low, high] = interval.map(percent);
+                    format!("{part} within {limit} (95{THIN_SPACE}%: {low} to {high})")
+                }
+            }
+        }
+        None => {
+            let p95 = with_interval(p95, limit_mm);
+            format!("95{THIN_SPACE}% of the positions within {p95}")
+        }
+    };
+    let largest = with_interval(largest, limit_mm);
+    // Only where there is one field it is known where in it the error is largest.
+    let worst = worst.filter(|_| figures.basis == Basis::Assumed);
     match worst.and_then(WorstPose::in_short) {
-        None => format!("{part}; worst {worst_mm}"),
-        Some(held) => format!("{part}; worst {worst_mm} with the tool {held}"),
+        None => format!("{part}; worst {largest}"),
+        Some(held) => format!("{part}; worst {largest} with the tool {held}"),
+    }
+}
+
+/// A length and its 95 % interval.
+fn with_interval(figure: &Figure, limit_mm: Option<f64>) -> String {
+    let value = length(figure.value, limit_mm);
+    let end = |end_mm: f64| length(end_mm, limit_mm);
+    match (figure.low.map(end), figure.high.map(end)) {
+        (Some(low), Some(high)) => format!("{value} (95{THIN_SPACE}%: {low} to {high})"),
+        (Some(low), None) => format!("{value} (95{THIN_SPACE}%: at least {low})"),
+        (None, _) => value,
     }
 }
 
@@ -193,69 +193,34 @@ fn as_set(limit: f64, unit: &str) -> String {
     format!("{limit}{THIN_SPACE}{unit}")
 }
 
-/// What is to be expected, with 95 % intervals: the room's own field alone leaves out its
-/// uncertainty.
-fn expected_headline(figures: &Figures, expected: &Expected, limit_mm: Option<f64>) -> String {
-    let of = |metric: Metric| {
-        let (value_mm, interval) = expected.of(metric);
-        let [low, high] = interval.map(|end_mm| length(end_mm, limit_mm));
-        let value = length(value_mm, limit_mm);
-        format!("{value} (95{THIN_SPACE}%: {low} to {high})")
-    };
-    if figures.trials == 1 {
-        let required = limit_mm.map_or_else(String::new, |limit_mm| {
-            format!("; {} is required", as_set(limit_mm, "mm"))
-        });
-        return format!(
-            "Expected: the tip is {} from where it is shown{required}",
-            of(Metric::TIP_MAX)
-        );
-    }
-    let part = match expected.within {
-        Some(within) => {
-            let [low, high] = within.interval.map(percent);
-            let limit = as_set(within.limit_mm, "mm");
-            let part = part_of_positions(within.part, figures.trials);
-            format!("{part} within {limit} (95{THIN_SPACE}%: {low} to {high})")
-        }
-        None => format!("95{THIN_SPACE}% of the positions within {}", of(Metric::TIP_P95)),
-    };
-    let lower = part.chars().take(1).flat_map(char::to_lowercase);
-    let part: String = lower.chain(part.chars().skip(1)).collect();
-    format!("Expected: {part}; worst {}", of(Metric::TIP_MAX))
-}
-
-fn verdict(bounds: &[JudgedBound]) -> String {
-    let listed = |wanted: BoundVerdict| -> Vec<String> {
-        let of = bounds.iter().filter(|bound| bound.verdict == wanted);
+fn verdict(requirement: &Judgement) -> String {
+    let listed = |wanted: Verdict| -> Vec<String> {
+        let of = requirement.bounds.iter().filter(|bound| bound.verdict == wanted);
         of.map(bound_words).collect()
     };
-    let (missed, open) = (listed(BoundVerdict::Missed), listed(BoundVerdict::CannotTell));
-    match verdict_of(bounds) {
-        None => "No requirement is set.".to_owned(),
-        Some(BoundVerdict::Met) => "The requirement is met.".to_owned(),
-        Some(BoundVerdict::Missed) => {
-            format!("The requirement is missed: {}.", missed.join("; "))
+    match requirement.verdict {
+        Verdict::Met => "The requirement is met.".to_owned(),
+        Verdict::Missed => {
+            format!("The requirement is missed: {}.", listed(Verdict::Missed).join("; "))
         }
-        Some(BoundVerdict::CannotTell) => {
-            let why = bounds.iter().find_map(|bound| bound.unsettled);
-            let subject = why.map_or_else(
-                || "The measurements of this room cannot decide".to_owned(),
-                |why| format!("It is undetermined, because {why},"),
-            );
-            format!("{subject} whether the requirement is met: {}.", open.join("; "))
+        Verdict::CannotTell => {
+            let open = listed(Verdict::CannotTell).join("; ");
+            match requirement.reason() {
+                Some(Undecided::Interval) | None => format!(
+                    "The measurements of this room cannot decide whether the requirement is met: {open}."
+                ),
+                Some(Undecided::OnePose) => {
+                    "One pose is not judged against what is required over the range of motion."
+                        .to_owned()
+                }
+                Some(why @ Undecided::NoInterval(NoInterval::Outside { .. })) => {
+                    format!("It is not decided whether the requirement is met: {why}.")
+                }
+                Some(why) => format!(
+                    "It is undetermined, because {why}, whether the requirement is met: {open}."
+                ),
+            }
         }
-    }
-}
-
-/// Of one pose of a range of motion, which bounds on an RMS and a percentile are not about.
-fn one_pose_verdict(scenario: &Scenario, mode: &Mode, mut bounds: Vec<JudgedBound>) -> String {
-    const ONE_POSE: &str =
-        "One pose is not judged against what is required over the range of motion.";
-    bounds.retain(|bound| scenario.judges(mode, bound.metric));
-    match bounds.is_empty() {
-        true => ONE_POSE.to_owned(),
-        false => format!("{} {ONE_POSE}", verdict(&bounds)),
     }
 }
 
@@ -266,20 +231,25 @@ fn bound_words(bound: &JudgedBound) -> String {
         ErrorOf::Angle => angle(value, limit),
     };
     let required = as_set(bound.limit, bound.metric.unit());
-    let (name, value) = (bound.metric.label(), digits(bound.value));
+    let name = bound.metric.label();
     let over = bound.over_words(&THIN_SPACE.to_string());
     let over = over.map_or_else(String::new, |over| format!(", which is {over} less"));
-    match bound.interval {
-        None => format!("{name} is {value}, and {required} is required{over}"),
-        Some([low, high]) => format!(
-            "{name} is expected to be {value}, between {} and {}, and {required} is required{over}",
-            digits(low),
-            digits(high)
-        ),
+    let Some(figure) = bound.figure else {
+        return format!("{name} is not known, and {required} is required");
+    };
+    let value = digits(figure.value);
+    match (figure.low.map(digits), figure.high.map(digits)) {
+        (Some(low), Some(high)) => {
+            format!("{name} is {value}, between {low} and {high}, and {required} is required{over}")
+        }
+        (Some(low), None) => {
+            format!("{name} is {value}, at least {low}, and {required} is required{over}")
+        }
+        (None, _) => format!("{name} is {value}, and {required} is required{over}"),
     }
 }
 
-fn cautions(scenario: &Scenario, figures: &Figures) -> Vec<String> {
+fn cautions(scenario: &Scenario, figures: &RoomFieldFigures) -> Vec<String> {
     let mut cautions = Vec::new();
     let of_all = |count: usize| match figures.trials {
         1 => "At the position looked at".to_owned(),

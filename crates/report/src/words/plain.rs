@@ -2,8 +2,7 @@
 
 use super::THIN_SPACE;
 use trackwright_design::SlideFigure;
-use trackwright_simulation::expected::{judged, study_verdict};
-use trackwright_simulation::{BoundVerdict, ErrorOf, Expected, Figures, Metric};
+use trackwright_simulation::{ErrorOf, Figures, Metric, Verdict};
 
 /// A large figure and what it means.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,64 +10,58 @@ pub struct PlainFigure {
     pub value: String,
     pub words: String,
     /// Against the requirement, where it limits this figure.
-    pub verdict: Option<BoundVerdict>,
+    pub verdict: Option<Verdict>,
 }
 
-/// A figure of a slide, the expected one where the room has it; `None` where the study does not
-/// have it.
-pub fn plain_figure(
-    figure: SlideFigure,
-    figures: &Figures,
-    expected: Option<&Expected>,
-) -> Option<PlainFigure> {
+/// A figure of a slide; `None` where the study does not have it.
+pub fn plain_figure(figure: SlideFigure, figures: &Figures) -> Option<PlainFigure> {
+    let requirement = figures.requirement.as_ref();
     let of = |metric: Metric, name: &str| {
         let digits = |value: f64| match metric.of {
             ErrorOf::Position => length(value),
             ErrorOf::Angle => format!("{value:.2}°"),
         };
-        let found = expected.map(|expected| expected.of(metric));
-        let bounds = judged(figures, expected);
-        PlainFigure {
-            value: digits(found.map_or(figures.value(metric), |(value, _)| value)),
-            words: match found {
+        let figure = figures.get(metric)?;
+        let interval = figure.interval_text(2).map(|interval| match figure.high {
+            // The unit once, at the end.
+            Some(high) => interval.replace(&format!("{high:.2}"), &digits(high)),
+            None => interval,
+        });
+        Some(PlainFigure {
+            value: digits(figure.value),
+            words: match interval {
                 None => name.to_owned(),
-                Some((_, [low, high])) => {
-                    let high = digits(high);
-                    format!("{name}, 95{THIN_SPACE}%: {low:.2} to {high}")
-                }
+                Some(interval) => format!("{name}, 95{THIN_SPACE}%: {interval}"),
             },
-            verdict: (bounds.iter().find(|bound| bound.metric == metric))
-                .map(|bound| bound.verdict),
-        }
+            verdict: requirement.and_then(|r| r.bound(metric)).map(|bound| bound.verdict),
+        })
     };
-    Some(match figure {
+    match figure {
         SlideFigure::WithinLimit => {
             let within = figures.within?;
-            let found = expected.and_then(|expected| expected.within);
-            let part = found.map_or(within.part, |found| found.part);
             let limit = length(within.limit_mm);
-            let verdict = study_verdict(figures, expected);
-            PlainFigure {
-                value: percent(part),
-                words: match found {
+            let verdict = requirement.map(|requirement| requirement.verdict);
+            Some(PlainFigure {
+                value: percent(within.part),
+                words: match within.interval {
                     None => format!("of the positions are within {limit}"),
-                    Some(found) => {
-                        let [low, high] = found.interval.map(percent);
+                    Some(interval) => {
+                        let [low, high] = interval.map(percent);
                         format!(
                             "of the positions are within {limit}, 95{THIN_SPACE}%: {low} to {high}"
                         )
                     }
                 },
                 // Good news only where it is all of them, whatever the bound is on.
-                verdict: verdict.filter(|v| *v != BoundVerdict::Met || part == 1.0),
-            }
+                verdict: verdict.filter(|v| *v != Verdict::Met || within.part == 1.0),
+            })
         }
         SlideFigure::TypicalTipError => of(Metric::TIP_MEDIAN, "typical error at the tip"),
         SlideFigure::LargestTipError => of(Metric::TIP_MAX, "largest error at the tip"),
         SlideFigure::TypicalAngleError => {
             of(Metric::ANGLE_MEDIAN, "typical error of the direction")
         }
-    })
+    }
 }
 
 /// Two decimals, whatever it is: figures stand one above the other.

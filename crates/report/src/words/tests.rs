@@ -3,10 +3,12 @@
 use super::*;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
+use trackwright_field::Environment;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::Metric;
 use trackwright_simulation::scenario::InputTrial;
-use trackwright_simulation::{AxisRange, CancelToken, Motion, run_profiled};
+use trackwright_simulation::{AxisRange, CancelToken, Motion, study};
 
 fn scenario() -> Scenario {
     let world =
@@ -16,8 +18,8 @@ fn scenario() -> Scenario {
 }
 
 fn words(scenario: &Scenario, mode: &Mode) -> PlainWords {
-    let (outcome, profile) = run_profiled(scenario, mode, &CancelToken::default()).unwrap();
-    plain_words(scenario, mode, (&outcome.figures, None), profile.as_ref())
+    let study = study(scenario, mode, &CancelToken::default(), None).unwrap();
+    plain_words(scenario, mode, &study)
 }
 
 /// The built-in pointer, whose shaft is z of its frame, turned so from the design's pose.
@@ -44,17 +46,20 @@ fn to(direction: Vector3<f64>) -> UnitQuaternion<f64> {
 fn the_headline_has_part_within_limit_and_worst() {
     let mut scenario = scenario();
     let mode = Mode::Motion;
-    let (outcome, profile) = run_profiled(&scenario, &mode, &CancelToken::default()).unwrap();
+    let found = study(&scenario, &mode, &CancelToken::default(), None).unwrap();
     // A limit that lies within the errors.
-    let limit_mm = outcome.figures.position_mm.median();
+    let limit_mm = found.figures.get(Metric::TIP_MEDIAN).unwrap().value;
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_MAX, limit_mm)]));
-    let found = words(&scenario, &mode);
-    let part = (100.0 * profile.unwrap().part_within(limit_mm)).floor();
-    assert!((49.0..=51.0).contains(&part));
-    let expected =
-        format!("{part:.0}\u{2009}% of the positions within {limit_mm}\u{2009}mm; worst ");
+    let study = study(&scenario, &mode, &CancelToken::default(), None).unwrap();
+    let found = plain_words(&scenario, &mode, &study);
+    let within = study.figures.within.unwrap();
+    assert!((0.4..=0.6).contains(&within.part), "{within:?}");
+    let [low, high] = within.interval.unwrap().map(percent);
+    let part = (100.0 * within.part).floor();
+    let part = format!("{part:.0}\u{2009}% of the positions within {limit_mm}\u{2009}mm");
+    let expected = format!("{part} (95\u{2009}%: {low} to {high}); worst ");
     assert!(found.headline.starts_with(&expected), "{found:?}");
-    let worst_mm = outcome.figures.position_mm.max();
+    let worst_mm = study.figures.get(Metric::TIP_MAX).unwrap().value;
     let (_, worst) = found.headline.split_once("; worst ").unwrap();
     let shown: f64 = worst.split('\u{2009}').next().unwrap().parse().unwrap();
     assert!((shown - worst_mm).abs() <= 0.05, "{worst} {worst_mm}");
@@ -131,15 +136,21 @@ fn a_study_without_turns_names_no_posture() {
         z: Some(AxisRange { min: -40.0, max: 40.0, step: 40.0 }),
         ..Motion::default()
     });
+    scenario.environment = bare(&scenario);
     let found = words(&scenario, &Mode::Motion);
     assert!(!found.headline.contains("held"), "{found:?}");
     assert!(found.headline.contains("the field generator"), "{found:?}");
 }
 
+/// The room's model without what it rests on.
+fn bare(scenario: &Scenario) -> Arc<Environment> {
+    Arc::new(Environment::of_model("bare", scenario.environment.model.clone()))
+}
+
 #[test]
 fn one_position_is_one_distance_and_has_no_worst() {
     let found = words(&scenario(), &Mode::Single);
-    assert!(found.headline.starts_with("The tip is shown 0."), "{found:?}");
+    assert!(found.headline.starts_with("The tip is 0."), "{found:?}");
     assert_eq!(found.worst, None);
 }
 
@@ -161,8 +172,8 @@ fn one_pose_of_many_is_not_judged_by_an_rms() {
 #[test]
 fn a_missed_bound_states_by_how_much() {
     let mut scenario = scenario();
-    let found = run_profiled(&scenario, &Mode::Motion, &CancelToken::default()).unwrap();
-    let rms_mm = found.0.figures.value(Metric::TIP_RMS);
+    let found = study(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
+    let rms_mm = found.figures.get(Metric::TIP_RMS).unwrap().value;
     let limit_mm = (50.0 * rms_mm).floor() / 100.0;
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, limit_mm)]));
     let verdict = words(&scenario, &Mode::Motion).verdict;

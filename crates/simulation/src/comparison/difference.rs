@@ -6,7 +6,7 @@
 
 use super::sampled::{Drawn, DrawnFrom, Sampled};
 use crate::expected::WIDENING;
-use crate::figures::Unsettled;
+use crate::judgement::Undecided;
 use crate::metric::{ErrorOf, METRICS, Metric, MetricValues, Summary};
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -24,7 +24,7 @@ pub const LEAST_DEG: f64 = 0.01;
 /// The verdict on a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum DifferenceVerdict {
     /// The error is smaller than the baseline's.
     Better,
     Worse,
@@ -41,7 +41,7 @@ pub enum Verdict {
 }
 
 /// A figure less the baseline's, in the figure's unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
     #[serde(skip)]
     pub metric: Metric,
@@ -58,19 +58,22 @@ pub struct Difference {
     /// Holds 95 %.
     pub low: f64,
     pub high: f64,
-    pub verdict: Verdict,
+    pub verdict: DifferenceVerdict,
     /// Of the design, else of the baseline.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub unsettled: Option<Unsettled>,
+    pub unsettled: Option<Undecided>,
 }
 
 /// What a design's figures are, and how far they may be off.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Side<'a> {
+    /// What is known of its figures.
     pub grid: &'a MetricValues,
+    /// In the room's own field, as `sampled` and `drawn` have it.
+    pub own: &'a MetricValues,
     pub sampled: Option<&'a Sampled>,
     pub drawn: Option<&'a Drawn>,
-    pub unsettled: Option<Unsettled>,
+    pub unsettled: Option<Undecided>,
 }
 
 /// Least differences that count, mm and degrees.
@@ -89,23 +92,17 @@ impl Default for Least {
 /// Every figure of a design less the baseline's.
 pub(super) fn differences(design: Side<'_>, baseline: Side<'_>, least: Least) -> Vec<Difference> {
     let each = METRICS.iter().enumerate();
-    each.map(|(index, metric)| difference(index, *metric, design, baseline, least)).collect()
+    each.map(|(index, metric)| difference(index, *metric, [&design, &baseline], least)).collect()
 }
 
 /// The same of two that are in different rooms: differences without a verdict on the designs.
 pub(super) fn between_rooms(differences: Vec<Difference>) -> Vec<Difference> {
     let each = differences.into_iter();
-    each.map(|difference| Difference { verdict: Verdict::OtherRoom, ..difference }).collect()
+    each.map(|difference| Difference { verdict: DifferenceVerdict::OtherRoom, ..difference })
+        .collect()
 }
 
-fn difference(
-    index: usize,
-    metric: Metric,
-    design: Side<'_>,
-    baseline: Side<'_>,
-    least: Least,
-) -> Difference {
-    let sides = [design, baseline];
+fn difference(index: usize, metric: Metric, sides: [&Side<'_>; 2], least: Least) -> Difference {
     let [a, b] = sides.map(|side| side.grid[index]);
     let difference = a - b;
     let mut hull = Hull::of(difference);
@@ -121,7 +118,8 @@ fn difference(
             hull.add(a - wide_b);
             sampling = Some(Spread::none());
         } else {
-            sampling = Some(Spread::of_replicates(&sides.map(|side| side.sampled), [a, b], index));
+            let own = sides.map(|side| side.own[index]);
+            sampling = Some(Spread::of_replicates(&sides.map(|side| side.sampled), own, index));
         }
     }
     let drawn = match sides.map(|side| side.drawn) {
@@ -145,19 +143,19 @@ fn difference(
         ErrorOf::Angle => least.deg,
     };
     let is_beside_zero = low > 0.0 || high < 0.0;
-    let unsettled = sides.iter().find_map(|side| side.unsettled);
+    let unsettled = sides.iter().find_map(|side| side.unsettled.clone());
     let verdict = if unsettled.is_some() {
-        Verdict::Unsettled
+        DifferenceVerdict::Unsettled
     } else if difference.abs() < least {
-        Verdict::Negligible
+        DifferenceVerdict::Negligible
     } else if !is_beside_zero {
-        Verdict::NotTold
+        DifferenceVerdict::NotTold
     } else if model.is_none() {
-        Verdict::RoomUnknown
+        DifferenceVerdict::RoomUnknown
     } else if difference < 0.0 {
-        Verdict::Better
+        DifferenceVerdict::Better
     } else {
-        Verdict::Worse
+        DifferenceVerdict::Worse
     };
     Difference {
         metric,
@@ -173,14 +171,20 @@ fn difference(
 }
 
 impl Side<'_> {
-    /// The figure over the range of motion; that of the grid for what has none.
+    /// The figure over the range of motion; that of the grid for what has none. What the grid leaves out is
+    /// known of the room's own field alone, in squares.
     fn over_range(&self, index: usize, metric: Metric) -> f64 {
         let grid = self.grid[index];
-        match self.sampled {
-            None => grid,
-            Some(sampled) if metric.summary == Summary::Max => grid.max(sampled.whole[index]),
-            Some(sampled) if metric.is_extreme() => grid.min(sampled.whole[index]),
-            Some(sampled) => sampled.whole[index],
+        let Some(sampled) = self.sampled else {
+            return grid;
+        };
+        let whole = sampled.whole[index];
+        let beyond = whole * whole - self.own[index] * self.own[index];
+        let whole = (grid * grid + beyond).max(0.0).sqrt();
+        match metric.summary {
+            Summary::Max => grid.max(whole),
+            _ if metric.is_extreme() => grid.min(whole),
+            _ => whole,
         }
     }
 }
@@ -325,7 +329,7 @@ mod tests {
     }
 
     fn rms(design: Side<'_>, baseline: Side<'_>) -> Difference {
-        differences(design, baseline, Least::default())[0]
+        differences(design, baseline, Least::default())[0].clone()
     }
 
     #[test]
@@ -335,18 +339,24 @@ mod tests {
         let moved = |by: f64| draws.iter().map(|d| d + by).collect::<Vec<_>>();
         let (shared, also) = (drawn(1.0, &moved(1.0)), drawn(1.5, &moved(1.5)));
         let own = drawn(1.5, &moved(1.5).into_iter().rev().collect::<Vec<_>>());
-        let side = |grid, drawn| Side { grid, sampled: None, drawn: Some(drawn), unsettled: None };
+        let side = |grid, drawn| Side {
+            grid,
+            own: grid,
+            sampled: None,
+            drawn: Some(drawn),
+            unsettled: None,
+        };
         let same_room = rms(side(&two, &also), side(&one, &shared));
         assert!(same_room.model_std.unwrap() < 1e-15);
         assert!((same_room.low - 0.5).abs() < 1e-14 && (same_room.high - 0.5).abs() < 1e-14);
-        assert_eq!(same_room.verdict, Verdict::Worse);
+        assert_eq!(same_room.verdict, DifferenceVerdict::Worse);
         let other = rms(side(&two, &own), side(&one, &shared));
         // Reversed they are each other's negative: twice the deviation.
         assert!(
             (other.model_std.unwrap() - 2.0 * 5.25_f64.sqrt() * (64.0 / 63.0_f64).sqrt()).abs()
                 < 1e-12
         );
-        assert_eq!(other.verdict, Verdict::NotTold);
+        assert_eq!(other.verdict, DifferenceVerdict::NotTold);
     }
 
     #[test]
@@ -360,9 +370,15 @@ mod tests {
         };
         let (design, baseline) = (measured(0.4, &less), measured(0.5, &sizes));
         let (own, theirs) = ([0.4; METRICS.len()], [0.5; METRICS.len()]);
-        let side = |grid, drawn| Side { grid, sampled: None, drawn: Some(drawn), unsettled: None };
+        let side = |grid, drawn| Side {
+            grid,
+            own: grid,
+            sampled: None,
+            drawn: Some(drawn),
+            unsettled: None,
+        };
         let found = rms(side(&own, &design), side(&theirs, &baseline));
-        assert_eq!(found.verdict, Verdict::Better);
+        assert_eq!(found.verdict, DifferenceVerdict::Better);
         // The largest difference in a drawn field is a fifth of four.
         assert!(found.low < -0.8 && (-0.2..0.0).contains(&found.high), "{found:?}");
     }
@@ -372,7 +388,7 @@ mod tests {
         let (one, two) = ([1.0; METRICS.len()], [1.5; METRICS.len()]);
         // The design's own 1.2 over its range, four looks that differ by 0.1 each.
         let looks = sampled(&[1.05, 1.15, 1.25, 1.35]);
-        let side = |grid, sampled| Side { grid, sampled, drawn: None, unsettled: None };
+        let side = |grid, sampled| Side { grid, own: grid, sampled, drawn: None, unsettled: None };
         let found = rms(side(&two, Some(&looks)), side(&one, None));
         assert!((found.over_range.unwrap() - 0.2).abs() < 1e-14);
         let std = (0.05 / 3.0_f64).sqrt() / 2.0;
@@ -381,7 +397,7 @@ mod tests {
         assert!((found.low - (0.2 - 3.182_446 * std)).abs() < 1e-6, "{found:?}");
         assert!((found.high - (0.5 + 3.182_446 * std)).abs() < 1e-6);
         // The largest over grid and range is the grid's 1.5.
-        let max = differences(side(&two, Some(&looks)), side(&one, None), Least::default())[6];
+        let max = &differences(side(&two, Some(&looks)), side(&one, None), Least::default())[6];
         assert_eq!((max.difference, max.over_range), (0.5, Some(0.5)));
     }
 
@@ -389,13 +405,18 @@ mod tests {
     fn small_or_unknown_differences_give_no_winner() {
         let verdict = |a: f64, b: f64| {
             let [a, b] = [a, b].map(|v| [v; METRICS.len()]);
-            let [a, b] =
-                [&a, &b].map(|grid| Side { grid, sampled: None, drawn: None, unsettled: None });
+            let [a, b] = [&a, &b].map(|grid| Side {
+                grid,
+                own: grid,
+                sampled: None,
+                drawn: None,
+                unsettled: None,
+            });
             rms(a, b).verdict
         };
-        assert_eq!(verdict(1.0, 1.0), Verdict::Negligible);
-        assert_eq!(verdict(1.0, 1.009), Verdict::Negligible);
-        assert_eq!(verdict(1.0, 1.011), Verdict::RoomUnknown);
-        assert_eq!(verdict(f64::NAN, 1.0), Verdict::NotTold);
+        assert_eq!(verdict(1.0, 1.0), DifferenceVerdict::Negligible);
+        assert_eq!(verdict(1.0, 1.009), DifferenceVerdict::Negligible);
+        assert_eq!(verdict(1.0, 1.011), DifferenceVerdict::RoomUnknown);
+        assert_eq!(verdict(f64::NAN, 1.0), DifferenceVerdict::NotTold);
     }
 }

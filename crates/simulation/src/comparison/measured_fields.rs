@@ -2,12 +2,12 @@
 //! possible: at the sensors of both at once, so that what the two share cancels.
 
 use super::sampled::{Drawn, DrawnAt, DrawnFrom, Errors};
-use crate::expected::{DrawnTrials, SENSOR_SEED, SensorErrors};
+use crate::expected::DrawnTrials;
 use crate::metric::MetricValues;
 use crate::scenario::Scenario;
 use crate::trial::Simulator;
 use rayon::prelude::*;
-use trackwright_field::gaussian::{ErrorValues, GaussianField};
+use trackwright_field::Environment;
 
 /// Sensor poses of each of the two at which a field is drawn.
 const MOST_POINTS: usize = 450;
@@ -21,7 +21,7 @@ pub(super) struct MeasuredFields {
 impl MeasuredFields {
     /// `None` where no pose is left, a body has markers, or the process has no answer.
     pub fn draw(
-        process: &GaussianField,
+        environment: &Environment,
         own: (&Scenario, &DrawnAt),
         baseline: Option<(&Scenario, &DrawnAt)>,
         draws: usize,
@@ -32,28 +32,33 @@ impl MeasuredFields {
         };
         let own_at = thinned(own);
         let own_simulator = Simulator::new(own.0);
-        let own_trials = DrawnTrials::new(&own_simulator, own_at.trials().to_vec())?;
+        let own_trials = DrawnTrials::new(&own_simulator, environment, own_at.trials().to_vec())?;
         let baseline_at = baseline.map(thinned);
         let baseline_simulator = baseline.map(|(scenario, _)| Simulator::new(scenario));
         let baseline_trials = match (&baseline_simulator, &baseline_at) {
-            (Some(simulator), Some(at)) => Some(DrawnTrials::new(simulator, at.trials().to_vec())?),
+            (Some(simulator), Some(at)) => {
+                Some(DrawnTrials::new(simulator, environment, at.trials().to_vec())?)
+            }
             _ => None,
         };
         let mut points = own_trials.points().to_vec();
         points.extend(baseline_trials.iter().flat_map(|t| t.points()));
-        let fields = process.posterior(&points).ok()?.draws(draws, seed);
+        let posterior = match &environment.process {
+            Some(process) => Some(process.posterior(&points).ok()?),
+            None => None,
+        };
+        let fields = posterior.as_ref().map(|posterior| posterior.draws(draws, seed));
         let split = own_trials.points().len();
         let drawn = |at: &DrawnAt, trials: &DrawnTrials, part: std::ops::Range<usize>| {
-            let figures = |field: &[ErrorValues], sensors: &SensorErrors| -> Option<MetricValues> {
-                let errors = trials.errors(&trials.field_errors(field, process.trend, sensors));
+            let fields = fields.as_ref();
+            let own = fields.map(|all| all.iter().map(|f| f[part.clone()].to_vec()).collect());
+            let fields = trials.fields_of(own, draws, 0);
+            let figures = |draw: usize| -> Option<MetricValues> {
+                let errors = trials.errors(&fields.errors(trials, draw));
                 let errors: Vec<Errors> = errors.into_iter().map(Some).collect();
                 at.figures_of(&errors)
             };
-            let draws: Option<Vec<_>> = fields
-                .par_iter()
-                .zip(trials.sensor_errors(process, draws, SENSOR_SEED))
-                .map(|(field, sensors)| figures(&field[part.clone()], &sensors))
-                .collect();
+            let draws: Option<Vec<_>> = (0..draws).into_par_iter().map(figures).collect();
             let own_field: Vec<Errors> =
                 trials.model_trial_errors().into_iter().map(Some).collect();
             Some(Drawn {

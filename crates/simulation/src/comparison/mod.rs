@@ -8,17 +8,16 @@ mod measured_fields;
 pub mod sampled;
 mod words;
 
-pub use super::own_study::{NoFigures, mode_of};
-pub use difference::{COVERAGE, Difference, LEAST_DEG, LEAST_MM, Least, Verdict};
+pub use super::study::{NoFigures, mode_of};
+pub use difference::{COVERAGE, Difference, DifferenceVerdict, LEAST_DEG, LEAST_MM, Least};
 pub use words::{difference_words, met_words, notes, worst_place_words, worst_words};
 
-use super::expected::{BoundVerdict, Expected, study_verdict};
-use super::figures::Figures;
+use super::judgement::{Verdict, unsettled};
 use super::metric::MetricValues;
-use super::own_study::own_study;
 use super::profile::{trial_offsets, trial_pose};
 use super::run::StudyError;
 use super::scenario::{InputTrial, Scenario};
+use super::study::{Study, study_with_figures};
 use difference::{Side, between_rooms, differences};
 use measured_fields::MeasuredFields;
 use rayon::prelude::*;
@@ -26,7 +25,6 @@ use sampled::{Drawn, DrawnAt, DrawnFrom, Sampled, range_trials};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use trackwright_field::Environment;
-use trackwright_field::gaussian::GaussianField;
 use trackwright_field::validity::DrawError;
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
@@ -101,14 +99,9 @@ pub struct Row {
 /// A row's study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
-    pub figures: Figures,
+    pub study: Study,
     pub worst_pose: WorstPose,
-    /// Trials with a sensor where the room has no field: outside the model's box or out of the
-    /// tracker's volume.
-    pub without_field: usize,
     sampled: Option<Sampled>,
-    /// What the figures are to be expected to be, where the room states it.
-    pub expected: Option<Expected>,
     drawn: Option<Drawn>,
     /// In the very fields that the design's are from, where the baseline is in the same room and
     /// fields are drawn for a pair of designs.
@@ -207,14 +200,15 @@ fn against_baseline(
     let (Ok(design), Ok(baseline)) = (&measured[pair], &measured[row]) else {
         return None;
     };
-    let [a, b] = [design, baseline].map(|m| m.figures.values());
+    let known = [design, baseline].map(Measured::values);
+    let in_own_field = [design, baseline].map(|m| m.study.room_field.values());
     let theirs = &plan.pairs[row];
-    let mut baseline_side = baseline.side(&b);
+    let mut baseline_side = baseline.side(&known[1], &in_own_field[1]);
     if own.room == theirs.room && design.drawn_baseline.is_some() {
         baseline_side.drawn = design.drawn_baseline.as_ref();
     }
     let room_differs = own.room != theirs.room;
-    let differences = differences(design.side(&a), baseline_side, least);
+    let differences = differences(design.side(&known[0], &in_own_field[0]), baseline_side, least);
     Some(AgainstBaseline {
         row,
         differences: match room_differs {
@@ -229,16 +223,23 @@ fn against_baseline(
 
 impl Measured {
     /// Whether the requirement is met, as far as the room determines it; `None` without one.
-    pub fn verdict(&self) -> Option<BoundVerdict> {
-        study_verdict(&self.figures, self.expected.as_ref())
+    pub fn verdict(&self) -> Option<Verdict> {
+        Some(self.study.figures.requirement.as_ref()?.verdict)
     }
 
-    fn side<'a>(&'a self, grid: &'a MetricValues) -> Side<'a> {
+    /// What is known of the figures; a row that is measured has them all.
+    fn values(&self) -> MetricValues {
+        let of = |k: usize| self.study.figures.all.get(k).map_or(f64::NAN, |figure| figure.value);
+        std::array::from_fn(of)
+    }
+
+    fn side<'a>(&'a self, grid: &'a MetricValues, own: &'a MetricValues) -> Side<'a> {
         Side {
             grid,
+            own,
             sampled: self.sampled.as_ref(),
             drawn: self.drawn.as_ref(),
-            unsettled: self.figures.unsettled(),
+            unsettled: unsettled(&self.study.room_field).map(|(why, _)| why),
         }
     }
 }
@@ -282,9 +283,9 @@ impl InRoom<'_> {
         let mut unknown = None;
         if is_needed && has_any {
             let drawing = task.subtask(STUDIES_PART, 1.0);
-            unknown = match &environment.process {
-                Some(process) => self.draw_from(process, &mut studied, &drawing)?,
-                None => match self.drawn_rooms(environment, task)? {
+            unknown = match environment.states_uncertainty() {
+                true => self.draw_from(environment, &mut studied, &drawing)?,
+                false => match self.drawn_rooms(environment, task)? {
                     Ok(rooms) => self.try_in(&rooms, environment, &mut studied, &drawing)?,
                     Err(why) => Some(why),
                 },
@@ -336,7 +337,7 @@ impl InRoom<'_> {
     /// Figures of each design beside the baseline's in fields drawn for the two.
     fn draw_from(
         &self,
-        process: &GaussianField,
+        environment: &Environment,
         studied: &mut [Studied],
         task: &Task,
     ) -> Result<Option<RoomUnknown>, Cancelled> {
@@ -358,7 +359,7 @@ impl InRoom<'_> {
             };
             let scenario = &pair(place).scenario;
             let compared = baseline_at.filter(|_| !is_baseline(place));
-            found.push(MeasuredFields::draw(process, (scenario, at), compared, draws, seed));
+            found.push(MeasuredFields::draw(environment, (scenario, at), compared, draws, seed));
         }
         let mut unknown = None;
         for (studied, found) in studied.iter_mut().zip(found) {
@@ -420,7 +421,7 @@ impl InRoom<'_> {
 /// The study, its looks at the range, and the poses that are tried in drawn fields.
 fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Studied, StudyError> {
     let mode = mode_of(scenario);
-    let own = match own_study(scenario, &mode, &task.cancel) {
+    let own = match study_with_figures(scenario, &mode, &task.cancel) {
         Ok(Ok(own)) => own,
         Ok(Err(why)) => return Ok(Err(why)),
         Err(Cancelled) => return Err(StudyError::Cancelled),
@@ -431,19 +432,11 @@ fn studied(scenario: &Scenario, settings: &Settings, task: &Task) -> Result<Stud
     let sampled = Sampled::of(scenario, &looks, &task.cancel)?;
     let tried = &looks[..settings.drawn_replicates.min(looks.len())];
     let drawn_at = DrawnAt::new(scenario, tried, &extremes);
-    let worst = own.figures.worst.trial;
+    let worst = own.room_field.worst.trial;
     let worst_pose = WorstPose {
         crf_from_tool: at(worst).map_or(scenario.crf_from_tool, |t| t.crf_from_tool),
         offsets: trial_offsets(scenario, &mode, worst),
     };
-    let measured = Measured {
-        figures: own.figures,
-        worst_pose,
-        without_field: own.without_field,
-        sampled,
-        expected: own.expected,
-        drawn: None,
-        drawn_baseline: None,
-    };
+    let measured = Measured { study: own, worst_pose, sampled, drawn: None, drawn_baseline: None };
     Ok(Ok((measured, drawn_at)))
 }

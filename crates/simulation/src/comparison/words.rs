@@ -1,14 +1,13 @@
 //! A comparison as text, the same on the command line and in the editor.
 
-use super::difference::{Difference, Verdict};
+use super::difference::{Difference, DifferenceVerdict};
 use super::{AgainstBaseline, Measured};
-use crate::expected::BoundVerdict;
 use crate::figures::{signed_offset, trial_number};
-use crate::own_study::study_notes;
+use crate::judgement::Verdict;
 
 /// Whether the requirement is met, as far as the room determines it.
 pub fn met_words(measured: &Measured) -> &'static str {
-    measured.verdict().map_or("–", BoundVerdict::label)
+    measured.verdict().map_or("–", Verdict::label)
 }
 
 /// The verdict on a difference from the baseline of this name.
@@ -23,36 +22,36 @@ pub fn difference_words(difference: &Difference, baseline: &str) -> String {
     };
     let [from, to] = ends.map(|end| format!("{end:.3}"));
     match difference.verdict {
-        Verdict::Better | Verdict::Worse => {
+        DifferenceVerdict::Better | DifferenceVerdict::Worse => {
             format!("{size} {side} than {baseline} (95 %: {from} to {to})")
         }
-        Verdict::NotTold => format!(
+        DifferenceVerdict::NotTold => format!(
             "not significant ({}; 95 %: {} to {})",
             signed(difference.difference, unit),
             signed(difference.low, unit),
             signed(difference.high, unit)
         ),
-        Verdict::Negligible => {
+        DifferenceVerdict::Negligible => {
             format!("negligible ({})", signed(difference.difference, unit))
         }
-        Verdict::RoomUnknown => format!(
+        DifferenceVerdict::RoomUnknown => format!(
             "{size} {side} than {baseline} as the room stands ({from} to {to} for the sampling); how far the \
              room may be off is not known, so this is no verdict"
         ),
-        Verdict::OtherRoom => format!(
+        DifferenceVerdict::OtherRoom => format!(
             "{} from {baseline}, which is in another room, so this is no verdict",
             signed(difference.difference, unit)
         ),
-        Verdict::Unsettled => format!(
+        DifferenceVerdict::Unsettled => format!(
             "{size} {side} than {baseline} as far as the figures go; {}, so this is no verdict",
-            difference.unsettled.map_or_else(String::new, |why| why.to_string())
+            difference.unsettled.as_ref().map_or_else(String::new, |why| why.to_string())
         ),
     }
 }
 
 /// What has to be known of a row before its figures are read.
 pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<String> {
-    let mut notes = study_notes(&measured.figures, measured.without_field);
+    let mut notes = measured.study.notes();
     let Some(against) = against else {
         return notes;
     };
@@ -70,7 +69,7 @@ pub fn notes(measured: &Measured, against: Option<&AgainstBaseline>) -> Vec<Stri
 
 /// How large the worst error is, and where the tool then stands.
 pub fn worst_words(measured: &Measured) -> String {
-    let size_mm = measured.figures.worst.position_mm;
+    let size_mm = measured.study.room_field.worst.position_mm;
     format!("worst {size_mm:.4} mm at {}", worst_place_words(measured))
 }
 
@@ -87,7 +86,7 @@ pub fn worst_place_words(measured: &Measured) -> String {
     match places.is_empty() {
         true => "its own pose".to_owned(),
         false => {
-            let trial = trial_number(measured.figures.worst.trial);
+            let trial = trial_number(measured.study.room_field.worst.trial);
             format!("{} (trial {trial})", places.join(", "))
         }
     }

@@ -86,7 +86,7 @@ fn contributions_of_all_sensors_add_up() {
         assert!((sum - 1.0).abs() < 0.01, "{of:?} {sum}");
     }
     let study = run(&scenario, &Mode::Motion, &CancelToken::default(), None).unwrap();
-    let rms_mm = study.figures.value(Metric::TIP_RMS);
+    let rms_mm = study.room_field.value(Metric::TIP_RMS);
     assert!((found.rms(ErrorOf::Position) - rms_mm).abs() < 1e-9 * rms_mm);
 }
 

@@ -1,23 +1,25 @@
-//! Expected figures: a mode's trials in fields drawn from what the room's measurements leave possible.
+//! Expected figures: a mode's trials in fields drawn from what the room leaves possible.
 
 use super::drawn_trials::DrawnTrials;
-use crate::metric::{METRICS, Metric, MetricValues, values_of_errors, values_of_spread};
-use crate::plan::{Plan, each_trial};
-use crate::run::{StudyError, check, is_rejected};
+use crate::metric::{METRICS, Metric, MetricValues, values_of_spread};
+use crate::plan::Plan;
+use crate::run::{Outcome, Prepared, StudyError, TrialErrors};
 use crate::scenario::{InputTrial, Mode, Scenario};
 use crate::statistics::percentile;
-use crate::trial::Simulator;
+use crate::tool_in_crf::ErrorVectors;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use trackwright_field::gaussian::GaussianError;
 use trackwright_task::{CancelToken, Cancelled};
 
-/// Fields that are drawn.
-pub const DRAWS: usize = 64;
+/// Fields that are drawn at [`MOST_POINTS`] sensor poses. At fewer poses there are as many more as cost no
+/// more, up to the second: the fewer trials a figure is of, the more it differs from field to field, and the
+/// more fields the ends of its interval need.
+const DRAWS: [usize; 2] = [64, 512];
 
-/// Sensor poses at which a field is drawn: their covariance is factored, so that time grows with the
-/// cube of them.
-const MOST_POINTS: usize = 720;
+/// Sensor poses at which a field is drawn: so many that the figures follow a hand, some ten milliseconds on
+/// two cores. Of the built-in designs, figures are within 4 % of those of 2,400.
+const MOST_POINTS: usize = 360;
 
 /// Of the trials that are tried in drawn fields, the part with the largest errors in the room's own.
 const EXTREME_PART: f64 = 0.25;
@@ -33,21 +35,27 @@ const TAIL: f64 = 0.025;
 
 const SEED: u64 = 20;
 
-/// Of what sensors are off by themselves.
-pub const SENSOR_SEED: u64 = 23;
+/// Tip errors in mm and angles in degrees that stand for what may be anything: larger than any bound.
+const ANYTHING: [f64; 2] = [1e9, 1e9];
+
+/// Ends of intervals beyond this are none.
+const MOST: f64 = 1e6;
 
 /// Expected figures of a study, and 95 % intervals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
     /// Means over drawn fields, in the order of [`METRICS`], mm and degrees.
     pub figures: MetricValues,
-    /// 95 % intervals, likewise.
+    /// 95 % intervals, likewise. Their ends are those of figures in which trials where the room states no
+    /// field have no error, and any; the upper one is infinite where that is not bounded.
     pub intervals: [[f64; 2]; METRICS.len()],
+    /// The same with the errors that are drawn where the room states no field: for maps, which go on there.
+    pub continued: [[f64; 2]; METRICS.len()],
     /// In the room's own field, likewise.
     pub own: MetricValues,
     /// Part of the trials within the requirement's bound of a single tip error, where it has one.
     pub within: Option<ExpectedWithin>,
-    /// Fields that were drawn.
+    /// Fields that were drawn; none where the room's own field is taken for the only one.
     pub draws: usize,
     /// Trials that were tried in each.
     pub trials: usize,
@@ -60,6 +68,7 @@ pub struct Expected {
 /// How much of a study is to be expected within a bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExpectedWithin {
+    pub metric: Metric,
     pub limit_mm: f64,
     /// Mean over drawn fields, from 0 to 1.
     pub part: f64,
@@ -74,7 +83,7 @@ pub enum ExpectedError {
         "the environment {0:?} keeps no measurements to draw fields from; fit it again to know how \
          far its figures may be off"
     )]
-    NoProcess(String),
+    NothingDrawn(String),
     #[error("a body has markers, whose readings have no axis: drawn fields have one")]
     Markers,
     #[error(transparent)]
@@ -99,23 +108,29 @@ impl Expected {
     pub fn own_of(&self, metric: Metric) -> f64 {
         self.own[metric.index()]
     }
-}
 
-/// The expected figures where the room has measurements to draw fields from; `None` elsewhere.
-///
-/// # Errors
-/// [`Cancelled`].
-pub fn expected_where_measured(
-    scenario: &Scenario,
-    mode: &Mode,
-    cancel: &CancelToken,
-) -> Result<Option<Expected>, Cancelled> {
-    if scenario.environment.process.is_none() {
-        return Ok(None);
-    }
-    match expected(scenario, mode, cancel) {
-        Err(ExpectedError::Study(StudyError::Cancelled)) => Err(Cancelled),
-        other => Ok(other.ok()),
+    /// Those of the room's own field, taken for the only one there is.
+    pub(crate) fn assumed(prepared: &Prepared, outcome: &Outcome, errors: &TrialErrors) -> Self {
+        let own = outcome.room_field.values();
+        let all: Vec<usize> = (0..errors.errors.len()).collect();
+        let trials =
+            TriedTrials { is_known: known(errors, &all), is_spread: vec![true; all.len()] };
+        let ends = trials.figures(&errors.errors).unwrap_or([own; 3]);
+        let bound = prepared.single_bound();
+        Self {
+            figures: own,
+            intervals: std::array::from_fn(|k| [ends[1][k], bounded(ends[2][k])]),
+            continued: own.map(|value| [value; 2]),
+            own,
+            within: bound.map(|(metric, limit_mm)| {
+                let [part, low, high] = trials.parts_within(&errors.errors, limit_mm);
+                ExpectedWithin { metric, limit_mm, part, interval: [low, high] }
+            }),
+            draws: 0,
+            trials: all.len(),
+            points: 0,
+            rows: 0,
+        }
     }
 }
 
@@ -129,197 +144,233 @@ pub fn expected(
     mode: &Mode,
     cancel: &CancelToken,
 ) -> Result<Expected, ExpectedError> {
+    let prepared = Prepared::new(scenario, mode)?;
+    prepared.states_uncertainty()?;
+    let (outcome, errors) = prepared.run(cancel, None)?;
+    expected_of(&prepared, &outcome, &errors, cancel)
+}
+
+/// The same of a study that was run.
+///
+/// # Errors
+/// See [`ExpectedError`].
+pub(crate) fn expected_of(
+    prepared: &Prepared,
+    outcome: &Outcome,
+    errors: &TrialErrors,
+    cancel: &CancelToken,
+) -> Result<Expected, ExpectedError> {
+    prepared.states_uncertainty()?;
+    let Prepared { scenario, plan, simulator, .. } = prepared;
     let environment = &scenario.environment;
-    let process = environment
-        .process
-        .as_ref()
-        .ok_or_else(|| ExpectedError::NoProcess(environment.name.clone()))?;
-    check(scenario)?;
-    let plan = Plan::new(scenario, mode)?;
-    let simulator = Simulator::new(scenario);
-    let own = OwnErrors::of(&plan, &simulator, scenario, cancel)?;
     let sensors = |body: &crate::body::RigidBody| body.sensors.len();
     let crf_moves =
-        matches!(&plan, Plan::Input(trials) if trials.iter().any(|t| t.tracker_from_crf.is_some()));
+        matches!(plan, Plan::Input(trials) if trials.iter().any(|t| t.tracker_from_crf.is_some()));
     let crf_sensors = scenario.crf.as_ref().map_or(0, |crf| sensors(&crf.body));
     let each = sensors(&scenario.tool) + if crf_moves { crf_sensors } else { 0 };
     let most = (MOST_POINTS.saturating_sub(crf_sensors) / each.max(1)).max(1);
-    let tried = own.tried(most);
-    let trials: Vec<InputTrial> =
-        tried.iter().map(|&i| plan.trial(scenario, own.trials[i])).collect();
+    let (tried, is_spread) = tried(plan, errors, most);
+    let numbers: Vec<usize> = tried.iter().map(|&place| errors.number(place)).collect();
+    let trials: Vec<InputTrial> = numbers.iter().map(|&i| plan.trial(scenario, i)).collect();
     let count = trials.len();
-    let drawn = DrawnTrials::new(&simulator, trials).ok_or(ExpectedError::Markers)?;
-    let posterior = process.posterior(drawn.points()).map_err(ExpectedError::Process)?;
+    let drawn = DrawnTrials::new(simulator, environment, trials).ok_or(ExpectedError::Markers)?;
+    let draws = draws_at(drawn.points().len());
+    let fields = drawn.fields(draws, SEED).map_err(ExpectedError::Process)?;
     if cancel.is_cancelled() {
         return Err(StudyError::Cancelled.into());
     }
-    let fields = posterior.draws(DRAWS, SEED);
-    let spread: Vec<bool> = tried.iter().map(|i| own.is_spread(*i, most)).collect();
-    let bound = scenario.requirement.as_ref();
-    let limit_mm = bound.and_then(|bound| Some(bound.single_position_mm()?.1));
-    let part_within = |errors: &[[f64; 2]], limit_mm: f64| -> f64 {
-        let kept = errors.iter().zip(&spread).filter(|(_, spread)| **spread);
-        let (within, all) = kept.fold((0, 0), |(within, all), ([tip_mm, _], _)| {
-            (within + u32::from(*tip_mm <= limit_mm), all + 1)
-        });
-        f64::from(within) / f64::from(all.max(1))
-    };
-    let figures_of = |errors: &[[f64; 2]]| -> Option<MetricValues> {
-        let kept = errors.iter().zip(&spread).filter(|(_, spread)| **spread);
-        values_of_spread(kept.map(|(errors, _)| *errors), errors.iter().copied())
-    };
-    let sensors = drawn.sensor_errors(process, DRAWS, SENSOR_SEED);
-    let found: Option<Vec<(MetricValues, f64)>> = fields
-        .par_iter()
-        .zip(&sensors)
-        .map(|(field, own)| {
-            let errors = drawn.errors(&drawn.field_errors(field, process.trend, own));
-            let part = limit_mm.map_or(0.0, |limit_mm| part_within(&errors, limit_mm));
-            Some((figures_of(&errors)?, part))
+    let trials = TriedTrials { is_known: known(errors, &tried), is_spread };
+    let bound = prepared.single_bound();
+    let found: Option<Vec<([MetricValues; 3], [f64; 3])>> = (0..draws)
+        .into_par_iter()
+        .map(|draw| {
+            let errors = match prepared.less {
+                None => drawn.errors(&fields.errors(&drawn, draw)),
+                Some(less) => {
+                    let mut vectors = drawn.error_vectors(&fields.errors(&drawn, draw));
+                    less(&numbers, &mut vectors);
+                    vectors.iter().map(ErrorVectors::sizes).collect()
+                }
+            };
+            let parts = bound.map_or([0.0; 3], |bound| trials.parts_within(&errors, bound.1));
+            Some((trials.figures(&errors)?, parts))
         })
         .collect();
-    let (figures, mut parts): (Vec<MetricValues>, Vec<f64>) =
+    let (figures, parts): (Vec<[MetricValues; 3]>, Vec<[f64; 3]>) =
         found.ok_or(StudyError::NoTrials)?.into_iter().unzip();
-    let some = own.at(&tried);
-    let (of_some, of_all) = figures_of(&some).zip(own.figures()).ok_or(StudyError::NoTrials)?;
-    // The figures of the tried trials in the room's own field against those of all trials.
-    let whole: MetricValues = std::array::from_fn(|k| match of_some[k] > 0.0 {
-        true => (of_all[k] / of_some[k]).clamp(1.0 / MOST_SAMPLING, MOST_SAMPLING),
-        false => 1.0,
+    let of_all = outcome.room_field.values();
+    let [of_some, ..] = trials.figures(&errors.at(&tried)).ok_or(StudyError::NoTrials)?;
+    // What the tried trials leave out of all, as far as the room's own field has it: in squares, as what the
+    // measurements leave open is added in squares and differs little from trial to trial.
+    let whole: MetricValues = std::array::from_fn(|k| {
+        let mean = figures.iter().map(|f| f[0][k]).sum::<f64>() / figures.len() as f64;
+        let left_out = of_all[k] * of_all[k] - of_some[k] * of_some[k];
+        match mean > 0.0 {
+            true => (1.0 + left_out / (mean * mean))
+                .max(0.0)
+                .sqrt()
+                .clamp(1.0 / MOST_SAMPLING, MOST_SAMPLING),
+            false => 1.0,
+        }
     });
+    // What a process is wrong by is in no draw; what is not known of metal is in all of them.
+    let widening = if environment.process.is_some() { WIDENING } else { 1.0 };
     let mut out = Expected {
         figures: [0.0; METRICS.len()],
         intervals: [[0.0; 2]; METRICS.len()],
+        continued: [[0.0; 2]; METRICS.len()],
         own: of_all,
-        within: limit_mm.map(|limit_mm| widened_part(&mut parts, limit_mm)),
+        within: bound.map(|(metric, limit_mm)| {
+            let [(part, [low, high]), (_, [low_least, _]), (_, [_, high_most])] =
+                [0, 1, 2].map(|k| widened_part(parts.iter().map(|p| p[k]).collect(), widening));
+            // Where nothing is known all may be beyond the bound, or within it.
+            let interval = [low.min(low_least), high.max(high_most)];
+            ExpectedWithin { metric, limit_mm, part, interval }
+        }),
         draws: figures.len(),
         trials: count,
         points: drawn.points().len(),
-        rows: posterior.rows,
+        rows: fields.rows(),
     };
     for k in 0..METRICS.len() {
-        let mut column: Vec<f64> = figures.iter().map(|f| f[k] * whole[k]).collect();
-        (out.figures[k], out.intervals[k]) = widened(&mut column);
+        let column = |of: usize| -> (f64, [f64; 2]) {
+            widened(figures.iter().map(|f| f[of][k] * whole[k]).collect(), widening)
+        };
+        let (mean, ends) = column(0);
+        (out.figures[k], out.continued[k]) = (mean, ends);
+        out.intervals[k] = match trials.are_all_known() {
+            true => ends,
+            false => [column(1).1[0], bounded(column(2).1[1])],
+        };
     }
     Ok(out)
 }
 
-/// One expected figure for a person.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExpectedRow {
-    pub metric: Metric,
-    /// With as many digits as the figures of the room's own field have.
-    pub value: String,
-    pub low: String,
-    pub high: String,
+/// How many fields are drawn at so many sensor poses.
+fn draws_at(points: usize) -> usize {
+    let [least, most] = DRAWS;
+    (least * (MOST_POINTS / points.max(1))).clamp(least, most)
 }
 
-impl ExpectedRow {
-    pub fn label(&self) -> String {
-        format!("expected {}", self.metric.label())
+/// An end of an interval that means something.
+fn bounded(end: f64) -> f64 {
+    if end > MOST { f64::INFINITY } else { end }
+}
+
+fn known(errors: &TrialErrors, places: &[usize]) -> Vec<bool> {
+    places.iter().map(|place| errors.is_known(*place)).collect()
+}
+
+/// Trials that stand for a study.
+struct TriedTrials {
+    /// Whether the room states its field at each.
+    is_known: Vec<bool>,
+    /// Whether each is one of those that are spread over all; the others count for extremes alone.
+    is_spread: Vec<bool>,
+}
+
+impl TriedTrials {
+    fn are_all_known(&self) -> bool {
+        self.is_known.iter().all(|is_known| *is_known)
     }
 
-    /// Its 95 % interval.
-    pub fn interval_words(&self) -> String {
-        format!("(95 %: {} to {})", self.low, self.high)
+    /// The errors as they are, and with none and with any where the room states no field.
+    fn each(&self, errors: &[[f64; 2]]) -> [Vec<[f64; 2]>; 3] {
+        let with = |other: Option<[f64; 2]>| -> Vec<[f64; 2]> {
+            let each = errors.iter().zip(&self.is_known);
+            each.map(|(error, is_known)| other.filter(|_| !is_known).unwrap_or(*error)).collect()
+        };
+        [with(None), with(Some([0.0; 2])), with(Some(ANYTHING))]
+    }
+
+    /// The figures of errors as they are, with none and with any where the room states no field.
+    fn figures(&self, errors: &[[f64; 2]]) -> Option<[MetricValues; 3]> {
+        let figures = |errors: &[[f64; 2]]| {
+            let kept = errors.iter().zip(&self.is_spread).filter(|(_, is_spread)| **is_spread);
+            values_of_spread(kept.map(|(errors, _)| *errors), errors.iter().copied())
+        };
+        if self.are_all_known() {
+            return Some([figures(errors)?; 3]);
+        }
+        let [own, least, most] = self.each(errors);
+        Some([figures(&own)?, figures(&least)?, figures(&most)?])
+    }
+
+    /// Parts of the trials within a bound, likewise, the least before the most.
+    fn parts_within(&self, errors: &[[f64; 2]], limit_mm: f64) -> [f64; 3] {
+        let part = |errors: &[[f64; 2]]| {
+            let kept = errors.iter().zip(&self.is_spread).filter(|(_, is_spread)| **is_spread);
+            let (within, all) = kept.fold((0, 0), |(within, all), ([tip_mm, _], _)| {
+                (within + u32::from(*tip_mm <= limit_mm), all + 1)
+            });
+            f64::from(within) / f64::from(all.max(1))
+        };
+        if self.are_all_known() {
+            return [part(errors); 3];
+        }
+        let [own, least, most] = self.each(errors);
+        // Errors of any size are beyond the bound.
+        [part(&own), part(&most), part(&least)]
     }
 }
 
-/// The figures that a requirement can be about.
-pub fn expected_rows(expected: &Expected) -> Vec<ExpectedRow> {
-    let each = Metric::bounded().map(|metric| {
-        let (value, [low, high]) = expected.of(metric);
-        let [value, low, high] = [value, low, high].map(|v| format!("{v:.4}"));
-        ExpectedRow { metric, value, low, high }
-    });
-    each.collect()
+impl Prepared<'_> {
+    /// # Errors
+    /// [`ExpectedError::NothingDrawn`] in a room that states nothing to draw fields from.
+    fn states_uncertainty(&self) -> Result<(), ExpectedError> {
+        let environment = &self.scenario.environment;
+        match environment.states_uncertainty() {
+            true => Ok(()),
+            false => Err(ExpectedError::NothingDrawn(environment.name.clone())),
+        }
+    }
+
+    /// What the tip error of a single trial is held against.
+    fn single_bound(&self) -> Option<(Metric, f64)> {
+        self.scenario.requirement.as_ref()?.single_position_mm()
+    }
 }
 
 /// Most that a sample of the trials is taken to be off from all of them.
 const MOST_SAMPLING: f64 = 2.0;
 
 /// The mean and the widened interval of a figure's drawn values.
-fn widened(drawn: &mut [f64]) -> (f64, [f64; 2]) {
+fn widened(mut drawn: Vec<f64>, widening: f64) -> (f64, [f64; 2]) {
     let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
     if mean <= 0.0 {
         return (0.0, [0.0; 2]);
     }
-    let end = |quantile: f64| mean * (quantile / mean).max(0.0).powf(WIDENING);
-    let (low, high) = (percentile(drawn, TAIL), percentile(drawn, 1.0 - TAIL));
+    let end = |quantile: f64| mean * (quantile / mean).max(0.0).powf(widening);
+    let (low, high) = (percentile(&mut drawn, TAIL), percentile(&mut drawn, 1.0 - TAIL));
     (mean, [end(low).min(mean), end(high).max(mean)])
 }
 
 /// The mean and the widened interval of a drawn part of the trials.
-fn widened_part(drawn: &mut [f64], limit_mm: f64) -> ExpectedWithin {
+fn widened_part(mut drawn: Vec<f64>, widening: f64) -> (f64, [f64; 2]) {
     let part = drawn.iter().sum::<f64>() / drawn.len().max(1) as f64;
-    let end = |quantile: f64| (part + WIDENING * (quantile - part)).clamp(0.0, 1.0);
-    ExpectedWithin {
-        limit_mm,
-        part,
-        interval: [end(percentile(drawn, TAIL)), end(percentile(drawn, 1.0 - TAIL))],
-    }
+    let end = |quantile: f64| (part + widening * (quantile - part)).clamp(0.0, 1.0);
+    (part, [end(percentile(&mut drawn, TAIL)), end(percentile(&mut drawn, 1.0 - TAIL))])
 }
 
-/// The errors of every trial in the room's own field; trials that are left out are not among them.
-struct OwnErrors {
-    /// Their numbers.
-    trials: Vec<usize>,
-    errors: Vec<[f64; 2]>,
-}
-
-impl OwnErrors {
-    fn of(
-        plan: &Plan,
-        simulator: &Simulator,
-        scenario: &Scenario,
-        cancel: &CancelToken,
-    ) -> Result<Self, StudyError> {
-        let (mut trials, mut errors) = (Vec::new(), Vec::new());
-        each_trial(plan, simulator, cancel, |index, trial| {
-            if !is_rejected(trial, scenario.outside) {
-                trials.push(index);
-                errors.push([trial.tip_error_mm, trial.angle_error_deg]);
-            }
-        })?;
-        if trials.is_empty() {
-            return Err(StudyError::AllRejected { trials: plan.len() });
-        }
-        Ok(Self { trials, errors })
+/// Places of at most `most` trials, in order, and whether each is one of those that are spread over all:
+/// all trials, or some spread over them and the extremes.
+fn tried(plan: &Plan, errors: &TrialErrors, most: usize) -> (Vec<usize>, Vec<bool>) {
+    let count = errors.errors.len();
+    if count <= most {
+        return ((0..count).collect(), vec![true; count]);
     }
-
-    fn figures(&self) -> Option<MetricValues> {
-        values_of_errors(self.errors.iter().copied())
+    let extremes = (EXTREME_PART * most as f64) as usize;
+    let spread: BTreeSet<usize> = match errors.are_all() {
+        true => plan.spread(most - extremes).into_iter().collect(),
+        false => spread(count, most - extremes).collect(),
+    };
+    let mut tried = spread.clone();
+    for component in 0..2 {
+        tried.extend(errors.largest(component, extremes / 2));
     }
-
-    fn at(&self, places: &[usize]) -> Vec<[f64; 2]> {
-        places.iter().map(|&i| self.errors[i]).collect()
-    }
-
-    /// Places of at most `most` trials, in order: all, or some spread over them and the extremes.
-    fn tried(&self, most: usize) -> Vec<usize> {
-        let count = self.trials.len();
-        if count <= most {
-            return (0..count).collect();
-        }
-        let extremes = (EXTREME_PART * most as f64) as usize;
-        let mut tried: BTreeSet<usize> = spread(count, most - extremes).collect();
-        for component in 0..2 {
-            let mut order: Vec<usize> = (0..count).collect();
-            order.sort_unstable_by(|a, b| {
-                let value = |i: &usize| self.errors[*i][component];
-                value(b).total_cmp(&value(a)).then(a.cmp(b))
-            });
-            tried.extend(order.into_iter().take(extremes / 2));
-        }
-        tried.into_iter().collect()
-    }
-
-    /// Whether a trial is one of those that are spread over all.
-    fn is_spread(&self, place: usize, most: usize) -> bool {
-        let count = self.trials.len();
-        let extremes = (EXTREME_PART * most as f64) as usize;
-        count <= most || spread(count, most - extremes).any(|other| other == place)
-    }
+    let places: Vec<usize> = tried.into_iter().collect();
+    let is_spread = places.iter().map(|place| spread.contains(place)).collect();
+    (places, is_spread)
 }
 
 /// `some` of `count` places, spread by the golden ratio: in a grid no axis is missed, as it would be

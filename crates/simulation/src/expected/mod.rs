@@ -7,16 +7,8 @@
 mod drawn_trials;
 mod figures;
 mod more_rows;
-mod verdict;
 
-pub(super) use drawn_trials::{DrawnTrials, SensorErrors};
-pub use figures::{
-    DRAWS, Expected, ExpectedError, ExpectedRow, ExpectedWithin, expected, expected_rows,
-    expected_where_measured, spread,
-};
-pub(super) use figures::{SENSOR_SEED, WIDENING};
+pub(super) use drawn_trials::DrawnTrials;
+pub use figures::{Expected, ExpectedError, ExpectedWithin, expected, spread};
+pub(super) use figures::{WIDENING, expected_of};
 pub use more_rows::{MoreMeasuring, more_measuring, most_times, shrinking};
-pub use verdict::{
-    BoundVerdict, Headline, JudgedBound, RequirementFigures, headline, judged, judged_checks,
-    requirement_figures, study_verdict, verdict_of, verdict_of_all,
-};

@@ -1,8 +1,9 @@
 //! How many measurements a room would need for a bound to be decided.
 
 use super::drawn_trials::DrawnTrials;
-use super::figures::{ExpectedError, spread};
-use super::verdict::{BoundVerdict, JudgedBound};
+use super::figures::ExpectedError;
+use crate::figure::Figure;
+use crate::judgement::{JudgedBound, Undecided};
 use crate::metric::Metric;
 use crate::plan::Plan;
 use crate::run::{StudyError, check};
@@ -20,7 +21,7 @@ use trackwright_task::CancelToken;
 /// How many times as many measurements are tried.
 const TIMES: [usize; 5] = [2, 4, 8, 16, 32];
 
-/// Trials at whose sensors the field is looked at: the 700 measurements that a query is given then are
+/// Trials at whose sensors the field is looked at: the 400 measurements that a query is given then are
 /// some 10 a sensor pose even where there are many more.
 const TRIALS: usize = 12;
 
@@ -56,9 +57,9 @@ pub fn more_measuring(
     let open: Vec<&JudgedBound> = bounds
         .iter()
         // No measurement settles what the study itself leaves open.
-        .filter(|bound| bound.verdict == BoundVerdict::CannotTell && bound.unsettled.is_none())
+        .filter(|bound| bound.reason.as_ref().is_some_and(Undecided::is_of_room))
         .collect();
-    if open.is_empty() {
+    if open.is_empty() || scenario.environment.process.is_none() {
         return Ok(Vec::new());
     }
     let shrinking = shrinking(scenario, mode, cancel)?;
@@ -74,10 +75,10 @@ pub fn more_measuring(
 
 /// Whether a bound would be decided by an interval so many times as wide.
 fn is_decided(bound: &JudgedBound, part: f64) -> bool {
-    let Some([low, high]) = bound.interval else {
+    let Some(Figure { value, low: Some(low), high: Some(high), .. }) = bound.figure else {
         return true;
     };
-    let end = |end: f64| bound.value * (end / bound.value).powf(part);
+    let end = |end: f64| value * (end / value).powf(part);
     end(high) <= bound.limit || end(low) > bound.limit
 }
 
@@ -93,9 +94,9 @@ pub fn shrinking(
     check(scenario)?;
     let plan = Plan::new(scenario, mode)?;
     let simulator = Simulator::new(scenario);
-    let some: Vec<usize> = spread(plan.len(), TRIALS.min(plan.len())).collect();
+    let some = plan.spread(TRIALS);
     let trials: Vec<InputTrial> = some.iter().map(|&i| plan.trial(scenario, i)).collect();
-    let drawn = DrawnTrials::new(&simulator, trials).ok_or(ExpectedError::Markers)?;
+    let drawn = DrawnTrials::new(&simulator, environment, trials).ok_or(ExpectedError::Markers)?;
     let std_with = |rows: Vec<Row>| -> Result<f64, ExpectedError> {
         if cancel.is_cancelled() {
             return Err(StudyError::Cancelled.into());
@@ -119,7 +120,7 @@ pub fn shrinking(
 }
 
 fn process_of(environment: &Environment) -> Result<&GaussianField, ExpectedError> {
-    let none = || ExpectedError::NoProcess(environment.name.clone());
+    let none = || ExpectedError::NothingDrawn(environment.name.clone());
     environment.process.as_deref().ok_or_else(none)
 }
 

@@ -169,16 +169,16 @@ fn study(moved: &Scenario, known: Placement, task: &Task) -> Result<(Placement, 
             Ok(outcome) => {
                 let placement_evaluations = outcome.work.study_evaluations;
                 work = Work { placement_evaluations, study_evaluations: 0, ..outcome.work };
-                Some(outcome.figures.position_mm.rms())
+                Some(outcome.room_field.position_mm.rms())
             }
             Err(StudyError::Cancelled) => return Err(Cancelled),
             Err(_) => None,
         };
         placement.basis = Basis::Full;
     }
-    placement.expected = match moved.environment.process {
-        Some(_) => expected_tip(moved, &mode, task)?.map(|found| found.0),
-        None => None,
+    placement.expected = match moved.environment.states_uncertainty() {
+        true => expected_tip(moved, &mode, task)?.map(|found| found.0),
+        false => None,
     };
     Ok((placement, work))
 }
@@ -191,7 +191,8 @@ pub(super) fn expected_tip(
 ) -> Result<Option<(ExpectedTip, f64)>, Cancelled> {
     match expected(moved, mode, &task.cancel) {
         Ok(found) => {
-            let (rms_mm, interval_mm) = found.of(Metric::TIP_RMS);
+            let rms_mm = found.of(Metric::TIP_RMS).0;
+            let interval_mm = found.continued[Metric::TIP_RMS.index()];
             Ok(Some((ExpectedTip { rms_mm, interval_mm }, found.own_of(Metric::TIP_RMS))))
         }
         Err(ExpectedError::Study(StudyError::Cancelled)) => Err(Cancelled),

@@ -14,7 +14,6 @@
 
 use super::best::{expected_tip, whole_mode, with_sensor};
 use super::outcome::{Candidates, ExpectedTip, Placement, PlacementPlan};
-use crate::expected::spread;
 use crate::plan::Plan;
 use crate::scenario::{Mode, Scenario};
 use rayon::prelude::*;
@@ -134,9 +133,11 @@ fn open_part((expected, own_mm): (ExpectedTip, f64)) -> Option<OpenPart> {
 
 /// Trials spread over the design's motion, or its own pose; `None` without measurements.
 fn few_trials(scenario: &Scenario) -> Option<Mode> {
-    scenario.environment.process.as_ref()?;
+    if !scenario.environment.states_uncertainty() {
+        return None;
+    }
     let whole = whole_mode(scenario);
     let plan = Plan::new(scenario, &whole).ok()?;
-    let some = spread(plan.len(), TRIALS.min(plan.len()));
+    let some = plan.spread(TRIALS).into_iter();
     Some(Mode::Input(some.map(|i| plan.trial(scenario, i)).collect()))
 }

@@ -112,7 +112,7 @@ pub fn place(
             on_tool(scenario, &tools, &study, &candidates, task, deliver)?
         }
     };
-    if scenario.environment.process.is_some() {
+    if scenario.environment.states_uncertainty() {
         outcome.is_final = false;
         deliver(&outcome);
         if let Some(open) = OpenParts::find(scenario, plan, &candidates, &features, task)? {

@@ -4,7 +4,6 @@ use super::best::BestPlace;
 use super::depth::CoilDepth;
 use super::rule::AxisRule;
 use crate::body::Sensor;
-use crate::metric::Metric;
 use crate::motion::MotionError;
 use crate::pose_rule::{PoseRule, corners};
 use crate::preview::WHOLE_UP_TO;
@@ -171,17 +170,6 @@ impl PlacementOutcome {
             .filter(|(_, weight)| *weight != 0.0)
             .map(|(candidate, weight)| Some(weight * value_mm(self.places.get(candidate)?)?))
             .sum()
-    }
-
-    /// Whether values are expected ones.
-    pub fn is_expected(&self) -> bool {
-        self.places.iter().any(|place| place.expected.is_some())
-    }
-
-    /// The name of the figure that places are shown by.
-    pub fn figure_label(&self) -> String {
-        let expected = if self.is_expected() { "expected " } else { "" };
-        format!("{expected}{}", Metric::TIP_RMS.label())
     }
 
     /// The smallest and the largest value.

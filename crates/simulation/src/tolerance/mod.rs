@@ -22,13 +22,13 @@ pub use sheet::{
     Tolerance, Tolerances, Within, rounded_down, stated_decimals,
 };
 
-use super::expected::{expected_where_measured, judged, judged_checks};
-use super::figures::Unsettled;
+use super::judgement::{Judgement, Undecided};
 use super::metric::ErrorOf;
-use super::own_study::mode_of;
 use super::requirement::Check;
-use super::run::{StudyError, run};
+use super::requirement::Requirement;
+use super::run::StudyError;
 use super::scenario::Scenario;
+use super::study::{mode_of, study};
 use super::work::Work;
 use as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
 use first_order::{Direction, FirstOrder};
@@ -64,7 +64,7 @@ enum NoTolerances {
     )]
     Missed { name: &'static str, value: f64, limit: f64 },
     #[error("it is not determined whether the requirement is met as drawn: {0}")]
-    Unsettled(Unsettled),
+    Unsettled(Undecided),
     #[error("{found} sensors, expected at most {MAX_SENSORS} in tool and CRF together")]
     TooManySensors { found: usize },
     #[error(transparent)]
@@ -97,7 +97,7 @@ pub fn manufacturing_sheet(
         study_poses: 0,
         study_outside: 0,
         as_drawn: Vec::new(),
-        expected_as_drawn: Vec::new(),
+        requirement: None,
         no_tolerances: None,
         free_axis: None,
         poorly_determined: false,
@@ -124,18 +124,19 @@ fn find(
     task: &Task,
 ) -> Result<(), NoTolerances> {
     let mode = mode_of(scenario);
-    let outcome = run(scenario, &mode, &task.cancel, None)?;
-    let unsettled = outcome.figures.unsettled();
-    if let Some(expected) = expected_where_measured(scenario, &mode, &task.cancel)? {
-        sheet.expected_as_drawn = judged(&outcome.figures, Some(&expected));
-    }
-    sheet.study_poses = outcome.figures.trials;
-    sheet.study_outside = outcome.figures.outside;
-    sheet.free_axis = outcome.figures.free_axis;
-    sheet.poorly_determined = outcome.figures.poorly_determined;
-    sheet.barely_determined = outcome.figures.barely_determined;
-    sheet.work += outcome.work;
-    sheet.as_drawn = outcome.figures.checks;
+    let found = study(scenario, &mode, &task.cancel, None)?;
+    let room_field = found.room_field;
+    sheet.requirement = found.figures.requirement;
+    sheet.study_poses = room_field.trials;
+    sheet.study_outside = room_field.outside;
+    sheet.free_axis = room_field.free_axis;
+    sheet.poorly_determined = room_field.poorly_determined;
+    sheet.barely_determined = room_field.barely_determined;
+    sheet.work += found.work;
+    let checks = |requirement: Requirement| {
+        requirement.checks(&room_field.position_mm, &room_field.angle_deg)
+    };
+    sheet.as_drawn = scenario.requirement.map(checks).unwrap_or_default();
     let Some(requirement) = scenario.requirement.filter(|_| !sheet.as_drawn.is_empty()) else {
         return Err(NoTolerances::NoRequirement);
     };
@@ -146,9 +147,9 @@ fn find(
             limit: missed.limit,
         });
     }
-    let bounds = judged_checks(&sheet.as_drawn, unsettled, None);
-    if let Some(why) = bounds.iter().find_map(|bound| bound.unsettled) {
-        return Err(NoTolerances::Unsettled(why));
+    let reason = sheet.requirement.as_ref().and_then(Judgement::reason);
+    if let Some(why) = reason.filter(|why| why.is_of_study()) {
+        return Err(NoTolerances::Unsettled(why.clone()));
     }
     let found = sheet.bodies.iter().map(|b| b.sensors.len()).sum();
     if found > MAX_SENSORS {

@@ -2,8 +2,8 @@
 
 use crate::body::Coil;
 use crate::coil_fit::CoilFinding;
-use crate::expected::JudgedBound;
 use crate::figures::FreeRotation;
+use crate::judgement::Judgement;
 use crate::requirement::Check;
 use crate::weak_rotation::WeakRotation;
 use crate::work::Work;
@@ -19,11 +19,10 @@ pub struct ManufacturingSheet {
     pub study_poses: usize,
     /// Poses of the design's study with a sensor outside the room's box.
     pub study_outside: usize,
-    /// The requirement with every sensor where it is drawn; empty where there is none, or no study.
+    /// The requirement with every sensor where it is drawn; `None` where there is none, or no study.
+    pub requirement: Option<Judgement>,
+    /// Its bounds against the figures of the room's own field, in which tolerances are found.
     pub as_drawn: Vec<Check>,
-    /// The same as far as the room determines it; empty where it keeps no measurements. Tolerances
-    /// are found in its own field.
-    pub expected_as_drawn: Vec<JudgedBound>,
     /// Why there are no tolerances.
     pub no_tolerances: Option<String>,
     /// A rotation that a body's sensors leave free: figures and tolerances take the true one.

@@ -5,7 +5,7 @@
 //! more slowly over a room than its field does.
 
 use super::share_of;
-use crate::expected::{ExpectedError, expected, judged_checks};
+use crate::expected::{ExpectedError, expected};
 use crate::run::StudyError;
 use crate::scenario::{InputTrial, Mode, Scenario};
 use crate::trial::Simulator;
@@ -41,7 +41,7 @@ impl OpenPart {
         bounds: Bounds,
         task: &Task,
     ) -> Result<Option<Self>, Cancelled> {
-        if scenario.environment.process.is_none() {
+        if !scenario.environment.states_uncertainty() {
             return Ok(None);
         }
         let mut squares = ScalarLattice { bounds, counts: [COUNT; 3], values: Vec::new() };
@@ -96,14 +96,10 @@ fn open_square(
     let Some(requirement) = &scenario.requirement else {
         return Ok(None);
     };
-    let own = requirement.checks_of(|metric| Some(found.own_of(metric)));
-    let upper = judged_checks(&own, None, Some(&found));
-    let upper = share_of(
-        upper
-            .iter()
-            .map(|bound| (bound.interval.map_or(bound.value, |[_, high]| high), bound.limit)),
-    );
-    let own = share_of(own.iter().map(|check| (check.value, check.limit)));
+    let bounds = requirement.bounds();
+    let upper =
+        share_of(bounds.clone().map(|(metric, limit)| (found.continued[metric.index()][1], limit)));
+    let own = share_of(bounds.map(|(metric, limit)| (found.own_of(metric), limit)));
     Ok(Some(match own.is_finite() {
         true => (upper * upper - own * own).max(0.0),
         false => 0.0,

@@ -40,7 +40,7 @@ use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
 use trackwright_geometry::gizmo::{Eye, Gizmo};
 use trackwright_geometry::orbit::OrbitCamera;
-use trackwright_simulation::{Expected, Figures, PoseDetail};
+use trackwright_simulation::{PoseDetail, Study};
 
 const LABELS: LayerInfo = LayerInfo::new("Labels", 150, |layers| &mut layers.labels);
 
@@ -71,9 +71,7 @@ pub struct OverlayView<'a> {
     pub pose: Option<&'a PoseDetail>,
     /// Coils that do not fit.
     pub coils: ShownFindings<'a>,
-    pub figures: Option<&'a Figures>,
-    /// What is to be expected of them, once that is known.
-    pub expected: Option<&'a Expected>,
+    pub study: Option<&'a Study>,
     pub selected: Option<Selected>,
     pub hovered: Option<Selected>,
     pub magnification: Option<ShownMagnification>,
@@ -188,8 +186,7 @@ fn draw(
         hidden: &document.view().hidden,
         pose: results.pose.as_ref().map(|p| &p.value),
         coils: ShownFindings::new(scene.coils.as_deref()),
-        figures: results.study.as_ref().map(|s| &s.value.figures),
-        expected: results.expected_of_study(),
+        study: results.study.as_ref().map(|study| &study.value),
         selected: scene.selection.primary(),
         hovered: scene.hovered.0,
         magnification: scene.magnification.as_deref().copied(),

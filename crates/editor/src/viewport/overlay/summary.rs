@@ -5,11 +5,10 @@ use crate::palette::ThemedColor;
 use crate::viewport::overlay::OverlayView;
 use crate::widgets::basic::{THIN_SPACE, counted, length, with_unit};
 use crate::widgets::theme;
-use crate::widgets::verdict::{bound_text, figure_color};
+use crate::widgets::verdict::{bound_text, figure_color, verdict_text};
 use bevy_egui::egui::{Align2, Painter, Rect, Shape, pos2, vec2};
 use trackwright_formats::printable::printable;
 use trackwright_simulation::Metric;
-use trackwright_simulation::headline;
 
 /// Paints name and result into the upper left corner; what they cover.
 pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
@@ -23,32 +22,30 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
         covered = covered.union(rect);
     };
     line(&view.design.name, theme::body_font(), palette::TEXT_STRONG.color32());
-    if let Some(figures) = view.figures {
-        let headline = headline(figures, view.expected);
-        let (name, unit) = (headline.metric.label(), headline.metric.unit());
-        line(
-            &with_unit(&format!("{:.2}", headline.value), unit),
-            theme::figure_font(),
-            figure_color(headline.bound.map(|bound| bound.verdict)),
-        );
-        let mut text = |text: &str| line(text, theme::label_font(), palette::TEXT.color32());
-        match headline.interval {
-            None => text(name),
-            Some([low, high]) => {
-                let high = with_unit(&format!("{high:.2}"), unit);
-                text(&format!("expected {name}"));
-                text(&format!("95{THIN_SPACE}%: {low:.2} to {high}"));
+    if let Some(study) = view.study {
+        let figures = &study.figures;
+        let requirement = figures.requirement.as_ref();
+        if let Some(figure) = figures.headline() {
+            let (metric, unit) = (figure.metric, figure.metric.unit());
+            let bound = requirement.and_then(|requirement| requirement.bound(metric));
+            let color = figure_color(bound.map(|bound| bound.verdict));
+            line(&with_unit(&figure.value_text(2), unit), theme::figure_font(), color);
+            let mut text = |text: &str| line(text, theme::label_font(), palette::TEXT.color32());
+            text(metric.label());
+            if let Some(interval) = figure.interval_text(2) {
+                text(&format!("95{THIN_SPACE}%: {}", with_unit(&interval, unit)));
             }
+            if let Some(bound) = bound {
+                text(&bound_text(bound));
+            }
+        } else if let Some(requirement) = requirement {
+            let color = figure_color(Some(requirement.verdict));
+            line(&verdict_text(requirement.verdict), theme::label_font(), color);
         }
-        if let Some(bound) = &headline.bound {
-            text(&bound_text(bound, unit));
-        }
-        let expected_max = view.expected.map(|expected| expected.of(Metric::TIP_MAX));
-        let rest = format!(
-            "max {}, {}",
-            length(expected_max.map_or(figures.position_mm.max(), |(value, _)| value)),
-            counted(figures.trials, "trial", "trials")
-        );
+        let largest = figures.get(Metric::TIP_MAX);
+        let largest =
+            largest.map_or("no figures".to_owned(), |f| format!("max {}", length(f.value)));
+        let rest = format!("{largest}, {}", counted(study.room_field.trials, "trial", "trials"));
         line(&rest, theme::label_font(), palette::TEXT_QUIET.color32());
     }
     let covered = covered.expand(6.0);

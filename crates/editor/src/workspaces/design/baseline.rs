@@ -8,7 +8,7 @@ use bevy::prelude::*;
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_project::World as OpenFiles;
-use trackwright_simulation::{Headline, Motion, headline};
+use trackwright_simulation::{Figure, Motion};
 
 /// The large figure before the last edit or drag began.
 #[derive(Resource, Clone, Debug, Default)]
@@ -17,9 +17,7 @@ pub struct Baseline(Option<Before>);
 /// A figure, and what it was of beside the design.
 #[derive(Clone, Debug)]
 struct Before {
-    /// Of the room's own field and as it was to be expected: while something is dragged the one is
-    /// shown, and then the other.
-    headlines: [Headline; 2],
+    figure: Figure,
     /// Without the metal that a hand may move.
     room: Arc<Environment>,
     motion: Option<Motion>,
@@ -38,7 +36,7 @@ pub enum Change {
 
 impl Baseline {
     /// The change of a large figure of the open design, where there was one of its kind.
-    pub fn change(&self, world: &OpenFiles, now: &Headline) -> Option<Change> {
+    pub fn change(&self, world: &OpenFiles, now: &Figure) -> Option<Change> {
         let before = self.0.as_ref()?;
         if !Arc::ptr_eq(&before.room, world.bare_environment()) {
             return Some(Change::OtherRoom);
@@ -46,11 +44,8 @@ impl Baseline {
         if before.motion != world.document.design().motion {
             return Some(Change::OtherMotion);
         }
-        let is_of_kind = |then: &&Headline| {
-            then.metric == now.metric && then.interval.is_some() == now.interval.is_some()
-        };
-        let then = before.headlines.iter().find(is_of_kind)?;
-        Some(Change::By(now.value - then.value))
+        let then = before.figure;
+        (then.metric == now.metric).then_some(Change::By(now.value - then.value))
     }
 }
 
@@ -86,13 +81,11 @@ pub(crate) fn note_baseline(
             EditRequest::Undo | EditRequest::Redo | EditRequest::JumpTo(_) => true,
         };
         if begins {
-            let now = world.as_ref().zip(results.study.as_ref()).map(|(world, study)| {
-                let of = |expected| headline(&study.value.figures, expected);
-                Before {
-                    headlines: [of(None), of(results.expected_of_study())],
-                    room: Arc::clone(world.0.bare_environment()),
-                    motion: world.0.document.design().motion,
-                }
+            let figure = results.study.as_ref().and_then(|study| study.value.figures.headline());
+            let now = world.as_ref().zip(figure).map(|(world, figure)| Before {
+                figure: *figure,
+                room: Arc::clone(world.0.bare_environment()),
+                motion: world.0.document.design().motion,
             });
             baseline.0 = now;
         }

@@ -10,8 +10,7 @@ use crate::schedule::EditorSystems;
 use crate::workspaces::design::result::are_figures_old;
 use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
-use trackwright_simulation::expected::study_verdict;
-use trackwright_simulation::{BoundVerdict, ErrorSources, error_sources};
+use trackwright_simulation::{ErrorSources, Verdict, error_sources};
 
 /// Looks for the sources of the error while a bound is missed; nothing is computed elsewhere.
 pub struct MissedPlugin;
@@ -97,8 +96,8 @@ impl Studied<'_> {
         let (document, results) = (&self.world.0.document, &*self.results);
         let is_shown = results.is_whole() && !are_figures_old(document, results, &self.choice);
         let study = results.study.as_ref().filter(|_| is_shown)?;
-        let verdict = study_verdict(&study.value.figures, results.expected_of_study());
-        (verdict == Some(BoundVerdict::Missed)).then(|| MissedKey {
+        let requirement = study.value.figures.requirement.as_ref()?;
+        (requirement.verdict == Verdict::Missed).then(|| MissedKey {
             generation: self.generation.0,
             revision: document.revision(),
             serial: self.choice.serial(),

@@ -5,7 +5,7 @@ use crate::document::body_files::BodyLoading;
 use crate::document::meshes::MeshLoading;
 use crate::document::requests::{EditRequest, OpenWorld};
 use crate::document::selection::{Hovered, Selected, Selection};
-use crate::document::trials::{ModeKind, TrialChoice};
+use crate::document::trials::TrialChoice;
 use crate::runner::results::Results;
 use crate::shell::commands::{Availability, Command};
 use crate::shell::requests::Requests;
@@ -29,7 +29,7 @@ use bevy::ecs::system::SystemParam;
 use bevy::prelude::*;
 use bevy_egui::egui::{Panel, Ui};
 use trackwright_project::MeshOwner;
-use trackwright_simulation::{BoundVerdict, headline};
+use trackwright_simulation::Verdict;
 
 /// Bodies with their sensors and tips, the anatomy, the room.
 pub(crate) fn outliner_panel(
@@ -123,23 +123,22 @@ impl ShownResult<'_> {
     fn view(&self, height: f32) -> ResultView<'_> {
         let (document, results) = (&self.world.0.document, &*self.results);
         let study = results.study.as_ref();
-        let now = study.map(|study| headline(&study.value.figures, results.expected_of_study()));
-        let change = now.as_ref().zip(self.baseline.as_ref());
+        let now = study.and_then(|study| study.value.figures.headline());
+        let change = now.zip(self.baseline.as_ref());
         let change = change.and_then(|(now, baseline)| baseline.change(&self.world.0, now));
         // While something is dragged what was found is of the design as it was.
         let sources = self.missed.as_ref().and_then(|missed| missed.sources());
         let sources = sources.filter(|_| results.is_whole());
-        let is_missed = now.and_then(|now| now.bound).filter(|b| b.verdict == BoundVerdict::Missed);
-        let reasons = is_missed
+        let requirement = study.and_then(|study| study.value.figures.requirement.as_ref());
+        let bound = now.zip(requirement).and_then(|(now, own)| own.bound(now.metric));
+        let reasons = bound
+            .filter(|bound| bound.verdict == Verdict::Missed)
             .zip(sources)
             .map(|(bound, sources)| sources.words(bound.metric.of, &THIN_SPACE.to_string()));
-        let has_motion = document.design().motion.is_some();
         ResultView {
             results,
             change,
-            is_one_pose: has_motion && results.mode == Some(ModeKind::Single),
             reasons: reasons.unwrap_or_default(),
-            has_expected: self.world.0.environment.process.is_some(),
             is_computing: study.is_some() && are_figures_old(document, results, &self.choice),
             is_short: height < LEAST_HEIGHT
                 || self.workspace.charts_trials

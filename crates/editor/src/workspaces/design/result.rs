@@ -8,15 +8,17 @@ use crate::runner::solved::Extent;
 use crate::widgets::basic::{counted, is_zero, quiet_ui, signed, warning_ui, with_unit};
 use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
-use crate::widgets::verdict::{bound_text, figure_color};
+use crate::widgets::verdict::{bound_text, figure_color, verdict_text};
 use crate::workspaces::design::baseline::Change;
 use bevy_egui::egui::{
-    self, Align, Label, Layout, RichText, TextStyle, TextWrapMode, Ui, WidgetText,
+    self, Align, CollapsingHeader, Color32, Label, Layout, RichText, TextStyle, TextWrapMode, Ui,
+    WidgetText,
 };
 use trackwright_design::Document;
 use trackwright_simulation::figures::{capitalised, with_minus_signs, with_separators};
 use trackwright_simulation::{
-    ErrorOf, Expected, FigureRow, Figures, Headline, Metric, RowOf, figure_rows, headline,
+    ErrorOf, Figure, FigureRow, Figures, Metric, RoomFieldFigures, RowOf, Study, Undecided,
+    Verdict, figure_rows,
 };
 
 /// What the panel shows.
@@ -24,12 +26,8 @@ pub struct ResultView<'a> {
     pub results: &'a Results,
     /// What the large figure differs by from what it was before the last change.
     pub change: Option<Change>,
-    /// One pose of a design that is to be judged over its range of motion.
-    pub is_one_pose: bool,
     /// Why the large figure misses its bound, in sentences.
     pub reasons: Vec<String>,
-    /// The room keeps measurements, so that its figures have expected ones.
-    pub has_expected: bool,
     /// The design changed and its figures are on their way.
     pub is_computing: bool,
     /// Where there is little room: the large figure, and one line of the others.
@@ -69,32 +67,15 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
         quiet_ui(ui, "computing…");
         return;
     };
-    let figures = &study.value.figures;
-    let expected = result.results.expected_of_study();
-    let headline = headline(figures, expected);
-    headline_ui(ui, &headline, result);
+    let (figures, room_field) = (&study.value.figures, &study.value.room_field);
+    headline_ui(ui, &study.value, result);
     if result.is_short {
-        quiet_ui(ui, in_short(figures, expected));
-        counts_ui(ui, figures, result.results);
+        quiet_ui(ui, in_short(figures));
+        counts_ui(ui, room_field, result.results);
         return;
     }
     ui.add_space(6.0);
-    if let Some(expected) = expected {
-        expected_ui(ui, expected, headline.metric);
-        ui.add_space(4.0);
-        quiet_ui(ui, OWN_FIELD);
-    }
-    let is_shown = if expected.is_some() { Metric::is_brief } else { is_shown };
-    for row in figure_rows(figures) {
-        let shows = match row.of {
-            RowOf::Metric(metric) => is_shown(metric),
-            RowOf::Determined(_) => true,
-            RowOf::Other => false,
-        };
-        if shows {
-            figure_ui(ui, &row);
-        }
-    }
+    figures_ui(ui, figures);
     if let Some(Ok(scatter)) = &result.results.scatter {
         figure_ui(
             ui,
@@ -107,46 +88,62 @@ fn rows_ui(ui: &mut Ui, result: &ResultView, is_shown: fn(Metric) -> bool) {
         );
     }
     ui.add_space(4.0);
-    counts_ui(ui, figures, result.results);
+    if let Some(why) = &figures.no_interval {
+        let what = if figures.all.is_empty() { "No figures" } else { "No interval" };
+        warning_ui(ui, &with_minus_signs(&format!("{what}: {why}")));
+    }
+    counts_ui(ui, room_field, result.results);
+    room_field_ui(ui, room_field, is_shown);
 }
 
-/// Above the figures of the field that was fitted: what its measurements leave open is not in them.
-const OWN_FIELD: &str = "in the room's own field";
+/// The paper's simulation, folded.
+fn room_field_ui(ui: &mut Ui, room_field: &RoomFieldFigures, is_shown: fn(Metric) -> bool) {
+    let head = RichText::new("Room's own field").color(palette::TEXT_QUIET.color32());
+    let section = CollapsingHeader::new(head).id_salt("room field").default_open(false);
+    let section = section.show(ui, |ui| {
+        for row in figure_rows(room_field) {
+            let shows = match row.of {
+                RowOf::Metric(metric) => is_shown(metric),
+                RowOf::Determined(_) => true,
+                RowOf::Other => false,
+            };
+            if shows {
+                figure_ui(ui, &row);
+            }
+        }
+    });
+    section.header_response.explained(ROOM_FIELD);
+}
+
+/// What the folded figures are.
+const ROOM_FIELD: &str = "The paper's simulation: the room's model is taken for its field, without what the measurements leave open";
 
 /// The tip error in one line.
-fn in_short(figures: &Figures, expected: Option<&Expected>) -> String {
-    let of = |metric: Metric| {
-        let found = expected.map(|expected| expected.of(metric));
-        let value = found.map_or(figures.value(metric), |(value, _)| value);
-        format!("{} {value:.2}", metric.summary.label())
-    };
-    let each = Metric::bounded().filter(|metric| metric.of == ErrorOf::Position).map(of);
+fn in_short(figures: &Figures) -> String {
+    let each = figures.bounded().filter(|figure| figure.metric.of == ErrorOf::Position);
+    let each = each.map(|f| format!("{} {}", f.metric.summary.label(), f.value_text(2)));
     let each = with_unit(&each.collect::<Vec<_>>().join(", "), "mm");
-    let kind = expected.map_or("", |_| "expected ");
-    format!("{kind}tip error: {each}")
+    format!("tip error: {each}")
 }
 
-/// `0.46–0.85`: without its unit, which stands beside it.
-pub(crate) fn interval_text([low, high]: [f64; 2]) -> String {
-    format!("{low:.2}–{high:.2}")
-}
-
-/// The expected figures with their intervals, but for the large one.
-fn expected_ui(ui: &mut Ui, expected: &Expected, large: Metric) {
-    for figure in Metric::bounded().filter(|figure| *figure != large) {
-        let (value, interval) = expected.of(figure);
+/// The figures with their intervals, but for the large one.
+fn figures_ui(ui: &mut Ui, figures: &Figures) {
+    let large = figures.headline().map(|figure| figure.metric);
+    for figure in figures.bounded().filter(|figure| Some(figure.metric) != large) {
         ui.horizontal(|ui| {
-            figure_label_ui(ui, figure);
+            figure_label_ui(ui, figure.metric);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                quiet_ui(ui, interval_text(interval)).explained(INTERVAL);
-                ui.label(with_unit(&format!("{value:.2}"), figure.unit()));
+                if let Some(interval) = figure.interval_text(2) {
+                    quiet_ui(ui, interval).explained(INTERVAL);
+                }
+                ui.label(with_unit(&figure.value_text(2), figure.metric.unit()));
             });
         });
     }
 }
 
 /// Width of a value with its interval, points.
-const VALUE_WIDTH: f32 = 110.0;
+const VALUE_WIDTH: f32 = 120.0;
 
 /// The label of a figure, or the short one where a value and its interval leave no room for it.
 fn figure_label_ui(ui: &mut Ui, figure: Metric) {
@@ -164,54 +161,67 @@ fn figure_label_ui(ui: &mut Ui, figure: Metric) {
 
 /// What an interval is.
 const INTERVAL: &str =
-    "95 % interval: how far the figure may be off, from what the room's measurements leave open";
+    "95 % interval: how far the figure may be off, from what the room leaves open";
 
-fn headline_ui(ui: &mut Ui, headline: &Headline, result: &ResultView) {
-    let is_pending = result.has_expected && headline.interval.is_none();
-    ui.horizontal(|ui| {
-        let name = headline.metric.label();
-        let label = match headline.interval {
-            Some(_) => quiet_ui(ui, format!("expected {name}")),
-            None => quiet_ui(ui, name),
-        };
-        label.explained(headline.metric.about());
+fn headline_ui(ui: &mut Ui, study: &Study, result: &ResultView) {
+    let figures = &study.figures;
+    let computing_ui = |ui: &mut Ui| {
         if result.is_computing {
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 quiet_ui(ui, "computing…");
             });
         }
-    });
-    let unit = headline.metric.unit();
-    // What is not known for certain yet has no verdict, nor has one pose against an RMS of many.
-    let is_judged = !result.is_one_pose || headline.metric.is_extreme();
-    let bound = headline.bound.filter(|_| !is_pending && is_judged);
-    ui.horizontal_wrapped(|ui| {
-        let color = figure_color(bound.map(|bound| bound.verdict));
-        let value = with_unit(&format!("{:.2}", headline.value), unit);
-        ui.label(RichText::new(value).font(theme::figure_font()).color(color));
-        if let Some(interval) = headline.interval {
-            let text = RichText::new(interval_text(interval)).color(palette::TEXT.color32());
-            ui.label(text).explained(INTERVAL);
+    };
+    let Some(figure) = figures.headline() else {
+        ui.horizontal(|ui| {
+            quiet_ui(ui, "no figures");
+            computing_ui(ui);
+        });
+        if let Some(requirement) = &figures.requirement {
+            let color = figure_color(Some(requirement.verdict));
+            ui.label(RichText::new(verdict_text(requirement.verdict)).color(color));
         }
-        if let Some((text, color)) = result.change.and_then(|change| change_text(change, unit)) {
+        return;
+    };
+    let metric = figure.metric;
+    ui.horizontal(|ui| {
+        quiet_ui(ui, metric.label()).explained(metric.about());
+        computing_ui(ui);
+    });
+    let bound = figures.requirement.as_ref().and_then(|own| own.bound(metric));
+    // One pose against a limit over the range of motion has no verdict.
+    let (judged, over_motion) = match bound {
+        Some(bound) if bound.reason == Some(Undecided::OnePose) => (None, Some(bound)),
+        bound => (bound, None),
+    };
+    ui.horizontal_wrapped(|ui| {
+        large_figure_ui(ui, figure, figure_color(judged.map(|bound| bound.verdict)));
+        let change = result.change.and_then(|change| change_text(change, metric.unit()));
+        if let Some((text, color)) = change {
             // On the next line as a whole, where it finds no room.
             ui.add(Label::new(RichText::new(text).color(color.color32())).extend())
                 .explained("Change since the last edit began");
         }
     });
-    if is_pending {
-        quiet_ui(ui, OWN_FIELD);
+    if let Some(bound) = judged {
+        let text = RichText::new(bound_text(bound)).color(figure_color(Some(bound.verdict)));
+        ui.add(Label::new(text).wrap());
     }
-    if let Some(bound) = &bound {
-        let text = bound_text(bound, unit);
-        ui.label(RichText::new(text).color(figure_color(Some(bound.verdict))));
-    }
-    for reason in result.reasons.iter().filter(|_| bound.is_some() && !result.is_short) {
+    let is_missed = judged.is_some_and(|bound| bound.verdict == Verdict::Missed);
+    for reason in result.reasons.iter().filter(|_| is_missed && !result.is_short) {
         ui.add(Label::new(RichText::new(reason).color(palette::TEXT.color32())).wrap());
     }
-    if let (Some(bound), false) = (&headline.bound, is_judged) {
-        let limit = with_unit(&format!("{:.2}", bound.limit), unit);
+    if let Some(bound) = over_motion {
+        let limit = with_unit(&format!("{:.2}", bound.limit), metric.unit());
         quiet_ui(ui, format!("at most {limit} over the range of motion; one pose is not judged"));
+    }
+}
+
+fn large_figure_ui(ui: &mut Ui, figure: &Figure, color: Color32) {
+    let value = with_unit(&figure.value_text(2), figure.metric.unit());
+    ui.label(RichText::new(value).font(theme::figure_font()).color(color));
+    if let Some(interval) = figure.interval_text(2) {
+        ui.label(RichText::new(interval).color(palette::TEXT.color32())).explained(INTERVAL);
     }
 }
 
@@ -258,7 +268,7 @@ fn figure_ui(ui: &mut Ui, row: &FigureRow) {
     });
 }
 
-fn counts_ui(ui: &mut Ui, figures: &Figures, results: &Results) {
+fn counts_ui(ui: &mut Ui, figures: &RoomFieldFigures, results: &Results) {
     match results.extent {
         Some(Extent::PreviewOf(whole)) => {
             let part = counted(figures.trials, "trial", "trials");
@@ -286,7 +296,7 @@ fn of_mode(trials: String, mode: Option<ModeKind>) -> String {
 }
 
 /// What is not as it should be, in words.
-pub fn warnings(figures: &Figures) -> Vec<String> {
+pub fn warnings(figures: &RoomFieldFigures) -> Vec<String> {
     let mut texts = Vec::new();
     let count = |n: usize| counted(n, "trial has", "trials have");
     if figures.outside > 0 {

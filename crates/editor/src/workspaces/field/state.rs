@@ -19,7 +19,7 @@ use trackwright_field::samples::MapKind;
 use trackwright_geometry::directions::Weighting;
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{MeasurementTable, RoomListing, RoomSource, SampleReading, StoreError};
-use trackwright_simulation::own_study::OwnStudy;
+use trackwright_simulation::Study;
 use trackwright_task::Cancelled;
 
 /// A table that several hold at a time: the state, a fit, the thread that fits.
@@ -123,8 +123,8 @@ pub struct Fitted {
 /// The open design in the present room and in a fitted one.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    pub present: OwnStudy,
-    pub tried: OwnStudy,
+    pub present: Study,
+    pub tried: Study,
     pub room: Arc<Fitted>,
     pub generation: u64,
     pub revision: u64,

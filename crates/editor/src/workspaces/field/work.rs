@@ -21,7 +21,8 @@ use trackwright_project::{Files, RoomContent, StoreError, room_name};
 use trackwright_report::room::support_note;
 use trackwright_report::selection::grouped_line;
 use trackwright_simulation::Scenario;
-use trackwright_simulation::own_study::{OwnStudy, mode_of, own_study};
+use trackwright_simulation::Study;
+use trackwright_simulation::study::{mode_of, study_with_figures};
 use trackwright_task::{Cancelled, Task};
 
 /// Part of the time that choosing takes, for the bar only: it tries hundreds of models.
@@ -179,8 +180,8 @@ impl Compared {
 /// # Errors
 /// See [`Failure`].
 pub fn compare(compared: Compared, task: &Task) -> Result<Comparison, Failure> {
-    let study = |scenario: &Scenario| -> Result<OwnStudy, Failure> {
-        match own_study(scenario, &mode_of(scenario), &task.cancel) {
+    let study = |scenario: &Scenario| -> Result<Study, Failure> {
+        match study_with_figures(scenario, &mode_of(scenario), &task.cancel) {
             Ok(studied) => studied.map_err(|why| Failure::Because(why.to_string())),
             Err(Cancelled) => Err(Failure::Cancelled),
         }

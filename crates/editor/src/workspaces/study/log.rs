@@ -103,7 +103,7 @@ fn start(
         let output = files.output(&output)?;
         let outcome =
             trackwright_project::write_log(&output, &scenario, &mode, &task.cancel, &mut visit)?;
-        Ok(outcome.figures.trials)
+        Ok(outcome.room_field.trials)
     });
     Writing { job, file: file.to_owned() }
 }

@@ -64,7 +64,7 @@ fn answer(
             StudyRequest::ShowWorst => {
                 let study = results.study.as_ref().filter(|_| results.is_whole());
                 if let (Some(study), Some(_)) = (study, last()) {
-                    choice.show(Some(study.value.figures.worst.trial));
+                    choice.show(Some(study.value.room_field.worst.trial));
                 }
             }
             StudyRequest::TogglePlay => {

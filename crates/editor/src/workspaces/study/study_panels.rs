@@ -58,7 +58,7 @@ pub(crate) fn timeline_panel(
         kind: choice.kind(has_motion),
         has_motion,
         input: choice.input().map(|input| input.name.as_str()),
-        trials: figures.map_or(0, |study| study.value.figures.trials),
+        trials: figures.map_or(0, |study| study.value.room_field.trials),
         shown: shown.trial.as_ref().and_then(|shown| shown.trial.as_ref()),
         profile: profile.map(|profile| &profile.value),
         measured: shown.measured(),

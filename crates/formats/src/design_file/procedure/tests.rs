@@ -9,6 +9,7 @@ use trackwright_procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
 use trackwright_simulation::Metric;
+use trackwright_simulation::Verdict;
 use trackwright_simulation::requirement::Requirement;
 
 fn design(procedure: Procedure) -> DesignFile {
@@ -40,7 +41,8 @@ const DECIDED: &str = r#"(
                     without_field: 12,
                     position: (rms: 0.48591, mean: 0.4, p95: 0.7, max: 0.9),
                     angle: (rms: 0.131, p95: 0.2, max: 0.3),
-                    met: true,
+                    expected: true,
+                    verdict: Met,
                 ),
                 (
                     room: "",
@@ -81,7 +83,7 @@ fn decisions_are_written_as_they_were_read() {
     };
     let first = studies.rows[0].figures.as_ref().unwrap();
     assert_eq!((first.trials, first.without_field), (3375, 12));
-    assert_eq!((first.values.get(Metric::TIP_MAX), first.met), (Some(0.9), Some(true)));
+    assert_eq!((first.values.get(Metric::TIP_MAX), first.verdict), (Some(0.9), Some(Verdict::Met)));
     assert_eq!(studies.rows[1].figures, Err("no such file".to_owned()));
     let text = write(&design);
     let ours = text.find("    procedure: (").unwrap();
@@ -112,12 +114,12 @@ fn impossible_decisions_are_refused_by_field() {
             | procedure.tool.rows[0].angle.p95 is -0.2, expected zero or more
         position_rms: 1.0 => position_rms: -inf
             | procedure.tool.requirement.position_rms is -inf, expected zero or more
-        met: true => met: false
-            | procedure.tool.rows[0].met is false, expected the result of figures and requirement
-        met: true,\n =>
-            | procedure.tool.rows[0].met is absent, expected whether the requirement was met
+        verdict: Met => verdict: Missed
+            | procedure.tool.rows[0].verdict is missed, expected what its figures allow
+        verdict: Met,\n =>
+            | procedure.tool.rows[0].verdict is absent, expected whether the requirement was met
         requirement: (position_rms: 1.0),\n =>
-            | procedure.tool.rows[0].met is true, expected none without a requirement
+            | procedure.tool.rows[0].verdict is met, expected none without a requirement
         trials: 3375 => trials: 0 | procedure.tool.rows[0].trials is 0, expected one at least
         without_field: 12 => without_field: 3375
             | procedure.tool.rows[0].without_field is 3375, expected fewer than the trials
@@ -135,7 +137,7 @@ fn impossible_decisions_are_refused_by_field() {
             | procedure.built.residual_rms is -1.67, expected zero or more
         trials: 3375 => trials: 99999999999999999999999 | …line 19…
         trials: 3375, => | …rows[0].trials is absent…
-        met: true => met: 1 | …line 23…
+        verdict: Met => verdict: Some | …line 24…
     "#;
     assert_refused(DECIDED, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
 }
@@ -167,7 +169,8 @@ fn any_figures() -> impl Strategy<Value = DecidedFigures> {
             trials,
             without_field: without_field % trials,
             values: Metric::decided().zip(n.into_iter().cycle()).collect(),
-            met: None,
+            are_expected: true,
+            verdict: None,
         }
     })
 }
@@ -197,7 +200,13 @@ fn any_studies() -> impl Strategy<Value = DecidedStudies> {
         |(requirement, first, figures, mut rows)| {
             rows.push(DecidedRow { figures: Ok(figures), ..first });
             for figures in rows.iter_mut().filter_map(|row| row.figures.as_mut().ok()) {
-                figures.met = figures.meet(requirement.as_ref());
+                let beyond =
+                    |(metric, limit)| figures.values.get(metric).is_some_and(|v| v > limit);
+                let mut bounds = requirement.iter().flat_map(|r| r.bounds()).peekable();
+                figures.verdict = bounds.peek().is_some().then(|| match bounds.any(beyond) {
+                    true => Verdict::Missed,
+                    false => Verdict::CannotTell,
+                });
             }
             DecidedStudies { requirement, rows }
         },

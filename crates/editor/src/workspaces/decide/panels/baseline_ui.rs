@@ -3,21 +3,20 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{
-    decimal, fact_ui, main_button, quiet_ui, section_ui, signed, warning_ui, with_unit,
+    decimal, fact_ui, main_button, quiet_ui, right_text_ui, section_ui, signed, warning_ui,
+    with_unit,
 };
 use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
 use crate::widgets::verdict::verdict_text;
 use crate::workspaces::decide::against::Found;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::requests::DecideRequest;
-use crate::workspaces::design::result::interval_text;
-use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, Response, RichText, Ui};
+use bevy_egui::egui::{Color32, Grid, Label, RichText, Ui};
 use trackwright_formats::printable::printable;
 use trackwright_simulation::Figures;
 use trackwright_simulation::METRICS;
 use trackwright_simulation::Metric;
-use trackwright_simulation::comparison::{Difference, Verdict, difference_words, notes};
-use trackwright_simulation::expected::study_verdict;
+use trackwright_simulation::comparison::{Difference, DifferenceVerdict, difference_words, notes};
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::figures::with_minus_signs;
 
@@ -103,21 +102,19 @@ fn found_ui(
     }
     // While a hand moves something the figures follow it, and what of a difference is one does not.
     let study = (view.results.study.as_ref()).filter(|_| view.results.is_whole());
-    let (now, expected, against) = match (is_current, measured(1)) {
-        (true, Some(Ok(now))) => {
-            let against = rows[1].against_baseline.as_ref();
-            (&now.figures, now.expected.as_ref(), against)
-        }
+    let (now, against) = match (is_current, measured(1)) {
+        (true, Some(Ok(now))) => (&now.study, rows[1].against_baseline.as_ref()),
         _ => match study {
-            Some(study) => (&study.value.figures, view.results.expected_of_study(), None),
+            Some(study) => (&study.value, None),
             None => {
                 quiet_ui(ui, "computing…");
                 return;
             }
         },
     };
+    let before = &before.study;
     let differences = against.map(|against| against.differences.as_slice());
-    table_ui(ui, view.state.shows_all_figures, [&before.figures, now], differences);
+    table_ui(ui, view.state.shows_all_figures, [&before.figures, &now.figures], differences);
     ui.add_space(4.0);
     let mut all = view.state.shows_all_figures;
     let about = "Shows every figure, not only those that a requirement can bound";
@@ -125,19 +122,16 @@ fn found_ui(
         requests.push(DecideRequest::ShowAllFigures(all));
     }
     ui.add_space(4.0);
-    for (name, figures, expected) in
-        [("baseline", &before.figures, before.expected.as_ref()), ("this design", now, expected)]
-    {
-        if let Some((value, ends)) = expected.map(|e| e.of(Metric::TIP_RMS)) {
-            let value = with_unit(&decimal(value, 2), "mm");
-            fact_ui(
-                ui,
-                &format!("expected {}, {name}", Metric::TIP_RMS.short_label()),
-                &format!("{value}, {}", interval_text(ends)),
-            );
+    for (name, figures) in [("baseline", &before.figures), ("this design", &now.figures)] {
+        let figure = figures.get(Metric::TIP_RMS);
+        if let Some((figure, interval)) = figure.and_then(|f| Some((f, f.interval_text(2)?))) {
+            let value = with_unit(&figure.value_text(2), "mm");
+            let name = format!("{}, {name}", Metric::TIP_RMS.short_label());
+            fact_ui(ui, &name, &format!("{value}, {interval}"));
         }
-        if let Some(verdict) = study_verdict(figures, expected) {
-            fact_ui(ui, &format!("requirement, {name}"), &verdict_text(verdict));
+        if let Some(requirement) = &figures.requirement {
+            let text = verdict_text(requirement.verdict);
+            fact_ui(ui, &format!("requirement, {name}"), &text);
         }
     }
     if let Some(headline) = differences.and_then(<[Difference]>::first) {
@@ -162,7 +156,10 @@ fn table_ui(
     figures: [&Figures; 2],
     differences: Option<&[Difference]>,
 ) {
-    let [before, now] = figures.map(Figures::values);
+    let [before, now] = figures.map(|figures| {
+        let each = METRICS.into_iter().map(|metric| figures.get(metric).map(|f| f.value));
+        each.map(|value| value.unwrap_or(f64::NAN)).collect::<Vec<f64>>()
+    });
     Grid::new("baseline figures").num_columns(5).spacing([7.0, 3.0]).show(ui, |ui| {
         quiet_ui(ui, "");
         for head in ["baseline", "this", "change", ""] {
@@ -198,21 +195,14 @@ fn table_ui(
 }
 
 /// A difference in a word, and its colour.
-pub fn verdict(verdict: Verdict) -> (&'static str, Color32) {
+pub fn verdict(verdict: DifferenceVerdict) -> (&'static str, Color32) {
     match verdict {
-        Verdict::Better => ("better", palette::MET.color32()),
-        Verdict::Worse => ("worse", palette::MISSED.color32()),
-        Verdict::NotTold => ("not significant", palette::TEXT_QUIET.color32()),
-        Verdict::Negligible => ("negligible", palette::TEXT_QUIET.color32()),
-        Verdict::OtherRoom => ("another room", palette::TEXT_QUIET.color32()),
-        Verdict::RoomUnknown => ("room unsure", palette::TEXT_QUIET.color32()),
-        Verdict::Unsettled => ("undetermined", palette::TEXT_QUIET.color32()),
+        DifferenceVerdict::Better => ("better", palette::MET.color32()),
+        DifferenceVerdict::Worse => ("worse", palette::MISSED.color32()),
+        DifferenceVerdict::NotTold => ("not significant", palette::TEXT_QUIET.color32()),
+        DifferenceVerdict::Negligible => ("negligible", palette::TEXT_QUIET.color32()),
+        DifferenceVerdict::OtherRoom => ("another room", palette::TEXT_QUIET.color32()),
+        DifferenceVerdict::RoomUnknown => ("room unsure", palette::TEXT_QUIET.color32()),
+        DifferenceVerdict::Unsettled => ("undetermined", palette::TEXT_QUIET.color32()),
     }
-}
-
-pub(crate) fn right_text_ui(ui: &mut Ui, text: &str, color: Color32) -> Response {
-    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        ui.label(RichText::new(text).color(color))
-    })
-    .inner
 }

@@ -3,6 +3,7 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
+use crate::widgets::basic::right_text_ui;
 use crate::widgets::basic::{
     MET_SIGN, MISSED_SIGN, count, decimal, fact_ui, main_button, quiet_ui, section_ui, short_name,
     warning_ui, with_unit,
@@ -11,7 +12,6 @@ use crate::widgets::theme;
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::widgets::verdict::verdict_mark;
 use crate::workspaces::decide::panels::DecideView;
-use crate::workspaces::decide::panels::baseline_ui::right_text_ui;
 use crate::workspaces::decide::panels::recorded_ui::recorded_ui;
 use crate::workspaces::decide::requests::DecideRequest;
 use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, TextEdit, Ui};
@@ -20,7 +20,6 @@ use trackwright_formats::printable::printable;
 use trackwright_procedure::{BuiltStatus, State, Step, StepStatus, StudiesStatus, headline};
 use trackwright_project::RoomSource;
 use trackwright_simulation::Metric;
-use trackwright_simulation::expected_rows;
 use trackwright_simulation::figures::with_minus_signs;
 
 /// Longest name that a row shows whole.
@@ -177,22 +176,13 @@ fn studies_ui(ui: &mut Ui, id: &str, status: &StudiesStatus) {
                 }
                 Ok(studied) => {
                     let figures = &studied.figures;
-                    let rms = Metric::ANGLE_RMS;
-                    let angle = with_unit(&decimal(figures.value(rms), 3), rms.unit());
-                    let expected = studied.expected.iter().flat_map(expected_rows);
-                    let expected = expected.map(|row| {
-                        let (label, unit) = (row.label(), row.metric.unit());
-                        format!("\n{label} {} {unit} {}", row.value, row.interval_words())
+                    let words = figures.bounded().map(|figure| {
+                        format!("\n{} {}", figure.metric.label(), figure.words(4, " "))
                     });
-                    ui.add(label).explained(format!(
-                        "{about}\n{} {angle}{}",
-                        rms.label(),
-                        expected.collect::<String>()
-                    ));
+                    ui.add(label).explained(format!("{about}{}", words.collect::<String>()));
                     for metric in [Metric::TIP_RMS, Metric::TIP_MAX] {
-                        let found = studied.expected.as_ref().map(|e| e.of(metric));
-                        let value = found.map_or(figures.value(metric), |(value, _)| value);
-                        let text = with_unit(&decimal(value, 2), "mm");
+                        let value = figures.get(metric).map(|figure| figure.value_text(2));
+                        let text = with_unit(&value.unwrap_or_default(), "mm");
                         right_text_ui(ui, &text, palette::TEXT_STRONG.color32());
                     }
                 }

@@ -2,14 +2,14 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{decimal, quiet_ui, short_name, signed, warning_ui, with_unit};
+use crate::widgets::basic::right_text_ui;
+use crate::widgets::basic::{quiet_ui, short_name, signed, warning_ui, with_unit};
 use crate::widgets::tooltip::{Explain, button_ui, main_button_ui};
 use crate::widgets::verdict::{verdict_mark, verdict_text};
 use crate::workspaces::decide::panels::DecideView;
-use crate::workspaces::decide::panels::baseline_ui::{right_text_ui, verdict};
+use crate::workspaces::decide::panels::baseline_ui::verdict;
 use crate::workspaces::decide::requests::DecideRequest;
 use crate::workspaces::decide::table::{AddedDesign, Compare, Compared};
-use crate::workspaces::design::result::interval_text;
 use bevy_egui::egui::{Align, Button, Grid, Layout, ProgressBar, RichText, ScrollArea, Ui, vec2};
 use std::path::Path;
 use trackwright_formats::comparison_table::Names;
@@ -19,7 +19,6 @@ use trackwright_simulation::comparison::{
     Row, difference_words, notes, worst_place_words, worst_words,
 };
 use trackwright_simulation::figures::with_minus_signs;
-use trackwright_simulation::{Expected, expected_rows};
 
 /// Longest name that a row shows whole.
 const MOST_CHARS: usize = 34;
@@ -111,7 +110,7 @@ fn heads() -> Vec<(String, bool)> {
     let mut heads = vec![("design".to_owned(), false), ("room".to_owned(), false)];
     heads.extend(Metric::bounded().map(|metric| (metric.short_label(), true)));
     heads.extend([
-        (format!("expected {rms}, 95\u{2009}%"), true),
+        (format!("{rms}, 95\u{2009}%"), true),
         ("required".to_owned(), true),
         (format!("{rms} less the baseline's"), false),
         ("worst pose".to_owned(), false),
@@ -172,32 +171,20 @@ fn row_ui(
             return;
         }
     };
-    let figures = &measured.figures;
-    for metric in Metric::bounded() {
-        let text = with_unit(&decimal(figures.value(metric), 3), metric.unit());
+    let figures = &measured.study.figures;
+    for figure in figures.bounded() {
+        let text = with_unit(&figure.value_text(3), figure.metric.unit());
         right_text_ui(ui, &text, palette::TEXT.color32());
     }
-    match &measured.expected {
-        Some(expected) => expected_ui(ui, expected),
-        None => {
-            quiet_ui(ui, "");
-        }
-    }
+    let rms = figures.get(Metric::TIP_RMS);
+    let interval = rms.and_then(|figure| figure.interval_text(2)).unwrap_or_default();
+    right_text_ui(ui, &interval, palette::TEXT.color32());
     let (word, color) = match measured.verdict() {
         None => ("none".to_owned(), palette::TEXT_QUIET.color32()),
         Some(verdict) => (verdict_text(verdict), verdict_mark(verdict).1),
     };
-    let expected = measured.expected.iter().flat_map(expected_rows);
-    let expected: Vec<String> = expected
-        .map(|row| {
-            let value = with_unit(&row.value, row.metric.unit());
-            format!("{} {value} {}", row.label(), row.interval_words())
-        })
-        .collect();
-    let required = right_text_ui(ui, &word, color);
-    if !expected.is_empty() {
-        required.explained(expected.join("\n"));
-    }
+    let each = figures.bounded().map(|f| format!("{} {}", f.metric.label(), f.words(4, " ")));
+    right_text_ui(ui, &word, color).explained(each.collect::<Vec<_>>().join("\n"));
     let rms = (row.against_baseline.as_ref()).and_then(|against| against.differences.first());
     match rms {
         None => {
@@ -221,14 +208,6 @@ fn row_ui(
     };
     ui.label(RichText::new(text).color(palette::TEXT_QUIET.color32()))
         .explained([&[worst], notes.as_slice()].concat().join("\n"));
-}
-
-/// The expected tip RMS and its interval.
-fn expected_ui(ui: &mut Ui, expected: &Expected) {
-    let (value, ends) = expected.of(Metric::TIP_RMS);
-    let value = with_unit(&decimal(value, 2), "mm");
-    let text = format!("{value}, {}", interval_text(ends));
-    right_text_ui(ui, &text, palette::TEXT.color32());
 }
 
 /// What a click on a row does.

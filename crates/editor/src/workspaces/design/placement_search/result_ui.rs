@@ -2,25 +2,24 @@
 //! answers that can be taken.
 
 use crate::palette::{self, ThemedColor};
+use crate::widgets::basic::right_text_ui;
 use crate::widgets::basic::{
-    MET_SIGN, MISSED_SIGN, count, decimal, main_button, quiet_ui, section_ui, short_name, signed,
-    state_ui, warning_ui, with_unit,
+    MET_SIGN, count, decimal, main_button, quiet_ui, section_ui, short_name, signed, state_ui,
+    warning_ui, with_unit,
 };
 use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
+use crate::widgets::verdict::verdict_mark;
 use crate::workspaces::design::placement_search::charts_ui::{curve_ui, objective_text, pareto_ui};
 use crate::workspaces::design::placement_search::state::{
     AnswerId, PlacementSearch, PlacementSearchRequest, SearchResult, Searched,
 };
 use crate::workspaces::design::placement_search::thumbnail::answer_row_ui;
-use bevy_egui::egui::{Align, Color32, Grid, Label, Layout, RichText, Ui};
+use bevy_egui::egui::{Color32, Grid, Label, RichText, Ui};
 use trackwright_optimization::{Goal, Layout as SensorLayout, Optimized};
 use trackwright_simulation::comparison::{Difference, difference_words};
 use trackwright_simulation::figures::{capitalised, with_minus_signs};
-use trackwright_simulation::{Metric, figures::Figures};
-
-/// What stands where the gain is none that the rooms can tell.
-pub const NO_BETTER: &str = "no better than the start as far as this room can tell";
+use trackwright_simulation::{Figures, Metric};
 
 /// What stands over a result of another state of the design.
 pub const STALE: &str = "Of another revision of the design: its answers cannot be taken";
@@ -84,12 +83,15 @@ fn difference(optimized: &Optimized, room: usize, metric: Metric) -> Option<&Dif
 
 fn verdict_ui(ui: &mut Ui, goal: Goal, optimized: &Optimized) {
     let (text, color) = match optimized.is_better {
-        true => (format!("{MET_SIGN} better than the start"), palette::MET),
-        false => (NO_BETTER.to_owned(), palette::ACCENT),
+        true => (format!("{MET_SIGN} {}", optimized.verdict()), palette::MET),
+        false => (optimized.verdict().to_owned(), palette::ACCENT),
     };
     state_ui(ui, &text, color);
     if optimized.is_stopped {
         quiet_ui(ui, "Stopped early: this is the best that was found until then");
+    }
+    if let Some(words) = optimized.gain_left_words() {
+        wrapped_ui(ui, &words);
     }
     for (room, gain) in optimized.gain.iter().enumerate() {
         for metric in least_figures(goal) {
@@ -111,7 +113,7 @@ fn verdict_ui(ui: &mut Ui, goal: Goal, optimized: &Optimized) {
 /// Start and best in one room.
 fn figures_ui(ui: &mut Ui, goal: Goal, result: &SearchResult, room: usize) {
     let optimized = &result.optimized;
-    let of = |layout: &SensorLayout| layout.figures.get(room).cloned();
+    let of = |layout: &SensorLayout| layout.studies.get(room).cloned();
     let (Some(start), Some(best)) = (of(&optimized.start), of(&optimized.best)) else {
         return;
     };
@@ -127,28 +129,33 @@ fn figures_ui(ui: &mut Ui, goal: Goal, result: &SearchResult, room: usize) {
         for metric in least_figures(goal) {
             let name = format!("{}, {}", metric.short_label(), metric.unit());
             ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
-            for figures in [&start, &best] {
-                let (text, color) = figure_text(goal, figures, metric);
-                right_text_ui(ui, &text, color);
+            for study in [&start, &best] {
+                let (text, color) = figure_text(goal, &study.figures, metric);
+                let cell = right_text_ui(ui, &text, color);
+                if let Some(figure) = study.figures.get(metric) {
+                    cell.explained(figure.words(3, " "));
+                }
             }
-            let change = signed(best.value(metric) - start.value(metric), 3);
+            let known = [&best, &start].map(|study| study.figures.get(metric).map(|f| f.value));
+            let change = match known {
+                [Some(best), Some(start)] => signed(best - start, 3),
+                _ => String::new(),
+            };
             right_text_ui(ui, &change, palette::TEXT_QUIET.color32());
             ui.end_row();
         }
     });
 }
 
-/// With its sign where it has a bound.
+/// With the sign of its verdict where it has a bound.
 fn figure_text(goal: Goal, figures: &Figures, metric: Metric) -> (String, Color32) {
-    let value = figures.value(metric);
-    let text = decimal(value, 3);
+    let text = figures.get(metric).map_or("none".to_owned(), |figure| decimal(figure.value, 3));
     let bound = match goal {
-        Goal::Requirement(requirement) => requirement.bound(metric),
+        Goal::Requirement(_) => figures.requirement.as_ref().and_then(|own| own.bound(metric)),
         Goal::Figure(_) => None,
     };
-    match bound.map(|bound| value <= bound) {
-        Some(true) => (format!("{MET_SIGN} {text}"), theme::verdict_color(Some(true))),
-        Some(false) => (format!("{MISSED_SIGN} {text}"), theme::verdict_color(Some(false))),
+    match bound.map(|bound| verdict_mark(bound.verdict)) {
+        Some((sign, color)) => (format!("{sign} {text}"), color),
         None => (text, theme::verdict_color(None)),
     }
 }
@@ -234,10 +241,4 @@ fn details_ui(ui: &mut Ui, result: &SearchResult) {
 
 fn wrapped_ui(ui: &mut Ui, text: &str) {
     ui.add(Label::new(RichText::new(text).color(palette::TEXT.color32())).wrap());
-}
-
-fn right_text_ui(ui: &mut Ui, text: &str, color: Color32) {
-    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-        ui.label(RichText::new(text).color(color));
-    });
 }

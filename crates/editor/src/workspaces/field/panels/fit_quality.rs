@@ -20,7 +20,7 @@ use trackwright_field::selection::Candidate;
 use trackwright_report::room::{fit_warnings, harmonic_text, method_name};
 use trackwright_report::selection::{candidate_text, reason};
 use trackwright_simulation::Metric;
-use trackwright_simulation::own_study::OwnStudy;
+use trackwright_simulation::{Study, Verdict};
 
 /// Every coefficient is determined by its samples.
 const ENOUGH_SAMPLES: &str = "Enough samples for this model";
@@ -196,27 +196,25 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
         ui.end_row();
         let rooms = [&comparison.present, &comparison.tried];
         for figure in Metric::bounded() {
-            let [present, tried] = rooms.map(|study| known(study, figure));
+            let [present, tried] = rooms.map(|study| study.figures.get(figure));
             let name = figure.label().replace("95th percentile", "95 %");
             ui.label(RichText::new(name).color(palette::TEXT_QUIET.color32()));
-            let text = |value: f64| with_unit(&format!("{value:.2}"), figure.unit());
-            for ((value, interval), color) in
-                [(present, palette::TEXT_QUIET), (tried, palette::TEXT_STRONG)]
-            {
-                let cell = cell_ui(ui, text(value), color.color32());
-                if let Some([low, high]) = interval {
-                    cell.explained(format!("expected; 95 %: {} to {}", text(low), text(high)));
+            for (known, color) in [(present, palette::TEXT_QUIET), (tried, palette::TEXT_STRONG)] {
+                let Some(known) = known else { continue };
+                let text = with_unit(&known.value_text(2), figure.unit());
+                let cell = cell_ui(ui, text, color.color32());
+                if let Some(interval) = known.interval_text(2) {
+                    cell.explained(format!("95 %: {}", with_unit(&interval, figure.unit())));
                 }
             }
-            // An expected value and one of a room's own field are no change of each other.
-            if present.1.is_some() == tried.1.is_some() {
+            if let Some((present, tried)) = present.zip(tried) {
                 // No colour: a smaller error in another room is no better design.
-                let difference = signed(tried.0 - present.0, 2);
+                let difference = signed(tried.value - present.value, 2);
                 cell_ui(ui, difference, palette::TEXT_QUIET.color32());
             }
             ui.end_row();
         }
-        if let [Some(present), Some(tried)] = rooms.map(OwnStudy::verdict) {
+        if let [Some(present), Some(tried)] = rooms.map(verdict) {
             ui.label(RichText::new("requirement").color(palette::TEXT_QUIET.color32()));
             for verdict in [present, tried] {
                 cell_ui(ui, verdict_text(verdict), verdict_mark(verdict).1);
@@ -227,12 +225,6 @@ pub fn comparison_ui(ui: &mut Ui, comparison: &Comparison, is_current: bool) {
     quiet_ui(ui, "Another room: no verdict on the design");
 }
 
-/// The expected figure with its interval, where the room has uncertainty; otherwise that of the
-/// room's own field.
-fn known(study: &OwnStudy, metric: Metric) -> (f64, Option<[f64; 2]>) {
-    let expected = study.expected.as_ref().map(|e| e.of(metric));
-    match expected {
-        Some((value, interval)) => (value, Some(interval)),
-        None => (study.figures.value(metric), None),
-    }
+fn verdict(study: &Study) -> Option<Verdict> {
+    Some(study.figures.requirement.as_ref()?.verdict)
 }

@@ -9,7 +9,7 @@ use crate::workspaces::present::requests::Presenter;
 use std::borrow::Cow;
 use trackwright_design::{Document, Slide};
 use trackwright_field::Environment;
-use trackwright_simulation::{Expected, Figures};
+use trackwright_simulation::Figures;
 
 /// What a slide is drawn from.
 pub struct StageView<'a> {
@@ -18,8 +18,6 @@ pub struct StageView<'a> {
     pub presenter: &'a Presenter,
     /// Of the design's study; `None` until they are known.
     pub figures: Option<&'a Figures>,
-    /// What is to be expected of them, once that is known.
-    pub expected: Option<&'a Expected>,
 }
 
 impl StageView<'_> {

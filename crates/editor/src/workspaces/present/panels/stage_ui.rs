@@ -62,7 +62,7 @@ pub fn stage_ui(
         y = plated(&painter, left_top, Align2::LEFT_TOP, &text, covered).bottom();
     }
     let shown = view.figures.map(|figures| {
-        let shown = slide.figures.iter().filter_map(|f| plain_figure(*f, figures, view.expected));
+        let shown = slide.figures.iter().filter_map(|f| plain_figure(*f, figures));
         shown.collect::<Vec<_>>()
     });
     figures(&painter, pos2(left_top.x, y + 14.0), &shown.unwrap_or_default(), covered);

@@ -27,7 +27,6 @@ impl Shown<'_> {
             environment: &self.world.0.environment,
             presenter: &self.presenter,
             figures: self.results.study.as_ref().map(|study| &study.value.figures),
-            expected: self.results.expected_of_study(),
         }
     }
 }
