@@ -1,4 +1,4 @@
-//! One figure, one interval, one verdict: whoever is asked gives the same.
+//! One figure, one interval, one verdict: whoever is readers gives the same.
 
 use crate::support::golden::{list, number};
 use crate::support::program::Scratch;
@@ -10,8 +10,8 @@ use trackwright_report::words::plain_figure;
 use trackwright_simulation::{CancelToken, Metric, Mode, study};
 use trackwright_sweep::SweepTable;
 
-/// What a study says, by the file's name of a design in a folder of its own.
-struct Asked {
+/// A study of a design, by the file's name of a design in a folder of its own.
+struct AllReaders {
     scratch: Scratch,
     design: String,
     /// As `simulate --format json` prints it.
@@ -23,7 +23,7 @@ fn triple(figure: &Value) -> [&Value; 3] {
     ["value", "low", "high"].map(|end| &figure[end])
 }
 
-impl Asked {
+impl AllReaders {
     fn of(scratch: Scratch, design: &str) -> Self {
         let study = scratch.json(format!("simulate {design} --mode motion"));
         Self { scratch, design: design.to_owned(), study }
@@ -155,20 +155,20 @@ impl Asked {
 }
 
 /// A built-in design in a folder of its own.
-fn built_in(name: &str) -> Asked {
+fn built_in(name: &str) -> AllReaders {
     let scratch = Scratch::new();
     scratch.copy_built_in(name, "a.design.ron", "version: 1", "version: 1");
-    Asked::of(scratch, "a.design.ron")
+    AllReaders::of(scratch, "a.design.ron")
 }
 
 #[test]
 fn built_in_designs_have_one_figure() {
     for name in builtin_names() {
-        let asked = built_in(name);
-        asked.everyone_agrees();
+        let readers = built_in(name);
+        readers.everyone_agrees();
         // No interval of a room is without width.
         for metric in Metric::bounded() {
-            let [value, low, high] = triple(asked.figure(metric)).map(number);
+            let [value, low, high] = triple(readers.figure(metric)).map(number);
             assert!(low < value && value < high, "{name}: {low} {value} {high}");
         }
     }
@@ -176,16 +176,16 @@ fn built_in_designs_have_one_figure() {
 
 #[test]
 fn the_search_starts_with_the_figures_of_simulate() {
-    let asked = built_in("pointer-on-head");
-    let found = asked.scratch.json("optimize a.design.ron -o b.design.ron --seconds 1");
-    asked.assert_same(&found["start"]["figures"], "optimize");
-    let own = asked.scratch.json("simulate b.design.ron --mode motion");
+    let readers = built_in("pointer-on-head");
+    let found = readers.scratch.json("optimize a.design.ron -o b.design.ron --seconds 1");
+    readers.assert_same(&found["start"]["figures"], "optimize");
+    let own = readers.scratch.json("simulate b.design.ron --mode motion");
     let written = if found["is_better"] == true { &found["best"] } else { &found["start"] };
     assert_eq!(own["figures"], written["figures"]["figures"]);
 }
 
 /// The built-in room with an aluminium plate in it.
-fn with_plate() -> Asked {
+fn with_plate() -> AllReaders {
     let scratch = Scratch::new();
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let room = root.join("assets/environments/operating-table.env.ron");
@@ -203,7 +203,7 @@ fn with_plate() -> Asked {
     let end = text.rfind(')').unwrap();
     let text = format!("{}    metal: ({generator}objects: [{plate}]),\n)", &text[..end]);
     scratch.write("room.env.ron", text);
-    Asked::of(scratch, "a.design.ron")
+    AllReaders::of(scratch, "a.design.ron")
 }
 
 #[test]
@@ -214,7 +214,8 @@ fn metal_adds_to_the_figure_and_to_its_interval() {
         (&"measured".into(), &"metal".into())
     );
     plate.everyone_agrees();
-    let [own, with] = [&bare, &plate].map(|asked| number(&asked.figure(Metric::TIP_RMS)["value"]));
+    let [own, with] =
+        [&bare, &plate].map(|readers| number(&readers.figure(Metric::TIP_RMS)["value"]));
     assert!(with > own, "{own} {with}");
 }
 
@@ -228,11 +229,11 @@ fn a_design_outside_its_room_meets_nothing() {
     let (place, _) = from.split_once(')').unwrap();
     let moved = after.replacen(place, "0.0, 0.0, 400.0", 1);
     scratch.write("a.design.ron", format!("{before}crf: ({moved}"));
-    let asked = Asked::of(scratch, "a.design.ron");
-    assert_eq!(asked.study["basis"], "outside");
-    assert!(asked.study["figures"].is_null(), "{}", asked.study);
-    assert_eq!(asked.verdict(), "cannot_tell");
-    asked.everyone_agrees();
+    let readers = AllReaders::of(scratch, "a.design.ron");
+    assert_eq!(readers.study["basis"], "outside");
+    assert!(readers.study["figures"].is_null(), "{}", readers.study);
+    assert_eq!(readers.verdict(), "cannot_tell");
+    readers.everyone_agrees();
 }
 
 #[test]
@@ -262,16 +263,16 @@ fn partly_outside_a_bound_is_missed_or_open() {
 }
 
 #[test]
-fn an_order_of_zero_has_the_figure_of_its_measurements() {
+fn order_zero_has_the_figure_of_its_measurements() {
     let scratch = Scratch::new();
     scratch.copy_built_in("endoscope", "a.design.ron", "version: 1", "version: 1");
     scratch.fit("room.env.ron", "--order 0");
     let text = scratch.read("a.design.ron");
     let line = text.lines().find(|line| line.contains("environment:")).unwrap();
     scratch.write("a.design.ron", text.replace(line, "    environment: \"room.env.ron\","));
-    let asked = Asked::of(scratch, "a.design.ron");
-    asked.everyone_agrees();
-    let [value, low, high] = triple(asked.figure(Metric::TIP_RMS));
-    assert!(number(&asked.study["room_field"]["position_mm"]["rms"]) < 1e-9);
+    let readers = AllReaders::of(scratch, "a.design.ron");
+    readers.everyone_agrees();
+    let [value, low, high] = triple(readers.figure(Metric::TIP_RMS));
+    assert!(number(&readers.study["room_field"]["position_mm"]["rms"]) < 1e-9);
     assert!(number(value) > 0.0 && number(low) > 0.0 && (high.is_null() || number(high) > 0.0));
 }

@@ -166,7 +166,7 @@ pub fn scenario(app: &App) -> Scenario {
     trackwright_project::resolve(world.document.design(), &world.environment)
 }
 
-/// All that a study of its own says of a scenario.
+/// All that a study of its own states of a scenario.
 pub fn studied(scenario: &Scenario, mode: &Mode) -> Study {
     study(scenario, mode, &CancelToken::default(), None).unwrap()
 }

@@ -76,7 +76,7 @@ pub(crate) fn found(app: &App) -> &Found {
     app.world().resource::<Against>().found(serial).unwrap().1
 }
 
-/// What a study of its own says of the open design.
+/// What a study of its own states of the open design.
 fn own_study(app: &App) -> Study {
     let scenario = scenario(app);
     studied(&scenario, &mode_of(&scenario))

@@ -78,7 +78,7 @@ fn assert_shown(app: &App, name: &str) -> Study {
 }
 
 #[test]
-fn every_frame_of_a_drag_shows_the_figure_that_it_ends_with() {
+fn a_drag_shows_in_every_frame_how_it_ends() {
     for name in trackwright_project::builtin_names() {
         let mut app = built_in(name);
         let mut before = assert_shown(&app, name);
@@ -95,7 +95,7 @@ fn every_frame_of_a_drag_shows_the_figure_that_it_ends_with() {
 }
 
 #[test]
-fn a_drag_out_of_the_room_leaves_no_figure_and_nothing_decided() {
+fn out_of_the_room_a_drag_decides_nothing() {
     let mut app = built_in(trackwright_project::DEFAULT_BUILTIN);
     hold(&mut app);
     move_tool(&mut app, 4000.0);

@@ -309,9 +309,8 @@ impl<'a> Search<'a> {
         deliver: &mut dyn FnMut(&Studied, u64),
     ) -> Result<Vec<Studied>, OptimizeError> {
         let most_fits = self.settings.most_fits as f64 * self.share * STUDY_PART;
-        let study_fits: usize = studied
-            .first()
-            .map_or(1, |best| best.judged.studies.iter().map(fits).sum());
+        let study_fits: usize =
+            studied.first().map_or(1, |best| best.judged.studies.iter().map(fits).sum());
         let each = (most_fits / study_fits.max(1) as f64 / FINALISTS as f64) as u64;
         let (finalists, rest) = studied.split_at(FINALISTS.min(studied.len()));
         let mut all = rest.to_vec();

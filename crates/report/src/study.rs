@@ -9,7 +9,7 @@ use trackwright_simulation::{
     CancelToken, Mode, Scenario, Study, StudyError, Trial, Undecided, study,
 };
 
-/// A study, and what is to be said of it.
+/// A study, and what a reader needs beside it.
 #[derive(Clone, Debug)]
 pub struct StudyReport {
     pub study: Study,
