@@ -21,7 +21,6 @@ def saved(tmp_path_factory: pytest.TempPathFactory, few_rows: Path) -> Path:
     design = Design.builtin("pointer-on-head").with_motion({"x": (-30.0, 30.0, 30.0)})
     design = design.with_environment(room)
     design.save(folder / "a.design.ron")
-    design.with_motion(None).save(folder / "still.design.ron")
     sensor = design.sensors()[1]
     moved = design.with_name("moved").with_sensor(sensor.name, sensor.position + [0.0, 0.0, 8.0])
     moved.save(folder / "b.design.ron")
@@ -42,10 +41,14 @@ def test_rooms_are_compared_in(program: Program, saved: Path, room_file: Path) -
     assert found == printed
 
 
-def test_places_are_those_of_the_program(program: Program, saved: Path, tmp_path: Path) -> None:
+def test_places_are_those_of_the_program(
+    program: Program, room_file: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "still.design.ron"
+    still = Design.builtin("pointer-on-head").with_motion(None).with_environment(room_file)
+    still.save(file)
     # Long enough for the end of a search with one sensor that moves along a channel.
     options: dict[str, Any] = {"moves": ["grip"], "metric": "position_rms", "seconds": 500.0}
-    file = saved / "still.design.ron"
     printed = program.json(
         "optimize", file, "-o", tmp_path / "better.design.ron", "--move", "grip",
         "--metric", "position_rms", "--seconds", 500,

@@ -7,7 +7,8 @@ use crate::outcome::{Layout, OptimizeError, Optimized, Progress, body_key};
 use crate::problem::{BuiltError, Goal, Problem, Settings};
 use crate::search::{Search, Studied};
 use crate::verdict::{binding, flatness, gain, required};
-use trackwright_simulation::{CancelToken, StudyError, run};
+use trackwright_simulation::study::NoFigures;
+use trackwright_simulation::{CancelToken, RoomFieldFigures, run};
 use trackwright_task::Task;
 
 /// Layouts that are listed.
@@ -54,8 +55,13 @@ pub fn optimize(
     if !judge.requires_anything() {
         return Err(OptimizeError::NothingRequired);
     }
-    // Its own study leaves the field at no more poses than itself.
-    let no_start = || StudyError::AllRejected { trials: figures[0].trials };
+    // Its own study leaves the field at no more poses than itself: it has no figures in one of the rooms.
+    let no_start = || {
+        let without = figures.iter().find(|own| own.without_field == own.trials);
+        let &RoomFieldFigures { trials, outside, out_of_volume, .. } =
+            without.unwrap_or(&figures[0]);
+        NoFigures::NoOverlap { trials, outside, out_of_volume }
+    };
     let of_start = judge.study(&own, &task.cancel)?.ok_or_else(no_start)?;
     let start = layout(&own, &of_start, None);
     let share = 1.0 / choices.len() as f64;

@@ -4,6 +4,7 @@ use crate::constraint::Constraint;
 use serde::Serialize;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::comparison::Difference;
+use trackwright_simulation::study::NoFigures;
 use trackwright_simulation::{PlacedBody, RigidBody, Study, StudyError};
 use trackwright_task::Cancelled;
 
@@ -148,6 +149,8 @@ pub(crate) fn body_key(body: PlacedBody) -> &'static str {
 pub enum OptimizeError {
     #[error("nothing is required of the design, and no figure is named that is to be made least")]
     NothingRequired,
+    #[error(transparent)]
+    NoFigures(#[from] NoFigures),
     #[error("nothing may move")]
     NothingMoves,
     #[error("no room to search in")]

@@ -43,6 +43,9 @@ const FINALISTS: usize = 3;
 const CLOSE: f64 = 0.03;
 const MOST_STUDIES: usize = 24;
 
+/// Layouts whose study a search still makes that is ended: the first answer, and the best over few poses.
+const ENDED_STUDIES: usize = 2;
+
 /// Layouts of the grid that are tried with the CRF elsewhere on its patch.
 const LAYOUTS_ON_PATCH: usize = 3;
 
@@ -160,8 +163,8 @@ impl<'a> Search<'a> {
         starts.truncate(STARTS);
         let polished = self.off_grid(starts, step_mm, is_exhaustive && spacing_mm.is_some())?;
         task.step(3, PARTS)?;
-        let mut positions: Vec<Position> =
-            polished.iter().map(|found| found.position.clone()).collect();
+        let mut positions = first;
+        positions.extend(polished.into_iter().map(|found| found.position));
         let close: Vec<Position> = found
             .layouts
             .iter()
@@ -170,7 +173,6 @@ impl<'a> Search<'a> {
             .map(|layout| grid.position(self, layout))
             .collect();
         positions.extend(close);
-        positions.extend(first);
         positions.extend(own);
         let studied = self.studied(&positions)?;
         if let Some(best) = studied.first() {
@@ -283,9 +285,10 @@ impl<'a> Search<'a> {
     fn studied(&self, positions: &[Position]) -> Result<Vec<Studied>, OptimizeError> {
         let mut all = Vec::new();
         for position in positions {
-            if let Some(studied) = self.study(position)? {
-                all.push(studied);
+            if self.enough.is_cancelled() && all.len() >= ENDED_STUDIES {
+                break;
             }
+            all.extend(self.study(position)?);
         }
         Ok(distinct(all))
     }
@@ -308,6 +311,9 @@ impl<'a> Search<'a> {
         step_mm: f64,
         deliver: &mut dyn FnMut(&Studied, u64),
     ) -> Result<Vec<Studied>, OptimizeError> {
+        if self.enough.is_cancelled() {
+            return Ok(studied);
+        }
         let most_fits = self.settings.most_fits as f64 * self.share * STUDY_PART;
         let study_fits: usize =
             studied.first().map_or(1, |best| best.judged.studies.iter().map(fits).sum());
