@@ -13,6 +13,7 @@ use trackwright_editor::runner::solved::Extent;
 use trackwright_editor::workspaces::design::result::result_ui;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::metric::ErrorOf;
+use trackwright_simulation::preview::preview;
 use trackwright_simulation::study::{Study, mode_of};
 use trackwright_simulation::{Basis, Verdict};
 
@@ -53,7 +54,11 @@ pub fn shown(app: &App) -> (Study, Extent) {
 fn assert_shown(app: &App, name: &str) -> Study {
     let (study, extent) = shown(app);
     let scenario = scenario(app);
-    assert_eq!((&study, extent), (&studied(&scenario, &mode_of(&scenario)), Extent::Whole));
+    let mode = match extent {
+        Extent::Whole => mode_of(&scenario),
+        Extent::PreviewOf(_) => preview(&scenario).unwrap().mode,
+    };
+    assert_eq!(study, studied(&scenario, &mode), "{name}");
     let results = app.world().resource::<Results>();
     let (harness, _) = panel([300.0, 1100.0], |ui| {
         result_ui(ui, &of_results(results));
@@ -77,6 +82,9 @@ fn assert_shown(app: &App, name: &str) -> Study {
     study
 }
 
+/// How far the figure of a preview is off from that of the whole study, at most.
+const MOST_OFF: f64 = 0.02;
+
 #[test]
 fn a_drag_shows_in_every_frame_how_it_ends() {
     for name in trackwright_project::builtin_names() {
@@ -90,7 +98,13 @@ fn a_drag_shows_in_every_frame_how_it_ends() {
             before = now;
         }
         release(&mut app);
-        assert_eq!(shown(&app), (before, Extent::Whole));
+        let after = assert_shown(&app, name);
+        assert_eq!(shown(&app).1, Extent::Whole);
+        let [held, whole] = [&before, &after].map(|study| study.figures.headline().unwrap());
+        assert_eq!(held.metric, whole.metric, "{name}");
+        assert!((held.value / whole.value - 1.0).abs() < MOST_OFF, "{name}: {held:?} {whole:?}");
+        let verdict = |study: &Study| study.figures.requirement.as_ref().map(|own| own.verdict);
+        assert_eq!(verdict(&before), verdict(&after), "{name}");
     }
 }
 

@@ -137,10 +137,10 @@ fn long_better_places_in_other_metal() {
             holding += usize::from((difference.low..=difference.high).contains(&gained));
             match difference.verdict {
                 DifferenceVerdict::Better => {
-                    assert!(gained < 0.0, "{} {difference:?}", found.design)
+                    assert!(gained < 0.0, "{} {difference:?}", found.design);
                 }
                 DifferenceVerdict::Worse => {
-                    assert!(gained > 0.0, "{} {difference:?}", found.design)
+                    assert!(gained > 0.0, "{} {difference:?}", found.design);
                 }
                 _ => {}
             }
