@@ -171,7 +171,7 @@ fn from_an_empty_design_to_a_decided_tool() {
 
     // 3. The patient lies nearer to the field generator.
     let pose = document(&app).design().crf.as_ref().unwrap().tracker_from_crf;
-    let nearer = Pose::translation(0.0, 0.0, 130.0) * pose;
+    let nearer = Pose::translation(0.0, 0.0, 140.0) * pose;
     edit(&mut app, Edit::SetCrfPose(nearer));
     assert_eq!(step_status(&app).state(Step::Crf), State::Met);
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));

@@ -30,8 +30,10 @@ const EXTREME_PART: f64 = 0.25;
 /// without it 70 to 80 % of the intervals hold, with it 92 to 98 %.
 pub const WIDENING: f64 = 2.0;
 
-/// Part of the drawn figures on each side of an interval.
+/// Part of the drawn figures on each side of an interval, and how many standard deviations of a normal
+/// distribution leave as much.
 const TAIL: f64 = 0.025;
+const HALF_WIDTH: f64 = 1.959_963_984_540_054;
 
 const SEED: u64 = 20;
 
@@ -334,15 +336,23 @@ impl Prepared<'_> {
 /// Most that a sample of the trials is taken to be off from all of them.
 const MOST_SAMPLING: f64 = 2.0;
 
-/// The mean and the widened interval of a figure's drawn values.
+/// The mean and the widened interval of a figure's drawn values. Its ends are those of a log-normal
+/// distribution with a standard deviation on each side of the median: a percentile of antithetic pairs
+/// would rest on the one or two pairs that happen to be the largest.
 fn widened(mut drawn: Vec<f64>, widening: f64) -> (f64, [f64; 2]) {
     let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
     if mean <= 0.0 {
         return (0.0, [0.0; 2]);
     }
-    let end = |quantile: f64| mean * (quantile / mean).max(0.0).powf(widening);
-    let (low, high) = (percentile(&mut drawn, TAIL), percentile(&mut drawn, 1.0 - TAIL));
-    (mean, [end(low).min(mean), end(high).max(mean)])
+    let median = percentile(&mut drawn, 0.5);
+    let logs = drawn.iter().map(|value| (value / median).ln());
+    let (below, above): (Vec<f64>, Vec<f64>) = logs.partition(|log| *log < 0.0);
+    let std = |logs: &[f64]| {
+        let squares: f64 = logs.iter().map(|log| log * log).sum();
+        (squares / logs.len().max(1) as f64).sqrt()
+    };
+    let end = |std: f64| mean * (median / mean * (HALF_WIDTH * std).exp()).powf(widening);
+    (mean, [end(-std(&below)).min(mean), end(std(&above)).max(mean)])
 }
 
 /// The mean and the widened interval of a drawn part of the trials.
