@@ -18,7 +18,7 @@ use trackwright_task::{CancelToken, Cancelled};
 const DRAWS: [usize; 2] = [64, 512];
 
 /// Sensor poses at which a field is drawn: so many that the figures follow a hand, some ten milliseconds on
-/// two cores. Of the built-in designs, figures are within 4 % of those of 2,400.
+/// two cores.
 const MOST_POINTS: usize = 360;
 
 /// Of the trials that are tried in drawn fields, the part with the largest errors in the room's own.
