@@ -33,6 +33,27 @@ def test_figures_are_those_of_the_program(program: Program, saved: Path, mode: s
     assert len(found.trials) == found.figures["trials"]
 
 
+@pytest.mark.parametrize(
+    "name", ["endoscope", "operating-theatre", "pointer-on-head", "shaver-on-head"]
+)
+def test_built_in_designs_have_one_figure(program: Program, name: str) -> None:
+    file = REPOSITORY / "designs" / f"{name}.design.ron"
+    found = trackwright.simulate(trackwright.Design.load(file), "motion").figures
+    assert found == program.json("simulate", file, "--mode", "motion")
+
+
+def test_outside_its_room_a_design_meets_nothing(
+    program: Program, saved: Path, tmp_path: Path
+) -> None:
+    file = tmp_path / "far.design.ron"
+    far = trackwright.Design.load(saved).with_tool_pose([0.0, 5000.0, 30.0, 1.0, 0.0, 0.0, 0.0])
+    far.save(file)
+    found = trackwright.simulate(trackwright.Design.load(file), "motion").figures
+    assert found["basis"] == "outside"
+    assert found["requirement"]["verdict"] == "cannot_tell"
+    assert found == program.json("simulate", file, "--mode", "motion")
+
+
 def test_trials_are_those_of_the_log(program: Program, saved: Path, tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     program.json("simulate", saved, "--mode", "motion", "--log", log)
