@@ -332,6 +332,10 @@ mod tests {
         differences(design, baseline, Least::default())[0].clone()
     }
 
+    fn side<'a>(grid: &'a MetricValues, drawn: &'a Drawn) -> Side<'a> {
+        Side { grid, own: grid, sampled: None, drawn: Some(drawn), unsettled: None }
+    }
+
     #[test]
     fn only_model_errors_of_both_designs_cancel() {
         let (one, two) = ([1.0; METRICS.len()], [1.5; METRICS.len()]);
@@ -339,13 +343,6 @@ mod tests {
         let moved = |by: f64| draws.iter().map(|d| d + by).collect::<Vec<_>>();
         let (shared, also) = (drawn(1.0, &moved(1.0)), drawn(1.5, &moved(1.5)));
         let own = drawn(1.5, &moved(1.5).into_iter().rev().collect::<Vec<_>>());
-        let side = |grid, drawn| Side {
-            grid,
-            own: grid,
-            sampled: None,
-            drawn: Some(drawn),
-            unsettled: None,
-        };
         let same_room = rms(side(&two, &also), side(&one, &shared));
         assert!(same_room.model_std.unwrap() < 1e-15);
         assert!((same_room.low - 0.5).abs() < 1e-14 && (same_room.high - 0.5).abs() < 1e-14);
@@ -370,13 +367,6 @@ mod tests {
         };
         let (design, baseline) = (measured(0.4, &less), measured(0.5, &sizes));
         let (own, theirs) = ([0.4; METRICS.len()], [0.5; METRICS.len()]);
-        let side = |grid, drawn| Side {
-            grid,
-            own: grid,
-            sampled: None,
-            drawn: Some(drawn),
-            unsettled: None,
-        };
         let found = rms(side(&own, &design), side(&theirs, &baseline));
         assert_eq!(found.verdict, DifferenceVerdict::Better);
         // The largest difference in a drawn field is a fifth of four.
