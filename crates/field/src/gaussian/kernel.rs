@@ -59,7 +59,8 @@ impl Kernel {
     /// Covariances between each of `a` (rows) and each of `b` (columns).
     pub fn matrix(&self, a: &[FieldPoint], b: &[FieldPoint]) -> Mat<f64> {
         let rows = PointColumns::of(a);
-        let columns: Vec<Vec<f64>> = b.par_iter().map(|b| rows.covariances(self, 0, b)).collect();
+        let columns: Vec<Vec<f64>> =
+            b.par_iter().map(|b| rows.matern(&self.scales, 0, b)).collect();
         Mat::from_fn(a.len(), b.len(), |i, j| columns[j][i])
     }
 
@@ -67,7 +68,7 @@ impl Kernel {
     /// zero.
     pub fn lower_triangle(&self, points: &[FieldPoint]) -> Mat<f64> {
         let rows = PointColumns::of(points);
-        lower_from(points.len(), |j| rows.covariances(self, j, &points[j]))
+        lower_from(points.len(), |j| rows.matern(&self.scales, j, &points[j]))
     }
 
     /// Covariances among rows with their noise, the lower triangle.

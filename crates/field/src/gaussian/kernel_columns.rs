@@ -1,7 +1,7 @@
 //! Covariances of many sensor poses with one, in the lanes of the machine's vectors: nearly all the time
 //! of a process is spent here.
 
-use super::kernel::{FieldPoint, Kernel};
+use super::kernel::{FieldPoint, KernelScale};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Places and axes of sensor poses, coordinate by coordinate.
@@ -26,12 +26,27 @@ impl PointColumns {
         self.coordinates[0].len()
     }
 
-    /// Covariances of the poses from `first` on with one other.
-    pub fn covariances(&self, kernel: &Kernel, first: usize, with: &FieldPoint) -> Vec<f64> {
+    /// Covariances of the poses from `first` on with one other, Matérn 5/2 in position.
+    pub fn matern(&self, scales: &[KernelScale; 2], first: usize, with: &FieldPoint) -> Vec<f64> {
+        self.covariances::<false>(scales, 5.0_f64.sqrt(), first, with)
+    }
+
+    /// The same, Gaussian in position.
+    pub fn gaussian(&self, scales: &[KernelScale; 2], first: usize, with: &FieldPoint) -> Vec<f64> {
+        self.covariances::<true>(scales, 1.0, first, with)
+    }
+
+    fn covariances<const IS_GAUSSIAN: bool>(
+        &self,
+        scales: &[KernelScale; 2],
+        times: f64,
+        first: usize,
+        with: &FieldPoint,
+    ) -> Vec<f64> {
         let mut out = vec![0.0; self.len() - first];
-        Arch::new().dispatch(Fill {
-            scales: kernel.scales.map(|scale| Scale {
-                by_mm: 5.0_f64.sqrt() / scale.length_mm,
+        Arch::new().dispatch(Fill::<IS_GAUSSIAN> {
+            scales: scales.map(|scale| Scale {
+                by_mm: times / scale.length_mm,
                 by_sine_squared: 0.5 / (scale.axis_sine * scale.axis_sine),
                 variance: scale.variance,
             }),
@@ -43,6 +58,32 @@ impl PointColumns {
     }
 }
 
+/// Exponentials, in place.
+///
+/// The kernels of products of matrices leave the upper halves of the machine's vectors set, and then scalar
+/// code on that core takes twice as long, until vectors are cleared where this returns.
+pub(super) fn exponentials(values: &mut [f64]) {
+    Arch::new().dispatch(Exponentials(values));
+}
+
+struct Exponentials<'a>(&'a mut [f64]);
+
+impl WithSimd for Exponentials<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                for value in self.0 {
+                    *value = exp(*value);
+                }
+            },
+        );
+    }
+}
+
 /// A length scale as it is computed with.
 #[derive(Clone, Copy)]
 struct Scale {
@@ -51,14 +92,14 @@ struct Scale {
     variance: f64,
 }
 
-struct Fill<'a> {
+struct Fill<'a, const IS_GAUSSIAN: bool> {
     scales: [Scale; 2],
     points: [&'a [f64]; 6],
     with: &'a FieldPoint,
     out: &'a mut [f64],
 }
 
-impl WithSimd for Fill<'_> {
+impl<const IS_GAUSSIAN: bool> WithSimd for Fill<'_, IS_GAUSSIAN> {
     type Output = ();
 
     #[inline(always)]
@@ -81,7 +122,10 @@ impl WithSimd for Fill<'_> {
                     for scale in &scales {
                         let t = scale.by_mm * distance_mm;
                         let turn = scale.by_sine_squared * sine_squared;
-                        sum += scale.variance * (1.0 + t + t * t / 3.0) * exp_negative(t + turn);
+                        sum += match IS_GAUSSIAN {
+                            true => scale.variance * exp(-(0.5 * t * t + turn)),
+                            false => scale.variance * (1.0 + t + t * t / 3.0) * exp(-(t + turn)),
+                        };
                     }
                     out[i] = sum;
                 }
@@ -90,7 +134,7 @@ impl WithSimd for Fill<'_> {
     }
 }
 
-/// Beyond it the exponential is negligible against any noise.
+/// Below its opposite the exponential is negligible against any noise.
 const MOST_EXPONENT: f64 = 700.0;
 
 /// Adding it leaves a number's nearest integer in the lowest bits.
@@ -113,11 +157,10 @@ const SERIES: [f64; 14] = {
     series
 };
 
-/// `exp(-x)` of a number of zero or more, without a branch, so that it is done in lanes: within 2e-16 of it,
-/// and `exp(-700)` beyond 700.
+/// `exp(x)` without a branch, so that it is done in lanes: within 5e-16 of it, and `exp(±700)` beyond ±700.
 #[inline(always)]
-fn exp_negative(x: f64) -> f64 {
-    let x = -x.min(MOST_EXPONENT);
+fn exp(x: f64) -> f64 {
+    let x = x.max(-MOST_EXPONENT).min(MOST_EXPONENT);
     let shifted = x * std::f64::consts::LOG2_E + TO_INTEGER;
     let whole = shifted - TO_INTEGER;
     let rest = (x - whole * LN_2_HIGH) - whole * LN_2_LOW;
@@ -132,18 +175,19 @@ fn exp_negative(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gaussian::KernelScale;
+    use crate::gaussian::Kernel;
     use nalgebra::{Point3, Unit, Vector3};
 
     #[test]
     fn the_exponential_is_right_to_round_off() {
-        for i in 0..70_000 {
-            let x = f64::from(i) * 0.01;
-            let (found, expected) = (exp_negative(x), (-x).exp());
-            assert!((found / expected - 1.0).abs() < 5e-16, "{x}: {found}");
+        let exponents: Vec<f64> = (-70_000..70_000).map(|i| f64::from(i) * 0.01).collect();
+        let mut found = exponents.clone();
+        exponentials(&mut found);
+        for (x, found) in exponents.iter().zip(found) {
+            assert!((found / x.exp() - 1.0).abs() < 5e-16, "{x}: {found}");
         }
-        assert_eq!(exp_negative(0.0), 1.0);
-        assert!(exp_negative(1e9) < 1e-300);
+        assert_eq!(exp(0.0), 1.0);
+        assert!(exp(-1e9) < 1e-300);
     }
 
     #[test]
@@ -154,12 +198,19 @@ mod tests {
         };
         let points: Vec<_> = (0..37).map(point).collect();
         let scale = |length_mm, axis_sine| KernelScale { length_mm, axis_sine, variance: 0.7 };
-        let kernel =
-            Kernel { scales: [scale(90.0, 0.4), scale(30.0, f64::INFINITY)], nugget: 1e-4 };
-        let found = PointColumns::of(&points).covariances(&kernel, 4, &points[20]);
-        for (found, other) in found.iter().zip(&points[4..]) {
-            let expected = kernel.covariance(other, &points[20]);
+        let scales = [scale(90.0, 0.4), scale(30.0, f64::INFINITY)];
+        let kernel = Kernel { scales, nugget: 1e-4 };
+        let (columns, with) = (PointColumns::of(&points), &points[20]);
+        let gaussian = columns.gaussian(&scales, 4, with);
+        let found = columns.matern(&scales, 4, with);
+        for ((found, gaussian), other) in found.iter().zip(gaussian).zip(&points[4..]) {
+            let expected = kernel.covariance(other, with);
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
+            let distance_mm = (other.position_mm - with.position_mm).norm();
+            let sine = other.axis.cross(&with.axis).norm();
+            let each = scales.map(|s| (distance_mm / s.length_mm).hypot(sine / s.axis_sine));
+            let expected: f64 = each.map(|t| 0.7 * (-0.5 * t * t).exp()).iter().sum();
+            assert!((gaussian - expected).abs() < 1e-15, "{gaussian} {expected}");
         }
     }
 }

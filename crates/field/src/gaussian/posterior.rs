@@ -5,7 +5,8 @@ use super::column_blocks::{less_gram, lower_times, solve_lower};
 use super::field::{ErrorValues, GaussianField, Row};
 use super::fit::{GaussianError, factored, scaled};
 use super::hyper_parameters::errors_of;
-use super::kernel::{FieldPoint, Kernel, lower_from};
+use super::kernel::{FieldPoint, Kernel, KernelScale, lower_from};
+use super::kernel_columns::{PointColumns, exponentials};
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 use nalgebra::Matrix6;
@@ -185,27 +186,38 @@ impl Posterior {
     pub fn draws(&self, count: usize, seed: u64) -> Vec<DrawnErrors> {
         let points = self.mean.len();
         let pairs = count.div_ceil(2);
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let common: Vec<f64> = (0..pairs).map(|_| normal()).collect();
-        let logs = Mat::from_fn(points, pairs, |_, _| normal());
-        let units = Mat::from_fn(points, 6 * pairs, |_, _| normal());
+        // Of each pair a normal number for all points, then seven for each.
+        let normals = |pair: usize| -> Vec<f64> {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(pair as u64);
+            (0..=7 * points).map(|_| StandardNormal.sample(&mut random)).collect()
+        };
+        let normals: Vec<Vec<f64>> = (0..pairs).into_par_iter().map(normals).collect();
+        let logs = Mat::from_fn(points, pairs, |i, pair| normals[pair][1 + i]);
+        let units =
+            Mat::from_fn(points, 6 * pairs, |i, k| normals[k / 6][1 + (1 + k % 6) * points + i]);
         let logs = lower_times(self.log_amplitude.as_ref(), logs.as_ref());
         let units = lower_times(self.factor.as_ref(), units.as_ref());
         // E(exp(2 l)) = 1: a draw's variance is right on the average.
         let less = PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + self.common_log_std.powi(2);
-        let draw = |d: usize| -> DrawnErrors {
-            let (pair, side) = (d / 2, if d.is_multiple_of(2) { 1.0 } else { -1.0 });
-            let each = self.mean.iter().enumerate().map(|(i, mean)| {
-                let log = logs[(i, pair)] + self.common_log_std * common[pair] - less;
-                let by = side * self.amplitude[i] * log.exp();
+        let of_pair = |pair: usize| -> [DrawnErrors; 2] {
+            let common = self.common_log_std * normals[pair][0] - less;
+            let mut by: Vec<f64> = (0..points).map(|i| logs[(i, pair)] + common).collect();
+            exponentials(&mut by);
+            let each = by.iter().zip(&self.amplitude).enumerate().map(|(i, (by, amplitude))| {
                 let unit = nalgebra::Vector6::from_fn(|c, _| units[(i, 6 * pair + c)]);
-                let deviation = self.components * unit * by;
-                std::array::from_fn(|c| mean[c] + deviation[c])
+                self.components * unit * (by * amplitude)
             });
-            each.collect()
+            let deviations: Vec<_> = each.collect();
+            [1.0, -1.0].map(|side| {
+                let each = self.mean.iter().zip(&deviations);
+                each.map(|(mean, of)| std::array::from_fn(|c| mean[c] + side * of[c])).collect()
+            })
         };
-        (0..count).into_par_iter().map(draw).collect()
+        let mut draws: Vec<DrawnErrors> =
+            (0..pairs).into_par_iter().flat_map_iter(of_pair).collect();
+        draws.truncate(count);
+        draws
     }
 }
 
@@ -222,17 +234,16 @@ pub(super) fn log_amplitude_std(rows: usize) -> f64 {
 
 /// Covariance of the logarithm of a draw's amplitude among points, the lower triangle.
 fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
-    let between = |a: &FieldPoint, b: &FieldPoint| {
-        let ratio = (a.position_mm - b.position_mm).norm() / AMPLITUDE_LENGTH_MM;
-        let near = (-0.5 * ratio * ratio).exp();
-        let cosine = a.axis.dot(&b.axis);
-        let turn = match has_axes {
-            true => (1.0 - cosine * cosine).max(0.0) / (AMPLITUDE_SINE * AMPLITUDE_SINE),
-            false => 0.0,
-        };
-        near * (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) * (-0.5 * turn).exp())
+    let length_mm = AMPLITUDE_LENGTH_MM;
+    let place =
+        KernelScale { length_mm, axis_sine: f64::INFINITY, variance: PLACE_LOG_STD.powi(2) };
+    let axis = KernelScale {
+        length_mm,
+        axis_sine: if has_axes { AMPLITUDE_SINE } else { f64::INFINITY },
+        variance: AXIS_LOG_STD.powi(2),
     };
-    lower_from(at.len(), |j| at[j..].iter().map(|a| between(a, &at[j])).collect())
+    let columns = PointColumns::of(at);
+    lower_from(at.len(), |j| columns.gaussian(&[place, axis], j, &at[j]))
 }
 
 /// Lower Cholesky factor of a covariance, of which the lower triangle is read, that round-off may have made
