@@ -21,8 +21,8 @@ use trackwright_editor::workspaces::study::trial_ui::{TrialView, trial_ui};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_project::MeasuredError;
 use trackwright_simulation::{
-    CancelToken, ChartedProfile, Metric, Mode, PoseDetail, Requirement, Scenario, TrialSource,
-    simulate_pose, source_words, study_profiled, trial_offsets, trial_pose,
+    CancelToken, ChartedProfile, Mode, PoseDetail, Scenario, TrialSource, simulate_pose,
+    source_words, study_profiled, trial_offsets, trial_pose,
 };
 
 fn scenario() -> Scenario {
@@ -62,7 +62,7 @@ fn timeline<'a>(charted: &'a ChartedProfile, shown: Option<&'a ShownTrial>) -> T
     }
 }
 
-/// Without sources, requirement or what was measured.
+/// Without sources or what was measured.
 fn trial_view(detail: &PoseDetail) -> TrialView<'_> {
     TrialView {
         trial: Some(&detail.trial),
@@ -72,7 +72,6 @@ fn trial_view(detail: &PoseDetail) -> TrialView<'_> {
         has_crf: true,
         sources: &[],
         measured: None,
-        requirement: None,
     }
 }
 
@@ -171,12 +170,8 @@ fn a_trial_is_shown_in_numbers_with_units() {
         (RotationForm::Rodrigues, log_quaternion(&pose.crf_from_tool.rotation).z.to_degrees()),
     ] {
         let (mut harness, requests) = panel([276.0, 400.0], |ui| {
-            let view = TrialView {
-                title: "Trial 4".to_owned(),
-                rotation: form,
-                requirement: Some(Requirement::at_most([(Metric::TIP_MAX, 1.0)])),
-                ..trial_view(&detail)
-            };
+            let view =
+                TrialView { title: "Trial 4".to_owned(), rotation: form, ..trial_view(&detail) };
             trial_ui(ui, &view)
         });
         harness.run_steps(1);
@@ -184,28 +179,12 @@ fn a_trial_is_shown_in_numbers_with_units() {
         let turn = format!("{turn:.3}°");
         assert!(harness.query_all_by_label(&turn).count() >= 1, "{turn}");
         let error = detail.trial.tip_error_mm;
-        let sign = if error <= 1.0 { '✔' } else { '✖' };
-        harness.get_by_label(&format!("{sign} {error:.2}\u{2009}mm"));
+        harness.get_by_label(&format!("{error:.2}\u{2009}mm"));
         harness.get_by_label("vector").click();
         harness.run_steps(2);
         let show = StudyRequest::ShowRotation(RotationForm::Rodrigues);
         assert_eq!(*requests.borrow(), [show]);
     }
-}
-
-#[test]
-fn a_single_trial_has_no_verdict_against_an_rms() {
-    let scenario = scenario();
-    let detail = simulate_pose(&scenario);
-    let error = format!("{:.2}\u{2009}mm", detail.trial.tip_error_mm);
-    let texts = [Metric::TIP_RMS, Metric::TIP_P95, Metric::TIP_MAX].map(|metric| {
-        let (harness, _) = panel([276.0, 400.0], |ui| {
-            let requirement = Some(Requirement::at_most([(metric, 1e-3)]));
-            trial_ui(ui, &TrialView { requirement, ..trial_view(&detail) })
-        });
-        ["", "✖ "].map(|sign| harness.query_all_by_label(&format!("{sign}{error}")).count() > 0)
-    });
-    assert_eq!(texts, [[true, false], [true, false], [false, true]]);
 }
 
 #[test]

@@ -105,12 +105,6 @@ impl Drawing<'_> {
         if radius_px >= LARGEST_SHARE * self.eye.view_px[1] {
             return None;
         }
-        // One pose has no verdict against a bound on an RMS.
-        let word = match requirement.met_by_single(self.tool.error_mm().norm()) {
-            Some(true) => "met",
-            Some(false) => "missed",
-            None => "not judged at one pose",
-        };
         let material = self.unlit("requirement", REQUIREMENT, 0.8);
         let circles = [0, 1, 2].map(|axis| {
             let point = |k: usize| {
@@ -122,8 +116,7 @@ impl Drawing<'_> {
             };
             (0..=CHORDS).map(point).collect::<Vec<_>>()
         });
-        let name =
-            format!("requirement of {limit_mm} mm at the tip, {word}, {}", self.times_in_words());
+        let name = format!("requirement of {limit_mm} mm at the tip, {}", self.times_in_words());
         self.lines(&name, circles.iter().map(Vec::as_slice), material)
     }
 

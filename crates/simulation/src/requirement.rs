@@ -85,18 +85,6 @@ impl Requirement {
         each.into_iter().find_map(|metric| Some((metric, self.bound(metric)?)))
     }
 
-    /// Whether one tip error keeps to what each of them may be; `None` without a bound on the largest:
-    /// a single trial neither meets nor misses a bound on an RMS or a percentile.
-    ///
-    /// ```
-    /// use trackwright_simulation::{Metric, Requirement};
-    /// assert_eq!(Requirement::at_most([(Metric::TIP_RMS, 1.0)]).met_by_single(1.4), None);
-    /// assert_eq!(Requirement::at_most([(Metric::TIP_MAX, 1.0)]).met_by_single(1.4), Some(false));
-    /// ```
-    pub fn met_by_single(&self, tip_error_mm: f64) -> Option<bool> {
-        Some(tip_error_mm <= self.bound(Metric::TIP_MAX)?)
-    }
-
     /// Each bound against its figure. A figure that is not a number meets nothing.
     pub fn checks(&self, position_mm: &Statistics, angle_deg: &Statistics) -> Vec<Check> {
         self.checks_of(|metric| Some(metric.of_study(position_mm, angle_deg)))

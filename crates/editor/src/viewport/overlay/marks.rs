@@ -6,7 +6,7 @@ use crate::palette::{self, Rgb};
 use crate::viewport::overlay::OverlayView;
 use crate::viewport::overlay::labels::{Wanted, leader, place};
 use crate::viewport::troubles::{detail, determination_text, sensor_trouble_text};
-use crate::widgets::basic::{THIN_SPACE, length};
+use crate::widgets::basic::THIN_SPACE;
 use crate::widgets::theme;
 use bevy_egui::egui::{Align2, Painter, Pos2, Rect, Stroke, StrokeKind, pos2, vec2};
 use nalgebra::{Point3, Vector3};
@@ -148,13 +148,9 @@ fn tip(view: &OverlayView, labels: &mut Vec<Label>) {
     };
     let tip = pose * body.rigid.judged_tip_in_body();
     let Some(at) = view.project(&tip) else { return };
-    let text = match view.pose {
-        Some(detail) => format!("tip error {}", length(detail.trial.tip_error_mm)),
-        None => "tip".to_owned(),
-    };
     labels.push(Label {
         at,
-        text,
+        text: "tip".to_owned(),
         color: palette::TEXT_STRONG,
         is_needed: view.selected == Some(Selected::Tip(role)),
     });

@@ -89,7 +89,6 @@ pub(crate) fn trials_panel(mut ui: InMut<Ui>, shown: Shown, mut requests: Reques
         has_crf: design.crf.is_some(),
         sources: &results.sources,
         measured: shown.measured().zip(results.pose_trial).and_then(|(all, trial)| all.get(trial)),
-        requirement: design.requirement,
     };
     requests.write_all(trial_ui(&mut ui, &view));
     let Some(profile) = &results.profile else { return };

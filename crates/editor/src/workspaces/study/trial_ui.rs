@@ -2,16 +2,14 @@
 
 use crate::palette;
 use crate::palette::ThemedColor;
-use crate::widgets::basic::{
-    MET_SIGN, MISSED_SIGN, decimal, length, quiet_ui, section_ui, with_unit,
-};
+use crate::widgets::basic::{decimal, length, quiet_ui, section_ui, with_unit};
 use crate::widgets::tooltip::Explain;
 use crate::workspaces::study::state::{RotationForm, StudyRequest};
 use bevy_egui::egui::{self, Align, Grid, Label, Layout, RichText, Ui};
 use trackwright_geometry::pose::{Pose, pose_to_array};
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_project::MeasuredError;
-use trackwright_simulation::{Requirement, Trial, TrialSource, source_words};
+use trackwright_simulation::{Trial, TrialSource, source_words};
 
 /// What the panel shows.
 pub struct TrialView<'a> {
@@ -28,8 +26,6 @@ pub struct TrialView<'a> {
     pub sources: &'a [TrialSource],
     /// What was measured there, where the trials are a recording of the built tool.
     pub measured: Option<&'a MeasuredError>,
-    /// What the trial is held against, as far as it is about single trials.
-    pub requirement: Option<Requirement>,
 }
 
 const COLUMN_WIDTH: f32 = 84.0;
@@ -76,7 +72,7 @@ pub fn trial_ui(ui: &mut Ui, view: &TrialView) -> Vec<StudyRequest> {
             view.columns[1],
             quaternion(poses[1])
         ));
-    errors_ui(ui, trial, view.requirement.as_ref());
+    errors_ui(ui, trial);
     sources_ui(ui, view.sources);
     if let Some(measured) = view.measured {
         measured_ui(ui, measured);
@@ -110,20 +106,20 @@ fn form_ui(ui: &mut Ui, shown: RotationForm, actions: &mut Vec<StudyRequest>) {
     });
 }
 
-fn errors_ui(ui: &mut Ui, trial: &Trial, requirement: Option<&Requirement>) {
+fn errors_ui(ui: &mut Ui, trial: &Trial) {
     ui.add_space(4.0);
     let e = trial.tip_error_in_crf_mm;
     let axes = [e.x, e.y, e.z].map(|v| decimal(v, 2)).join(", ");
-    figure_ui(ui, "tip error x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
-    let (sign, color) = match requirement.and_then(|r| r.met_by_single(trial.tip_error_mm)) {
-        Some(true) => (format!("{MET_SIGN} "), palette::MET),
-        Some(false) => (format!("{MISSED_SIGN} "), palette::MISSED),
-        None => (String::new(), palette::TEXT_STRONG),
-    };
-    let error = format!("{sign}{}", length(trial.tip_error_mm));
-    figure_ui(ui, "tip error", &error, color);
     let angle = with_unit(&decimal(trial.angle_error_deg, 3), "°");
-    figure_ui(ui, "angle error", &angle, palette::TEXT);
+    let rows = ui.vertical(|ui| {
+        figure_ui(ui, "tip error x, y, z", &with_unit(&axes, "mm"), palette::TEXT);
+        figure_ui(ui, "tip error", &length(trial.tip_error_mm), palette::TEXT_STRONG);
+        figure_ui(ui, "angle error", &angle, palette::TEXT);
+    });
+    rows.response.explained(
+        "Errors of this pose in the room's own field. The design's figures are expected values, which \
+         include what the measurements leave open",
+    );
 }
 
 /// Sensors that are listed; a body of many would push the charts out of the panel.

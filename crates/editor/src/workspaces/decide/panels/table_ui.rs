@@ -177,7 +177,9 @@ fn row_ui(
         right_text_ui(ui, &text, palette::TEXT.color32());
     }
     let rms = figures.get(Metric::TIP_RMS);
-    let interval = rms.and_then(|figure| figure.interval_text(2)).unwrap_or_default();
+    let interval = rms.and_then(|figure| figure.interval_text(2));
+    let interval =
+        interval.map(|ends| with_unit(&ends, Metric::TIP_RMS.unit())).unwrap_or_default();
     right_text_ui(ui, &interval, palette::TEXT.color32());
     let (word, color) = match measured.verdict() {
         None => ("none".to_owned(), palette::TEXT_QUIET.color32()),
