@@ -11,9 +11,7 @@ use trackwright_editor::workspaces::study::commands::{
     NEXT, OWN_POSE, PLAY, PREVIOUS, READ_INPUT, WORST, WRITE_LOG, choose,
 };
 use trackwright_editor::workspaces::study::state::{RotationForm, StudyRequest};
-use trackwright_editor::workspaces::study::study_charts_ui::{
-    StudyChartsView, share, study_charts_ui,
-};
+use trackwright_editor::workspaces::study::study_charts_ui::{StudyChartsView, study_charts_ui};
 use trackwright_editor::workspaces::study::timeline_ui::{
     TimelineAction, TimelineView, timeline_ui,
 };
@@ -254,7 +252,7 @@ fn the_error_along_the_shaft_has_a_chart() {
 }
 
 #[test]
-fn charts_show_the_share_and_choose_axes() {
+fn charts_name_their_field_and_choose_axes() {
     let scenario = scenario();
     let charted = charted(&scenario);
     let (mut harness, requests) = panel([276.0, 500.0], |ui| {
@@ -262,7 +260,7 @@ fn charts_show_the_share_and_choose_axes() {
         study_charts_ui(ui, &view)
     });
     harness.run_steps(2);
-    harness.get_by_label(&share(&charted.within.unwrap()));
+    harness.get_by_label("Tip error of all trials, room's own field");
     harness.get_by_label("rz").click();
     harness.run_steps(2);
     let axis = StudyRequest::ShowAxis("rz");

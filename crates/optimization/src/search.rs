@@ -409,7 +409,7 @@ impl<'a> Search<'a> {
 }
 
 /// Time of a trial in a drawn field, which has to be drawn, over that of a trial in the room's own. For the
-/// built-in pointer it is 2.4 (a study takes 11.5 ms with its figures and 1.8 ms without); more is counted, so
+/// built-in pointer it is 2.4 (a study takes 11.8 ms with its figures and 2.1 ms without); more is counted, so
 /// that a search of three sensors ends within its 30 s on two cores.
 const DRAWN_FITS: usize = 4;
 

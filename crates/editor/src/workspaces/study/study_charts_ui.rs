@@ -14,7 +14,7 @@ use egui_plot::{
 };
 use std::ops::RangeInclusive;
 use trackwright_simulation::profile::{AxisProfile, ORIENTATION, POSITION};
-use trackwright_simulation::{AlongShaft, ChartedProfile, Metric, Within};
+use trackwright_simulation::{AlongShaft, ChartedProfile, Metric};
 
 const HEIGHT: f32 = 92.0;
 
@@ -39,10 +39,7 @@ pub struct StudyChartsView<'a> {
 /// Draws the charts.
 pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<StudyRequest> {
     let mut actions = Vec::new();
-    section_ui(ui, "Tip error of all trials");
-    if let Some(within) = &view.charted.within {
-        ui.label(RichText::new(share(within)).color(palette::TEXT.color32()));
-    }
+    section_ui(ui, "Tip error of all trials, room's own field");
     small_marks(ui, |ui| histogram_ui(ui, view, &mut actions));
     if !view.charted.profile.axes.is_empty() {
         axes_ui(ui, view, &mut actions);
@@ -53,19 +50,6 @@ pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<StudyRequest>
         small_marks(ui, |ui| shaft_ui(ui, along, limit.map(|within| within.limit_mm)));
     }
     actions
-}
-
-/// `97.3 % of trials within 1.00 mm`. Never 100 % where one is not, never 0 % where one is.
-pub fn share(within: &Within) -> String {
-    let percent = 100.0 * within.part;
-    let shown = match percent {
-        p if p >= 100.0 => "100".to_owned(),
-        p if p > 99.9 => "more than 99.9".to_owned(),
-        p if p <= 0.0 => "0".to_owned(),
-        p if p < 0.1 => "less than 0.1".to_owned(),
-        p => decimal(p, 1),
-    };
-    format!("{} of trials within {}", with_unit(&shown, "%"), length(within.limit_mm))
 }
 
 fn histogram_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>) {
@@ -295,20 +279,5 @@ fn whole(value: f64) -> String {
     match (value - nearest).abs() < 1e-6 && nearest >= 0.0 {
         true => count(nearest as usize),
         false => String::new(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_share_is_whole_only_where_it_is() {
-        let text = |part| share(&Within { metric: Metric::TIP_MAX, limit_mm: 1.0, part });
-        assert_eq!(text(0.973), "97.3\u{2009}% of trials within 1.00\u{2009}mm");
-        assert!(text(0.9999).starts_with("more than 99.9\u{2009}%"));
-        assert!(text(1.0).starts_with("100\u{2009}%"));
-        assert!(text(0.0001).starts_with("less than 0.1\u{2009}%"));
-        assert!(text(0.0).starts_with("0\u{2009}%"));
     }
 }

@@ -57,7 +57,6 @@ pub(crate) fn pose_panel(
         has_crf: design.crf.is_some(),
         sources: &[],
         measured: None,
-        requirement: None,
     };
     requests.write_all(trial_ui(&mut ui, &view));
 }
