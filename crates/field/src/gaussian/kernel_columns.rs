@@ -160,7 +160,7 @@ const SERIES: [f64; 14] = {
 /// `exp(x)` without a branch, so that it is done in lanes: within 5e-16 of it, and `exp(±700)` beyond ±700.
 #[inline(always)]
 fn exp(x: f64) -> f64 {
-    let x = x.max(-MOST_EXPONENT).min(MOST_EXPONENT);
+    let x = x.clamp(-MOST_EXPONENT, MOST_EXPONENT);
     let shifted = x * std::f64::consts::LOG2_E + TO_INTEGER;
     let whole = shifted - TO_INTEGER;
     let rest = (x - whole * LN_2_HIGH) - whole * LN_2_LOW;
