@@ -246,7 +246,7 @@ fn the_error_along_the_shaft_has_a_chart() {
             study_charts_ui(ui, &view)
         });
         harness.run_steps(2);
-        harness.query_all_by_label("RMS error along the shaft").count()
+        harness.query_all_by_label("RMS error along the shaft, room's own field").count()
     });
     assert_eq!(shown, [1, 0]);
 }

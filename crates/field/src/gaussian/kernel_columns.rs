@@ -28,21 +28,21 @@ impl PointColumns {
 
     /// Covariances of the poses from `first` on with one other, Matérn 5/2 in position.
     pub fn matern(&self, scales: &[KernelScale; 2], first: usize, with: &FieldPoint) -> Vec<f64> {
-        self.covariances::<false>(scales, 5.0_f64.sqrt(), first, with)
+        self.covariances::<false>(scales, first, with)
     }
 
     /// The same, Gaussian in position.
     pub fn gaussian(&self, scales: &[KernelScale; 2], first: usize, with: &FieldPoint) -> Vec<f64> {
-        self.covariances::<true>(scales, 1.0, first, with)
+        self.covariances::<true>(scales, first, with)
     }
 
     fn covariances<const IS_GAUSSIAN: bool>(
         &self,
         scales: &[KernelScale; 2],
-        times: f64,
         first: usize,
         with: &FieldPoint,
     ) -> Vec<f64> {
+        let times = if IS_GAUSSIAN { 1.0 } else { 5.0_f64.sqrt() };
         let mut out = vec![0.0; self.len() - first];
         Arch::new().dispatch(Fill::<IS_GAUSSIAN> {
             scales: scales.map(|scale| Scale {
@@ -60,8 +60,8 @@ impl PointColumns {
 
 /// Exponentials, in place.
 ///
-/// The kernels of products of matrices leave the upper halves of the machine's vectors set, and then scalar
-/// code on that core takes twice as long, until vectors are cleared where this returns.
+/// After a product of matrices scalar code on that core takes twice as long: the upper halves of the vector
+/// registers are left set. They are cleared when this returns.
 pub(super) fn exponentials(values: &mut [f64]) {
     Arch::new().dispatch(Exponentials(values));
 }

@@ -41,10 +41,14 @@ fn what_charts_show(report: &Report) -> &'static str {
     let has_axes = report.study.profile.as_ref().is_some_and(|profile| !profile.axes.is_empty());
     match has_axes {
         true => {
-            "Each line follows one axis of the motion: every point is the RMS, or the largest, of \
-             the tip errors of all positions that have that place or that turn in common."
+            "The charts are of the room's own field, without what the measurements leave open. Each \
+             line follows one axis of the motion: every point is the RMS, or the largest, of the tip \
+             errors of all positions that have that place or that turn in common."
         }
-        false => "Each point is the tip error of one given pose.",
+        false => {
+            "The charts are of the room's own field, without what the measurements leave open. Each \
+             point is the tip error of one given pose."
+        }
     }
 }
 

@@ -46,7 +46,7 @@ pub fn study_charts_ui(ui: &mut Ui, view: &StudyChartsView) -> Vec<StudyRequest>
     }
     if let Some(along) = &view.charted.profile.along_shaft {
         let limit = view.charted.within.filter(|within| within.metric == Metric::TIP_RMS);
-        section_ui(ui, "RMS error along the shaft");
+        section_ui(ui, "RMS error along the shaft, room's own field");
         small_marks(ui, |ui| shaft_ui(ui, along, limit.map(|within| within.limit_mm)));
     }
     actions
@@ -120,7 +120,7 @@ fn clicked_at(response: &Response, x: impl Fn(egui::Pos2) -> f64) -> Option<f64>
 fn axes_ui(ui: &mut Ui, view: &StudyChartsView, actions: &mut Vec<StudyRequest>) {
     let axes = &view.charted.profile.axes;
     let chosen = axes.iter().find(|a| a.axis == view.axis).unwrap_or(&axes[0]);
-    section_ui(ui, "Tip error along the motion");
+    section_ui(ui, "Tip error along the motion, room's own field");
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for axis in axes {
