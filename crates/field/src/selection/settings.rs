@@ -45,6 +45,9 @@ pub struct SelectSettings {
     pub map: MapKind,
     pub weighting: Weighting,
     pub rcond: f64,
+    /// Whether models are left out untried that most of their orientations have too few places for:
+    /// they could not be chosen, and take the most time.
+    pub only_determined: bool,
 }
 
 impl SelectSettings {
@@ -64,6 +67,7 @@ impl SelectSettings {
             map: MapKind::Distortion,
             weighting: Weighting::default(),
             rcond: DEFAULT_RCOND,
+            only_determined: false,
         }
     }
 
