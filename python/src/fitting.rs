@@ -1,6 +1,7 @@
 //! Rooms from measurements: models fitted as requested, or chosen by cross-validation.
 
 use crate::arrays::rows;
+use crate::choices::one_of;
 use crate::errors::{Done, TrackwrightError};
 use crate::keywords::Keywords;
 use crate::long_work;
@@ -217,6 +218,11 @@ pub fn select(
     let orders: Option<Vec<usize>> = keywords.value("orders")?;
     let directions: Option<Vec<usize>> = keywords.value("directions")?;
     let ridges: Option<Vec<f64>> = keywords.value("ridges")?;
+    let is_usual = fitting.method == FitMethod::default()
+        && fitting.weighting == Weighting::default()
+        && fitting.rcond.to_bits() == DEFAULT_RCOND.to_bits();
+    // An option of polynomials names them.
+    let has_lists = orders.is_some() || directions.is_some() || ridges.is_some() || !is_usual;
     let folds = keywords.value("folds")?.unwrap_or(DEFAULT_FOLDS);
     let seed = keywords.value("seed")?.unwrap_or(DEFAULT_SEED);
     let group: Option<String> = keywords.value("group")?;
@@ -246,9 +252,9 @@ pub fn select(
         map: fitting.reading.map,
         weighting: fitting.weighting,
         rcond: fitting.rcond,
-        only_determined: named.names.is_none(),
+        only_contenders: named.names.is_none() && !has_lists,
     };
-    let kinds = named.kinds(&measured.samples, fitting.reading.map)?;
+    let kinds = named.kinds(&measured.samples, fitting.reading.map, has_lists)?;
     let labels = labels(&table, &measured, group.as_deref(), held_out.as_ref(), &mut notes)?;
     let (room, figures) = long_work::run(py, |task| {
         let samples = &measured.samples;
@@ -336,12 +342,12 @@ fn direction_set(count: Option<usize>) -> Done<Option<DirectionSet>> {
 fn room_model(keywords: &Keywords) -> Done<Option<RoomModel>> {
     let refused = |text: &str| Err(TrackwrightError::new_err(text.to_owned()).into());
     let kinds = [
-        ("best", None),
-        ("bernstein", Some(ModelKind::Bernstein)),
-        ("kriging", Some(ModelKind::Kriging)),
-        ("harmonic", Some(ModelKind::Harmonic)),
+        ("bernstein", ModelKind::Bernstein),
+        ("kriging", ModelKind::Kriging),
+        ("harmonic", ModelKind::Harmonic),
     ];
-    let kind = keywords.one_of("model", &kinds)?;
+    let named: Option<String> = keywords.value("model")?;
+    let kind = named.map(|found| one_of("model", &found, &kinds)).transpose()?;
     let generator: Option<String> = keywords.value("generator")?;
     let degree = checked_degree(keywords)?;
     let loss = loss(keywords)?;
@@ -403,10 +409,13 @@ impl NamedKinds {
         })
     }
 
-    /// All that the samples can be fitted with where none is named.
-    fn kinds(&self, samples: &SampleSet, map: MapKind) -> Done<Vec<TriedKind>> {
+    /// Where none is named, polynomials if an option of theirs is given, else all that the samples can be
+    /// fitted with.
+    fn kinds(&self, samples: &SampleSet, map: MapKind, has_lists: bool) -> Done<Vec<TriedKind>> {
+        let polynomials = has_lists.then(|| vec![TriedKind::Bernstein.name().to_owned()]);
+        let names = self.names.clone().or(polynomials);
         let of = TriedOptions {
-            names: self.names.as_deref(),
+            names: names.as_deref(),
             generators: self.generators.as_deref(),
             degree: self.degree,
             loss: self.loss,

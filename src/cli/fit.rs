@@ -171,7 +171,7 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     output.expect_kind(ENVIRONMENT)?;
     let request = model_request(args)?;
     let map = request.map;
-    let kind = args.model.kind(has_polynomial_options(args));
+    let kind = args.model.kind(has_polynomial_options(args))?;
     let model = kind.map(|kind| args.model.model(kind, files)).transpose()?;
     if let Some(kind) = kind {
         refuse_what_others_have(args, kind)?;

@@ -57,13 +57,17 @@ pub(super) struct ModelArgs {
 
 impl ModelArgs {
     /// The kind as it was stated, or by options that only one kind has.
-    pub fn kind(&self, has_polynomial_options: bool) -> Option<ModelKind> {
+    ///
+    /// # Errors
+    /// How measurements count, where nothing names a kind that weighs them.
+    pub fn kind(&self, has_polynomial_options: bool) -> anyhow::Result<Option<ModelKind>> {
         let of_options = match () {
             () if self.generator.is_some() || self.degree.is_some() => Some(ModelKind::Harmonic),
             () if self.symmetric || has_polynomial_options => Some(ModelKind::Bernstein),
+            () if self.loss != Loss::default() => bail!("--loss belongs to --model harmonic"),
             () => None,
         };
-        self.model.or(of_options)
+        Ok(self.model.or(of_options))
     }
 
     /// A model of a kind, with its generator read.

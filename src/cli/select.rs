@@ -34,8 +34,8 @@ pub struct SelectArgs {
     data: PathBuf,
 
     /// Kinds of models to try on the same rows held out, of none (no correction), bernstein (the paper's),
-    /// symmetric (Bernstein with an axis turned round having the same error), kriging and harmonic; all
-    /// where left out. A kind that leaves twice as much as another in the first rows is tried no further
+    /// symmetric (Bernstein with an axis turned round having the same error), kriging and harmonic. Where
+    /// left out, bernstein where an option of polynomials is given, else all. A kind that leaves twice as much as another in the first rows is tried no further
     #[arg(long, value_name = "LIST")]
     models: Option<String>,
 
@@ -140,9 +140,12 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         args.group.as_deref(),
         args.hold_out.as_ref(),
     )?;
+    // An option of polynomials names them.
+    let models = args.models.as_deref();
+    let models = models.or_else(|| has_polynomial_options(args).then_some("bernstein"));
     let kinds = tried_kinds(
         files,
-        args.models.as_deref(),
+        models,
         args.generator.as_deref(),
         args.degree,
         args.loss,
@@ -155,14 +158,14 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         (chosen, None)
     } else {
         // What cannot be chosen is listed where polynomials are asked for.
-        settings.only_determined = args.models.is_none();
+        settings.only_contenders = models.is_none();
         let shown = Shown::new("cross-validating");
         let (chosen, choice) = best_kind(&samples, labels, &settings, &kinds, &shown.task)
             .with_context(|| args.data.display().to_string())?;
         (chosen, Some(choice))
     };
     let mut value = selection_json(&chosen, samples.samples.len());
-    let mut lines = match args.models {
+    let mut lines = match models {
         Some(_) => table_lines(&chosen),
         None => Vec::new(),
     };
@@ -205,17 +208,25 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     args.common.format.print(|| value, || lines.join("\n"))
 }
 
-/// Refuses what none of the kinds that are tried would look at.
-fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
-    let is_bernstein =
-        |kind: &TriedKind| matches!(kind, TriedKind::Bernstein | TriedKind::Symmetric);
-    let of_polynomials = [
+/// Options that only polynomials have, and whether each is given.
+fn polynomial_options(args: &SelectArgs) -> impl Iterator<Item = (&'static str, bool)> {
+    let of_lists = [
         ("--orders", args.orders != DEFAULT_ORDERS),
         ("--directions", args.directions.is_some()),
         ("--ridges", args.ridges.is_some()),
     ];
-    let mut of_polynomials = of_polynomials.into_iter().chain(args.fitting.of_polynomials());
-    let given = of_polynomials.find(|(_, is_given)| *is_given);
+    of_lists.into_iter().chain(args.fitting.of_polynomials())
+}
+
+fn has_polynomial_options(args: &SelectArgs) -> bool {
+    polynomial_options(args).any(|(_, is_given)| is_given)
+}
+
+/// Refuses what none of the kinds that are tried would look at.
+fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
+    let is_bernstein =
+        |kind: &TriedKind| matches!(kind, TriedKind::Bernstein | TriedKind::Symmetric);
+    let given = polynomial_options(args).find(|(_, is_given)| *is_given);
     if let (Some((name, _)), false) = (given, kinds.iter().any(is_bernstein)) {
         bail!("{name} belongs to Bernstein polynomials, which --models does not name");
     }
@@ -278,7 +289,7 @@ fn settings(args: &SelectArgs) -> anyhow::Result<SelectSettings> {
         map: args.fitting.map,
         weighting: args.fitting.weights,
         rcond: args.fitting.rcond,
-        only_determined: false,
+        only_contenders: false,
     })
 }
 

@@ -76,7 +76,7 @@ pub fn decide<E: From<KindError>>(
         }
         Wanted::Best(kinds) => {
             let tried =
-                SelectSettings { only_determined: true, ..request.wanted(samples).tried(samples) };
+                SelectSettings { only_contenders: true, ..request.wanted(samples).tried(samples) };
             let (chosen, choice) = best_kind(samples, labels()?, &tried, kinds, task)?;
             let kind = choice.best();
             Ok(Decided {

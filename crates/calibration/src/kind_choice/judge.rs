@@ -59,7 +59,7 @@ impl Judge<'_> {
             TriedKind::Symmetric => {
                 // It has half as many unknowns, and leaves as much less at most.
                 let polynomials = chosen.selection.best();
-                refuse_behind(&polynomials.deciding, before)?;
+                self.refuse_behind(&polynomials.deciding, before)?;
                 self.symmetric(chosen.selection.decided_by, polynomials.candidate.order, task)
             }
             TriedKind::Kriging => self.kriging(task),
@@ -115,7 +115,7 @@ impl Judge<'_> {
             ..HoldOuts::default()
         };
         let mut tried = self.tried.clone();
-        if tried.only_determined {
+        if tried.only_contenders {
             tried.orders.retain(|&tried| tried <= order + 1);
         }
         let turned = self.samples.with_turned_axes();
@@ -217,7 +217,7 @@ impl Judge<'_> {
         before: &[KindScored],
         task: &Task,
     ) -> Result<(), KindError> {
-        let Some(known) = before.first() else {
+        let Some(known) = before.first().filter(|_| self.tried.only_contenders) else {
             return Ok(());
         };
         let deciding = HoldOuts { only_deciding: true, ..self.hold_outs() };
@@ -232,7 +232,40 @@ impl Judge<'_> {
         })?;
         let (_, scores) = &scores.hold_outs[0];
         let one = HeldOutScores::of_sums(vec![scores.by_fold[0]], self.samples.has_rotations);
-        refuse_behind(&one, before)
+        self.refuse_behind(&one, before)
+    }
+
+    /// Refuses what leaves [`BEHIND`] times as much as another in position and in angle, in the folds that it
+    /// was judged in.
+    fn refuse_behind(
+        &self,
+        scores: &HeldOutScores,
+        before: &[KindScored],
+    ) -> Result<(), KindError> {
+        if !self.tried.only_contenders {
+            return Ok(());
+        }
+        let folds = scores.by_fold.len();
+        let squares = |scores: &HeldOutScores| -> FoldSums {
+            scores.by_fold.iter().take(folds).copied().sum()
+        };
+        let own = squares(scores);
+        for other in before {
+            let other_squares = squares(other.deciding());
+            let by = BEHIND * BEHIND;
+            let is_behind = own.position_mean_square_mm2()
+                > by * other_squares.position_mean_square_mm2()
+                && own.rotation_mean_square_rad2()
+                    >= by * other_squares.rotation_mean_square_rad2();
+            if is_behind {
+                return Err(KindError::Behind {
+                    found_mm: own.position_mean_square_mm2().sqrt(),
+                    least_mm: other_squares.position_mean_square_mm2().sqrt(),
+                    than: other.label(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// Residuals of every row of the folds by a model of the other rows; `predict` gives what that
@@ -260,30 +293,6 @@ impl Judge<'_> {
 /// All rows but these.
 fn rest(out: &[usize], rows: usize) -> Vec<usize> {
     (0..rows).filter(|row| out.binary_search(row).is_err()).collect()
-}
-
-/// Refuses what leaves [`BEHIND`] times as much as another in position and in angle, in the folds that it
-/// was judged in.
-fn refuse_behind(scores: &HeldOutScores, before: &[KindScored]) -> Result<(), KindError> {
-    let folds = scores.by_fold.len();
-    let squares =
-        |scores: &HeldOutScores| -> FoldSums { scores.by_fold.iter().take(folds).copied().sum() };
-    let own = squares(scores);
-    for other in before {
-        let other_squares = squares(other.deciding());
-        let by = BEHIND * BEHIND;
-        let is_behind = own.position_mean_square_mm2()
-            > by * other_squares.position_mean_square_mm2()
-            && own.rotation_mean_square_rad2() >= by * other_squares.rotation_mean_square_rad2();
-        if is_behind {
-            return Err(KindError::Behind {
-                found_mm: own.position_mean_square_mm2().sqrt(),
-                least_mm: other_squares.position_mean_square_mm2().sqrt(),
-                than: other.label(),
-            });
-        }
-    }
-    Ok(())
 }
 
 /// Rows made ready for the harmonic models of each fold: the same where the generator is known; learned

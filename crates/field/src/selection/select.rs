@@ -222,11 +222,11 @@ fn affordable(
         let is_short = 2 * problem.under_sampled(system, settings) > candidate.directions.len();
         match settings.method {
             FitMethod::Joint => candidate.coefficients() >= problem.rows(),
-            FitMethod::PerDirection => settings.only_determined && is_short,
+            FitMethod::PerDirection => settings.only_contenders && is_short,
         }
     };
     let all_are = systems.iter().all(|system| system.order == 0 || is_hopeless(system));
-    if all_are && !settings.only_determined {
+    if all_are && !settings.only_contenders {
         return (systems, Vec::new());
     }
     systems.into_iter().partition(|system| !is_hopeless(system))

@@ -45,9 +45,9 @@ pub struct SelectSettings {
     pub map: MapKind,
     pub weighting: Weighting,
     pub rcond: f64,
-    /// Whether models are left out untried that most of their orientations have too few places for:
-    /// they could not be chosen, and take the most time.
-    pub only_determined: bool,
+    /// Whether what cannot be chosen is not tried to the end, which takes the most time: models that most of
+    /// their orientations have too few places for, and kinds of models that are clearly behind.
+    pub only_contenders: bool,
 }
 
 impl SelectSettings {
@@ -67,7 +67,7 @@ impl SelectSettings {
             map: MapKind::Distortion,
             weighting: Weighting::default(),
             rcond: DEFAULT_RCOND,
-            only_determined: false,
+            only_contenders: false,
         }
     }
 
