@@ -1,6 +1,7 @@
 //! Rooms from measurements: models fitted as requested, or chosen by cross-validation.
 
 use crate::arrays::rows;
+use crate::choices::one_of;
 use crate::errors::{Done, TrackwrightError};
 use crate::keywords::Keywords;
 use crate::long_work;
@@ -11,7 +12,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde_json::Value;
 use std::path::Path;
-use trackwright_calibration::kind_choice::{TriedKind, choose_kind};
+use trackwright_calibration::kind_choice::{
+    KindChoice, KindError, TriedKind, TriedOptions, Wanted, best_kind, decide,
+};
 use trackwright_calibration::room_choice::{
     HeldOut, ModelChoice, ModelRequest, RowLabels, choose_by,
 };
@@ -24,7 +27,7 @@ use trackwright_field::fit::{FitMethod, FitSettings};
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
-use trackwright_field::samples::MapKind;
+use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
 use trackwright_geometry::bounds::Bounds;
@@ -33,11 +36,8 @@ use trackwright_geometry::volume::Volume;
 use trackwright_project::{Files, SampleReading};
 use trackwright_report::room::{fit_warnings, support_note};
 use trackwright_report::room_json::fit_json;
-use trackwright_report::selection_json::{choice_json, kinds_json, selection_json};
+use trackwright_report::selection_json::{decided_json, kinds_json, selection_json};
 use trackwright_task::Task;
-
-/// Degrees that are tried where none is named.
-const TRIED_DEGREES: std::ops::RangeInclusive<usize> = 2..=8;
 
 /// Orders that are tried where none are named; 0, no correction, is tried always.
 const TRIED_ORDERS: std::ops::RangeInclusive<usize> = 1..=6;
@@ -139,7 +139,7 @@ pub fn fit(
     let keywords = Keywords::of(options);
     let fitting = Fitting::of(&keywords)?;
     let extras = Extras { bounds: bounds(&keywords)?, ..Extras::of(&keywords)? };
-    let model = room_model(&keywords)?;
+    let named = room_model(&keywords)?;
     let request = ModelRequest {
         order: keywords.value("order")?,
         directions: direction_set(keywords.value("directions")?)?,
@@ -154,38 +154,48 @@ pub fn fit(
     let second = keywords.object("holdout")?;
     let as_is = keywords.flag("as_is", false)?;
     keywords.finish()?;
-    refuse_unused(&request, held_out.as_ref(), &fitting, &extras, model.kind())?;
+    // An option of polynomials names them.
+    let has_options =
+        polynomial_options(&request, &fitting, &extras).iter().any(|(_, given)| *given);
+    let model = named.or(has_options.then_some(RoomModel::PAPER));
+    if let Some(model) = &model {
+        refuse_unused(&request, held_out.as_ref(), &fitting, &extras, model.kind())?;
+    }
     let mut notes = Notes::new();
     let table = Table::of(table)?;
     let measured = read(py, &table, fitting.reading, as_is, &mut notes)?;
     let second = second
         .map(|second| read(py, &Table::of(&second)?, fitting.reading, as_is, &mut notes))
         .transpose()?;
-    let wanted = match (model.kind(), request.wanted(&measured.samples), &held_out) {
-        (ModelKind::Bernstein, ModelChoice::Fixed(settings), None) => Wanted::Fixed(settings),
-        (ModelKind::Bernstein, wanted, _) => {
-            let labels = labels(&table, &measured, None, held_out.as_ref(), &mut notes)?;
-            Wanted::Chosen(Box::new((labels, wanted.tried(&measured.samples))))
+    let wanted = match model {
+        Some(model) => Wanted::One(model),
+        None => {
+            let mut kinds = TriedKind::all(&measured.samples, request.map);
+            // It is made of what is to be left out.
+            kinds.retain(|kind| extras.with_support || *kind != TriedKind::Kriging);
+            Wanted::Best(kinds)
         }
-        _ => Wanted::Fixed(FitSettings::without_polynomials(request.map)),
+    };
+    // The table is Python's, and is read before the work begins.
+    let is_fixed = match &wanted {
+        Wanted::One(model) => {
+            let is_open = matches!(request.wanted(&measured.samples), ModelChoice::Open(_));
+            model.kind() != ModelKind::Bernstein || !(is_open || held_out.is_some())
+        }
+        Wanted::Best(_) => false,
+    };
+    let labels = match is_fixed {
+        true => RowLabels::default(),
+        false => labels(&table, &measured, None, held_out.as_ref(), &mut notes)?,
     };
     let (room, figures) = long_work::run(py, |task| {
-        let (settings, chosen) = match wanted {
-            Wanted::Fixed(settings) => (settings, None),
-            Wanted::Chosen(open) => {
-                let (labels, tried) = *open;
-                let chosen = choose_by(&measured.samples, labels, tried, task)
-                    .with_context(|| measured.label.clone())?;
-                (chosen.settings(), Some(chosen))
-            }
-        };
-        let sensors = chosen.as_ref().and_then(|chosen| chosen.selection.sensors);
-        let how = (&model, &settings, sensors);
+        let labels = || Ok::<_, KindError>(labels);
+        let is_judged = held_out.is_some();
+        let decided = decide(&measured.samples, (&wanted, &request), is_judged, labels, task)
+            .with_context(|| measured.label.clone())?;
+        let how = (&decided.model, &decided.settings, decided.sensors());
         let room = fitted(&measured, second.as_ref(), how, &extras, task, &mut notes)?;
-        let mut figures = fit_json(&settings, &room);
-        if let Some(chosen) = &chosen {
-            figures["selection"] = choice_json(chosen);
-        }
+        let figures = decided_json(&decided, &room);
         Ok((room, figures))
     })?;
     warn_of(py, notes)?;
@@ -204,10 +214,15 @@ pub fn select(
     let keywords = Keywords::of(options);
     let fitting = Fitting::of(&keywords)?;
     let extras = Extras::of(&keywords)?;
-    let kinds = tried_kinds(&keywords)?;
+    let named = NamedKinds::of(&keywords)?;
     let orders: Option<Vec<usize>> = keywords.value("orders")?;
     let directions: Option<Vec<usize>> = keywords.value("directions")?;
     let ridges: Option<Vec<f64>> = keywords.value("ridges")?;
+    let is_usual = fitting.method == FitMethod::default()
+        && fitting.weighting == Weighting::default()
+        && fitting.rcond.to_bits() == DEFAULT_RCOND.to_bits();
+    // An option of polynomials names them.
+    let has_lists = orders.is_some() || directions.is_some() || ridges.is_some() || !is_usual;
     let folds = keywords.value("folds")?.unwrap_or(DEFAULT_FOLDS);
     let seed = keywords.value("seed")?.unwrap_or(DEFAULT_SEED);
     let group: Option<String> = keywords.value("group")?;
@@ -237,7 +252,9 @@ pub fn select(
         map: fitting.reading.map,
         weighting: fitting.weighting,
         rcond: fitting.rcond,
+        only_contenders: named.names.is_none() && !has_lists,
     };
+    let kinds = named.kinds(&measured.samples, fitting.reading.map, has_lists)?;
     let labels = labels(&table, &measured, group.as_deref(), held_out.as_ref(), &mut notes)?;
     let (room, figures) = long_work::run(py, |task| {
         let samples = &measured.samples;
@@ -247,7 +264,7 @@ pub fn select(
                 (choose_by(samples, labels, tried, task).with_context(named)?, None)
             }
             _ => {
-                let found = choose_kind(samples, labels, &tried, &kinds, task);
+                let found = best_kind(samples, labels, &tried, &kinds, task);
                 let (chosen, choice) = found.with_context(named)?;
                 (chosen, Some(choice))
             }
@@ -256,7 +273,7 @@ pub fn select(
         if let Some(choice) = &choice {
             figures["models"] = kinds_json(choice);
         }
-        let best = choice.as_ref().map(|choice| &choice.kinds[choice.best]);
+        let best = choice.as_ref().map(KindChoice::best);
         let settings = best.map_or_else(|| chosen.settings(), |kind| kind.settings(&chosen.tried));
         let model = best.map_or(&RoomModel::PAPER, |kind| &kind.model);
         let how = (model, &settings, chosen.selection.sensors);
@@ -266,12 +283,6 @@ pub fn select(
     })?;
     warn_of(py, notes)?;
     Ok((room.environment, figures))
-}
-
-/// How the model is decided.
-enum Wanted {
-    Fixed(FitSettings),
-    Chosen(Box<(RowLabels, SelectSettings)>),
 }
 
 /// Fits a room, and notes what is to be known of it.
@@ -327,20 +338,26 @@ fn direction_set(count: Option<usize>) -> Done<Option<DirectionSet>> {
     Ok(count.map(|m| DirectionSet::try_from(m).context("directions")).transpose()?)
 }
 
-/// A model's kind, with what only that kind has.
-fn room_model(keywords: &Keywords) -> Done<RoomModel> {
+/// A model's kind, with what only that kind has; `None` where none is named.
+fn room_model(keywords: &Keywords) -> Done<Option<RoomModel>> {
     let refused = |text: &str| Err(TrackwrightError::new_err(text.to_owned()).into());
     let kinds = [
         ("bernstein", ModelKind::Bernstein),
         ("kriging", ModelKind::Kriging),
         ("harmonic", ModelKind::Harmonic),
     ];
-    let kind = keywords.one_of("model", &kinds)?;
+    let named: Option<String> = keywords.value("model")?;
+    let kind = named.map(|found| one_of("model", &found, &kinds)).transpose()?;
     let generator: Option<String> = keywords.value("generator")?;
     let degree = checked_degree(keywords)?;
     let loss = loss(keywords)?;
     let is_symmetric = keywords.flag("symmetric", false)?;
-    if kind != ModelKind::Harmonic {
+    let kind = match kind {
+        None if generator.is_some() || degree.is_some() => Some(ModelKind::Harmonic),
+        None if is_symmetric => Some(ModelKind::Bernstein),
+        kind => kind,
+    };
+    if kind != Some(ModelKind::Harmonic) {
         if generator.is_some() || degree.is_some() {
             return refused("generator and degree belong to model=\"harmonic\"");
         }
@@ -348,10 +365,11 @@ fn room_model(keywords: &Keywords) -> Done<RoomModel> {
             return refused("loss belongs to model=\"harmonic\"");
         }
     }
-    if kind != ModelKind::Bernstein && is_symmetric {
+    if kind != Some(ModelKind::Bernstein) && is_symmetric {
         return refused("symmetric belongs to model=\"bernstein\"; the other kinds always are");
     }
-    Ok(match (kind, generator) {
+    let Some(kind) = kind else { return Ok(None) };
+    Ok(Some(match (kind, generator) {
         (ModelKind::Bernstein, _) => RoomModel::Bernstein { is_symmetric },
         (ModelKind::Kriging, _) => RoomModel::Kriging,
         (_, Some(name)) => {
@@ -363,63 +381,47 @@ fn room_model(keywords: &Keywords) -> Done<RoomModel> {
                  (*.generator.ron), or learn",
             );
         }
-    })
+    }))
 }
 
-/// The kinds of models to try.
-fn tried_kinds(keywords: &Keywords) -> Done<Vec<TriedKind>> {
-    let refused = |text: String| Err(TrackwrightError::new_err(text).into());
-    let names: Option<Vec<String>> = keywords.value("models")?;
-    let names = names.unwrap_or_else(|| vec!["bernstein".to_owned()]);
-    let generators: Option<Vec<String>> = match keywords.object("generator")? {
-        Some(one) if one.is_instance_of::<PyString>() => Some(vec![one.extract()?]),
-        Some(several) => Some(several.extract()?),
-        None => None,
-    };
-    let degree = checked_degree(keywords)?;
-    let loss = loss(keywords)?;
-    let mut kinds: Vec<TriedKind> = Vec::new();
-    for name in &names {
-        match (name.as_str(), &generators) {
-            ("bernstein", _) => kinds.push(TriedKind::Bernstein),
-            ("symmetric", _) => kinds.push(TriedKind::Symmetric),
-            ("kriging", _) => kinds.push(TriedKind::Kriging),
-            ("harmonic", Some(generators)) => {
-                let degrees = degree.map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]);
-                for generator in generators {
-                    let generator = generator_choice(generator)?;
-                    let degrees = degrees.clone();
-                    kinds.push(TriedKind::Harmonic { generator, degrees, loss });
-                }
-            }
-            ("harmonic", None) => {
-                return refused(
-                    "models: found harmonic without a generator, expected planar-nine, anser, a file \
-                     (*.generator.ron), or learn"
-                        .to_owned(),
-                );
-            }
-            _ => {
-                return refused(format!(
-                    "models: found {name:?}, expected bernstein, symmetric, kriging or harmonic"
-                ));
-            }
-        }
+/// The kinds of models to try, as they are named.
+struct NamedKinds {
+    names: Option<Vec<String>>,
+    generators: Option<Vec<GeneratorChoice>>,
+    degree: Option<usize>,
+    loss: Loss,
+}
+
+impl NamedKinds {
+    fn of(keywords: &Keywords) -> Done<Self> {
+        let generators: Option<Vec<String>> = match keywords.object("generator")? {
+            Some(one) if one.is_instance_of::<PyString>() => Some(vec![one.extract()?]),
+            Some(several) => Some(several.extract()?),
+            None => None,
+        };
+        let choices =
+            |names: Vec<String>| names.iter().map(|name| generator_choice(name)).collect();
+        Ok(Self {
+            names: keywords.value("models")?,
+            generators: generators.map(choices).transpose()?,
+            degree: checked_degree(keywords)?,
+            loss: loss(keywords)?,
+        })
     }
-    let mut distinct: Vec<TriedKind> = Vec::new();
-    for kind in kinds {
-        if !distinct.contains(&kind) {
-            distinct.push(kind);
-        }
+
+    /// Where none is named, polynomials if an option of theirs is given, else all that the samples can be
+    /// fitted with.
+    fn kinds(&self, samples: &SampleSet, map: MapKind, has_lists: bool) -> Done<Vec<TriedKind>> {
+        let polynomials = has_lists.then(|| vec![TriedKind::Bernstein.name().to_owned()]);
+        let names = self.names.clone().or(polynomials);
+        let of = TriedOptions {
+            names: names.as_deref(),
+            generators: self.generators.as_deref(),
+            degree: self.degree,
+            loss: self.loss,
+        };
+        Ok(of.kinds(samples, map).context("models")?)
     }
-    let has_harmonic = names.iter().any(|name| name == "harmonic");
-    if !has_harmonic && (generators.is_some() || degree.is_some() || loss != Loss::default()) {
-        return refused(
-            "generator, degree and loss belong to harmonic models, which models does not name"
-                .to_owned(),
-        );
-    }
-    Ok(distinct)
 }
 
 fn loss(keywords: &Keywords) -> Done<Loss> {
@@ -447,6 +449,23 @@ fn generator_choice(name: &str) -> Done<GeneratorChoice> {
     }))
 }
 
+/// What only polynomials have, and whether each is given.
+fn polynomial_options(
+    request: &ModelRequest,
+    fitting: &Fitting,
+    extras: &Extras,
+) -> [(&'static str, bool); 7] {
+    [
+        ("order", request.order.is_some()),
+        ("directions", request.directions.is_some()),
+        ("bounds", extras.bounds.is_some()),
+        ("ridge", request.ridge.is_some()),
+        ("method", fitting.method != FitMethod::default()),
+        ("weights", fitting.weighting != Weighting::default()),
+        ("rcond", fitting.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+    ]
+}
+
 /// Refuses what another kind of model would not look at.
 fn refuse_unused(
     request: &ModelRequest,
@@ -455,19 +474,13 @@ fn refuse_unused(
     extras: &Extras,
     kind: ModelKind,
 ) -> Done<()> {
-    let given = [
-        ("order", request.order.is_some()),
-        ("directions", request.directions.is_some()),
-        ("bounds", extras.bounds.is_some()),
-        ("ridge", request.ridge.is_some()),
-        ("method", fitting.method != FitMethod::default()),
-        ("weights", fitting.weighting != Weighting::default()),
-        ("rcond", fitting.rcond.to_bits() != DEFAULT_RCOND.to_bits()),
+    let others = [
         ("hold_out", held_out.is_some()),
         ("support", !extras.with_support && kind == ModelKind::Kriging),
     ];
+    let given = polynomial_options(request, fitting, extras).into_iter().chain(others);
     if kind != ModelKind::Bernstein
-        && let Some((name, _)) = given.into_iter().find(|(_, is_given)| *is_given)
+        && let Some((name, _)) = { given }.find(|(_, is_given)| *is_given)
     {
         let text = format!("{name} does not go with model={:?}", kind.name());
         return Err(TrackwrightError::new_err(text).into());

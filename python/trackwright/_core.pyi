@@ -82,7 +82,7 @@ class Environment:
         sensors: SensorKind = "5dof",
         weights: Weights = "area",
         rcond: float = 1e-10,
-        model: ModelName = "bernstein",
+        model: ModelName | None = None,
         symmetric: bool = False,
         generator: str | None = None,
         degree: int | None = None,
@@ -102,7 +102,7 @@ class Environment:
     def select(
         table: Table,
         *,
-        models: Sequence[str] = ("bernstein",),
+        models: Sequence[str] | None = None,
         orders: Sequence[int] | None = None,
         directions: Sequence[int] | None = None,
         ridges: Sequence[float] | None = None,

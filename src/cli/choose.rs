@@ -1,37 +1,47 @@
 //! What the command line leaves open about a model, chosen by cross-validation with a progress bar.
 
 use super::prelude::*;
+use trackwright_calibration::kind_choice::{Decided, KindError, Wanted, decide};
 use trackwright_calibration::room_choice::{
-    self, Chosen, Grouping, HeldOut, ModelChoice, ModelRequest, RowLabels, numbered_labels,
-    row_groups,
+    self, Chosen, Grouping, HeldOut, ModelRequest, RowLabels, numbered_labels, row_groups,
 };
-use trackwright_field::fit::FitSettings;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::{HoldOutBy, SelectSettings};
 use trackwright_formats::groups::SENSOR_COLUMN;
+use trackwright_report::kinds::kind_reason;
 use trackwright_report::selection::{grouped_line, hold_out_lines, sensors_line};
 use trackwright_report::selection_json::reason_of;
 
-/// The settings of a fit; what is left open is chosen by cross-validation on the measurements.
-/// Where a hold-out is named, a model with nothing open is cross-validated as well.
+/// What to fit; what is left open is chosen by cross-validation on the measurements. Where a hold-out is
+/// named, a model with nothing open is cross-validated as well.
 ///
 /// # Errors
 /// Measurements that nothing can be chosen by.
-pub(super) fn settings(
+pub(super) fn decided(
     files: &Files,
     file: &Path,
     samples: &SampleSet,
-    request: &ModelRequest,
+    wanted: (&Wanted, &ModelRequest),
     hold_out: Option<&HeldOut>,
-) -> anyhow::Result<(FitSettings, Option<Chosen>)> {
-    let wanted = match (request.wanted(samples), hold_out) {
-        (ModelChoice::Fixed(settings), None) => return Ok((settings, None)),
-        (wanted, _) => wanted,
-    };
-    let tried = wanted.tried(samples);
-    let labels = row_labels(files, file, samples, None, hold_out)?;
-    let chosen = cross_validate(file, samples, labels, tried)?;
-    Ok((chosen.settings(), Some(chosen)))
+) -> anyhow::Result<Decided> {
+    let labels = || row_labels(files, file, samples, None, hold_out).map_err(Undecided::Labels);
+    let shown = Shown::new("cross-validating");
+    decide(samples, wanted, hold_out.is_some(), labels, &shown.task).map_err(|error| match error {
+        // It names the file.
+        Undecided::Labels(error) => error,
+        Undecided::Kind(error) => anyhow::Error::new(error).context(file.display().to_string()),
+    })
+}
+
+enum Undecided {
+    Labels(anyhow::Error),
+    Kind(KindError),
+}
+
+impl From<KindError> for Undecided {
+    fn from(error: KindError) -> Self {
+        Self::Kind(error)
+    }
 }
 
 /// Which rows belong together, which sensor each is of, and what is to be held out.
@@ -106,6 +116,18 @@ pub(super) fn cross_validate(
     let shown = Shown::new("cross-validating");
     room_choice::choose_by(samples, labels, tried, &shown.task)
         .with_context(|| file.display().to_string())
+}
+
+/// How what was decided was found, a line each.
+pub(super) fn decided_lines(decided: &Decided) -> Vec<String> {
+    match (&decided.kinds, &decided.chosen) {
+        (Some(kinds), chosen) => {
+            let places = chosen.as_ref().and_then(|chosen| chosen.places.as_ref());
+            places.map(grouped_line).into_iter().chain([kind_reason(kinds)]).collect()
+        }
+        (None, Some(chosen)) => lines(chosen),
+        (None, None) => Vec::new(),
+    }
 }
 
 /// What was found of the rows, the chosen model in each hold-out, and why it was chosen.

@@ -5,6 +5,7 @@ use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
 use super::prelude::*;
 use clap::{ArgAction, ValueEnum};
+use trackwright_calibration::kind_choice::{Decided, TriedKind, Wanted};
 use trackwright_calibration::room_choice::{HeldOut, ModelRequest};
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
@@ -20,8 +21,8 @@ use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{Output, SampleReading};
 use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
-use trackwright_report::room_json::{fit_json, holdout_of};
-use trackwright_report::selection_json::choice_json;
+use trackwright_report::room_json::holdout_of;
+use trackwright_report::selection_json::decided_json;
 
 /// Fit a distortion model to measurements and write it as an environment
 #[derive(Debug, Args)]
@@ -170,30 +171,39 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     output.expect_kind(ENVIRONMENT)?;
     let request = model_request(args)?;
     let map = request.map;
-    let model = args.model.model(files)?;
-    refuse_what_others_have(args, model.kind())?;
+    let kind = args.model.kind(has_polynomial_options(args))?;
+    let model = kind.map(|kind| args.model.model(kind, files)).transpose()?;
+    if let Some(kind) = kind {
+        refuse_what_others_have(args, kind)?;
+    }
     let set = read(files, &args.data, args.fitting.has_rolls, map, args.common.as_is)?;
     let holdout_set = args
         .holdout
         .as_ref()
         .map(|f| read(files, f, args.fitting.has_rolls, map, args.common.as_is))
         .transpose()?;
-    let (settings, chosen) = match model.kind() {
-        ModelKind::Bernstein => {
-            choose::settings(files, &args.data, &set, &request, args.hold_out.as_ref())?
+    let wanted = match model {
+        Some(model) => Wanted::One(model),
+        None => {
+            let mut kinds = TriedKind::all(&set, map);
+            // It is made of what is to be left out.
+            kinds.retain(|kind| !(args.no_support && *kind == TriedKind::Kriging));
+            Wanted::Best(kinds)
         }
-        _ => (FitSettings::without_polynomials(map), None),
     };
+    let hold_out = args.hold_out.as_ref();
+    let decided = choose::decided(files, &args.data, &set, (&wanted, &request), hold_out)?;
+    let Decided { model, settings, .. } = &decided;
     let target = Target {
         data: &args.data,
         output: &output,
         volume: args.volume,
         jitter: args.jitter.jitter(),
         with_support: !args.no_support,
-        sensors: chosen.as_ref().and_then(|chosen| chosen.selection.sensors),
+        sensors: decided.sensors(),
     };
     let holdout = args.holdout.as_deref().zip(holdout_set.as_ref());
-    let room = fit_and_write(&target, &model, &settings, &set, holdout)?;
+    let room = fit_and_write(&target, model, settings, &set, holdout)?;
     if let Some((_, set)) = holdout {
         let bounds = room.environment.model.bounds();
         let outside = (set.samples.iter()).filter(|sample| !bounds.contains(&sample.position_mm));
@@ -205,20 +215,12 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
             OutsidePolicy::Clamp,
         );
     }
-    if let Some(chosen) = &chosen {
-        for line in choose::lines(chosen) {
-            output::note(&line);
-        }
+    for line in choose::decided_lines(&decided) {
+        output::note(&line);
     }
     match args.common.format {
-        Format::Json => {
-            let mut value = fit_json(&settings, &room);
-            if let Some(chosen) = &chosen {
-                value["selection"] = choice_json(chosen);
-            }
-            output::print_json(&value)
-        }
-        Format::Text => output::print(&as_text(&target, &settings, &room)),
+        Format::Json => output::print_json(&decided_json(&decided, &room)),
+        Format::Text => output::print(&as_text(&target, settings, &room)),
     }
 }
 
@@ -284,6 +286,14 @@ pub(super) fn fit_and_write(
         output::note(&format!("warning: {warning}"));
     }
     Ok(room)
+}
+
+/// Whether an option is given that only polynomials have.
+fn has_polynomial_options(args: &FitArgs) -> bool {
+    args.order.is_some()
+        || args.directions.is_some()
+        || args.ridge.is_some()
+        || args.fitting.of_polynomials().iter().any(|(_, is_given)| *is_given)
 }
 
 /// Options of polynomials beside another kind of model.

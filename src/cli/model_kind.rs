@@ -2,12 +2,13 @@
 
 use super::prelude::*;
 use clap::ArgAction;
-use trackwright_calibration::kind_choice::TriedKind;
+use trackwright_calibration::kind_choice::{TriedKind, TriedOptions};
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::computed::ModelKind;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::harmonic::solid_harmonics::MAX_DEGREE;
+use trackwright_field::samples::{MapKind, SampleSet};
 
 const KIND: Choice<ModelKind> = Choice(&[
     ("bernstein", "Bernstein polynomials per basis orientation, the paper's", ModelKind::Bernstein),
@@ -29,9 +30,10 @@ const YES_OR_NO: Choice<bool> = Choice(&[("yes", "", true), ("no", "", false)]);
 /// A model's kind, and what only that kind has.
 #[derive(Debug, Args)]
 pub(super) struct ModelArgs {
-    /// Kind of model. harmonic needs --generator
-    #[arg(long, value_parser = KIND, default_value = "bernstein", value_name = "KIND")]
-    model: ModelKind,
+    /// Kind of model. harmonic needs --generator. Where left out, the best of all kinds on rows held out,
+    /// as `select` finds it; bernstein where an option of polynomials is given
+    #[arg(long, value_parser = KIND, value_name = "KIND")]
+    model: Option<ModelKind>,
 
     /// Field generator of a harmonic model: planar-nine, anser, a file (*.generator.ron), or learn
     #[arg(long, value_name = "NAME|FILE|learn")]
@@ -54,12 +56,25 @@ pub(super) struct ModelArgs {
 }
 
 impl ModelArgs {
-    /// The kind, with its generator read.
+    /// The kind as it was stated, or by options that only one kind has.
+    ///
+    /// # Errors
+    /// How measurements count, where nothing names a kind that weighs them.
+    pub fn kind(&self, has_polynomial_options: bool) -> anyhow::Result<Option<ModelKind>> {
+        let of_options = match () {
+            () if self.generator.is_some() || self.degree.is_some() => Some(ModelKind::Harmonic),
+            () if self.symmetric || has_polynomial_options => Some(ModelKind::Bernstein),
+            () if self.loss != Loss::default() => bail!("--loss belongs to --model harmonic"),
+            () => None,
+        };
+        Ok(self.model.or(of_options))
+    }
+
+    /// A model of a kind, with its generator read.
     ///
     /// # Errors
     /// Options of another kind, a degree beyond 1 to 10, a generator that can't be read.
-    pub fn model(&self, files: &Files) -> anyhow::Result<RoomModel> {
-        let kind = self.model;
+    pub fn model(&self, kind: ModelKind, files: &Files) -> anyhow::Result<RoomModel> {
         let is_harmonic = kind == ModelKind::Harmonic;
         if !is_harmonic && (self.generator.is_some() || self.degree.is_some()) {
             bail!("--generator and --degree belong to --model harmonic");
@@ -114,58 +129,32 @@ pub(super) fn generator_choice(files: &Files, text: &str) -> anyhow::Result<Gene
     }))
 }
 
-/// Degrees that are tried where none is named.
-const TRIED_DEGREES: std::ops::RangeInclusive<usize> = 2..=8;
-
-/// The kinds of a list as in `bernstein,symmetric,kriging,harmonic`.
+/// The kinds of a list as in `bernstein,symmetric,kriging,harmonic`, or all that the samples can be fitted
+/// with where there is none.
 ///
 /// # Errors
-/// A kind that is not one, a harmonic model without a generator.
+/// A kind that is not one, options of kinds that are not named.
 pub(super) fn tried_kinds(
     files: &Files,
-    list: &str,
-    generator: Option<&str>,
+    list: Option<&str>,
+    generators: Option<&str>,
     degree: Option<usize>,
     loss: Loss,
+    (samples, map): (&SampleSet, MapKind),
 ) -> anyhow::Result<Vec<TriedKind>> {
-    let mut kinds: Vec<TriedKind> = Vec::new();
-    for name in list.split(',').map(str::trim) {
-        let kind = match (name, generator) {
-            ("bernstein", _) => TriedKind::Bernstein,
-            ("symmetric", _) => TriedKind::Symmetric,
-            ("kriging", _) => TriedKind::Kriging,
-            ("harmonic", Some(generators)) => {
-                let degrees =
-                    checked_degree(degree)?.map_or_else(|| TRIED_DEGREES.collect(), |d| vec![d]);
-                for generator in generators.split(',').map(str::trim) {
-                    let kind = TriedKind::Harmonic {
-                        generator: generator_choice(files, generator)?,
-                        degrees: degrees.clone(),
-                        loss,
-                    };
-                    if !kinds.contains(&kind) {
-                        kinds.push(kind);
-                    }
-                }
-                continue;
-            }
-            ("harmonic", None) => bail!(
-                "--models harmonic: found no --generator, expected planar-nine, anser, a file (*.generator.ron), or learn"
-            ),
-            _ => bail!(
-                "--models: found {name:?}, expected bernstein, symmetric, kriging or harmonic"
-            ),
-        };
-        if !kinds.contains(&kind) {
-            kinds.push(kind);
-        }
-    }
-    let has_harmonic = kinds.iter().any(|kind| kind.name() == "harmonic");
-    if !has_harmonic && (generator.is_some() || degree.is_some()) {
-        bail!("--generator and --degree belong to harmonic models, which --models does not name");
-    }
-    if !has_harmonic && loss != Loss::default() {
-        bail!("--loss belongs to harmonic models, which --models does not name");
-    }
-    Ok(kinds)
+    let items = |list: &str| list.split(',').map(|name| name.trim().to_owned()).collect();
+    let names: Option<Vec<String>> = list.map(items);
+    let generators = generators.map(|list| {
+        list.split(',')
+            .map(|name| generator_choice(files, name.trim()))
+            .collect::<Result<Vec<_>, _>>()
+    });
+    let generators = generators.transpose()?;
+    let options = TriedOptions {
+        names: names.as_deref(),
+        generators: generators.as_deref(),
+        degree: checked_degree(degree)?,
+        loss,
+    };
+    options.kinds(samples, map).context("--models")
 }

@@ -5,21 +5,18 @@ use super::fit::{FittingArgs, Target, VolumeArg, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::model_kind::{LOSS, tried_kinds};
 use super::prelude::*;
-use trackwright_calibration::kind_choice::{KindChoice, KindScored, TriedKind, choose_kind};
+use trackwright_calibration::kind_choice::{KindChoice, TriedKind, best_kind};
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use trackwright_calibration::room_choice::{Chosen, HeldOut, RowLabels};
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::SampleSet;
-use trackwright_field::selection::scoring::HeldOutScores;
-use trackwright_field::selection::{
-    DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, HoldOutBy, SelectSettings,
-};
+use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
+use trackwright_report::kinds::kind_lines;
 use trackwright_report::room::{map_name, method_name};
 use trackwright_report::room_json::fit_json;
-use trackwright_report::selection::{candidate_text, hold_out_name};
 use trackwright_report::selection_json::{curve_json, kinds_json, selection_json};
 use trackwright_report::text_table::columns;
 use trackwright_report::{learning_chart, selection, selection_chart};
@@ -36,13 +33,14 @@ pub struct SelectArgs {
     /// Measurement table (CSV): ideal_x … ideal_qz, measured_x … measured_qz; mm, unit quaternions
     data: PathBuf,
 
-    /// Kinds of models to try on the same rows held out, of bernstein, symmetric (Bernstein with an
-    /// axis turned round having the same error), kriging and harmonic
-    #[arg(long, value_name = "LIST", default_value = "bernstein")]
-    models: String,
+    /// Kinds of models to try on the same rows held out, of none (no correction), bernstein (the paper's),
+    /// symmetric (Bernstein with an axis turned round having the same error), kriging and harmonic. Where
+    /// left out, bernstein where an option of polynomials is given, else all. A kind that leaves twice as much as another in the first rows is tried no further
+    #[arg(long, value_name = "LIST")]
+    models: Option<String>,
 
     /// Field generators of harmonic models, each of them tried: planar-nine, anser, a file
-    /// (*.generator.ron), or learn
+    /// (*.generator.ron), or learn; the built-in ones and learn where left out
     #[arg(long, value_name = "NAME|FILE|learn,…")]
     generator: Option<String>,
 
@@ -142,21 +140,36 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         args.group.as_deref(),
         args.hold_out.as_ref(),
     )?;
-    let kinds =
-        tried_kinds(files, &args.models, args.generator.as_deref(), args.degree, args.loss)?;
+    // An option of polynomials names them.
+    let models = args.models.as_deref();
+    let models = models.or_else(|| has_polynomial_options(args).then_some("bernstein"));
+    let kinds = tried_kinds(
+        files,
+        models,
+        args.generator.as_deref(),
+        args.degree,
+        args.loss,
+        (&samples, settings.map),
+    )?;
     refuse_unused(args, &kinds)?;
     let curve = learning_points(args, &samples, &labels, &settings, &kinds)?;
     let (chosen, choice) = if kinds == [TriedKind::Bernstein] {
         let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
         (chosen, None)
     } else {
+        // What cannot be chosen is listed where polynomials are asked for.
+        settings.only_contenders = models.is_none();
         let shown = Shown::new("cross-validating");
-        let (chosen, choice) = choose_kind(&samples, labels, &settings, &kinds, &shown.task)
+        let (chosen, choice) = best_kind(&samples, labels, &settings, &kinds, &shown.task)
             .with_context(|| args.data.display().to_string())?;
         (chosen, Some(choice))
     };
     let mut value = selection_json(&chosen, samples.samples.len());
-    let mut lines = text_lines(args, &chosen, samples.samples.len());
+    let mut lines = match models {
+        Some(_) => table_lines(&chosen),
+        None => Vec::new(),
+    };
+    lines.insert(0, title(args, &chosen, samples.samples.len()));
     if let Some(choice) = &choice {
         value["models"] = kinds_json(choice);
         lines.extend(kind_lines(choice, chosen.by.as_deref()));
@@ -170,7 +183,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
             with_support: true,
             sensors: chosen.selection.sensors,
         };
-        let best = choice.as_ref().map(|choice| &choice.kinds[choice.best]);
+        let best = choice.as_ref().map(KindChoice::best);
         let fit_settings = match best {
             Some(kind) => kind.settings(&chosen.tried),
             None => chosen.settings(),
@@ -195,17 +208,25 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     args.common.format.print(|| value, || lines.join("\n"))
 }
 
-/// Refuses what none of the kinds that are tried would look at.
-fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
-    let is_bernstein =
-        |kind: &TriedKind| matches!(kind, TriedKind::Bernstein | TriedKind::Symmetric);
-    let of_polynomials = [
+/// Options that only polynomials have, and whether each is given.
+fn polynomial_options(args: &SelectArgs) -> impl Iterator<Item = (&'static str, bool)> {
+    let of_lists = [
         ("--orders", args.orders != DEFAULT_ORDERS),
         ("--directions", args.directions.is_some()),
         ("--ridges", args.ridges.is_some()),
     ];
-    let mut of_polynomials = of_polynomials.into_iter().chain(args.fitting.of_polynomials());
-    let given = of_polynomials.find(|(_, is_given)| *is_given);
+    of_lists.into_iter().chain(args.fitting.of_polynomials())
+}
+
+fn has_polynomial_options(args: &SelectArgs) -> bool {
+    polynomial_options(args).any(|(_, is_given)| is_given)
+}
+
+/// Refuses what none of the kinds that are tried would look at.
+fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
+    let is_bernstein =
+        |kind: &TriedKind| matches!(kind, TriedKind::Bernstein | TriedKind::Symmetric);
+    let given = polynomial_options(args).find(|(_, is_given)| *is_given);
     if let (Some((name, _)), false) = (given, kinds.iter().any(is_bernstein)) {
         bail!("{name} belongs to Bernstein polynomials, which --models does not name");
     }
@@ -268,6 +289,7 @@ fn settings(args: &SelectArgs) -> anyhow::Result<SelectSettings> {
         map: args.fitting.map,
         weighting: args.fitting.weights,
         rcond: args.fitting.rcond,
+        only_contenders: false,
     })
 }
 
@@ -299,18 +321,23 @@ fn numbers<T: std::str::FromStr>(
         .with_context(|| format!("{option}: found {list:?}, expected a list of {expected}"))
 }
 
-/// One line a system, with the ridge that serves it best; the choice is marked.
-fn text_lines(args: &SelectArgs, chosen: &Chosen, samples: usize) -> Vec<String> {
+/// What was held out of what.
+fn title(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
     let (settings, found) = (&chosen.tried, &chosen.selection);
     let by = chosen.by.as_deref();
     let held_out = selection::hold_out_text(found, found.decided_by, by).unwrap_or_default();
-    let mut lines = vec![format!(
+    format!(
         "{}: {} samples, {held_out}, {}, {} map",
         file_name(&args.data),
         with_separators(samples),
         method_name(settings.method),
         map_name(settings.map),
-    )];
+    )
+}
+
+/// One line a system of polynomials, with the ridge that serves it best; the choice is marked.
+fn table_lines(chosen: &Chosen) -> Vec<String> {
+    let found = &chosen.selection;
     let head = selection::head(found).into_iter().map(str::to_owned);
     let (mut marks, mut rows) = (vec![' '], vec![head.collect()]);
     for row in selection::rows(found) {
@@ -318,50 +345,9 @@ fn text_lines(args: &SelectArgs, chosen: &Chosen, samples: usize) -> Vec<String>
         rows.push(row.cells);
     }
     let table = columns(&rows, 0).into_iter().zip(marks);
-    lines.extend(table.map(|(line, mark)| format!("{mark} {line}")));
+    let mut lines: Vec<String> = table.map(|(line, mark)| format!("{mark} {line}")).collect();
     lines.extend(selection::notes(found));
     lines.extend(choose::lines(chosen));
-    lines
-}
-
-/// A kind and the best model of it.
-fn kind_text(kind: &KindScored) -> String {
-    match (&kind.model, &kind.candidate) {
-        (RoomModel::Harmonic(order), _) => format!(
-            "harmonic, generator {}, degree {}",
-            order.generator.name(),
-            order.degree.unwrap_or_default()
-        ),
-        (_, Some(candidate)) => format!("{}, {}", kind.name(), candidate_text(candidate)),
-        (_, None) => kind.name().to_owned(),
-    }
-}
-
-/// One line a kind, best first, in every hold-out; the chosen one is marked.
-fn kind_lines(choice: &KindChoice, groups: Option<&str>) -> Vec<String> {
-    let Some(first) = choice.kinds.first() else {
-        return Vec::new();
-    };
-    let held_out: Vec<HoldOutBy> = first.scores.hold_outs.iter().map(|(by, _)| *by).collect();
-    let mut lines = Vec::new();
-    for by in held_out {
-        let decides = if by == first.scores.decided_by { ", which decides" } else { "" };
-        let groups = match (by, groups) {
-            (HoldOutBy::Groups, Some(groups)) => format!(" by {groups}"),
-            _ => String::new(),
-        };
-        lines.push(format!("held out {}{groups}{decides}:", hold_out_name(by)));
-        for (place, kind) in choice.kinds.iter().enumerate() {
-            let Some(scores) = kind.scores.held_out_by(by) else {
-                continue;
-            };
-            let mark = if place == choice.best { '*' } else { ' ' };
-            lines.push(format!("{mark} {} {}", held_out_figures(scores), kind_text(kind)));
-        }
-    }
-    for (kind, why) in &choice.left_out {
-        lines.push(format!("{kind} is left out: {why}"));
-    }
     lines
 }
 
@@ -391,12 +377,4 @@ fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
         vec!["position RMS of rows held out, mm, by number of measurements:".to_owned()];
     lines.extend(columns(&rows, 0));
     lines
-}
-
-fn held_out_figures(scores: &HeldOutScores) -> String {
-    let angle = scores
-        .overall
-        .angle_rms_rad
-        .map_or_else(String::new, |a| format!("  {:>8.4}°", a.to_degrees()));
-    format!("{:>9.4} mm{angle}  ", scores.overall.position_rms_mm)
 }

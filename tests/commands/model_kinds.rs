@@ -110,7 +110,7 @@ fn contradicting_options_are_refused() {
         (ROOM, "--model kriging --order 2", "--order does not go with --model kriging"),
         (ROOM, "--model kriging --no-support", "made of the measurements"),
         (ROOM, "--model kriging --symmetric yes", "--symmetric belongs to"),
-        (ROOM, "--generator anser", "belong to --model harmonic"),
+        (ROOM, "--model kriging --generator anser", "belong to --model harmonic"),
         (ROOM, "--model harmonic --generator anser --degree 11", "found 11, expected 1 to 10"),
         (ROOM, "--model harmonic --generator nobody", "nobody"),
         (
@@ -124,7 +124,7 @@ fn contradicting_options_are_refused() {
     ] {
         scratch.fail_with(format!("fit {file} -o room.env.ron {args}"), &[part]);
     }
-    let words = "found \"splines\", expected bernstein, symmetric, kriging or harmonic";
+    let words = "found \"splines\", expected none, bernstein, harmonic, kriging, symmetric";
     scratch.fail_with(format!("select {ROOM} --models bernstein,splines"), &[words]);
 }
 

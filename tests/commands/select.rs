@@ -114,10 +114,12 @@ fn a_fit_without_options_uses_the_selection() {
     let (fit, notes) = scratch.json_and_notes("fit q.csv -o q.env.ron");
     assert_eq!((count(&fit["order"]), count(&fit["directions"])), (2, 1));
     assert!(number(&fit["train"]["after"]["position_rms_mm"]) < 1e-12);
-    assert_one_line(&notes, &["chosen: order 2, 1 orientation"]);
-    assert_eq!(fit["selection"]["reason"], notes.trim_end());
-    assert_eq!(model(&fit["selection"]), (2, 1, 0.0));
-    let chosen = scratch.json("select q.csv");
+    assert_one_line(&notes, &["chosen: bernstein, order 2, 1 orientation"]);
+    assert_eq!(fit["models"]["reason"], notes.trim_end());
+    let kinds = list(&fit["models"], "kinds");
+    let best = kinds.iter().find(|kind| kind["is_chosen"] == true).unwrap();
+    assert_eq!(model(best), (2, 1, 0.0));
+    let chosen = scratch.json("select q.csv --models bernstein");
     assert_eq!(model(&chosen["best"]), (2, 1, 0.0));
     // One of the two left out is chosen as well, the other kept.
     let kept = scratch.json(format!("fit {ROOM} -o q.env.ron --order 1"));
@@ -199,7 +201,7 @@ fn poses_and_sensors_are_both_reported() {
 fn a_fit_states_which_hold_out_its_choice_is_of() {
     let scratch = sensor_table();
     let fit = |extra: &str| scratch.json(format!("fit sensors.csv -o s.env.ron {extra}"));
-    let chosen = fit("--hold-out sensors");
+    let chosen = fit("--model bernstein --hold-out sensors");
     assert_eq!(chosen["selection"]["hold_out"], "sensors");
     assert_eq!(list(&chosen["selection"], "hold_outs").len(), 3);
     // A model that is given is judged as well.
@@ -304,7 +306,7 @@ fn readings_of_a_place_are_held_out_together() {
     for (name, places, scatter_mm) in [("scattered", 150, 2.0), ("few", 4, 0.3)] {
         scratch.write(name, places_table(places, 0, scatter_mm, 5, places > 4));
         scratch.write("fresh.csv", places_table(500, 1_000, 0.0, 1, false));
-        let found = scratch.json(format!("select {name}"));
+        let found = scratch.json(format!("select {name} --models bernstein"));
         assert_eq!(found["hold_out"], "groups", "{name}");
         // Places that are nearer than their readings scatter are one.
         let groups = count(&found["groups"]["count"]);
@@ -393,7 +395,7 @@ fn jhu_corrections_choose_order_four_or_five() {
     let scratch = Scratch::new();
     for (case, published) in PUBLISHED {
         let Some(table) = import(&scratch, case) else { return };
-        let found = scratch.json(format!("select {table} --map correction"));
+        let found = scratch.json(format!("select {table} --map correction --models bernstein"));
         let order = chosen_order(case, &found);
         assert!((4..=5).contains(&order), "{case}: order {order}");
         for ((order, published), noise) in (1..).zip(published).zip(FOLD_NOISE) {
@@ -412,7 +414,7 @@ fn jhu_distortion_chooses_order_four() {
     let scratch = Scratch::new();
     for (case, expected) in [("b", 0), ("f", 4)] {
         let Some(table) = import(&scratch, case) else { return };
-        let found = scratch.json(format!("select {table}"));
+        let found = scratch.json(format!("select {table} --models bernstein"));
         assert_eq!(chosen_order(case, &found), expected, "{case}");
     }
 }

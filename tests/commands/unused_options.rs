@@ -40,7 +40,7 @@ fn options_that_nothing_would_use_are_refused() {
             "--method does not go with --model kriging",
         ),
         (format!("{fit} --model kriging --rcond 1e-8"), "--rcond does not go with --model kriging"),
-        (format!("select {table} --loss squares"), "--loss belongs to"),
+        (format!("select {table} --models kriging --loss squares"), "no harmonic models"),
         (format!("select {table} --models kriging --orders 2"), "--orders belongs to Bernstein"),
         (format!("select {table} {jitter}"), "expected --output"),
         (format!("select {table} --volume aurora-cube"), "--output"),

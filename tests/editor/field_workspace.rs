@@ -84,7 +84,7 @@ fn room_a() -> [PathBuf; 2] {
 }
 
 fn settings(order: Option<usize>, directions: Option<DirectionSet>) -> FieldSettings {
-    let mut settings = FieldSettings::default();
+    let mut settings = FieldSettings { kind: FieldKind::Polynomials, ..FieldSettings::default() };
     settings.model.order = order;
     settings.model.directions = directions;
     settings
@@ -188,13 +188,13 @@ fn open_choices_equal_the_command_selection() {
     request_and_wait(&mut app, FieldRequest::Fit);
     let printed = scratch.json(format!("fit {} -o room.env.ron --order 1", text(&fit)));
     let fitted = field_state(&app).fitted.as_ref().unwrap();
-    let chosen = fitted.chosen.as_ref().unwrap();
+    let chosen = fitted.decided.chosen.as_ref().unwrap();
     let best = chosen.selection.best();
     let selection = &printed["selection"];
     assert_eq!(selection["directions"].as_u64(), Some(best.candidate.directions.len() as u64));
     assert_printed(best.candidate.ridge, &selection["ridge"]);
     assert_printed(best.deciding().position_rms_mm, &selection["cv"]["position_rms_mm"]);
-    assert_eq!(fitted.settings, chosen.settings());
+    assert_eq!(fitted.decided.settings, chosen.settings());
     assert_eq!(scratch.environment("room.env.ron").model, fitted.environment.model);
 }
 

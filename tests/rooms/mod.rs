@@ -2,6 +2,7 @@
 //! represent: made by an independent physical tracker, coverage counted.
 
 mod better_places;
+mod others;
 pub mod tracker;
 
 use crate::support::studies;
@@ -199,6 +200,7 @@ fn truth(room: &Room, scenario: &Scenario) -> Option<MetricValues> {
 }
 
 /// A tool in a room: what was to be expected, and what is.
+#[derive(Clone)]
 struct Case {
     figures: Figures,
     truth: MetricValues,
@@ -312,16 +314,13 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// median width of the interval over the truth.
 fn judged(cases: &[Case], figure: Metric) -> (f64, usize, f64) {
     let k = figure.index();
-    let holds = |case: &&Case| {
+    // Outside the room's region an interval has no end.
+    let ends = |case: &Case| {
         let Figure { low, high, .. } = case.figures.all[k];
-        let (low, high) = (low.unwrap(), high.unwrap());
-        (low..=high).contains(&case.truth[k])
+        (low.unwrap_or(0.0), high.unwrap_or(f64::INFINITY))
     };
-    let width = |case: &Case| {
-        let Figure { low, high, .. } = case.figures.all[k];
-        let (low, high) = (low.unwrap(), high.unwrap());
-        (high - low) / case.truth[k]
-    };
+    let holds = |case: &&Case| (ends(case).0..=ends(case).1).contains(&case.truth[k]);
+    let width = |case: &Case| (ends(case).1 - ends(case).0) / case.truth[k];
     (
         median(cases.iter().map(|c| c.figures.all[k].value / c.truth[k]).collect()),
         cases.iter().filter(holds).count(),

@@ -74,7 +74,7 @@ impl Room {
             let each = coils.iter().map(|coil| field(coil, center) * *cubed);
             (*center, each.collect())
         };
-        let mut room = Self {
+        let room = Self {
             metal: spheres.iter().map(induced).collect(),
             coils,
             metal_gain: 1.0,
@@ -84,10 +84,60 @@ impl Room {
             max_mm,
         };
         let wanted_mm = random.range(1.2, 4.0);
-        for _ in 0..3 {
-            room.metal_gain *= wanted_mm / room.raw_rms_mm();
-        }
+        room.of_raw_error(wanted_mm)
+    }
+
+    /// Coils and metal of any make: spheres are centers and what the field there is multiplied by; `noise`
+    /// is that of a position in mm in the middle of the volume.
+    pub fn of_parts(
+        coils: Vec<Vec<(V, V)>>,
+        spheres: &[(V, f64)],
+        [min_mm, max_mm]: [V; 2],
+        (raw_mm, noise_mm): (f64, f64),
+    ) -> Self {
+        let induced = |(center, factor): &(V, f64)| {
+            let each = coils.iter().map(|coil| field(coil, center) * *factor);
+            (*center, each.collect())
+        };
+        let metal = spheres.iter().map(induced).collect();
+        let (noise, metal_gain, has_outliers) = (0.0, 1.0, false);
+        let room = Self { metal, coils, metal_gain, noise, has_outliers, min_mm, max_mm };
+        let mut room = room.of_raw_error(raw_mm);
+        // A millimetre's worth of signal, in the middle.
+        let middle = (min_mm + max_mm) / 2.0;
+        let axis = V::new(0.5, 0.3, 0.8).normalize();
+        let step = room.signals(&(middle + V::new(1.0, 1.0, 1.0).normalize(), axis))
+            - room.signals(&(middle, axis));
+        room.noise = noise_mm * step.norm() / (room.coils.len() as f64).sqrt();
         room
+    }
+
+    /// With metal that answers so strongly that the raw error is about this.
+    fn of_raw_error(mut self, wanted_mm: f64) -> Self {
+        for _ in 0..3 {
+            self.metal_gain *= wanted_mm / self.raw_rms_mm();
+        }
+        self
+    }
+
+    /// With all the metal's answers multiplied.
+    pub fn with_gain(&self, factor: f64) -> Self {
+        Self {
+            metal_gain: self.metal_gain * factor,
+            coils: self.coils.clone(),
+            metal: self.metal.clone(),
+            ..*self
+        }
+    }
+
+    /// With another noise of the signals.
+    pub fn with_noise(&self, factor: f64) -> Self {
+        Self {
+            noise: self.noise * factor,
+            coils: self.coils.clone(),
+            metal: self.metal.clone(),
+            ..*self
+        }
     }
 
     fn raw_rms_mm(&self) -> f64 {

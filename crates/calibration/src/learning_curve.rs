@@ -59,7 +59,7 @@ pub fn learning_curve(
 }
 
 /// What is known of some of the rows.
-fn labels_of(labels: &RowLabels, rows: &[usize]) -> RowLabels {
+pub(crate) fn labels_of(labels: &RowLabels, rows: &[usize]) -> RowLabels {
     let of = |all: &[usize]| -> Vec<usize> { rows.iter().map(|&row| all[row]).collect() };
     RowLabels {
         grouping: labels

@@ -126,6 +126,7 @@ impl RowLabels {
             has_few_groups: self.deciding == Some(HoldOutBy::Groups)
                 || self.grouping.as_ref().is_some_and(|g| g.is_found),
             deciding: self.deciding,
+            only_deciding: false,
         }
     }
 }

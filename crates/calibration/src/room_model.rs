@@ -9,7 +9,7 @@ use trackwright_field::gaussian::{GaussianError, GaussianField, Kriging};
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::{
     HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicModel, HarmonicRows, LearnError,
-    LearnSettings, LearnedGenerator, Loss, learn, learn::degree_for,
+    LearnSettings, LearnedGenerator, Loss, learn, learn::degree_for, learn_again,
 };
 use trackwright_field::model::OutsidePolicy;
 use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
@@ -142,17 +142,21 @@ impl HarmonicTable {
         })
     }
 
-    /// With a generator that is learned from some of the samples.
-    pub fn learned(
+    /// With a generator that is learned again from some of the samples, beginning with one that was learned
+    /// from all of them.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`].
+    pub fn learned_again(
         samples: &SampleSet,
         from: &[usize],
+        known: &LearnedGenerator,
         max_degree: usize,
         task: &Task,
     ) -> Result<Self, RoomModelError> {
-        let part = samples.of_rows(from);
-        let learned = Self::new(&part, &GeneratorChoice::Learned, max_degree, task)?;
-        let known = GeneratorChoice::Known(learned.generator);
-        Self::new(samples, &known, max_degree, task)
+        let part = samples.of_rows(from).measurements();
+        let generator = learn_again(task, known, &part, &LearnSettings::default())?;
+        Self::new(samples, &GeneratorChoice::Known(generator), max_degree, task)
     }
 
     /// Fits all samples, or those whose indices are `used`.

@@ -1,26 +1,31 @@
 //! The process of a room's field: around the model where held-out rows show that this is better,
 //! else by itself.
 
-use super::room_model::{HarmonicTable, predicted};
+use super::room_model::{HarmonicTable, RoomModelError, predicted};
+use rayon::prelude::*;
 use trackwright_field::DistortionModel;
 use trackwright_field::batch::Batch;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit_with};
 use trackwright_field::gaussian::{GaussianError, GaussianField};
-use trackwright_field::harmonic::solid_harmonics::terms;
-use trackwright_field::harmonic::{HarmonicFitError, Loss};
+use trackwright_field::harmonic::{HarmonicFitError, HarmonicModel, Loss};
 use trackwright_field::model::OutsidePolicy;
 use trackwright_field::samples::{PoseError, SampleSet};
 use trackwright_field::selection::folds::Folds;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_task::Task;
+use trackwright_task::{Cancelled, Task};
 
 /// A model is the trend where what the process leaves around it is less than this part of what it
 /// leaves without: a choice within the noise of both is the simpler one.
 const BETTER: f64 = 0.95;
 
-/// Numbers measured an unknown from which own residuals are 2.5 % below held-out ones at most.
-const MANY_ROWS_AN_UNKNOWN: usize = 20;
+/// Groups of measurements that a harmonic model is fitted without in turn: their differences have as many
+/// degrees of freedom less one.
+const GROUPS: usize = 8;
+
+/// Pieces of a table, in the order of its rows, that a group has. What changes slowly while a table is
+/// measured (drift, lag, a path) is the same within a piece, and not from piece to piece.
+const PIECES: usize = 8;
 
 /// Rows an unknown below which a model's residuals are not representative.
 const ROWS_AN_UNKNOWN: usize = 3;
@@ -41,16 +46,16 @@ pub fn room_process(
     refit: &Refit,
     task: &Task,
 ) -> Result<GaussianField, GaussianError> {
-    if let Refit::Harmonic { .. } = refit {
+    if let Refit::Harmonic { table, degree, loss } = refit {
         // What a generator's fields leave is small beside the errors, so that it is their trend always.
         let own = trend(&fit.model, samples);
-        if refit.leaves_as_much_of_its_rows(samples) {
-            return GaussianField::fit(samples, Some(&own), task);
-        }
-        if let Some(held_out) = held_out(samples, refit, &fit.model, task)? {
-            let around = GaussianField::fit(samples, Some(&held_out), task)?;
-            return Ok(around.with_trend(samples, &own));
-        }
+        let refits = refits(samples, table, *degree, *loss, &task.subtask(0.0, 0.6))?;
+        let task = task.subtask(0.6, 1.0);
+        let Some((models, held_out)) = refits else {
+            return GaussianField::fit(samples, Some(&own), &task);
+        };
+        let around = GaussianField::fit(samples, Some(&held_out), &task)?;
+        return Ok(GaussianField { refits: models, ..around.with_trend(samples, &own) });
     }
     let alone = GaussianField::fit(samples, None, &task.subtask(0.0, 0.5))?;
     let is_determined = fit.systems.iter().all(|system| {
@@ -104,18 +109,48 @@ fn held_out(
     Ok(Some(given))
 }
 
-impl Refit<'_> {
-    /// Whether there are so many rows that a harmonic model leaves as much of its own as of others:
-    /// residuals are smaller by a part of half the unknowns over the numbers measured.
-    fn leaves_as_much_of_its_rows(&self, samples: &SampleSet) -> bool {
-        let Self::Harmonic { table, degree, .. } = self else {
-            return false;
-        };
-        let unknowns = table.generator.coils.len() * terms(*degree);
-        let dof = if samples.has_rotations { 5 } else { 3 };
-        dof * samples.samples.len() >= MANY_ROWS_AN_UNKNOWN * unknowns
+/// The harmonic model without each group of the measurements, and what these models give at the rows of
+/// their group; a learned generator is learned again without the group. `None` where one cannot be fitted.
+fn refits(
+    samples: &SampleSet,
+    table: &HarmonicTable,
+    degree: usize,
+    loss: Loss,
+    task: &Task,
+) -> Result<Option<(Vec<HarmonicModel>, Vec<PoseError>)>, GaussianError> {
+    let rows = samples.samples.len();
+    if rows < GROUPS * PIECES {
+        return Ok(None);
     }
+    let pieces: Vec<usize> = (0..rows).map(|row| row * GROUPS * PIECES / rows).collect();
+    let groups = Folds::of_groups(&pieces, GROUPS * PIECES, GROUPS, DEFAULT_SEED);
+    let quiet = Task::cancelled_by(task.cancel.clone());
+    let without = |out: &Vec<usize>| -> Result<HarmonicModel, RoomModelError> {
+        let rest: Vec<usize> = (0..rows).filter(|row| out.binary_search(row).is_err()).collect();
+        let fitted = match &table.learned {
+            None => table.fit(Some(&rest), degree, loss, &quiet)?,
+            Some(learned) => HarmonicTable::learned_again(samples, &rest, learned, degree, &quiet)?
+                .fit(Some(&rest), degree, loss, &quiet)?,
+        };
+        Ok(fitted.model)
+    };
+    let fitted: Result<Vec<HarmonicModel>, RoomModelError> =
+        groups.rows.par_iter().map(without).collect();
+    let models = match fitted {
+        Ok(models) => models,
+        Err(error) if error.is_cancelled() => return Err(Cancelled.into()),
+        Err(_) => return Ok(None),
+    };
+    let mut given = vec![PoseError::default(); rows];
+    for (out, model) in groups.rows.iter().zip(&models) {
+        for &row in out {
+            given[row] = predicted(model, &samples.samples[row]);
+        }
+    }
+    Ok(Some((models, given)))
+}
 
+impl Refit<'_> {
     /// What a model of some rows gives at others; `None` where it cannot be fitted.
     pub(super) fn at(
         &self,

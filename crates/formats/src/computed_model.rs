@@ -74,6 +74,11 @@ impl HarmonicEntry {
             let expected = "Distortion, of a harmonic model";
             return Err(FormatError::field("model.map", "Correction", expected));
         }
+        self.model("harmonic")
+    }
+
+    /// `name` is the field that it stands in.
+    pub(super) fn model(self, name: &str) -> Result<HarmonicModel, FormatError> {
         HarmonicModel::new(
             self.generator.check()?,
             self.center_mm.into(),
@@ -81,7 +86,7 @@ impl HarmonicEntry {
             self.degree,
             self.coefficients.concat(),
         )
-        .map_err(|cause| FormatError::field("harmonic", cause, "a model"))
+        .map_err(|cause| FormatError::field(name, cause, "a model"))
     }
 }
 
@@ -102,7 +107,7 @@ pub(super) fn write(out: &mut RonWriter, model: &DistortionModel) {
     }
 }
 
-fn write_harmonic(out: &mut RonWriter, model: &HarmonicModel) {
+pub(super) fn write_harmonic(out: &mut RonWriter, model: &HarmonicModel) {
     out.field("center_mm", ron_text::tuple(model.center_mm().coords.as_slice()));
     out.field("scale_mm", shortest(model.scale_mm()));
     out.field("degree", model.degree());

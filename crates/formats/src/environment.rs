@@ -328,6 +328,7 @@ pub(super) mod tests {
             measured_rows: 5_000,
             left_out_rms_mm: 2.0 / 3.0,
             sensor_variance: has_rotations.then_some([0.1, 0.0, 1.0 / 7.0, 1e-6, 1e-300, 0.0]),
+            refits: Vec::new(),
         }
     }
 

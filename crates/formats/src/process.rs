@@ -1,5 +1,6 @@
 //! The part of an environment that states what its measurements leave open of the field.
 
+use super::computed_model::{self, HarmonicEntry};
 use super::error::FormatError;
 use super::ron_text::{self, RonWriter};
 use nalgebra::{Point3, Unit, Vector3};
@@ -27,6 +28,8 @@ pub(super) struct ProcessEntry {
     #[serde(default)]
     sensor_variance: Option<ErrorValues>,
     rows: Vec<RowEntry>,
+    #[serde(default)]
+    refits: Vec<HarmonicEntry>,
 }
 
 /// Position, axis, error, and the noise of an outlier (1 of others).
@@ -85,6 +88,9 @@ impl ProcessEntry {
         if rows.is_empty() {
             return Err(FormatError::field("process.rows", "none", "at least one"));
         }
+        let refits = self.refits.into_iter().enumerate();
+        let refits = refits.map(|(index, refit)| refit.model(&format!("process.refits[{index}]")));
+        let refits: Vec<_> = refits.collect::<Result<_, FormatError>>()?;
         Ok(Arc::new(GaussianField {
             trend: self.trend,
             kernel: self.kernel,
@@ -95,6 +101,7 @@ impl ProcessEntry {
             measured_rows: self.measured_rows,
             left_out_rms_mm: self.left_out_rms_mm,
             sensor_variance: self.sensor_variance,
+            refits,
         }))
     }
 }
@@ -170,5 +177,13 @@ pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
                 out.line(format_args!("({position}, {axis}, {error}, {noise}),"));
             }
         });
+        if !process.refits.is_empty() {
+            out.line("// The model without one group of the measurements each.");
+            out.list("refits", |out| {
+                for refit in &process.refits {
+                    out.item(|out| computed_model::write_harmonic(out, refit));
+                }
+            });
+        }
     });
 }

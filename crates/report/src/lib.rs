@@ -23,6 +23,7 @@ pub mod drawing;
 pub mod error_charts;
 pub mod figures_json;
 pub mod found_metal;
+pub mod kinds;
 pub mod learning_chart;
 pub mod manufacturing;
 pub mod metal_chart;

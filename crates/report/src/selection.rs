@@ -257,5 +257,5 @@ fn others(selection: &Selection) -> impl Iterator<Item = HoldOutBy> {
 }
 
 fn has_angles(selection: &Selection) -> bool {
-    selection.best().by_row.angle_rms_rad.is_some()
+    selection.best().deciding().angle_rms_rad.is_some()
 }

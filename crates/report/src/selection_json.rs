@@ -1,11 +1,14 @@
 //! Chosen models of rooms, and what they were chosen from, as JSON.
 
+use crate::kinds::kind_reason;
 use crate::room::{map_name, method_name};
+use crate::room_json::fit_json;
 use crate::selection::{SENSOR_INTERVAL, hold_out_name, reason};
 use serde_json::{Value, json};
-use trackwright_calibration::kind_choice::KindChoice;
+use trackwright_calibration::kind_choice::{Decided, KindChoice};
 use trackwright_calibration::learning_curve::LearningPoint;
 use trackwright_calibration::room_choice::Chosen;
+use trackwright_calibration::room_fit::FittedRoom;
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::selection::places::Places;
 use trackwright_field::selection::sensors::SensorSpread;
@@ -16,7 +19,18 @@ pub fn reason_of(chosen: &Chosen) -> String {
     reason(&chosen.selection, chosen.by.as_deref(), chosen.tried.folds)
 }
 
-/// The model that `fit` chose.
+/// A fitted room, and how its model was decided.
+pub fn decided_json(decided: &Decided, room: &FittedRoom) -> Value {
+    let mut value = fit_json(&decided.settings, room);
+    match (&decided.kinds, &decided.chosen) {
+        (Some(kinds), _) => value["models"] = kinds_json(kinds),
+        (None, Some(chosen)) => value["selection"] = choice_json(chosen),
+        (None, None) => {}
+    }
+    value
+}
+
+/// The polynomials that `fit` chose.
 pub fn choice_json(chosen: &Chosen) -> Value {
     let best = chosen.selection.best();
     let mut value = json!({
@@ -120,7 +134,7 @@ pub fn selection_json(chosen: &Chosen, samples: usize) -> Value {
             value["coefficients"] = json!(row.candidate.coefficients());
             value["is_determined"] = json!(row.is_determined);
             value["cv"] = scores_json(row.deciding());
-            value["cv_by_row"] = scores_json(&row.by_row);
+            value["cv_by_row"] = json!(row.by_row.as_ref().map(scores_json));
             value["cv_by_group"] = json!(row.by_group.as_ref().map(scores_json));
             value["cv_by_sensor"] = json!(row.by_sensor.as_ref().map(scores_json));
             value["under_sampled_directions"] = json!(row.under_sampled);
@@ -192,5 +206,5 @@ pub fn kinds_json(choice: &KindChoice) -> Value {
         .collect();
     let left_out: Vec<Value> =
         choice.left_out.iter().map(|(kind, why)| json!({"model": kind, "reason": why})).collect();
-    json!({"kinds": kinds, "left_out": left_out})
+    json!({"kinds": kinds, "left_out": left_out, "reason": kind_reason(choice)})
 }

@@ -2,6 +2,7 @@
 
 use super::amplitude::Amplitude;
 use super::kernel::{FieldPoint, Kernel};
+use crate::harmonic::HarmonicModel;
 use serde::{Deserialize, Serialize};
 
 /// Position in mm, then rotation vector in radians.
@@ -45,4 +46,7 @@ pub struct GaussianField {
     /// Variance of what another sensor is off by at every pose, a component (mm², rad²), beyond what the
     /// measurements determine; `None` where they were not of several sensors.
     pub sensor_variance: Option<ErrorValues>,
+    /// The room's model fitted without one group of its measurements each; none of a model that the
+    /// process is not added to, and of polynomials, whose error is in the process.
+    pub refits: Vec<HarmonicModel>,
 }

@@ -103,6 +103,7 @@ impl GaussianField {
             measured_rows: samples.len(),
             left_out_rms_mm,
             sensor_variance: None,
+            refits: Vec::new(),
         })
     }
 

@@ -22,6 +22,7 @@ mod kernel_columns;
 mod kriging;
 mod posterior;
 mod readings;
+mod refits;
 #[cfg(test)]
 mod tests;
 

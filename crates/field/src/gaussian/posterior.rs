@@ -61,6 +61,8 @@ pub struct Posterior {
     log_amplitude: Mat<f64>,
     /// Standard deviation of the logarithm of the amplitude of all points at once.
     common_log_std: f64,
+    /// Of each refit of the room's model.
+    model_deviations: Vec<DrawnErrors>,
 }
 
 /// A process given rows: their covariance factored once, then evaluated at any poses.
@@ -137,6 +139,7 @@ impl GaussianField {
             components: self.components(),
             log_amplitude: log_amplitude?,
             common_log_std: common_log_std(self.rows.len()),
+            model_deviations: self.model_deviations(at),
         })
     }
 
@@ -186,11 +189,12 @@ impl Posterior {
     pub fn draws(&self, count: usize, seed: u64) -> Vec<DrawnErrors> {
         let points = self.mean.len();
         let pairs = count.div_ceil(2);
-        // Of each pair a normal number for all points, then seven for each.
+        // Of each pair a normal number for all points, seven for each, and one for each refit.
+        let refits = self.model_deviations.len();
         let normals = |pair: usize| -> Vec<f64> {
             let mut random = ChaCha8Rng::seed_from_u64(seed);
             random.set_stream(pair as u64);
-            (0..=7 * points).map(|_| StandardNormal.sample(&mut random)).collect()
+            (0..=7 * points + refits).map(|_| StandardNormal.sample(&mut random)).collect()
         };
         let normals: Vec<Vec<f64>> = (0..pairs).into_par_iter().map(normals).collect();
         let logs = Mat::from_fn(points, pairs, |i, pair| normals[pair][1 + i]);
@@ -206,7 +210,10 @@ impl Posterior {
             exponentials(&mut by);
             let each = by.iter().zip(&self.amplitude).enumerate().map(|(i, (by, amplitude))| {
                 let unit = nalgebra::Vector6::from_fn(|c, _| units[(i, 6 * pair + c)]);
-                self.components * unit * (by * amplitude)
+                let of_model = self.model_deviations.iter().zip(&normals[pair][1 + 7 * points..]);
+                of_model.fold(self.components * unit * (by * amplitude), |sum, (of, factor)| {
+                    sum + nalgebra::Vector6::from(of[i]) * *factor
+                })
             });
             let deviations: Vec<_> = each.collect();
             [1.0, -1.0].map(|side| {

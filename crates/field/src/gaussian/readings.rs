@@ -36,6 +36,14 @@ pub struct ReadingDistance {
     pub within_95: f64,
 }
 
+/// Deviations for a unit standard deviation of the process, what a sensor is off by itself, and the
+/// factor of each refit.
+struct ReadingDraw {
+    unit: Vector6<f64>,
+    own: Vector6<f64>,
+    of_refits: Vec<f64>,
+}
+
 impl GaussianField {
     /// The expected error of `model_errors`, the errors of the room's model at the points. All
     /// rows are conditioned on; their noise is not in it.
@@ -53,21 +61,22 @@ impl GaussianField {
         let mut found = Vec::with_capacity(at.len());
         for (block, model) in at.chunks(BLOCK).zip(model_errors.chunks(BLOCK)) {
             let (mean, explained) = given.at(block);
+            let deviations = self.model_deviations(block);
             let each = block.par_iter().enumerate().map(|(i, point)| {
                 let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
                 let unit_std = (given.kernel.variance() - explained).max(0.0).sqrt();
                 let amplitude = self.amplitude.at(&point.position_mm);
                 let own = std::array::from_fn(|c| mean[(i, c)] * amplitude);
                 let bias = less_model(own, self.trend, &model[i]);
-                self.reading_error(&bias, amplitude * unit_std, &components, &draws)
+                let of_model: Vec<_> = deviations.iter().map(|of| Vector6::from(of[i])).collect();
+                self.reading_error(&bias, amplitude * unit_std, &of_model, &components, &draws)
             });
             found.par_extend(each);
         }
         Ok(found)
     }
 
-    /// Deviations for a unit standard deviation of the process, and what a sensor is off by itself.
-    fn reading_draws(&self, components: &Matrix6<f64>) -> Vec<(Vector6<f64>, Vector6<f64>)> {
+    fn reading_draws(&self, components: &Matrix6<f64>) -> Vec<ReadingDraw> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
         let std = log_amplitude_std(self.rows.len());
@@ -76,7 +85,11 @@ impl GaussianField {
             let by = (std * normal() - std * std).exp();
             let unit = Vector6::from_fn(|_, _| normal());
             let own = Vector6::from_fn(|_, _| normal());
-            (components * unit * by, own.component_mul(&self.sensor_std()))
+            ReadingDraw {
+                unit: components * unit * by,
+                own: own.component_mul(&self.sensor_std()),
+                of_refits: (0..self.refits.len()).map(|_| normal()).collect(),
+            }
         });
         each.collect()
     }
@@ -112,17 +125,24 @@ impl GaussianField {
         &self,
         bias: &Vector6<f64>,
         std: f64,
+        of_model: &[Vector6<f64>],
         components: &Matrix6<f64>,
-        draws: &[(Vector6<f64>, Vector6<f64>)],
+        draws: &[ReadingDraw],
     ) -> ReadingError {
+        let off: Vec<Vector6<f64>> = draws
+            .iter()
+            .map(|draw| {
+                let of_model =
+                    of_model.iter().zip(&draw.of_refits).map(|(of, factor)| of * *factor);
+                bias + draw.unit * std + draw.own + of_model.sum::<Vector6<f64>>()
+            })
+            .collect();
         let distance = |from: usize| {
             let part = |v: &Vector6<f64>| Vector3::from(v.fixed_rows::<3>(from));
             let variance = components.fixed_rows::<3>(from).norm_squared() * std * std
-                + part(&self.sensor_std()).norm_squared();
-            let mut distances: Vec<f64> = draws
-                .iter()
-                .map(|(draw, own)| (part(bias) + part(draw) * std + part(own)).norm())
-                .collect();
+                + part(&self.sensor_std()).norm_squared()
+                + of_model.iter().map(|of| part(of).norm_squared()).sum::<f64>();
+            let mut distances: Vec<f64> = off.iter().map(|off| part(off).norm()).collect();
             let place = (0.95 * draws.len() as f64) as usize;
             let (_, within_95, _) = distances.select_nth_unstable_by(place, f64::total_cmp);
             ReadingDistance {

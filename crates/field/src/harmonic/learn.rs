@@ -9,13 +9,12 @@ use super::rows::Harmonics;
 use super::solid_harmonics::{MAX_DEGREE, terms};
 use super::variable_projection::{Dipoles, Learned, Problem};
 use crate::generator::Generator;
-use crate::samples::Residuals;
-use crate::samples::{Measurement, MeasurementSet};
+use crate::samples::{Measurement, MeasurementContent, MeasurementSet, Residuals};
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_task::Task;
 
-/// Fewest measurements: with fewer, one fold in `FOLDS` is too small to judge a model.
-pub const MIN_ROWS: usize = 40;
+/// Fewest measurements: with fewer, coils of any place explain them and none of the others.
+pub const MIN_ROWS: usize = 150;
 
 /// Every so many-th measurement is held out to choose the start.
 const FOLDS: usize = 5;
@@ -32,6 +31,9 @@ const HIGHEST_DEGREE: usize = 6;
 
 /// With 2 the twelve coils of 200 measurements of `cube` are over-fitted (held out 1.8 mm).
 const ROWS_A_COEFFICIENT: f64 = 2.5;
+
+/// Part of the time that the two starts take, for progress only.
+const STARTS_PART: f64 = 0.7;
 
 /// Where a generator is learned from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,7 +116,7 @@ pub enum LearnError {
     Fit(#[from] HarmonicFitError),
 }
 
-/// Learns a generator, which gets the name.
+/// Learns a generator, which gets the name, from two starts.
 ///
 /// The result does not depend on the number of threads; of more than `max_rows` measurements it uses
 /// an even selection, the same one each time.
@@ -128,65 +130,105 @@ pub fn learn(
     set: &MeasurementSet,
     settings: &LearnSettings,
 ) -> Result<LearnedGenerator, LearnError> {
-    check(set)?;
-    let given = set.measurements.len();
-    let used = given.min(settings.max_rows);
-    if used < MIN_ROWS {
-        return Err(LearnError::TooFew(used));
-    }
-    let degree = settings.degree.unwrap_or_else(|| degree_for(used - used / FOLDS));
-    if !(1..=MAX_DEGREE).contains(&degree) {
-        return Err(HarmonicFitError::Degree(degree, MAX_DEGREE).into());
-    }
-    let fixed = HarmonicFitSettings { degree, ridge: settings.ridge, loss: Loss::Huber };
-    if !(settings.ridge.is_finite() && settings.ridge >= 0.0) {
-        return Err(HarmonicFitError::Ridge(settings.ridge).into());
-    }
-    let thinned: Vec<_> = (0..used).map(|k| set.measurements[k * given / used]).collect();
-    let with = |keep: &dyn Fn(usize) -> bool| MeasurementSet {
-        measurements: (0..used).filter(|&k| keep(k)).map(|k| thinned[k]).collect(),
-        content: set.content,
-    };
-    let training = with(&|k| k % FOLDS != FOLDS / 2);
-    let held_out = with(&|k| k % FOLDS == FOLDS / 2);
-    let mut starts = Vec::new();
-    let mut best: Option<(f64, Start, Dipoles)> = None;
-    for (index, kind) in Start::ALL.into_iter().enumerate() {
-        let part = index as f64 / (Start::ALL.len() + 1) as f64;
-        let next = (index + 1) as f64 / (Start::ALL.len() + 1) as f64;
-        let task = task.subtask(part, next);
-        let found = run(&task, &training, kind, &start(kind), &fixed, settings.max_steps)?;
+    let part = Part::of(set, settings)?;
+    let training = part.where_fold(|is_held_out| !is_held_out);
+    let held_out = part.where_fold(|is_held_out| is_held_out);
+    let tried = |index: usize| -> Result<(StartReport, Dipoles), LearnError> {
+        let kind = Start::ALL[index];
+        // They run side by side; progress is that of the first.
+        let task = match index {
+            0 => task.subtask(0.0, STARTS_PART),
+            _ => Task::cancelled_by(task.cancel.clone()),
+        };
+        let found = run(&task, &training, kind, &start(kind), &part)?;
         let generator = found.dipoles.generator(name);
-        let residuals = score(&task, &generator, &training, &held_out.measurements, &fixed)?;
-        starts.push(StartReport {
+        let residuals = score(&task, &generator, &training, &held_out.measurements, &part.room)?;
+        let report = StartReport {
             start: kind,
             coils: found.dipoles.0.len(),
             steps: found.steps,
             has_converged: found.has_converged,
             held_out: residuals,
-        });
-        let error_mm = residuals.position_rms_mm;
-        if best.as_ref().is_none_or(|(least, ..)| error_mm < *least) {
-            best = Some((error_mm, kind, found.dipoles));
-        }
-    }
-    let Some((_, kind, dipoles)) = best else {
-        return Err(LearnError::TooFew(used));
+        };
+        Ok((report, found.dipoles))
     };
-    let task = task.subtask(1.0 - 1.0 / (Start::ALL.len() + 1) as f64, 1.0);
-    let all = with(&|_| true);
-    let last = run(&task, &all, kind, &dipoles, &fixed, settings.max_steps)?;
+    let (first, second) = rayon::join(|| tried(0), || tried(1));
+    let tried = [first?, second?];
+    let (first_mm, second_mm) =
+        (tried[0].0.held_out.position_rms_mm, tried[1].0.held_out.position_rms_mm);
+    let (best, dipoles) = &tried[usize::from(second_mm < first_mm)];
+    let last = run(&task.subtask(STARTS_PART, 1.0), &part.all(), best.start, dipoles, &part)?;
     Ok(LearnedGenerator {
         generator: last.dipoles.generator(name),
-        start: kind,
-        degree,
-        measurements: given,
-        used,
+        start: best.start,
+        degree: part.room.degree,
+        measurements: set.measurements.len(),
+        used: part.thinned.len(),
         held_out: held_out.measurements.len(),
-        starts,
         last_steps: last.steps,
         has_converged: last.has_converged,
+        starts: tried.into_iter().map(|(report, _)| report).collect(),
     })
+}
+
+/// Learns a generator from other measurements of the tracker that `known` was learned from, beginning
+/// with it: a few steps.
+///
+/// # Errors
+/// Those of [`learn`].
+pub fn learn_again(
+    task: &Task,
+    known: &LearnedGenerator,
+    set: &MeasurementSet,
+    settings: &LearnSettings,
+) -> Result<Generator, LearnError> {
+    let part = Part::of(set, settings)?;
+    let from = Dipoles::of(&known.generator).unwrap_or_else(|| start(known.start));
+    let found = run(task, &part.all(), known.start, &from, &part)?;
+    Ok(found.dipoles.generator(&known.generator.name))
+}
+
+/// What is learned from, and how.
+struct Part<'a> {
+    settings: &'a LearnSettings,
+    room: HarmonicFitSettings,
+    thinned: Vec<Measurement>,
+    content: MeasurementContent,
+}
+
+impl<'a> Part<'a> {
+    fn of(set: &MeasurementSet, settings: &'a LearnSettings) -> Result<Self, LearnError> {
+        check(set)?;
+        let given = set.measurements.len();
+        let used = given.min(settings.max_rows);
+        if used < MIN_ROWS {
+            return Err(LearnError::TooFew(used));
+        }
+        let degree = settings.degree.unwrap_or_else(|| degree_for(used - used / FOLDS));
+        if !(1..=MAX_DEGREE).contains(&degree) {
+            return Err(HarmonicFitError::Degree(degree, MAX_DEGREE).into());
+        }
+        if !(settings.ridge.is_finite() && settings.ridge >= 0.0) {
+            return Err(HarmonicFitError::Ridge(settings.ridge).into());
+        }
+        Ok(Self {
+            settings,
+            room: HarmonicFitSettings { degree, ridge: settings.ridge, loss: Loss::Huber },
+            thinned: (0..used).map(|k| set.measurements[k * given / used]).collect(),
+            content: set.content,
+        })
+    }
+
+    fn all(&self) -> MeasurementSet {
+        self.where_fold(|_| true)
+    }
+
+    /// Those of which `keep` is true, given whether they are held out to choose the start.
+    fn where_fold(&self, keep: impl Fn(bool) -> bool) -> MeasurementSet {
+        let each = self.thinned.iter().enumerate();
+        let kept = each.filter(|(k, _)| keep(k % FOLDS == FOLDS / 2));
+        MeasurementSet { measurements: kept.map(|(_, m)| *m).collect(), content: self.content }
+    }
 }
 
 /// From `from`, held by the prior to the start of a kind.
@@ -195,9 +237,9 @@ fn run(
     set: &MeasurementSet,
     kind: Start,
     from: &Dipoles,
-    settings: &HarmonicFitSettings,
-    max_steps: usize,
+    part: &Part,
 ) -> Result<Learned, LearnError> {
+    let settings = &part.room;
     let harmonics = Harmonics::new(&set.measurements, set.content, settings.degree);
     let problem = Problem {
         measurements: &set.measurements,
@@ -206,7 +248,7 @@ fn run(
         ridge: settings.ridge,
         start: start(kind),
     };
-    let learned = problem.learn(task, from, max_steps);
+    let learned = problem.learn(task, from, part.settings.max_steps);
     let unknowns = from.0.len() * terms(settings.degree);
     learned.map_err(|error| {
         let rows = set.measurements.len() * 5;
@@ -254,11 +296,10 @@ mod tests {
     use super::super::fit::tests::room_a;
     use super::super::model::{HarmonicModel, HarmonicModelError};
     use super::*;
-    use crate::samples::MeasurementContent;
 
-    fn of_100() -> MeasurementSet {
+    fn of_few() -> MeasurementSet {
         let mut set = room_a("fit");
-        set.measurements.truncate(100);
+        set.measurements.truncate(MIN_ROWS);
         set
     }
 
@@ -284,7 +325,7 @@ mod tests {
 
     #[test]
     fn learning_does_not_depend_on_threads() {
-        let set = of_100();
+        let set = of_few();
         let settings = LearnSettings { max_steps: 4, ..LearnSettings::default() };
         let with = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -301,7 +342,7 @@ mod tests {
             learn(&task, "", set, settings).unwrap_err()
         };
         let settings = LearnSettings::default();
-        let mut set = of_100();
+        let mut set = of_few();
         let high = LearnSettings { degree: Some(11), ..settings };
         assert_eq!(error(&set, &high), LearnError::Fit(HarmonicFitError::Degree(11, 10)));
         let few = LearnSettings { max_rows: 12, ..settings };
@@ -313,7 +354,7 @@ mod tests {
         let task = Task::default();
         task.cancel.cancel();
         assert_eq!(
-            learn(&task, "", &of_100(), &settings),
+            learn(&task, "", &of_few(), &settings),
             Err(LearnError::Fit(trackwright_task::Cancelled.into()))
         );
     }
@@ -326,7 +367,7 @@ mod tests {
 
     #[test]
     fn equal_measurements_do_not_stop_learning() {
-        let mut set = of_100();
+        let mut set = of_few();
         let first = set.measurements[0];
         set.measurements.iter_mut().for_each(|m| *m = first);
         // Nothing is determined, and nothing panics.

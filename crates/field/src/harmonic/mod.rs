@@ -12,5 +12,5 @@ mod variable_projection;
 pub use fit::{
     HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss, huber_weights,
 };
-pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn};
+pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn, learn_again};
 pub use model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};

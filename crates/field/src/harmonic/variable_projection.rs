@@ -58,6 +58,15 @@ impl Dipoles {
         }
     }
 
+    /// The dipoles of a generator; `None` where it has other coils.
+    pub(super) fn of(generator: &Generator) -> Option<Self> {
+        let dipole = |coil: &Coil| match coil {
+            Coil::Dipole { at_mm, moment } => Some((*at_mm, Unit::new_normalize(*moment))),
+            _ => None,
+        };
+        generator.coils.iter().map(dipole).collect::<Option<_>>().map(Self)
+    }
+
     fn moved(&self, step: &[f64]) -> Self {
         let coils = self.0.iter().zip(step.chunks_exact(OF_COIL));
         Self(

@@ -91,6 +91,10 @@ impl<'a> Problem<'a> {
         rows_of.iter().filter(is_short).count()
     }
 
+    pub fn rows(&self) -> usize {
+        self.set.samples.len()
+    }
+
     fn weights(&self, system: &System, settings: &SelectSettings) -> Vec<DirectionWeights> {
         let of_axis = |axis| system.directions.weights(axis, settings.weighting);
         self.set.samples.iter().map(|s| of_axis(&s.axis)).collect()

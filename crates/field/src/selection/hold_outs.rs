@@ -26,6 +26,8 @@ pub struct HoldOuts<'a> {
     pub has_few_groups: bool,
     /// `None`: groups where there are any, else rows.
     pub deciding: Option<HoldOutBy>,
+    /// Whether nothing else is held out than what decides.
+    pub only_deciding: bool,
 }
 
 /// One way in which rows were held out.
@@ -37,9 +39,9 @@ pub struct HoldOut {
     pub count: usize,
 }
 
-/// The folds of each hold-out. Rows are always held out, the others where they are known.
+/// The folds of each hold-out, where it is made.
 pub(super) struct AllFolds {
-    pub rows: Folds,
+    pub rows: Option<Folds>,
     pub groups: Option<(Folds, usize)>,
     pub sensors: Option<(Folds, usize)>,
     pub deciding: HoldOutBy,
@@ -85,27 +87,31 @@ impl AllFolds {
         match (deciding, &groups, &sensors) {
             (HoldOutBy::Groups, None, _) => Err(SelectError::NothingToHoldOut("groups")),
             (HoldOutBy::Sensors, _, None) => Err(SelectError::NothingToHoldOut("sensors")),
-            _ => Ok(Self {
-                rows: Folds::of_rows(rows, settings.folds, settings.seed),
-                groups,
-                sensors,
-                deciding,
-            }),
+            _ => {
+                let is_made = |by| !hold_outs.only_deciding || deciding == by;
+                let by_row = || Folds::of_rows(rows, settings.folds, settings.seed);
+                Ok(Self {
+                    rows: is_made(HoldOutBy::Rows).then(by_row),
+                    groups: groups.filter(|_| is_made(HoldOutBy::Groups)),
+                    sensors: sensors.filter(|_| is_made(HoldOutBy::Sensors)),
+                    deciding,
+                })
+            }
         }
     }
 
     /// All hold-outs, rows first.
     pub fn list(&self) -> Vec<HoldOut> {
-        let rows = HoldOut {
+        let rows = self.rows.iter().map(|folds| HoldOut {
             by: HoldOutBy::Rows,
-            folds: self.rows.rows.len(),
-            count: self.rows.rows.iter().map(Vec::len).sum(),
-        };
+            folds: folds.rows.len(),
+            count: folds.rows.iter().map(Vec::len).sum(),
+        });
         let labelled = [(HoldOutBy::Groups, &self.groups), (HoldOutBy::Sensors, &self.sensors)];
         let labelled = labelled.into_iter().filter_map(|(by, folds)| {
             let (folds, count) = folds.as_ref()?;
             Some(HoldOut { by, folds: folds.rows.len(), count: *count })
         });
-        std::iter::once(rows).chain(labelled).collect()
+        rows.chain(labelled).collect()
     }
 }

@@ -35,9 +35,10 @@ pub fn score<E: From<SelectError>>(
 ) -> Result<OtherScored, E> {
     let all = AllFolds::new(hold_outs, set.samples.len(), settings)?;
     let labelled = [(HoldOutBy::Groups, all.groups), (HoldOutBy::Sensors, all.sensors)];
-    let known = labelled.into_iter().filter_map(|(by, folds)| Some((by, folds?.0)));
+    let labelled = labelled.into_iter().filter_map(|(by, folds)| Some((by, folds?.0)));
+    let rows = all.rows.map(|folds| (HoldOutBy::Rows, folds));
     let mut scored = Vec::new();
-    for (by, folds) in std::iter::once((HoldOutBy::Rows, all.rows)).chain(known) {
+    for (by, folds) in rows.into_iter().chain(labelled) {
         let residuals = residuals(&folds)?;
         let of_row = |&row: &usize| residuals[row].as_ref().map(FoldSums::of);
         let by_fold = folds.rows.iter().map(|rows| rows.iter().filter_map(of_row).sum());

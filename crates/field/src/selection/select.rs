@@ -18,7 +18,7 @@ use trackwright_task::Task;
 pub struct Scored {
     pub candidate: Candidate,
     /// Rows held out one by one.
-    pub by_row: Scores,
+    pub by_row: Option<Scores>,
     /// Rows held out with all of their group.
     pub by_group: Option<Scores>,
     /// Rows held out with all of their sensor.
@@ -41,7 +41,7 @@ impl Scored {
     /// The scores of a hold-out, where rows were held out so.
     pub fn held_out_by(&self, by: HoldOutBy) -> Option<&Scores> {
         match by {
-            HoldOutBy::Rows => Some(&self.by_row),
+            HoldOutBy::Rows => self.by_row.as_ref(),
             HoldOutBy::Groups => self.by_group.as_ref(),
             HoldOutBy::Sensors => self.by_sensor.as_ref(),
         }
@@ -88,7 +88,7 @@ pub struct Selection {
     pub decided_by: HoldOutBy,
     /// What sensors differ by among themselves, where they were held out.
     pub sensors: Option<SensorSpread>,
-    /// Joint systems that were not tried, since no fold could determine them: order, orientations.
+    /// Systems that were not tried, since the rows do not determine them: order, orientations.
     pub left_out: Vec<(usize, DirectionSet)>,
 }
 
@@ -147,32 +147,35 @@ pub fn select_by(
     let listed = folds.list();
     let decided_by = folds.deciding;
     let sensor_folds = folds.sensors.as_ref().map(|(folds, _)| folds.clone());
-    let by_row = Split::new(set, folds.rows);
+    let by_row = folds.rows.map(|folds| Split::new(set, folds));
     let by_group = folds.groups.map(|(folds, _)| Split::new(set, folds));
     let by_sensor = folds.sensors.map(|(folds, _)| Split::new(set, folds));
     let bounds =
         Bounds::around(set.samples.iter().map(|s| s.position_mm)).ok_or(SelectError::NoSamples)?;
     let problem = Problem::new(set, bounds);
-    let (systems, left_out) = affordable(systems(settings), settings.method, rows);
+    let (systems, left_out) = affordable(systems(settings), &problem, settings);
     let progress = cross_validation::progress(task, &systems, listed.len());
     let mut table = Vec::new();
     for system in &systems {
         let of = |split| cross_validation::scores(&problem, system, split, settings, &progress);
-        let by_row = of(&by_row)?;
+        let by_row = by_row.as_ref().map(of).transpose()?;
         let by_group = by_group.as_ref().map(of).transpose()?;
         let by_sensor = by_sensor.as_ref().map(of).transpose()?;
         let deciding = match decided_by {
-            HoldOutBy::Rows => Some(&by_row),
-            HoldOutBy::Groups => by_group.as_ref(),
-            HoldOutBy::Sensors => by_sensor.as_ref(),
+            HoldOutBy::Rows => &by_row,
+            HoldOutBy::Groups => &by_group,
+            HoldOutBy::Sensors => &by_sensor,
         };
-        let deciding = deciding.unwrap_or(&by_row);
+        // What decides is held out always.
+        let Some(deciding) = deciding else {
+            return Err(SelectError::NothingToHoldOut("rows"));
+        };
         let under_sampled = problem.under_sampled(system, settings);
         let overall = |outcome: &Outcome, i: usize| outcome.scores[i].overall;
         for (i, &ridge) in system.ridges.iter().enumerate() {
             table.push(Scored {
                 candidate: system.candidate(ridge),
-                by_row: overall(&by_row, i),
+                by_row: by_row.as_ref().map(|outcome| overall(outcome, i)),
                 by_group: by_group.as_ref().map(|outcome| overall(outcome, i)),
                 by_sensor: by_sensor.as_ref().map(|outcome| overall(outcome, i)),
                 deciding: deciding.scores[i].clone(),
@@ -207,14 +210,23 @@ pub fn select_by(
     })
 }
 
-/// Parts joint systems with at least as many unknowns as rows from the others. They could not be
-/// chosen where another order is determined, and they are the ones that take hours.
-fn affordable(systems: Vec<System>, method: FitMethod, rows: usize) -> (Vec<System>, Vec<System>) {
+/// Parts systems that could not be chosen from the others, where others are determined: joint ones with
+/// at least as many unknowns as rows, which take hours, and on request all that are under-sampled.
+fn affordable(
+    systems: Vec<System>,
+    problem: &Problem,
+    settings: &SelectSettings,
+) -> (Vec<System>, Vec<System>) {
     let is_hopeless = |system: &System| {
-        method == FitMethod::Joint && system.candidate(0.0).coefficients() >= rows
+        let candidate = system.candidate(0.0);
+        let is_short = 2 * problem.under_sampled(system, settings) > candidate.directions.len();
+        match settings.method {
+            FitMethod::Joint => candidate.coefficients() >= problem.rows(),
+            FitMethod::PerDirection => settings.only_contenders && is_short,
+        }
     };
     let all_are = systems.iter().all(|system| system.order == 0 || is_hopeless(system));
-    if all_are {
+    if all_are && !settings.only_contenders {
         return (systems, Vec::new());
     }
     systems.into_iter().partition(|system| !is_hopeless(system))

@@ -45,6 +45,9 @@ pub struct SelectSettings {
     pub map: MapKind,
     pub weighting: Weighting,
     pub rcond: f64,
+    /// Whether what cannot be chosen is not tried to the end, which takes the most time: models that most of
+    /// their orientations have too few places for, and kinds of models that are clearly behind.
+    pub only_contenders: bool,
 }
 
 impl SelectSettings {
@@ -64,6 +67,7 @@ impl SelectSettings {
             map: MapKind::Distortion,
             weighting: Weighting::default(),
             rcond: DEFAULT_RCOND,
+            only_contenders: false,
         }
     }
 

@@ -90,7 +90,7 @@ fn a_noisy_polynomial_of_order_two_is_recognised() {
     assert_eq!((best.order, best.directions), (2, DirectionSet::One));
     // Uniform noise of ±0.05 mm an axis has an RMS of 0.05 mm, and 27 coefficients of 480 rows add
     // about 3 % to it.
-    let rms = found.best().by_row.position_rms_mm;
+    let rms = found.best().by_row.unwrap().position_rms_mm;
     assert!((0.045..0.06).contains(&rms), "{rms}");
 }
 
@@ -126,13 +126,13 @@ fn groups_are_not_predicted_by_neighbours() {
     let found = run(&set, Some(&groups), &tried).unwrap();
     assert_eq!(found.groups, Some(60));
     assert_eq!(found.best().candidate.order, 0);
-    let uncorrected = found.table[0].by_row.position_rms_mm;
+    let uncorrected = found.table[0].by_row.unwrap().position_rms_mm;
     let order_two = found
         .table
         .iter()
         .find(|row| row.candidate.order == 2 && row.candidate.ridge == 0.0)
         .unwrap();
-    assert!(order_two.by_row.position_rms_mm < 0.9 * uncorrected);
+    assert!(order_two.by_row.unwrap().position_rms_mm < 0.9 * uncorrected);
     assert!(order_two.by_group.unwrap().position_rms_mm > 1.2 * uncorrected);
     // Row by row the leak decides.
     let leaking = run(&set, None, &tried).unwrap();
@@ -183,9 +183,9 @@ fn every_score_is_that_of_fits_done_one_by_one() {
                 // Condition numbers here are below 1e4, so round-off stays below 1e-11.
                 assert!((a - b).abs() <= 1e-10 * b, "{what} {:?}: {a} {b}", row.candidate);
             };
-            close(row.by_row.position_rms_mm, exact.position_rms_mm, "RMS");
-            close(row.by_row.position_max_mm, exact.position_max_mm, "max");
-            let angles = (row.by_row.angle_rms_rad, exact.angle_rms_rad);
+            close(row.by_row.unwrap().position_rms_mm, exact.position_rms_mm, "RMS");
+            close(row.by_row.unwrap().position_max_mm, exact.position_max_mm, "max");
+            let angles = (row.by_row.unwrap().angle_rms_rad, exact.angle_rms_rad);
             close(angles.0.unwrap(), angles.1.unwrap(), "angle");
         }
     }

@@ -10,11 +10,12 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::{ErrorSummary, FitQuality};
-use trackwright_calibration::room_choice::{Chosen, ModelRequest};
+use trackwright_calibration::kind_choice::Decided;
+use trackwright_calibration::room_choice::ModelRequest;
 use trackwright_calibration::room_model::HarmonicReport;
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
-use trackwright_field::fit::{DEFAULT_RCOND, Fit, FitMethod, FitSettings};
+use trackwright_field::fit::{DEFAULT_RCOND, Fit, FitMethod};
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::directions::Weighting;
 use trackwright_geometry::volume::Volume;
@@ -82,7 +83,8 @@ impl FieldSettings {
 
     /// Whether cross-validation has something to choose, but for what the samples decide.
     pub fn is_open(&self) -> bool {
-        self.kind.is_polynomial() && (self.model.order.is_none() || self.model.directions.is_none())
+        let is_model_open = self.model.order.is_none() || self.model.directions.is_none();
+        self.kind == FieldKind::Best || (self.kind.is_polynomial() && is_model_open)
     }
 }
 
@@ -106,11 +108,9 @@ pub struct Fitted {
     /// Named after its table until it is saved.
     pub environment: Arc<Environment>,
     pub fit: Fit,
-    /// Of polynomials.
-    pub settings: FitSettings,
+    /// The model, and how it was decided.
+    pub decided: Decided,
     pub harmonic: Option<HarmonicReport>,
-    /// What was chosen by cross-validation, where anything was open.
-    pub chosen: Option<Chosen>,
     pub training_quality: FitQuality,
     pub held_out_quality: Option<FitQuality>,
     pub notes: Vec<String>,

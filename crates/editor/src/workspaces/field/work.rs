@@ -6,15 +6,15 @@ use crate::workspaces::field::metal::{FoundMetal, GeneratorSource};
 use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::fit_quality;
-use trackwright_calibration::room_choice::{Chosen, ModelChoice, choose, row_groups};
+use trackwright_calibration::kind_choice::{Decided, KindError, decide};
+use trackwright_calibration::room_choice::{RowLabels, row_groups};
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
-use trackwright_field::fit::FitSettings;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::HarmonicFitError;
 use trackwright_field::samples::MeasurementContent;
-use trackwright_field::selection::{SelectError, SelectSettings};
+use trackwright_field::selection::SelectError;
 use trackwright_metal::identify::compare::{self, CompareError};
 use trackwright_metal::identify::{IdentifyError, IdentifySettings, identify, room_of_found};
 use trackwright_project::{Files, RoomContent, StoreError, room_name};
@@ -51,21 +51,27 @@ pub fn fit(
     task: &Task,
 ) -> Result<Fitted, Failure> {
     let mut notes = Vec::new();
-    let wanted = match settings.kind.is_polynomial() {
-        true => settings.model.wanted(&training.samples),
-        false => ModelChoice::Fixed(FitSettings::without_polynomials(settings.model.map)),
+    let request = &settings.model;
+    let wanted = settings.kind.wanted(&training.samples, request.map, settings.degree);
+    let Some(wanted) = wanted else {
+        return Err(Failure::Because(format!(
+            "{}: its generator is not built in",
+            settings.kind.label()
+        )));
     };
-    let (model, chosen, fitting) = match wanted {
-        ModelChoice::Fixed(model) => (model, None, task.clone()),
-        ModelChoice::Open(tried) => {
-            let choosing = task.subtask(0.0, CHOOSING_PART);
-            let chosen = choose_model(training, tried, &mut notes, &choosing)?;
-            let rest = task.subtask(CHOOSING_PART, 1.0);
-            (chosen.settings(), Some(chosen), rest)
-        }
-    };
+    let choosing_part = if settings.is_open() { CHOOSING_PART } else { 0.0 };
+    let decided = decide(
+        &training.samples,
+        (&wanted, request),
+        false,
+        || labels(training),
+        &task.subtask(0.0, choosing_part),
+    );
+    let decided = decided.map_err(|failed| failed.in_table(training))?;
+    let places = decided.chosen.as_ref().and_then(|chosen| chosen.places.as_ref());
+    notes.extend(places.map(grouped_line));
     let FittedRoom { environment, fit, support_left_out, harmonic } =
-        fit_model(training, held_out, &settings, model, &fitting)?;
+        fit_model(training, held_out, &settings, &decided, &task.subtask(choosing_part, 1.0))?;
     notes.extend(support_left_out.as_ref().map(support_note));
     Ok(Fitted {
         training_quality: fit_quality(&fit.model, &training.samples),
@@ -73,50 +79,55 @@ pub fn fit(
         training: Arc::clone(training),
         held_out: held_out.map(Arc::clone),
         field_settings: settings,
-        settings: model,
+        decided,
         harmonic,
-        chosen,
         notes,
         fit,
         environment: Arc::new(environment),
     })
 }
 
-fn choose_model(
-    training: &Table,
-    tried: SelectSettings,
-    notes: &mut Vec<String>,
-    task: &Task,
-) -> Result<Chosen, Failure> {
+/// Why no model was decided.
+enum Undecided {
+    /// It names the file already.
+    Labels(StoreError),
+    Kind(KindError),
+}
+
+impl From<KindError> for Undecided {
+    fn from(error: KindError) -> Self {
+        Self::Kind(error)
+    }
+}
+
+impl Undecided {
+    fn in_table(self, table: &Table) -> Failure {
+        match self {
+            Self::Labels(error) => Failure::Because(error.to_string()),
+            Self::Kind(error) if error.is_cancelled() => Failure::Cancelled,
+            Self::Kind(error) => in_table(table, &error),
+        }
+    }
+}
+
+/// Which rows belong together.
+fn labels(training: &Table) -> Result<RowLabels, Undecided> {
     let column = match &training.groups {
         Ok(groups) => groups.as_ref().map(|groups| &groups.column),
-        // It names the file already.
-        Err(error) => return Err(Failure::Because(error.to_string())),
+        Err(error) => return Err(Undecided::Labels(error.clone())),
     };
     let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
-    let grouping = row_groups(&training.samples, column).map_err(|e| in_table(training, &e))?;
-    let places = grouping.as_ref().and_then(|g| g.places.as_ref());
-    notes.extend(places.map(grouped_line));
-    choose(&training.samples, grouping, tried, task).map_err(|error| match error {
-        SelectError::Cancelled(_) => Failure::Cancelled,
-        error => in_table(training, &error),
-    })
+    let grouping = row_groups(&training.samples, column).map_err(KindError::from)?;
+    Ok(RowLabels { grouping, ..RowLabels::default() })
 }
 
 fn fit_model(
     training: &Table,
     held_out: Option<&Table>,
     settings: &FieldSettings,
-    model: FitSettings,
+    decided: &Decided,
     task: &Task,
 ) -> Result<FittedRoom, Failure> {
-    let room_model = settings.kind.model(settings.degree);
-    let Some(room_model) = room_model else {
-        return Err(Failure::Because(format!(
-            "{}: its generator is not built in",
-            settings.kind.label()
-        )));
-    };
     let (name, held_out_name) = (training.name(), held_out.map(|table| table.name()));
     let order = RoomOrder {
         name: &room_name(&training.file.with_extension("")),
@@ -124,8 +135,8 @@ fn fit_model(
         held_out: held_out
             .zip(held_out_name.as_deref())
             .map(|(table, name)| RoomTable { name, samples: &table.samples }),
-        model: &room_model,
-        settings: model,
+        model: &decided.model,
+        settings: decided.settings,
         bounds: None,
         volume: settings.volume,
         jitter: settings.jitter,

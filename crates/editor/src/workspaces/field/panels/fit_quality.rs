@@ -9,16 +9,18 @@ use crate::widgets::basic::{
 use crate::widgets::theme;
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::widgets::verdict::{verdict_mark, verdict_text};
-use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::panels::{cell_ui, good_ui, head_ui};
 use crate::workspaces::field::requests::{FieldRequest, RoomToSave};
 use crate::workspaces::field::state::FieldState;
 use crate::workspaces::field::state::{Comparison, Fitted};
 use bevy_egui::egui::{Grid, Label, RichText, Ui};
 use trackwright_calibration::fit_quality::FitQuality;
+use trackwright_calibration::room_model::RoomModel;
+use trackwright_field::computed::ModelKind;
 use trackwright_field::selection::Candidate;
+use trackwright_report::kinds::decided_reason;
 use trackwright_report::room::{fit_warnings, harmonic_text, method_name};
-use trackwright_report::selection::{candidate_text, reason};
+use trackwright_report::selection::candidate_text;
 use trackwright_simulation::Metric;
 use trackwright_simulation::{Study, Verdict};
 
@@ -43,14 +45,14 @@ pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
         quiet_ui(ui, "Open held-out measurements for its model error on unseen data");
     }
     ui.add_space(4.0);
-    if fitted.field_settings.kind.is_polynomial() {
+    if fitted.decided.model.kind() == ModelKind::Bernstein {
         systems_ui(ui, fitted);
     }
     let warnings = fit_warnings(&fitted.fit);
     for warning in warnings.iter().chain(&fitted.notes) {
         warning_ui(ui, warning);
     }
-    if warnings.is_empty() && fitted.settings.order > 0 {
+    if warnings.is_empty() && fitted.decided.settings.order > 0 {
         good_ui(ui, ENOUGH_SAMPLES);
     }
     ui.add_space(6.0);
@@ -82,21 +84,22 @@ pub fn fit_quality_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
 }
 
 fn title_ui(ui: &mut Ui, fitted: &Fitted) {
-    let settings = &fitted.settings;
+    let settings = &fitted.decided.settings;
     let candidate =
         Candidate { order: settings.order, directions: settings.directions, ridge: settings.ridge };
     let of_polynomials =
         format!("{}, {}", candidate_text(&candidate), method_name(settings.method));
-    let title = match (&fitted.harmonic, fitted.field_settings.kind) {
+    let title = match (&fitted.harmonic, &fitted.decided.model) {
         (Some(harmonic), _) => harmonic_text(harmonic),
-        (None, FieldKind::SymmetricPolynomials) => format!("{of_polynomials}, symmetric"),
-        (None, FieldKind::Polynomials) => of_polynomials,
-        (None, kind) => kind.label(),
+        (None, RoomModel::Bernstein { is_symmetric: true }) => {
+            format!("{of_polynomials}, symmetric")
+        }
+        (None, RoomModel::Bernstein { is_symmetric: false }) => of_polynomials,
+        (None, model) => model.kind().name().to_owned(),
     };
     let title = RichText::new(title).color(palette::TEXT_STRONG.color32());
     ui.add(Label::new(title).wrap());
-    if let Some(chosen) = &fitted.chosen {
-        let why = reason(&chosen.selection, chosen.by.as_deref(), chosen.tried.folds);
+    if let Some(why) = decided_reason(&fitted.decided) {
         let why = RichText::new(why).font(theme::label_font()).color(palette::TEXT_QUIET.color32());
         ui.add(Label::new(why).wrap());
     }

@@ -22,7 +22,7 @@ const TITLE_SIZE: f32 = 15.0;
 /// Draws Fig. 3 as large as a panel allows.
 pub fn selection_ui(ui: &mut Ui, fitted: &Fitted) -> Vec<FieldRequest> {
     let mut requests = Vec::new();
-    let Some(chosen) = &fitted.chosen else {
+    let Some(chosen) = &fitted.decided.chosen else {
         return requests;
     };
     section_ui(ui, CHART_TITLE);
@@ -57,7 +57,7 @@ pub fn selection_window(ctx: &Context, fitted: &Fitted) -> (Vec<FieldRequest>, O
 }
 
 fn page_ui(ui: &mut Ui, fitted: &Fitted) {
-    let Some(chosen) = &fitted.chosen else { return };
+    let Some(chosen) = &fitted.decided.chosen else { return };
     let selection = &chosen.selection;
     ui.set_width(WINDOW_WIDTH);
     chart_ui(ui, &chart(&fitted.training.name(), selection), WINDOW_CHART_HEIGHT);

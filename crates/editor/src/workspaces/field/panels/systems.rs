@@ -79,7 +79,7 @@ pub(crate) fn selection_page(
     mut commands: Commands,
     mut stood: Local<Option<Rect>>,
 ) -> Result {
-    let Some(fitted) = state.fitted.as_ref().filter(|f| f.chosen.is_some()) else {
+    let Some(fitted) = state.fitted.as_ref().filter(|f| f.decided.chosen.is_some()) else {
         return Ok(());
     };
     let (selection_requests, stands) = selection_window(contexts.ctx_mut()?, fitted);

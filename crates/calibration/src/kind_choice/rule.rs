@@ -1,0 +1,110 @@
+//! The simplest kind of model that is as good as the best within the noise of the folds.
+
+use super::KindScored;
+use crate::room_model::{GeneratorChoice, RoomModel};
+use trackwright_field::selection::scoring::PairedDifference;
+
+/// How many times the best kind's error a simpler one may leave, however large the noise is.
+const MOST_WORSE: f64 = 1.1;
+
+/// The place of the simplest kind of which position and angle are at most one standard error of the
+/// folds' differences worse than those of the best (Breiman et al., *Classification and Regression Trees*,
+/// 1984, section 3.4.3), and at most a tenth worse. The best has the least product of both.
+pub(super) fn best_of(kinds: &[KindScored]) -> Option<usize> {
+    let best = kinds.iter().min_by(|a, b| both(a).total_cmp(&both(b)))?;
+    let is_as_good = |kind: &KindScored| {
+        let (own, least) = (kind.deciding(), best.deciding());
+        let is_within = |difference: PairedDifference| difference.mean <= difference.std_error;
+        let [own_mm, least_mm] = [own, least].map(|s| s.overall.position_rms_mm);
+        let [own_rad, least_rad] = [own, least].map(|s| s.overall.angle_rms_rad.unwrap_or(0.0));
+        is_within(own.position_difference(least))
+            && is_within(own.rotation_difference(least))
+            && own_mm <= MOST_WORSE * least_mm
+            && own_rad <= MOST_WORSE * least_rad
+    };
+    (0..kinds.len())
+        .filter(|&i| std::ptr::eq(&kinds[i], best) || is_as_good(&kinds[i]))
+        .min_by_key(|&i| rank(&kinds[i]))
+}
+
+/// Position and angle as one figure: a part less of either makes it less by as much.
+fn both(kind: &KindScored) -> f64 {
+    let scores = kind.deciding().overall;
+    scores.position_rms_mm * scores.angle_rms_rad.unwrap_or(1.0)
+}
+
+/// Simple kinds first: by what they assume of a room.
+fn rank(kind: &KindScored) -> usize {
+    match &kind.model {
+        RoomModel::Bernstein { .. } if kind.candidate.is_some_and(|c| c.order == 0) => 0,
+        RoomModel::Harmonic(order) => match order.generator {
+            GeneratorChoice::Known(_) => 1,
+            GeneratorChoice::Learned => 2,
+        },
+        RoomModel::Bernstein { is_symmetric: true } => 3,
+        RoomModel::Bernstein { is_symmetric: false } => 4,
+        RoomModel::Kriging => 5,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackwright_field::selection::other::OtherScored;
+    use trackwright_field::selection::scoring::{FoldSums, HeldOutScores};
+    use trackwright_field::selection::{Candidate, HoldOutBy};
+    use trackwright_geometry::directions::DirectionSet;
+
+    fn kind(model: RoomModel, order: Option<usize>, folds: &[(f64, f64)]) -> KindScored {
+        let sums = folds.iter().map(|(position_mm, angle_rad)| FoldSums {
+            rows: 1,
+            position_squares_mm2: position_mm * position_mm,
+            position_max_square_mm2: position_mm * position_mm,
+            rotation_squares_rad2: angle_rad * angle_rad,
+        });
+        let scores = HeldOutScores::of_sums(sums.collect(), true);
+        KindScored {
+            model,
+            candidate: order.map(|order| Candidate {
+                order,
+                directions: DirectionSet::One,
+                ridge: 0.0,
+            }),
+            scores: OtherScored {
+                hold_outs: vec![(HoldOutBy::Rows, scores)],
+                decided_by: HoldOutBy::Rows,
+            },
+        }
+    }
+
+    fn none(folds: &[(f64, f64)]) -> KindScored {
+        kind(RoomModel::PAPER, Some(0), folds)
+    }
+
+    fn kriging(folds: &[(f64, f64)]) -> KindScored {
+        kind(RoomModel::Kriging, None, folds)
+    }
+
+    #[test]
+    fn within_the_noise_the_simpler_kind_wins() {
+        let raw = none(&[(1.02, 0.1), (1.08, 0.1), (1.03, 0.1)]);
+        let noisy = kriging(&[(1.05, 0.1), (0.95, 0.1), (1.03, 0.1)]);
+        assert_eq!(best_of(&[noisy.clone(), raw.clone()]), Some(1));
+        let clear = kriging(&[(0.99, 0.1), (1.05, 0.1), (1.0, 0.1)]);
+        assert_eq!(best_of(&[clear, raw]), Some(0));
+    }
+
+    #[test]
+    fn a_tenth_worse_is_worse_whatever_the_noise() {
+        let raw = none(&[(2.0, 0.1), (1.0, 0.1), (1.5, 0.1)]);
+        let better = kriging(&[(1.0, 0.1), (1.0, 0.1), (1.55, 0.1)]);
+        assert_eq!(best_of(&[better, raw]), Some(0));
+    }
+
+    #[test]
+    fn a_worse_angle_is_worse() {
+        let raw = none(&[(1.0, 0.2), (1.0, 0.21), (1.0, 0.19)]);
+        let better = kriging(&[(1.0, 0.1), (1.0, 0.11), (1.0, 0.1)]);
+        assert_eq!(best_of(&[raw, better]), Some(1));
+    }
+}
