@@ -1,5 +1,6 @@
 //! Kinds of models on real errors: what each leaves of rows it has not seen, and what is refused.
 
+use crate::rooms::tracker::Random;
 use crate::support::close::assert_close;
 use crate::support::data::own;
 use crate::support::golden::{list, number};
@@ -195,4 +196,72 @@ fn a_million_rows_are_fitted_and_a_subset_is_named() {
         let expected_mm = 2.0 * (302.0_f64 / 400.0).powi(2);
         assert!((shift_mm - expected_mm).abs() < 0.01, "{kind}: {shift_mm}");
     }
+}
+
+/// A table of the first rows of room-a.
+fn some_rows(scratch: &Scratch, rows: usize) {
+    let table = std::fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
+    let lines: Vec<_> = table.lines().take(rows + 1).collect();
+    scratch.write("some.csv", lines.join("\n") + "\n");
+}
+
+#[test]
+fn a_plain_fit_takes_the_best_kind_and_states_why() {
+    let scratch = Scratch::new();
+    some_rows(&scratch, 400);
+    let (fitted, notes) = scratch.json_and_notes("fit some.csv -o room.env.ron");
+    assert_eq!(fitted["harmonic"]["generator"], "planar-nine", "{fitted}");
+    let reason = fitted["models"]["reason"].as_str().unwrap();
+    assert!(notes.contains(reason), "{notes}");
+    assert_has(reason, &["chosen: harmonic, generator planar-nine", "may do better"], "reason");
+    let kinds = list(&fitted["models"], "kinds");
+    let left_mm = |name: &str| {
+        let kind = kinds.iter().find(|kind| kind["model"] == name).unwrap();
+        number(&kind["cv"]["position_rms_mm"])
+    };
+    assert!(left_mm("harmonic") < 0.3 * left_mm("kriging"), "{fitted}");
+    assert!(left_mm("kriging") < left_mm("bernstein") && left_mm("bernstein") < left_mm("none"));
+    let left_out = list(&fitted["models"], "left_out");
+    let anser = left_out.iter().find(|kind| kind["model"] == "harmonic, anser").unwrap();
+    assert_has(anser["reason"].as_str().unwrap(), &["of the first rows held out"], "reason");
+    // The list is that of `select`, and its room the same.
+    fs::create_dir(scratch.path("again")).unwrap();
+    let listed = scratch.json("select some.csv -o again/room.env.ron");
+    assert_eq!(listed["models"], fitted["models"]);
+    let room = scratch.read("room.env.ron");
+    assert!(room == scratch.read("again/room.env.ron") && room.contains("refits: ["));
+    // An option of polynomials names them.
+    let polynomials = scratch.json("fit some.csv -o p.env.ron --order 1 --directions 6");
+    assert_eq!(polynomials["model"], "bernstein");
+    assert!(polynomials["models"].is_null());
+}
+
+#[test]
+fn what_cannot_be_told_from_noise_is_not_corrected() {
+    let scratch = Scratch::new();
+    let mut random = Random::new(5);
+    let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
+    let mut lines = vec![head.to_owned()];
+    for _ in 0..120 {
+        let p = [0; 3].map(|_| random.range(-150.0, 150.0));
+        let e = random.normal() * 0.8;
+        let q = [p[0] + e.x, p[1] + e.y, p[2] + e.z];
+        let row: Vec<String> = p.iter().chain(&q).map(f64::to_string).collect();
+        lines.push(row.join(","));
+    }
+    scratch.write("noise.csv", lines.join("\n") + "\n");
+    let fitted = scratch.json("fit noise.csv -o noise.env.ron");
+    assert_eq!(fitted["order"], 0, "{fitted}");
+    let kinds = list(&fitted["models"], "kinds");
+    let chosen = kinds.iter().find(|kind| kind["is_chosen"] == true).unwrap();
+    assert_eq!(chosen["model"], "none");
+}
+
+#[test]
+fn a_learned_generator_needs_150_rows() {
+    let scratch = Scratch::new();
+    some_rows(&scratch, 149);
+    let model = "--model harmonic --generator learn";
+    let words = ["149 measurements, expected at least 150 to learn a generator from"];
+    scratch.fail_with(format!("fit some.csv -o room.env.ron {model}"), &words);
 }

@@ -10,6 +10,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use trackwright_editor::document::requests::OpenWorld;
 use trackwright_editor::scene::materials::paint::PaintMaterial;
+use trackwright_editor::workspaces::field::kind::FieldKind;
 use trackwright_editor::workspaces::field::panels::fit_quality::{comparison_ui, fit_quality_ui};
 use trackwright_editor::workspaces::field::panels::rooms::rooms_ui;
 use trackwright_editor::workspaces::field::panels::selection::selection_ui;
@@ -51,7 +52,7 @@ fn read(app: &mut App) {
 }
 
 fn fit(app: &mut App, order: Option<usize>, directions: Option<DirectionSet>) {
-    let mut settings = FieldSettings::default();
+    let mut settings = FieldSettings { kind: FieldKind::Polynomials, ..FieldSettings::default() };
     settings.model.order = order;
     settings.model.directions = directions;
     request_and_wait(app, FieldRequest::Set(settings));

@@ -180,13 +180,15 @@ fn write_model(out: &mut RonWriter, model: &DistortionModel) {
 pub(super) mod tests {
     use super::*;
     use crate::test_cases::assert_refused;
-    use nalgebra::{Unit, Vector3};
+    use nalgebra::{Point3, Unit, Vector3};
     use trackwright_field::FitValidity;
     use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
     use trackwright_field::fit::{FitMethod, Residuals};
     use trackwright_field::gaussian::{
         Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
     };
+    use trackwright_field::generator::Generator;
+    use trackwright_field::harmonic::HarmonicModel;
     use trackwright_field::validity::{Cell, Cells, FitValidityParts};
     use trackwright_geometry::bounds::Bounds;
     use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -298,6 +300,13 @@ pub(super) mod tests {
         assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
     }
 
+    fn refit(size: f64) -> HarmonicModel {
+        let generator = Generator::planar_nine();
+        let numbers = (0..3 * generator.coils.len()).map(|k| size / (1.0 + k as f64)).collect();
+        HarmonicModel::new(generator, Point3::new(0.0, 1.0 / 3.0, -300.0), 400.0, 1, numbers)
+            .unwrap()
+    }
+
     /// Rows as they are kept, an outlier, a kernel without axes.
     pub(crate) fn process(has_rotations: bool) -> GaussianField {
         let row = |i: i32| Row {
@@ -328,7 +337,7 @@ pub(super) mod tests {
             measured_rows: 5_000,
             left_out_rms_mm: 2.0 / 3.0,
             sensor_variance: has_rotations.then_some([0.1, 0.0, 1.0 / 7.0, 1e-6, 1e-300, 0.0]),
-            refits: Vec::new(),
+            refits: if has_rotations { vec![refit(0.1), refit(1.0 / 3.0)] } else { Vec::new() },
         }
     }
 

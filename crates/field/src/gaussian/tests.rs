@@ -1,6 +1,9 @@
 //! The process against closed forms, drawn fields and input that has no answer.
 
 use super::*;
+use crate::generator::Generator;
+use crate::harmonic::HarmonicModel;
+use crate::harmonic::solid_harmonics::terms;
 use crate::random_models::{Seeded, room};
 use crate::samples::{PoseError, Sample, SampleSet};
 use nalgebra::{Point3, Unit, Vector3};
@@ -40,6 +43,7 @@ fn prior_field(bounds: &Bounds) -> GaussianField {
         measured_rows: 1,
         left_out_rms_mm: 0.0,
         sensor_variance: None,
+        refits: Vec::new(),
     }
 }
 
@@ -128,6 +132,43 @@ fn draws_have_the_stated_mean_and_variance() {
         assert!((variance / expected - 1.0).abs() < bound, "{c}: {variance}");
     }
     assert_eq!(posterior.draws(3, 7)[..2], posterior.draws(3, 7)[..2]);
+}
+
+#[test]
+fn draws_and_readings_hold_what_refits_differ_by() {
+    let bounds = room();
+    let generator = Generator::planar_nine();
+    let model = |size: f64| {
+        let count = generator.coils.len() * terms(1);
+        let coefficients = (0..count).map(|k| size * (1.0 + k as f64).sin()).collect();
+        HarmonicModel::new(generator.clone(), bounds.center_mm(), 300.0, 1, coefficients).unwrap()
+    };
+    let sizes = [0.0, 1e-8, 3e-8];
+    let certain = GaussianField { component_covariance: [[0.0; 6]; 6], ..prior_field(&bounds) };
+    let field = GaussianField { refits: sizes.map(model).to_vec(), ..certain.clone() };
+    let at = points(5, &bounds, 3);
+    let posterior = field.posterior(&at).unwrap();
+    let draws = posterior.draws(4_000, 1);
+    let readings = field.reading_errors(&at, &[PoseError::default(); 5]).unwrap();
+    for (i, point) in at.iter().enumerate() {
+        let errors: Vec<_> = (field.refits.iter())
+            .map(|model| model.axis_error_at(&point.position_mm, &point.axis).unwrap())
+            .collect();
+        let mean = errors.iter().map(|e| e.position_mm).sum::<Vector3<f64>>() / 3.0;
+        let squares: f64 = errors.iter().map(|e| (e.position_mm - mean).norm_squared()).sum();
+        let expected_mm2 = squares * 2.0 / 3.0;
+        let square = |draw: &DrawnErrors| (0..3).map(|c| draw[i][c].powi(2)).sum::<f64>();
+        let found_mm2 = draws.iter().map(square).sum::<f64>() / draws.len() as f64;
+        assert!(expected_mm2 > 1e-6, "{expected_mm2}");
+        // Squares of 2,000 independent numbers scatter by 3 %.
+        assert!((found_mm2 / expected_mm2 - 1.0).abs() < 0.12, "{found_mm2} {expected_mm2}");
+        let stated_mm = readings[i].position_mm.rms;
+        assert!((stated_mm.powi(2) / expected_mm2 - 1.0).abs() < 1e-6, "{stated_mm}");
+    }
+    // Refits that agree add nothing.
+    let agreeing = GaussianField { refits: vec![model(1e-8); 3], ..certain };
+    let none = agreeing.posterior(&at).unwrap().draws(2, 1);
+    assert!(none.iter().flatten().flatten().all(|v| v.abs() < 1e-12));
 }
 
 #[test]

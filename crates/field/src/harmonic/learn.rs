@@ -324,6 +324,34 @@ mod tests {
     }
 
     #[test]
+    fn learning_again_ends_near_what_was_learned() {
+        let mut set = room_a("fit");
+        set.measurements.truncate(300);
+        let settings = LearnSettings { degree: Some(3), ..LearnSettings::default() };
+        let known = learn(&Task::default(), "own", &set, &settings).unwrap();
+        let holdout = room_a("holdout");
+        let left_mm = |generator: &Generator, set: &MeasurementSet| {
+            let room = HarmonicFitSettings::new(3);
+            let fitted = fit(&Task::default(), generator, set, &room).unwrap();
+            let found = fitted.model.residuals(&holdout.measurements, holdout.content);
+            found.residuals.position_rms_mm
+        };
+        let first_mm = left_mm(&known.generator, &set);
+        set.measurements.retain({
+            let mut row = 0;
+            move |_| {
+                row += 1;
+                row % 8 != 0
+            }
+        });
+        let again = learn_again(&Task::default(), &known, &set, &settings).unwrap();
+        assert_ne!(again, known.generator);
+        // An eighth fewer rows of noise and misfit.
+        let again_mm = left_mm(&again, &set);
+        assert!(again_mm < 1.15 * first_mm, "{again_mm} {first_mm}");
+    }
+
+    #[test]
     fn learning_does_not_depend_on_threads() {
         let set = of_few();
         let settings = LearnSettings { max_steps: 4, ..LearnSettings::default() };

@@ -333,7 +333,8 @@ fn single_sensors_are_refused_only_if_requested() {
     let tried = settings(&set, &[0, 1], &[DirectionSet::One]);
     let one = vec![4; 180];
     let by = |sensors, groups, deciding| {
-        let hold_outs = HoldOuts { groups, sensors, deciding, has_few_groups: true };
+        let hold_outs =
+            HoldOuts { groups, sensors, deciding, has_few_groups: true, only_deciding: false };
         select_by(&set, &hold_outs, &tried, &Task::default())
     };
     let found = by(Some(one.as_slice()), Some(poses.as_slice()), None).unwrap();

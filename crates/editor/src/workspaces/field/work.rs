@@ -89,8 +89,8 @@ pub fn fit(
 
 /// Why no model was decided.
 enum Undecided {
-    /// It names the file already.
-    Labels(StoreError),
+    /// In words that name the file already.
+    Labels(String),
     Kind(KindError),
 }
 
@@ -103,7 +103,7 @@ impl From<KindError> for Undecided {
 impl Undecided {
     fn in_table(self, table: &Table) -> Failure {
         match self {
-            Self::Labels(error) => Failure::Because(error.to_string()),
+            Self::Labels(error) => Failure::Because(error),
             Self::Kind(error) if error.is_cancelled() => Failure::Cancelled,
             Self::Kind(error) => in_table(table, &error),
         }
@@ -114,7 +114,7 @@ impl Undecided {
 fn labels(training: &Table) -> Result<RowLabels, Undecided> {
     let column = match &training.groups {
         Ok(groups) => groups.as_ref().map(|groups| &groups.column),
-        Err(error) => return Err(Undecided::Labels(error.clone())),
+        Err(error) => return Err(Undecided::Labels(error.to_string())),
     };
     let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
     let grouping = row_groups(&training.samples, column).map_err(KindError::from)?;
