@@ -44,7 +44,7 @@ const WRITERS: &[Writer] = &[
         "a.svg",
     ),
     writer(
-        "generator learn room.csv --rows 60 --degree 1 -o OUT",
+        "generator learn room.csv --rows 150 --degree 1 -o OUT",
         &["room.csv"],
         "a.generator.ron",
     ),

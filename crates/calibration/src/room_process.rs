@@ -51,7 +51,7 @@ pub fn room_process(
         let own = trend(&fit.model, samples);
         let refits = refits(samples, table, *degree, *loss, &task.subtask(0.0, 0.6))?;
         let task = task.subtask(0.6, 1.0);
-        let Some((models, held_out)) = refits else {
+        let Some(Refits { models, held_out }) = refits else {
             return GaussianField::fit(samples, Some(&own), &task);
         };
         let around = GaussianField::fit(samples, Some(&held_out), &task)?;
@@ -110,14 +110,20 @@ fn held_out(
 }
 
 /// The harmonic model without each group of the measurements, and what these models give at the rows of
-/// their group; a learned generator is learned again without the group. `None` where one cannot be fitted.
+/// their group.
+struct Refits {
+    models: Vec<HarmonicModel>,
+    held_out: Vec<PoseError>,
+}
+
+/// Fits the model without each group; a learned generator is learned again without the group. `None` where one cannot be fitted.
 fn refits(
     samples: &SampleSet,
     table: &HarmonicTable,
     degree: usize,
     loss: Loss,
     task: &Task,
-) -> Result<Option<(Vec<HarmonicModel>, Vec<PoseError>)>, GaussianError> {
+) -> Result<Option<Refits>, GaussianError> {
     let rows = samples.samples.len();
     if rows < GROUPS * PIECES {
         return Ok(None);
@@ -147,7 +153,7 @@ fn refits(
             given[row] = predicted(model, &samples.samples[row]);
         }
     }
-    Ok(Some((models, given)))
+    Ok(Some(Refits { models, held_out: given }))
 }
 
 impl Refit<'_> {
