@@ -13,11 +13,9 @@ use pyo3::types::{PyDict, PyString};
 use serde_json::Value;
 use std::path::Path;
 use trackwright_calibration::kind_choice::{
-    KindChoice, KindError, TriedKind, TriedOptions, Wanted, best_kind, decide,
+    KindChoice, TriedKind, TriedOptions, Wanted, best_kind, decide,
 };
-use trackwright_calibration::room_choice::{
-    HeldOut, ModelChoice, ModelRequest, RowLabels, choose_by,
-};
+use trackwright_calibration::room_choice::{HeldOut, ModelRequest, RowLabels, choose_by};
 use trackwright_calibration::room_fit::{FittedRoom, RoomError, RoomOrder, RoomTable, fit_room};
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::Environment;
@@ -176,21 +174,12 @@ pub fn fit(
             Wanted::Best(kinds)
         }
     };
-    // The table is Python's, and is read before the work begins.
-    let is_fixed = match &wanted {
-        Wanted::One(model) => {
-            let is_open = matches!(request.wanted(&measured.samples), ModelChoice::Open(_));
-            model.kind() != ModelKind::Bernstein || !(is_open || held_out.is_some())
-        }
-        Wanted::Best(_) => false,
-    };
-    let labels = match is_fixed {
-        true => RowLabels::default(),
-        false => labels(&table, &measured, None, held_out.as_ref(), &mut notes)?,
+    let is_judged = held_out.is_some();
+    let labels = match wanted.is_open(&request, &measured.samples, is_judged) {
+        true => labels(&table, &measured, None, held_out.as_ref(), &mut notes)?,
+        false => RowLabels::default(),
     };
     let (room, figures) = long_work::run(py, |task| {
-        let labels = || Ok::<_, KindError>(labels);
-        let is_judged = held_out.is_some();
         let decided = decide(&measured.samples, (&wanted, &request), is_judged, labels, task)
             .with_context(|| measured.label.clone())?;
         let how = (&decided.model, &decided.settings, decided.sensors());

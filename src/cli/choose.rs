@@ -1,7 +1,7 @@
 //! What the command line leaves open about a model, chosen by cross-validation with a progress bar.
 
 use super::prelude::*;
-use trackwright_calibration::kind_choice::{Decided, KindError, Wanted, decide};
+use trackwright_calibration::kind_choice::{Decided, Wanted, decide};
 use trackwright_calibration::room_choice::{
     self, Chosen, Grouping, HeldOut, ModelRequest, RowLabels, numbered_labels, row_groups,
 };
@@ -24,24 +24,14 @@ pub(super) fn decided(
     wanted: (&Wanted, &ModelRequest),
     hold_out: Option<&HeldOut>,
 ) -> anyhow::Result<Decided> {
-    let labels = || row_labels(files, file, samples, None, hold_out).map_err(Undecided::Labels);
+    let (model, request) = wanted;
+    let labels = match model.is_open(request, samples, hold_out.is_some()) {
+        true => row_labels(files, file, samples, None, hold_out)?,
+        false => RowLabels::default(),
+    };
     let shown = Shown::new("cross-validating");
-    decide(samples, wanted, hold_out.is_some(), labels, &shown.task).map_err(|error| match error {
-        // It names the file.
-        Undecided::Labels(error) => error,
-        Undecided::Kind(error) => anyhow::Error::new(error).context(file.display().to_string()),
-    })
-}
-
-enum Undecided {
-    Labels(anyhow::Error),
-    Kind(KindError),
-}
-
-impl From<KindError> for Undecided {
-    fn from(error: KindError) -> Self {
-        Self::Kind(error)
-    }
+    decide(samples, wanted, hold_out.is_some(), labels, &shown.task)
+        .with_context(|| file.display().to_string())
 }
 
 /// Which rows belong together, which sensor each is of, and what is to be held out.

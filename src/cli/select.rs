@@ -157,7 +157,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         let chosen = choose::cross_validate(&args.data, &samples, labels, settings)?;
         (chosen, None)
     } else {
-        // What cannot be chosen is listed where polynomials are asked for.
+        // What cannot be chosen is listed where the kinds are named.
         settings.only_contenders = models.is_none();
         let shown = Shown::new("cross-validating");
         let (chosen, choice) = best_kind(&samples, labels, &settings, &kinds, &shown.task)

@@ -237,7 +237,7 @@ fn a_plain_fit_takes_the_best_kind_and_states_why() {
 }
 
 #[test]
-fn what_cannot_be_told_from_noise_is_not_corrected() {
+fn what_is_only_noise_is_not_corrected() {
     let scratch = Scratch::new();
     let mut random = Random::new(5);
     let head = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";

@@ -143,6 +143,27 @@ fn only_a_shown_trial_has_contributions() {
 }
 
 #[test]
+fn the_worst_trial_is_shown_when_it_is_known() {
+    let mut app = study_app();
+    let worst = results(&app).study.as_ref().unwrap().value.room_field.worst.trial;
+    // Another tip has another worst trial; it is asked for before that is known.
+    let tip = Edit::SetTip { body: BodyRole::Tool, tip_in_body: Some([60.0, -40.0, 20.0].into()) };
+    app.world_mut().write_message(EditRequest::Apply(tip));
+    request_and_wait(&mut app, StudyRequest::ShowWorst);
+    // Its errors are computed then.
+    settle(&mut app);
+    let study = results(&app).study.as_ref().unwrap();
+    assert_eq!(study.revision, document(&app).revision());
+    let new = study.value.room_field.worst.trial;
+    assert_eq!(shown_trial(&app), Some(new));
+    assert_ne!(new, worst, "the edit moves the worst trial");
+    // A choice of one's own takes its place.
+    app.world_mut().write_message(StudyRequest::ShowWorst);
+    request_and_wait(&mut app, StudyRequest::Show(Some(3)));
+    assert_eq!(shown_trial(&app), Some(3));
+}
+
+#[test]
 fn the_scene_shows_the_trials_tool() {
     let mut app = create_scene_app();
     show_workspace(&mut app, workspaces::study::WORKSPACE);

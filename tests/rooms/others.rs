@@ -5,7 +5,7 @@ use super::tracker::{Random, Room, SensorPose};
 use super::{Case, cases_of, compared, judged, pointers, pose, rotation_onto, scenario};
 use nalgebra::Vector3;
 use std::sync::Arc;
-use trackwright_calibration::kind_choice::{KindError, TriedKind, Wanted, decide};
+use trackwright_calibration::kind_choice::{TriedKind, Wanted, decide};
 use trackwright_calibration::room_choice::{ModelRequest, RowLabels, row_groups};
 use trackwright_calibration::room_fit::{RoomOrder, RoomTable, fit_room};
 use trackwright_field::Environment;
@@ -309,9 +309,8 @@ pub fn fitted(table: &SampleSet, forced: Option<&str>) -> Option<(Arc<Environmen
         }
     };
     let task = Task::default();
-    let labels = || -> Result<RowLabels, KindError> {
-        Ok(RowLabels { grouping: row_groups(table, None)?, ..RowLabels::default() })
-    };
+    let grouping = row_groups(table, None).ok()?;
+    let labels = RowLabels { grouping, ..RowLabels::default() };
     let decided = decide(table, (&wanted, &REQUEST), false, labels, &task).ok()?;
     let order = RoomOrder {
         name: "room",

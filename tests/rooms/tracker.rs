@@ -103,7 +103,7 @@ impl Room {
         let (noise, metal_gain, has_outliers) = (0.0, 1.0, false);
         let room = Self { metal, coils, metal_gain, noise, has_outliers, min_mm, max_mm };
         let mut room = room.of_raw_error(raw_mm);
-        // A millimetre's worth of signal, in the middle.
+        // The signal of a millimetre, in the middle.
         let middle = (min_mm + max_mm) / 2.0;
         let axis = V::new(0.5, 0.3, 0.8).normalize();
         let step = room.signals(&(middle + V::new(1.0, 1.0, 1.0).normalize(), axis))

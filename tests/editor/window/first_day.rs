@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 use trackwright_simulation::SensorOrientation;
-use trackwright_simulation::figures::with_separators;
+use trackwright_simulation::figures::{trial_number, with_separators};
 
 /// Where the needle's point is once the view is framed.
 const POINT_ON_SCREEN: [f64; 2] = [690.0, 92.0];
@@ -226,7 +226,8 @@ fn the_first_day_needs_no_coordinate() {
     window.click_control("Study");
     window.click_control("Worst");
     let worst = &json(&["simulate", &text(&design), "--mode", "motion"])["worst"];
-    window.settle();
+    let number = trial_number(worst["trial"].as_u64().unwrap() as usize);
+    window.wait_for_control(&format!("Trial {number} in the CRF"));
     let shown = window.row("tip error");
     let worst_mm = worst["position_mm"].as_f64().unwrap();
     assert_eq!(shown.last().unwrap().replace('\u{2009}', " "), format!("{worst_mm:.2} mm"));

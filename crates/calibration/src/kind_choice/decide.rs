@@ -43,18 +43,30 @@ impl Decided {
     }
 }
 
-/// Decides by cross-validation what the request leaves open; with `is_judged` also how a model does of
-/// which nothing is open. `labels` is called where rows are held out.
+impl Wanted {
+    /// Whether rows are held out to decide: not for a model that leaves nothing open, unless it is to be
+    /// judged as well.
+    pub fn is_open(&self, request: &ModelRequest, samples: &SampleSet, is_judged: bool) -> bool {
+        match self {
+            Self::Best(_) => true,
+            Self::One(model) if model.kind() != ModelKind::Bernstein => false,
+            Self::One(_) => is_judged || matches!(request.wanted(samples), ModelChoice::Open(_)),
+        }
+    }
+}
+
+/// Decides by cross-validation what the request leaves open; with `is_judged` also how polynomials do of
+/// which nothing is open. Of a model that is not open ([`Wanted::is_open`]) the labels are not looked at.
 ///
 /// # Errors
-/// Those of [`choose_kind`] and of `labels`.
-pub fn decide<E: From<KindError>>(
+/// Those of [`choose_kind`].
+pub fn decide(
     samples: &SampleSet,
     (wanted, request): (&Wanted, &ModelRequest),
     is_judged: bool,
-    labels: impl FnOnce() -> Result<RowLabels, E>,
+    labels: RowLabels,
     task: &Task,
-) -> Result<Decided, E> {
+) -> Result<Decided, KindError> {
     match wanted {
         Wanted::One(model) if model.kind() != ModelKind::Bernstein => Ok(Decided {
             model: model.clone(),
@@ -70,14 +82,14 @@ pub fn decide<E: From<KindError>>(
                 }
                 open => open.tried(samples),
             };
-            let chosen = choose_by(samples, labels()?, tried, task).map_err(KindError::from)?;
+            let chosen = choose_by(samples, labels, tried, task)?;
             let settings = chosen.settings();
             Ok(Decided { model, settings, chosen: Some(chosen), kinds: None })
         }
         Wanted::Best(kinds) => {
             let tried =
                 SelectSettings { only_contenders: true, ..request.wanted(samples).tried(samples) };
-            let (chosen, choice) = best_kind(samples, labels()?, &tried, kinds, task)?;
+            let (chosen, choice) = best_kind(samples, labels, &tried, kinds, task)?;
             let kind = choice.best();
             Ok(Decided {
                 model: kind.model.clone(),

@@ -6,7 +6,7 @@ use crate::workspaces::field::metal::{FoundMetal, GeneratorSource};
 use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::fit_quality;
-use trackwright_calibration::kind_choice::{Decided, KindError, decide};
+use trackwright_calibration::kind_choice::{Decided, decide};
 use trackwright_calibration::room_choice::{RowLabels, row_groups};
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
@@ -60,14 +60,16 @@ pub fn fit(
         )));
     };
     let choosing_part = if settings.is_open() { CHOOSING_PART } else { 0.0 };
-    let decided = decide(
-        &training.samples,
-        (&wanted, request),
-        false,
-        || labels(training),
-        &task.subtask(0.0, choosing_part),
-    );
-    let decided = decided.map_err(|failed| failed.in_table(training))?;
+    let labels = match wanted.is_open(request, &training.samples, false) {
+        true => labels(training)?,
+        false => RowLabels::default(),
+    };
+    let choosing = task.subtask(0.0, choosing_part);
+    let decided = decide(&training.samples, (&wanted, request), false, labels, &choosing);
+    let decided = decided.map_err(|error| match error.is_cancelled() {
+        true => Failure::Cancelled,
+        false => in_table(training, &error),
+    })?;
     let places = decided.chosen.as_ref().and_then(|chosen| chosen.places.as_ref());
     notes.extend(places.map(grouped_line));
     let FittedRoom { environment, fit, support_left_out, harmonic } =
@@ -87,37 +89,15 @@ pub fn fit(
     })
 }
 
-/// Why no model was decided.
-enum Undecided {
-    /// In words that name the file already.
-    Labels(String),
-    Kind(KindError),
-}
-
-impl From<KindError> for Undecided {
-    fn from(error: KindError) -> Self {
-        Self::Kind(error)
-    }
-}
-
-impl Undecided {
-    fn in_table(self, table: &Table) -> Failure {
-        match self {
-            Self::Labels(error) => Failure::Because(error),
-            Self::Kind(error) if error.is_cancelled() => Failure::Cancelled,
-            Self::Kind(error) => in_table(table, &error),
-        }
-    }
-}
-
 /// Which rows belong together.
-fn labels(training: &Table) -> Result<RowLabels, Undecided> {
+fn labels(training: &Table) -> Result<RowLabels, Failure> {
     let column = match &training.groups {
         Ok(groups) => groups.as_ref().map(|groups| &groups.column),
-        Err(error) => return Err(Undecided::Labels(error.to_string())),
+        // It names the file already.
+        Err(error) => return Err(Failure::Because(error.to_string())),
     };
     let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
-    let grouping = row_groups(&training.samples, column).map_err(KindError::from)?;
+    let grouping = row_groups(&training.samples, column).map_err(|e| in_table(training, &e))?;
     Ok(RowLabels { grouping, ..RowLabels::default() })
 }
 

@@ -3,6 +3,7 @@
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::trials::{ModeKind, TrialChoice};
 use crate::runner::results::Results;
+use crate::runner::solve::SolverSystems;
 use crate::schedule::EditorSystems;
 use crate::workspaces::study::are_trials_shown;
 use crate::workspaces::study::state::{StudyRequest, StudyState};
@@ -20,9 +21,15 @@ pub(crate) fn plugin(app: &mut App) {
         (
             advance.run_if(is_playing.and_then(are_trials_shown)),
             answer.run_if(on_message::<StudyRequest>),
+            show_worst.run_if(is_worst_due),
         )
             .chain()
             .in_set(EditorSystems::Edit),
+    );
+    // Also in the frame that receives the study: none may follow.
+    app.add_systems(
+        Update,
+        show_worst.run_if(is_worst_due).after(SolverSystems).in_set(EditorSystems::Solve),
     );
 }
 
@@ -35,7 +42,6 @@ fn answer(
     mut choice: ResMut<TrialChoice>,
     mut state: ResMut<StudyState>,
     world: Option<Res<OpenWorld>>,
-    results: Res<Results>,
     mut files: MessageWriter<FileRequest>,
     mut redraw: MessageWriter<RequestRedraw>,
 ) {
@@ -45,6 +51,16 @@ fn answer(
     };
     for request in requests.read() {
         let last = || last_trial(&world.0, &choice);
+        // Another choice of a trial takes the place of one that is awaited.
+        let is_worst = matches!(request, StudyRequest::ShowWorst);
+        let chooses = matches!(
+            request,
+            StudyRequest::Choose(_)
+                | StudyRequest::Show(_)
+                | StudyRequest::Step(_)
+                | StudyRequest::TogglePlay
+        );
+        state.awaits_worst = is_worst || (state.awaits_worst && !chooses);
         match *request {
             StudyRequest::Choose(ModeKind::Input) if choice.input().is_none() => {
                 files.write(FileRequest::ShowReadInput);
@@ -61,12 +77,7 @@ fn answer(
                     choice.show(Some(next));
                 }
             }
-            StudyRequest::ShowWorst => {
-                let study = results.study.as_ref().filter(|_| results.is_whole());
-                if let (Some(study), Some(_)) = (study, last()) {
-                    choice.show(Some(study.value.room_field.worst.trial));
-                }
-            }
+            StudyRequest::ShowWorst => {}
             StudyRequest::TogglePlay => {
                 choice.playing = match (choice.playing, last()) {
                     (None, Some(last)) if last > 0 => Some(match choice.trial {
@@ -86,6 +97,31 @@ fn answer(
         if let Some(position) = choice.playing {
             choice.trial = Some(position as usize);
         }
+        redraw.write(RequestRedraw);
+    }
+}
+
+/// Whether the worst trial is awaited and known: of all trials of the document as it is.
+fn is_worst_due(
+    state: Res<StudyState>,
+    world: Option<Res<OpenWorld>>,
+    results: Res<Results>,
+) -> bool {
+    let revision = world.map(|world| world.0.document.revision());
+    let study = results.study.as_ref().filter(|_| results.is_whole());
+    state.awaits_worst && study.is_some_and(|study| Some(study.revision) == revision)
+}
+
+fn show_worst(
+    mut state: ResMut<StudyState>,
+    mut choice: ResMut<TrialChoice>,
+    world: Res<OpenWorld>,
+    results: Res<Results>,
+    mut redraw: MessageWriter<RequestRedraw>,
+) {
+    state.awaits_worst = false;
+    if let (Some(study), Some(_)) = (&results.study, last_trial(&world.0, &choice)) {
+        choice.show(Some(study.value.room_field.worst.trial));
         redraw.write(RequestRedraw);
     }
 }

@@ -69,6 +69,8 @@ pub struct StudyState {
     pub rotation: RotationForm,
     /// Along which axis the error is charted.
     pub axis: &'static str,
+    /// Whether the worst trial is shown as soon as the study is whole.
+    pub awaits_worst: bool,
 }
 
 impl Default for StudyState {
@@ -78,6 +80,7 @@ impl Default for StudyState {
             side: Side::default(),
             rotation: RotationForm::default(),
             axis: "x",
+            awaits_worst: false,
         }
     }
 }
