@@ -146,7 +146,7 @@ fn only_a_shown_trial_has_contributions() {
 fn the_worst_trial_is_shown_when_it_is_known() {
     let mut app = study_app();
     let worst = results(&app).study.as_ref().unwrap().value.room_field.worst.trial;
-    // Another tip has another worst trial; it is asked for before that is known.
+    // Another tip has another worst trial; it is requested before that is known.
     let tip = Edit::SetTip { body: BodyRole::Tool, tip_in_body: Some([60.0, -40.0, 20.0].into()) };
     app.world_mut().write_message(EditRequest::Apply(tip));
     request_and_wait(&mut app, StudyRequest::ShowWorst);
