@@ -10,6 +10,7 @@
 //! 6 mm RMS. On these nothing is suspected, and each mistake is.
 
 mod alone;
+mod in_order;
 mod paired;
 mod turned;
 
@@ -75,6 +76,11 @@ pub enum Suspicion {
     OtherFrame { angle_rad: f64, shift: f64, change: Explained },
     /// Row `k` of the ideal side is of row `k + rows` of the measured one; of steps from row to row.
     RowShift { rows: isize, change: Explained },
+    /// The measured side of a path is that of so many rows before, on the average; a standard error. RMS of
+    /// what that moves readings by, and of what is left beside it, mm.
+    Lag { rows: f64, standard_error: f64, moved_mm: f64, left_mm: f64 },
+    /// The field, or else the origin of a side, changes while the rows are measured; RMS, mm.
+    Drift { of_field: bool, changed_mm: f64, left_mm: f64 },
     /// Quaternions of one side have another order or other signs; angles.
     Quaternions { side: Side, change: QuaternionChange, explained: Explained },
     /// The signs of the last column are those that a scalar has.
@@ -121,6 +127,8 @@ impl Suspicion {
             Self::InchesOrCentimetres { .. }
             | Self::Outliers { .. }
             | Self::NotInRoom { .. }
+            | Self::Lag { .. }
+            | Self::Drift { .. }
             | Self::ScalarLast { .. } => false,
             Self::Scale { units, .. } => units.is_some(),
             Self::Axes { change, .. }
@@ -223,6 +231,24 @@ impl fmt::Display for Suspicion {
                 mm(change),
                 if *rows < 0 { "−" } else { "+" },
                 rows.abs()
+            ),
+            Self::Lag { rows, standard_error, moved_mm, left_mm } => write!(
+                f,
+                "along the path the measured side is {} rows {} the ideal one (standard error {}): readings move by {} mm \
+                 RMS, where {} mm is left beside that: are the clocks of the two sides apart?",
+                short(rows.abs()),
+                if *rows < 0.0 { "before" } else { "behind" },
+                short(*standard_error),
+                short(*moved_mm),
+                short(*left_mm)
+            ),
+            Self::Drift { of_field, changed_mm, left_mm } => write!(
+                f,
+                "from the first row to the last {} by {} mm RMS, where {} mm is left beside that: {}?",
+                if *of_field { "the field changes" } else { "one side moves" },
+                short(*changed_mm),
+                short(*left_mm),
+                if *of_field { "was metal moved" } else { "did the reference move" }
             ),
             Self::Quaternions { side, change, explained } => write!(
                 f,

@@ -1,7 +1,7 @@
 //! What two sides of a table show beside each other, row by row.
 
 use super::alone::{Extent, PoseFrame, Signs, is_too_far};
-use super::{Explained, MIN_ROWS, Suspicion, on_axes, signed_axes, turned};
+use super::{Explained, MIN_ROWS, Suspicion, in_order, on_axes, signed_axes, turned};
 use crate::registration::register;
 use crate::robust::median;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -197,6 +197,9 @@ impl PairedDoubts {
                 }
                 found.extend(turned);
             }
+        }
+        if found.is_empty() {
+            found = in_order::suspicions(&usable, self.content, self.stride);
         }
         found.sort_by_key(|suspicion| !suspicion.is_beyond_doubt());
         found

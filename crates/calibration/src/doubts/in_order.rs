@@ -1,0 +1,362 @@
+//! What the order of a table's rows shows: readings that are late along a path, and a field that changes
+//! while it is measured.
+//!
+//! The field is taken for a polynomial of place and axis. What the readings differ by beside it is compared
+//! with the path's speed and with time; standard errors are by leaving out pieces of the table (delete-a-group
+//! jackknife), since what polynomials leave is alike from row to row.
+
+use super::Suspicion;
+use nalgebra::{DMatrix, DVector, Vector3};
+use trackwright_field::samples::{Measurement, MeasurementContent};
+
+/// Pieces of the table, one of which is left out in turn.
+const PIECES: usize = 16;
+
+/// Rows for each term of the polynomials.
+const ROWS_A_TERM: usize = 4;
+
+/// Standard errors beyond which something is reported: every table is looked at.
+const STANDARD_ERRORS: f64 = 6.0;
+
+/// Part of the RMS of what is left beside it from which a lag, or a change of the field, is reported.
+const LEAST_PART: f64 = 0.1;
+
+/// A table is a path where the median step is a smaller part of its extent: a lag is a time.
+const PATH_STEP: f64 = 0.05;
+
+/// Weight in rows of the prior that each term of the field is nothing: without it the polynomials follow a
+/// path that hardly meets itself, and leave nothing to its speed. That of noise of 0.3 mm beside terms of 1 mm.
+const PRIOR: f64 = 0.1;
+
+/// A step of so many times the median is over a gap.
+const LONGEST_STEP: f64 = 4.0;
+
+/// Terms of place.
+const PLACE_TERMS: usize = 10;
+
+/// What a unit of an effect moves each row's reading by.
+type Effect = Vec<Vector3<f64>>;
+
+/// An effect's size, and its standard error.
+struct Estimate {
+    value: f64,
+    standard_error: f64,
+}
+
+/// The rows in their order, and the field's terms at each.
+struct Rows {
+    errors: Vec<Vector3<f64>>,
+    terms: Vec<DVector<f64>>,
+}
+
+/// What the order of the rows shows; `stride` is how many rows of the table lie between two.
+pub(super) fn suspicions(
+    rows: &[Measurement],
+    content: MeasurementContent,
+    stride: usize,
+) -> Vec<Suspicion> {
+    let Some(of_field) = Rows::of(rows, content) else {
+        return Vec::new();
+    };
+    of_field.lag(rows, stride).into_iter().chain(of_field.change()).collect()
+}
+
+fn place(m: &Measurement) -> Vector3<f64> {
+    m.tracker_from_ideal.translation.vector
+}
+
+impl Rows {
+    fn of(rows: &[Measurement], content: MeasurementContent) -> Option<Self> {
+        let has_axes = content != MeasurementContent::PositionOnly;
+        let count = PLACE_TERMS * if has_axes { 6 } else { 1 };
+        if rows.len() < ROWS_A_TERM * count {
+            return None;
+        }
+        let (mut low, mut high) = (place(&rows[0]), place(&rows[0]));
+        for m in rows {
+            (low, high) = (low.inf(&place(m)), high.sup(&place(m)));
+        }
+        let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).add_scalar(1e-9));
+        let terms = rows.iter().map(|m| {
+            let u = (place(m) - middle).component_div(&half);
+            let [x, y, z] = [u.x, u.y, u.z];
+            let of_place = [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x];
+            let n = m.tracker_from_ideal.rotation * Vector3::z();
+            // Even in the axis: a coil turned round reads the same.
+            let of_axis = [
+                1.0,
+                n.x * n.y,
+                n.y * n.z,
+                n.z * n.x,
+                n.x * n.x - n.y * n.y,
+                n.z * n.z - 1.0 / 3.0,
+            ];
+            let axes = if has_axes { 6 } else { 1 };
+            DVector::from_fn(count, |k, _| {
+                of_place[k % PLACE_TERMS] * of_axis[..axes][k / PLACE_TERMS]
+            })
+        });
+        let errors = rows.iter().map(|m| m.tracker_from_measured.translation.vector - place(m));
+        Some(Self { errors: errors.collect(), terms: terms.collect() })
+    }
+
+    fn of_rows(&self, rows: &[usize]) -> Self {
+        Self {
+            errors: rows.iter().map(|&k| self.errors[k]).collect(),
+            terms: rows.iter().map(|&k| self.terms[k].clone()).collect(),
+        }
+    }
+
+    /// Readings of earlier rows, or of later ones.
+    fn lag(&self, rows: &[Measurement], stride: usize) -> Option<Suspicion> {
+        let last = rows.len() - 1;
+        let step = |k: usize| (place(&rows[k + 1]) - place(&rows[k])).norm();
+        let typical = crate::robust::median(&mut (0..last).map(step).collect::<Vec<f64>>())?;
+        let extent = (0..3).map(|c| {
+            let each = rows.iter().map(|m| place(m)[c]);
+            each.clone().fold(f64::MIN, f64::max) - each.fold(f64::MAX, f64::min)
+        });
+        if typical > PATH_STEP * extent.fold(0.0, f64::max) {
+            return None;
+        }
+        // Where readings are missing the path's speed is not known.
+        let goes_on = |k: usize| step(k) <= LONGEST_STEP * typical;
+        let known: Vec<usize> = (1..last).filter(|k| goes_on(k - 1) && goes_on(*k)).collect();
+        if known.len() < ROWS_A_TERM * self.terms[0].len() {
+            return None;
+        }
+        // Without the row itself: its own jitter is in its error.
+        let speed = |k: &usize| (place(&rows[k - 1]) - place(&rows[k + 1])) / 2.0;
+        let effects = [known.iter().map(speed).collect()];
+        let (found, left_mm) = self.of_rows(&known).estimates(&effects)?;
+        let moved_mm = found[0].value.abs() * rms(&effects[0]);
+        is_reported(&found[0], moved_mm, left_mm).then(|| Suspicion::Lag {
+            rows: found[0].value * stride as f64,
+            standard_error: found[0].standard_error * stride as f64,
+            moved_mm,
+            left_mm,
+        })
+    }
+
+    /// A field that grows or shrinks, or an origin that moves, with time.
+    fn change(&self) -> Option<Suspicion> {
+        let count = self.errors.len();
+        let time = |k: usize| 2.0 * k as f64 / (count - 1) as f64 - 1.0;
+        let of_field = self.field()?;
+        let grown = |of_time: fn(f64) -> f64| -> Effect {
+            of_field.iter().enumerate().map(|(k, e)| e * of_time(time(k))).collect()
+        };
+        let moved =
+            |axis: usize| -> Effect { (0..count).map(|k| Vector3::ith(axis, time(k))).collect() };
+        let curved: fn(f64) -> f64 = |t| 1.5 * t * t - 0.5;
+        let mut effects = vec![grown(|t| t), grown(curved)];
+        effects.extend((0..3).map(moved));
+        let (found, left_mm) = self.estimates(&effects)?;
+        let size_mm = |k: usize| found[k].value.abs() * rms(&effects[k]);
+        let largest = (0..found.len()).max_by(|a, b| size_mm(*a).total_cmp(&size_mm(*b)))?;
+        is_reported(&found[largest], size_mm(largest), left_mm).then(|| Suspicion::Drift {
+            of_field: largest < 2,
+            changed_mm: size_mm(largest),
+            left_mm,
+        })
+    }
+
+    /// What the polynomials give at each row.
+    fn field(&self) -> Option<Vec<Vector3<f64>>> {
+        let count = self.terms[0].len();
+        let mut normal = DMatrix::<f64>::zeros(count, count);
+        let mut right = DMatrix::<f64>::zeros(count, 3);
+        for (terms, error) in self.terms.iter().zip(&self.errors) {
+            normal.ger(1.0, terms, terms, 1.0);
+            right.ger(1.0, terms, error, 1.0);
+        }
+        let solved = solved(normal, &right, PRIOR)?;
+        Some(
+            self.terms
+                .iter()
+                .map(|terms| Vector3::from_fn(|c, _| terms.dot(&solved.column(c))))
+                .collect(),
+        )
+    }
+
+    /// The effects beside the field by least squares, and the RMS of what is left beside both.
+    fn estimates(&self, effects: &[Effect]) -> Option<(Vec<Estimate>, f64)> {
+        let count = self.errors.len();
+        let pieces: Vec<Sums> = (0..PIECES)
+            .map(|piece| {
+                let rows = piece * count / PIECES..(piece + 1) * count / PIECES;
+                Sums::of(self, effects, rows)
+            })
+            .collect();
+        let all = pieces.iter().fold(Sums::none(self, effects), |sum, piece| sum.plus(piece, 1.0));
+        let whole = all.effects()?;
+        let without: Option<Vec<DVector<f64>>> =
+            pieces.iter().map(|piece| Some(all.plus(piece, -1.0).effects()?.0)).collect();
+        let without = without?;
+        let estimate = |k: usize| {
+            let mean = without.iter().map(|of| of[k]).sum::<f64>() / PIECES as f64;
+            let squared: f64 = without.iter().map(|of| (of[k] - mean).powi(2)).sum();
+            let part = (PIECES - 1) as f64 / PIECES as f64;
+            Estimate { value: whole.0[k], standard_error: (part * squared).sqrt() }
+        };
+        let left_mm = (whole.1.max(0.0) / count as f64).sqrt();
+        Some(((0..effects.len()).map(estimate).collect(), left_mm))
+    }
+}
+
+/// Sums over rows from which the effects follow.
+struct Sums {
+    /// Of the field's terms among themselves.
+    field: DMatrix<f64>,
+    /// Of the field's terms with each effect and the errors, a component after the other.
+    across: DMatrix<f64>,
+    /// Of effects and errors among themselves.
+    own: DMatrix<f64>,
+}
+
+impl Sums {
+    fn none(rows: &Rows, effects: &[Effect]) -> Self {
+        let (terms, own) = (rows.terms[0].len(), effects.len() + 1);
+        Self {
+            field: DMatrix::zeros(terms, terms),
+            across: DMatrix::zeros(terms, 3 * own),
+            own: DMatrix::zeros(own, own),
+        }
+    }
+
+    fn of(rows: &Rows, effects: &[Effect], range: std::ops::Range<usize>) -> Self {
+        let mut sums = Self::none(rows, effects);
+        for i in range {
+            let terms = &rows.terms[i];
+            sums.field.ger(1.0, terms, terms, 1.0);
+            let each: Vec<Vector3<f64>> =
+                effects.iter().map(|of| of[i]).chain([rows.errors[i]]).collect();
+            let flat =
+                DVector::from_iterator(3 * each.len(), each.iter().flat_map(|v| v.iter().copied()));
+            sums.across.ger(1.0, terms, &flat, 1.0);
+            for (a, first) in each.iter().enumerate() {
+                for (b, second) in each.iter().enumerate() {
+                    sums.own[(a, b)] += first.dot(second);
+                }
+            }
+        }
+        sums
+    }
+
+    fn plus(&self, other: &Self, sign: f64) -> Self {
+        Self {
+            field: &self.field + &other.field * sign,
+            across: &self.across + &other.across * sign,
+            own: &self.own + &other.own * sign,
+        }
+    }
+
+    /// The effects, and the sum of the squares that they and the field leave.
+    fn effects(&self) -> Option<(DVector<f64>, f64)> {
+        let explained = self.across.transpose() * solved(self.field.clone(), &self.across, PRIOR)?;
+        let count = self.own.nrows();
+        // What the field does not explain, summed over components.
+        let left = DMatrix::from_fn(count, count, |a, b| {
+            let of_field: f64 = (0..3).map(|c| explained[(3 * a + c, 3 * b + c)]).sum();
+            self.own[(a, b)] - of_field
+        });
+        let own = left.view((0, 0), (count - 1, count - 1)).into_owned();
+        let with_errors = left.view((0, count - 1), (count - 1, 1)).into_owned();
+        let found = solved(own, &with_errors, 0.0)?.column(0).into_owned();
+        let squared = left[(count - 1, count - 1)] - found.dot(&with_errors.column(0));
+        Some((found, squared))
+    }
+}
+
+/// The solution of normal equations with a prior of so many rows; `None` where they do not determine it.
+fn solved(mut normal: DMatrix<f64>, right: &DMatrix<f64>, prior: f64) -> Option<DMatrix<f64>> {
+    for k in 0..normal.nrows() {
+        normal[(k, k)] += prior;
+    }
+    Some(normal.cholesky()?.solve(right))
+}
+
+fn is_reported(found: &Estimate, size_mm: f64, left_mm: f64) -> bool {
+    found.value.abs() > STANDARD_ERRORS * found.standard_error && size_mm > LEAST_PART * left_mm
+}
+
+fn rms(vectors: &[Vector3<f64>]) -> f64 {
+    (vectors.iter().map(Vector3::norm_squared).sum::<f64>() / vectors.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use trackwright_geometry::pose::{Pose, pose_from_parts};
+
+    const ROWS: usize = 1_500;
+
+    /// Where a hand is at a row: some sines.
+    fn hand(row: f64) -> Pose {
+        let t = row / ROWS as f64;
+        let wave = |a: f64, b: f64| (a * t).sin() + 0.4 * (b * t + a).cos();
+        let position = Vector3::new(wave(13.0, 51.0), wave(17.0, 37.0), wave(22.0, 43.0)) * 90.0;
+        let turn = Vector3::new(wave(11.0, 29.0), wave(19.0, 31.0), 0.3);
+        pose_from_parts(position, UnitQuaternion::from_scaled_axis(turn))
+    }
+
+    /// A smooth field of 2 mm that no polynomial of the second degree has, and noise of 0.1 mm.
+    fn readings(
+        ideal: impl Fn(usize) -> Pose,
+        read_at: impl Fn(usize) -> Pose,
+        gain: impl Fn(f64) -> f64,
+    ) -> Vec<Suspicion> {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let row = |k: usize| {
+            let at = read_at(k);
+            let (p, n) = (at.translation.vector / 150.0, at.rotation * Vector3::z());
+            let field = Vector3::new(p.x.sin() * p.z, n.z * n.x + p.y, (1.0 + p.x * p.y).ln_1p());
+            let noise = Vector3::from_fn(|_, _| 0.1 * normal());
+            let moved = field * (2.0 * gain(k as f64 / ROWS as f64)) + noise;
+            Measurement {
+                tracker_from_ideal: ideal(k),
+                tracker_from_measured: pose_from_parts(at.translation.vector + moved, at.rotation),
+            }
+        };
+        let rows: Vec<Measurement> = (0..ROWS).map(row).collect();
+        suspicions(&rows, MeasurementContent::FiveDof, 1)
+    }
+
+    #[test]
+    fn a_lag_is_found_with_its_sign_and_size() {
+        for lag in [0.7, 2.0, -1.3] {
+            let ideal = |k: usize| hand(k as f64);
+            let found = readings(ideal, |k| hand(k as f64 - lag), |_| 1.0);
+            let Some(Suspicion::Lag { rows, standard_error, .. }) = found.first() else {
+                panic!("{lag}: {found:?}");
+            };
+            // Within four standard errors, beside what a lag of some rows is not linear in.
+            assert!((rows - lag).abs() < 4.0 * standard_error + 0.02, "{lag}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_table_that_agrees_in_time_has_no_suspicion() {
+        let ideal = |k: usize| hand(k as f64);
+        assert_eq!(readings(ideal, ideal, |_| 1.0), []);
+        // Rows in no order: from one to the next is nothing that a lag could be of.
+        let mixed = |k: usize| hand(((k * 739) % ROWS) as f64);
+        assert_eq!(readings(mixed, mixed, |_| 1.0), []);
+    }
+
+    #[test]
+    fn a_field_that_changes_is_reported() {
+        let mixed = |k: usize| hand(((k * 739) % ROWS) as f64);
+        let found = readings(mixed, mixed, |t| 0.8 + 0.4 * t);
+        let [Suspicion::Drift { of_field: true, changed_mm, .. }] = found[..] else {
+            panic!("{found:?}");
+        };
+        // A fifth of 2 mm times the field, over the root of three.
+        assert!((0.1..0.4).contains(&changed_mm), "{changed_mm}");
+    }
+}
