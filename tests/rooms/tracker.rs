@@ -12,6 +12,9 @@ use rand_distr::{Distribution, StandardNormal, StandardUniform};
 
 type V = Vector3<f64>;
 
+/// Positions with so many times the noise of the median are not reported.
+const MOST_NOISE: f64 = 5.0;
+
 /// Numbers that are the same each time.
 pub struct Random(ChaCha8Rng);
 
@@ -50,6 +53,8 @@ pub struct Room {
     metal_gain: f64,
     /// Standard deviation of a signal.
     noise: f64,
+    /// Positions with more noise are not reported.
+    most_noise_mm: f64,
     has_outliers: bool,
     pub min_mm: V,
     pub max_mm: V,
@@ -79,6 +84,7 @@ impl Room {
             coils,
             metal_gain: 1.0,
             noise: random.range(1e-11, 4e-11),
+            most_noise_mm: f64::INFINITY,
             has_outliers: wide,
             min_mm,
             max_mm,
@@ -87,8 +93,9 @@ impl Room {
         room.of_raw_error(wanted_mm)
     }
 
-    /// Coils and metal of any make: spheres are centers and what the field there is multiplied by; `noise`
-    /// is that of a position in mm in the middle of the volume.
+    /// Coils and metal of any make: spheres are centers and what the field there is multiplied by; the noise
+    /// is that of a position in mm, in the median over the volume. As a real one, the tracker reports no pose
+    /// that its signals hardly determine.
     pub fn of_parts(
         coils: Vec<Vec<(V, V)>>,
         spheres: &[(V, f64)],
@@ -101,15 +108,22 @@ impl Room {
         };
         let metal = spheres.iter().map(induced).collect();
         let (noise, metal_gain, has_outliers) = (0.0, 1.0, false);
-        let room = Self { metal, coils, metal_gain, noise, has_outliers, min_mm, max_mm };
-        let mut room = room.of_raw_error(raw_mm);
-        // The signal of a millimetre, in the middle.
-        let middle = (min_mm + max_mm) / 2.0;
-        let axis = V::new(0.5, 0.3, 0.8).normalize();
-        let step = room.signals(&(middle + V::new(1.0, 1.0, 1.0).normalize(), axis))
-            - room.signals(&(middle, axis));
-        room.noise = noise_mm * step.norm() / (room.coils.len() as f64).sqrt();
-        room
+        let most_noise_mm = f64::INFINITY;
+        let mut room =
+            Self { metal, coils, metal_gain, noise, most_noise_mm, has_outliers, min_mm, max_mm };
+        let mut random = Random::new(76);
+        let unit = |_| Some(room.position_noise(&(room.position(&mut random), random.direction())));
+        let mut units: Vec<f64> = (0..61).filter_map(unit).flatten().collect();
+        units.sort_by(f64::total_cmp);
+        room.noise = noise_mm / units[units.len() / 2];
+        room.most_noise_mm = MOST_NOISE * noise_mm;
+        room.of_raw_error(raw_mm)
+    }
+
+    /// The noise of a position in mm for a unit noise of the signals.
+    fn position_noise(&self, sensor: &SensorPose) -> Option<f64> {
+        let inverse = self.jacobian(sensor).0.qr().r().try_inverse()?;
+        Some(inverse.fixed_rows::<3>(0).norm())
     }
 
     /// With metal that answers so strongly that the raw error is about this.
@@ -190,25 +204,10 @@ impl Room {
 
     /// The pose in the empty room with the nearest signals; a turn counts as 100 mm a radian.
     fn nearest(&self, (p, n): &SensorPose, signals: &DVector<f64>) -> Option<SensorPose> {
-        const STEP_MM: f64 = 0.01;
         let (mut p, mut n) = (*p, *n);
         for _ in 0..30 {
-            let other = if n.x.abs() < 0.7 { V::x() } else { V::y() };
-            let first = n.cross(&other).normalize();
-            let second = n.cross(&first);
-            let mut jacobian = DMatrix::zeros(self.coils.len(), 5);
-            let mut left = DVector::zeros(self.coils.len());
-            for (i, coil) in self.coils.iter().enumerate() {
-                let b = field(coil, &p);
-                left[i] = signals[i] - n.dot(&b);
-                for k in 0..3 {
-                    let step = V::ith(k, STEP_MM);
-                    let change = field(coil, &(p + step)) - field(coil, &(p - step));
-                    jacobian[(i, k)] = n.dot(&change) / (2.0 * STEP_MM);
-                }
-                jacobian[(i, 3)] = first.dot(&b) / 100.0;
-                jacobian[(i, 4)] = second.dot(&b) / 100.0;
-            }
+            let (jacobian, empty, [first, second]) = self.jacobian(&(p, n));
+            let left = signals - empty;
             let qr = jacobian.qr();
             let step = qr.r().solve_upper_triangular(&(qr.q().transpose() * left))?;
             let length = step.norm();
@@ -216,10 +215,34 @@ impl Room {
             p += V::new(step[0], step[1], step[2]);
             n = (n + (first * step[3] + second * step[4]) / 100.0).normalize();
             if length < 1e-6 {
-                return Some((p, n));
+                let is_determined = self.most_noise_mm.is_infinite()
+                    || self.noise * self.position_noise(&(p, n))? < self.most_noise_mm;
+                return is_determined.then_some((p, n));
             }
         }
         None
+    }
+
+    /// How the signals of the empty room change with a pose, these signals, and the tangents of the axis.
+    fn jacobian(&self, (p, n): &SensorPose) -> (DMatrix<f64>, DVector<f64>, [V; 2]) {
+        const STEP_MM: f64 = 0.01;
+        let other = if n.x.abs() < 0.7 { V::x() } else { V::y() };
+        let first = n.cross(&other).normalize();
+        let second = n.cross(&first);
+        let mut jacobian = DMatrix::zeros(self.coils.len(), 5);
+        let mut empty = DVector::zeros(self.coils.len());
+        for (i, coil) in self.coils.iter().enumerate() {
+            let b = field(coil, p);
+            empty[i] = n.dot(&b);
+            for k in 0..3 {
+                let step = V::ith(k, STEP_MM);
+                let change = field(coil, &(p + step)) - field(coil, &(p - step));
+                jacobian[(i, k)] = n.dot(&change) / (2.0 * STEP_MM);
+            }
+            jacobian[(i, 3)] = first.dot(&b) / 100.0;
+            jacobian[(i, 4)] = second.dot(&b) / 100.0;
+        }
+        (jacobian, empty, [first, second])
     }
 }
 
