@@ -8,6 +8,7 @@
 use super::Suspicion;
 use nalgebra::{DMatrix, DVector, Vector3};
 use trackwright_field::samples::{Measurement, MeasurementContent};
+use trackwright_geometry::bounds::Bounds;
 
 /// Pieces of the table, one of which is left out in turn.
 const PIECES: usize = 16;
@@ -47,6 +48,8 @@ struct Estimate {
 struct Rows {
     errors: Vec<Vector3<f64>>,
     terms: Vec<DVector<f64>>,
+    /// Of the box of all rows.
+    longest_edge_mm: f64,
 }
 
 /// What the order of the rows shows; `stride` is how many rows of the table lie between two.
@@ -72,11 +75,10 @@ impl Rows {
         if rows.len() < ROWS_A_TERM * count {
             return None;
         }
-        let (mut low, mut high) = (place(&rows[0]), place(&rows[0]));
-        for m in rows {
-            (low, high) = (low.inf(&place(m)), high.sup(&place(m)));
-        }
-        let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).add_scalar(1e-9));
+        let bounds = Bounds::around(rows.iter().map(|m| place(m).into()))?;
+        let middle = bounds.center_mm().coords;
+        // A table in one plane has a box without thickness.
+        let half = bounds.size_mm().map(|edge| (0.5 * edge).max(f64::EPSILON));
         let terms = rows.iter().map(|m| {
             let u = (place(m) - middle).component_div(&half);
             let [x, y, z] = [u.x, u.y, u.z];
@@ -97,13 +99,18 @@ impl Rows {
             })
         });
         let errors = rows.iter().map(|m| m.tracker_from_measured.translation.vector - place(m));
-        Some(Self { errors: errors.collect(), terms: terms.collect() })
+        Some(Self {
+            errors: errors.collect(),
+            terms: terms.collect(),
+            longest_edge_mm: bounds.size_mm().max(),
+        })
     }
 
     fn of_rows(&self, rows: &[usize]) -> Self {
         Self {
             errors: rows.iter().map(|&k| self.errors[k]).collect(),
             terms: rows.iter().map(|&k| self.terms[k].clone()).collect(),
+            ..*self
         }
     }
 
@@ -112,11 +119,7 @@ impl Rows {
         let last = rows.len() - 1;
         let step = |k: usize| (place(&rows[k + 1]) - place(&rows[k])).norm();
         let typical = crate::robust::median(&mut (0..last).map(step).collect::<Vec<f64>>())?;
-        let extent = (0..3).map(|c| {
-            let each = rows.iter().map(|m| place(m)[c]);
-            each.clone().fold(f64::MIN, f64::max) - each.fold(f64::MAX, f64::min)
-        });
-        if typical > PATH_STEP * extent.fold(0.0, f64::max) {
+        if typical > PATH_STEP * self.longest_edge_mm {
             return None;
         }
         // Where readings are missing the path's speed is not known.
@@ -163,20 +166,10 @@ impl Rows {
 
     /// What the polynomials give at each row.
     fn field(&self) -> Option<Vec<Vector3<f64>>> {
-        let count = self.terms[0].len();
-        let mut normal = DMatrix::<f64>::zeros(count, count);
-        let mut right = DMatrix::<f64>::zeros(count, 3);
-        for (terms, error) in self.terms.iter().zip(&self.errors) {
-            normal.ger(1.0, terms, terms, 1.0);
-            right.ger(1.0, terms, error, 1.0);
-        }
-        let solved = solved(normal, &right, PRIOR)?;
-        Some(
-            self.terms
-                .iter()
-                .map(|terms| Vector3::from_fn(|c, _| terms.dot(&solved.column(c))))
-                .collect(),
-        )
+        let sums = Sums::of(self, &[], 0..self.errors.len());
+        let solved = solved(sums.field, &sums.across, PRIOR)?;
+        let each = self.terms.iter();
+        Some(each.map(|terms| Vector3::from_fn(|c, _| terms.dot(&solved.column(c)))).collect())
     }
 
     /// The effects beside the field by least squares, and the RMS of what is left beside both.
