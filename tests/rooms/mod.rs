@@ -2,7 +2,7 @@
 //! represent: made by an independent physical tracker, coverage counted.
 
 mod better_places;
-mod others;
+pub mod others;
 pub mod tracker;
 
 use crate::support::studies;

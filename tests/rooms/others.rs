@@ -252,7 +252,7 @@ fn table(room: &Room, noise: &str, sampling: &str, random: &mut Random) -> Sampl
         .samples(MapKind::Distortion)
 }
 
-fn poses(room: &Room, sampling: &str, rows: usize, random: &mut Random) -> Vec<SensorPose> {
+pub fn poses(room: &Room, sampling: &str, rows: usize, random: &mut Random) -> Vec<SensorPose> {
     let middle = (room.min_mm + room.max_mm) / 2.0;
     let half = (room.max_mm - room.min_mm) / 2.0;
     let mut poses = Vec::new();
@@ -271,7 +271,7 @@ fn poses(room: &Room, sampling: &str, rows: usize, random: &mut Random) -> Vec<S
                 };
                 p = V::from_fn(|k, _| {
                     let sum: f64 = (0..4).map(|j| wave(k, j)).sum();
-                    middle[k] + half[k] * (1.1 * sum).clamp(-1.0, 1.0)
+                    middle[k] + half[k] * (1.1 * sum).clamp(-1.0, 1.0) * 0.999_999
                 });
                 let turn = |j: usize| V::from_fn(|k, _| wave((k + 1) % 3, (j + 2) % 4));
                 n = (V::new(0.2, 0.1, 0.8) + turn(0) * 1.2 + turn(1)).normalize();

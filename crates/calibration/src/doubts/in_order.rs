@@ -29,19 +29,32 @@ const PATH_STEP: f64 = 0.05;
 /// path that hardly meets itself, and leave nothing to its speed. That of noise of 0.3 mm beside terms of 1 mm.
 const PRIOR: f64 = 0.1;
 
+/// Part of the time's square that place and axis have to leave: a grid that is measured line by line, or a path,
+/// has its time in its places, and what the polynomials miss of the field looks like a change with time.
+const LEAST_OWN_PART_OF_TIME: f64 = 0.3;
+
 /// A step of so many times the median is over a gap.
 const LONGEST_STEP: f64 = 4.0;
 
-/// Terms of place.
+/// Terms of place, those of the first degree first.
 const PLACE_TERMS: usize = 10;
+
+/// Terms of the axis, which are even in it: a coil turned round reads the same.
+const AXIS_TERMS: usize = 6;
+
+/// Terms of a whole rotation beside them, each with the places of the first degree: a tool's own coils lie
+/// beside its origin.
+const ROTATION_TERMS: usize = 9;
+const LINEAR_PLACE_TERMS: usize = 4;
 
 /// What a unit of an effect moves each row's reading by.
 type Effect = Vec<Vector3<f64>>;
 
-/// An effect's size, and its standard error.
+/// An effect's size, its standard error, and the part of its square that place and axis do not explain.
 struct Estimate {
     value: f64,
     standard_error: f64,
+    own_part: f64,
 }
 
 /// The rows in their order, and the field's terms at each.
@@ -70,8 +83,13 @@ fn place(m: &Measurement) -> Vector3<f64> {
 
 impl Rows {
     fn of(rows: &[Measurement], content: MeasurementContent) -> Option<Self> {
-        let has_axes = content != MeasurementContent::PositionOnly;
-        let count = PLACE_TERMS * if has_axes { 6 } else { 1 };
+        let (axis_terms, rotation_terms) = match content {
+            MeasurementContent::PositionOnly => (1, 0),
+            MeasurementContent::FiveDof => (AXIS_TERMS, 0),
+            MeasurementContent::SixDof => (AXIS_TERMS, ROTATION_TERMS),
+        };
+        let of_axes = PLACE_TERMS * axis_terms;
+        let count = of_axes + LINEAR_PLACE_TERMS * rotation_terms;
         if rows.len() < ROWS_A_TERM * count {
             return None;
         }
@@ -82,10 +100,11 @@ impl Rows {
         let terms = rows.iter().map(|m| {
             let u = (place(m) - middle).component_div(&half);
             let [x, y, z] = [u.x, u.y, u.z];
-            let of_place = [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x];
-            let n = m.tracker_from_ideal.rotation * Vector3::z();
-            // Even in the axis: a coil turned round reads the same.
-            let of_axis = [
+            let of_place: [f64; PLACE_TERMS] =
+                [1.0, x, y, z, x * x, y * y, z * z, x * y, y * z, z * x];
+            let rotation = m.tracker_from_ideal.rotation.to_rotation_matrix();
+            let n = rotation * Vector3::z();
+            let of_axis: [f64; AXIS_TERMS] = [
                 1.0,
                 n.x * n.y,
                 n.y * n.z,
@@ -93,9 +112,11 @@ impl Rows {
                 n.x * n.x - n.y * n.y,
                 n.z * n.z - 1.0 / 3.0,
             ];
-            let axes = if has_axes { 6 } else { 1 };
-            DVector::from_fn(count, |k, _| {
-                of_place[k % PLACE_TERMS] * of_axis[..axes][k / PLACE_TERMS]
+            DVector::from_fn(count, |k, _| match k.checked_sub(of_axes) {
+                None => of_place[k % PLACE_TERMS] * of_axis[k / PLACE_TERMS],
+                Some(k) => {
+                    of_place[k % LINEAR_PLACE_TERMS] * rotation.matrix()[k / LINEAR_PLACE_TERMS]
+                }
             })
         });
         let errors = rows.iter().map(|m| m.tracker_from_measured.translation.vector - place(m));
@@ -155,6 +176,10 @@ impl Rows {
         let mut effects = vec![grown(|t| t), grown(curved)];
         effects.extend((0..3).map(moved));
         let (found, left_mm) = self.estimates(&effects)?;
+        // The field times the time is of a higher degree than the terms: the time itself decides.
+        if found.last()?.own_part < LEAST_OWN_PART_OF_TIME {
+            return None;
+        }
         let size_mm = |k: usize| found[k].value.abs() * rms(&effects[k]);
         let largest = (0..found.len()).max_by(|a, b| size_mm(*a).total_cmp(&size_mm(*b)))?;
         is_reported(&found[largest], size_mm(largest), left_mm).then(|| Suspicion::Drift {
@@ -184,17 +209,28 @@ impl Rows {
         let all = pieces.iter().fold(Sums::none(self, effects), |sum, piece| sum.plus(piece, 1.0));
         let whole = all.effects()?;
         let without: Option<Vec<DVector<f64>>> =
-            pieces.iter().map(|piece| Some(all.plus(piece, -1.0).effects()?.0)).collect();
+            pieces.iter().map(|piece| Some(all.plus(piece, -1.0).effects()?.values)).collect();
         let without = without?;
         let estimate = |k: usize| {
             let mean = without.iter().map(|of| of[k]).sum::<f64>() / PIECES as f64;
             let squared: f64 = without.iter().map(|of| (of[k] - mean).powi(2)).sum();
             let part = (PIECES - 1) as f64 / PIECES as f64;
-            Estimate { value: whole.0[k], standard_error: (part * squared).sqrt() }
+            Estimate {
+                value: whole.values[k],
+                standard_error: (part * squared).sqrt(),
+                own_part: whole.own_parts[k],
+            }
         };
-        let left_mm = (whole.1.max(0.0) / count as f64).sqrt();
+        let left_mm = (whole.squared_left.max(0.0) / count as f64).sqrt();
         Some(((0..effects.len()).map(estimate).collect(), left_mm))
     }
+}
+
+/// Effects by least squares beside the field.
+struct Effects {
+    values: DVector<f64>,
+    own_parts: Vec<f64>,
+    squared_left: f64,
 }
 
 /// Sums over rows from which the effects follow.
@@ -244,8 +280,7 @@ impl Sums {
         }
     }
 
-    /// The effects, and the sum of the squares that they and the field leave.
-    fn effects(&self) -> Option<(DVector<f64>, f64)> {
+    fn effects(&self) -> Option<Effects> {
         let explained = self.across.transpose() * solved(self.field.clone(), &self.across, PRIOR)?;
         let count = self.own.nrows();
         // What the field does not explain, summed over components.
@@ -255,9 +290,12 @@ impl Sums {
         });
         let own = left.view((0, 0), (count - 1, count - 1)).into_owned();
         let with_errors = left.view((0, count - 1), (count - 1, 1)).into_owned();
-        let found = solved(own, &with_errors, 0.0)?.column(0).into_owned();
-        let squared = left[(count - 1, count - 1)] - found.dot(&with_errors.column(0));
-        Some((found, squared))
+        let values = solved(own, &with_errors, 0.0)?.column(0).into_owned();
+        Some(Effects {
+            squared_left: left[(count - 1, count - 1)] - values.dot(&with_errors.column(0)),
+            own_parts: (0..count - 1).map(|k| left[(k, k)] / self.own[(k, k)]).collect(),
+            values,
+        })
     }
 }
 

@@ -28,9 +28,10 @@ pub enum DifferenceVerdict {
     /// The error is smaller than the baseline's.
     Better,
     Worse,
-    /// Smaller than what the model's uncertainty and the sampling of the motion allow.
+    /// Smaller than what the model's uncertainty and the sampling of the motion allow, or than what counts
+    /// while it may be more.
     NotTold,
-    /// Too small to matter, whether it is there or not.
+    /// Too small to matter, whether it is there or not: the whole interval is.
     Negligible,
     /// More than the sampling allows, in a room that does not state how far it may be off.
     RoomUnknown,
@@ -142,13 +143,15 @@ fn difference(index: usize, metric: Metric, sides: [&Side<'_>; 2], least: Least)
         ErrorOf::Position => least.mm,
         ErrorOf::Angle => least.deg,
     };
-    let is_beside_zero = low > 0.0 || high < 0.0;
+    let is_one = (low > 0.0 || high < 0.0) && difference.abs() >= least;
+    // Where it is not known how far the room is off, only no difference at all is known to be small.
+    let is_small = low > -least && high < least && (model.is_some() || low == high);
     let unsettled = sides.iter().find_map(|side| side.unsettled.clone());
     let verdict = if unsettled.is_some() {
         DifferenceVerdict::Unsettled
-    } else if difference.abs() < least {
+    } else if is_small {
         DifferenceVerdict::Negligible
-    } else if !is_beside_zero {
+    } else if !is_one {
         DifferenceVerdict::NotTold
     } else if model.is_none() {
         DifferenceVerdict::RoomUnknown
@@ -354,6 +357,25 @@ mod tests {
                 < 1e-12
         );
         assert_eq!(other.verdict, DifferenceVerdict::NotTold);
+    }
+
+    #[test]
+    fn only_a_small_interval_is_negligible() {
+        let zero = [0.0; METRICS.len()];
+        let verdict = |difference: f64, spread: f64, is_known: bool| {
+            let draws: Vec<f64> = (0..64).map(|k| spread * f64::from(k % 2 * 2 - 1)).collect();
+            let (grid, own) = ([difference; METRICS.len()], drawn(difference, &draws));
+            let base = drawn(0.0, &[0.0; 64]);
+            let (mut design, baseline) = (side(&grid, &own), side(&zero, &base));
+            design.drawn = design.drawn.filter(|_| is_known);
+            rms(design, baseline).verdict
+        };
+        assert_eq!(verdict(0.0, 0.0, false), DifferenceVerdict::Negligible);
+        assert_eq!(verdict(0.004, 1e-4, true), DifferenceVerdict::Negligible);
+        assert_eq!(verdict(0.004, 0.1, true), DifferenceVerdict::NotTold);
+        assert_eq!(verdict(0.0, 0.1, true), DifferenceVerdict::NotTold);
+        assert_eq!(verdict(0.004, 0.0, false), DifferenceVerdict::NotTold);
+        assert_eq!(verdict(0.02, 1e-4, true), DifferenceVerdict::Worse);
     }
 
     #[test]
