@@ -74,7 +74,8 @@ fn assert_shown(app: &App, name: &str) -> Study {
     let space = if figure.metric.of == ErrorOf::Angle { "" } else { "\u{2009}" };
     assert_has(figure.metric.label());
     assert_has(&format!("{}{space}{}", figure.value_text(2), figure.metric.unit()));
-    assert_has(&figure.interval_text(2).unwrap());
+    let ends = figure.interval_text(2).unwrap();
+    assert_has(&format!("95\u{2009}%: {ends}{space}{}", figure.metric.unit()));
     if let Some(requirement) = &study.figures.requirement {
         let verdict = requirement.verdict.label();
         assert!(harness.query_all_by_label_contains(verdict).count() > 0, "{name}: {verdict}");

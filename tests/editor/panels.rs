@@ -278,7 +278,7 @@ fn an_interval_around_the_bound_is_undecided() {
     let figure = *studied(&scenario, &Mode::Motion).figures.get(Metric::TIP_RMS).unwrap();
     scenario.requirement = Some(Requirement::at_most([(Metric::TIP_RMS, figure.value)]));
     let study = studied(&scenario, &Mode::Motion);
-    let interval = figure.interval_text(2).unwrap();
+    let interval = format!("95\u{2009}%: {}\u{2009}mm", figure.interval_text(2).unwrap());
     // A drag shows the same figure, interval and verdict.
     for extent in [Extent::Whole, Extent::PreviewOf(50_625)] {
         let results =

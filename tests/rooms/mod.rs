@@ -295,7 +295,7 @@ fn cases_of(
         let against = truths[0].zip(row.against_baseline);
         let of_first = truths[0].unwrap_or(truth);
         Some(Case {
-            figures: row.measured.unwrap().study.figures,
+            figures: row.measured.ok()?.study.figures,
             truth,
             differences: against.map(|(_, against)| against.differences),
             true_differences: std::array::from_fn(|k| truth[k] - of_first[k]),

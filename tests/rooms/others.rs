@@ -412,6 +412,10 @@ fn rooms_of_others_page() {
             };
             let time = start.elapsed().as_secs_f64();
             let cases = room_cases(seed, &made, &environment);
+            if cases.is_empty() {
+                println!("{seed} {:?}: no tool that is inside and followed", made.names);
+                return None;
+            }
             let rows = made.table.samples.len();
             let names = made.names.join(", ");
             println!("{seed} {names}: {each}");

@@ -7,30 +7,52 @@ use trackwright_field::selection::scoring::PairedDifference;
 /// How many times the best kind's error a simpler one may leave, however large the noise is.
 const MOST_WORSE: f64 = 1.1;
 
+/// How many times the error of polynomials a process may leave that is taken in their place.
+const MOST_WORSE_PROCESS: f64 = 1.2;
+
 /// The place of the simplest kind of which position and angle are at most one standard error of the
 /// folds' differences worse than those of the best (Breiman et al., *Classification and Regression Trees*,
 /// 1984, section 3.4.3), and at most a tenth worse. The best has the least product of both.
+///
+/// Polynomials have to be a fifth better than a process: it is as uncertain as before where nothing was
+/// measured, such as in orientations that a path has not, and they continue to anything.
 pub(super) fn best_of(kinds: &[KindScored]) -> Option<usize> {
     let best = kinds.iter().min_by(|a, b| both(a).total_cmp(&both(b)))?;
     let is_as_good = |kind: &KindScored| {
         let (own, least) = (kind.deciding(), best.deciding());
         let is_within = |difference: PairedDifference| difference.mean <= difference.std_error;
-        let [own_mm, least_mm] = [own, least].map(|s| s.overall.position_rms_mm);
-        let [own_rad, least_rad] = [own, least].map(|s| s.overall.angle_rms_rad.unwrap_or(0.0));
         is_within(own.position_difference(least))
             && is_within(own.rotation_difference(least))
-            && own_mm <= MOST_WORSE * least_mm
-            && own_rad <= MOST_WORSE * least_rad
+            && leaves_at_most(MOST_WORSE, kind, best)
     };
-    (0..kinds.len())
+    let simplest = (0..kinds.len())
         .filter(|&i| std::ptr::eq(&kinds[i], best) || is_as_good(&kinds[i]))
-        .min_by_key(|&i| rank(&kinds[i]))
+        .min_by_key(|&i| rank(&kinds[i]))?;
+    let found = &kinds[simplest];
+    let replaces = |kind: &KindScored| {
+        kind.model == RoomModel::Kriging && leaves_at_most(MOST_WORSE_PROCESS, kind, found)
+    };
+    let process = is_polynomials(found).then(|| kinds.iter().position(replaces));
+    Some(process.flatten().unwrap_or(simplest))
+}
+
+/// In position and in angle.
+fn leaves_at_most(times: f64, kind: &KindScored, other: &KindScored) -> bool {
+    let [own, other] = [kind, other].map(|kind| kind.deciding().overall);
+    let [own_rad, other_rad] = [own, other].map(|scores| scores.angle_rms_rad.unwrap_or(0.0));
+    own.position_rms_mm <= times * other.position_rms_mm && own_rad <= times * other_rad
 }
 
 /// Position and angle as one figure: a part less of either makes it less by as much.
 fn both(kind: &KindScored) -> f64 {
     let scores = kind.deciding().overall;
     scores.position_rms_mm * scores.angle_rms_rad.unwrap_or(1.0)
+}
+
+/// Whether it is polynomials of the place, which continue outside the poses that were measured.
+fn is_polynomials(kind: &KindScored) -> bool {
+    matches!(kind.model, RoomModel::Bernstein { .. })
+        && kind.candidate.is_some_and(|candidate| candidate.order > 0)
 }
 
 /// Simple kinds first: by what they assume of a room.
@@ -99,6 +121,19 @@ mod tests {
         let raw = none(&[(2.0, 0.1), (1.0, 0.1), (1.5, 0.1)]);
         let better = kriging(&[(1.0, 0.1), (1.0, 0.1), (1.55, 0.1)]);
         assert_eq!(best_of(&[better, raw]), Some(0));
+    }
+
+    #[test]
+    fn polynomials_have_to_be_a_fifth_better_than_a_process() {
+        let folds = |by: f64| [(by, 0.1), (1.1 * by, 0.1), (1.2 * by, 0.1)];
+        let polynomials = kind(RoomModel::PAPER, Some(3), &folds(1.0));
+        let near = [polynomials.clone(), kriging(&folds(1.15))];
+        assert_eq!(best_of(&near), Some(1));
+        let far = [polynomials, kriging(&folds(1.25))];
+        assert_eq!(best_of(&far), Some(0));
+        // What needs no measurements is simpler than both.
+        let raw = [none(&folds(1.0)), kriging(&folds(1.15))];
+        assert_eq!(best_of(&raw), Some(0));
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! How a verdict is written and coloured: never by colour alone.
+//! How an interval and a verdict are written and coloured: never by colour alone.
 
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::widgets::basic::{MET_SIGN, MISSED_SIGN, THIN_SPACE, with_unit};
 use crate::widgets::theme;
 use bevy_egui::egui::Color32;
-use trackwright_simulation::{JudgedBound, Verdict};
+use trackwright_simulation::{Figure, JudgedBound, Verdict};
 
 /// Where a room leaves it undetermined.
 const OPEN_SIGN: char = '?';
@@ -31,6 +31,12 @@ pub fn bound_text(bound: &JudgedBound) -> String {
     }
     let limit = with_unit(&format!("{:.2}", bound.limit), bound.metric.unit());
     format!("{} {}: at most {limit}", verdict_mark(bound.verdict).0, bound.label())
+}
+
+/// `95 %: 0.28 to 0.81 mm`; `None` where the figure has no interval.
+pub fn interval_text(figure: &Figure) -> Option<String> {
+    let ends = with_unit(&figure.interval_text(2)?, figure.metric.unit());
+    Some(format!("95{THIN_SPACE}%: {ends}"))
 }
 
 /// The colour of a figure that may be held against a bound.

@@ -20,6 +20,11 @@ const PRIOR_SINE: f64 = 0.5;
 const PRIOR_SECOND: f64 = 0.25;
 const PRIOR_NUGGET: f64 = 1e-3;
 
+/// Standard deviation on the logarithmic scale of the process's variance above the rows' mean square. Rows
+/// along a path are so near each other that their likelihood is about the path alone: it is largest for
+/// lengths and variances with which the field away from it may be anything.
+const VARIANCE_STD: f64 = 0.1;
+
 /// Most of the variance that the second scale may have, over that of the first.
 const MOST_SECOND: f64 = 0.5;
 
@@ -125,8 +130,10 @@ fn log_likelihood(kernel: &Kernel, rows: &[Row], has_rotations: bool) -> f64 {
         columns.flat_map(|j| (0..n).map(move |i| (i, j))).map(|at| errors[at] * solved[at]).sum()
     };
     let part = |columns: std::ops::Range<usize>, dof: f64| {
-        let variance = square(columns) / (dof * n as f64);
-        dof * (log_determinant + n as f64 * variance.max(f64::MIN_POSITIVE).ln())
+        let measured: f64 = columns.clone().map(|j| errors.col(j).squared_norm_l2()).sum();
+        let variance = (square(columns) / (dof * n as f64)).max(f64::MIN_POSITIVE);
+        let beyond = (kernel.variance() * variance * dof * n as f64 / measured).ln().max(0.0);
+        dof * (log_determinant + n as f64 * variance.ln()) + (beyond / VARIANCE_STD).powi(2)
     };
     let positions = part(0..3, 3.0);
     // The component along the axis of a 5-DOF sensor is zero: two are informative.

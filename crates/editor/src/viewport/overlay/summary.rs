@@ -3,9 +3,9 @@
 use crate::palette;
 use crate::palette::ThemedColor;
 use crate::viewport::overlay::OverlayView;
-use crate::widgets::basic::{THIN_SPACE, counted, length, with_unit};
+use crate::widgets::basic::{counted, length, with_unit};
 use crate::widgets::theme;
-use crate::widgets::verdict::{bound_text, figure_color, verdict_text};
+use crate::widgets::verdict::{bound_text, figure_color, interval_text, verdict_text};
 use bevy_egui::egui::{Align2, Painter, Rect, Shape, pos2, vec2};
 use trackwright_formats::printable::printable;
 use trackwright_simulation::Metric;
@@ -32,8 +32,8 @@ pub fn paint(painter: &Painter, view: &OverlayView) -> Rect {
             line(&with_unit(&figure.value_text(2), unit), theme::figure_font(), color);
             let mut text = |text: &str| line(text, theme::label_font(), palette::TEXT.color32());
             text(metric.label());
-            if let Some(interval) = figure.interval_text(2) {
-                text(&format!("95{THIN_SPACE}%: {}", with_unit(&interval, unit)));
+            if let Some(interval) = interval_text(figure) {
+                text(&interval);
             }
             if let Some(bound) = bound {
                 text(&bound_text(bound));

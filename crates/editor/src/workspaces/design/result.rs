@@ -8,7 +8,7 @@ use crate::runner::solved::Extent;
 use crate::widgets::basic::{counted, is_zero, quiet_ui, signed, warning_ui, with_unit};
 use crate::widgets::theme;
 use crate::widgets::tooltip::Explain;
-use crate::widgets::verdict::{bound_text, figure_color, verdict_text};
+use crate::widgets::verdict::{bound_text, figure_color, interval_text, verdict_text};
 use crate::workspaces::design::baseline::Change;
 use bevy_egui::egui::{
     self, Align, CollapsingHeader, Color32, Label, Layout, RichText, TextStyle, TextWrapMode, Ui,
@@ -220,7 +220,7 @@ fn headline_ui(ui: &mut Ui, study: &Study, result: &ResultView) {
 fn large_figure_ui(ui: &mut Ui, figure: &Figure, color: Color32) {
     let value = with_unit(&figure.value_text(2), figure.metric.unit());
     ui.label(RichText::new(value).font(theme::figure_font()).color(color));
-    if let Some(interval) = figure.interval_text(2) {
+    if let Some(interval) = interval_text(figure) {
         ui.label(RichText::new(interval).color(palette::TEXT.color32())).explained(INTERVAL);
     }
 }

@@ -7,7 +7,7 @@ use crate::widgets::basic::{
     with_unit,
 };
 use crate::widgets::tooltip::{Explain, button_ui, checkbox_ui};
-use crate::widgets::verdict::verdict_text;
+use crate::widgets::verdict::{interval_text, verdict_text};
 use crate::workspaces::decide::against::Found;
 use crate::workspaces::decide::panels::DecideView;
 use crate::workspaces::decide::requests::DecideRequest;
@@ -124,7 +124,7 @@ fn found_ui(
     ui.add_space(4.0);
     for (name, figures) in [("baseline", &before.figures), ("this design", &now.figures)] {
         let figure = figures.get(Metric::TIP_RMS);
-        if let Some((figure, interval)) = figure.and_then(|f| Some((f, f.interval_text(2)?))) {
+        if let Some((figure, interval)) = figure.and_then(|f| Some((f, interval_text(f)?))) {
             let value = with_unit(&figure.value_text(2), "mm");
             let name = format!("{}, {name}", Metric::TIP_RMS.short_label());
             fact_ui(ui, &name, &format!("{value}, {interval}"));
