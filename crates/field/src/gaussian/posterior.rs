@@ -33,6 +33,10 @@ const AXIS_LOG_STD: f64 = 0.39;
 const AMPLITUDE_LENGTH_MM: f64 = 80.0;
 const AMPLITUDE_SINE: f64 = 0.4;
 
+/// The same for all points at once where nothing was measured near: a table determines an amplitude where its
+/// rows are, in place and in axis.
+const UNKNOWN_LOG_STD: f64 = 0.35;
+
 /// A variance from n values is uncertain by a part of sqrt(2 / n), its root by half of that.
 const VARIANCE_LOG_STD: f64 = 0.707;
 
@@ -59,8 +63,8 @@ pub struct Posterior {
     components: Matrix6<f64>,
     /// Lower Cholesky factor of the covariance of the logarithm of a draw's amplitude.
     log_amplitude: Mat<f64>,
-    /// Standard deviation of the logarithm of the amplitude of all points at once.
-    common_log_std: f64,
+    /// Standard deviation of the logarithm of the amplitude of all points at once, at each.
+    common_log_std: Vec<f64>,
     /// Of each refit of the room's model.
     model_deviations: Vec<DrawnErrors>,
 }
@@ -118,7 +122,7 @@ impl GaussianField {
         let amplitude: Vec<f64> = at.iter().map(|p| self.amplitude.at(&p.position_mm)).collect();
         let mut unit = given.kernel.lower_triangle(at);
         less_gram(unit.as_mut(), explained.as_ref());
-        let unit_variance = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
+        let unit_variance: Vec<f64> = (0..at.len()).map(|i| unit[(i, i)].max(0.0)).collect();
         let (factor, log_amplitude) = rayon::join(
             || lower(unit, given.kernel.variance()),
             || {
@@ -132,13 +136,17 @@ impl GaussianField {
             mean: (0..at.len())
                 .map(|i| std::array::from_fn(|c| mean[(i, c)] * amplitude[i]))
                 .collect(),
+            common_log_std: common_log_std(
+                &unit_variance,
+                given.kernel.variance(),
+                self.rows.len(),
+            ),
             unit_variance,
             rows: given.rows(),
             factor: factor?,
             amplitude,
             components: self.components(),
             log_amplitude: log_amplitude?,
-            common_log_std: common_log_std(self.rows.len()),
             model_deviations: self.model_deviations(at),
         })
     }
@@ -203,10 +211,13 @@ impl Posterior {
         let logs = lower_times(self.log_amplitude.as_ref(), logs.as_ref());
         let units = lower_times(self.factor.as_ref(), units.as_ref());
         // E(exp(2 l)) = 1: a draw's variance is right on the average.
-        let less = PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + self.common_log_std.powi(2);
+        let less = PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2);
         let of_pair = |pair: usize| -> [DrawnErrors; 2] {
-            let common = self.common_log_std * normals[pair][0] - less;
-            let mut by: Vec<f64> = (0..points).map(|i| logs[(i, pair)] + common).collect();
+            let common = |i: usize| {
+                let std = self.common_log_std[i];
+                std * normals[pair][0] - std * std - less
+            };
+            let mut by: Vec<f64> = (0..points).map(|i| logs[(i, pair)] + common(i)).collect();
             exponentials(&mut by);
             let each = by.iter().zip(&self.amplitude).enumerate().map(|(i, (by, amplitude))| {
                 let unit = nalgebra::Vector6::from_fn(|c, _| units[(i, 6 * pair + c)]);
@@ -228,14 +239,16 @@ impl Posterior {
     }
 }
 
-/// Standard deviation of the logarithm of the amplitude of all points at once.
-fn common_log_std(rows: usize) -> f64 {
-    VARIANCE_LOG_STD / (rows as f64).sqrt()
+/// Standard deviation of the logarithm of the amplitude of all points at once, at each.
+fn common_log_std(unit_variance: &[f64], most: f64, rows: usize) -> Vec<f64> {
+    let of_table = VARIANCE_LOG_STD / (rows as f64).sqrt();
+    unit_variance.iter().map(|v| of_table.hypot(UNKNOWN_LOG_STD * v / most)).collect()
 }
 
-/// Standard deviation of the logarithm of a draw's amplitude at one point.
-pub(super) fn log_amplitude_std(rows: usize) -> f64 {
-    let common = common_log_std(rows);
+/// Standard deviation of the logarithm of a draw's amplitude at one point, of which so much of the variance is
+/// left.
+pub(super) fn log_amplitude_std(unit_variance: f64, most: f64, rows: usize) -> f64 {
+    let common = common_log_std(&[unit_variance], most, rows)[0];
     (PLACE_LOG_STD.powi(2) + AXIS_LOG_STD.powi(2) + common.powi(2)).sqrt()
 }
 

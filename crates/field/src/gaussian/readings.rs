@@ -36,10 +36,11 @@ pub struct ReadingDistance {
     pub within_95: f64,
 }
 
-/// Deviations for a unit standard deviation of the process, what a sensor is off by itself, and the
-/// factor of each refit.
+/// Deviations for a unit standard deviation of the process, the normal number of their amplitude, what a sensor is
+/// off by itself, and the factor of each refit.
 struct ReadingDraw {
     unit: Vector6<f64>,
+    amplitude: f64,
     own: Vector6<f64>,
     of_refits: Vec<f64>,
 }
@@ -64,12 +65,15 @@ impl GaussianField {
             let deviations = self.model_deviations(block);
             let each = block.par_iter().enumerate().map(|(i, point)| {
                 let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
-                let unit_std = (given.kernel.variance() - explained).max(0.0).sqrt();
+                let most = given.kernel.variance();
+                let unit_variance = (most - explained).max(0.0);
+                let log_std = log_amplitude_std(unit_variance, most, self.rows.len());
                 let amplitude = self.amplitude.at(&point.position_mm);
                 let own = std::array::from_fn(|c| mean[(i, c)] * amplitude);
                 let bias = less_model(own, self.trend, &model[i]);
                 let of_model: Vec<_> = deviations.iter().map(|of| Vector6::from(of[i])).collect();
-                self.reading_error(&bias, amplitude * unit_std, &of_model, &components, &draws)
+                let std = [amplitude * unit_variance.sqrt(), log_std];
+                self.reading_error(&bias, std, &of_model, &components, &draws)
             });
             found.par_extend(each);
         }
@@ -79,14 +83,13 @@ impl GaussianField {
     fn reading_draws(&self, components: &Matrix6<f64>) -> Vec<ReadingDraw> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-        let std = log_amplitude_std(self.rows.len());
         let each = (0..DRAWS).map(|_| {
-            // E(exp(2 l)) = 1, as in the draws of a posterior.
-            let by = (std * normal() - std * std).exp();
+            let amplitude = normal();
             let unit = Vector6::from_fn(|_, _| normal());
             let own = Vector6::from_fn(|_, _| normal());
             ReadingDraw {
-                unit: components * unit * by,
+                unit: components * unit,
+                amplitude,
                 own: own.component_mul(&self.sensor_std()),
                 of_refits: (0..self.refits.len()).map(|_| normal()).collect(),
             }
@@ -124,7 +127,7 @@ impl GaussianField {
     fn reading_error(
         &self,
         bias: &Vector6<f64>,
-        std: f64,
+        [std, log_std]: [f64; 2],
         of_model: &[Vector6<f64>],
         components: &Matrix6<f64>,
         draws: &[ReadingDraw],
@@ -134,7 +137,9 @@ impl GaussianField {
             .map(|draw| {
                 let of_model =
                     of_model.iter().zip(&draw.of_refits).map(|(of, factor)| of * *factor);
-                bias + draw.unit * std + draw.own + of_model.sum::<Vector6<f64>>()
+                // E(exp(2 l)) = 1, as in the draws of a posterior.
+                let by = (log_std * draw.amplitude - log_std * log_std).exp();
+                bias + draw.unit * (std * by) + draw.own + of_model.sum::<Vector6<f64>>()
             })
             .collect();
         let distance = |from: usize| {
