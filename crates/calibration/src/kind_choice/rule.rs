@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn polynomials_have_to_be_a_fifth_better_than_a_process() {
+    fn a_process_replaces_slightly_better_polynomials() {
         let folds = |by: f64| [(by, 0.1), (1.1 * by, 0.1), (1.2 * by, 0.1)];
         let polynomials = kind(RoomModel::PAPER, Some(3), &folds(1.0));
         let near = [polynomials.clone(), kriging(&folds(1.15))];

@@ -145,7 +145,7 @@ fn difference(index: usize, metric: Metric, sides: [&Side<'_>; 2], least: Least)
     };
     let is_one = (low > 0.0 || high < 0.0) && difference.abs() >= least;
     // Where it is not known how far the room is off, only no difference at all is known to be small.
-    let is_small = low > -least && high < least && (model.is_some() || low == high);
+    let is_small = low > -least && high < least && (model.is_some() || (low == 0.0 && high == 0.0));
     let unsettled = sides.iter().find_map(|side| side.unsettled.clone());
     let verdict = if unsettled.is_some() {
         DifferenceVerdict::Unsettled
