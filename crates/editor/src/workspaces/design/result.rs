@@ -221,7 +221,9 @@ fn large_figure_ui(ui: &mut Ui, figure: &Figure, color: Color32) {
     let value = with_unit(&figure.value_text(2), figure.metric.unit());
     ui.label(RichText::new(value).font(theme::figure_font()).color(color));
     if let Some(interval) = interval_text(figure) {
-        ui.label(RichText::new(interval).color(palette::TEXT.color32())).explained(INTERVAL);
+        let text = RichText::new(interval).color(palette::TEXT.color32());
+        // On the next line as a whole, where it finds no room.
+        ui.add(Label::new(text).extend()).explained(INTERVAL);
     }
 }
 
