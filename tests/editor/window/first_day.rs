@@ -132,7 +132,8 @@ fn check_slide([within, typical, largest]: &[String; 3], study: &Value, report: 
 }
 
 #[test]
-fn the_first_day_needs_no_coordinate() {
+#[ignore = "long: a day of work, four minutes"]
+fn long_the_first_day_needs_no_coordinate() {
     assert_eq!(SIZE, [1440, 900]);
     let copy = Copied::new("pointer-on-head");
     let folder = tempfile::tempdir().unwrap();
