@@ -1,13 +1,12 @@
 //! What the order of a table's rows shows is named with its size, and nothing is where the order is only how a
 //! grid was measured or a motion is stepped through.
 
-use crate::rooms::others;
 use crate::rooms::tracker::{Random, Room, SensorPose};
+use crate::rooms::{others, pose};
 use crate::support::studies::built_in;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use trackwright_calibration::doubts::{PairedDoubts, PoseFrame, Suspicion};
 use trackwright_field::samples::{Measurement, MeasurementContent};
-use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::builtin_names;
 use trackwright_simulation::{CancelToken, Mode, Trial, run};
 
@@ -23,11 +22,6 @@ const AXES: usize = 8;
 
 fn room(seed: u64) -> Room {
     Room::new(seed, seed % 2 == 1)
-}
-
-fn pose((p, n): &SensorPose) -> Pose {
-    let turn = UnitQuaternion::rotation_between(&Vector3::z(), n).unwrap_or_default();
-    pose_from_parts(*p, turn)
 }
 
 fn found(rows: &[Measurement], content: MeasurementContent) -> Vec<Suspicion> {

@@ -39,7 +39,7 @@ fn rotation_onto(axis: &Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_scaled_axis(turn.vector_rad)
 }
 
-fn pose((p, n): &SensorPose) -> Pose {
+pub fn pose((p, n): &SensorPose) -> Pose {
     pose_from_parts(*p, rotation_onto(n))
 }
 

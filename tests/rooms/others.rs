@@ -1,5 +1,6 @@
-//! Rooms of others: generators, metals, noises and ways of measuring that no factor of the program was
-//! tuned on. What a plain `fit` chooses is judged by what the tracker reads.
+//! Rooms of others: generators, metals, noises and ways of measuring that the rooms beside them have not. What a
+//! plain `fit` chooses is judged by what the tracker reads. Three factors were found with some of the first 36
+//! rooms (`docs/methods/expected-figures.md`); further seeds are further rooms.
 
 use super::tracker::{Random, Room, SensorPose};
 use super::{Case, cases_of, compared, judged, pointers, pose, rotation_onto, scenario, truth};

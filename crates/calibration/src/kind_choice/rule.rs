@@ -7,7 +7,8 @@ use trackwright_field::selection::scoring::PairedDifference;
 /// How many times the best kind's error a simpler one may leave, however large the noise is.
 const MOST_WORSE: f64 = 1.1;
 
-/// How many times the error of polynomials a process may leave that is taken in their place.
+/// How many times the error of polynomials a process may leave that is taken in their place. By eight paths of
+/// `tests/rooms/others.rs`: on seven of them kriging leaves at most 1.13 times as much.
 const MOST_WORSE_PROCESS: f64 = 1.2;
 
 /// The place of the simplest kind of which position and angle are at most one standard error of the

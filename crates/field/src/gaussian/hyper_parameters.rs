@@ -22,7 +22,7 @@ const PRIOR_NUGGET: f64 = 1e-3;
 
 /// Standard deviation on the logarithmic scale of the process's variance above the rows' mean square. Rows
 /// along a path are so near each other that their likelihood is about the path alone: it is largest for
-/// lengths and variances with which the field away from it may be anything.
+/// lengths and variances with which the field away from it may be anything. Small, so that it is a bound.
 const VARIANCE_STD: f64 = 0.1;
 
 /// Most of the variance that the second scale may have, over that of the first.

@@ -67,7 +67,7 @@ impl GaussianField {
                 let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
                 let most = given.kernel.variance();
                 let unit_variance = (most - explained).max(0.0);
-                let log_std = log_amplitude_std(unit_variance, most, self.rows.len());
+                let log_std = log_amplitude_std(unit_variance / most, self.rows.len());
                 let amplitude = self.amplitude.at(&point.position_mm);
                 let own = std::array::from_fn(|c| mean[(i, c)] * amplitude);
                 let bias = less_model(own, self.trend, &model[i]);
