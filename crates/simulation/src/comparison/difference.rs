@@ -143,7 +143,7 @@ fn difference(index: usize, metric: Metric, sides: [&Side<'_>; 2], least: Least)
         ErrorOf::Position => least.mm,
         ErrorOf::Angle => least.deg,
     };
-    let is_told = (low > 0.0 || high < 0.0) && difference.abs() >= least;
+    let is_resolved = (low > 0.0 || high < 0.0) && difference.abs() >= least;
     // Where it is not known how far the room is off, only no difference at all is known to be small.
     let is_small = low > -least && high < least && (model.is_some() || (low == 0.0 && high == 0.0));
     let unsettled = sides.iter().find_map(|side| side.unsettled.clone());
@@ -151,7 +151,7 @@ fn difference(index: usize, metric: Metric, sides: [&Side<'_>; 2], least: Least)
         DifferenceVerdict::Unsettled
     } else if is_small {
         DifferenceVerdict::Negligible
-    } else if !is_told {
+    } else if !is_resolved {
         DifferenceVerdict::NotTold
     } else if model.is_none() {
         DifferenceVerdict::RoomUnknown
