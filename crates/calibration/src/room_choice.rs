@@ -5,7 +5,7 @@ use trackwright_field::fit::{FitMethod, FitSettings};
 use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::places::{self, Places};
 use trackwright_field::selection::{
-    Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, Selection, clusters, folds,
+    Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, Selection, clusters, folds, path,
     select_by,
 };
 use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -94,7 +94,7 @@ impl HeldOut {
 /// Which rows are held out together, and who decided it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grouping {
-    /// "column cluster", "clusters of positions", "places found from the data".
+    /// "column cluster", "clusters of positions", "places found from the data", "pieces of a path".
     pub by: String,
     pub groups: Vec<usize>,
     /// Whether no input states it: fewer groups than folds are then held out in fewer folds.
@@ -180,7 +180,7 @@ impl ModelRequest {
 
 /// The groups of a table's rows, if there are any: by a column of labels where there is one (its name first), else
 /// by places whose readings depend on each other or the clusters that the positions themselves show,
-/// whichever are fewer.
+/// whichever are fewer, else by pieces of the path that the rows are.
 ///
 /// # Errors
 /// A column with more or fewer rows than the samples.
@@ -204,7 +204,10 @@ pub fn row_groups(
     let is_better = |places: &Places| clusters.as_ref().is_none_or(|c| places.count < count(c));
     let found = match places::find(samples).filter(is_better) {
         Some(places) => Some(("places found from the data", places.groups.clone(), Some(places))),
-        None => clusters.map(|clusters| ("clusters of positions", clusters, None)),
+        None => match clusters {
+            Some(clusters) => Some(("clusters of positions", clusters, None)),
+            None => path::pieces(samples).map(|pieces| ("pieces of a path", pieces, None)),
+        },
     };
     Ok(found.map(|(by, groups, places)| Grouping {
         by: by.to_owned(),

@@ -7,16 +7,9 @@ use trackwright_field::selection::scoring::PairedDifference;
 /// How many times the best kind's error a simpler one may leave, however large the noise is.
 const MOST_WORSE: f64 = 1.1;
 
-/// How many times the error of polynomials a process may leave that is taken in their place. By eight paths of
-/// `tests/rooms/others.rs`: on seven of them kriging leaves at most 1.13 times as much.
-const MOST_WORSE_PROCESS: f64 = 1.2;
-
 /// The place of the simplest kind of which position and angle are at most one standard error of the
 /// folds' differences worse than those of the best (Breiman et al., *Classification and Regression Trees*,
 /// 1984, section 3.4.3), and at most a tenth worse. The best has the least product of both.
-///
-/// Polynomials have to be a fifth better than a process: it is as uncertain as before where nothing was
-/// measured, such as in orientations that a path has not, and they continue to anything.
 pub(super) fn best_of(kinds: &[KindScored]) -> Option<usize> {
     let best = kinds.iter().min_by(|a, b| both(a).total_cmp(&both(b)))?;
     let is_as_good = |kind: &KindScored| {
@@ -26,15 +19,9 @@ pub(super) fn best_of(kinds: &[KindScored]) -> Option<usize> {
             && is_within(own.rotation_difference(least))
             && leaves_at_most(MOST_WORSE, kind, best)
     };
-    let simplest = (0..kinds.len())
+    (0..kinds.len())
         .filter(|&i| std::ptr::eq(&kinds[i], best) || is_as_good(&kinds[i]))
-        .min_by_key(|&i| rank(&kinds[i]))?;
-    let found = &kinds[simplest];
-    let replaces = |kind: &KindScored| {
-        kind.model == RoomModel::Kriging && leaves_at_most(MOST_WORSE_PROCESS, kind, found)
-    };
-    let process = is_polynomials(found).then(|| kinds.iter().position(replaces));
-    Some(process.flatten().unwrap_or(simplest))
+        .min_by_key(|&i| rank(&kinds[i]))
 }
 
 /// In position and in angle.
@@ -50,12 +37,6 @@ fn both(kind: &KindScored) -> f64 {
     scores.position_rms_mm * scores.angle_rms_rad.unwrap_or(1.0)
 }
 
-/// Whether it is polynomials of the place, which continue outside the poses that were measured.
-fn is_polynomials(kind: &KindScored) -> bool {
-    matches!(kind.model, RoomModel::Bernstein { .. })
-        && kind.candidate.is_some_and(|candidate| candidate.order > 0)
-}
-
 /// Simple kinds first: by what they assume of a room.
 fn rank(kind: &KindScored) -> usize {
     match &kind.model {
@@ -64,9 +45,10 @@ fn rank(kind: &KindScored) -> usize {
             GeneratorChoice::Known(_) => 1,
             GeneratorChoice::Learned => 2,
         },
-        RoomModel::Bernstein { is_symmetric: true } => 3,
-        RoomModel::Bernstein { is_symmetric: false } => 4,
-        RoomModel::Kriging => 5,
+        // Where nothing was measured it returns to no correction; polynomials continue to anything.
+        RoomModel::Kriging => 3,
+        RoomModel::Bernstein { is_symmetric: true } => 4,
+        RoomModel::Bernstein { is_symmetric: false } => 5,
     }
 }
 
@@ -125,16 +107,12 @@ mod tests {
     }
 
     #[test]
-    fn a_process_replaces_slightly_better_polynomials() {
-        let folds = |by: f64| [(by, 0.1), (1.1 * by, 0.1), (1.2 * by, 0.1)];
-        let polynomials = kind(RoomModel::PAPER, Some(3), &folds(1.0));
-        let near = [polynomials.clone(), kriging(&folds(1.15))];
-        assert_eq!(best_of(&near), Some(1));
-        let far = [polynomials, kriging(&folds(1.25))];
-        assert_eq!(best_of(&far), Some(0));
-        // What needs no measurements is simpler than both.
-        let raw = [none(&folds(1.0)), kriging(&folds(1.15))];
-        assert_eq!(best_of(&raw), Some(0));
+    fn within_the_noise_a_process_is_simpler_than_polynomials() {
+        let polynomials = kind(RoomModel::PAPER, Some(3), &[(1.02, 0.1), (1.0, 0.1), (1.0, 0.1)]);
+        let noisy = kriging(&[(1.05, 0.1), (0.95, 0.1), (1.06, 0.1)]);
+        assert_eq!(best_of(&[polynomials.clone(), noisy]), Some(1));
+        let worse = kriging(&[(1.04, 0.1), (1.03, 0.1), (1.04, 0.1)]);
+        assert_eq!(best_of(&[polynomials, worse]), Some(0));
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod cross_validation;
 pub mod folds;
 mod hold_outs;
 pub mod other;
+pub mod path;
 pub mod places;
 pub mod scoring;
 mod select;
