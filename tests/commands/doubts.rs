@@ -237,3 +237,43 @@ fn too_few_poses_name_the_option_that_accepts_them() {
     scratch.write("p.csv", format!("{POSE}\n{rows}"));
     scratch.refused("pivot p.csv", &["too few poses: 8", "--min-poses"]);
 }
+
+/// A path of a hand whose readings are so many rows late, beside a smooth field.
+fn late_path(scratch: &Scratch, lag_rows: f64) -> String {
+    let place = |t: f64| [0.031, 0.047, 0.023].map(|speed| 80.0 * (speed * t).sin());
+    let field = |[x, y, z]: [f64; 3]| [0.01 * y, 1e-4 * x * z, 1.0 + 0.008 * x];
+    let mut text = format!("{}\n", Table::read(&own(ROOM)).columns.join(","));
+    for row in 0..600 {
+        let t = f64::from(row);
+        let turn = |t: f64| [(0.02 * t).cos(), (0.02 * t).sin() * 0.6, (0.02 * t).sin() * 0.8, 0.0];
+        let (ideal, then) = (place(t), place(t - lag_rows));
+        let off = field(then);
+        let measured: Vec<f64> = (0..3).map(|k| then[k] + off[k]).collect();
+        let numbers = ideal.into_iter().chain(turn(t)).chain(measured).chain(turn(t - lag_rows));
+        let cells: Vec<String> = numbers.map(|v| v.to_string()).collect();
+        text.push_str(&format!("{}\n", cells.join(",")));
+    }
+    scratch.write("path.csv", text);
+    "path.csv".to_owned()
+}
+
+#[test]
+fn a_lag_is_named_and_taken_out_on_request() {
+    let scratch = Scratch::new();
+    let fit = format!("{} --format json", fit(&late_path(&scratch, 1.5)));
+    let rms = |more: &str| {
+        let found: serde_json::Value =
+            serde_json::from_str(&scratch.succeed(format!("{fit} {more}"))).unwrap();
+        number(&found["train"]["after"]["position_rms_mm"])
+    };
+    scratch.notes_with(&fit, &["1.50 rows behind", "lag 1.50 takes it out"]);
+    let notes = scratch.notes(format!("{fit} --lag 1.5"));
+    assert!(!notes.contains("behind"), "{notes}");
+    let [late, without] = [rms(""), rms("--lag 1.5")];
+    // The path's steps are some millimetres.
+    assert!(late > 1.0 && without < 0.1 * late, "{late}, {without}");
+    for bad in ["NaN", "101", "-1e9"] {
+        scratch
+            .refused(format!("{fit} --lag {bad}"), &["--lag: found", "expected -100 to 100 rows"]);
+    }
+}

@@ -6,7 +6,9 @@ use super::tracker::{Random, Room, SensorPose};
 use super::{Case, cases_of, compared, judged, pointers, pose, rotation_onto, scenario, truth};
 use nalgebra::Vector3;
 use std::sync::Arc;
+use trackwright_calibration::doubts::{PairedDoubts, PoseFrame, Suspicion};
 use trackwright_calibration::kind_choice::{TriedKind, Wanted, decide};
+use trackwright_calibration::lag::without_lag;
 use trackwright_calibration::room_choice::{ModelRequest, RowLabels, row_groups};
 use trackwright_calibration::room_fit::{RoomOrder, RoomTable, fit_room};
 use trackwright_field::Environment;
@@ -302,6 +304,22 @@ const REQUEST: ModelRequest = ModelRequest {
     rcond: 1e-10,
 };
 
+/// The table without the lag that a warning names, as `fit --lag` reads it.
+fn without_named_lag(table: &SampleSet) -> SampleSet {
+    let set = table.measurements();
+    let mut doubts = PairedDoubts::new(set.content, PoseFrame::Tracker);
+    for measurement in &set.measurements {
+        doubts.push(measurement);
+    }
+    let lag = doubts.suspicions().into_iter().find_map(|suspicion| match suspicion {
+        Suspicion::Lag { rows, .. } => Some(rows),
+        _ => None,
+    });
+    let Some(lag) = lag else { return table.clone() };
+    let measurements = without_lag(&set.measurements, set.content, lag);
+    MeasurementSet { measurements, ..set }.samples(MapKind::Distortion)
+}
+
 /// What a plain `fit` makes of a table, or a kind that is forced; with it the chosen kind's label, and what
 /// each kind left of rows held out.
 pub fn fitted(
@@ -317,6 +335,7 @@ pub fn fitted(
         }
     };
     let task = Task::default();
+    let table = &without_named_lag(table);
     let grouping = row_groups(table, None).ok()?;
     let labels = RowLabels { grouping, ..RowLabels::default() };
     let decided = decide(table, (&wanted, &REQUEST), false, labels, &task).ok()?;

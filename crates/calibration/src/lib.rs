@@ -35,6 +35,7 @@ pub mod fit_quality;
 pub mod hand_eye;
 pub mod judged_registration;
 pub mod kind_choice;
+pub mod lag;
 pub mod learning_curve;
 pub mod long_run;
 pub mod marker_body;

@@ -3,8 +3,7 @@
 //! A clock is trusted only as long as it goes forward. Samples out of order are left out, and after
 //! a jump back the longest segment is used: the time between segments is unknown.
 
-use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::rotation::{exp_vector, log_quaternion};
+use trackwright_geometry::pose::{Pose, interpolated};
 use trackwright_simulation::recording::{Recording, ToolTrack, TrackSample};
 
 /// The source of a recording's time.
@@ -152,9 +151,7 @@ impl PoseStream {
             return None;
         }
         let part = (time_s - last_s) / gap_s;
-        let at = last.translation.vector.lerp(&next.translation.vector, part);
-        let turn = log_quaternion(&(last.rotation.inverse() * next.rotation));
-        Some(pose_from_parts(at, last.rotation * exp_vector(&(turn * part))))
+        Some(interpolated(last, next, part))
     }
 }
 
@@ -162,6 +159,8 @@ impl PoseStream {
 mod tests {
     use super::*;
     use nalgebra::Vector3;
+    use trackwright_geometry::pose::pose_from_parts;
+    use trackwright_geometry::rotation::{exp_vector, log_quaternion};
     use trackwright_simulation::recording::Unusable;
 
     fn sample(frame: Option<u64>, time_s: Option<f64>) -> TrackSample {

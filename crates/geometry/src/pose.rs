@@ -1,6 +1,6 @@
 //! Rigid poses, and their seven-number form in files and tables.
 
-use crate::rotation::rotation_angle_rad;
+use crate::rotation::{exp_vector, log_quaternion, rotation_angle_rad};
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 /// A rigid pose `target_from_source`: `x_target = R x_source + p`, lengths in millimetres.
@@ -55,6 +55,16 @@ pub fn distances(a: &Pose, b: &Pose) -> (f64, f64) {
     (
         (a.translation.vector - b.translation.vector).norm(),
         rotation_angle_rad(&(a.rotation.inverse() * b.rotation)),
+    )
+}
+
+/// The pose a part of the way from one to another, or beyond either: straight in position and at constant
+/// speed in rotation (slerp).
+pub fn interpolated(from: &Pose, to: &Pose, part: f64) -> Pose {
+    let turn = log_quaternion(&(from.rotation.inverse() * to.rotation));
+    pose_from_parts(
+        from.translation.vector.lerp(&to.translation.vector, part),
+        from.rotation * exp_vector(&(turn * part)),
     )
 }
 

@@ -89,7 +89,7 @@ pub use rooms::{
     further_rooms, list_rooms, own_room, reference_to_room, room_name, rooms_of_folder,
     write_room_for,
 };
-pub use samples::{MeasurementTable, SampleReading, TableGroups};
+pub use samples::{MOST_LAG_ROWS, MeasurementTable, SampleReading, TableGroups};
 pub use save::{SaveReport, SharedBody, save, save_as, save_with_copies, shared_bodies};
 pub use stamps::FileChange;
 pub use state::{

@@ -13,7 +13,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use trackwright_calibration::doubts::{PairedDoubts, PoseFrame, Suspicion};
 use trackwright_calibration::fit_quality::{ErrorSummary, measured_errors};
-use trackwright_field::samples::{MapKind, MeasurementContent, SampleSet};
+use trackwright_calibration::lag::without_lag;
+use trackwright_field::samples::{MapKind, Measurement, MeasurementContent, SampleSet};
 use trackwright_formats::groups::GroupColumn;
 use trackwright_formats::measurements::MeasurementReader;
 use trackwright_formats::{FormatError, foreign};
@@ -25,12 +26,54 @@ const EXPECTED: &str = "a measurement table";
 /// Rows between two looks at whether to go on: some milliseconds.
 const ROWS_PER_STEP: usize = 1024;
 
+/// Most rows that a lag is taken out of: more are rows that were shifted.
+pub const MOST_LAG_ROWS: f64 = 100.0;
+
 /// How a table of measurements is meant.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleReading {
     /// Whether quaternions are whole rotations, not an axis each with any roll about it.
     pub has_rolls: bool,
     pub map: MapKind,
+    /// How many rows the measured side is behind the ideal one; it is taken out.
+    pub lag_rows: f64,
+}
+
+impl SampleReading {
+    /// The distortion map of a table without lag.
+    pub fn of_distortion(has_rolls: bool) -> Self {
+        Self { has_rolls, map: MapKind::Distortion, lag_rows: 0.0 }
+    }
+
+    /// A table's measurements as samples, and what is suspected of them.
+    ///
+    /// # Errors
+    /// Those of `next`.
+    pub fn samples<E>(
+        &self,
+        content: MeasurementContent,
+        mut next: impl FnMut() -> Result<Option<Measurement>, E>,
+    ) -> Result<(SampleSet, Vec<Suspicion>), E> {
+        let mut set = SampleSet::new(content);
+        let mut doubts = PairedDoubts::new(content, PoseFrame::Tracker);
+        let mut push = |measurement: &Measurement| {
+            doubts.push(measurement);
+            set.push(measurement, content, self.map);
+        };
+        if self.lag_rows == 0.0 {
+            while let Some(measurement) = next()? {
+                push(&measurement);
+            }
+        } else {
+            let mut rows = Vec::new();
+            while let Some(measurement) = next()? {
+                rows.push(measurement);
+            }
+            without_lag(&rows, content, self.lag_rows).iter().for_each(push);
+        }
+        set.samples.shrink_to_fit();
+        Ok((set, doubts.suspicions()))
+    }
 }
 
 impl Files {
@@ -91,17 +134,15 @@ fn samples(
         (MeasurementContent::FiveDof, true) => MeasurementContent::SixDof,
         (content, _) => content,
     };
-    let mut set = SampleSet::new(content);
-    let mut doubts = PairedDoubts::new(content, PoseFrame::Tracker);
-    while let Some(measurement) = reader.next_measurement().map_err(in_file)? {
-        if set.samples.len().is_multiple_of(ROWS_PER_STEP) {
+    let mut rows: usize = 0;
+    let (set, suspicions) = reading.samples(content, || {
+        if rows.is_multiple_of(ROWS_PER_STEP) {
             report()?;
         }
-        doubts.push(&measurement);
-        set.push(&measurement, content, reading.map);
-    }
-    set.samples.shrink_to_fit();
-    Ok(Doubted::new(set, file, doubts.suspicions()))
+        rows += 1;
+        reader.next_measurement().map_err(in_file)
+    })?;
+    Ok(Doubted::new(set, file, suspicions))
 }
 
 /// The beginning of a file; nothing of one that cannot be read, or not twice.
@@ -215,7 +256,7 @@ mod tests {
             for map in [MapKind::Distortion, MapKind::Correction] {
                 let mut whole = Files::default().read_measurements(&file).unwrap();
                 whole.content = content;
-                let reading = SampleReading { has_rolls, map };
+                let reading = SampleReading { has_rolls, map, lag_rows: 0.0 };
                 let found = read_samples(&file, reading, &Task::default()).unwrap();
                 assert_eq!(found.suspicions, []);
                 assert_eq!(found.as_it_stands(), whole.samples(map));
@@ -227,7 +268,7 @@ mod tests {
     fn a_cancelled_reading_stops() {
         let token = CancelToken::default();
         token.cancel();
-        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
+        let reading = SampleReading::of_distortion(false);
         let stopped =
             read_samples(&in_repository("cube-fit.csv"), reading, &Task::cancelled_by(token));
         assert!(matches!(stopped, Err(StoreError::Cancelled(Cancelled))));
@@ -235,7 +276,7 @@ mod tests {
 
     #[test]
     fn folders_and_missing_files_are_named_as_ever() {
-        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
+        let reading = SampleReading::of_distortion(false);
         for name in [".", "no-such.csv"] {
             let file = in_repository(name);
             let whole = Files::default().read_measurements(&file).unwrap_err().to_string();
@@ -247,7 +288,7 @@ mod tests {
     fn table(text: &str) -> MeasurementTable {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
-        let reading = SampleReading { has_rolls: false, map: MapKind::Distortion };
+        let reading = SampleReading::of_distortion(false);
         Files::default().read_table(file.path(), reading, &Task::default()).unwrap()
     }
 

@@ -6,6 +6,8 @@
 //! jackknife), since what polynomials leave is alike from row to row.
 
 use super::Suspicion;
+use crate::lag::LONGEST_STEP;
+use crate::robust::median;
 use nalgebra::{DMatrix, DVector, Vector3};
 use trackwright_field::samples::{Measurement, MeasurementContent};
 use trackwright_geometry::bounds::Bounds;
@@ -33,8 +35,8 @@ const PRIOR: f64 = 0.1;
 /// has its time in its places, and what the polynomials miss of the field looks like a change with time.
 const LEAST_OWN_PART_OF_TIME: f64 = 0.3;
 
-/// A step of so many times the median is over a gap.
-const LONGEST_STEP: f64 = 4.0;
+/// An error of so many times the median may be another solution of the tracker's equations: it counts as this.
+const MOST_ERROR: f64 = 5.0;
 
 /// Terms of place, those of the first degree first.
 const PLACE_TERMS: usize = 10;
@@ -75,6 +77,16 @@ pub(super) fn suspicions(
         return Vec::new();
     };
     of_field.lag(rows, stride).into_iter().chain(of_field.change()).collect()
+}
+
+/// Errors of which none counts as more than [`MOST_ERROR`] times the median.
+fn without_outliers(mut errors: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    let mut lengths: Vec<f64> = errors.iter().map(Vector3::norm).collect();
+    let most = MOST_ERROR * median(&mut lengths).unwrap_or_default();
+    for error in errors.iter_mut().filter(|error| error.norm() > most) {
+        *error *= most / error.norm();
+    }
+    errors
 }
 
 fn place(m: &Measurement) -> Vector3<f64> {
@@ -121,7 +133,7 @@ impl Rows {
         });
         let errors = rows.iter().map(|m| m.tracker_from_measured.translation.vector - place(m));
         Some(Self {
-            errors: errors.collect(),
+            errors: without_outliers(errors.collect()),
             terms: terms.collect(),
             longest_edge_mm: bounds.size_mm().max(),
         })
@@ -139,7 +151,7 @@ impl Rows {
     fn lag(&self, rows: &[Measurement], stride: usize) -> Option<Suspicion> {
         let last = rows.len() - 1;
         let step = |k: usize| (place(&rows[k + 1]) - place(&rows[k])).norm();
-        let typical = crate::robust::median(&mut (0..last).map(step).collect::<Vec<f64>>())?;
+        let typical = median(&mut (0..last).map(step).collect::<Vec<f64>>())?;
         if typical > PATH_STEP * self.longest_edge_mm {
             return None;
         }

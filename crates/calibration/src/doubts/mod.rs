@@ -235,12 +235,13 @@ impl fmt::Display for Suspicion {
             Self::Lag { rows, standard_error, moved_mm, left_mm } => write!(
                 f,
                 "along the path the measured side is {} rows {} the ideal one (standard error {}): readings move by {} mm \
-                 RMS, where {} mm is left beside that: are the clocks of the two sides apart?",
+                 RMS, where {} mm is left beside that: are the clocks of the two sides apart? (lag {} takes it out)",
                 short(rows.abs()),
                 if *rows < 0.0 { "before" } else { "behind" },
                 short(*standard_error),
                 short(*moved_mm),
-                short(*left_mm)
+                short(*left_mm),
+                short(*rows)
             ),
             Self::Drift { of_field, changed_mm, left_mm } => write!(
                 f,

@@ -198,8 +198,9 @@ impl PairedDoubts {
                 found.extend(turned);
             }
         }
-        if found.is_empty() {
-            found = in_order::suspicions(&usable, self.content, self.stride);
+        // Other mistakes move all rows, or whole parts of them.
+        if found.iter().all(|suspicion| matches!(suspicion, Suspicion::Outliers { .. })) {
+            found.extend(in_order::suspicions(&usable, self.content, self.stride));
         }
         found.sort_by_key(|suspicion| !suspicion.is_beyond_doubt());
         found
