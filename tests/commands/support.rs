@@ -75,14 +75,28 @@ fn undetermined_terms_come_from_the_measurements() {
     }
 }
 
+/// Every kind of model that a room may have.
+const KINDS: [&str; 6] = [
+    "--order 0",
+    "--order 2 --directions 14",
+    "--order 2 --directions 14 --symmetric yes",
+    "--model kriging",
+    "--model harmonic --generator planar-nine",
+    "--model harmonic --generator learn",
+];
+
 #[test]
-fn every_kind_of_model_has_reading_errors() {
-    let scratch = Scratch::new();
-    scratch.fit("room.env.ron", "--model kriging");
-    let found = support_of(&scratch, "0,0,-250,1,0,0,0");
-    assert!((0.1..3.0).contains(&found.number(0, "std_error_mm")));
-    for name in ["leverage", "supported", "distance_mm"] {
-        assert_eq!(found.cell(0, name), "", "{name}");
+fn every_kind_of_model_has_reading_errors_and_support() {
+    for kind in KINDS {
+        let scratch = Scratch::new();
+        scratch.fit("room.env.ron", kind);
+        let found = support_of(&scratch, "0,0,-250,1,0,0,0\n0,0,750,1,0,0,0");
+        assert!((0.01..4.0).contains(&found.number(0, "std_error_mm")), "{kind}: {found:?}");
+        assert_eq!(found.numbers("supported"), [1.0, 0.0], "{kind}");
+        let [middle, away] = found.numbers("distance_mm")[..] else { panic!("{found:?}") };
+        assert!(middle > 1.0 && middle < 100.0 && away > 700.0, "{kind}: {found:?}");
+        let has_leverage = kind.starts_with("--order 2");
+        assert_eq!(!found.cell(0, "leverage").is_empty(), has_leverage, "{kind}");
     }
 }
 
@@ -113,22 +127,26 @@ fn too_large_a_fit_is_left_out_with_a_note() {
 }
 
 #[test]
-fn simulate_counts_poorly_supported_trials() {
+fn simulate_counts_poorly_supported_trials_in_every_kind_of_room() {
+    let simulate = "simulate d/pointer-on-head.design.ron --mode motion";
+    for kind in KINDS {
+        let scratch = Scratch::new();
+        scratch.copy_design_with_room("golden/pointer-on-head", kind);
+        let found = scratch.json(format!("{simulate} --support"));
+        let support = &found["support"];
+        assert_eq!(support["trials"], found["trials"], "{kind}");
+        // A sensor outside the box is never supported.
+        let [unsupported, outside] =
+            [&support["unsupported"], &found["outside"]].map(|v| v.as_u64().unwrap());
+        assert!(unsupported >= outside, "{kind}: {support}");
+        for (key, range) in [("std_error_mm", 0.02..4.0), ("std_error_deg", 0.005..2.0)] {
+            let [rms, max] = ["rms", "max"].map(|k| support[key][k].as_f64().unwrap());
+            assert!(range.contains(&rms) && rms <= max, "{kind}: {support}");
+        }
+    }
     let scratch = Scratch::new();
     scratch.copy_design_with_room("golden/pointer-on-head", "--order 2 --directions 14");
-    let simulate = "simulate d/pointer-on-head.design.ron --mode motion";
-    let (plain, found) = (scratch.json(simulate), scratch.json(format!("{simulate} --support")));
-    assert!(plain.get("support").is_none());
-    let support = &found["support"];
-    assert_eq!(support["trials"], found["trials"]);
-    // A sensor outside the box is never supported.
-    let [unsupported, outside] =
-        [&support["unsupported"], &found["outside"]].map(|v| v.as_u64().unwrap());
-    assert!(unsupported >= outside, "{support}");
-    for (key, range) in [("std_error_mm", 0.1..1.0), ("std_error_deg", 0.01..1.0)] {
-        let [rms, max] = ["rms", "max"].map(|k| support[key][k].as_f64().unwrap());
-        assert!(range.contains(&rms) && rms <= max, "{support}");
-    }
+    assert!(scratch.json(simulate).get("support").is_none());
     scratch.succeed_with(format!("{simulate} --support"), &["trials on poorly supported field"]);
     assert!(!scratch.succeed(simulate).contains("poorly supported"));
 }

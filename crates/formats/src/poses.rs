@@ -117,15 +117,14 @@ pub fn write_with_validity(
     for ((pose, place), at) in rows {
         write_row(out, pose, place)?;
         let support = at.fit.as_ref();
-        let supported = support.map(|s| u8::from(s.is_valid).to_string());
         writeln!(
             out,
             ",{},{},{},{},{},{},{}",
             cell(Some(at.position_error_mm)),
             degrees(at.angle_error_rad),
             cell(support.map(|s| s.leverage)),
-            supported.unwrap_or_default(),
-            cell(support.map(|s| s.distance_mm)),
+            u8::from(at.is_supported),
+            cell(Some(at.distance_mm)),
             cell(at.position_95_mm),
             degrees(at.angle_95_rad),
         )?;

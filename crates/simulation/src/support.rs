@@ -6,8 +6,10 @@ use super::plan::Plan;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
 use crate::body::RigidBody;
+use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use serde::Serialize;
+use trackwright_field::gaussian::{FieldPoint, GaussianError};
 use trackwright_field::{FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
@@ -25,7 +27,8 @@ pub struct SupportSurvey {
     /// Those of them with a sensor where the fit does not determine the field at all, or has no
     /// residual to estimate its noise from. Standard errors leave such sensors out.
     pub undetermined: usize,
-    /// Predicted standard error of the field's position at the sensors, RMS length of a vector.
+    /// Predicted standard error of the field's position at the sensors, RMS length of a vector; of models that
+    /// are no polynomials with their misfit.
     pub std_error_mm: Spread,
     /// Likewise of its rotation; `None` where orientations were not measured.
     pub std_error_deg: Option<Spread>,
@@ -47,10 +50,11 @@ pub struct Spread {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SurveyError {
     #[error(
-        "the environment {0:?} has no model validity; `fit` writes that \
-         unless given --no-support, but not at order 0"
+        "the environment {0:?} has no model validity; `fit` writes that unless given --no-support"
     )]
     NoSupport(String),
+    #[error(transparent)]
+    Process(#[from] GaussianError),
     #[error(transparent)]
     Study(#[from] StudyError),
 }
@@ -75,13 +79,9 @@ pub fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: 
 /// # Errors
 /// An environment without support, or a mode without trials.
 pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSurvey, SurveyError> {
-    let environment = &scenario.environment;
-    let support = environment
-        .fit_validity
-        .as_ref()
-        .ok_or_else(|| SurveyError::NoSupport(environment.name.clone()))?;
-    let looker = Looker::new(scenario, support);
+    let looker = Looker::new(scenario)?;
     let plan = Plan::new(scenario, mode)?;
+    let still = looker.still_crf()?;
     let mut sum = Looked::default();
     let mut found = SupportSurvey {
         trials: 0,
@@ -90,24 +90,32 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
         std_error_mm: Spread::default(),
         std_error_deg: None,
         greatest_distance_mm: 0.0,
-        evaluations: looker.crf.map_or(0, |crf| crf.evaluations),
+        evaluations: still.map_or(0, |crf| crf.evaluations),
     };
     let all = plan.len();
     for start in (0..all).step_by(BATCH) {
         task.step(start, all)?;
         let trials: Vec<_> = (start..(start + BATCH).min(all))
             .into_par_iter()
-            .map(|index| looker.trial(&plan.trial(scenario, index)))
+            .map(|index| {
+                let trial = plan.trial(scenario, index);
+                (trial.tracker_from_crf.is_some(), looker.sensors(&trial))
+            })
             .collect();
-        for (trial, evaluations) in trials {
-            found.evaluations += evaluations;
+        let sensors: Vec<Place> = trials.iter().flat_map(|(_, sensors)| sensors).copied().collect();
+        let mut looked = looker.look(&sensors)?.into_iter();
+        for (is_moved, sensors) in &trials {
+            let of_trial = looked.by_ref().take(sensors.len());
+            let crf = if *is_moved { None } else { still };
+            let trial = of_trial.fold(crf.unwrap_or_default(), Looked::with);
+            found.evaluations += sensors.len() as u64;
             if scenario.outside == OutsidePolicy::Reject && trial.is_outside {
                 continue;
             }
             found.trials += 1;
             found.unsupported += usize::from(trial.is_unsupported);
             found.undetermined += usize::from(trial.is_undetermined);
-            sum = sum.with(&trial);
+            sum = sum.with(trial);
         }
     }
     if found.trials == 0 {
@@ -165,7 +173,25 @@ struct Looked {
 }
 
 impl Looked {
-    fn with(self, other: &Self) -> Self {
+    /// One sensor with these standard errors.
+    fn of(position_mm: f64, angle_rad: Option<f64>) -> Self {
+        let angle = angle_rad.unwrap_or(0.0);
+        let is_determined = position_mm.is_finite() && angle.is_finite();
+        let [mm, rad] = if is_determined { [position_mm, angle] } else { [0.0; 2] };
+        Self {
+            determined: u64::from(is_determined),
+            squares_mm2: mm * mm,
+            max_mm: mm,
+            has_angles: angle_rad.is_some(),
+            squares_rad2: rad * rad,
+            max_rad: rad,
+            is_undetermined: !is_determined,
+            evaluations: 1,
+            ..Self::default()
+        }
+    }
+
+    fn with(self, other: Self) -> Self {
         Self {
             determined: self.determined + other.determined,
             squares_mm2: self.squares_mm2 + other.squares_mm2,
@@ -182,64 +208,81 @@ impl Looked {
     }
 }
 
-/// Looks up trials; the CRF where it stands is looked up once.
+/// Where a sensor is, tracker frame; a marker has no axis.
+type Place = (Point3<f64>, Option<Unit<Vector3<f64>>>);
+
+/// Looks up sensors: in what the fit kept of itself, else in what its measurements leave open.
 struct Looker<'a> {
     scenario: &'a Scenario,
-    support: &'a FitValidity,
-    crf: Option<Looked>,
 }
 
 impl<'a> Looker<'a> {
-    fn new(scenario: &'a Scenario, support: &'a FitValidity) -> Self {
-        let mut looker = Self { scenario, support, crf: None };
-        let crf = scenario.crf.as_ref();
-        looker.crf = crf.map(|crf| looker.body(&crf.body, &crf.tracker_from_crf));
-        looker
-    }
-
-    /// One trial, and how many look-ups it cost.
-    fn trial(&self, trial: &InputTrial) -> (Looked, u64) {
-        let InputTrial { tracker_from_crf: moved_crf, crf_from_tool } = *trial;
-        let Some(crf) = &self.scenario.crf else {
-            let tool = self.body(&self.scenario.tool, &crf_from_tool);
-            return (tool, tool.evaluations);
-        };
-        let tracker_from_crf = moved_crf.unwrap_or(crf.tracker_from_crf);
-        let tool = self.body(&self.scenario.tool, &(tracker_from_crf * crf_from_tool));
-        match (moved_crf, &self.crf) {
-            (None, Some(still)) => (tool.with(still), tool.evaluations),
-            _ => {
-                let both = tool.with(&self.body(&crf.body, &tracker_from_crf));
-                (both, both.evaluations)
-            }
+    fn new(scenario: &'a Scenario) -> Result<Self, SurveyError> {
+        match scenario.environment.has_validity() {
+            true => Ok(Self { scenario }),
+            false => Err(SurveyError::NoSupport(scenario.environment.name.clone())),
         }
     }
 
-    fn body(&self, body: &RigidBody, tracker_from_body: &Pose) -> Looked {
-        let model = &self.scenario.environment.model;
-        body.sensors.iter().fold(Looked::default(), |sum, sensor| {
-            let position = tracker_from_body * sensor.position_in_body;
-            let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
-            let at = self.support.at_sensor(&position, axis.as_ref(), self.scenario.outside);
-            let angle = at.angle_std_error_rad.unwrap_or(0.0);
-            let is_determined = at.position_std_error_mm.is_finite() && angle.is_finite();
-            let [mm, rad] = match is_determined {
-                true => [at.position_std_error_mm, angle],
-                false => [0.0; 2],
-            };
-            sum.with(&Looked {
-                determined: u64::from(is_determined),
-                squares_mm2: mm * mm,
-                max_mm: mm,
-                has_angles: at.angle_std_error_rad.is_some(),
-                squares_rad2: rad * rad,
-                max_rad: rad,
-                distance_mm: at.distance_mm,
-                is_unsupported: !at.is_valid,
-                is_undetermined: !is_determined,
-                is_outside: !model.bounds().contains(&position),
-                evaluations: 1,
-            })
+    /// The CRF where it stands.
+    fn still_crf(&self) -> Result<Option<Looked>, SurveyError> {
+        let crf = self.scenario.crf.as_ref();
+        crf.map(|crf| {
+            let looked = self.look(&places(&crf.body, crf.tracker_from_crf).collect::<Vec<_>>())?;
+            Ok(looked.into_iter().fold(Looked::default(), Looked::with))
         })
+        .transpose()
     }
+
+    /// The sensors of a trial; those of a CRF that stands still are not among them.
+    fn sensors(&self, trial: &InputTrial) -> Vec<Place> {
+        let InputTrial { tracker_from_crf: moved_crf, crf_from_tool } = *trial;
+        let tool = &self.scenario.tool;
+        let Some(crf) = &self.scenario.crf else {
+            return places(tool, crf_from_tool).collect();
+        };
+        let tracker_from_crf = moved_crf.unwrap_or(crf.tracker_from_crf);
+        let of_tool = places(tool, tracker_from_crf * crf_from_tool);
+        let of_crf = moved_crf.iter().flat_map(|moved| places(&crf.body, *moved));
+        of_tool.chain(of_crf).collect()
+    }
+
+    fn look(&self, places: &[Place]) -> Result<Vec<Looked>, SurveyError> {
+        let Scenario { environment, outside, .. } = self.scenario;
+        let bounds = environment.model.bounds();
+        if let Some(support) = &environment.fit_validity {
+            let each = places.par_iter().map(|(position, axis)| {
+                let at = support.at_sensor(position, axis.as_ref(), *outside);
+                Looked {
+                    distance_mm: at.distance_mm,
+                    is_unsupported: !at.is_valid,
+                    is_outside: !bounds.contains(position),
+                    ..Looked::of(at.position_std_error_mm, at.angle_std_error_rad)
+                }
+            });
+            return Ok(each.collect());
+        }
+        let points: Vec<FieldPoint> = places
+            .iter()
+            .map(|(position, axis)| FieldPoint {
+                position_mm: *position,
+                axis: axis.unwrap_or_else(Vector3::z_axis),
+            })
+            .collect();
+        let found = environment.validity(&points, *outside)?.unwrap_or_default();
+        let each = points.iter().zip(found).map(|(point, at)| Looked {
+            distance_mm: at.distance_mm,
+            is_unsupported: !at.is_supported,
+            is_outside: !bounds.contains(&point.position_mm),
+            ..Looked::of(at.position_error_mm, at.angle_error_rad)
+        });
+        Ok(each.collect())
+    }
+}
+
+fn places(body: &RigidBody, tracker_from_body: Pose) -> impl Iterator<Item = Place> {
+    body.sensors.iter().map(move |sensor| {
+        let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
+        (tracker_from_body * sensor.position_in_body, axis)
+    })
 }

@@ -7,6 +7,10 @@ use crate::gaussian::{FieldPoint, GaussianError};
 use crate::samples::PoseError;
 use rayon::prelude::*;
 
+/// How many times the RMS of measurements left out the error of a supported reading may be, where no leverage
+/// states it.
+pub const MOST_ERROR: f64 = 2.0;
+
 /// The error of a reading at one pose, and what the fit depends on there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Validity {
@@ -19,6 +23,12 @@ pub struct Validity {
     /// does not keep its measurements.
     pub position_95_mm: Option<f64>,
     pub angle_95_rad: Option<f64>,
+    /// Whether the measurements determine the field there: in the model's box, and by the fit's leverage; of
+    /// models that are no polynomials where the error is at most [`MOST_ERROR`] times what is left of
+    /// measurements left out.
+    pub is_supported: bool,
+    /// To the nearest measurement; of polynomials as in [`FitValidityAt::distance_mm`].
+    pub distance_mm: f64,
     /// Standard error and leverage of the fit at the pose; `None` for models that are no polynomials, and where the fit
     /// kept nothing.
     pub fit: Option<FitValidityAt>,
@@ -53,6 +63,8 @@ impl Environment {
                         angle_error_rad: at.angle_std_error_rad,
                         position_95_mm: None,
                         angle_95_rad: None,
+                        is_supported: at.is_valid,
+                        distance_mm: at.distance_mm,
                         fit: Some(at),
                     }
                 });
@@ -70,12 +82,25 @@ impl Environment {
             })
             .collect();
         let errors = process.reading_errors(points, &model_errors)?;
-        let each = points.par_iter().zip(errors).map(|(point, error)| Validity {
-            position_error_mm: error.position_mm.rms,
-            angle_error_rad: error.angle_rad.map(|angle| angle.rms),
-            position_95_mm: Some(error.position_mm.within_95),
-            angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
-            fit: fit_validity.map(|validity| fit_at(validity, point)),
+        let nearest_mm = |point: &FieldPoint| {
+            let rows = process.rows.iter();
+            let squares =
+                rows.map(|row| (row.point.position_mm - point.position_mm).norm_squared());
+            squares.fold(f64::INFINITY, f64::min).sqrt()
+        };
+        let each = points.par_iter().zip(errors).map(|(point, error)| {
+            let fit = fit_validity.map(|validity| fit_at(validity, point));
+            let is_near = error.position_mm.rms <= MOST_ERROR * process.left_out_rms_mm
+                && self.model.bounds().contains(&point.position_mm);
+            Validity {
+                position_error_mm: error.position_mm.rms,
+                angle_error_rad: error.angle_rad.map(|angle| angle.rms),
+                position_95_mm: Some(error.position_mm.within_95),
+                angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
+                is_supported: fit.map_or(is_near, |fit| fit.is_valid),
+                distance_mm: fit.map_or_else(|| nearest_mm(point), |fit| fit.distance_mm),
+                fit,
+            }
         });
         Ok(Some(each.collect()))
     }
