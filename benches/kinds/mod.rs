@@ -18,7 +18,12 @@ const KINDS: [&str; 5] = ["bernstein", "symmetric", "kriging", "harmonic", "harm
 
 fn model(kind: &str) -> RoomModel {
     let harmonic = |generator| {
-        RoomModel::Harmonic(HarmonicOrder { generator, degree: Some(6), loss: Loss::Huber })
+        RoomModel::Harmonic(HarmonicOrder {
+            generator,
+            degree: Some(6),
+            ridge: None,
+            loss: Loss::Huber,
+        })
     };
     match kind {
         "bernstein" => RoomModel::PAPER,

@@ -116,7 +116,9 @@ impl Environment {
     /// measured_qw … measured_qz (unit quaternions, scalar first). A table in memory is a NumPy structured
     /// array, a mapping of columns, or anything with the DataFrame interchange protocol.
     ///
-    /// order and directions that are None are chosen by cross-validation. holdout is a second table, to judge
+    /// Where no model is named the best of all kinds is taken; an option of polynomials names those, and order
+    /// and directions that are None are chosen by cross-validation. lag is how many rows the measured side is
+    /// behind the ideal one: each reading is put beside the ideal pose of its moment. holdout is a second table, to judge
     /// the room on. bounds is the box of a polynomial model, shape (2, 3), mm: its least and its largest corner;
     /// that of the positions where it is None. as_is takes tables that are suspected not to be what they are read as. `figures` of the
     /// room are those of the fit.
@@ -124,7 +126,7 @@ impl Environment {
     #[pyo3(
         signature = (table, **options),
         text_signature = "(table, *, order=None, directions=None, ridge=None, method='per-direction', \
-            map='distortion', sensors='5dof', weights='area', rcond=1e-10, model='bernstein', \
+            map='distortion', sensors='5dof', lag=0.0, weights='area', rcond=1e-10, model=None, \
             symmetric=False, generator=None, degree=None, loss='huber', holdout=None, hold_out=None, \
             volume=None, support=True, jitter_position_mm=None, jitter_angle_deg=None, \
             jitter_growth_mm=None, bounds=None, name=None, as_is=False)"
@@ -140,15 +142,16 @@ impl Environment {
 
     /// The room of the model that does best on rows held out: as `trackwright select --output` makes it.
     ///
-    /// table: as for `fit`. models names the kinds to try, of bernstein, symmetric, kriging and harmonic.
+    /// table and lag: as for `fit`. models names the kinds to try, of none, bernstein, symmetric, kriging and
+    /// harmonic; all where it is None.
     /// orders, directions and ridges are lists of what is tried. hold_out is rows, groups, sensors, or a
     /// column whose rows with equal text belong together. `figures` of the room are those of the choice.
     #[staticmethod]
     #[pyo3(
         signature = (table, **options),
-        text_signature = "(table, *, models=('bernstein',), orders=None, directions=None, \
+        text_signature = "(table, *, models=None, orders=None, directions=None, \
             ridges=None, folds=5, group=None, hold_out=None, seed=0, method='per-direction', \
-            map='distortion', sensors='5dof', weights='area', rcond=1e-10, generator=None, \
+            map='distortion', sensors='5dof', lag=0.0, weights='area', rcond=1e-10, generator=None, \
             degree=None, loss='huber', volume=None, jitter_position_mm=None, \
             jitter_angle_deg=None, jitter_growth_mm=None, name=None, as_is=False)"
     )]
@@ -345,8 +348,9 @@ impl Environment {
     /// How far readings at poses may be from the model's, a record a pose.
     ///
     /// positions and quaternions as for `distort`. Fields: std_error_mm and std_error_deg, RMS distance and
-    /// angle; within95_mm and within95_deg, within which 95 % are; of polynomials also leverage, supported
-    /// (whether samples are near) and distance_mm to the nearest. What is not known is not a number.
+    /// angle; within95_mm and within95_deg, within which 95 % are; supported, whether the measurements determine
+    /// the field there; distance_mm to the nearest; of polynomials also leverage. What is not known is not a
+    /// number.
     #[pyo3(signature = (positions, quaternions, *, outside = "clamp", as_is = false))]
     fn validity<'py>(
         &self,
@@ -392,9 +396,8 @@ impl Environment {
                 Cell::Float(at.position_error_mm),
                 Cell::known(at.angle_error_rad.map(f64::to_degrees)),
                 Cell::known(fit.map(|fit| fit.leverage)),
-                // What is not known is not supported.
-                Cell::Flag(fit.is_some_and(|fit| fit.is_valid)),
-                Cell::known(fit.map(|fit| fit.distance_mm)),
+                Cell::Flag(at.is_supported),
+                Cell::known(Some(at.distance_mm)),
                 Cell::known(at.position_95_mm),
                 Cell::known(at.angle_95_rad.map(f64::to_degrees)),
             ]);

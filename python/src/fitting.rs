@@ -31,7 +31,7 @@ use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, 
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{Files, SampleReading};
+use trackwright_project::{Files, MOST_LAG_ROWS, SampleReading};
 use trackwright_report::room::{fit_warnings, support_note};
 use trackwright_report::room_json::fit_json;
 use trackwright_report::selection_json::{decided_json, kinds_json, selection_json};
@@ -66,11 +66,14 @@ impl Fitting {
         let maps = [("distortion", MapKind::Distortion), ("correction", MapKind::Correction)];
         let methods = [("per-direction", FitMethod::PerDirection), ("joint", FitMethod::Joint)];
         let weights = [("area", Weighting::Area), ("gnomonic", Weighting::Gnomonic)];
+        let in_range = |lag: f64| lag.abs() <= MOST_LAG_ROWS;
+        let lag_rows = keywords.number("lag", "-100 to 100 rows", in_range)?;
         let rcond = keywords.number("rcond", "zero or more", |value| value >= 0.0)?;
         Ok(Self {
             reading: SampleReading {
                 has_rolls: keywords.one_of("sensors", &[("5dof", false), ("6dof", true)])?,
                 map: keywords.one_of("map", &maps)?,
+                lag_rows: lag_rows.unwrap_or(0.0),
             },
             method: keywords.one_of("method", &methods)?,
             weighting: keywords.one_of("weights", &weights)?,
@@ -137,11 +140,12 @@ pub fn fit(
     let keywords = Keywords::of(options);
     let fitting = Fitting::of(&keywords)?;
     let extras = Extras { bounds: bounds(&keywords)?, ..Extras::of(&keywords)? };
-    let named = room_model(&keywords)?;
+    let ridge = keywords.number("ridge", "zero or more", |value| value >= 0.0)?;
+    let named = room_model(&keywords, ridge)?;
     let request = ModelRequest {
         order: keywords.value("order")?,
         directions: direction_set(keywords.value("directions")?)?,
-        ridge: keywords.number("ridge", "zero or more", |value| value >= 0.0)?,
+        ridge,
         method: fitting.method,
         map: fitting.reading.map,
         weighting: fitting.weighting,
@@ -327,8 +331,8 @@ fn direction_set(count: Option<usize>) -> Done<Option<DirectionSet>> {
     Ok(count.map(|m| DirectionSet::try_from(m).context("directions")).transpose()?)
 }
 
-/// A model's kind, with what only that kind has; `None` where none is named.
-fn room_model(keywords: &Keywords) -> Done<Option<RoomModel>> {
+/// A model's kind, with what only that kind has; `None` where none is named. The ridge is of a harmonic one.
+fn room_model(keywords: &Keywords, ridge: Option<f64>) -> Done<Option<RoomModel>> {
     let refused = |text: &str| Err(TrackwrightError::new_err(text.to_owned()).into());
     let kinds = [
         ("bernstein", ModelKind::Bernstein),
@@ -362,7 +366,8 @@ fn room_model(keywords: &Keywords) -> Done<Option<RoomModel>> {
         (ModelKind::Bernstein, _) => RoomModel::Bernstein { is_symmetric },
         (ModelKind::Kriging, _) => RoomModel::Kriging,
         (_, Some(name)) => {
-            RoomModel::Harmonic(HarmonicOrder { generator: generator_choice(&name)?, degree, loss })
+            let generator = generator_choice(&name)?;
+            RoomModel::Harmonic(HarmonicOrder { generator, degree, ridge, loss })
         }
         (_, None) => {
             return refused(

@@ -5,7 +5,6 @@ use crate::long_work;
 use crate::tables::{Columns, ColumnsError, Notes, Table, of_memory, take};
 use anyhow::Context;
 use pyo3::prelude::*;
-use trackwright_calibration::doubts::{PairedDoubts, PoseFrame};
 use trackwright_calibration::room_choice::{HeldOut, RowLabels, numbered_labels, row_groups};
 use trackwright_field::samples::{Measurement, MeasurementContent, SampleSet};
 use trackwright_field::selection::HoldOutBy;
@@ -83,17 +82,17 @@ fn samples(columns: &Columns<'_>, reading: SampleReading) -> Done<Doubted<Sample
         false => columns.positions(begin, EXPECTED),
     };
     let (ideal, measured) = (poses("ideal_")?, poses("measured_")?);
-    let mut set = SampleSet::new(content);
-    let mut doubts = PairedDoubts::new(content, PoseFrame::Tracker);
-    for row in 0..ideal.rows()? {
-        let measurement = Measurement {
-            tracker_from_ideal: ideal.pose(row)?,
-            tracker_from_measured: measured.pose(row)?,
+    let mut rows = 0..ideal.rows()?;
+    let (set, suspicions) = reading.samples(content, || -> Done<Option<Measurement>> {
+        let measurement = |row| -> Done<Measurement> {
+            Ok(Measurement {
+                tracker_from_ideal: ideal.pose(row)?,
+                tracker_from_measured: measured.pose(row)?,
+            })
         };
-        doubts.push(&measurement);
-        set.push(&measurement, content, reading.map);
-    }
-    Ok(of_memory(set, "table", doubts.suspicions()))
+        rows.next().map(measurement).transpose()
+    })?;
+    Ok(of_memory(set, "table", suspicions))
 }
 
 /// Which rows belong together, which sensor each is of, and what is to be held out.

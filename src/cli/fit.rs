@@ -19,7 +19,7 @@ use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
-use trackwright_project::{Output, SampleReading};
+use trackwright_project::{MOST_LAG_ROWS, Output, SampleReading};
 use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
 use trackwright_report::room_json::holdout_of;
 use trackwright_report::selection_json::decided_json;
@@ -49,8 +49,8 @@ pub struct FitArgs {
     #[command(flatten)]
     fitting: FittingArgs,
 
-    /// Ridge, as a part of the largest singular value; 0, or chosen with order or directions where
-    /// one of them is left out
+    /// Ridge, as a part of the largest singular value. Of Bernstein polynomials 0, or chosen with order or
+    /// directions where one of them is left out; of a harmonic model 1e-6
     #[arg(long, value_name = "R")]
     ridge: Option<f64>,
 
@@ -111,6 +111,11 @@ pub(super) struct FittingArgs {
         action = ArgAction::Set)]
     pub has_rolls: bool,
 
+    /// Rows that the measured side is behind the ideal one, as a warning states it; each reading is put
+    /// beside the ideal pose of that moment
+    #[arg(long, default_value = "0", value_name = "ROWS", allow_negative_numbers = true)]
+    pub lag: f64,
+
     /// How an axis is shared among the three orientations around it
     #[arg(long, value_parser = WEIGHTS, default_value = "area")]
     pub weights: Weighting,
@@ -121,6 +126,18 @@ pub(super) struct FittingArgs {
 }
 
 impl FittingArgs {
+    /// How the table is read.
+    ///
+    /// # Errors
+    /// A lag that is not one.
+    pub(super) fn reading(&self) -> anyhow::Result<SampleReading> {
+        let Self { has_rolls, map, lag, .. } = *self;
+        match lag.abs() <= MOST_LAG_ROWS {
+            true => Ok(SampleReading { has_rolls, map, lag_rows: lag }),
+            false => bail!("--lag: found {lag}, expected -{MOST_LAG_ROWS} to {MOST_LAG_ROWS} rows"),
+        }
+    }
+
     /// The options of polynomials, and whether each is other than usual.
     pub(super) fn of_polynomials(&self) -> [(&'static str, bool); 3] {
         [
@@ -172,16 +189,14 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     let request = model_request(args)?;
     let map = request.map;
     let kind = args.model.kind(has_polynomial_options(args))?;
-    let model = kind.map(|kind| args.model.model(kind, files)).transpose()?;
+    let model = kind.map(|kind| args.model.model(kind, args.ridge, files)).transpose()?;
     if let Some(kind) = kind {
         refuse_what_others_have(args, kind)?;
     }
-    let set = read(files, &args.data, args.fitting.has_rolls, map, args.common.as_is)?;
-    let holdout_set = args
-        .holdout
-        .as_ref()
-        .map(|f| read(files, f, args.fitting.has_rolls, map, args.common.as_is))
-        .transpose()?;
+    let reading = args.fitting.reading()?;
+    let set = read(files, &args.data, reading, args.common.as_is)?;
+    let holdout_set =
+        args.holdout.as_ref().map(|f| read(files, f, reading, args.common.as_is)).transpose()?;
     let wanted = match model {
         Some(model) => Wanted::One(model),
         None => {
@@ -298,10 +313,11 @@ fn has_polynomial_options(args: &FitArgs) -> bool {
 
 /// Options of polynomials beside another kind of model.
 fn refuse_what_others_have(args: &FitArgs, kind: ModelKind) -> anyhow::Result<()> {
+    let has_ridge = matches!(kind, ModelKind::Bernstein | ModelKind::Harmonic);
     let of_size = [
         ("--order", args.order.is_some()),
         ("--directions", args.directions.is_some()),
-        ("--ridge", args.ridge.is_some()),
+        ("--ridge", args.ridge.is_some() && !has_ridge),
     ];
     let others = [
         ("--hold-out", args.hold_out.is_some()),
@@ -345,11 +361,9 @@ fn model_request(args: &FitArgs) -> anyhow::Result<ModelRequest> {
 pub(super) fn read(
     files: &Files,
     file: &Path,
-    has_rolls: bool,
-    map: MapKind,
+    reading: SampleReading,
     as_is: AsIsArgs,
 ) -> anyhow::Result<SampleSet> {
-    let reading = SampleReading { has_rolls, map };
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
 }
 

@@ -5,8 +5,9 @@ use super::model_kind::checked_degree;
 use super::prelude::*;
 use clap::Subcommand;
 use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
-use trackwright_field::samples::{MapKind, MeasurementSet};
+use trackwright_field::samples::MeasurementSet;
 use trackwright_formats::signature::GENERATOR;
+use trackwright_project::SampleReading;
 use trackwright_report::room_json::{learned_json, start_name};
 
 /// Learn the field generator of a tracker from its measurements
@@ -50,7 +51,8 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
     let degree = checked_degree(args.degree)?;
     let mut all: Option<MeasurementSet> = None;
     for file in &args.data {
-        let set = read(files, file, false, MapKind::Distortion, args.common.as_is)?.measurements();
+        let set = read(files, file, SampleReading::of_distortion(false), args.common.as_is)?
+            .measurements();
         match &mut all {
             None => all = Some(set),
             Some(all) if all.content != set.content => {

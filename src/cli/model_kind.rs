@@ -70,11 +70,16 @@ impl ModelArgs {
         Ok(self.model.or(of_options))
     }
 
-    /// A model of a kind, with its generator read.
+    /// A model of a kind, with its generator read; the ridge is of a harmonic one.
     ///
     /// # Errors
     /// Options of another kind, a degree beyond 1 to 10, a generator that can't be read.
-    pub fn model(&self, kind: ModelKind, files: &Files) -> anyhow::Result<RoomModel> {
+    pub fn model(
+        &self,
+        kind: ModelKind,
+        ridge: Option<f64>,
+        files: &Files,
+    ) -> anyhow::Result<RoomModel> {
         let is_harmonic = kind == ModelKind::Harmonic;
         if !is_harmonic && (self.generator.is_some() || self.degree.is_some()) {
             bail!("--generator and --degree belong to --model harmonic");
@@ -98,6 +103,7 @@ impl ModelArgs {
                 RoomModel::Harmonic(HarmonicOrder {
                     generator: generator_choice(files, generator)?,
                     degree: checked_degree(self.degree)?,
+                    ridge,
                     loss: self.loss,
                 })
             }

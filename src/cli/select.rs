@@ -129,7 +129,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
     let plot = files.optional_output(args.plot.as_deref())?;
     let curve_output = files.optional_output(args.learning_curve.as_deref())?;
     let mut settings = settings(args)?;
-    let samples = read(files, &args.data, args.fitting.has_rolls, settings.map, args.common.as_is)?;
+    let samples = read(files, &args.data, args.fitting.reading()?, args.common.as_is)?;
     if args.directions.is_none() && !samples.has_rotations {
         settings.direction_sets = vec![DirectionSet::One];
     }

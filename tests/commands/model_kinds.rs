@@ -99,6 +99,25 @@ fn select_compares_kinds_on_the_same_rows() {
 }
 
 #[test]
+fn a_ridge_makes_a_harmonic_model_smoother() {
+    let scratch = Scratch::new();
+    let fit = format!("fit {ROOM} -o room.env.ron --generator planar-nine --degree 6 --no-support");
+    let usual = scratch.json(&fit);
+    assert_eq!(usual["harmonic"]["ridge"], 1e-6);
+    let train = |found: &Value| number(&found["train"]["after"]["position_rms_mm"]);
+    let mut left = train(&usual);
+    for ridge in [1e-3, 1e-2, 1e-1] {
+        let found = scratch.json(format!("{fit} --ridge {ridge}"));
+        assert_eq!(found["harmonic"]["ridge"], ridge);
+        // Damped coefficients follow the fitted rows less.
+        assert!(train(&found) > left, "{ridge}: {} after {left}", train(&found));
+        left = train(&found);
+        assert!(scratch.read("room.env.ron").contains(&format!("ridge: {ridge}")));
+    }
+    scratch.succeed_with(format!("{fit} --ridge 0.01"), &["degree 6, ridge 1e-2"]);
+}
+
+#[test]
 fn contradicting_options_are_refused() {
     let scratch = Scratch::new();
     let table = fs::read_to_string(own("room-a/room-a-fit.csv")).unwrap();
@@ -109,6 +128,8 @@ fn contradicting_options_are_refused() {
     for (file, args, part) in [
         (ROOM, "--model harmonic", "found no --generator"),
         (ROOM, "--model kriging --order 2", "--order does not go with --model kriging"),
+        (ROOM, "--model kriging --ridge 0.1", "--ridge does not go with --model kriging"),
+        (ROOM, "--generator planar-nine --ridge=-1", "ridge is -1, expected"),
         (ROOM, "--model kriging --no-support", "made of the measurements"),
         (ROOM, "--model kriging --symmetric yes", "--symmetric belongs to"),
         (ROOM, "--model kriging --generator anser", "belong to --model harmonic"),

@@ -3,6 +3,7 @@
 
 mod better_places;
 pub mod others;
+mod search_gain;
 pub mod tracker;
 
 use crate::support::studies;

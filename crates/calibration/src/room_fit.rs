@@ -136,7 +136,7 @@ pub fn fit_room(
             data: order.table.name.to_owned(),
             samples: samples.samples.len(),
             method: settings.method,
-            ridge: settings.ridge,
+            ridge: made.harmonic.as_ref().map_or(settings.ridge, |of| of.settings.ridge),
             train_before: fit.before,
             train_after: fit.after,
             holdout: order.held_out.map(|table| judge(&fit.model, table)),
@@ -207,7 +207,7 @@ fn harmonics(
     let samples = order.table.samples;
     let fitting = task_of(RoomStage::Fitting);
     let (fit, report, table) = fit_harmonic(samples, harmonic, order.settings.map, &fitting)?;
-    let refit = Refit::Harmonic { table: &table, degree: report.degree, loss: harmonic.loss };
+    let refit = Refit::Harmonic { table: &table, settings: report.settings };
     let process = kept_process(order, &fit, &refit, task_of)?;
     let harmonic = Some(report);
     Ok(Made { fit, fit_validity: None, support_left_out: None, process, harmonic })

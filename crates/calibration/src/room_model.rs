@@ -8,8 +8,8 @@ use trackwright_field::fit::{Fit, residuals};
 use trackwright_field::gaussian::{GaussianError, GaussianField, Kriging};
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::{
-    HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicModel, HarmonicRows, LearnError,
-    LearnSettings, LearnedGenerator, Loss, learn, learn::degree_for, learn_again,
+    DEFAULT_RIDGE, HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicModel, HarmonicRows,
+    LearnError, LearnSettings, LearnedGenerator, Loss, learn, learn::degree_for, learn_again,
 };
 use trackwright_field::model::OutsidePolicy;
 use trackwright_field::samples::{MapKind, PoseError, Sample, SampleSet};
@@ -47,7 +47,20 @@ pub struct HarmonicOrder {
     pub generator: GeneratorChoice,
     /// From the number of measurements where there is none.
     pub degree: Option<usize>,
+    /// [`DEFAULT_RIDGE`] where there is none.
+    pub ridge: Option<f64>,
     pub loss: Loss,
+}
+
+impl HarmonicOrder {
+    /// What is fitted to so many measurements.
+    pub fn settings(&self, measurements: usize) -> HarmonicFitSettings {
+        HarmonicFitSettings {
+            degree: self.degree.unwrap_or_else(|| degree_for(measurements)),
+            ridge: self.ridge.unwrap_or(DEFAULT_RIDGE),
+            loss: self.loss,
+        }
+    }
 }
 
 /// Whose fields are disturbed.
@@ -96,7 +109,7 @@ impl RoomModelError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicReport {
     pub generator: Generator,
-    pub degree: usize,
+    pub settings: HarmonicFitSettings,
     /// Standard deviation of a row in mm, misfit of the degree included.
     pub noise_mm: Option<f64>,
     /// Measurements that count for less than the others.
@@ -163,12 +176,10 @@ impl HarmonicTable {
     pub fn fit(
         &self,
         used: Option<&[usize]>,
-        degree: usize,
-        loss: Loss,
+        settings: &HarmonicFitSettings,
         task: &Task,
     ) -> Result<HarmonicFit, HarmonicFitError> {
-        let settings = HarmonicFitSettings { loss, ..HarmonicFitSettings::new(degree) };
-        self.rows.fit(task, used, &settings)
+        self.rows.fit(task, used, settings)
     }
 }
 
@@ -187,12 +198,13 @@ pub fn fit_harmonic(
     if map != MapKind::Distortion {
         return Err(RoomModelError::CorrectionMap);
     }
-    let degree = order.degree.unwrap_or_else(|| degree_for(samples.samples.len()));
-    let table = HarmonicTable::new(samples, &order.generator, degree, &task.subtask(0.0, 0.7))?;
-    let found = table.fit(None, degree, order.loss, &task.subtask(0.7, 1.0))?;
+    let settings = order.settings(samples.samples.len());
+    let prepared = task.subtask(0.0, 0.7);
+    let table = HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?;
+    let found = table.fit(None, &settings, &task.subtask(0.7, 1.0))?;
     let report = HarmonicReport {
         generator: table.generator.clone(),
-        degree,
+        settings,
         noise_mm: found.noise_mm,
         down_weighted: found.down_weighted(),
         learned: table.learned.clone(),

@@ -7,7 +7,7 @@ use trackwright_field::DistortionModel;
 use trackwright_field::batch::Batch;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit_with};
 use trackwright_field::gaussian::{GaussianError, GaussianField};
-use trackwright_field::harmonic::{HarmonicFitError, HarmonicModel, Loss};
+use trackwright_field::harmonic::{HarmonicFitError, HarmonicFitSettings, HarmonicModel};
 use trackwright_field::model::OutsidePolicy;
 use trackwright_field::samples::{PoseError, SampleSet};
 use trackwright_field::selection::folds::Folds;
@@ -33,7 +33,7 @@ const ROWS_AN_UNKNOWN: usize = 3;
 /// How a room's model is fitted again to some of its rows.
 pub enum Refit<'a> {
     Polynomials { settings: &'a FitSettings, is_symmetric: bool },
-    Harmonic { table: &'a HarmonicTable, degree: usize, loss: Loss },
+    Harmonic { table: &'a HarmonicTable, settings: HarmonicFitSettings },
 }
 
 /// Fits the process of a room's field to the samples that its model was fitted to.
@@ -46,10 +46,10 @@ pub fn room_process(
     refit: &Refit,
     task: &Task,
 ) -> Result<GaussianField, GaussianError> {
-    if let Refit::Harmonic { table, degree, loss } = refit {
+    if let Refit::Harmonic { table, settings } = refit {
         // What a generator's fields leave is small beside the errors, so that it is their trend always.
         let own = trend(&fit.model, samples);
-        let refits = refits(samples, table, *degree, *loss, &task.subtask(0.0, 0.6))?;
+        let refits = refits(samples, table, settings, &task.subtask(0.0, 0.6))?;
         let task = task.subtask(0.6, 1.0);
         let Some(Refits { models, held_out }) = refits else {
             return GaussianField::fit(samples, Some(&own), &task);
@@ -120,8 +120,7 @@ struct Refits {
 fn refits(
     samples: &SampleSet,
     table: &HarmonicTable,
-    degree: usize,
-    loss: Loss,
+    settings: &HarmonicFitSettings,
     task: &Task,
 ) -> Result<Option<Refits>, GaussianError> {
     let rows = samples.samples.len();
@@ -134,9 +133,15 @@ fn refits(
     let without = |out: &Vec<usize>| -> Result<HarmonicModel, RoomModelError> {
         let rest: Vec<usize> = (0..rows).filter(|row| out.binary_search(row).is_err()).collect();
         let fitted = match &table.learned {
-            None => table.fit(Some(&rest), degree, loss, &quiet)?,
-            Some(learned) => HarmonicTable::learned_again(samples, &rest, learned, degree, &quiet)?
-                .fit(Some(&rest), degree, loss, &quiet)?,
+            None => table.fit(Some(&rest), settings, &quiet)?,
+            Some(learned) => {
+                let degree = settings.degree;
+                HarmonicTable::learned_again(samples, &rest, learned, degree, &quiet)?.fit(
+                    Some(&rest),
+                    settings,
+                    &quiet,
+                )?
+            }
         };
         Ok(fitted.model)
     };
@@ -179,16 +184,14 @@ impl Refit<'_> {
                     Err(_) => Ok(None),
                 }
             }
-            Self::Harmonic { table, degree, loss } => {
-                match table.fit(Some(rest), degree, loss, &quiet) {
-                    Ok(fitted) => {
-                        let each = out.iter().map(|&i| &samples.samples[i]);
-                        Ok(Some(each.map(|s| predicted(&fitted.model, s)).collect()))
-                    }
-                    Err(HarmonicFitError::Cancelled(cancelled)) => Err(cancelled.into()),
-                    Err(_) => Ok(None),
+            Self::Harmonic { table, settings } => match table.fit(Some(rest), &settings, &quiet) {
+                Ok(fitted) => {
+                    let each = out.iter().map(|&i| &samples.samples[i]);
+                    Ok(Some(each.map(|s| predicted(&fitted.model, s)).collect()))
                 }
-            }
+                Err(HarmonicFitError::Cancelled(cancelled)) => Err(cancelled.into()),
+                Err(_) => Ok(None),
+            },
         }
     }
 }

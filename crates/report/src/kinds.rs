@@ -1,5 +1,6 @@
 //! Kinds of models in words: the same for the command line, Python and the editor.
 
+use super::room::harmonic_model_text;
 use super::selection::{candidate_text, hold_out_name, reason};
 use trackwright_calibration::kind_choice::{Decided, KindChoice, KindScored};
 use trackwright_calibration::room_model::{GeneratorChoice, RoomModel};
@@ -9,11 +10,10 @@ use trackwright_field::selection::scoring::HeldOutScores;
 /// A kind and the best model of it: "harmonic, generator planar-nine, degree 6".
 pub fn kind_text(kind: &KindScored) -> String {
     match (&kind.model, &kind.candidate) {
-        (RoomModel::Harmonic(order), _) => format!(
-            "harmonic, generator {}, degree {}",
-            order.generator.name(),
-            order.degree.unwrap_or_default()
-        ),
+        (RoomModel::Harmonic(order), _) => {
+            // Degree and ridge were chosen.
+            harmonic_model_text(order.generator.name(), &order.settings(0))
+        }
         (_, Some(candidate)) if candidate.order == 0 => "no correction".to_owned(),
         (_, Some(candidate)) => format!("{}, {}", kind.name(), candidate_text(candidate)),
         (_, None) => kind.name().to_owned(),

@@ -1,9 +1,11 @@
 //! A room's fit in words: the same for the command line and the editor.
 
+use super::selection::ridge_text;
 use trackwright_calibration::room_model::HarmonicReport;
 use trackwright_field::Environment;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::fit::{Fit, FitMethod};
+use trackwright_field::harmonic::{DEFAULT_RIDGE, HarmonicFitSettings};
 use trackwright_field::samples::MapKind;
 use trackwright_field::validity::FitValidityError;
 use trackwright_simulation::figures::with_separators;
@@ -69,10 +71,19 @@ pub fn support_note(why: &FitValidityError) -> String {
     format!("{why}; the environment is written without it")
 }
 
+/// `harmonic, generator planar-nine, degree 6, ridge 1e-2`; the usual ridge is left out.
+pub fn harmonic_model_text(generator: &str, settings: &HarmonicFitSettings) -> String {
+    let HarmonicFitSettings { degree, ridge, .. } = settings;
+    let text = format!("harmonic, generator {generator}, degree {degree}");
+    match ridge.to_bits() == DEFAULT_RIDGE.to_bits() {
+        true => text,
+        false => format!("{text}, ridge {}", ridge_text(*ridge)),
+    }
+}
+
 /// `harmonic, generator planar-nine, degree 6, 12 samples down-weighted`.
 pub fn harmonic_text(harmonic: &HarmonicReport) -> String {
-    let mut text =
-        format!("harmonic, generator {}, degree {}", harmonic.generator.name, harmonic.degree);
+    let mut text = harmonic_model_text(&harmonic.generator.name, &harmonic.settings);
     if harmonic.down_weighted > 0 {
         let count = with_separators(harmonic.down_weighted);
         text.push_str(&format!(", {count} samples down-weighted"));

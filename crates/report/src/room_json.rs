@@ -52,7 +52,8 @@ pub fn fit_json(settings: &FitSettings, room: &FittedRoom) -> Value {
         value["harmonic"] = json!({
             "generator": harmonic.generator.name,
             "coils": harmonic.generator.coils.len(),
-            "degree": harmonic.degree,
+            "degree": harmonic.settings.degree,
+            "ridge": harmonic.settings.ridge,
             "noise_mm": harmonic.noise_mm,
             "down_weighted": harmonic.down_weighted,
             "learned": harmonic.learned.as_ref().map(learned_json),

@@ -4,7 +4,7 @@ use crate::cli::fit::{HAS_ROLLS, read};
 use crate::cli::prelude::*;
 use clap::ArgAction;
 use trackwright_field::generator::Generator;
-use trackwright_field::samples::{MapKind, MeasurementContent, MeasurementSet};
+use trackwright_field::samples::{MeasurementContent, MeasurementSet};
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_metal::identify::compare::{Compared, ComparedModel, compare};
@@ -12,6 +12,7 @@ use trackwright_metal::identify::{
     FoundBody, Identification, IdentifySettings, Interval, MAX_BODIES, SourceModel, Verdict,
     identify, room_of_found,
 };
+use trackwright_project::SampleReading;
 use trackwright_report::found_metal::{compared_rows, kind_name, misfit_line, verdict_line};
 use trackwright_report::text_table::columns;
 
@@ -66,7 +67,7 @@ pub fn run(args: &FindArgs, files: &Files) -> anyhow::Result<()> {
     let generator = generator(files, args.generator.as_deref())?;
     let named = || args.data.display().to_string();
     // What is suspected of the table is reported as `fit` does.
-    read(files, &args.data, args.has_rolls, MapKind::Distortion, args.common.as_is)?;
+    read(files, &args.data, SampleReading::of_distortion(args.has_rolls), args.common.as_is)?;
     let mut set = files.read_measurements(&args.data)?;
     if args.has_rolls {
         set.content = MeasurementContent::SixDof;

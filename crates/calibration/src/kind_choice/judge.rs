@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::gaussian::{GaussianField, Kriging, kept_rows};
 use trackwright_field::harmonic::learn::degree_for;
-use trackwright_field::harmonic::{LearnedGenerator, Loss};
+use trackwright_field::harmonic::{HarmonicFitSettings, LearnedGenerator, Loss};
 use trackwright_field::samples::{MapKind, PoseError, SampleSet};
 use trackwright_field::selection::folds::Folds;
 use trackwright_field::selection::other::score;
@@ -169,21 +169,23 @@ impl Judge<'_> {
         let most = degrees.last().copied().unwrap_or(1);
         let table = HarmonicTable::new(self.samples, generator, most, &task.subtask(0.0, 0.5))?;
         let mut tables = FoldTables { samples: self.samples, all: &table, most, of: Vec::new() };
-        let of_degree = |degree: usize, tables: &mut FoldTables| {
+        let of_settings = |settings: HarmonicFitSettings, tables: &mut FoldTables| {
             score(self.samples, &self.hold_outs(), self.tried, |folds| {
                 let tables = tables.of(folds, task)?;
                 self.each_fold(folds, |fold, out, rest| {
-                    tables[fold].predict(self.samples, out, rest, degree, loss, task)
+                    tables[fold].predict(self.samples, out, rest, &settings, task)
                 })
             })
         };
         // A generator that is another one's is seen in one fold.
         let first = degree_for(self.samples.samples.len()).clamp(degrees[0], most);
-        self.refuse_behind_in_one_fold(&mut tables, (first, loss), before, task)?;
+        let settings = |degree| HarmonicFitSettings { loss, ..HarmonicFitSettings::new(degree) };
+        let of_first = settings(first);
+        self.refuse_behind_in_one_fold(&mut tables, &of_first, before, task)?;
         let mut best: Option<KindScored> = None;
         let mut worse = 0;
         for (i, &degree) in degrees.iter().enumerate() {
-            let scores = match of_degree(degree, &mut tables) {
+            let scores = match of_settings(settings(degree), &mut tables) {
                 // The rows do not determine so many coefficients.
                 Err(error) if best.is_some() && !error.is_cancelled() => break,
                 scores => scores?,
@@ -192,6 +194,7 @@ impl Judge<'_> {
             let model = RoomModel::Harmonic(HarmonicOrder {
                 generator: generator.clone(),
                 degree: Some(degree),
+                ridge: None,
                 loss,
             });
             let scored = KindScored { model, candidate: None, scores };
@@ -213,7 +216,7 @@ impl Judge<'_> {
     fn refuse_behind_in_one_fold(
         &self,
         tables: &mut FoldTables,
-        (degree, loss): (usize, Loss),
+        settings: &HarmonicFitSettings,
         before: &[KindScored],
         task: &Task,
     ) -> Result<(), KindError> {
@@ -227,7 +230,7 @@ impl Judge<'_> {
             let one = Folds { rows: vec![folds.rows[0].clone()] };
             let tables = tables.of(&one, task)?;
             self.each_fold(&one, |_, out, rest| {
-                tables[0].predict(self.samples, out, rest, degree, loss, task)
+                tables[0].predict(self.samples, out, rest, settings, task)
             })
         })?;
         let (_, scores) = &scores.hold_outs[0];
@@ -351,16 +354,14 @@ impl FoldTable<'_> {
         samples: &SampleSet,
         out: &[usize],
         rest: &[usize],
-        degree: usize,
-        loss: Loss,
+        settings: &HarmonicFitSettings,
         task: &Task,
     ) -> Result<Vec<PoseError>, KindError> {
         let table = match self {
             Self::OfAll(table) => table,
             Self::Own(table) => table.as_ref(),
         };
-        let fitted =
-            table.fit(Some(rest), degree, loss, &quiet(task)).map_err(RoomModelError::from)?;
+        let fitted = table.fit(Some(rest), settings, &quiet(task)).map_err(RoomModelError::from)?;
         Ok(out.iter().map(|&row| predicted(&fitted.model, &samples.samples[row])).collect())
     }
 }

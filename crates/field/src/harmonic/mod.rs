@@ -10,7 +10,8 @@ pub mod solid_harmonics;
 mod variable_projection;
 
 pub use fit::{
-    HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss, huber_weights,
+    DEFAULT_RIDGE, HarmonicFit, HarmonicFitError, HarmonicFitSettings, HarmonicRows, Loss,
+    huber_weights,
 };
 pub use learn::{LearnError, LearnSettings, LearnedGenerator, learn, learn_again};
 pub use model::{HarmonicModel, HarmonicModelError, HarmonicResiduals};

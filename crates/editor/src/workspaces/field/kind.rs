@@ -77,6 +77,7 @@ impl FieldKind {
                     }
                 },
                 degree,
+                ridge: None,
                 loss: Loss::Huber,
             }),
         }))

@@ -49,6 +49,8 @@ pub struct FieldSettings {
     pub degree: Option<usize>,
     /// Whether the tables' quaternions are whole rotations, those of 6-DOF sensors.
     pub has_rolls: bool,
+    /// Rows that the measured side is behind the ideal one.
+    pub lag_rows: f64,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
 }
@@ -69,6 +71,7 @@ impl Default for FieldSettings {
                 rcond: DEFAULT_RCOND,
             },
             has_rolls: false,
+            lag_rows: 0.0,
             volume: None,
             jitter: None,
         }
@@ -78,7 +81,8 @@ impl Default for FieldSettings {
 impl FieldSettings {
     /// How tables are read for it.
     pub fn reading(&self) -> SampleReading {
-        SampleReading { has_rolls: self.has_rolls, map: self.model.map }
+        let Self { has_rolls, lag_rows, .. } = *self;
+        SampleReading { has_rolls, map: self.model.map, lag_rows }
     }
 
     /// Whether cross-validation has something to choose, but for what the samples decide.

@@ -18,6 +18,7 @@ use trackwright_field::samples::MapKind;
 use trackwright_field::selection::DEFAULT_RIDGES;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
+use trackwright_project::MOST_LAG_ROWS;
 use trackwright_report::selection::ridge_text;
 
 const SELECTED: &str = "let it select";
@@ -44,6 +45,18 @@ pub fn settings_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
         &mut settings.has_rolls,
         &[(false, "5-DOF, an axis"), (true, "6-DOF, a rotation")],
     );
+    named_ui(ui, "lag", |ui| {
+        let field = NumberField {
+            unit: "rows",
+            min: -MOST_LAG_ROWS,
+            max: MOST_LAG_ROWS,
+            ..NumberField::plain("lag of the measured side in rows")
+        };
+        let about = "Rows that readings are behind the ideal poses; each is put beside the pose of its moment";
+        set_from(number_ui(ui, &field.about(about), settings.lag_rows), |rows| {
+            settings.lag_rows = rows;
+        });
+    });
     let volumes: Vec<_> = std::iter::once((None, "not known"))
         .chain(Volume::NAMED.map(|volume| (Some(volume), volume.name())))
         .collect();
