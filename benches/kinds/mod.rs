@@ -44,6 +44,7 @@ fn fitted(kind: &str, samples: &SampleSet, with_support: bool) -> Environment {
         bounds: None,
         volume: None,
         jitter: None,
+        registration: None,
         with_support,
         sensors: None,
     };

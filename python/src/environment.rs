@@ -129,7 +129,8 @@ impl Environment {
             map='distortion', sensors='5dof', lag=0.0, weights='area', rcond=1e-10, model=None, \
             symmetric=False, generator=None, degree=None, loss='huber', holdout=None, hold_out=None, \
             volume=None, support=True, jitter_position_mm=None, jitter_angle_deg=None, \
-            jitter_growth_mm=None, bounds=None, name=None, as_is=False)"
+            jitter_growth_mm=None, registration_mm=None, registration_deg=None, \
+            bounds=None, name=None, as_is=False)"
     )]
     fn fit(
         py: Python<'_>,
@@ -153,7 +154,8 @@ impl Environment {
             ridges=None, folds=5, group=None, hold_out=None, seed=0, method='per-direction', \
             map='distortion', sensors='5dof', lag=0.0, weights='area', rcond=1e-10, generator=None, \
             degree=None, loss='huber', volume=None, jitter_position_mm=None, \
-            jitter_angle_deg=None, jitter_growth_mm=None, name=None, as_is=False)"
+            jitter_angle_deg=None, jitter_growth_mm=None, registration_mm=None, \
+            registration_deg=None, name=None, as_is=False)"
     )]
     fn select(
         py: Python<'_>,

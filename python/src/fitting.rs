@@ -16,7 +16,9 @@ use trackwright_calibration::kind_choice::{
     KindChoice, TriedKind, TriedOptions, Wanted, best_kind, decide,
 };
 use trackwright_calibration::room_choice::{HeldOut, ModelRequest, RowLabels, choose_by};
-use trackwright_calibration::room_fit::{FittedRoom, RoomError, RoomOrder, RoomTable, fit_room};
+use trackwright_calibration::room_fit::{
+    FittedRoom, RegistrationError, RoomError, RoomOrder, RoomTable, fit_room,
+};
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
 use trackwright_field::Environment;
 use trackwright_field::computed::ModelKind;
@@ -30,6 +32,7 @@ use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
+use trackwright_geometry::limits::length_problem;
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{Files, MOST_LAG_ROWS, SampleReading};
 use trackwright_report::room::{fit_warnings, support_note};
@@ -58,6 +61,7 @@ struct Extras {
     bounds: Option<Bounds>,
     volume: Option<Volume>,
     jitter: Option<Jitter>,
+    registration: Option<RegistrationError>,
     with_support: bool,
 }
 
@@ -96,8 +100,27 @@ impl Extras {
             bounds: None,
             volume: keywords.one_of("volume", &volumes)?,
             jitter: jitter(keywords)?,
+            registration: registration(keywords)?,
             with_support: keywords.flag("support", true)?,
         })
+    }
+}
+
+/// How well the reference's frame is known, where it is stated.
+fn registration(keywords: &Keywords) -> Done<Option<RegistrationError>> {
+    let is_length = |value: f64| value >= 0.0 && length_problem(value).is_none();
+    let position_mm = keywords.number("registration_mm", "a length of zero or more", is_length)?;
+    let is_angle = |value: f64| (0.0..=180.0).contains(&value);
+    let angle_deg = keywords.number("registration_deg", "0 to 180", is_angle)?;
+    match (position_mm, angle_deg) {
+        (Some(position_mm), Some(angle_deg)) => {
+            Ok(Some(RegistrationError { position_mm, angle_rad: angle_deg.to_radians() }))
+        }
+        (None, None) => Ok(None),
+        _ => {
+            let text = "registration_mm and registration_deg: found one, expected both";
+            Err(TrackwrightError::new_err(text).into())
+        }
     }
 }
 
@@ -300,6 +323,7 @@ fn fitted(
         bounds: extras.bounds,
         volume: extras.volume,
         jitter: extras.jitter,
+        registration: extras.registration,
         with_support: extras.with_support,
         sensors,
     };

@@ -95,6 +95,8 @@ class Environment:
         jitter_position_mm: float | None = None,
         jitter_angle_deg: float | None = None,
         jitter_growth_mm: float | None = None,
+        registration_mm: float | None = None,
+        registration_deg: float | None = None,
         bounds: npt.ArrayLike | None = None,
         name: str | None = None,
         as_is: bool = False,
@@ -125,6 +127,8 @@ class Environment:
         jitter_position_mm: float | None = None,
         jitter_angle_deg: float | None = None,
         jitter_growth_mm: float | None = None,
+        registration_mm: float | None = None,
+        registration_deg: float | None = None,
         name: str | None = None,
         as_is: bool = False,
     ) -> Environment: ...

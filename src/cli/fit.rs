@@ -4,11 +4,12 @@ use super::choose;
 use super::jitter::JitterArgs;
 use super::model_kind::ModelArgs;
 use super::prelude::*;
+use super::registration::RegistrationArgs;
 use clap::{ArgAction, ValueEnum};
 use trackwright_calibration::kind_choice::{Decided, TriedKind, Wanted};
 use trackwright_calibration::room_choice::{HeldOut, ModelRequest};
 use trackwright_calibration::room_fit::{
-    FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
+    FittedRoom, RegistrationError, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::computed::ModelKind;
@@ -75,6 +76,9 @@ pub struct FitArgs {
 
     #[command(flatten)]
     jitter: JitterArgs,
+
+    #[command(flatten)]
+    registration: RegistrationArgs,
 
     #[command(flatten)]
     common: TableArgs,
@@ -193,6 +197,9 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
     if let Some(kind) = kind {
         refuse_what_others_have(args, kind)?;
     }
+    if args.no_support && args.registration.error().is_some() {
+        bail!("--registration-mm is for what --no-support leaves out, expected one of them");
+    }
     let reading = args.fitting.reading()?;
     let set = read(files, &args.data, reading, args.common.as_is)?;
     let holdout_set =
@@ -214,6 +221,7 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
         output: &output,
         volume: args.volume,
         jitter: args.jitter.jitter(),
+        registration: args.registration.error(),
         with_support: !args.no_support,
         sensors: decided.sensors(),
     };
@@ -245,6 +253,7 @@ pub(super) struct Target<'a> {
     pub output: &'a Output<'a>,
     pub volume: VolumeArg,
     pub jitter: Option<Jitter>,
+    pub registration: Option<RegistrationError>,
     /// Whether the environment keeps model validity.
     pub with_support: bool,
     /// What sensors differ by among themselves, where they were held out.
@@ -270,6 +279,7 @@ pub(super) fn fit_and_write(
         bounds: None,
         volume: target.volume.into(),
         jitter: target.jitter,
+        registration: target.registration,
         with_support: target.with_support,
         sensors: target.sensors,
     };

@@ -30,6 +30,7 @@ mod prelude;
 mod procedure;
 mod protocol;
 mod register;
+mod registration;
 #[cfg(feature = "editor")]
 mod render;
 #[cfg(feature = "editor")]

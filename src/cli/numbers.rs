@@ -10,6 +10,11 @@ pub fn zero_or_more(text: &str) -> Result<f64, String> {
     number(text, "zero or more", |value| value >= 0.0)
 }
 
+/// Degrees of an angle between two directions.
+pub fn angle_deg(text: &str) -> Result<f64, String> {
+    number(text, "0 to 180", |value| (0.0..=180.0).contains(&value))
+}
+
 pub fn above_zero(text: &str) -> Result<f64, String> {
     number(text, "a number above zero", |value| value > 0.0)
 }

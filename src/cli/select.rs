@@ -5,6 +5,7 @@ use super::fit::{FittingArgs, Target, VolumeArg, fit_and_write, read};
 use super::jitter::JitterArgs;
 use super::model_kind::{LOSS, tried_kinds};
 use super::prelude::*;
+use super::registration::RegistrationArgs;
 use trackwright_calibration::kind_choice::{KindChoice, TriedKind, best_kind};
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
 use trackwright_calibration::room_choice::{Chosen, HeldOut, RowLabels};
@@ -114,6 +115,9 @@ pub struct SelectArgs {
     jitter: JitterArgs,
 
     #[command(flatten)]
+    registration: RegistrationArgs,
+
+    #[command(flatten)]
     common: TableArgs,
 }
 
@@ -180,6 +184,7 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
             output,
             volume: args.volume,
             jitter: args.jitter.jitter(),
+            registration: args.registration.error(),
             with_support: true,
             sensors: chosen.selection.sensors,
         };
@@ -229,6 +234,9 @@ fn refuse_unused(args: &SelectArgs, kinds: &[TriedKind]) -> anyhow::Result<()> {
     let given = polynomial_options(args).find(|(_, is_given)| *is_given);
     if let (Some((name, _)), false) = (given, kinds.iter().any(is_bernstein)) {
         bail!("{name} belongs to Bernstein polynomials, which --models does not name");
+    }
+    if args.registration.error().is_some() && args.output.is_none() {
+        bail!("--registration-mm is for the environment, expected --output with it");
     }
     if args.jitter.jitter().is_some() && args.output.is_none() {
         bail!("--jitter-position-mm is for the environment, expected --output with it");

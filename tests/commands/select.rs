@@ -433,3 +433,49 @@ fn the_choice_for_the_cube_beats_plain_fits() {
     assert!(number(&after["position_rms_mm"]) <= 1.34, "{after}");
     assert!(number(&after["angle_rms_deg"]) <= 0.38, "{after}");
 }
+
+/// Width of the interval of a design's tip error at its pose, and its value.
+fn tip_error(scratch: &Scratch, design: &str) -> [f64; 2] {
+    let found = scratch.json(format!("simulate {design} --mode single"));
+    let figure = &found["figures"]["position_mm"]["rms"];
+    [number(&figure["high"]) - number(&figure["low"]), number(&figure["value"])]
+}
+
+#[test]
+fn a_registration_error_widens_what_no_crf_takes_out() {
+    let alone = |registration: &str| {
+        let scratch = Scratch::new();
+        let options = format!("--order 2 --directions 14 {registration}");
+        scratch.copy_design_with_room("golden/pointer-no-crf", &options);
+        tip_error(&scratch, "d/pointer-no-crf.design.ron")
+    };
+    let beside_a_crf = |registration: &str| {
+        let scratch = Scratch::new();
+        let room = "../assets/environments/operating-table.env.ron";
+        scratch.copy_built_in("pointer-on-head", "p.design.ron", room, "room.env.ron");
+        let table = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/data/cube-fit.csv");
+        let size = "--order 2 --directions 14";
+        scratch.succeed(format!("fit {table} -o room.env.ron {size} {registration}"));
+        tip_error(&scratch, "p.design.ron")
+    };
+    let [none, some] = [0.0, 1.0].map(|mm| {
+        let deg = 0.3 * mm;
+        format!("--registration-mm {mm} --registration-deg {deg}")
+    });
+    assert_eq!(alone(&none), alone(""));
+    let ([before, _], [width, value]) = (alone(""), alone(&some));
+    // Three components of 1 mm beside the figure.
+    assert!(width > before + 0.5 && value > 0.5, "{width} {before}");
+    // A CRF moves with the frame as the tool does.
+    let ([before, _], [width, _]) = (beside_a_crf(""), beside_a_crf(&some));
+    assert!((width / before - 1.0).abs() < 0.05, "{width} {before}");
+    let scratch = Scratch::new();
+    let fit = "fit own:room-a/room-a-fit.csv -o e.env.ron --order 1 --directions 6";
+    for (options, part) in [
+        ("--registration-mm 1", "--registration-deg"),
+        ("--registration-mm 1 --registration-deg 181", "expected 0 to 180"),
+        ("--registration-mm 1 --registration-deg 1 --no-support", "--no-support leaves out"),
+    ] {
+        scratch.refused(format!("{fit} {options}"), &[part]);
+    }
+}

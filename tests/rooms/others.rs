@@ -1,6 +1,6 @@
 //! Rooms of others: generators, metals, noises and ways of measuring that the rooms beside them have not. What a
-//! plain `fit` chooses is judged by what the tracker reads. Three factors were found with some of the first 36
-//! rooms (`docs/methods/expected-figures.md`); further seeds are further rooms.
+//! plain `fit` chooses is judged by what the tracker reads. What was found with some of these rooms is
+//! in `docs/methods/expected-figures.md`; further seeds are further rooms.
 
 use super::tracker::{Random, Room, SensorPose};
 use super::{Case, cases_of, compared, judged, pointers, pose, rotation_onto, scenario, truth};
@@ -348,6 +348,7 @@ pub fn fitted(
         bounds: None,
         volume: None,
         jitter: None,
+        registration: None,
         with_support: true,
         sensors: None,
     };

@@ -9,7 +9,7 @@ use super::shared_rows::shared_rows;
 use std::sync::Arc;
 use trackwright_field::environment::{HoldoutProvenance, Jitter, Provenance};
 use trackwright_field::fit::{Fit, FitError, FitSettings, factor, residuals};
-use trackwright_field::gaussian::{GaussianError, GaussianField};
+use trackwright_field::gaussian::{GaussianError, GaussianField, Registration};
 use trackwright_field::model::OutsidePolicy;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::sensors::SensorSpread;
@@ -40,6 +40,26 @@ pub struct RoomOrder<'a> {
     pub with_support: bool,
     /// What sensors differ by among themselves, where several were measured with.
     pub sensors: Option<SensorSpread>,
+    /// How well the reference's frame is known in the tracker's, where that is stated.
+    pub registration: Option<RegistrationError>,
+}
+
+/// Standard deviations of what the reference's frame is off by: of each component of the place of the
+/// measurements' middle, and of each angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RegistrationError {
+    pub position_mm: f64,
+    pub angle_rad: f64,
+}
+
+impl RegistrationError {
+    fn about(self, measured: &Bounds) -> Registration {
+        Registration {
+            position_std_mm: self.position_mm,
+            angle_std_rad: self.angle_rad,
+            center_mm: measured.center_mm().coords.into(),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -117,12 +137,15 @@ pub fn fit_room(
         RoomModel::Harmonic(harmonic) => harmonics(order, harmonic, &mut task_of)?,
     };
     let fit = made.fit;
-    let process = made.process.map(|process| match &order.sensors {
-        None => process,
-        Some(spread) => Arc::new(GaussianField {
-            sensor_variance: Some(spread.of_another()),
+    let process = made.process.map(|process| {
+        if order.sensors.is_none() && order.registration.is_none() {
+            return process;
+        }
+        Arc::new(GaussianField {
+            sensor_variance: order.sensors.as_ref().map(SensorSpread::of_another),
+            registration: order.registration.map(|of| of.about(fit.model.bounds())),
             ..GaussianField::clone(&process)
-        }),
+        })
     });
     let environment = Environment {
         name: order.name.to_owned(),

@@ -185,7 +185,7 @@ pub(super) mod tests {
     use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
     use trackwright_field::fit::{FitMethod, Residuals};
     use trackwright_field::gaussian::{
-        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Row, Trend,
+        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Registration, Row, Trend,
     };
     use trackwright_field::generator::Generator;
     use trackwright_field::harmonic::HarmonicModel;
@@ -338,6 +338,11 @@ pub(super) mod tests {
             left_out_rms_mm: 2.0 / 3.0,
             sensor_variance: has_rotations.then_some([0.1, 0.0, 1.0 / 7.0, 1e-6, 1e-300, 0.0]),
             refits: if has_rotations { vec![refit(0.1), refit(1.0 / 3.0)] } else { Vec::new() },
+            registration: has_rotations.then_some(Registration {
+                position_std_mm: 1.0 / 3.0,
+                angle_std_rad: 1e-3,
+                center_mm: [0.1, 0.0, -1.0 / 7.0],
+            }),
         }
     }
 

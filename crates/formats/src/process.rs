@@ -5,9 +5,10 @@ use super::error::FormatError;
 use super::ron_text::{self, RonWriter};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
+use std::f64::consts::PI;
 use std::sync::Arc;
 use trackwright_field::gaussian::{
-    Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Row, Trend,
+    Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Registration, Row, Trend,
 };
 use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
 use trackwright_geometry::number::shortest;
@@ -30,6 +31,8 @@ pub(super) struct ProcessEntry {
     rows: Vec<RowEntry>,
     #[serde(default)]
     refits: Vec<HarmonicEntry>,
+    #[serde(default)]
+    registration: Option<Registration>,
 }
 
 /// Position, axis, error, and the noise of an outlier (1 of others).
@@ -88,6 +91,20 @@ impl ProcessEntry {
         if rows.is_empty() {
             return Err(FormatError::field("process.rows", "none", "at least one"));
         }
+        if let Some(Registration { position_std_mm, angle_std_rad, center_mm }) = &self.registration
+        {
+            let name = "process.registration.position_std_mm";
+            problem(name, *position_std_mm, length_problem(*position_std_mm))?;
+            if !(0.0..=PI).contains(angle_std_rad) {
+                let name = "process.registration.angle_std_rad";
+                return Err(FormatError::number(name, *angle_std_rad, "0 to π"));
+            }
+            if let Some(expected) = position_problem(center_mm) {
+                let found = ron_text::list(center_mm);
+                let name = "process.registration.center_mm";
+                return Err(FormatError::field(name, found, expected));
+            }
+        }
         let refits = self.refits.into_iter().enumerate();
         let refits = refits.map(|(index, refit)| refit.model(&format!("process.refits[{index}]")));
         let refits: Vec<_> = refits.collect::<Result<_, FormatError>>()?;
@@ -102,6 +119,7 @@ impl ProcessEntry {
             left_out_rms_mm: self.left_out_rms_mm,
             sensor_variance: self.sensor_variance,
             refits,
+            registration: self.registration,
         }))
     }
 }
@@ -167,6 +185,14 @@ pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
         out.field("left_out_rms_mm", shortest(process.left_out_rms_mm));
         if let Some(variance) = &process.sensor_variance {
             out.field("sensor_variance", format_args!("Some({})", ron_text::tuple(variance)));
+        }
+        if let Some(Registration { position_std_mm, angle_std_rad, center_mm }) = &process.registration {
+            let [position, angle] = [position_std_mm, angle_std_rad].map(|std| shortest(*std));
+            let center = ron_text::tuple(center_mm);
+            out.field(
+                "registration",
+                format_args!("Some((position_std_mm: {position}, angle_std_rad: {angle}, center_mm: {center}))"),
+            );
         }
         out.line("// Position in mm, axis, error in mm and rad, noise of an outlier.");
         out.list("rows", |out| {

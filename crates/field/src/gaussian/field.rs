@@ -2,6 +2,7 @@
 
 use super::amplitude::Amplitude;
 use super::kernel::{FieldPoint, Kernel};
+use super::model_deviations::Registration;
 use crate::harmonic::HarmonicModel;
 use serde::{Deserialize, Serialize};
 
@@ -49,4 +50,6 @@ pub struct GaussianField {
     /// The room's model fitted without one group of its measurements each; none of a model that the
     /// process is not added to, and of polynomials, whose error is in the process.
     pub refits: Vec<HarmonicModel>,
+    /// How well the reference's frame is known, where that is stated.
+    pub registration: Option<Registration>,
 }

@@ -104,6 +104,7 @@ impl GaussianField {
             left_out_rms_mm,
             sensor_variance: None,
             refits: Vec::new(),
+            registration: None,
         })
     }
 

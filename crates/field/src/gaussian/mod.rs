@@ -20,9 +20,9 @@ mod hyper_parameters;
 mod kernel;
 mod kernel_columns;
 mod kriging;
+mod model_deviations;
 mod posterior;
 mod readings;
-mod refits;
 #[cfg(test)]
 mod tests;
 
@@ -31,5 +31,6 @@ pub use field::{ErrorValues, GaussianField, Row, Trend};
 pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, chosen_rows, kept_rows};
 pub use kernel::{FieldPoint, Kernel, KernelScale};
 pub use kriging::Kriging;
+pub use model_deviations::Registration;
 pub use posterior::{DrawnErrors, Posterior};
 pub use readings::{ReadingDistance, ReadingError};

@@ -37,12 +37,12 @@ pub struct ReadingDistance {
 }
 
 /// Deviations for a unit standard deviation of the process, the normal number of their amplitude, what a sensor is
-/// off by itself, and the factor of each refit.
+/// off by itself, and the factor of each deviation of the model.
 struct ReadingDraw {
     unit: Vector6<f64>,
     amplitude: f64,
     own: Vector6<f64>,
-    of_refits: Vec<f64>,
+    of_model: Vec<f64>,
 }
 
 impl GaussianField {
@@ -91,7 +91,7 @@ impl GaussianField {
                 unit: components * unit,
                 amplitude,
                 own: own.component_mul(&self.sensor_std()),
-                of_refits: (0..self.refits.len()).map(|_| normal()).collect(),
+                of_model: (0..self.deviation_count()).map(|_| normal()).collect(),
             }
         });
         each.collect()
@@ -135,8 +135,7 @@ impl GaussianField {
         let off: Vec<Vector6<f64>> = draws
             .iter()
             .map(|draw| {
-                let of_model =
-                    of_model.iter().zip(&draw.of_refits).map(|(of, factor)| of * *factor);
+                let of_model = of_model.iter().zip(&draw.of_model).map(|(of, factor)| of * *factor);
                 // E(exp(2 l)) = 1, as in the draws of a posterior.
                 let by = (log_std * draw.amplitude - log_std * log_std).exp();
                 bias + draw.unit * (std * by) + draw.own + of_model.sum::<Vector6<f64>>()

@@ -44,6 +44,7 @@ fn prior_field(bounds: &Bounds) -> GaussianField {
         left_out_rms_mm: 0.0,
         sensor_variance: None,
         refits: Vec::new(),
+        registration: None,
     }
 }
 
@@ -175,6 +176,40 @@ fn draws_and_readings_hold_what_refits_differ_by() {
     let agreeing = GaussianField { refits: vec![model(1e-8); 3], ..certain };
     let none = agreeing.posterior(&at).unwrap().draws(2, 1);
     assert!(none.iter().flatten().flatten().all(|v| v.abs() < 1e-12));
+}
+
+#[test]
+fn a_registration_moves_all_poses_as_one_body() {
+    let bounds = room();
+    let certain = GaussianField { component_covariance: [[0.0; 6]; 6], ..prior_field(&bounds) };
+    let (position_std_mm, angle_std_rad) = (0.3, 2e-3);
+    let center_mm = bounds.center_mm();
+    let registration =
+        Registration { position_std_mm, angle_std_rad, center_mm: center_mm.coords.into() };
+    let field = GaussianField { registration: Some(registration), ..certain };
+    let at = points(4, &bounds, 9);
+    let draws = field.posterior(&at).unwrap().draws(4_000, 3);
+    let part = |of: &[f64; 6], from: usize| Vector3::new(of[from], of[from + 1], of[from + 2]);
+    for draw in &draws {
+        let turn = part(&draw[0], 3);
+        for (point, error) in at.iter().zip(draw) {
+            // The same rotation everywhere, and positions that it explains.
+            assert!((part(error, 3) - turn).norm() < 1e-12);
+            let apart = turn.cross(&(point.position_mm - at[0].position_mm));
+            assert!((part(error, 0) - part(&draw[0], 0) - apart).norm() < 1e-9);
+        }
+    }
+    let readings = field.reading_errors(&at, &[PoseError::default(); 4]).unwrap();
+    for (i, point) in at.iter().enumerate() {
+        // ω × r has a variance of 2 r².
+        let lever_mm = (point.position_mm - center_mm).norm();
+        let expected_mm2 = 3.0 * position_std_mm.powi(2) + 2.0 * (angle_std_rad * lever_mm).powi(2);
+        let squares: f64 = draws.iter().map(|draw| part(&draw[i], 0).norm_squared()).sum();
+        let found_mm2 = squares / draws.len() as f64;
+        assert!((found_mm2 / expected_mm2 - 1.0).abs() < 0.12, "{found_mm2} {expected_mm2}");
+        let stated_mm = readings[i].position_mm.rms;
+        assert!((stated_mm.powi(2) / expected_mm2 - 1.0).abs() < 1e-9, "{stated_mm}");
+    }
 }
 
 #[test]

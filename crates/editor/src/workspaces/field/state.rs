@@ -12,6 +12,7 @@ use std::sync::Arc;
 use trackwright_calibration::fit_quality::{ErrorSummary, FitQuality};
 use trackwright_calibration::kind_choice::Decided;
 use trackwright_calibration::room_choice::ModelRequest;
+use trackwright_calibration::room_fit::RegistrationError;
 use trackwright_calibration::room_model::HarmonicReport;
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
@@ -53,6 +54,8 @@ pub struct FieldSettings {
     pub lag_rows: f64,
     pub volume: Option<Volume>,
     pub jitter: Option<Jitter>,
+    /// How well the reference's frame is known, where that is stated.
+    pub registration: Option<RegistrationError>,
 }
 
 impl Default for FieldSettings {
@@ -74,6 +77,7 @@ impl Default for FieldSettings {
             lag_rows: 0.0,
             volume: None,
             jitter: None,
+            registration: None,
         }
     }
 }

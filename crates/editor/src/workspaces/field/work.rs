@@ -120,6 +120,7 @@ fn fit_model(
         bounds: None,
         volume: settings.volume,
         jitter: settings.jitter,
+        registration: settings.registration,
         with_support: true,
         // The window's tables have no column of sensors.
         sensors: None,

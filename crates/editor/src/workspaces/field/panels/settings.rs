@@ -10,6 +10,7 @@ use crate::workspaces::field::requests::FieldRequest;
 use crate::workspaces::field::state::{FieldSettings, FieldState};
 use crate::workspaces::field::work::CHOOSING_PART;
 use bevy_egui::egui::{ComboBox, ProgressBar, Ui};
+use trackwright_calibration::room_fit::RegistrationError;
 use trackwright_field::bernstein::MAX_ORDER;
 use trackwright_field::environment::Jitter;
 use trackwright_field::fit::FitMethod;
@@ -67,6 +68,7 @@ pub fn settings_ui(ui: &mut Ui, state: &FieldState) -> Vec<FieldRequest> {
         &volumes,
     );
     jitter_ui(ui, &mut settings.jitter);
+    registration_ui(ui, &mut settings.registration);
     if settings != before {
         requests.push(FieldRequest::Set(settings));
     }
@@ -241,6 +243,38 @@ fn jitter_ui(ui: &mut Ui, jitter: &mut Option<Jitter>) {
     });
     growth_ui(ui, &mut known);
     *jitter = Some(known);
+}
+
+fn registration_ui(ui: &mut Ui, registration: &mut Option<RegistrationError>) {
+    let mut is_known = registration.is_some();
+    named_ui(ui, "registration", |ui| {
+        let switch = ui.checkbox(&mut is_known, "error known");
+        switch.explained(
+            "How far the reference's frame is off, standard deviations; intervals of figures then include it",
+        );
+    });
+    if !is_known {
+        *registration = None;
+        return;
+    }
+    let first = RegistrationError { position_mm: 0.3, angle_rad: 0.1_f64.to_radians() };
+    let mut known = registration.unwrap_or(first);
+    named_ui(ui, "   position", |ui| {
+        let field = NumberField::length("registration error of the position in mm").positive();
+        set_from(number_ui(ui, &field, known.position_mm), |v| known.position_mm = v);
+        quiet_ui(ui, "per axis");
+    });
+    named_ui(ui, "   angle", |ui| {
+        let field = NumberField {
+            speed: 0.005,
+            max: 180.0,
+            ..NumberField::angle("registration error of the angle in degrees").positive()
+        };
+        let angle_deg = known.angle_rad.to_degrees();
+        set_from(number_ui(ui, &field, angle_deg), |v| known.angle_rad = v.to_radians());
+        quiet_ui(ui, "per axis");
+    });
+    *registration = Some(known);
 }
 
 fn growth_ui(ui: &mut Ui, known: &mut Jitter) {
