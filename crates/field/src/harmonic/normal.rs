@@ -27,6 +27,10 @@ const REFINED_ENOUGH: f64 = 1e-8;
 
 const MAX_REFINEMENTS: usize = 8;
 
+/// Powers of a matrix by which its largest eigenvalue is found, and its relative change where that has ended.
+const MAX_POWERS: usize = 500;
+const POWER_SETTLED: f64 = 1e-15;
+
 /// The least gain of a refinement step.
 const MIN_GAIN: f64 = 0.3;
 
@@ -327,12 +331,32 @@ impl Scaling {
         let norm = |k: usize| Some(gram[(k, k)].sqrt()).filter(|norm| *norm > 0.0);
         let norms: Vec<_> = (0..unknowns).map(|k| norm(k).unwrap_or(1.0)).collect();
         let scaled = Mat::from_fn(unknowns, unknowns, |i, j| gram[(i, j)] / (norms[i] * norms[j]));
-        let eigenvalues = scaled.self_adjoint_eigenvalues(Side::Lower);
-        let largest = eigenvalues.ok().and_then(|values| values.last().copied());
-        let largest = largest.filter(|v| v.is_finite() && *v > 0.0);
-        let largest = largest.ok_or(SolveError::NotDetermined)?;
+        let largest = largest_eigenvalue(&scaled).ok_or(SolveError::NotDetermined)?;
         Ok(Self { norms, damping: ridge * ridge * largest })
     }
+}
+
+/// Of a symmetric matrix without negative eigenvalues, by power iteration: all of them would take as long as
+/// the matrix itself. `None` of a matrix that is zero or not finite.
+fn largest_eigenvalue(matrix: &Mat<f64>) -> Option<f64> {
+    // No eigenvector of a symmetric arrangement of coils.
+    let mut vector = Mat::from_fn(matrix.nrows(), 1, |k, _| 1.0 + 0.3 * (1.7 * k as f64).sin());
+    let mut before = 0.0;
+    for _ in 0..MAX_POWERS {
+        let size = vector.norm_l2();
+        vector *= faer::Scale(1.0 / size);
+        let next = matrix * &vector;
+        let value = (vector.transpose() * &next)[(0, 0)];
+        if !(value.is_finite() && value > 0.0) {
+            return None;
+        }
+        if (value - before).abs() <= POWER_SETTLED * value {
+            return Some(value);
+        }
+        (before, vector) = (value, next);
+    }
+    let values = matrix.self_adjoint_eigenvalues(Side::Lower).ok()?;
+    values.last().copied().filter(|value| value.is_finite() && *value > 0.0)
 }
 
 fn unscale(scaled: &[f64], norms: &[f64]) -> Vec<f64> {
@@ -412,6 +436,27 @@ mod tests {
                     assert!((gram[(row, column)] - expected).abs() < 1e-12 * scale);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn the_largest_eigenvalue_is_that_of_all() {
+        let (harmonics, maps) = parts(true);
+        for degree in [1, 2, 3] {
+            let system = System::new(&harmonics, &maps, terms(degree), (0..120).collect());
+            let gram = system.gram(&Task::default(), &[1.0; 120]).unwrap();
+            let all = gram.self_adjoint_eigenvalues(Side::Lower).unwrap();
+            let found = largest_eigenvalue(&gram).unwrap();
+            assert!((found / all.last().unwrap() - 1.0).abs() < 1e-10, "{found} {all:?}");
+        }
+        // Equal eigenvalues, and next to equal ones.
+        let of = |values: [f64; 3]| Mat::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 });
+        for values in [[2.0; 3], [2.0, 2.0 - 1e-9, 1.0], [0.0, 0.0, 1e-9]] {
+            let found = largest_eigenvalue(&of(values)).unwrap();
+            assert!((found / values[0].max(values[2]) - 1.0).abs() < 1e-9, "{found}");
+        }
+        for values in [[0.0; 3], [f64::NAN, 1.0, 1.0], [f64::INFINITY, 1.0, 1.0]] {
+            assert_eq!(largest_eigenvalue(&of(values)), None);
         }
     }
 
