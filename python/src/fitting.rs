@@ -496,7 +496,10 @@ fn refuse_unused(
         ("hold_out", held_out.is_some()),
         ("support", !extras.with_support && kind == ModelKind::Kriging),
     ];
-    let given = polynomial_options(request, fitting, extras).into_iter().chain(others);
+    // The only one that another kind has.
+    let has_it = |name: &str| name == "ridge" && kind == ModelKind::Harmonic;
+    let of_polynomials = polynomial_options(request, fitting, extras);
+    let given = of_polynomials.into_iter().filter(|(name, _)| !has_it(name)).chain(others);
     if kind != ModelKind::Bernstein
         && let Some((name, _)) = { given }.find(|(_, is_given)| *is_given)
     {
