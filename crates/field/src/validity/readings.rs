@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// How many times the RMS of measurements left out the error of a supported reading may be, where no leverage
 /// states it.
-pub const MOST_ERROR: f64 = 2.0;
+const MOST_ERROR: f64 = 2.0;
 
 /// The error of a reading at one pose, and what the fit depends on there.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ pub struct Validity {
     pub position_95_mm: Option<f64>,
     pub angle_95_rad: Option<f64>,
     /// Whether the measurements determine the field there: in the model's box, and by the fit's leverage; of
-    /// models that are no polynomials where the error is at most [`MOST_ERROR`] times what is left of
+    /// models that are no polynomials where the error is at most twice the RMS that is left of
     /// measurements left out.
     pub is_supported: bool,
     /// To the nearest measurement; of polynomials as in [`FitValidityAt::distance_mm`].
