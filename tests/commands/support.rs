@@ -127,7 +127,7 @@ fn too_large_a_fit_is_left_out_with_a_note() {
 }
 
 #[test]
-fn simulate_counts_poorly_supported_trials_in_every_kind_of_room() {
+fn simulate_counts_poorly_supported_trials() {
     let simulate = "simulate d/pointer-on-head.design.ron --mode motion";
     for kind in KINDS {
         let scratch = Scratch::new();

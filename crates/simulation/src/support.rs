@@ -103,7 +103,7 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
             })
             .collect();
         let sensors: Vec<Place> = trials.iter().flat_map(|(_, sensors)| sensors).copied().collect();
-        let mut looked = looker.look(&sensors)?.into_iter();
+        let mut looked = looker.looked(&sensors)?.into_iter();
         for (is_moved, sensors) in &trials {
             let of_trial = looked.by_ref().take(sensors.len());
             let crf = if *is_moved { None } else { still };
@@ -228,7 +228,8 @@ impl<'a> Looker<'a> {
     fn still_crf(&self) -> Result<Option<Looked>, SurveyError> {
         let crf = self.scenario.crf.as_ref();
         crf.map(|crf| {
-            let looked = self.look(&places(&crf.body, crf.tracker_from_crf).collect::<Vec<_>>())?;
+            let looked =
+                self.looked(&places(&crf.body, crf.tracker_from_crf).collect::<Vec<_>>())?;
             Ok(looked.into_iter().fold(Looked::default(), Looked::with))
         })
         .transpose()
@@ -247,7 +248,7 @@ impl<'a> Looker<'a> {
         of_tool.chain(of_crf).collect()
     }
 
-    fn look(&self, places: &[Place]) -> Result<Vec<Looked>, SurveyError> {
+    fn looked(&self, places: &[Place]) -> Result<Vec<Looked>, SurveyError> {
         let Scenario { environment, outside, .. } = self.scenario;
         let bounds = environment.model.bounds();
         if let Some(support) = &environment.fit_validity {

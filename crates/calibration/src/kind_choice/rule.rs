@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn within_the_noise_a_process_is_simpler_than_polynomials() {
+    fn a_process_is_simpler_than_polynomials() {
         let polynomials = kind(RoomModel::PAPER, Some(3), &[(1.02, 0.1), (1.0, 0.1), (1.0, 0.1)]);
         let noisy = kriging(&[(1.05, 0.1), (0.95, 0.1), (1.06, 0.1)]);
         assert_eq!(best_of(&[polynomials.clone(), noisy]), Some(1));

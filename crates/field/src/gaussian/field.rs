@@ -2,7 +2,7 @@
 
 use super::amplitude::Amplitude;
 use super::kernel::{FieldPoint, Kernel};
-use super::model_deviations::Registration;
+use super::registration::Registration;
 use crate::harmonic::HarmonicModel;
 use serde::{Deserialize, Serialize};
 

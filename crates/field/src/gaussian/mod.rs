@@ -23,6 +23,7 @@ mod kriging;
 mod model_deviations;
 mod posterior;
 mod readings;
+mod registration;
 #[cfg(test)]
 mod tests;
 
@@ -31,6 +32,6 @@ pub use field::{ErrorValues, GaussianField, Row, Trend};
 pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, chosen_rows, kept_rows};
 pub use kernel::{FieldPoint, Kernel, KernelScale};
 pub use kriging::Kriging;
-pub use model_deviations::Registration;
 pub use posterior::{DrawnErrors, Posterior};
 pub use readings::{ReadingDistance, ReadingError};
+pub use registration::Registration;

@@ -12,45 +12,10 @@
 use super::field::GaussianField;
 use super::kernel::FieldPoint;
 use super::posterior::DrawnErrors;
+use super::registration::Registration;
 use crate::evaluation::Coefficient;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
-
-/// How well the reference's frame is known in the tracker's: standard deviations of each component.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Registration {
-    /// Of the place of `center_mm`.
-    pub position_std_mm: f64,
-    pub angle_std_rad: f64,
-    /// Middle of the measurements, tracker frame.
-    pub center_mm: [f64; 3],
-}
-
-impl Registration {
-    /// The errors at some poses of one standard deviation along and about each axis.
-    fn deviations(&self, at: &[FieldPoint], has_rotations: bool) -> [DrawnErrors; 6] {
-        std::array::from_fn(|k| {
-            let unit = Vector3::ith(k % 3, 1.0);
-            let each = at.iter().map(|point| match k {
-                0..3 => {
-                    let [x, y, z] = (unit * self.position_std_mm).into();
-                    [x, y, z, 0.0, 0.0, 0.0]
-                }
-                _ => {
-                    let turn = unit * self.angle_std_rad;
-                    let [x, y, z] = turn
-                        .cross(&(point.position_mm.coords - Vector3::from(self.center_mm)))
-                        .into();
-                    let [rx, ry, rz] = if has_rotations { turn.into() } else { [0.0; 3] };
-                    [x, y, z, rx, ry, rz]
-                }
-            });
-            each.collect()
-        })
-    }
-}
 
 impl GaussianField {
     /// How many fields [`Self::model_deviations`] has.
@@ -62,9 +27,9 @@ impl GaussianField {
     /// errors; mm and rad.
     pub(super) fn model_deviations(&self, at: &[FieldPoint]) -> Vec<DrawnErrors> {
         let mut deviations = self.refit_deviations(at);
-        deviations.extend(
-            (self.registration.iter()).flat_map(|of| of.deviations(at, self.has_rotations)),
-        );
+        let registration = self.registration.iter();
+        let each = registration.flat_map(|of| registration_deviations(of, at, self.has_rotations));
+        deviations.extend(each);
         deviations
     }
 
@@ -93,4 +58,29 @@ impl GaussianField {
         }
         deviations
     }
+}
+
+/// The errors at some poses of one standard deviation along and about each axis.
+fn registration_deviations(
+    of: &Registration,
+    at: &[FieldPoint],
+    has_rotations: bool,
+) -> [DrawnErrors; 6] {
+    std::array::from_fn(|k| {
+        let unit = Vector3::ith(k % 3, 1.0);
+        let each = at.iter().map(|point| match k {
+            0..3 => {
+                let [x, y, z] = (unit * of.position_std_mm).into();
+                [x, y, z, 0.0, 0.0, 0.0]
+            }
+            _ => {
+                let turn = unit * of.angle_std_rad;
+                let [x, y, z] =
+                    turn.cross(&(point.position_mm.coords - Vector3::from(of.center_mm))).into();
+                let [rx, ry, rz] = if has_rotations { turn.into() } else { [0.0; 3] };
+                [x, y, z, rx, ry, rz]
+            }
+        });
+        each.collect()
+    })
 }

@@ -1,5 +1,5 @@
 //! Finds rows that were recorded along a path. A row held out there is between those before and after it, which
-//! says nothing about poses beside the path.
+//! is no test of poses beside the path.
 
 use crate::samples::{Sample, SampleSet};
 use nalgebra::{Vector3, Vector6};
@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_comes_in_pieces_of_rows_that_follow_each_other() {
+    fn a_path_comes_in_pieces_of_its_rows() {
         for rows in [200, 1_000, 5_000] {
             let found = pieces(&hand(rows, 0.2)).unwrap();
             assert!(found.is_sorted());
