@@ -71,7 +71,8 @@ impl Fitting {
         let methods = [("per-direction", FitMethod::PerDirection), ("joint", FitMethod::Joint)];
         let weights = [("area", Weighting::Area), ("gnomonic", Weighting::Gnomonic)];
         let in_range = |lag: f64| lag.abs() <= MOST_LAG_ROWS;
-        let lag_rows = keywords.number("lag", "-100 to 100 rows", in_range)?;
+        let expected = format!("-{MOST_LAG_ROWS} to {MOST_LAG_ROWS} rows");
+        let lag_rows = keywords.number("lag", &expected, in_range)?;
         let rcond = keywords.number("rcond", "zero or more", |value| value >= 0.0)?;
         Ok(Self {
             reading: SampleReading {

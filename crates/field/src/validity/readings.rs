@@ -8,7 +8,7 @@ use crate::samples::PoseError;
 use rayon::prelude::*;
 
 /// How many times the RMS of measurements left out the error of a supported reading may be, where no leverage
-/// states it.
+/// states it. Chosen, not tuned: the model is then half as good as it is among its measurements.
 const MOST_ERROR: f64 = 2.0;
 
 /// The error of a reading at one pose, and what the fit depends on there.
@@ -90,14 +90,14 @@ impl Environment {
         };
         let each = points.par_iter().zip(errors).map(|(point, error)| {
             let fit = fit_validity.map(|validity| fit_at(validity, point));
-            let is_near = error.position_mm.rms <= MOST_ERROR * process.left_out_rms_mm
+            let is_determined = error.position_mm.rms <= MOST_ERROR * process.left_out_rms_mm
                 && self.model.bounds().contains(&point.position_mm);
             Validity {
                 position_error_mm: error.position_mm.rms,
                 angle_error_rad: error.angle_rad.map(|angle| angle.rms),
                 position_95_mm: Some(error.position_mm.within_95),
                 angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
-                is_supported: fit.map_or(is_near, |fit| fit.is_valid),
+                is_supported: fit.map_or(is_determined, |fit| fit.is_valid),
                 distance_mm: fit.map_or_else(|| nearest_mm(point), |fit| fit.distance_mm),
                 fit,
             }
