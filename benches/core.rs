@@ -53,14 +53,14 @@ fn samples(count: usize) -> SampleSet {
         .map(|_| {
             let (position_mm, axis) = pose(&mut seeded);
             let p = position_mm.coords / 230.0;
-            Sample {
+            Sample::new(
                 position_mm,
                 axis,
-                error: PoseError {
+                PoseError {
                     position_mm: Vector3::new(p.x * p.y, p.z.sin(), axis.x + p.y),
                     rotation_rad: Vector3::new(p.z, axis.y * p.x, p.x * p.x) * 0.01,
                 },
-            }
+            )
         })
         .collect();
     SampleSet { samples, has_rotations: true, ambiguous: 0 }

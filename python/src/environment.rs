@@ -8,7 +8,6 @@ use crate::long_work;
 use crate::records::{Cell, Field, Records};
 use crate::tables::{Notes, of_memory, take, warn_of};
 use crate::values::to_python;
-use nalgebra::{Point3, Vector3};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -17,10 +16,10 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use trackwright_calibration::doubts::{PoseFrame, in_room, with_written_quaternions};
 use trackwright_field as field;
+use trackwright_field::FieldPoint;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::compensation::{Compensation, Method};
 use trackwright_field::computed::FieldSource;
-use trackwright_field::gaussian::FieldPoint;
 use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::Pose;
@@ -366,11 +365,7 @@ impl Environment {
         let mut notes = Notes::new();
         let poses = self.sensor_poses((positions, quaternions), as_is, &mut notes)?;
         let found = long_work::run(py, |_| {
-            let each = poses.iter().map(|pose| FieldPoint {
-                position_mm: Point3::from(pose.translation.vector),
-                axis: pose.rotation * Vector3::z_axis(),
-            });
-            let points: Vec<_> = each.collect();
+            let points: Vec<_> = poses.iter().map(FieldPoint::of_pose).collect();
             Ok(self.solved.validity(&points, outside)?)
         })?;
         let Some(found) = found else {

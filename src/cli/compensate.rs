@@ -1,6 +1,7 @@
 //! `compensate`: measured poses corrected, and what became of them.
 
 use super::prelude::*;
+use super::validity::ValidityArgs;
 use clap::ValueEnum;
 use nalgebra::Point3;
 use trackwright_calibration::doubts;
@@ -36,6 +37,9 @@ pub struct CompensateArgs {
     method: MethodArg,
 
     #[command(flatten)]
+    validity: ValidityArgs,
+
+    #[command(flatten)]
     common: TableArgs,
 }
 
@@ -65,12 +69,19 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
     let outcome =
         Compensation::of(&environment.model, &measured, args.outside, method, &shown.task)?;
     drop(shown);
+    // The field is a function of the measured pose in a correction map, of the ideal one in another.
+    let is_correction = method == Method::Correction;
+    let each = outcome.answers.iter().zip(&measured);
+    let at = each.map(|(found, measured)| match found.pose {
+        Some(pose) if !is_correction => pose,
+        _ => *measured,
+    });
+    let at: Vec<_> = at.collect();
+    let validity = args.validity.at(&environment, &args.environment, &at, args.outside)?;
     output.write(|out| {
         let each = outcome.answers.iter().zip(&measured);
-        poses::write_compensated(
-            out,
-            each.map(|(found, measured)| row(&environment, found, measured)),
-        )
+        let rows = each.map(|(found, measured)| row(&environment, found, measured));
+        poses::write_compensated(out, rows, validity.as_deref())
     })?;
     args.common.format.print(|| compensation_json(&outcome), || as_text(args, &outcome))
 }

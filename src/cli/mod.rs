@@ -45,6 +45,7 @@ mod tolerances;
 mod tool_reader;
 mod tool_report;
 mod uncertainty;
+mod validity;
 mod verify;
 
 pub use output::Ending;

@@ -32,6 +32,7 @@ mod precision;
 mod procedure;
 mod protocol;
 mod races;
+mod real_corrections;
 mod register;
 mod report;
 mod select;

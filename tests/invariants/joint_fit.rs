@@ -12,13 +12,15 @@ use trackwright_task::Task;
 /// Samples of no field in particular.
 fn samples(count: usize) -> SampleSet {
     let samples = places(count, &bounds()).into_iter().enumerate();
-    let samples = samples.map(|(i, (position_mm, axis))| Sample {
-        position_mm,
-        axis,
-        error: PoseError {
-            position_mm: Vector3::from_fn(|k, _| unlike(i, k)),
-            rotation_rad: Vector3::from_fn(|k, _| unlike(i, 3 + k)),
-        },
+    let samples = samples.map(|(i, (position_mm, axis))| {
+        Sample::new(
+            position_mm,
+            axis,
+            PoseError {
+                position_mm: Vector3::from_fn(|k, _| unlike(i, k)),
+                rotation_rad: Vector3::from_fn(|k, _| unlike(i, 3 + k)),
+            },
+        )
     });
     SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 }
 }

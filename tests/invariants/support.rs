@@ -81,10 +81,12 @@ pub(super) fn exact(
     SampleSet {
         samples: places
             .into_iter()
-            .map(|(position_mm, axis)| Sample {
-                position_mm,
-                axis,
-                error: model.evaluate(&position_mm, &axis, OutsidePolicy::Extrapolate).error,
+            .map(|(position_mm, axis)| {
+                Sample::new(
+                    position_mm,
+                    axis,
+                    model.evaluate(&position_mm, &axis, OutsidePolicy::Extrapolate).error,
+                )
             })
             .collect(),
         has_rotations: true,

@@ -11,8 +11,9 @@ use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use tracker::{Random, Room, SensorPose};
 use trackwright_calibration::room_process::{Refit, room_process};
+use trackwright_field::FieldPoint;
 use trackwright_field::fit::{FitSettings, fit, residuals};
-use trackwright_field::gaussian::{FieldPoint, GaussianField, Row, Trend};
+use trackwright_field::gaussian::{GaussianField, Row, Trend};
 use trackwright_field::samples::{
     MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
 };
@@ -432,7 +433,7 @@ fn readings(room: &Room, environment: &Environment, poses: usize) -> Readings {
     let (sensors, read): (Vec<SensorPose>, Vec<SensorPose>) = each.unzip();
     let points: Vec<_> = sensors
         .iter()
-        .map(|(p, n)| FieldPoint { position_mm: (*p).into(), axis: Unit::new_normalize(*n) })
+        .map(|(p, n)| FieldPoint::new((*p).into(), Unit::new_normalize(*n)))
         .collect();
     let stated = environment.validity(&points, OutsidePolicy::Clamp).unwrap();
     let (mut within, mut pairs) = ([0_u32; 2], [vec![], vec![]]);

@@ -221,7 +221,7 @@ pub fn fit_kriging(
 ) -> Result<(Fit, Arc<GaussianField>), RoomModelError> {
     let process = Arc::new(GaussianField::fit(samples, None, &task.subtask(0.0, 0.6))?);
     let kriging = Kriging::new(process.clone(), &task.subtask(0.6, 1.0))?;
-    let fit = fit_of(samples, FieldSource::Kriging(kriging), map)?;
+    let fit = fit_of(samples, FieldSource::Kriging(Arc::new(kriging)), map)?;
     Ok((fit, process))
 }
 

@@ -9,7 +9,7 @@ use trackwright_field::fit::{Fit, FitError, FitSettings, fit_with};
 use trackwright_field::gaussian::{GaussianError, GaussianField};
 use trackwright_field::harmonic::{HarmonicFitError, HarmonicFitSettings, HarmonicModel};
 use trackwright_field::model::OutsidePolicy;
-use trackwright_field::samples::{PoseError, SampleSet};
+use trackwright_field::samples::{PoseError, Sample, SampleSet};
 use trackwright_field::selection::folds::Folds;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_SEED};
 use trackwright_geometry::bounds::Bounds;
@@ -77,10 +77,9 @@ pub fn room_process(
 
 /// What a model gives at the samples' poses.
 fn trend(model: &DistortionModel, samples: &SampleSet) -> Vec<PoseError> {
-    let positions_mm: Vec<_> = samples.samples.iter().map(|s| s.position_mm).collect();
-    let axes: Vec<_> = samples.samples.iter().map(|s| s.axis).collect();
+    let points: Vec<_> = samples.samples.iter().map(Sample::point).collect();
     let mut evaluations = Vec::new();
-    Batch::default().evaluate(model, &positions_mm, &axes, OutsidePolicy::Clamp, &mut evaluations);
+    Batch::default().evaluate_points(model, &points, OutsidePolicy::Clamp, &mut evaluations);
     evaluations.iter().map(|e| e.error).collect()
 }
 

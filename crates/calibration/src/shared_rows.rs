@@ -86,14 +86,13 @@ mod tests {
     /// Row `i` of a table; `seed` makes another table.
     fn row(i: usize, seed: f64) -> Sample {
         let at = |step: f64| ((i as f64 + seed) * step).fract() * 200.0 - 100.0;
-        Sample {
-            position_mm: Point3::new(at(0.819_172_5), at(0.671_043_6), at(0.549_700_4)),
-            axis: Unit::new_normalize(Vector3::new(at(0.3), at(0.7), at(0.9))),
-            error: PoseError {
-                position_mm: Vector3::new(at(0.11), at(0.13), at(0.17)) * 0.01,
-                rotation_rad: Vector3::new(at(0.19), at(0.23), at(0.29)) * 1e-4,
-            },
-        }
+        let position_mm = Point3::new(at(0.819_172_5), at(0.671_043_6), at(0.549_700_4));
+        let axis = Unit::new_normalize(Vector3::new(at(0.3), at(0.7), at(0.9)));
+        let error = PoseError {
+            position_mm: Vector3::new(at(0.11), at(0.13), at(0.17)) * 0.01,
+            rotation_rad: Vector3::new(at(0.19), at(0.23), at(0.29)) * 1e-4,
+        };
+        Sample::new(position_mm, axis, error)
     }
 
     fn set(samples: Vec<Sample>) -> SampleSet {

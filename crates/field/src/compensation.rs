@@ -3,10 +3,10 @@
 
 use super::batch::Batch;
 use super::evaluation::OutsidePolicy;
+use super::field_point::FieldPoint;
 use super::inverse::{Inverse, InverseState};
 use super::model::DistortionModel;
 use super::samples::{MapKind, PoseError};
-use nalgebra::Vector3;
 use rayon::prelude::*;
 use trackwright_geometry::pose::{Pose, distances, is_finite, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
@@ -116,9 +116,8 @@ fn correct_all(
         || (Batch::default(), Vec::new()),
         |(batch, evaluations), (index, (corrected, measured))| {
             task.step(index * CHUNK, all)?;
-            let positions: Vec<_> = measured.iter().map(|p| p.translation.vector.into()).collect();
-            let axes: Vec<_> = measured.iter().map(|p| p.rotation * Vector3::z_axis()).collect();
-            batch.evaluate(model, &positions, &axes, outside, evaluations);
+            let points: Vec<_> = measured.iter().map(FieldPoint::of_pose).collect();
+            batch.evaluate_points(model, &points, outside, evaluations);
             for ((out, pose), at) in corrected.iter_mut().zip(measured).zip(&*evaluations) {
                 *out = corrected_by(pose, &at.error, at.is_inside, outside);
             }

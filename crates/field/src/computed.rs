@@ -6,6 +6,7 @@
 use super::compiled::{CompiledField, FieldBounds};
 use super::evaluation::Linearization;
 use super::evaluation::{Coefficient, Evaluation};
+use super::field_point::FieldPoint;
 use super::gaussian::Kriging;
 use super::harmonic::HarmonicModel;
 use super::samples::PoseError;
@@ -18,7 +19,7 @@ use trackwright_geometry::directions::DirectionSet;
 /// What computes a field.
 #[derive(Clone, Debug)]
 pub enum FieldSource {
-    Kriging(Kriging),
+    Kriging(Arc<Kriging>),
     Harmonic(Arc<HarmonicModel>),
     /// What is simulated pose by pose, by whoever knows how.
     Simulated(Arc<dyn PoseErrors>),
@@ -113,6 +114,7 @@ impl ComputedField {
     /// The compiled form, where the field has one.
     pub fn compiled(&self) -> Option<&CompiledField> {
         match &self.source {
+            FieldSource::Kriging(kriging) if kriging.depends_on_roll() => None,
             FieldSource::Kriging(kriging) => {
                 let compiled = || kriging.compiled(&self.bounds);
                 Some(self.compiled.get_or_init(compiled))
@@ -137,7 +139,8 @@ impl ComputedField {
             (_, Some(field)) => MeanOverAxes::Compiled(field.at_axis(axis.map(Unit::as_ref))),
             (FieldSource::Harmonic(model), None) => evaluated(model.clone()),
             (FieldSource::Simulated(source), None) => evaluated(source.clone()),
-            (FieldSource::Of(_) | FieldSource::Kriging(_), None) => return self.clone(),
+            (FieldSource::Kriging(kriging), None) => evaluated(kriging.clone()),
+            (FieldSource::Of(_), None) => return self.clone(),
         };
         Self::new(FieldSource::Of(Box::new(mean)), self.bounds)
     }
@@ -176,6 +179,25 @@ impl ComputedField {
         }
     }
 
+    /// Values at poses of 6-DOF sensors, where the field depends on their roll; `None` where it does not.
+    pub(super) fn evaluate_rolled(&self, points: &[FieldPoint]) -> Option<Vec<Evaluation>> {
+        let FieldSource::Kriging(kriging) = &self.source else { return None };
+        if !kriging.depends_on_roll() {
+            return None;
+        }
+        let clamped = |point: &FieldPoint| FieldPoint {
+            position_mm: self.bounds.clamp(&point.position_mm),
+            ..*point
+        };
+        let clamped: Vec<_> = points.iter().map(clamped).collect();
+        let values = kriging.evaluate_all(&clamped).into_iter().map(PoseError::of_values);
+        let each = values.zip(points).map(|(error, point)| Evaluation {
+            error,
+            is_inside: self.bounds.contains(&point.position_mm),
+        });
+        Some(each.collect())
+    }
+
     /// What a field without a compiled form gives.
     fn read_all(
         &self,
@@ -191,7 +213,7 @@ impl ComputedField {
                     mean_readings(source.as_ref(), places_mm, axes, out);
                 }
             }
-            FieldSource::Kriging(_) => {}
+            FieldSource::Kriging(kriging) => kriging.axis_errors(places_mm, axes, out),
         }
     }
 

@@ -1,7 +1,8 @@
 //! A characterised room: its distortion model, where it may be used, and where it came from.
 
+use super::field_point::FieldPoint;
 use super::fit::{FitMethod, Residuals};
-use super::gaussian::{FieldPoint, GaussianField, Trend};
+use super::gaussian::{GaussianField, Trend};
 use super::model::{DistortionModel, OutsidePolicy};
 use super::samples::PoseError;
 use super::validity::FitValidity;

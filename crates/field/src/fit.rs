@@ -10,7 +10,7 @@ use super::least_squares::NoConvergence;
 use super::model::{DistortionModel, ModelError};
 use super::rows::TooManySamples;
 pub use super::samples::Residuals;
-use super::samples::{MapKind, SampleSet};
+use super::samples::{MapKind, Sample, SampleSet};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::bounds::Bounds;
@@ -209,9 +209,8 @@ fn each_remainder(
 ) {
     let (mut batch, mut evaluations) = (Batch::default(), Vec::new());
     for samples in set.samples.chunks(JUDGED_TOGETHER) {
-        let positions_mm: Vec<_> = samples.iter().map(|s| s.position_mm).collect();
-        let axes: Vec<_> = samples.iter().map(|s| s.axis).collect();
-        batch.evaluate(model, &positions_mm, &axes, outside, &mut evaluations);
+        let points: Vec<_> = samples.iter().map(Sample::point).collect();
+        batch.evaluate_points(model, &points, outside, &mut evaluations);
         for (s, e) in samples.iter().zip(&evaluations) {
             left(
                 s.error.position_mm - e.error.position_mm,

@@ -17,7 +17,7 @@
 //!     let position_mm = seeded.position(&room(), 0.0);
 //!     let axis = Unit::new_normalize(seeded.normal_vector());
 //!     let error = PoseError { position_mm: error(&position_mm), ..PoseError::default() };
-//!     Sample { position_mm, axis, error }
+//!     Sample::new(position_mm, axis, error)
 //! });
 //! let set = SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 };
 //! let fitted = fit(&set, &FitSettings::new(1, DirectionSet::One), Some(room()))?;
@@ -39,6 +39,7 @@ pub mod elevate;
 pub mod environment;
 pub mod evaluation;
 mod factored;
+mod field_point;
 pub mod fit;
 pub mod gaussian;
 pub mod generator;
@@ -61,5 +62,6 @@ pub mod validity;
 pub use axis_model::AxisModel;
 pub use batch::Batch;
 pub use environment::Environment;
+pub use field_point::FieldPoint;
 pub use model::{DistortionModel, OutsidePolicy};
 pub use validity::{FitValidity, Validity};

@@ -3,6 +3,7 @@
 use super::bernstein::{MAX_ORDER, basis, coefficient_count};
 use super::computed::{ComputedField, FieldSource, ModelKind};
 pub use super::evaluation::{Coefficient, Evaluation, OutsidePolicy};
+use super::field_point::FieldPoint;
 use super::samples::{MapKind, PoseError};
 use nalgebra::{Point3, Unit, Vector3};
 use serde::Deserialize;
@@ -220,6 +221,15 @@ impl DistortionModel {
         Evaluation { error: self.blend(&self.bounds.to_unit(&at), &weights), is_inside }
     }
 
+    /// The error (8) of a sensor that may be of 6-DOF.
+    pub fn evaluate_point(&self, at: &FieldPoint, outside: OutsidePolicy) -> Evaluation {
+        let rolled = self.computed().and_then(|of| of.evaluate_rolled(std::slice::from_ref(at)));
+        match rolled.as_deref() {
+            Some(&[rolled]) => rolled,
+            _ => self.evaluate(&at.position_mm, &at.axis, outside),
+        }
+    }
+
     /// The pose a tracker would report for a sensor: equations (6) and (7).
     ///
     /// ```
@@ -232,11 +242,7 @@ impl DistortionModel {
     /// assert_eq!(model.distort(&pose, OutsidePolicy::Clamp), (pose, true));
     /// ```
     pub fn distort(&self, tracker_from_sensor: &Pose, outside: OutsidePolicy) -> (Pose, bool) {
-        let at = self.evaluate(
-            &tracker_from_sensor.translation.vector.into(),
-            &(tracker_from_sensor.rotation * Vector3::z_axis()),
-            outside,
-        );
+        let at = self.evaluate_point(&FieldPoint::of_pose(tracker_from_sensor), outside);
         let distorted = pose_from_parts(
             tracker_from_sensor.translation.vector + at.error.position_mm,
             exp_vector(&at.error.rotation_rad) * tracker_from_sensor.rotation,
@@ -247,11 +253,7 @@ impl DistortionModel {
     /// The pose behind a reading, by a model of the measured pose:
     /// `p = p_m - e_pos(p_m, n_m)`, `R = exp(-e_ori) R_m`.
     pub fn correct(&self, tracker_from_measured: &Pose, outside: OutsidePolicy) -> (Pose, bool) {
-        let at = self.evaluate(
-            &tracker_from_measured.translation.vector.into(),
-            &(tracker_from_measured.rotation * Vector3::z_axis()),
-            outside,
-        );
+        let at = self.evaluate_point(&FieldPoint::of_pose(tracker_from_measured), outside);
         let corrected = pose_from_parts(
             tracker_from_measured.translation.vector - at.error.position_mm,
             exp_vector(&-at.error.rotation_rad) * tracker_from_measured.rotation,

@@ -381,15 +381,15 @@ mod tests {
         let samples: Vec<_> = (0..300)
             .map(|i| {
                 let turn = f64::from(i);
-                Sample {
-                    position_mm: Point3::new(turn.sin(), turn.cos(), 0.0),
-                    axis: Unit::new_normalize(Vector3::new(
+                Sample::new(
+                    Point3::new(turn.sin(), turn.cos(), 0.0),
+                    Unit::new_normalize(Vector3::new(
                         (1.7 * turn).sin(),
                         (2.3 * turn).cos(),
                         (0.9 * turn).sin(),
                     )),
-                    error: PoseError::default(),
-                }
+                    PoseError::default(),
+                )
             })
             .collect();
         for set in DirectionSet::ALL {

@@ -1,5 +1,6 @@
 //! Measurement error (1): what a tracker read against what it should have read.
 
+use super::field_point::FieldPoint;
 use nalgebra::{Point3, Unit, Vector3};
 use serde::{Deserialize, Serialize};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -79,10 +80,22 @@ pub enum MapKind {
 pub struct Sample {
     pub position_mm: Point3<f64>,
     pub axis: Unit<Vector3<f64>>,
+    /// Local x of a 6-DOF reading that is to be corrected: see [`FieldPoint::x_axis`].
+    pub x_axis: Option<Unit<Vector3<f64>>>,
     pub error: PoseError,
 }
 
 impl Sample {
+    /// Of a sensor with one axis.
+    pub fn new(position_mm: Point3<f64>, axis: Unit<Vector3<f64>>, error: PoseError) -> Self {
+        Self { position_mm, axis, x_axis: None, error }
+    }
+
+    /// Where it is.
+    pub fn point(&self) -> FieldPoint {
+        FieldPoint { position_mm: self.position_mm, axis: self.axis, x_axis: self.x_axis }
+    }
+
     /// Whether all its numbers are numbers and its axis has a direction. Files are checked where
     /// they are read; this is for samples that come from anywhere else.
     pub fn is_usable(&self) -> bool {
@@ -127,6 +140,9 @@ impl SampleSet {
         self.samples.push(Sample {
             position_mm: at.translation.vector.into(),
             axis: at.rotation * Vector3::z_axis(),
+            // Simulated sensors have one axis, and what is simulated does not depend on the roll.
+            x_axis: (content == MeasurementContent::SixDof && map == MapKind::Correction)
+                .then(|| at.rotation * Vector3::x_axis()),
             error: PoseError {
                 position_mm: m.tracker_from_measured.translation.vector
                     - m.tracker_from_ideal.translation.vector,

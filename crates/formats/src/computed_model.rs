@@ -12,6 +12,10 @@ use trackwright_field::harmonic::HarmonicModel;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::number::shortest;
 
+/// Comments that are written with a model.
+pub(super) const WEIGHTS_COMMENT: &str = "// One a row of the process.";
+pub(super) const COILS_COMMENT: &str = "// One list a coil.";
+
 /// Weights of the rows of the environment's process, in their order.
 #[derive(Deserialize)]
 #[serde(rename = "Kriging", deny_unknown_fields)]
@@ -43,7 +47,7 @@ pub(super) fn check(
             let found = "a kriging and a harmonic model";
             return Err(FormatError::field("harmonic", found, "one of them"));
         }
-        (Some(entry), None) => FieldSource::Kriging(entry.check(process)?),
+        (Some(entry), None) => FieldSource::Kriging(Arc::new(entry.check(process)?)),
         (None, Some(entry)) => FieldSource::Harmonic(Arc::new(entry.check(&model)?)),
     };
     if model.order() != 0 {
@@ -94,7 +98,7 @@ impl HarmonicEntry {
 pub(super) fn write(out: &mut RonWriter, model: &DistortionModel) {
     match model.computed().map(|computed| computed.source()) {
         Some(FieldSource::Kriging(kriging)) => out.fields("kriging", |out| {
-            out.line("// One a row of the process.");
+            out.line(WEIGHTS_COMMENT);
             out.list("weights", |out| {
                 let lines = kriging.weights().iter().map(|weights| ron_text::tuple(weights));
                 lines.for_each(|line| out.line(line + ","));
@@ -112,7 +116,7 @@ pub(super) fn write_harmonic(out: &mut RonWriter, model: &HarmonicModel) {
     out.field("scale_mm", shortest(model.scale_mm()));
     out.field("degree", model.degree());
     out.fields("generator", |out| generator::write_parts(out, model.generator()));
-    out.line("// One list a coil.");
+    out.line(COILS_COMMENT);
     out.list("coefficients", |out| {
         let each = model.coefficients().len() / model.generator().coils.len();
         for coefficients in model.coefficients().chunks_exact(each) {
@@ -141,14 +145,14 @@ pub(super) mod tests {
         let mut seeded = Seeded::new(3);
         let samples = (0..12).map(|_| {
             let pose = seeded.pose(&room(), 0.0);
-            Sample {
-                position_mm: pose.translation.vector.into(),
-                axis: pose.rotation * Vector3::z_axis(),
-                error: PoseError {
+            Sample::new(
+                pose.translation.vector.into(),
+                pose.rotation * Vector3::z_axis(),
+                PoseError {
                     position_mm: Vector3::from_fn(|_, _| seeded.normal()),
                     rotation_rad: Vector3::zeros(),
                 },
-            }
+            )
         });
         let samples = SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 };
         let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
@@ -165,7 +169,7 @@ pub(super) mod tests {
             )
         };
         [
-            environment(FieldSource::Kriging(kriging), Some(process)),
+            environment(FieldSource::Kriging(Arc::new(kriging)), Some(process)),
             environment(FieldSource::Harmonic(Arc::new(harmonic.unwrap())), None),
         ]
     }

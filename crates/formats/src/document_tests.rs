@@ -466,8 +466,8 @@ const NO_LENGTHS: [&str; 20] = [
 ];
 
 /// Likewise, of which only some numbers are lengths.
-const NOT_ALL_LENGTHS: [&str; 5] =
-    ["rows", "angle_rms_rad", "axis_sine", "sensor_variance", "sensor_axis"];
+const NOT_ALL_LENGTHS: [&str; 6] =
+    ["rows", "angle_rms_rad", "axis_sine", "x_axis_sine", "sensor_variance", "sensor_axis"];
 
 #[test]
 fn absurd_numbers_are_refused_one_by_one() {

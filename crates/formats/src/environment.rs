@@ -181,15 +181,15 @@ pub(super) mod tests {
     use super::*;
     use crate::test_cases::assert_refused;
     use nalgebra::{Point3, Unit, Vector3};
-    use trackwright_field::FitValidity;
     use trackwright_field::environment::{HoldoutProvenance, JitterGrowth};
     use trackwright_field::fit::{FitMethod, Residuals};
     use trackwright_field::gaussian::{
-        Amplitude, FieldPoint, GaussianField, Kernel, KernelScale, Registration, Row, Trend,
+        Amplitude, GaussianField, Kernel, KernelScale, Registration, Row, Trend,
     };
     use trackwright_field::generator::Generator;
     use trackwright_field::harmonic::HarmonicModel;
     use trackwright_field::validity::{Cell, Cells, FitValidityParts};
+    use trackwright_field::{FieldPoint, FitValidity};
     use trackwright_geometry::bounds::Bounds;
     use trackwright_geometry::directions::{DirectionSet, Weighting};
 
@@ -313,6 +313,7 @@ pub(super) mod tests {
             point: FieldPoint {
                 position_mm: [f64::from(i) / 8.0, -1e-6, -300.123_456].into(),
                 axis: Unit::new_unchecked(Vector3::new(0.6, 0.0, -0.8)),
+                x_axis: has_rotations.then(|| Vector3::y_axis()),
             },
             error: std::array::from_fn(|k| f64::from(i + k as i32) * 1e-9),
             noise_factor: if i == 1 { 1e6 } else { 1.0 },
@@ -320,6 +321,7 @@ pub(super) mod tests {
         let scale = |length_mm| KernelScale {
             length_mm,
             axis_sine: if has_rotations { 1.0 / 3.0 } else { f64::INFINITY },
+            x_axis_sine: if has_rotations { 2.0 / 3.0 } else { f64::INFINITY },
             variance: 0.1,
         };
         GaussianField {
@@ -364,7 +366,9 @@ pub(super) mod tests {
             nugget: 1e-6 => nugget: 0 | …process.kernel.nugget is 0…
             length_mm: 11 => length_mm: -11 | …length_mm is -11…
             (0.6, 0.0, -0.8) => (0.6, 0.0, 0.9) | …process.rows[0]…
-            1000000) => NaN) | …process.rows[1]…
+            1000000, => NaN, | …process.rows[1]…
+            Some((0.0, 1.0, 0.0)) => Some((0.0, 2.0, 0.0)) | …process.rows[0] is an axis of length 2…
+            x_axis_sine: 0.6 => x_axis_sine: -0.6 | …process.kernel.scales.x_axis_sine is -0.6…
             trend: Model => trend: Mean | …`None` or `Model`…
         "#;
         assert_refused(&text, cases, error);

@@ -105,29 +105,11 @@ pub fn write_with_validity(
     out: &mut dyn Write,
     rows: impl IntoIterator<Item = ((Option<Pose>, RowPlace), Validity)>,
 ) -> io::Result<()> {
-    writeln!(
-        out,
-        "{WITH_OUTSIDE},std_error_mm,std_error_deg,leverage,supported,distance_mm,within95_mm,within95_deg"
-    )?;
-    let cell = |value: Option<f64>| match value {
-        Some(value) if value.is_finite() => shortest(value),
-        _ => String::new(),
-    };
-    let degrees = |angle_rad: Option<f64>| cell(angle_rad.map(f64::to_degrees));
+    writeln!(out, "{WITH_OUTSIDE},{VALIDITY}")?;
     for ((pose, place), at) in rows {
         write_row(out, pose, place)?;
-        let support = at.fit.as_ref();
-        writeln!(
-            out,
-            ",{},{},{},{},{},{},{}",
-            cell(Some(at.position_error_mm)),
-            degrees(at.angle_error_rad),
-            cell(support.map(|s| s.leverage)),
-            u8::from(at.is_supported),
-            cell(Some(at.distance_mm)),
-            cell(at.position_95_mm),
-            degrees(at.angle_95_rad),
-        )?;
+        write_validity(out, &at)?;
+        writeln!(out)?;
     }
     Ok(())
 }
@@ -141,22 +123,54 @@ pub struct CompensatedRow {
     pub is_ambiguous: bool,
 }
 
-/// Writes compensated poses with their flags; one without an answer has empty pose cells and did
-/// not converge.
+/// Writes compensated poses with their flags, and the model validity where it is given; one without an answer
+/// has empty pose cells and did not converge.
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write_compensated(
     out: &mut dyn Write,
     rows: impl IntoIterator<Item = CompensatedRow>,
+    validity: Option<&[Validity]>,
 ) -> io::Result<()> {
-    writeln!(out, "{WITH_OUTSIDE},converged,ambiguous")?;
-    for row in rows {
+    write!(out, "{WITH_OUTSIDE},converged,ambiguous")?;
+    match validity {
+        Some(_) => writeln!(out, ",{VALIDITY}")?,
+        None => writeln!(out)?,
+    }
+    for (index, row) in rows.into_iter().enumerate() {
         write_row(out, row.pose, row.place)?;
         let [converged, ambiguous] = [row.pose.is_some(), row.is_ambiguous].map(u8::from);
-        writeln!(out, ",{converged},{ambiguous}")?;
+        write!(out, ",{converged},{ambiguous}")?;
+        if let Some(at) = validity.and_then(|validity| validity.get(index)) {
+            write_validity(out, at)?;
+        }
+        writeln!(out)?;
     }
     Ok(())
+}
+
+const VALIDITY: &str =
+    "std_error_mm,std_error_deg,leverage,supported,distance_mm,within95_mm,within95_deg";
+
+/// The cells of a pose's validity, each after a comma; what is not known, or not finite, is an empty one.
+fn write_validity(out: &mut dyn Write, at: &Validity) -> io::Result<()> {
+    let cell = |value: Option<f64>| match value {
+        Some(value) if value.is_finite() => shortest(value),
+        _ => String::new(),
+    };
+    let degrees = |angle_rad: Option<f64>| cell(angle_rad.map(f64::to_degrees));
+    write!(
+        out,
+        ",{},{},{},{},{},{},{}",
+        cell(Some(at.position_error_mm)),
+        degrees(at.angle_error_rad),
+        cell(at.fit.as_ref().map(|fit| fit.leverage)),
+        u8::from(at.is_supported),
+        cell(Some(at.distance_mm)),
+        cell(at.position_95_mm),
+        degrees(at.angle_95_rad),
+    )
 }
 
 const WITH_OUTSIDE: &str = "x,y,z,qw,qx,qy,qz,outside,without_field";

@@ -3,15 +3,21 @@
 use super::computed_model::{self, HarmonicEntry};
 use super::error::FormatError;
 use super::ron_text::{self, RonWriter};
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use trackwright_field::FieldPoint;
 use trackwright_field::gaussian::{
-    Amplitude, ErrorValues, FieldPoint, GaussianField, Kernel, Registration, Row, Trend,
+    Amplitude, ErrorValues, GaussianField, Kernel, Registration, Row, Trend,
 };
 use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
 use trackwright_geometry::number::shortest;
+
+/// Comments that are written with a process.
+pub(super) const ROWS_COMMENT: &str =
+    "// Position in mm, axis, error in mm and rad, noise of an outlier.";
+pub(super) const REFITS_COMMENT: &str = "// The model without one group of the measurements each.";
 
 /// Squared length of an axis whose components are rounded to 1e-9 may be off 1 by this.
 const AXIS_TOLERANCE: f64 = 1e-6;
@@ -35,9 +41,15 @@ pub(super) struct ProcessEntry {
     registration: Option<Registration>,
 }
 
-/// Position, axis, error, and the noise of an outlier (1 of others).
+/// Position, axis, error, the noise of an outlier (1 of others), and the second axis of a 6-DOF sensor.
 #[derive(Deserialize)]
-struct RowEntry([f64; 3], [f64; 3], ErrorValues, #[serde(default = "usual_noise")] f64);
+struct RowEntry(
+    [f64; 3],
+    [f64; 3],
+    ErrorValues,
+    #[serde(default = "usual_noise")] f64,
+    #[serde(default)] Option<[f64; 3]>,
+);
 
 fn usual_noise() -> f64 {
     1.0
@@ -60,10 +72,12 @@ impl ProcessEntry {
             problem(name, length_mm, length_above_zero_problem(length_mm))?;
             positive("process.kernel.scales.variance", scale.variance)?;
             // Infinite where axes were not measured.
-            if scale.axis_sine.is_nan() || scale.axis_sine <= 0.0 {
-                let found = scale.axis_sine;
-                let name = "process.kernel.scales.axis_sine";
-                return Err(FormatError::number(name, found, "above zero"));
+            for (part, sine) in [("axis_sine", scale.axis_sine), ("x_axis_sine", scale.x_axis_sine)]
+            {
+                if sine.is_nan() || sine <= 0.0 {
+                    let name = format!("process.kernel.scales.{part}");
+                    return Err(FormatError::number(name, sine, "above zero"));
+                }
             }
         }
         let left_out_mm = self.left_out_rms_mm;
@@ -126,7 +140,7 @@ impl ProcessEntry {
 
 impl RowEntry {
     fn check(self, index: usize) -> Result<Row, FormatError> {
-        let Self(position, axis, error, noise_factor) = self;
+        let Self(position, axis, error, noise_factor, x_axis) = self;
         let name = || format!("process.rows[{index}]");
         let axis = Vector3::from(axis);
         if let Some(expected) = position_problem(&position) {
@@ -139,16 +153,17 @@ impl RowEntry {
             let expected = "finite numbers, noise above zero";
             return Err(FormatError::field(name(), "not that", expected));
         }
-        let off = (axis.norm_squared() - 1.0).abs();
-        if off.is_nan() || off > AXIS_TOLERANCE {
-            let found = format!("an axis of length {}", axis.norm());
-            return Err(FormatError::field(name(), found, "length 1"));
-        }
+        let unit = |axis: Vector3<f64>| {
+            let off = (axis.norm_squared() - 1.0).abs();
+            if off.is_nan() || off > AXIS_TOLERANCE {
+                let found = format!("an axis of length {}", axis.norm());
+                return Err(FormatError::field(name(), found, "length 1"));
+            }
+            Ok(Unit::new_unchecked(axis))
+        };
+        let x_axis = x_axis.map(|axis| unit(axis.into())).transpose()?;
         Ok(Row {
-            point: FieldPoint {
-                position_mm: Point3::from(position),
-                axis: Unit::new_unchecked(axis),
-            },
+            point: FieldPoint { x_axis, ..FieldPoint::new(position.into(), unit(axis)?) },
             error,
             noise_factor,
         })
@@ -162,8 +177,12 @@ pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
             true => shortest(scale.axis_sine),
             false => "inf".to_owned(),
         };
+        let of_x_axis = match scale.x_axis_sine.is_finite() {
+            true => format!("x_axis_sine: {}, ", shortest(scale.x_axis_sine)),
+            false => String::new(),
+        };
         let [length, variance] = [scale.length_mm, scale.variance].map(shortest);
-        format!("(length_mm: {length}, axis_sine: {sine}, variance: {variance})")
+        format!("(length_mm: {length}, axis_sine: {sine}, {of_x_axis}variance: {variance})")
     });
     let nugget = shortest(process.kernel.nugget);
     let amplitude = &process.amplitude;
@@ -194,17 +213,20 @@ pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
                 format_args!("Some((position_std_mm: {position}, angle_std_rad: {angle}, center_mm: {center}))"),
             );
         }
-        out.line("// Position in mm, axis, error in mm and rad, noise of an outlier.");
+        out.line(ROWS_COMMENT);
         out.list("rows", |out| {
             for row in &process.rows {
                 let position = ron_text::tuple(row.point.position_mm.coords.as_slice());
                 let axis = ron_text::tuple(row.point.axis.as_slice());
                 let (error, noise) = (ron_text::tuple(&row.error), shortest(row.noise_factor));
-                out.line(format_args!("({position}, {axis}, {error}, {noise}),"));
+                let x_axis = row.point.x_axis.map_or_else(String::new, |axis| {
+                    format!(", Some({})", ron_text::tuple(axis.as_slice()))
+                });
+                out.line(format_args!("({position}, {axis}, {error}, {noise}{x_axis}),"));
             }
         });
         if !process.refits.is_empty() {
-            out.line("// The model without one group of the measurements each.");
+            out.line(REFITS_COMMENT);
             out.list("refits", |out| {
                 for refit in &process.refits {
                     out.item(|out| computed_model::write_harmonic(out, refit));

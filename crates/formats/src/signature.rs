@@ -2,6 +2,7 @@
 
 use super::ron_tokens::{Token, Tokens};
 use super::tool_definition::{kind_of, kind_of_extension};
+use super::{computed_model, process};
 use std::fmt;
 use trackwright_design::definition::DefinitionKind;
 
@@ -41,10 +42,11 @@ const DOCUMENTS: [(&str, &str); 5] = [
 
 /// Comments that the program writes itself into an environment; its polynomials have one each, that
 /// states its number, their count and its axis.
-const OWN_COMMENTS: [&str; 3] = [
-    "// Position in mm, axis, error in mm and rad, noise of an outlier.",
-    "// One a row of the process.",
-    "// One list a coil.",
+const OWN_COMMENTS: [&str; 4] = [
+    process::ROWS_COMMENT,
+    process::REFITS_COMMENT,
+    computed_model::WEIGHTS_COMMENT,
+    computed_model::COILS_COMMENT,
 ];
 
 /// The kind of a document.
@@ -227,6 +229,9 @@ fn shortened(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::environment;
+    use std::sync::Arc;
+    use trackwright_field::Environment;
 
     fn name(text: &str) -> String {
         Signature::of(text.as_bytes(), "").to_string()
@@ -260,6 +265,12 @@ mod tests {
         let built_in = include_bytes!("../../../assets/environments/operating-table.env.ron");
         assert!(built_in.windows(2).any(|two| two == b"//"));
         assert!(!holds_more_than_written(built_in));
+        let [kriging, harmonic] = computed_model::tests::environments();
+        let process = Some(Arc::new(environment::tests::process(true)));
+        for room in [kriging, Environment { process, ..harmonic }] {
+            let text = environment::tests::write(&room);
+            assert!(text.contains("//") && !holds_more_than_written(text.as_bytes()), "{text}");
+        }
         assert!(OWN_COMMENTS.iter().all(|comment| is_own_comment(comment)));
         assert!(is_own_comment("// 3 of 14: axis (0.5774, 0.5774, 0.5774)"));
         assert!(!is_own_comment("// 3 of 14 were wrong: axis (x)"));

@@ -5,8 +5,8 @@ use crate::constraint::Constraint;
 use crate::problem::{BuiltError, Goal, OverRooms, Problem};
 use crate::scatter::{FieldScatter, SensorScatter, TipScatter};
 use std::sync::Arc;
+use trackwright_field::FieldPoint;
 use trackwright_field::OutsidePolicy;
-use trackwright_field::gaussian::FieldPoint;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::linear_fit::LinearFit;
 use trackwright_simulation::metric::ErrorOf;
@@ -402,10 +402,10 @@ fn field<'a>(scenario: &'a Scenario, start: &Bodies) -> Option<FieldScatter<'a>>
         .chain(crf)
         .flat_map(|(body, pose)| {
             body.sensors.iter().filter_map(move |sensor| {
-                Some(FieldPoint {
-                    position_mm: pose * sensor.position_in_body,
-                    axis: pose.rotation * sensor.axis_in_body()?,
-                })
+                Some(FieldPoint::new(
+                    pose * sensor.position_in_body,
+                    pose.rotation * sensor.axis_in_body()?,
+                ))
             })
         })
         .collect();

@@ -9,7 +9,8 @@ use crate::body::RigidBody;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use serde::Serialize;
-use trackwright_field::gaussian::{FieldPoint, GaussianError};
+use trackwright_field::FieldPoint;
+use trackwright_field::gaussian::GaussianError;
 use trackwright_field::{FitValidity, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
@@ -265,9 +266,8 @@ impl<'a> Looker<'a> {
         }
         let points: Vec<FieldPoint> = places
             .iter()
-            .map(|(position, axis)| FieldPoint {
-                position_mm: *position,
-                axis: axis.unwrap_or_else(Vector3::z_axis),
+            .map(|(position, axis)| {
+                FieldPoint::new(*position, axis.unwrap_or_else(Vector3::z_axis))
             })
             .collect();
         let found = environment.validity(&points, *outside)?.unwrap_or_default();

@@ -7,8 +7,8 @@ use crate::frame_fit::Determination;
 use crate::frame_fit::{FrameFit, FrameFitter, Reading};
 use crate::tool_in_crf::FreeMotion;
 use nalgebra::{Point3, Unit, Vector3};
+use trackwright_field::FieldPoint;
 use trackwright_field::axis_model::AxisModel;
-use trackwright_field::gaussian::FieldPoint;
 use trackwright_field::model::Evaluation;
 use trackwright_field::samples::PoseError;
 use trackwright_field::{Batch, Environment, OutsidePolicy};
@@ -191,7 +191,7 @@ impl<'a> BodyTracker<'a> {
         let points = buffers.positions_mm.iter().zip(&buffers.axes);
         let each = points.zip(&buffers.evaluations);
         let each = each.map(|((position_mm, axis), evaluation)| {
-            let point = FieldPoint { position_mm: *position_mm, axis: *axis };
+            let point = FieldPoint::new(*position_mm, *axis);
             (point, evaluation.error)
         });
         Some(each.collect())

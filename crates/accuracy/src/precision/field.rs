@@ -311,7 +311,7 @@ fn samples_of(model: &DistortionModel, settings: &Settings) -> SampleSet {
         .into_iter()
         .map(|(position_mm, axis)| {
             let error: PoseError = model.evaluate(&position_mm, &axis, OutsidePolicy::Clamp).error;
-            Sample { position_mm, axis, error }
+            Sample::new(position_mm, axis, error)
         })
         .collect();
     SampleSet { samples, has_rotations: true, ambiguous: 0 }

@@ -9,6 +9,7 @@ mod tests;
 
 use super::computed::{ComputedBatch, ComputedField};
 use super::evaluation::{Coefficient, Evaluation, OutsidePolicy};
+use super::field_point::FieldPoint;
 use super::kernel::{
     Basis, Block, LaneBounds, MAX_TERMS, Values, basis, contract, weighted, weights,
 };
@@ -109,6 +110,23 @@ impl Batch {
     ) {
         assert_eq!(positions_mm.len(), axes.len(), "one axis a position");
         self.run(model, positions_mm, Some(axes), outside, out);
+    }
+
+    /// The same at poses of sensors that may be of 6-DOF.
+    pub fn evaluate_points(
+        &mut self,
+        model: &DistortionModel,
+        points: &[FieldPoint],
+        outside: OutsidePolicy,
+        out: &mut Vec<Evaluation>,
+    ) {
+        if let Some(rolled) = model.computed().and_then(|of| of.evaluate_rolled(points)) {
+            *out = rolled;
+            return;
+        }
+        let positions_mm: Vec<_> = points.iter().map(|point| point.position_mm).collect();
+        let axes: Vec<_> = points.iter().map(|point| point.axis).collect();
+        self.evaluate(model, &positions_mm, &axes, outside, out);
     }
 
     /// Positions alone, for a model with one orientation.

@@ -1,8 +1,9 @@
 //! A process conditioned on a room's measurements, as data.
 
 use super::amplitude::Amplitude;
-use super::kernel::{FieldPoint, Kernel};
+use super::kernel::Kernel;
 use super::registration::Registration;
+use crate::field_point::FieldPoint;
 use crate::harmonic::HarmonicModel;
 use serde::{Deserialize, Serialize};
 

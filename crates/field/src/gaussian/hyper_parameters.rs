@@ -15,7 +15,7 @@ const SECOND_SINE: f64 = 0.4;
 /// The prior on the logarithms: mean and standard deviation. Broad: it decides where there are few
 /// rows. The length is a part of the box's diagonal.
 const PRIOR_LENGTH_PART: f64 = 0.2;
-const PRIOR_STD: [f64; 4] = [0.7, 0.5, 1.0, 2.5];
+const PRIOR_STD: [f64; 5] = [0.7, 0.5, 1.0, 2.5, 0.5];
 const PRIOR_SINE: f64 = 0.5;
 const PRIOR_SECOND: f64 = 0.25;
 const PRIOR_NUGGET: f64 = 1e-3;
@@ -36,8 +36,17 @@ const MOST_NUGGET: f64 = 10.0;
 const FIRST_STEP: f64 = 0.4;
 const LAST_STEP: f64 = 0.03;
 
-/// Logarithms of length, axis scale, second scale's variance and nugget.
-pub(super) type HyperParameters = [f64; 4];
+/// Logarithms of length, axis scale, second scale's variance, nugget and second axis's scale.
+pub(super) type HyperParameters = [f64; 5];
+
+/// Which axes of the sensors were measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MeasuredAxes {
+    None,
+    One,
+    /// Of 6-DOF sensors.
+    Two,
+}
 
 /// Where the search begins: the prior's means.
 pub(super) fn start(diagonal_mm: f64) -> HyperParameters {
@@ -46,19 +55,22 @@ pub(super) fn start(diagonal_mm: f64) -> HyperParameters {
         PRIOR_SINE.ln(),
         PRIOR_SECOND.ln(),
         PRIOR_NUGGET.ln(),
+        PRIOR_SINE.ln(),
     ]
 }
 
 /// The kernel of some hyper-parameters; without axes only the position counts.
-pub(super) fn kernel(values: &HyperParameters, has_axes: bool) -> Kernel {
-    let [length, sine, second, nugget] = values.map(f64::exp);
-    let sine = if has_axes { sine } else { f64::INFINITY };
+pub(super) fn kernel(values: &HyperParameters, axes: MeasuredAxes) -> Kernel {
+    let [length, sine, second, nugget, x_sine] = values.map(f64::exp);
+    let sine = if axes == MeasuredAxes::None { f64::INFINITY } else { sine };
+    let x_sine = if axes == MeasuredAxes::Two { x_sine } else { f64::INFINITY };
     Kernel {
         scales: [
-            KernelScale { length_mm: length, axis_sine: sine, variance: 1.0 },
+            KernelScale { length_mm: length, axis_sine: sine, x_axis_sine: x_sine, variance: 1.0 },
             KernelScale {
                 length_mm: SECOND_LENGTH * length,
                 axis_sine: SECOND_SINE * sine,
+                x_axis_sine: SECOND_SINE * x_sine,
                 variance: second.min(MOST_SECOND),
             },
         ],
@@ -76,20 +88,25 @@ pub(super) fn tune(
     from: HyperParameters,
     prior: &HyperParameters,
     rows: &[Row],
-    has_rotations: bool,
+    axes: MeasuredAxes,
     passes: usize,
     task: &Task,
 ) -> Result<HyperParameters, Cancelled> {
     let objective = |values: &HyperParameters| {
-        let distance: f64 = (0..4).map(|k| ((values[k] - prior[k]) / PRIOR_STD[k]).powi(2)).sum();
-        log_likelihood(&kernel(values, has_rotations), rows, has_rotations) - 0.5 * distance
+        let distance: f64 = (0..5).map(|k| ((values[k] - prior[k]) / PRIOR_STD[k]).powi(2)).sum();
+        log_likelihood(&kernel(values, axes), rows, axes) - 0.5 * distance
     };
     let (mut best, mut at) = (objective(&from), from);
-    let mut steps = [FIRST_STEP; 4];
+    let mut steps = [FIRST_STEP; 5];
     for pass in 0..passes {
         task.step(pass, passes)?;
-        for k in 0..4 {
-            if k == 1 && !has_rotations {
+        for k in 0..5 {
+            let is_unused = match k {
+                1 => axes == MeasuredAxes::None,
+                4 => axes != MeasuredAxes::Two,
+                _ => false,
+            };
+            if is_unused {
                 steps[k] = 0.0;
                 continue;
             }
@@ -117,7 +134,7 @@ pub(super) fn tune(
 
 /// Log marginal likelihood, up to a constant; negative infinity where the matrix is not positive
 /// definite.
-fn log_likelihood(kernel: &Kernel, rows: &[Row], has_rotations: bool) -> f64 {
+fn log_likelihood(kernel: &Kernel, rows: &[Row], axes: MeasuredAxes) -> f64 {
     let Ok(factor) = kernel.of_rows(rows).llt(faer::Side::Lower) else {
         return f64::NEG_INFINITY;
     };
@@ -137,7 +154,7 @@ fn log_likelihood(kernel: &Kernel, rows: &[Row], has_rotations: bool) -> f64 {
     };
     let positions = part(0..3, 3.0);
     // The component along the axis of a 5-DOF sensor is zero: two are informative.
-    let rotations = if has_rotations { part(3..6, 2.0) } else { 0.0 };
+    let rotations = if axes == MeasuredAxes::None { 0.0 } else { part(3..6, 2.0) };
     -0.5 * (positions + rotations)
 }
 

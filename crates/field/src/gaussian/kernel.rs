@@ -2,19 +2,10 @@
 
 use super::field::Row;
 use super::kernel_columns::PointColumns;
+use crate::field_point::FieldPoint;
 use faer::Mat;
-use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-
-/// Where a 5-DOF sensor is: all that its error depends on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FieldPoint {
-    /// Tracker frame, mm.
-    pub position_mm: Point3<f64>,
-    /// Tracker frame.
-    pub axis: Unit<Vector3<f64>>,
-}
 
 /// One length scale of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -25,8 +16,15 @@ pub struct KernelScale {
     /// Sine of the angle between axes at which the covariance falls to `exp(-1/2)`; infinite where
     /// the axis does not matter.
     pub axis_sine: f64,
+    /// The same for the second axis of 6-DOF sensors.
+    #[serde(default = "infinite")]
+    pub x_axis_sine: f64,
     /// Part of the variance.
     pub variance: f64,
+}
+
+fn infinite() -> f64 {
+    f64::INFINITY
 }
 
 /// `k` of the process of unit amplitude, and the noise of a row beside it.
@@ -42,10 +40,12 @@ impl Kernel {
     /// Covariance of the process between two sensor poses, without noise.
     pub fn covariance(&self, a: &FieldPoint, b: &FieldPoint) -> f64 {
         let distance_mm = (a.position_mm - b.position_mm).norm();
-        let cosine = a.axis.dot(&b.axis);
-        let sine_squared = (1.0 - cosine * cosine).max(0.0);
+        let [sine_squared, x_sine_squared] =
+            a.cosines(b).map(|cosine| (1.0 - cosine * cosine).max(0.0));
         let scale = |scale: &KernelScale| {
-            let turn = 0.5 * sine_squared / (scale.axis_sine * scale.axis_sine);
+            let of_axis = sine_squared / (scale.axis_sine * scale.axis_sine);
+            let of_x_axis = x_sine_squared / (scale.x_axis_sine * scale.x_axis_sine);
+            let turn = 0.5 * (of_axis + of_x_axis);
             scale.variance * matern(distance_mm / scale.length_mm, turn)
         };
         self.scales.iter().map(scale).sum()

@@ -1,13 +1,17 @@
 //! Covariances of many sensor poses with one, in the lanes of the machine's vectors: nearly all the time
 //! of a process is spent here.
 
-use super::kernel::{FieldPoint, KernelScale};
+use super::kernel::KernelScale;
+use crate::field_point::FieldPoint;
+use nalgebra::{Unit, Vector3};
 use pulp::{Arch, Simd, WithSimd};
 
 /// Places and axes of sensor poses, coordinate by coordinate.
 #[derive(Clone, Debug)]
 pub(super) struct PointColumns {
     coordinates: [Vec<f64>; 6],
+    /// The second axes, where the poses have some.
+    x_axes: Option<[Vec<f64>; 3]>,
 }
 
 impl PointColumns {
@@ -19,7 +23,12 @@ impl PointColumns {
             });
             each.collect()
         };
-        Self { coordinates: std::array::from_fn(column) }
+        let x_axes: Option<Vec<_>> = points.iter().map(|point| point.x_axis).collect();
+        let x_axes = x_axes.filter(|axes| !axes.is_empty());
+        let of = |axes: Vec<Unit<Vector3<f64>>>| {
+            std::array::from_fn(|c| axes.iter().map(|axis| axis[c]).collect())
+        };
+        Self { coordinates: std::array::from_fn(column), x_axes: x_axes.map(of) }
     }
 
     fn len(&self) -> usize {
@@ -44,16 +53,28 @@ impl PointColumns {
     ) -> Vec<f64> {
         let times = if IS_GAUSSIAN { 1.0 } else { 5.0_f64.sqrt() };
         let mut out = vec![0.0; self.len() - first];
-        Arch::new().dispatch(Fill::<IS_GAUSSIAN> {
-            scales: scales.map(|scale| Scale {
-                by_mm: times / scale.length_mm,
-                by_sine_squared: 0.5 / (scale.axis_sine * scale.axis_sine),
-                variance: scale.variance,
-            }),
-            points: self.coordinates.each_ref().map(|column| &column[first..]),
-            with,
-            out: &mut out,
+        let scales = scales.map(|scale| Scale {
+            by_mm: times / scale.length_mm,
+            by_sine_squared: 0.5 / (scale.axis_sine * scale.axis_sine),
+            by_x_sine_squared: 0.5 / (scale.x_axis_sine * scale.x_axis_sine),
+            variance: scale.variance,
         });
+        let points = self.coordinates.each_ref().map(|column| &column[first..]);
+        let with_x = with.x_axis.map_or_else(Vector3::zeros, Unit::into_inner);
+        match &self.x_axes {
+            None => {
+                let x_axes = [&[][..]; 3];
+                let out = &mut out;
+                let fill = Fill::<IS_GAUSSIAN, false> { scales, points, x_axes, with, with_x, out };
+                Arch::new().dispatch(fill);
+            }
+            Some(x_axes) => {
+                let x_axes = x_axes.each_ref().map(|column| &column[first..]);
+                let out = &mut out;
+                let fill = Fill::<IS_GAUSSIAN, true> { scales, points, x_axes, with, with_x, out };
+                Arch::new().dispatch(fill);
+            }
+        }
         out
     }
 }
@@ -89,23 +110,29 @@ impl WithSimd for Exponentials<'_> {
 struct Scale {
     by_mm: f64,
     by_sine_squared: f64,
+    by_x_sine_squared: f64,
     variance: f64,
 }
 
-struct Fill<'a, const IS_GAUSSIAN: bool> {
+struct Fill<'a, const IS_GAUSSIAN: bool, const HAS_X: bool> {
     scales: [Scale; 2],
     points: [&'a [f64]; 6],
+    /// Empty without `HAS_X`.
+    x_axes: [&'a [f64]; 3],
     with: &'a FieldPoint,
+    with_x: Vector3<f64>,
     out: &'a mut [f64],
 }
 
-impl<const IS_GAUSSIAN: bool> WithSimd for Fill<'_, IS_GAUSSIAN> {
+impl<const IS_GAUSSIAN: bool, const HAS_X: bool> WithSimd for Fill<'_, IS_GAUSSIAN, HAS_X> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { scales, points: [x, y, z, a, b, c], with, out } = self;
+        let Self { scales, points: [x, y, z, a, b, c], x_axes, with, with_x, out } = self;
         let n = out.len();
+        let [d, e, f] = x_axes.map(|column| if HAS_X { &column[..n] } else { column });
+        let [pd, pe, pf]: [f64; 3] = with_x.into();
         let (x, y, z) = (&x[..n], &y[..n], &z[..n]);
         let (a, b, c) = (&a[..n], &b[..n], &c[..n]);
         let [px, py, pz]: [f64; 3] = with.position_mm.coords.into();
@@ -118,10 +145,19 @@ impl<const IS_GAUSSIAN: bool> WithSimd for Fill<'_, IS_GAUSSIAN> {
                     let distance_mm = (dx * dx + dy * dy + dz * dz).sqrt();
                     let cosine = a[i] * pa + b[i] * pb + c[i] * pc;
                     let sine_squared = (1.0 - cosine * cosine).max(0.0);
+                    let x_sine_squared = if HAS_X {
+                        let cosine = d[i] * pd + e[i] * pe + f[i] * pf;
+                        (1.0 - cosine * cosine).max(0.0)
+                    } else {
+                        0.0
+                    };
                     let mut sum = 0.0;
                     for scale in &scales {
                         let t = scale.by_mm * distance_mm;
-                        let turn = scale.by_sine_squared * sine_squared;
+                        let mut turn = scale.by_sine_squared * sine_squared;
+                        if HAS_X {
+                            turn += scale.by_x_sine_squared * x_sine_squared;
+                        }
                         sum += match IS_GAUSSIAN {
                             true => scale.variance * exp(-(0.5 * t * t + turn)),
                             false => scale.variance * (1.0 + t + t * t / 3.0) * exp(-(t + turn)),
@@ -176,7 +212,7 @@ fn exp(x: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::gaussian::Kernel;
-    use nalgebra::{Point3, Unit, Vector3};
+    use nalgebra::Point3;
 
     #[test]
     fn the_exponential_is_right_to_round_off() {
@@ -192,12 +228,25 @@ mod tests {
 
     #[test]
     fn many_at_once_are_what_each_is_alone() {
+        for has_x in [false, true] {
+            check_many_at_once(has_x);
+        }
+    }
+
+    fn check_many_at_once(has_x: bool) {
+        let x_axis = |i: i32| Unit::new_normalize(Vector3::new(1.0, f64::from(i % 4) - 2.0, 0.3));
         let point = |i: i32| FieldPoint {
             position_mm: Point3::new(f64::from(i) * 7.3, f64::from(i % 5) * 11.0, -3.0),
             axis: Unit::new_normalize(Vector3::new(0.3, f64::from(i % 7) - 3.0, 0.8)),
+            x_axis: has_x.then(|| x_axis(i)),
         };
         let points: Vec<_> = (0..37).map(point).collect();
-        let scale = |length_mm, axis_sine| KernelScale { length_mm, axis_sine, variance: 0.7 };
+        let scale = |length_mm, axis_sine| KernelScale {
+            length_mm,
+            axis_sine,
+            x_axis_sine: 0.6,
+            variance: 0.7,
+        };
         let scales = [scale(90.0, 0.4), scale(30.0, f64::INFINITY)];
         let kernel = Kernel { scales, nugget: 1e-4 };
         let (columns, with) = (PointColumns::of(&points), &points[20]);
@@ -207,8 +256,12 @@ mod tests {
             let expected = kernel.covariance(other, with);
             assert!((found - expected).abs() < 1e-15, "{found} {expected}");
             let distance_mm = (other.position_mm - with.position_mm).norm();
+            let second = other.x_axis.zip(with.x_axis).map_or(0.0, |(a, b)| a.cross(&b).norm());
             let sine = other.axis.cross(&with.axis).norm();
-            let each = scales.map(|s| (distance_mm / s.length_mm).hypot(sine / s.axis_sine));
+            let each = scales.map(|s| {
+                let along = (distance_mm / s.length_mm).hypot(second / s.x_axis_sine);
+                along.hypot(sine / s.axis_sine)
+            });
             let expected: f64 = each.map(|t| 0.7 * (-0.5 * t * t).exp()).iter().sum();
             assert!((gaussian - expected).abs() < 1e-15, "{gaussian} {expected}");
         }

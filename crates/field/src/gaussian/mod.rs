@@ -30,7 +30,7 @@ mod tests;
 pub use amplitude::Amplitude;
 pub use field::{ErrorValues, GaussianField, Row, Trend};
 pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, chosen_rows, kept_rows};
-pub use kernel::{FieldPoint, Kernel, KernelScale};
+pub use kernel::{Kernel, KernelScale};
 pub use kriging::Kriging;
 pub use posterior::{DrawnErrors, Posterior};
 pub use readings::{ReadingDistance, ReadingError};

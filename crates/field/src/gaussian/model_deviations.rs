@@ -10,10 +10,10 @@
 //! field.
 
 use super::field::GaussianField;
-use super::kernel::FieldPoint;
 use super::posterior::DrawnErrors;
 use super::registration::Registration;
 use crate::evaluation::Coefficient;
+use crate::field_point::FieldPoint;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 

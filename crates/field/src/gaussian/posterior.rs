@@ -5,8 +5,9 @@ use super::column_blocks::{less_gram, lower_times, solve_lower};
 use super::field::{ErrorValues, GaussianField, Row};
 use super::fit::{GaussianError, factored, scaled};
 use super::hyper_parameters::errors_of;
-use super::kernel::{FieldPoint, Kernel, KernelScale, lower_from};
+use super::kernel::{Kernel, KernelScale, lower_from};
 use super::kernel_columns::{PointColumns, exponentials};
+use crate::field_point::FieldPoint;
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 use nalgebra::Matrix6;
@@ -160,8 +161,8 @@ impl GaussianField {
         let step = at.len().div_ceil(JUDGING_POINTS);
         let judges: Vec<_> = at.iter().step_by(step).copied().collect();
         let points: Vec<_> = self.rows.iter().map(|row| row.point).collect();
-        let across = self.kernel.matrix(&judges, &points);
-        let score = |i: usize| (0..judges.len()).map(|j| across[(j, i)]).fold(0.0, f64::max);
+        let across = self.kernel.matrix(&points, &judges);
+        let score = |i: usize| (0..judges.len()).map(|j| across[(i, j)]).fold(0.0, f64::max);
         let scores: Vec<f64> = (0..points.len()).map(score).collect();
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.select_nth_unstable_by(nearest, |a, b| {
@@ -255,11 +256,16 @@ pub(super) fn log_amplitude_std(part_left: f64, rows: usize) -> f64 {
 /// Covariance of the logarithm of a draw's amplitude among points, the lower triangle.
 fn log_amplitude_covariance(at: &[FieldPoint], has_axes: bool) -> Mat<f64> {
     let length_mm = AMPLITUDE_LENGTH_MM;
-    let place =
-        KernelScale { length_mm, axis_sine: f64::INFINITY, variance: PLACE_LOG_STD.powi(2) };
+    let place = KernelScale {
+        length_mm,
+        axis_sine: f64::INFINITY,
+        x_axis_sine: f64::INFINITY,
+        variance: PLACE_LOG_STD.powi(2),
+    };
     let axis = KernelScale {
         length_mm,
         axis_sine: if has_axes { AMPLITUDE_SINE } else { f64::INFINITY },
+        x_axis_sine: f64::INFINITY,
         variance: AXIS_LOG_STD.powi(2),
     };
     let columns = PointColumns::of(at);

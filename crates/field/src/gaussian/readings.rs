@@ -2,8 +2,8 @@
 
 use super::field::{ErrorValues, GaussianField, Trend};
 use super::fit::GaussianError;
-use super::kernel::FieldPoint;
 use super::posterior::{Conditioned, DrawnErrors, log_amplitude_std};
+use crate::field_point::FieldPoint;
 use crate::samples::PoseError;
 use nalgebra::{Matrix6, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;

@@ -1,6 +1,7 @@
 //! The process against closed forms, drawn fields and input that has no answer.
 
 use super::*;
+use crate::FieldPoint;
 use crate::generator::Generator;
 use crate::harmonic::HarmonicModel;
 use crate::harmonic::solid_harmonics::terms;
@@ -17,20 +18,24 @@ fn axis(seeded: &mut Seeded) -> Unit<Vector3<f64>> {
 
 fn points(count: usize, bounds: &Bounds, seed: u64) -> Vec<FieldPoint> {
     let mut seeded = Seeded::new(seed);
-    let each = (0..count)
-        .map(|_| FieldPoint { position_mm: seeded.position(bounds, 0.0), axis: axis(&mut seeded) });
+    let each = (0..count).map(|_| FieldPoint::new(seeded.position(bounds, 0.0), axis(&mut seeded)));
     each.collect()
 }
 
 fn known_kernel() -> Kernel {
-    let scale = |length_mm, axis_sine, variance| KernelScale { length_mm, axis_sine, variance };
+    let scale = |length_mm, axis_sine, variance| KernelScale {
+        length_mm,
+        axis_sine,
+        x_axis_sine: f64::INFINITY,
+        variance,
+    };
     Kernel { scales: [scale(150.0, 0.5, 1.0), scale(50.0, 0.2, 0.2)], nugget: 1e-4 }
 }
 
 /// A field without measurements, of 2 mm and 0.01 rad.
 fn prior_field(bounds: &Bounds) -> GaussianField {
     let variance = |c: usize| if c < 3 { 4.0 } else { 1e-4 };
-    let far = FieldPoint { position_mm: Point3::new(1e6, 0.0, 0.0), axis: Vector3::z_axis() };
+    let far = FieldPoint::new(Point3::new(1e6, 0.0, 0.0), Vector3::z_axis());
     GaussianField {
         trend: Trend::None,
         kernel: known_kernel(),
@@ -62,14 +67,14 @@ fn drawn_samples(count: usize, seed: u64) -> SampleSet {
             Vector3::new(values[(i, from)], values[(i, from + 1)], values[(i, from + 2)]) * size
         };
         let turn = three(3, 0.01);
-        Sample {
-            position_mm: point.position_mm,
-            axis: point.axis,
-            error: PoseError {
+        Sample::new(
+            point.position_mm,
+            point.axis,
+            PoseError {
                 position_mm: three(0, 2.0),
                 rotation_rad: turn - point.axis.into_inner() * point.axis.dot(&turn),
             },
-        }
+        )
     });
     SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 }
 }
@@ -232,7 +237,7 @@ fn held_out_readings_lie_in_their_intervals() {
     let field = fitted(&set);
     let mut inside = 0;
     for sample in &held_out {
-        let point = FieldPoint { position_mm: sample.position_mm, axis: sample.axis };
+        let point = FieldPoint::new(sample.position_mm, sample.axis);
         let at = field.posterior(&[point]).unwrap();
         let amplitude = field.amplitude.at(&point.position_mm);
         for c in 0..3 {

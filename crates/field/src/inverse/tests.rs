@@ -76,14 +76,14 @@ fn computed_models() -> [DistortionModel; 2] {
         let pose = seeded.pose(&room(), 0.0);
         let p: Point3<f64> = pose.translation.vector.into();
         let wave = |k: f64| (p.x / 170.0 + k).sin() * (p.z / 210.0 - k).cos();
-        Sample {
-            position_mm: p,
-            axis: pose.rotation * Vector3::z_axis(),
-            error: PoseError {
+        Sample::new(
+            p,
+            pose.rotation * Vector3::z_axis(),
+            PoseError {
                 position_mm: Vector3::new(wave(0.0), wave(1.0), wave(2.0)) * 2.0,
                 rotation_rad: Vector3::new(wave(3.0), wave(4.0), wave(5.0)) * 0.01,
             },
-        }
+        )
     });
     let samples = SampleSet { samples: samples.collect(), has_rotations: true, ambiguous: 0 };
     let process = GaussianField::fit(&samples, None, &Task::default()).unwrap();
@@ -94,7 +94,7 @@ fn computed_models() -> [DistortionModel; 2] {
     let center_mm = Point3::new(0.0, 0.0, -300.0);
     let harmonic =
         HarmonicModel::new(generator, center_mm, 433.0, 3, coefficients.collect()).unwrap();
-    [FieldSource::Kriging(kriging), FieldSource::Harmonic(Arc::new(harmonic))]
+    [FieldSource::Kriging(Arc::new(kriging)), FieldSource::Harmonic(Arc::new(harmonic))]
         .map(|source| DistortionModel::of_source(source, MapKind::Distortion, room()))
 }
 

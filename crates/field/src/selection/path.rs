@@ -82,11 +82,7 @@ mod tests {
     fn set(rows: usize, mut pose: impl FnMut(usize) -> (Vector3<f64>, Vector3<f64>)) -> SampleSet {
         let sample = |row| {
             let (place, axis) = pose(row);
-            Sample {
-                position_mm: place.into(),
-                axis: Unit::new_normalize(axis),
-                error: PoseError::default(),
-            }
+            Sample::new(place.into(), Unit::new_normalize(axis), PoseError::default())
         };
         SampleSet { samples: (0..rows).map(sample).collect(), has_rotations: true, ambiguous: 0 }
     }

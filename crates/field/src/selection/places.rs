@@ -298,10 +298,12 @@ mod tests {
         mut error: impl FnMut(&Point3<f64>) -> Vector3<f64>,
         axis: impl Fn(usize) -> Vector3<f64>,
     ) -> SampleSet {
-        let sample = |(i, p): (usize, &Point3<f64>)| Sample {
-            position_mm: *p,
-            axis: Unit::new_normalize(axis(i)),
-            error: PoseError { position_mm: error(p), rotation_rad: Vector3::zeros() },
+        let sample = |(i, p): (usize, &Point3<f64>)| {
+            Sample::new(
+                *p,
+                Unit::new_normalize(axis(i)),
+                PoseError { position_mm: error(p), rotation_rad: Vector3::zeros() },
+            )
         };
         SampleSet {
             samples: positions.iter().enumerate().map(sample).collect(),

@@ -39,14 +39,14 @@ fn samples(
     let samples = (0..count)
         .map(|_| {
             let position_mm = random.position();
-            Sample {
+            Sample::new(
                 position_mm,
-                axis: Unit::new_normalize(random.vector()),
-                error: PoseError {
+                Unit::new_normalize(random.vector()),
+                PoseError {
                     position_mm: error(&position_mm, random),
                     rotation_rad: error(&position_mm, random) * 0.01,
                 },
-            }
+            )
         })
         .collect();
     SampleSet { samples, has_rotations: true, ambiguous: 0 }
@@ -112,13 +112,15 @@ fn groups_are_not_predicted_by_neighbours() {
     let groups: Vec<usize> = (0..480).map(|i| i % 60).collect();
     let samples = groups
         .iter()
-        .map(|&place| Sample {
-            position_mm: places[place].0 + random.vector() * 0.01,
-            axis: Vector3::z_axis(),
-            error: PoseError {
-                position_mm: places[place].1 + random.vector() * 0.01,
-                rotation_rad: Vector3::zeros(),
-            },
+        .map(|&place| {
+            Sample::new(
+                places[place].0 + random.vector() * 0.01,
+                Vector3::z_axis(),
+                PoseError {
+                    position_mm: places[place].1 + random.vector() * 0.01,
+                    rotation_rad: Vector3::zeros(),
+                },
+            )
         })
         .collect();
     let set = SampleSet { samples, has_rotations: false, ambiguous: 0 };

@@ -3,7 +3,8 @@
 use super::fit_validity::{FitValidity, FitValidityAt};
 use crate::environment::Environment;
 use crate::evaluation::OutsidePolicy;
-use crate::gaussian::{FieldPoint, GaussianError};
+use crate::field_point::FieldPoint;
+use crate::gaussian::GaussianError;
 use crate::samples::PoseError;
 use rayon::prelude::*;
 
@@ -77,7 +78,7 @@ impl Environment {
         let model_errors: Vec<PoseError> = points
             .par_iter()
             .map(|point| {
-                let at = measured.evaluate(&point.position_mm, &point.axis, outside);
+                let at = measured.evaluate_point(point, outside);
                 at.error
             })
             .collect();

@@ -8,8 +8,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use trackwright_field::Environment;
+use trackwright_field::FieldPoint;
 use trackwright_field::environment::ComputedMetal;
-use trackwright_field::gaussian::{DrawnErrors, FieldPoint, GaussianError, Trend};
+use trackwright_field::gaussian::{DrawnErrors, GaussianError, Trend};
 use trackwright_field::samples::PoseError;
 use trackwright_geometry::pose::Pose;
 

@@ -14,7 +14,8 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform, UnitSphere};
 use trackwright_field::Environment;
-use trackwright_field::gaussian::{FieldPoint, GaussianField, Row};
+use trackwright_field::FieldPoint;
+use trackwright_field::gaussian::{GaussianField, Row};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_task::CancelToken;
 
@@ -136,10 +137,7 @@ fn further(process: &GaussianField, count: usize) -> Vec<Row> {
         });
         let axis: [f64; 3] = UnitSphere.sample(&mut random);
         Row {
-            point: FieldPoint {
-                position_mm: Point3::from(place),
-                axis: Unit::new_normalize(axis.into()),
-            },
+            point: FieldPoint::new(Point3::from(place), Unit::new_normalize(axis.into())),
             error: [0.0; 6],
             noise_factor: 1.0,
         }

@@ -151,11 +151,11 @@ fn scattered(bounds: Bounds, order: usize, rows_per_unknown: f64, field: Field) 
             let u = (position_mm - bounds.center_mm()).component_div(&half);
             // Errors depend on the axis, too, and are noisy as measured ones are.
             let e = field(&u) + axis.into_inner() * 0.2 + sequence.vector() * 0.01;
-            Sample {
+            Sample::new(
                 position_mm,
                 axis,
-                error: PoseError { position_mm: e, rotation_rad: e.cross(&axis) * 0.01 },
-            }
+                PoseError { position_mm: e, rotation_rad: e.cross(&axis) * 0.01 },
+            )
         })
         .collect()
 }

@@ -58,11 +58,11 @@ fn on_grid(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
                     1.0 / (1.5 + u.x) + 0.01 * sequence.signed(),
                     1.0 + u.x * u.y - 0.5 * u.z,
                 );
-                samples.push(Sample {
-                    position_mm: Point3::new(x, y, z),
-                    axis: Vector3::z_axis(),
-                    error: PoseError { position_mm: e, rotation_rad: e * 0.01 },
-                });
+                samples.push(Sample::new(
+                    Point3::new(x, y, z),
+                    Vector3::z_axis(),
+                    PoseError { position_mm: e, rotation_rad: e * 0.01 },
+                ));
             }
         }
     }

@@ -191,13 +191,15 @@ fn samples(change: impl Fn(&mut Sample)) -> SampleSet {
     let mut sequence = Sequence::new(81);
     let bounds = cube([-100.0; 3], 200.0);
     let mut samples: Vec<Sample> = (0..60)
-        .map(|_| Sample {
-            position_mm: sequence.point_in(&bounds),
-            axis: sequence.axis(),
-            error: PoseError {
-                position_mm: sequence.vector(),
-                rotation_rad: sequence.vector() * 0.01,
-            },
+        .map(|_| {
+            Sample::new(
+                sequence.point_in(&bounds),
+                sequence.axis(),
+                PoseError {
+                    position_mm: sequence.vector(),
+                    rotation_rad: sequence.vector() * 0.01,
+                },
+            )
         })
         .collect();
     change(&mut samples[17]);
