@@ -313,7 +313,7 @@ pub(super) mod tests {
             point: FieldPoint {
                 position_mm: [f64::from(i) / 8.0, -1e-6, -300.123_456].into(),
                 axis: Unit::new_unchecked(Vector3::new(0.6, 0.0, -0.8)),
-                x_axis: has_rotations.then(|| Vector3::y_axis()),
+                x_axis: has_rotations.then(Vector3::y_axis),
             },
             error: std::array::from_fn(|k| f64::from(i + k as i32) * 1e-9),
             noise_factor: if i == 1 { 1e6 } else { 1.0 },

@@ -60,20 +60,21 @@ impl<'a> Footing<'a> {
         let middle = patch.crf_from_mesh.inverse() * middle_in_crf;
         let nearest = surface.closest(&middle);
         let at = nearest.position_mm;
-        let foot = match patch.clamped(&at) {
-            Some(clamped) if !patch.contains(&at) => surface.closest(&clamped),
-            _ => nearest,
-        };
-        let is_on =
-            patch.contains(&foot.position_mm) && (foot.position_mm - at).norm() <= BESIDE_MM;
-        if !is_on {
-            let away = patch.points_mm.iter().map(|point| (point - at).norm());
+        let away_mm = |point: &Point3<f64>| (point - at).norm();
+        let of_patch = patch.points_mm.iter().min_by(|a, b| away_mm(a).total_cmp(&away_mm(b)));
+        // What is nearest on the surface to a point of the boxes may be a hair beside them.
+        let others = patch.clamped(&at).into_iter().chain(of_patch.copied());
+        let mut feet = std::iter::once(nearest).chain(others.map(|at| surface.closest(&at)));
+        let foot = feet.find(|foot| {
+            patch.contains(&foot.position_mm) && away_mm(&foot.position_mm) <= BESIDE_MM
+        });
+        let Some(foot) = foot else {
             return Err(OptimizeError::BesidePatch {
                 anatomy: anatomy(),
                 foot_mm: at.coords.into(),
-                off_mm: away.fold(f64::INFINITY, f64::min),
+                off_mm: of_patch.map_or(f64::INFINITY, away_mm),
             });
-        }
+        };
         Ok(Self { patch, surface, bounds, start: FootPose { foot, turn_deg: 0.0 } })
     }
 

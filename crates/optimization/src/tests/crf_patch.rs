@@ -104,6 +104,36 @@ fn the_crf_follows_the_surface() {
 }
 
 #[test]
+fn a_crf_at_the_edge_of_the_patch_stands_on_it() {
+    let middle = Point3::new(1.0, 2.0, -3.0);
+    let of_start = patch(40.0);
+    let footing = Footing::new(&of_start, &middle, bounds(1e6, 15.0)).unwrap();
+    let mut seeded = Seeded::new(32);
+    for _ in 0..100 {
+        let direction = Vector3::from_fn(|_, _| seeded.normal()).normalize();
+        let turn_deg = 10.0 * seeded.normal();
+        // As far as the patch goes.
+        let (mut within_mm, mut beyond_mm) = (0.0, 80.0);
+        for _ in 0..40 {
+            let way_mm = 0.5 * (within_mm + beyond_mm);
+            let there = footing.moved(&footing.start, &(direction * way_mm), turn_deg);
+            match footing.is_allowed(&there) {
+                true => within_mm = way_mm,
+                false => beyond_mm = way_mm,
+            }
+        }
+        let edge = footing.moved(&footing.start, &(direction * within_mm), turn_deg);
+        let crf_from_head = footing.crf_moved(&edge).inverse() * crf_from_head();
+        let mut moved = of_start.clone();
+        moved.crf_from_mesh = crf_from_head;
+        let again = Footing::new(&moved, &middle, bounds(1e6, 15.0)).unwrap();
+        let off_mm = (again.start.foot.position_mm - edge.foot.position_mm).norm();
+        // It may be 2 mm beside the point below the CRF, which the facets put 1 mm beside the edge.
+        assert!(off_mm < 3.0, "{off_mm}");
+    }
+}
+
+#[test]
 fn the_shift_bounds_how_far_the_foot_goes() {
     let patch = patch(60.0);
     let footing = Footing::new(&patch, &Point3::new(0.0, 0.0, -3.0), bounds(12.0, 0.0)).unwrap();
