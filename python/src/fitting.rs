@@ -392,7 +392,7 @@ fn room_model(keywords: &Keywords, ridge: Option<f64>) -> Done<Option<RoomModel>
         (ModelKind::Kriging, _) => RoomModel::Kriging,
         (_, Some(name)) => {
             let generator = generator_choice(&name)?;
-            RoomModel::Harmonic(HarmonicOrder { generator, degree, ridge, loss })
+            RoomModel::Harmonic(HarmonicOrder { generator, learned: None, degree, ridge, loss })
         }
         (_, None) => {
             return refused(

@@ -102,6 +102,7 @@ impl ModelArgs {
                 };
                 RoomModel::Harmonic(HarmonicOrder {
                     generator: generator_choice(files, generator)?,
+                    learned: None,
                     degree: checked_degree(self.degree)?,
                     ridge,
                     loss: self.loss,

@@ -286,3 +286,16 @@ fn a_learned_generator_needs_150_rows() {
     let words = ["149 measurements, expected at least 150 to learn a generator from"];
     scratch.fail_with(format!("fit some.csv -o room.env.ron {model}"), &words);
 }
+
+#[test]
+fn a_generator_that_a_choice_learned_is_the_fits() {
+    let scratch = Scratch::new();
+    some_rows(&scratch, 200);
+    for folder in ["chosen", "fitted"] {
+        fs::create_dir(scratch.path(folder)).unwrap();
+    }
+    let learned = "--generator learn --degree 2";
+    scratch.succeed(format!("select some.csv --models harmonic {learned} -o chosen/room.env.ron"));
+    scratch.succeed(format!("fit some.csv --model harmonic {learned} -o fitted/room.env.ron"));
+    assert!(scratch.read("chosen/room.env.ron") == scratch.read("fitted/room.env.ron"));
+}

@@ -45,6 +45,8 @@ impl RoomModel {
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOrder {
     pub generator: GeneratorChoice,
+    /// What was learned when this was chosen, so that it is not learned twice.
+    pub learned: Option<LearnedGenerator>,
     /// From the number of measurements where there is none.
     pub degree: Option<usize>,
     /// [`DEFAULT_RIDGE`] where there is none.
@@ -138,21 +140,29 @@ impl HarmonicTable {
         max_degree: usize,
         task: &Task,
     ) -> Result<Self, RoomModelError> {
-        let set = samples.measurements();
-        let (generator, learned) = match choice {
-            GeneratorChoice::Known(generator) => (generator.clone(), None),
-            GeneratorChoice::Learned => {
-                let task = task.subtask(0.0, LEARNING_PART);
-                let learned = learn(&task, LEARNED, &set, &LearnSettings::default())?;
-                (learned.generator.clone(), Some(learned))
+        match choice {
+            GeneratorChoice::Known(generator) => {
+                let (generator, set) = (generator.clone(), samples.measurements());
+                let rows = HarmonicRows::new(task, &generator, &set, max_degree)?;
+                Ok(Self { rows, generator, learned: None })
             }
-        };
-        let task = task.subtask(LEARNING_PART, 1.0);
-        Ok(Self {
-            rows: HarmonicRows::new(&task, &generator, &set, max_degree)?,
-            generator,
-            learned,
-        })
+            GeneratorChoice::Learned => {
+                let part = task.subtask(0.0, LEARNING_PART);
+                let set = samples.measurements();
+                let learned = learn(&part, LEARNED, &set, &LearnSettings::default())?;
+                Self::of_learned(samples, learned, max_degree, &task.subtask(LEARNING_PART, 1.0))
+            }
+        }
+    }
+
+    fn of_learned(
+        samples: &SampleSet,
+        learned: LearnedGenerator,
+        max_degree: usize,
+        task: &Task,
+    ) -> Result<Self, RoomModelError> {
+        let choice = GeneratorChoice::Known(learned.generator.clone());
+        Ok(Self { learned: Some(learned), ..Self::new(samples, &choice, max_degree, task)? })
     }
 
     /// With a generator that is learned again from some of the samples, beginning with one that was learned
@@ -200,7 +210,10 @@ pub fn fit_harmonic(
     }
     let settings = order.settings(samples.samples.len());
     let prepared = task.subtask(0.0, 0.7);
-    let table = HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?;
+    let table = match order.learned.clone() {
+        Some(learned) => HarmonicTable::of_learned(samples, learned, settings.degree, &prepared)?,
+        None => HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?,
+    };
     let found = table.fit(None, &settings, &task.subtask(0.7, 1.0))?;
     let report = HarmonicReport {
         generator: table.generator.clone(),

@@ -193,6 +193,7 @@ impl Judge<'_> {
             task.step(degrees.len() + i, 2 * degrees.len()).map_err(SelectError::from)?;
             let model = RoomModel::Harmonic(HarmonicOrder {
                 generator: generator.clone(),
+                learned: table.learned.clone(),
                 degree: Some(degree),
                 ridge: None,
                 loss,

@@ -76,6 +76,7 @@ impl FieldKind {
                         GeneratorChoice::Known(Generator::built_in(name)?)
                     }
                 },
+                learned: None,
                 degree,
                 ridge: None,
                 loss: Loss::Huber,
