@@ -20,6 +20,7 @@ fn model(kind: &str) -> RoomModel {
     let harmonic = |generator| {
         RoomModel::Harmonic(HarmonicOrder {
             generator,
+            learned: None,
             degree: Some(6),
             ridge: None,
             loss: Loss::Huber,

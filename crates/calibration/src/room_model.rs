@@ -46,7 +46,7 @@ impl RoomModel {
 pub struct HarmonicOrder {
     pub generator: GeneratorChoice,
     /// What was learned when this was chosen, so that it is not learned twice.
-    pub learned: Option<LearnedGenerator>,
+    pub learned: Option<Box<LearnedGenerator>>,
     /// From the number of measurements where there is none.
     pub degree: Option<usize>,
     /// [`DEFAULT_RIDGE`] where there is none.
@@ -211,7 +211,7 @@ pub fn fit_harmonic(
     let settings = order.settings(samples.samples.len());
     let prepared = task.subtask(0.0, 0.7);
     let table = match order.learned.clone() {
-        Some(learned) => HarmonicTable::of_learned(samples, learned, settings.degree, &prepared)?,
+        Some(learned) => HarmonicTable::of_learned(samples, *learned, settings.degree, &prepared)?,
         None => HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?,
     };
     let found = table.fit(None, &settings, &task.subtask(0.7, 1.0))?;

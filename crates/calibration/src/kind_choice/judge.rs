@@ -193,7 +193,7 @@ impl Judge<'_> {
             task.step(degrees.len() + i, 2 * degrees.len()).map_err(SelectError::from)?;
             let model = RoomModel::Harmonic(HarmonicOrder {
                 generator: generator.clone(),
-                learned: table.learned.clone(),
+                learned: table.learned.clone().map(Box::new),
                 degree: Some(degree),
                 ridge: None,
                 loss,
