@@ -8,9 +8,10 @@ use trackwright_geometry::pose::Pose;
 pub struct ValidityArgs {
     /// Add the model validity: the standard error of each reading (std_error_mm, std_error_deg) and
     /// its 95 % bound (within95_mm, within95_deg), misfit included where the environment keeps its
-    /// measurements; else the standard error of the fit alone. Of polynomials also the pose's
-    /// leverage on the fit, whether the samples support it (0 or 1), and the distance to the nearest
-    /// of them (distance_mm). Cells are empty where nothing is known
+    /// measurements; else the standard error of the fit alone. Also whether the measurements
+    /// determine the field there (supported, 0 or 1), the distance to the nearest of them
+    /// (distance_mm), and of polynomials the pose's leverage on the fit. Cells are empty where
+    /// nothing is known
     #[arg(long)]
     support: bool,
 }

@@ -100,6 +100,12 @@ fn rejected_outside_poses_have_empty_cells() {
     let last = cells(&scratch, "out.csv").pop().unwrap();
     assert_eq!(last[..7], [None; 7]);
     assert_eq!(last[7..], [Some(1.0), Some(1.0), Some(0.0), Some(0.0)]);
+    let line = "compensate room.env.ron poses.csv -o bounds.csv --outside reject --support";
+    scratch.succeed(line);
+    let rows = cells(&scratch, "bounds.csv");
+    let [first, last] = [rows.first(), rows.last()].map(|row| &row.unwrap()[11..]);
+    assert!(first.len() == 7 && first.iter().all(Option::is_some), "{first:?}");
+    assert_eq!(last, [None; 7]);
 }
 
 #[test]

@@ -124,7 +124,7 @@ pub struct CompensatedRow {
 }
 
 /// Writes compensated poses with their flags, and the model validity where it is given; one without an answer
-/// has empty pose cells and did not converge.
+/// has empty cells for both and did not converge.
 ///
 /// # Errors
 /// Those of the writer.
@@ -142,8 +142,11 @@ pub fn write_compensated(
         write_row(out, row.pose, row.place)?;
         let [converged, ambiguous] = [row.pose.is_some(), row.is_ambiguous].map(u8::from);
         write!(out, ",{converged},{ambiguous}")?;
-        if let Some(at) = validity.and_then(|validity| validity.get(index)) {
-            write_validity(out, at)?;
+        match (validity.and_then(|validity| validity.get(index)), row.pose) {
+            (Some(at), Some(_)) => write_validity(out, at)?,
+            // There is nothing that it would be the validity of.
+            (Some(_), None) => write!(out, "{}", ",".repeat(VALIDITY.split(',').count()))?,
+            (None, _) => {}
         }
         writeln!(out)?;
     }
