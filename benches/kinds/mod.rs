@@ -20,7 +20,6 @@ fn model(kind: &str) -> RoomModel {
     let harmonic = |generator| {
         RoomModel::Harmonic(HarmonicOrder {
             generator,
-            learned: None,
             degree: Some(6),
             ridge: None,
             loss: Loss::Huber,
@@ -31,7 +30,7 @@ fn model(kind: &str) -> RoomModel {
         "symmetric" => RoomModel::Bernstein { is_symmetric: true },
         "kriging" => RoomModel::Kriging,
         "harmonic" => harmonic(GeneratorChoice::Known(Generator::planar_nine())),
-        _ => harmonic(GeneratorChoice::Learned),
+        _ => harmonic(GeneratorChoice::Learned(None)),
     }
 }
 

@@ -392,7 +392,7 @@ fn room_model(keywords: &Keywords, ridge: Option<f64>) -> Done<Option<RoomModel>
         (ModelKind::Kriging, _) => RoomModel::Kriging,
         (_, Some(name)) => {
             let generator = generator_choice(&name)?;
-            RoomModel::Harmonic(HarmonicOrder { generator, learned: None, degree, ridge, loss })
+            RoomModel::Harmonic(HarmonicOrder { generator, degree, ridge, loss })
         }
         (_, None) => {
             return refused(
@@ -460,7 +460,7 @@ fn checked_degree(keywords: &Keywords) -> Done<Option<usize>> {
 /// `learn`, a generator by its name, or one from a file.
 fn generator_choice(name: &str) -> Done<GeneratorChoice> {
     if name == "learn" {
-        return Ok(GeneratorChoice::Learned);
+        return Ok(GeneratorChoice::Learned(None));
     }
     Ok(GeneratorChoice::Known(match Generator::built_in(name) {
         Some(generator) => generator,

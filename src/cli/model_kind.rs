@@ -102,7 +102,6 @@ impl ModelArgs {
                 };
                 RoomModel::Harmonic(HarmonicOrder {
                     generator: generator_choice(files, generator)?,
-                    learned: None,
                     degree: checked_degree(self.degree)?,
                     ridge,
                     loss: self.loss,
@@ -128,7 +127,7 @@ pub(super) fn checked_degree(degree: Option<usize>) -> anyhow::Result<Option<usi
 /// A file that can't be read as a generator.
 pub(super) fn generator_choice(files: &Files, text: &str) -> anyhow::Result<GeneratorChoice> {
     if text == "learn" {
-        return Ok(GeneratorChoice::Learned);
+        return Ok(GeneratorChoice::Learned(None));
     }
     Ok(GeneratorChoice::Known(match Generator::built_in(text) {
         Some(generator) => generator,

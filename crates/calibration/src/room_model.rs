@@ -45,8 +45,6 @@ impl RoomModel {
 #[derive(Clone, Debug, PartialEq)]
 pub struct HarmonicOrder {
     pub generator: GeneratorChoice,
-    /// What was learned when this was chosen, so that it is not learned twice.
-    pub learned: Option<Box<LearnedGenerator>>,
     /// From the number of measurements where there is none.
     pub degree: Option<usize>,
     /// [`DEFAULT_RIDGE`] where there is none.
@@ -69,8 +67,8 @@ impl HarmonicOrder {
 #[derive(Clone, Debug, PartialEq)]
 pub enum GeneratorChoice {
     Known(Generator),
-    /// Learned from the measurements themselves.
-    Learned,
+    /// Learned from the measurements themselves; what was learned of them already is not learned again.
+    Learned(Option<Arc<LearnedGenerator>>),
 }
 
 impl GeneratorChoice {
@@ -78,7 +76,7 @@ impl GeneratorChoice {
     pub fn name(&self) -> &str {
         match self {
             Self::Known(generator) => &generator.name,
-            Self::Learned => LEARNED,
+            Self::Learned(_) => LEARNED,
         }
     }
 }
@@ -127,7 +125,7 @@ const LEARNING_PART: f64 = 0.9;
 /// Samples of the distortion map made ready for harmonic models of several degrees.
 pub struct HarmonicTable {
     pub generator: Generator,
-    pub learned: Option<LearnedGenerator>,
+    pub learned: Option<Arc<LearnedGenerator>>,
     rows: HarmonicRows,
 }
 
@@ -140,29 +138,24 @@ impl HarmonicTable {
         max_degree: usize,
         task: &Task,
     ) -> Result<Self, RoomModelError> {
-        match choice {
-            GeneratorChoice::Known(generator) => {
-                let (generator, set) = (generator.clone(), samples.measurements());
-                let rows = HarmonicRows::new(task, &generator, &set, max_degree)?;
-                Ok(Self { rows, generator, learned: None })
+        let set = samples.measurements();
+        let (generator, learned) = match choice {
+            GeneratorChoice::Known(generator) => (generator.clone(), None),
+            GeneratorChoice::Learned(Some(learned)) => {
+                (learned.generator.clone(), Some(learned.clone()))
             }
-            GeneratorChoice::Learned => {
-                let part = task.subtask(0.0, LEARNING_PART);
-                let set = samples.measurements();
-                let learned = learn(&part, LEARNED, &set, &LearnSettings::default())?;
-                Self::of_learned(samples, learned, max_degree, &task.subtask(LEARNING_PART, 1.0))
+            GeneratorChoice::Learned(None) => {
+                let task = task.subtask(0.0, LEARNING_PART);
+                let learned = learn(&task, LEARNED, &set, &LearnSettings::default())?;
+                (learned.generator.clone(), Some(Arc::new(learned)))
             }
-        }
-    }
-
-    fn of_learned(
-        samples: &SampleSet,
-        learned: LearnedGenerator,
-        max_degree: usize,
-        task: &Task,
-    ) -> Result<Self, RoomModelError> {
-        let choice = GeneratorChoice::Known(learned.generator.clone());
-        Ok(Self { learned: Some(learned), ..Self::new(samples, &choice, max_degree, task)? })
+        };
+        let task = task.subtask(LEARNING_PART, 1.0);
+        Ok(Self {
+            rows: HarmonicRows::new(&task, &generator, &set, max_degree)?,
+            generator,
+            learned,
+        })
     }
 
     /// With a generator that is learned again from some of the samples, beginning with one that was learned
@@ -210,17 +203,14 @@ pub fn fit_harmonic(
     }
     let settings = order.settings(samples.samples.len());
     let prepared = task.subtask(0.0, 0.7);
-    let table = match order.learned.clone() {
-        Some(learned) => HarmonicTable::of_learned(samples, *learned, settings.degree, &prepared)?,
-        None => HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?,
-    };
+    let table = HarmonicTable::new(samples, &order.generator, settings.degree, &prepared)?;
     let found = table.fit(None, &settings, &task.subtask(0.7, 1.0))?;
     let report = HarmonicReport {
         generator: table.generator.clone(),
         settings,
         noise_mm: found.noise_mm,
         down_weighted: found.down_weighted(),
-        learned: table.learned.clone(),
+        learned: table.learned.as_deref().cloned(),
     };
     let fit = fit_of(samples, FieldSource::Harmonic(Arc::new(found.model)), map)?;
     Ok((fit, report, table))

@@ -185,17 +185,15 @@ impl ComputedField {
         if !kriging.depends_on_roll() {
             return None;
         }
-        let clamped = |point: &FieldPoint| FieldPoint {
-            position_mm: self.bounds.clamp(&point.position_mm),
-            ..*point
+        let evaluated = |point: &FieldPoint| {
+            let position_mm = self.bounds.clamp(&point.position_mm);
+            let values = kriging.evaluate(&FieldPoint { position_mm, ..*point });
+            Evaluation {
+                error: PoseError::of_values(values),
+                is_inside: self.bounds.contains(&point.position_mm),
+            }
         };
-        let clamped: Vec<_> = points.iter().map(clamped).collect();
-        let values = kriging.evaluate_all(&clamped).into_iter().map(PoseError::of_values);
-        let each = values.zip(points).map(|(error, point)| Evaluation {
-            error,
-            is_inside: self.bounds.contains(&point.position_mm),
-        });
-        Some(each.collect())
+        Some(points.iter().map(evaluated).collect())
     }
 
     /// What a field without a compiled form gives.

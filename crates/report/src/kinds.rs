@@ -81,7 +81,7 @@ pub fn kind_reason(choice: &KindChoice) -> String {
     let better = match &best.model {
         RoomModel::Harmonic(order) => match order.generator {
             GeneratorChoice::Known(_) => "more measurements may do better",
-            GeneratorChoice::Learned => {
+            GeneratorChoice::Learned(_) => {
                 "the maker's generator (a file for --generator) or more measurements may do better"
             }
         },

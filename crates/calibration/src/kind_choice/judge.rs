@@ -192,8 +192,10 @@ impl Judge<'_> {
             };
             task.step(degrees.len() + i, 2 * degrees.len()).map_err(SelectError::from)?;
             let model = RoomModel::Harmonic(HarmonicOrder {
-                generator: generator.clone(),
-                learned: table.learned.clone().map(Box::new),
+                generator: match &table.learned {
+                    None => generator.clone(),
+                    learned => GeneratorChoice::Learned(learned.clone()),
+                },
                 degree: Some(degree),
                 ridge: None,
                 loss,

@@ -64,7 +64,8 @@ impl TriedOptions<'_> {
             "kriging" => vec![TriedKind::Kriging],
             "harmonic" => {
                 let known = BUILT_IN.iter().filter_map(|name| Generator::built_in(name));
-                let all = || known.map(GeneratorChoice::Known).chain([GeneratorChoice::Learned]);
+                let all =
+                    || known.map(GeneratorChoice::Known).chain([GeneratorChoice::Learned(None)]);
                 let generators = self.generators.map_or_else(|| all().collect(), <[_]>::to_vec);
                 let of = |generator| TriedKind::Harmonic {
                     generator,

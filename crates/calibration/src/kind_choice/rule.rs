@@ -43,7 +43,7 @@ fn rank(kind: &KindScored) -> usize {
         RoomModel::Bernstein { .. } if kind.candidate.is_some_and(|c| c.order == 0) => 0,
         RoomModel::Harmonic(order) => match order.generator {
             GeneratorChoice::Known(_) => 1,
-            GeneratorChoice::Learned => 2,
+            GeneratorChoice::Learned(_) => 2,
         },
         // Where nothing was measured it returns to no correction; polynomials continue to anything.
         RoomModel::Kriging => 3,

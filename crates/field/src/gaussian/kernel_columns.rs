@@ -61,19 +61,24 @@ impl PointColumns {
         });
         let points = self.coordinates.each_ref().map(|column| &column[first..]);
         let with_x = with.x_axis.map_or_else(Vector3::zeros, Unit::into_inner);
+        let (arch, out_mut) = (Arch::new(), &mut out[..]);
         match &self.x_axes {
-            None => {
-                let x_axes = [&[][..]; 3];
-                let out = &mut out;
-                let fill = Fill::<IS_GAUSSIAN, false> { scales, points, x_axes, with, with_x, out };
-                Arch::new().dispatch(fill);
-            }
-            Some(x_axes) => {
-                let x_axes = x_axes.each_ref().map(|column| &column[first..]);
-                let out = &mut out;
-                let fill = Fill::<IS_GAUSSIAN, true> { scales, points, x_axes, with, with_x, out };
-                Arch::new().dispatch(fill);
-            }
+            None => arch.dispatch(Fill::<IS_GAUSSIAN, false> {
+                scales,
+                points,
+                x_axes: [&[]; 3],
+                with,
+                with_x,
+                out: out_mut,
+            }),
+            Some(x_axes) => arch.dispatch(Fill::<IS_GAUSSIAN, true> {
+                scales,
+                points,
+                x_axes: x_axes.each_ref().map(|column| &column[first..]),
+                with,
+                with_x,
+                out: out_mut,
+            }),
         }
         out
     }

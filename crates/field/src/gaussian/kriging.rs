@@ -45,6 +45,8 @@ pub struct Kriging {
     process: Arc<GaussianField>,
     /// `K⁻¹ y` of each row, of unit amplitude.
     weights: Vec<ErrorValues>,
+    /// Of the process's kernel.
+    series: Series,
 }
 
 impl Kriging {
@@ -54,15 +56,17 @@ impl Kriging {
     /// [`GaussianError::NotPositiveDefinite`], [`GaussianError::Cancelled`].
     pub fn new(process: Arc<GaussianField>, task: &Task) -> Result<Self, GaussianError> {
         let rows = scaled(&process.rows, &process.amplitude);
-        let factor = Series::of(&process.kernel).factored(&process, task)?;
+        let series = Series::of(&process.kernel);
+        let factor = series.factored(&process, task)?;
         let solved = factor.solve(&errors_of(&rows));
         let weights = (0..rows.len()).map(|i| std::array::from_fn(|c| solved[(i, c)])).collect();
-        Ok(Self { process, weights })
+        Ok(Self { process, weights, series })
     }
 
     /// A mean whose weights are known; `None` where there are not as many as rows.
     pub fn of_weights(process: Arc<GaussianField>, weights: Vec<ErrorValues>) -> Option<Self> {
-        (weights.len() == process.rows.len()).then_some(Self { process, weights })
+        let series = Series::of(&process.kernel);
+        (weights.len() == process.rows.len()).then_some(Self { process, weights, series })
     }
 
     /// The process that this is the mean of.
@@ -77,24 +81,14 @@ impl Kriging {
 
     /// Whether it depends on the roll of a sensor, as it does where the rows are of 6-DOF sensors.
     pub fn depends_on_roll(&self) -> bool {
-        self.process.rows.iter().any(|row| row.point.x_axis.is_some())
+        self.series.x_parts.is_some()
     }
 
     /// The mean at a pose, summed over all rows.
     pub fn evaluate(&self, at: &FieldPoint) -> ErrorValues {
-        self.evaluate_by(&Series::of(&self.process.kernel), at)
-    }
-
-    /// The mean at poses.
-    pub fn evaluate_all(&self, at: &[FieldPoint]) -> Vec<ErrorValues> {
-        let series = Series::of(&self.process.kernel);
-        at.iter().map(|at| self.evaluate_by(&series, at)).collect()
-    }
-
-    fn evaluate_by(&self, series: &Series, at: &FieldPoint) -> ErrorValues {
         let mut sum = [0.0; 6];
         for (row, weights) in self.process.rows.iter().zip(&self.weights) {
-            let covariance = series.covariance(&row.point, at);
+            let covariance = self.series.covariance(&row.point, at);
             for (sum, weight) in sum.iter_mut().zip(weights) {
                 *sum += covariance * weight;
             }
@@ -105,9 +99,8 @@ impl Kriging {
 
     /// The compiled form over a box, of a mean that does not depend on the roll.
     pub fn compiled(&self, bounds: &Bounds) -> CompiledField {
-        let series = Series::of(&self.process.kernel);
-        let nodes = NodeSums::new(self, &series);
-        let shortest_mm = series.lengths_mm.into_iter().fold(f64::INFINITY, f64::min);
+        let nodes = NodeSums::new(self);
+        let shortest_mm = self.series.lengths_mm.into_iter().fold(f64::INFINITY, f64::min);
         let cell_mm = CELL_PART * shortest_mm;
         CompiledField::new(*bounds, cell_mm, self.axis_degree(), |places| nodes.at(places))
     }
@@ -169,7 +162,7 @@ impl PoseErrors for Kriging {
             (0..rolls).map(turned).collect::<Vec<_>>()
         };
         let points: Vec<_> = positions_mm.iter().zip(axes).flat_map(rolled).collect();
-        let values = self.evaluate_all(&points);
+        let values: Vec<ErrorValues> = points.iter().map(|at| self.evaluate(at)).collect();
         for (out, values) in out.iter_mut().zip(values.chunks_exact(rolls)) {
             let mean = |c: usize| values.iter().map(|v| v[c]).sum::<f64>() / rolls as f64;
             *out = Some(std::array::from_fn(mean));
@@ -178,13 +171,15 @@ impl PoseErrors for Kriging {
 }
 
 /// A kernel whose axis part is a sum of Legendre polynomials of even degree.
+#[derive(Clone, Debug, PartialEq)]
 struct Series {
     lengths_mm: [f64; 2],
     /// Variance of each scale.
     variances: [f64; 2],
-    /// Parts of the axis kernel of each scale, by degree, and of that of the second axis.
+    /// Parts of the axis kernel of each scale, by degree.
     parts: [[f64; DEGREES]; 2],
-    x_parts: [[f64; DEGREES]; 2],
+    /// Those of the second axis; `None` where it does not matter.
+    x_parts: Option<[[f64; DEGREES]; 2]>,
     nugget: f64,
 }
 
@@ -194,7 +189,8 @@ impl Series {
             lengths_mm: kernel.scales.map(|scale| scale.length_mm),
             variances: kernel.scales.map(|scale| scale.variance),
             parts: kernel.scales.map(|scale| axis_parts(scale.axis_sine)),
-            x_parts: kernel.scales.map(|scale| axis_parts(scale.x_axis_sine)),
+            x_parts: (kernel.scales.iter().any(|scale| scale.x_axis_sine.is_finite()))
+                .then(|| kernel.scales.map(|scale| axis_parts(scale.x_axis_sine))),
             nugget: kernel.nugget,
         }
     }
@@ -202,12 +198,15 @@ impl Series {
     /// Between a row and another sensor.
     fn covariance(&self, row: &FieldPoint, other: &FieldPoint) -> f64 {
         let distance_mm = (row.position_mm - other.position_mm).norm();
-        let [legendre, of_x_axis] = row.cosines(other).map(even_legendre);
+        let [axis, x_axis] = row.cosines(other);
         let sum = |parts: &[f64; DEGREES], legendre: &[f64; DEGREES]| -> f64 {
             parts.iter().zip(legendre).map(|(part, p)| part * p).sum()
         };
+        let legendre = even_legendre(axis);
+        let of_x_axis = self.x_parts.as_ref().map(|parts| (parts, even_legendre(x_axis)));
         let scale = |k: usize| {
-            let by_axes = sum(&self.parts[k], &legendre) * sum(&self.x_parts[k], &of_x_axis);
+            let by_x_axis = of_x_axis.as_ref().map_or(1.0, |(parts, p)| sum(&parts[k], p));
+            let by_axes = sum(&self.parts[k], &legendre) * by_x_axis;
             self.variances[k] * matern(distance_mm / self.lengths_mm[k], 0.0) * by_axes
         };
         scale(0) + scale(1)
@@ -292,7 +291,8 @@ struct NodeSums<'a> {
 }
 
 impl<'a> NodeSums<'a> {
-    fn new(kriging: &'a Kriging, series: &Series) -> Self {
+    fn new(kriging: &'a Kriging) -> Self {
+        let series = &kriging.series;
         let degree = kriging.axis_degree();
         let count = functions(degree);
         let rows = &kriging.process.rows;

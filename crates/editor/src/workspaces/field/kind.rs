@@ -71,12 +71,11 @@ impl FieldKind {
             Self::Kriging => RoomModel::Kriging,
             Self::Harmonic(generator) => RoomModel::Harmonic(HarmonicOrder {
                 generator: match generator {
-                    GeneratorName::Learned => GeneratorChoice::Learned,
+                    GeneratorName::Learned => GeneratorChoice::Learned(None),
                     GeneratorName::BuiltIn(name) => {
                         GeneratorChoice::Known(Generator::built_in(name)?)
                     }
                 },
-                learned: None,
                 degree,
                 ridge: None,
                 loss: Loss::Huber,
