@@ -4,6 +4,7 @@ use crate::support::studies;
 use nalgebra::{UnitQuaternion, Vector3};
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
+use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::body_prediction::*;
 use trackwright_simulation::{RigidBody, SensorOrientation};
 
@@ -14,7 +15,7 @@ fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
 }
 
 fn room() -> std::sync::Arc<Environment> {
-    studies::default_design().environment
+    studies::in_polynomial_room(DEFAULT_BUILTIN).environment
 }
 
 fn middle(room: &Environment) -> Pose {
@@ -65,7 +66,7 @@ fn predictions_need_fit_validity_and_a_pose_inside() {
     let far = Pose::translation(5e3, 0.0, 0.0) * middle(&room);
     let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
     assert!(!predictor.predict(&far).unwrap().is_valid);
-    room.fit_validity = None;
+    (room.fit_validity, room.process) = (None, None);
     let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
     assert_eq!(predictor.predict(&middle(&room)), None);
 }

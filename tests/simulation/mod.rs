@@ -9,6 +9,7 @@ mod body_prediction;
 mod comparison;
 mod elevate;
 mod field_lattice;
+mod model_validity;
 mod placement;
 mod pose_rule;
 mod preview;

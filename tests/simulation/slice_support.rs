@@ -1,9 +1,10 @@
 //! Model validity on a slice.
 
-use crate::support::studies::{cancelled, default_design};
+use crate::support::studies::{cancelled, in_polynomial_room};
 use nalgebra::{Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
+use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::slice_support::*;
 use trackwright_simulation::{
     Quantity, Scenario, SlicePlan, SlicePlane, StudyError, simulate_pose,
@@ -33,7 +34,7 @@ fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {
 
 #[test]
 fn slice_support_is_the_fit_validity_at_each_point() {
-    let scenario = default_design();
+    let scenario = in_polynomial_room(DEFAULT_BUILTIN);
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::PositionErrorMm);
     for (i, is_supported) in found.iter().enumerate() {
@@ -46,7 +47,7 @@ fn slice_support_is_the_fit_validity_at_each_point() {
 
 #[test]
 fn tool_support_requires_valid_poses_of_all_sensors() {
-    let scenario = default_design();
+    let scenario = in_polynomial_room(DEFAULT_BUILTIN);
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::TipErrorMm);
     let crf = scenario.crf.as_ref().unwrap();
@@ -74,12 +75,13 @@ fn tool_support_requires_valid_poses_of_all_sensors() {
 
 #[test]
 fn no_slice_support_if_cancelled_or_without_validity() {
-    let mut scenario = default_design();
+    let mut scenario = in_polynomial_room(DEFAULT_BUILTIN);
     let plan = plan(&scenario);
     let cancel = cancelled().cancel;
     let stopped = slice_support(&scenario, Quantity::PositionErrorMm, &plan, &cancel);
     assert_eq!(stopped, Err(StudyError::Cancelled));
-    std::sync::Arc::make_mut(&mut scenario.environment).fit_validity = None;
+    let room = std::sync::Arc::make_mut(&mut scenario.environment);
+    (room.fit_validity, room.process) = (None, None);
     let none = slice_support(&scenario, Quantity::TipErrorMm, &plan, &cancel);
     assert_eq!(none, Ok(None));
 }

@@ -1,13 +1,14 @@
 //! The region in which the model of a room is valid.
 
-use crate::support::studies::default_design;
+use crate::support::studies::in_polynomial_room;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::Environment;
+use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::supported_region::*;
 use trackwright_task::Task;
 
 fn room() -> std::sync::Arc<Environment> {
-    default_design().environment
+    in_polynomial_room(DEFAULT_BUILTIN).environment
 }
 
 fn region(environment: &Environment, count: usize) -> SupportedRegion {
@@ -66,7 +67,7 @@ fn leverage_on_the_surface_is_the_samples_maximum() {
 #[test]
 fn a_room_without_validity_has_no_supported_region() {
     let mut room = (*room()).clone();
-    room.fit_validity = None;
+    (room.fit_validity, room.process) = (None, None);
     let none = supported_region(&room, &Vector3::z_axis(), 9, &Task::default());
     let message = none.unwrap_err().to_string();
     assert!(message.contains("no model validity"), "{message}");

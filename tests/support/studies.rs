@@ -1,9 +1,18 @@
 //! Small rooms, bodies and ranges of motion, and the built-in designs as scenarios.
 
 use nalgebra::{Unit, Vector3};
+use std::sync::{Arc, OnceLock};
+use trackwright_calibration::room_fit::{RoomOrder, RoomTable, fit_room};
+use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
+use trackwright_field::fit::FitSettings;
+use trackwright_field::generator::Generator;
+use trackwright_field::harmonic::Loss;
+use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
-use trackwright_project::DEFAULT_BUILTIN;
+use trackwright_geometry::directions::DirectionSet;
+use trackwright_geometry::volume::Volume;
+use trackwright_project::{DEFAULT_BUILTIN, Files};
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Outcome, RigidBody, Scenario, Sensor, SensorOrientation,
 };
@@ -55,6 +64,46 @@ pub fn default_design() -> Scenario {
 
 pub fn study(scenario: &Scenario, mode: &Mode) -> Outcome {
     trackwright_simulation::run(scenario, mode, &CancelToken::default(), None).unwrap()
+}
+
+/// The fields of the generator that the built-in room was measured with.
+pub fn harmonics() -> RoomModel {
+    RoomModel::Harmonic(HarmonicOrder {
+        generator: GeneratorChoice::Known(Generator::planar_nine()),
+        degree: None,
+        ridge: None,
+        loss: Loss::default(),
+    })
+}
+
+/// The built-in room fitted with a model to every so many rows of its measurements; of polynomials order 2
+/// with 42 orientations.
+pub fn built_in_room(model: &RoomModel, every: usize) -> Environment {
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/environments/data/cube-fit.csv");
+    let read = Files::default().read_measurements(data.as_ref()).unwrap();
+    let mut samples = read.samples(MapKind::Distortion);
+    samples.samples = samples.samples.into_iter().step_by(every).collect();
+    let order = RoomOrder {
+        name: "Operating table",
+        table: RoomTable { name: "cube-fit.csv", samples: &samples },
+        held_out: None,
+        model,
+        settings: FitSettings::new(2, DirectionSet::FortyTwo),
+        bounds: None,
+        volume: Some(Volume::AuroraCube),
+        jitter: None,
+        with_support: true,
+        sensors: None,
+        registration: None,
+    };
+    fit_room(&order, |_| Task::default()).unwrap().environment
+}
+
+/// A built-in design in the built-in room as polynomials have it.
+pub fn in_polynomial_room(name: &str) -> Scenario {
+    static ROOM: OnceLock<Arc<Environment>> = OnceLock::new();
+    let room = ROOM.get_or_init(|| Arc::new(built_in_room(&RoomModel::PAPER, 1)));
+    Scenario { environment: Arc::clone(room), ..built_in(name) }
 }
 
 /// The same work on a number of threads.

@@ -33,7 +33,7 @@ impl View {
         let has_requirement = design.requirement.is_some_and(|r| r != Requirement::default());
         let missing = [
             (layers.region && !has_requirement, MissingLayer::Region),
-            (layers.support && environment.fit_validity.is_none(), MissingLayer::Support),
+            (layers.support && !environment.has_validity(), MissingLayer::Support),
             (layers.placement && !is_sensor_selected, MissingLayer::Placement),
         ];
         let unknown = self.unknown_layers.iter().cloned();

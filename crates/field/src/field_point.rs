@@ -43,7 +43,7 @@ mod tests {
     use super::*;
     use crate::compensation::{Method, compensate};
     use crate::computed::FieldSource;
-    use crate::gaussian::{GaussianField, Kernel, KernelScale, Kriging, ReadingError};
+    use crate::gaussian::{GaussianField, Kernel, KernelScale, Kriging, ReadingError, Readings};
     use crate::random_models::{Seeded, room};
     use crate::samples::{MapKind, PoseError, Sample, SampleSet};
     use crate::{DistortionModel, OutsidePolicy};
@@ -98,7 +98,7 @@ mod tests {
         let model = correction(process.clone());
         let given = points.iter().map(|at| model.evaluate_point(at, OutsidePolicy::Clamp).error);
         let given: Vec<_> = given.collect();
-        let stated = process.reading_errors(&points, &given).unwrap();
+        let stated = Readings::new(&process).errors(&points, &given).unwrap();
         let left = held_out
             .iter()
             .zip(&given)

@@ -71,7 +71,7 @@ impl Stage<'_> {
             let found = first_order(&scenario);
             found.map_err(|error| why("tip-scatter", &error)).ok()
         });
-        let support = (layers.support && environment.fit_validity.is_some()).then(|| {
+        let support = (layers.support && environment.has_validity()).then(|| {
             let axis = slice_plan(environment, &view.slice).sensor_axis;
             let part = task.subtask(0.3, 0.5);
             supported_region(environment, &axis, REGION_POINTS, &part)

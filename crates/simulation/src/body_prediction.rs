@@ -4,17 +4,16 @@
 use crate::body::RigidBody;
 use crate::linear_fit::{LinearFit, MotionCovariance, UnitCovariance};
 use nalgebra::{Point3, Unit, Vector3};
-use trackwright_field::{Environment, FitValidity, OutsidePolicy};
+use trackwright_field::validity::{ModelValidity, SensorPlace};
+use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::pose::Pose;
 
 /// A body made ready to be predicted often.
 pub struct BodyPredictor<'a> {
-    support: Option<&'a FitValidity>,
-    outside: OutsidePolicy,
+    validity: Option<ModelValidity<'a>>,
     sensors: Vec<PredictedSensor>,
     /// From the sensors' centroid to the tip, body axes.
     lever_mm: Vector3<f64>,
-    noise: Option<Noise>,
 }
 
 struct PredictedSensor {
@@ -26,23 +25,18 @@ struct PredictedSensor {
     covariance: UnitCovariance,
 }
 
-/// What the fit left of its samples, RMS lengths of vectors.
-struct Noise {
-    position_mm: f64,
-    angle_rad: Option<f64>,
-}
-
 /// What is known of a body at one pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyPrediction {
     /// RMS distance of the compensated tip from the true one; `None` where the fit does not determine
     /// it, or orientations were not measured and the tip depends on them.
     pub tip_rms_mm: Option<f64>,
-    /// Standard error of the model's field, RMS over the sensors; `None` where it is not determined.
+    /// Error of the model's field ([`trackwright_field::validity::SensorValidity::position_error_mm`]), RMS over the sensors; `None` where it is
+    /// not determined.
     pub position_std_error_mm: Option<f64>,
     /// Likewise of the rotation; `None` also where orientations were not measured.
     pub angle_std_error_rad: Option<f64>,
-    /// Whether the samples support the model at every sensor ([FitValidity::is_valid`]).
+    /// Whether the samples support the model at every sensor ([`trackwright_field::validity::SensorValidity::is_supported`]).
     pub is_valid: bool,
 }
 
@@ -57,10 +51,8 @@ impl<'a> BodyPredictor<'a> {
     ) -> Self {
         let linear = LinearFit::new(body, orientation_weight_mm);
         let parts = body.sensors.iter().zip(linear.unit_covariances());
-        let support = environment.fit_validity.as_ref();
         Self {
-            support,
-            outside,
+            validity: environment.model_validity(outside),
             sensors: parts
                 .map(|(sensor, covariance)| PredictedSensor {
                     position_in_body: sensor.position_in_body,
@@ -70,35 +62,40 @@ impl<'a> BodyPredictor<'a> {
                 })
                 .collect(),
             lever_mm: linear.lever_mm(&body.judged_tip_in_body()),
-            noise: support.and_then(Noise::of),
         }
     }
 
-    /// The prediction with the body at a pose; `None` where the room keeps no support.
+    /// The prediction with the body at a pose; `None` where the room keeps no model validity.
     ///
-    /// A sensor's reading is off by what the fit left of its samples (noise, and what the model does
-    /// not follow) and by the model's standard error at the pose, `σ² + s²`, as a new observation of a
-    /// regression is; independent from sensor to sensor, and the same along all axes. The tip's
+    /// A sensor's reading is off by what measurements scatter by and by the model's error at the pose,
+    /// `σ² + s²`, as a new observation of a regression is; independent from sensor to sensor, and the same along all axes. The tip's
     /// covariance follows to first order. A rotation that the sensors leave free is taken as known.
     pub fn predict(&self, tracker_from_body: &Pose) -> Option<BodyPrediction> {
-        let support = self.support?;
+        let validity = self.validity.as_ref()?;
         let count = self.sensors.len().max(1) as f64;
         let mut sum = MotionCovariance::zero();
         let (mut position_mm2, mut angle_rad2) = (0.0, Some(0.0));
+        let needs_angles =
+            self.sensors.iter().any(|s| s.axis_in_body.is_some()) && self.lever_mm.norm() > 0.0;
         let mut is_valid = !self.sensors.is_empty();
-        for sensor in &self.sensors {
-            let position_mm = tracker_from_body * sensor.position_in_body;
+        let mut is_tip_predicted = !self.sensors.is_empty();
+        let places = self.sensors.iter().map(|sensor| {
             let axis = sensor.axis_in_body.map(|axis| tracker_from_body.rotation * axis);
-            let at = support.at_sensor(&position_mm, axis.as_ref(), self.outside);
-            is_valid &= at.is_valid;
-            position_mm2 += at.position_std_error_mm.powi(2) / count;
-            angle_rad2 = angle_rad2
-                .zip(at.angle_std_error_rad)
-                .map(|(sum, angle)| sum + angle * angle / count);
-            if let Some(noise) = &self.noise {
-                let position_mm = noise.position_mm.hypot(at.position_std_error_mm);
+            (tracker_from_body * sensor.position_in_body, axis)
+        });
+        let places: Vec<SensorPlace> = places.collect();
+        let found = validity.at(&places);
+        for ((sensor, place), at) in self.sensors.iter().zip(&places).zip(found) {
+            is_valid &= at.is_supported;
+            position_mm2 += at.position_error_mm.powi(2) / count;
+            angle_rad2 =
+                angle_rad2.zip(at.angle_error_rad).map(|(sum, angle)| sum + angle * angle / count);
+            let scatter = validity.scatter_at(&place.0);
+            is_tip_predicted &= scatter.is_some_and(|of| of.angle_rad.is_some() || !needs_angles);
+            if let Some(scatter) = scatter {
+                let position_mm = scatter.position_mm.hypot(at.position_error_mm);
                 let angle_rad =
-                    (noise.angle_rad.unwrap_or(0.0)).hypot(at.angle_std_error_rad.unwrap_or(0.0));
+                    (scatter.angle_rad.unwrap_or(0.0)).hypot(at.angle_error_rad.unwrap_or(0.0));
                 let (mm, rad) = (position_mm / 3.0_f64.sqrt(), angle_rad / sensor.rotations.sqrt());
                 sensor.covariance.add_to(&mut sum, mm, rad);
             }
@@ -106,33 +103,10 @@ impl<'a> BodyPredictor<'a> {
         let finite_root = |square: f64| square.is_finite().then(|| square.sqrt());
         let tip_mm2 = sum.point_mm2(&self.lever_mm).trace().max(0.0);
         Some(BodyPrediction {
-            tip_rms_mm: finite_root(tip_mm2).filter(|_| self.is_tip_predicted()),
+            tip_rms_mm: finite_root(tip_mm2).filter(|_| is_tip_predicted),
             position_std_error_mm: finite_root(position_mm2),
             angle_std_error_rad: angle_rad2.and_then(finite_root),
             is_valid,
         })
     }
-
-    fn is_tip_predicted(&self) -> bool {
-        let has_axes = self.sensors.iter().any(|s| s.axis_in_body.is_some());
-        let needs_angles = has_axes && self.lever_mm.norm() > 0.0;
-        (self.noise.as_ref()).is_some_and(|noise| noise.angle_rad.is_some() || !needs_angles)
-            && !self.sensors.is_empty()
-    }
-}
-
-impl Noise {
-    /// `None` where a fit has no residual to estimate its noise from.
-    fn of(support: &FitValidity) -> Option<Self> {
-        let parts = support.parts();
-        Some(Self {
-            position_mm: rms(&parts.position_std_mm)?,
-            angle_rad: parts.angle_std_rad.as_deref().and_then(rms),
-        })
-    }
-}
-
-fn rms(values: &[Option<f64>]) -> Option<f64> {
-    let squares: Option<f64> = values.iter().map(|v| v.map(|v| v * v)).sum();
-    squares.filter(|_| !values.is_empty()).map(|sum| (sum / values.len() as f64).sqrt())
 }

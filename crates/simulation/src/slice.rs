@@ -7,9 +7,11 @@ use super::slice_plan::{SlicePlan, SlicePlane, others};
 use super::slice_quantity::Quantity;
 use super::trial::{Simulator, TrialBuffers};
 use super::work::Work;
+use nalgebra::Point3;
 use rayon::prelude::*;
 use trackwright_field::samples::PoseError;
-use trackwright_field::{Batch, DistortionModel, FitValidity, OutsidePolicy};
+use trackwright_field::validity::{ModelValidity, SensorPlace};
+use trackwright_field::{Batch, DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::svd3::svd3;
 use trackwright_task::CancelToken;
@@ -66,10 +68,10 @@ pub fn sample_slice(
         Quantity::TipErrorMm => tip_errors(scenario, plan, cancel),
         Quantity::GradientMmPerMm => gradients(model, plan, cancel),
         Quantity::StdErrorMm | Quantity::SupportDistanceMm => {
-            let Some(support) = &environment.fit_validity else {
+            let Some(validity) = environment.model_validity(OutsidePolicy::Clamp) else {
                 return Ok(None);
             };
-            supports(quantity, support, model, plan, cancel)
+            supports(quantity, &validity, model, plan, cancel)
         }
     };
     let (sampled, work) = sampled?;
@@ -186,8 +188,7 @@ fn tip_errors(scenario: &Scenario, plan: &SlicePlan, cancel: &CancelToken) -> Ro
 
 fn gradients(model: &DistortionModel, plan: &SlicePlan, cancel: &CancelToken) -> Rows {
     let at_axis = model.at_axis(&plan.sensor_axis);
-    let sampled = each_point(plan, cancel, |u, v| {
-        let point = plan.point_mm(u, v);
+    let steepest = |point: Point3<f64>| {
         // On the face, and not a rounding beyond it, where the slope across is that of a field
         // that is clamped: none.
         let at = model.bounds().clamp(&point);
@@ -195,7 +196,8 @@ fn gradients(model: &DistortionModel, plan: &SlicePlan, cancel: &CancelToken) ->
         let slopes = there.by_position.fixed_rows::<3>(0).into_owned();
         let is_inside = model.bounds().contains(&point);
         (svd3(&slopes).singular_values[0], is_inside)
-    })?;
+    };
+    let sampled = each_row(plan, cancel, |points| points.into_iter().map(steepest).collect())?;
     let work = Work {
         slice_evaluations: plan.points() as u64,
         coefficient_blends: 1,
@@ -207,37 +209,41 @@ fn gradients(model: &DistortionModel, plan: &SlicePlan, cancel: &CancelToken) ->
 
 fn supports(
     quantity: Quantity,
-    support: &FitValidity,
+    validity: &ModelValidity,
     model: &DistortionModel,
     plan: &SlicePlan,
     cancel: &CancelToken,
 ) -> Rows {
-    let sampled = each_point(plan, cancel, |u, v| {
-        let point = plan.point_mm(u, v);
-        let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
-        let value = match quantity {
-            Quantity::StdErrorMm => at.position_std_error_mm,
-            _ => at.distance_mm,
+    let sampled = each_row(plan, cancel, |points| {
+        let along_axis = |at| (at, Some(plan.sensor_axis));
+        let sensors: Vec<SensorPlace> = points.iter().copied().map(along_axis).collect();
+        let values: Vec<f64> = match quantity {
+            Quantity::StdErrorMm => {
+                validity.at(&sensors).iter().map(|at| at.position_error_mm).collect()
+            }
+            _ => sensors.iter().map(|sensor| validity.distance_mm(sensor)).collect(),
         };
-        match value.is_finite() {
-            true => (value, model.bounds().contains(&point)),
+        let each = points.iter().zip(values).map(|(point, value)| match value.is_finite() {
+            true => (value, model.bounds().contains(point)),
             false => (f64::NAN, false),
-        }
+        });
+        each.collect()
     })?;
     let work = Work { slice_evaluations: plan.points() as u64, ..Work::default() };
     Ok((sampled, work))
 }
 
 /// Rows of points in parallel.
-pub(super) fn each_point<T: Clone + Send>(
+pub(super) fn each_row<T: Clone + Send>(
     plan: &SlicePlan,
     cancel: &CancelToken,
-    sample: impl Fn(usize, usize) -> T + Sync,
+    sample: impl Fn(Vec<Point3<f64>>) -> Vec<T> + Sync,
 ) -> Result<Vec<T>, StudyError> {
     let [nu, nv] = plan.counts;
+    let points = |v: usize| (0..nu).map(|u| plan.point_mm(u, v)).collect();
     let rows: Option<Vec<Vec<T>>> = (0..nv)
         .into_par_iter()
-        .map(|v| (!cancel.is_cancelled()).then(|| (0..nu).map(|u| sample(u, v)).collect()))
+        .map(|v| (!cancel.is_cancelled()).then(|| sample(points(v))))
         .collect();
     Ok(rows.ok_or(StudyError::Cancelled)?.concat())
 }

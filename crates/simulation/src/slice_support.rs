@@ -2,14 +2,16 @@
 
 use super::run::{StudyError, check};
 use super::scenario::Scenario;
-use super::slice::each_point;
+use super::slice::each_row;
 use super::slice_plan::SlicePlan;
 use super::slice_quantity::Quantity;
-use super::support::is_supported;
+use super::support::{is_supported, sensor_places};
 use super::trial::Simulator;
+use nalgebra::Point3;
+use trackwright_field::validity::SensorPlace;
 use trackwright_task::CancelToken;
 
-/// Whether the field is supported ([FitValidity::is_valid`]) at each point of the plan, in the order
+/// Whether the field is supported ([`trackwright_field::validity::SensorValidity::is_supported`]) at each point of the plan, in the order
 /// of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor
 /// of tool and CRF with the tip at the point. `None` where the environment does not state it.
 ///
@@ -21,12 +23,16 @@ pub fn slice_support(
     plan: &SlicePlan,
     cancel: &CancelToken,
 ) -> Result<Option<Vec<bool>>, StudyError> {
-    let Some(support) = &scenario.environment.fit_validity else {
+    let Some(validity) = scenario.environment.model_validity(scenario.outside) else {
         return Ok(None);
     };
     if !quantity.needs_tool() {
-        let is_valid = |u, v| support.is_valid(&plan.point_mm(u, v), &plan.sensor_axis);
-        return each_point(plan, cancel, is_valid).map(Some);
+        let along_axis = |at| (at, Some(plan.sensor_axis));
+        let of_row = |points: Vec<Point3<f64>>| {
+            let sensors: Vec<SensorPlace> = points.into_iter().map(along_axis).collect();
+            validity.is_supported(&sensors)
+        };
+        return each_row(plan, cancel, of_row).map(Some);
     }
     check(scenario)?;
     let simulator = Simulator::new(scenario);
@@ -34,12 +40,17 @@ pub fn slice_support(
     let is_crf_supported = scenario
         .crf
         .as_ref()
-        .is_none_or(|crf| is_supported(support, &crf.body, &crf.tracker_from_crf));
+        .is_none_or(|crf| is_supported(&validity, &crf.body, &crf.tracker_from_crf));
     let rotation = scenario.crf_from_tool.rotation;
-    each_point(plan, cancel, |u, v| {
-        let tip = plan.point_mm(u, v);
-        let tool = tracker_from_crf * simulator.crf_from_tool_with_tip_at(&tip, &rotation);
-        is_crf_supported && is_supported(support, &scenario.tool, &tool)
+    each_row(plan, cancel, |tips| {
+        let tool_at = |tip: &Point3<f64>| {
+            tracker_from_crf * simulator.crf_from_tool_with_tip_at(tip, &rotation)
+        };
+        let of_tip = |tip| sensor_places(&scenario.tool, tool_at(tip));
+        let sensors: Vec<SensorPlace> = tips.iter().flat_map(of_tip).collect();
+        let found = validity.is_supported(&sensors);
+        let of_tool = found.chunks(scenario.tool.sensors.len());
+        of_tool.map(|each| is_crf_supported && !each.contains(&false)).collect()
     })
     .map(Some)
 }

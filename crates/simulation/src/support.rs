@@ -6,12 +6,10 @@ use super::plan::Plan;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
 use crate::body::RigidBody;
-use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use serde::Serialize;
-use trackwright_field::FieldPoint;
-use trackwright_field::gaussian::GaussianError;
-use trackwright_field::{FitValidity, OutsidePolicy};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::validity::{ModelValidity, SensorPlace};
 use trackwright_geometry::pose::Pose;
 use trackwright_task::{Cancelled, Task};
 
@@ -55,8 +53,6 @@ pub enum SurveyError {
     )]
     NoSupport(String),
     #[error(transparent)]
-    Process(#[from] GaussianError),
-    #[error(transparent)]
     Study(#[from] StudyError),
 }
 
@@ -67,11 +63,9 @@ impl From<Cancelled> for SurveyError {
 }
 
 /// Whether the model is valid at every sensor of a body.
-pub fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: &Pose) -> bool {
-    body.sensors.iter().all(|sensor| {
-        let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
-        support.is_sensor_valid(&(tracker_from_body * sensor.position_in_body), axis.as_ref())
-    })
+pub fn is_supported(validity: &ModelValidity, body: &RigidBody, tracker_from_body: &Pose) -> bool {
+    let sensors: Vec<_> = sensor_places(body, *tracker_from_body).collect();
+    validity.is_supported(&sensors).into_iter().all(|is_supported| is_supported)
 }
 
 /// Looks up the support of every sensor in every trial of a mode. The CRF is looked up once where
@@ -82,7 +76,7 @@ pub fn is_supported(support: &FitValidity, body: &RigidBody, tracker_from_body: 
 pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSurvey, SurveyError> {
     let looker = Looker::new(scenario)?;
     let plan = Plan::new(scenario, mode)?;
-    let still = looker.still_crf()?;
+    let still = looker.still_crf();
     let mut sum = Looked::default();
     let mut found = SupportSurvey {
         trials: 0,
@@ -103,8 +97,9 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
                 (trial.tracker_from_crf.is_some(), looker.sensors(&trial))
             })
             .collect();
-        let sensors: Vec<Place> = trials.iter().flat_map(|(_, sensors)| sensors).copied().collect();
-        let mut looked = looker.looked(&sensors)?.into_iter();
+        let sensors: Vec<SensorPlace> =
+            trials.iter().flat_map(|(_, sensors)| sensors).copied().collect();
+        let mut looked = looker.looked(&sensors).into_iter();
         for (is_moved, sensors) in &trials {
             let of_trial = looked.by_ref().take(sensors.len());
             let crf = if *is_moved { None } else { still };
@@ -209,79 +204,57 @@ impl Looked {
     }
 }
 
-/// Where a sensor is, tracker frame; a marker has no axis.
-type Place = (Point3<f64>, Option<Unit<Vector3<f64>>>);
-
-/// Looks up sensors: in what the fit kept of itself, else in what its measurements leave open.
+/// Looks up sensors.
 struct Looker<'a> {
     scenario: &'a Scenario,
+    validity: ModelValidity<'a>,
 }
 
 impl<'a> Looker<'a> {
     fn new(scenario: &'a Scenario) -> Result<Self, SurveyError> {
-        match scenario.environment.has_validity() {
-            true => Ok(Self { scenario }),
-            false => Err(SurveyError::NoSupport(scenario.environment.name.clone())),
-        }
+        let validity = scenario.environment.model_validity(scenario.outside);
+        let no_support = || SurveyError::NoSupport(scenario.environment.name.clone());
+        Ok(Self { scenario, validity: validity.ok_or_else(no_support)? })
     }
 
     /// The CRF where it stands.
-    fn still_crf(&self) -> Result<Option<Looked>, SurveyError> {
-        let crf = self.scenario.crf.as_ref();
-        crf.map(|crf| {
-            let looked =
-                self.looked(&places(&crf.body, crf.tracker_from_crf).collect::<Vec<_>>())?;
-            Ok(looked.into_iter().fold(Looked::default(), Looked::with))
-        })
-        .transpose()
+    fn still_crf(&self) -> Option<Looked> {
+        let crf = self.scenario.crf.as_ref()?;
+        let sensors: Vec<_> = sensor_places(&crf.body, crf.tracker_from_crf).collect();
+        Some(self.looked(&sensors).into_iter().fold(Looked::default(), Looked::with))
     }
 
     /// The sensors of a trial; those of a CRF that stands still are not among them.
-    fn sensors(&self, trial: &InputTrial) -> Vec<Place> {
+    fn sensors(&self, trial: &InputTrial) -> Vec<SensorPlace> {
         let InputTrial { tracker_from_crf: moved_crf, crf_from_tool } = *trial;
         let tool = &self.scenario.tool;
         let Some(crf) = &self.scenario.crf else {
-            return places(tool, crf_from_tool).collect();
+            return sensor_places(tool, crf_from_tool).collect();
         };
         let tracker_from_crf = moved_crf.unwrap_or(crf.tracker_from_crf);
-        let of_tool = places(tool, tracker_from_crf * crf_from_tool);
-        let of_crf = moved_crf.iter().flat_map(|moved| places(&crf.body, *moved));
+        let of_tool = sensor_places(tool, tracker_from_crf * crf_from_tool);
+        let of_crf = moved_crf.iter().flat_map(|moved| sensor_places(&crf.body, *moved));
         of_tool.chain(of_crf).collect()
     }
 
-    fn looked(&self, places: &[Place]) -> Result<Vec<Looked>, SurveyError> {
-        let Scenario { environment, outside, .. } = self.scenario;
-        let bounds = environment.model.bounds();
-        if let Some(support) = &environment.fit_validity {
-            let each = places.par_iter().map(|(position, axis)| {
-                let at = support.at_sensor(position, axis.as_ref(), *outside);
-                Looked {
-                    distance_mm: at.distance_mm,
-                    is_unsupported: !at.is_valid,
-                    is_outside: !bounds.contains(position),
-                    ..Looked::of(at.position_std_error_mm, at.angle_std_error_rad)
-                }
-            });
-            return Ok(each.collect());
-        }
-        let points: Vec<FieldPoint> = places
-            .iter()
-            .map(|(position, axis)| {
-                FieldPoint::new(*position, axis.unwrap_or_else(Vector3::z_axis))
-            })
-            .collect();
-        let found = environment.validity(&points, *outside)?.unwrap_or_default();
-        let each = points.iter().zip(found).map(|(point, at)| Looked {
-            distance_mm: at.distance_mm,
+    fn looked(&self, sensors: &[SensorPlace]) -> Vec<Looked> {
+        let bounds = self.scenario.environment.model.bounds();
+        let found = self.validity.at(sensors);
+        let each = sensors.par_iter().zip(found).map(|(sensor, at)| Looked {
+            distance_mm: self.validity.distance_mm(sensor),
             is_unsupported: !at.is_supported,
-            is_outside: !bounds.contains(&point.position_mm),
+            is_outside: !bounds.contains(&sensor.0),
             ..Looked::of(at.position_error_mm, at.angle_error_rad)
         });
-        Ok(each.collect())
+        each.collect()
     }
 }
 
-fn places(body: &RigidBody, tracker_from_body: Pose) -> impl Iterator<Item = Place> {
+/// Where the sensors of a body are.
+pub(crate) fn sensor_places(
+    body: &RigidBody,
+    tracker_from_body: Pose,
+) -> impl Iterator<Item = SensorPlace> {
     body.sensors.iter().map(move |sensor| {
         let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
         (tracker_from_body * sensor.position_in_body, axis)

@@ -1,13 +1,13 @@
 //! Where in its box a model is valid: the surface within which a sensor turned one way finds
 //! field that the samples support.
 //!
-//! The scalar is [`FitValidity::leverage_share`]: the leverage of the pose against the greatest of the
-//! samples, so 1 is where the model begins to extrapolate. The surface ends on the faces of the box,
+//! The scalar is [`ModelValidity::shares`], 1 where support ends. The surface ends on the faces of the box,
 //! as the model does.
 
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
-use trackwright_field::{Environment, FitValidity};
+use trackwright_field::validity::ModelValidity;
+use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::isosurface::{Isosurface, ScalarLattice};
 use trackwright_task::{Cancelled, Task};
@@ -54,12 +54,12 @@ pub fn supported_region(
     task: &Task,
 ) -> Result<SupportedRegion, SupportedRegionError> {
     let no_support = || SupportedRegionError::NoSupport(environment.name.clone());
-    let support = environment.fit_validity.as_ref().ok_or_else(no_support)?;
+    let validity = environment.model_validity(OutsidePolicy::Clamp).ok_or_else(no_support)?;
     if count < 2 {
         return Err(SupportedRegionError::Count { count });
     }
     let own = *environment.model.bounds();
-    let share = shares(support, &own, axis, count, task)?;
+    let share = shares(&validity, &own, axis, count, task)?;
     let surface = share.isosurface(1.0);
     let whole_mm3 = own.size_mm().product();
     Ok(SupportedRegion {
@@ -76,7 +76,7 @@ pub fn supported_region(
 
 /// The scalar over the box.
 fn shares(
-    support: &FitValidity,
+    validity: &ModelValidity,
     bounds: &Bounds,
     axis: &Unit<Vector3<f64>>,
     count: usize,
@@ -91,11 +91,9 @@ fn shares(
             if task.cancel.is_cancelled() {
                 return Err(Cancelled);
             }
-            let of_piece = (start..(start + PIECE).min(points)).map(|place| {
-                let at = lattice.point_mm(lattice.index(place));
-                support.leverage_share(&at, axis)
-            });
-            Ok(of_piece.collect())
+            let places = start..(start + PIECE).min(points);
+            let points: Vec<_> = places.map(|at| lattice.point_mm(lattice.index(at))).collect();
+            Ok(validity.shares(&points, axis))
         })
         .collect();
     lattice.values = pieces?.concat();

@@ -3,7 +3,8 @@
 
 use super::rows::AgreementRow;
 use nalgebra::{Matrix3, Point3, UnitQuaternion};
-use trackwright_field::{FitValidity, OutsidePolicy};
+use trackwright_field::OutsidePolicy;
+use trackwright_field::validity::ModelValidity;
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use trackwright_simulation::scenario::Scenario;
@@ -18,6 +19,7 @@ pub struct Noise<'a> {
     scenario: &'a Scenario,
     tool: LinearFit,
     crf: Option<LinearFit>,
+    validity: Option<ModelValidity<'a>>,
     averaged: f64,
     truth_std_mm: f64,
 }
@@ -29,6 +31,7 @@ impl<'a> Noise<'a> {
         Self {
             tool: linear(&scenario.tool),
             crf: scenario.crf.as_ref().map(|crf| linear(&crf.body)),
+            validity: scenario.environment.model_validity(OutsidePolicy::Clamp),
             scenario,
             averaged,
             truth_std_mm,
@@ -42,7 +45,7 @@ impl<'a> Noise<'a> {
 
     /// Whether the room states its field's standard error.
     pub fn has_field_error(&self) -> bool {
-        self.scenario.environment.fit_validity.is_some()
+        self.validity.is_some()
     }
 
     /// Covariance of the tip in CRF axes, of jitter, field and truth together; `None` where the room
@@ -87,13 +90,13 @@ impl<'a> Noise<'a> {
 
     /// Whether a sensor of tool or CRF leans on field that the samples do not support.
     pub fn is_unsupported(&self, row: &AgreementRow) -> Option<bool> {
-        let support = self.scenario.environment.fit_validity.as_ref()?;
+        let validity = self.validity.as_ref()?;
         let tracker_from_crf = row.tracker_from_crf_in(self.scenario);
         let crf = self.scenario.crf.as_ref();
         let tool = tracker_from_crf * row.crf_from_tool;
         Some(
-            !(is_supported(support, &self.scenario.tool, &tool)
-                && crf.is_none_or(|crf| is_supported(support, &crf.body, &tracker_from_crf))),
+            !(is_supported(validity, &self.scenario.tool, &tool)
+                && crf.is_none_or(|crf| is_supported(validity, &crf.body, &tracker_from_crf))),
         )
     }
 
@@ -143,9 +146,8 @@ impl<'a> Noise<'a> {
     }
 
     fn field_error(&self, sensor: &Sensor, tracker_from_body: &Pose) -> Variances {
-        let at = tracker_from_body * sensor.position_in_body;
-        let support = self.scenario.environment.fit_validity.as_ref();
-        support.map_or([0.0; 2], |support| field_variances(support, sensor, &at, tracker_from_body))
+        let validity = self.validity.as_ref();
+        validity.map_or([0.0; 2], |validity| field_variances(validity, sensor, tracker_from_body))
     }
 }
 
@@ -154,18 +156,16 @@ fn rotations(sensor: &Sensor) -> f64 {
     if sensor.orientation.degrees_of_freedom() == 5 { 2.0 } else { 3.0 }
 }
 
-/// The support gives lengths of vectors.
+/// Model validity gives lengths of vectors.
 fn field_variances(
-    support: &FitValidity,
+    validity: &ModelValidity,
     sensor: &Sensor,
-    at: &Point3<f64>,
     tracker_from_body: &Pose,
 ) -> Variances {
     let axis = sensor.axis_in_body().map(|axis| tracker_from_body.rotation * axis);
-    let found = support.at_sensor(at, axis.as_ref(), OutsidePolicy::Clamp);
-    let components = rotations(sensor);
-    let angle_rad = found.angle_std_error_rad.unwrap_or(0.0);
-    [found.position_std_error_mm.powi(2) / 3.0, angle_rad.powi(2) / components]
+    let at = validity.at_sensor(&(tracker_from_body * sensor.position_in_body, axis));
+    let angle_rad = at.angle_error_rad.unwrap_or(0.0);
+    [at.position_error_mm.powi(2) / 3.0, angle_rad.powi(2) / rotations(sensor)]
 }
 
 fn motion(

@@ -382,7 +382,7 @@ fn on_drag_end(
 
 fn settings_ui(ui: &mut Ui, view: &mut View, context: &SettingsContext) {
     let slice = &mut view.slice;
-    quantity_ui(ui, context.environment.fit_validity.is_some(), slice);
+    quantity_ui(ui, context.environment.has_validity(), slice);
     plane_ui(ui, context, slice);
     position_ui(ui, context.environment.model.bounds(), slice);
     if !slice.quantity.needs_tool() {

@@ -32,7 +32,7 @@ const LOOK: ShellLook = ShellLook {
 /// The layer.
 pub const LAYER: LayerInfo = LayerInfo {
     is_of_room: true,
-    why_not: |environment| environment.fit_validity.is_none().then_some(NO_SUPPORT),
+    why_not: |environment| (!environment.has_validity()).then_some(NO_SUPPORT),
     is_idle,
     ..LayerInfo::new("Model support", 140, |layers| &mut layers.support)
 };
@@ -100,7 +100,7 @@ fn is_on(layer: Res<SupportLayer>) -> bool {
 
 fn request(mut layer: ResMut<SupportLayer>, world: Res<OpenWorld>, mut legends: ResMut<Legends>) {
     let (view, environment) = (world.0.document.view(), &world.0.environment);
-    let is_wanted = view.layers.support && environment.fit_validity.is_some();
+    let is_wanted = view.layers.support && environment.has_validity();
     let axis = Vector3::from(view.slice.sensor_axis);
     let key = is_wanted.then(|| Key {
         environment: Arc::clone(environment),

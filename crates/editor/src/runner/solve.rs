@@ -266,7 +266,7 @@ fn slice_key(stamp: Stamp, environment: &Arc<Environment>, view: &View) -> Optio
         wish: SliceWish {
             plan: slice_plan(environment, &view.slice),
             quantity: view.slice.quantity,
-            support: view.layers.support && environment.fit_validity.is_some(),
+            support: view.layers.support && environment.has_validity(),
         },
         revision: view.slice.quantity.needs_tool().then_some(stamp.revision),
     })

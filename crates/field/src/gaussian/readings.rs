@@ -2,10 +2,11 @@
 
 use super::field::{ErrorValues, GaussianField, Trend};
 use super::fit::GaussianError;
-use super::posterior::{Conditioned, DrawnErrors, log_amplitude_std};
+use super::neighborhoods::Neighborhoods;
+use super::posterior::{DrawnErrors, log_amplitude_std};
 use crate::field_point::FieldPoint;
 use crate::samples::PoseError;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Point3, Vector3, Vector6};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -36,6 +37,32 @@ pub struct ReadingDistance {
     pub within_95: f64,
 }
 
+/// The same without its distribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadingRms {
+    pub position_mm: f64,
+    /// rad; `None` where orientations were not measured.
+    pub angle_rad: Option<f64>,
+}
+
+/// A process made ready for readings at many poses.
+pub struct Readings<'a> {
+    field: &'a GaussianField,
+    neighborhoods: Neighborhoods<'a>,
+    components: Matrix6<f64>,
+}
+
+/// What the error of a reading is made of.
+struct Parts {
+    /// Mean of the process less the model's errors.
+    bias: Vector6<f64>,
+    /// Standard deviation of the process, and of the logarithm of a draw's amplitude.
+    std: f64,
+    log_std: f64,
+    /// Of each refit of the model, and of the registration.
+    of_model: Vec<Vector6<f64>>,
+}
+
 /// Deviations for a unit standard deviation of the process, the normal number of their amplitude, what a sensor is
 /// off by itself, and the factor of each deviation of the model.
 struct ReadingDraw {
@@ -45,41 +72,127 @@ struct ReadingDraw {
     of_model: Vec<f64>,
 }
 
-impl GaussianField {
-    /// The expected error of `model_errors`, the errors of the room's model at the points. All
-    /// rows are conditioned on; their noise is not in it.
+impl<'a> Readings<'a> {
+    pub fn new(field: &'a GaussianField) -> Self {
+        let components = field.components();
+        Self { field, neighborhoods: Neighborhoods::new(field), components }
+    }
+
+    /// The expected error of `model_errors`, the errors of the room's model at the points. The noise of
+    /// readings is not in it.
     ///
     /// # Errors
     /// [`GaussianError::NotPositiveDefinite`].
-    pub fn reading_errors(
+    pub fn errors(
         &self,
         at: &[FieldPoint],
         model_errors: &[PoseError],
     ) -> Result<Vec<ReadingError>, GaussianError> {
-        let given = Conditioned::new(self.kernel, &self.rows, &self.amplitude)?;
-        let components = self.components();
-        let draws = self.reading_draws(&components);
-        let mut found = Vec::with_capacity(at.len());
-        for (block, model) in at.chunks(BLOCK).zip(model_errors.chunks(BLOCK)) {
-            let (mean, explained) = given.at(block);
-            let deviations = self.model_deviations(block);
-            let each = block.par_iter().enumerate().map(|(i, point)| {
-                let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
-                let most = given.kernel.variance();
-                let unit_variance = (most - explained).max(0.0);
-                let log_std = log_amplitude_std(unit_variance / most, self.rows.len());
-                let amplitude = self.amplitude.at(&point.position_mm);
-                let own = std::array::from_fn(|c| mean[(i, c)] * amplitude);
-                let bias = less_model(own, self.trend, &model[i]);
-                let of_model: Vec<_> = deviations.iter().map(|of| Vector6::from(of[i])).collect();
-                let std = [amplitude * unit_variance.sqrt(), log_std];
-                self.reading_error(&bias, std, &of_model, &components, &draws)
-            });
-            found.par_extend(each);
-        }
-        Ok(found)
+        let draws = self.field.reading_draws(&self.components);
+        self.each(at, model_errors, |parts| self.distribution(parts, &draws))
     }
 
+    /// The same without its distribution, which takes longer.
+    ///
+    /// # Errors
+    /// [`GaussianError::NotPositiveDefinite`].
+    pub fn rms(
+        &self,
+        at: &[FieldPoint],
+        model_errors: &[PoseError],
+    ) -> Result<Vec<ReadingRms>, GaussianError> {
+        self.each(at, model_errors, |parts| ReadingRms {
+            position_mm: self.rms_of(parts, 0),
+            angle_rad: self.field.has_rotations.then(|| self.rms_of(parts, 3)),
+        })
+    }
+
+    /// RMS length of what the noise of a row is in the position, mm, and in the rotation, rad, at a
+    /// place.
+    pub fn noise_at(&self, position_mm: &Point3<f64>) -> ReadingRms {
+        let std = self.field.amplitude.at(position_mm) * self.field.kernel.nugget.sqrt();
+        let length = |from: usize| std * self.components.fixed_rows::<3>(from).norm();
+        ReadingRms {
+            position_mm: length(0),
+            angle_rad: self.field.has_rotations.then(|| length(3)),
+        }
+    }
+
+    fn each<T: Clone + Send>(
+        &self,
+        at: &[FieldPoint],
+        model_errors: &[PoseError],
+        of: impl Fn(&Parts) -> T + Sync,
+    ) -> Result<Vec<T>, GaussianError> {
+        let field = self.field;
+        let mut found = vec![None; at.len()];
+        for (part, indices) in self.neighborhoods.grouped(at) {
+            let given = self.neighborhoods.part(part)?;
+            let most = given.kernel.variance();
+            for indices in indices.chunks(BLOCK) {
+                let points: Vec<FieldPoint> = indices.iter().map(|&i| at[i]).collect();
+                let (mean, explained) = given.at(&points);
+                let deviations = field.model_deviations(&points);
+                let each = points.par_iter().enumerate().map(|(i, point)| {
+                    let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
+                    let unit_variance = (most - explained).max(0.0);
+                    let amplitude = field.amplitude.at(&point.position_mm);
+                    let own = std::array::from_fn(|c| mean[(i, c)] * amplitude);
+                    of(&Parts {
+                        bias: less_model(own, field.trend, &model_errors[indices[i]]),
+                        std: amplitude * unit_variance.sqrt(),
+                        log_std: log_amplitude_std(unit_variance / most, field.rows.len()),
+                        of_model: deviations.iter().map(|of| Vector6::from(of[i])).collect(),
+                    })
+                });
+                let each: Vec<T> = each.collect();
+                for (&i, value) in indices.iter().zip(each) {
+                    found[i] = Some(value);
+                }
+            }
+        }
+        // Every point is in one part.
+        Ok(found.into_iter().flatten().collect())
+    }
+
+    fn distribution(&self, parts: &Parts, draws: &[ReadingDraw]) -> ReadingError {
+        let off: Vec<Vector6<f64>> = draws
+            .iter()
+            .map(|draw| {
+                let each = parts.of_model.iter().zip(&draw.of_model);
+                let of_model: Vector6<f64> = each.map(|(of, factor)| of * *factor).sum();
+                // E(exp(2 l)) = 1, as in the draws of a posterior.
+                let by = (parts.log_std * draw.amplitude - parts.log_std * parts.log_std).exp();
+                parts.bias + draw.unit * (parts.std * by) + draw.own + of_model
+            })
+            .collect();
+        let distance = |from: usize| {
+            let mut distances: Vec<f64> = off.iter().map(|off| three(off, from).norm()).collect();
+            let place = (0.95 * draws.len() as f64) as usize;
+            let (_, within_95, _) = distances.select_nth_unstable_by(place, f64::total_cmp);
+            ReadingDistance { rms: self.rms_of(parts, from), within_95: *within_95 }
+        };
+        ReadingError {
+            position_mm: distance(0),
+            angle_rad: self.field.has_rotations.then(|| distance(3)),
+        }
+    }
+
+    /// Of the three components from one on.
+    fn rms_of(&self, parts: &Parts, from: usize) -> f64 {
+        let of_process = self.components.fixed_rows::<3>(from).norm_squared() * parts.std.powi(2);
+        let of_model: f64 = parts.of_model.iter().map(|of| three(of, from).norm_squared()).sum();
+        let of_sensor = three(&self.field.sensor_std(), from).norm_squared();
+        let bias = three(&parts.bias, from).norm_squared();
+        (bias + of_process + of_sensor + of_model).sqrt()
+    }
+}
+
+fn three(values: &Vector6<f64>, from: usize) -> Vector3<f64> {
+    Vector3::from(values.fixed_rows::<3>(from))
+}
+
+impl GaussianField {
     fn reading_draws(&self, components: &Matrix6<f64>) -> Vec<ReadingDraw> {
         let mut random = ChaCha8Rng::seed_from_u64(SEED);
         let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
@@ -122,42 +235,6 @@ impl GaussianField {
             (0..sensors).map(|_| std::array::from_fn(|c| std[c] * normal())).collect()
         };
         (0..draws).map(draw).collect()
-    }
-
-    fn reading_error(
-        &self,
-        bias: &Vector6<f64>,
-        [std, log_std]: [f64; 2],
-        of_model: &[Vector6<f64>],
-        components: &Matrix6<f64>,
-        draws: &[ReadingDraw],
-    ) -> ReadingError {
-        let off: Vec<Vector6<f64>> = draws
-            .iter()
-            .map(|draw| {
-                let of_model = of_model.iter().zip(&draw.of_model).map(|(of, factor)| of * *factor);
-                // E(exp(2 l)) = 1, as in the draws of a posterior.
-                let by = (log_std * draw.amplitude - log_std * log_std).exp();
-                bias + draw.unit * (std * by) + draw.own + of_model.sum::<Vector6<f64>>()
-            })
-            .collect();
-        let distance = |from: usize| {
-            let part = |v: &Vector6<f64>| Vector3::from(v.fixed_rows::<3>(from));
-            let variance = components.fixed_rows::<3>(from).norm_squared() * std * std
-                + part(&self.sensor_std()).norm_squared()
-                + of_model.iter().map(|of| part(of).norm_squared()).sum::<f64>();
-            let mut distances: Vec<f64> = off.iter().map(|off| part(off).norm()).collect();
-            let place = (0.95 * draws.len() as f64) as usize;
-            let (_, within_95, _) = distances.select_nth_unstable_by(place, f64::total_cmp);
-            ReadingDistance {
-                rms: (part(bias).norm_squared() + variance).sqrt(),
-                within_95: *within_95,
-            }
-        };
-        ReadingError {
-            position_mm: distance(0),
-            angle_rad: self.has_rotations.then(|| distance(3)),
-        }
     }
 }
 

@@ -161,7 +161,7 @@ fn draws_and_readings_hold_what_refits_differ_by() {
     let at: Vec<_> = points(40, &bounds, 3).into_iter().filter(is_read).take(5).collect();
     let posterior = field.posterior(&at).unwrap();
     let draws = posterior.draws(4_000, 1);
-    let readings = field.reading_errors(&at, &[PoseError::default(); 5]).unwrap();
+    let readings = Readings::new(&field).errors(&at, &[PoseError::default(); 5]).unwrap();
     for (i, point) in at.iter().enumerate() {
         let errors: Vec<_> = (field.refits.iter())
             .map(|model| model.axis_error_at(&point.position_mm, &point.axis).unwrap())
@@ -204,7 +204,7 @@ fn a_registration_moves_all_poses_as_one_body() {
             assert!((part(error, 0) - part(&draw[0], 0) - apart).norm() < 1e-9);
         }
     }
-    let readings = field.reading_errors(&at, &[PoseError::default(); 4]).unwrap();
+    let readings = Readings::new(&field).errors(&at, &[PoseError::default(); 4]).unwrap();
     for (i, point) in at.iter().enumerate() {
         // ω × r has a variance of 2 r².
         let lever_mm = (point.position_mm - center_mm).norm();
@@ -402,7 +402,7 @@ fn far_from_measurements_the_prior_is_the_error() {
     let mut field = prior_field(&bounds);
     let at = points(3, &bounds, 4);
     let none = vec![PoseError::default(); 3];
-    let errors = |field: &GaussianField| field.reading_errors(&at, &none).unwrap();
+    let errors = |field: &GaussianField| Readings::new(field).errors(&at, &none).unwrap();
     for error in errors(&field) {
         // Three components of 2 mm, and of 0.01 rad, times the kernel's variance.
         assert!((error.position_mm.rms - (1.2 * 12.0_f64).sqrt()).abs() < 1e-6);
@@ -426,4 +426,24 @@ fn far_from_measurements_the_prior_is_the_error() {
     // The same sensors in another design, others in another body.
     assert_eq!(field.sensor_errors(3, 0, 5, 1)[4][..2], own[4][..]);
     assert_ne!(field.sensor_errors(2, 1, 5, 1)[4], own[4]);
+}
+
+#[test]
+fn parts_state_the_errors_that_all_rows_state() {
+    let bounds = room();
+    let rows = points(3_000, &bounds, 5);
+    let row = |point: FieldPoint| Row { point, error: [0.0; 6], noise_factor: 1.0 };
+    let field = GaussianField { rows: rows.into_iter().map(row).collect(), ..prior_field(&bounds) };
+    let at = points(60, &bounds, 6);
+    let whole =
+        super::posterior::Conditioned::new(field.kernel, &field.rows, &field.amplitude).unwrap();
+    let (_, explained) = whole.at(&at);
+    let stated = Readings::new(&field).rms(&at, &[PoseError::default(); 60]).unwrap();
+    for (i, stated) in stated.iter().enumerate() {
+        let explained: f64 = explained.col(i).iter().map(|v| v * v).sum();
+        // Three components of 2 mm.
+        let expected_mm = (12.0_f64 * (whole.kernel.variance() - explained)).sqrt();
+        let ratio = stated.position_mm / expected_mm;
+        assert!((1.0 - 1e-6..1.02).contains(&ratio), "{ratio}");
+    }
 }

@@ -233,6 +233,20 @@ impl FitValidity {
         axes.iter().all(|axis| self.is_valid(position_mm, axis))
     }
 
+    /// As [`FitValidityAt::distance_mm`] of [`Self::at_sensor`], without the other figures.
+    pub(super) fn sensor_distance_mm(
+        &self,
+        position_mm: &Point3<f64>,
+        axis: Option<&Unit<Vector3<f64>>>,
+    ) -> f64 {
+        let axes = axis.map_or(self.directions.directions(), std::slice::from_ref);
+        let of_axis = |axis: &Unit<Vector3<f64>>| {
+            let weights = self.directions.weights(axis, self.weighting);
+            self.distance_mm(position_mm, &AxisWeights::new(&weights.directions, &weights.weights))
+        };
+        axes.iter().map(of_axis).fold(0.0, f64::max)
+    }
+
     /// What the forms are evaluated with.
     pub(super) fn placed(
         &self,

@@ -4,8 +4,9 @@ use super::fit_validity::{FitValidity, FitValidityAt};
 use crate::environment::Environment;
 use crate::evaluation::OutsidePolicy;
 use crate::field_point::FieldPoint;
-use crate::gaussian::GaussianError;
+use crate::gaussian::{GaussianError, GaussianField, Readings};
 use crate::samples::PoseError;
+use nalgebra::Point3;
 use rayon::prelude::*;
 
 /// How many times the RMS of measurements left out the error of a supported reading may be, where no leverage
@@ -73,36 +74,46 @@ impl Environment {
             });
             return Ok(of_fit);
         };
-        // The process is about the room as it was measured: what is not known of added metal is not in it.
-        let measured = self.metal.as_ref().map_or(&self.model, |metal| &metal.bare);
-        let model_errors: Vec<PoseError> = points
-            .par_iter()
-            .map(|point| {
-                let at = measured.evaluate_point(point, outside);
-                at.error
-            })
-            .collect();
-        let errors = process.reading_errors(points, &model_errors)?;
-        let nearest_mm = |point: &FieldPoint| {
-            let rows = process.rows.iter();
-            let squares =
-                rows.map(|row| (row.point.position_mm - point.position_mm).norm_squared());
-            squares.fold(f64::INFINITY, f64::min).sqrt()
-        };
+        let errors =
+            Readings::new(process).errors(points, &self.measured_errors(points, outside))?;
         let each = points.par_iter().zip(errors).map(|(point, error)| {
             let fit = fit_validity.map(|validity| fit_at(validity, point));
-            let is_determined = error.position_mm.rms <= MOST_ERROR * process.left_out_rms_mm
-                && self.model.bounds().contains(&point.position_mm);
+            let share = error_share(error.position_mm.rms, process);
+            let is_determined = share <= 1.0 && self.model.bounds().contains(&point.position_mm);
             Validity {
                 position_error_mm: error.position_mm.rms,
                 angle_error_rad: error.angle_rad.map(|angle| angle.rms),
                 position_95_mm: Some(error.position_mm.within_95),
                 angle_95_rad: error.angle_rad.map(|angle| angle.within_95),
                 is_supported: fit.map_or(is_determined, |fit| fit.is_valid),
-                distance_mm: fit.map_or_else(|| nearest_mm(point), |fit| fit.distance_mm),
+                distance_mm: fit
+                    .map_or_else(|| nearest_mm(process, &point.position_mm), |fit| fit.distance_mm),
                 fit,
             }
         });
         Ok(Some(each.collect()))
     }
+
+    /// What the room's model gives at points as the room was measured: what is not known of added metal is
+    /// not in its process.
+    pub(super) fn measured_errors(
+        &self,
+        points: &[FieldPoint],
+        outside: OutsidePolicy,
+    ) -> Vec<PoseError> {
+        let measured = self.metal.as_ref().map_or(&self.model, |metal| &metal.bare);
+        points.par_iter().map(|point| measured.evaluate_point(point, outside).error).collect()
+    }
+}
+
+/// RMS error of a reading against the greatest at which it counts as supported.
+pub(super) fn error_share(position_rms_mm: f64, process: &GaussianField) -> f64 {
+    position_rms_mm / (MOST_ERROR * process.left_out_rms_mm)
+}
+
+/// Distance to the nearest measurement; infinite without any.
+pub(super) fn nearest_mm(process: &GaussianField, position_mm: &Point3<f64>) -> f64 {
+    let squares =
+        process.rows.iter().map(|row| (row.point.position_mm - position_mm).norm_squared());
+    squares.fold(f64::INFINITY, f64::min).sqrt()
 }
