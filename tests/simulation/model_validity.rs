@@ -1,4 +1,4 @@
-//! Every reader of model validity is told the same, whatever kind the room's model is of.
+//! Every reader of model validity has the same errors, whatever kind the room's model is of.
 
 use crate::support::studies::{self, built_in_room, default_design, harmonics};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
@@ -58,7 +58,7 @@ fn one_sensor() -> RigidBody {
 }
 
 #[test]
-fn slices_show_the_error_and_the_distance_of_each_reading() {
+fn slices_show_error_and_distance_of_each_reading() {
     for room in rooms() {
         let plan = plan(&room);
         let scenario = Scenario { environment: Arc::clone(&room), ..default_design() };
@@ -105,7 +105,7 @@ fn the_region_is_where_readings_are_supported() {
 }
 
 #[test]
-fn predictions_and_surveys_have_the_error_of_each_reading() {
+fn predictions_have_the_error_of_each_reading() {
     for room in rooms() {
         let at = pose_from_parts(
             room.model.bounds().center_mm().coords,
