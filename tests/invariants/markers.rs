@@ -1,7 +1,7 @@
 //! Position-only markers: what they read, what frame they give, and how sure it is.
 
 use super::uncertainty::{PUBLISHED, fitzpatrick_mm};
-use crate::support::studies::{body, built_in, marker, steps, study};
+use crate::support::studies::{body, default_in_polynomials, marker, steps, study};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
@@ -34,7 +34,7 @@ fn some_pose() -> Pose {
 
 /// A pointer in the room of the built-in design, with markers in the place of coils.
 fn optical() -> Scenario {
-    let mut scenario = built_in("pointer-on-head");
+    let mut scenario = default_in_polynomials();
     scenario.tool = RigidBody {
         tip_in_body: scenario.tool.tip_in_body,
         ..markers(&[[0.0, 0.0, 60.0], [15.0, 0.0, 100.0], [-12.0, 10.0, 130.0]])
@@ -44,7 +44,7 @@ fn optical() -> Scenario {
 
 /// A 5-DOF sensor of the tool that `optical` stands in for.
 fn coil_of_pointer() -> Sensor {
-    built_in("pointer-on-head").tool.sensors[0].clone()
+    default_in_polynomials().tool.sensors[0].clone()
 }
 
 #[test]

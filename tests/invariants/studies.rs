@@ -1,7 +1,8 @@
 //! Studies: ideal rooms, what is free, what is outside, cancelling, and counts of work.
 
 use crate::support::studies::{
-    body, cancelled, default_design as built_in, five, on_threads, one_direction, steps, study,
+    body, cancelled, default_design as built_in, default_in_polynomials, five, on_threads,
+    one_direction, steps, study,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 use std::sync::Arc;
@@ -197,7 +198,7 @@ fn shared_orientations(scenario: &Scenario, turns: bool) -> Scenario {
 
 #[test]
 fn shared_orientations_blend_coefficients_once() {
-    let scenario = built_in();
+    let scenario = default_in_polynomials();
     let sensors = scenario.tool.sensors.len() as u64;
     for (turns, orientations) in [(false, 1), (true, 21)] {
         let scenario = shared_orientations(&scenario, turns);
@@ -211,7 +212,7 @@ fn shared_orientations_blend_coefficients_once() {
 
 #[test]
 fn grouped_poses_come_back_in_their_order() {
-    let scenario = shared_orientations(&built_in(), true);
+    let scenario = shared_orientations(&default_in_polynomials(), true);
     let grid = scenario.motion.unwrap().grid(&scenario.crf_from_tool).unwrap();
     let rows: Vec<_> = (0..grid.trials()).map(|i| InputTrial::at(grid.pose(i))).collect();
     let cancel = CancelToken::default();

@@ -1,6 +1,6 @@
 //! Surveys of a study's support: what they count is what each sensor finds, whatever the threads.
 
-use crate::support::studies::{cancelled, default_design as built_in, on_threads};
+use crate::support::studies::{cancelled, default_in_polynomials as built_in, on_threads};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trackwright_field::OutsidePolicy;

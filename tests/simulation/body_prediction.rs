@@ -4,7 +4,6 @@ use crate::support::studies;
 use nalgebra::{UnitQuaternion, Vector3};
 use trackwright_field::{Environment, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::body_prediction::*;
 use trackwright_simulation::{RigidBody, SensorOrientation};
 
@@ -15,7 +14,7 @@ fn body(positions: &[[f64; 3]], tip: [f64; 3]) -> RigidBody {
 }
 
 fn room() -> std::sync::Arc<Environment> {
-    studies::in_polynomial_room(DEFAULT_BUILTIN).environment
+    studies::default_in_polynomials().environment
 }
 
 fn middle(room: &Environment) -> Pose {

@@ -1,13 +1,13 @@
 //! A model of a higher order is the same field.
 
-use crate::support::studies::default_design;
+use crate::support::studies::default_in_polynomials;
 use nalgebra::{Point3, Unit, Vector3};
 use trackwright_field::model::ModelError;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 
 #[test]
 fn a_field_of_a_higher_order_is_the_same_field() {
-    let model = &default_design().environment.model;
+    let model = &default_in_polynomials().environment.model;
     let [low, high] = [model.bounds().min_mm, model.bounds().max_mm];
     for order in model.order()..=6 {
         let elevated = model.elevated(order).unwrap();

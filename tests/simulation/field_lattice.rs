@@ -1,6 +1,6 @@
 //! Each point of a lattice against the model itself, and lattices that are refused.
 
-use crate::support::studies::built_in;
+use crate::support::studies::in_polynomial_room;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
@@ -11,7 +11,7 @@ use trackwright_simulation::field_lattice::*;
 use trackwright_task::Task;
 
 fn model() -> DistortionModel {
-    built_in("shaver-on-head").environment.model.clone()
+    in_polynomial_room("shaver-on-head").environment.model.clone()
 }
 
 fn plan(model: &DistortionModel, displacement: Displacement) -> FieldPlan {

@@ -1,10 +1,9 @@
 //! Model validity on a slice.
 
-use crate::support::studies::{cancelled, in_polynomial_room};
+use crate::support::studies::{cancelled, default_in_polynomials};
 use nalgebra::{Unit, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::bounds::Bounds;
-use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::slice_support::*;
 use trackwright_simulation::{
     Quantity, Scenario, SlicePlan, SlicePlane, StudyError, simulate_pose,
@@ -34,7 +33,7 @@ fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {
 
 #[test]
 fn slice_support_is_the_fit_validity_at_each_point() {
-    let scenario = in_polynomial_room(DEFAULT_BUILTIN);
+    let scenario = default_in_polynomials();
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::PositionErrorMm);
     for (i, is_supported) in found.iter().enumerate() {
@@ -47,7 +46,7 @@ fn slice_support_is_the_fit_validity_at_each_point() {
 
 #[test]
 fn tool_support_requires_valid_poses_of_all_sensors() {
-    let scenario = in_polynomial_room(DEFAULT_BUILTIN);
+    let scenario = default_in_polynomials();
     let (plan, support) = (plan(&scenario), scenario.environment.fit_validity.as_ref().unwrap());
     let found = supported(&scenario, Quantity::TipErrorMm);
     let crf = scenario.crf.as_ref().unwrap();
@@ -75,7 +74,7 @@ fn tool_support_requires_valid_poses_of_all_sensors() {
 
 #[test]
 fn no_slice_support_if_cancelled_or_without_validity() {
-    let mut scenario = in_polynomial_room(DEFAULT_BUILTIN);
+    let mut scenario = default_in_polynomials();
     let plan = plan(&scenario);
     let cancel = cancelled().cancel;
     let stopped = slice_support(&scenario, Quantity::PositionErrorMm, &plan, &cancel);

@@ -1,14 +1,13 @@
 //! The region in which the model of a room is valid.
 
-use crate::support::studies::in_polynomial_room;
+use crate::support::studies::default_in_polynomials;
 use nalgebra::{Unit, Vector3};
 use trackwright_field::Environment;
-use trackwright_project::DEFAULT_BUILTIN;
 use trackwright_simulation::supported_region::*;
 use trackwright_task::Task;
 
 fn room() -> std::sync::Arc<Environment> {
-    in_polynomial_room(DEFAULT_BUILTIN).environment
+    default_in_polynomials().environment
 }
 
 fn region(environment: &Environment, count: usize) -> SupportedRegion {

@@ -1,7 +1,9 @@
 //! Tolerances that are known by formula, those of the built-in designs against a simulation written
 //! out anew, and what has none.
 
-use crate::support::studies::{body, built_in, five, marker, on_threads, room, sensor};
+use crate::support::studies::{
+    body, built_in, five, in_polynomial_room, marker, on_threads, room, sensor,
+};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -286,7 +288,7 @@ fn first_order_is_the_derivative_without_distortion() {
 #[test]
 fn tools_just_within_tolerance_meet_the_requirement() {
     for name in HEAD_DESIGNS {
-        let scenario = built_in(name);
+        let scenario = in_polynomial_room(name);
         let sheet = sheet_of(&scenario);
         assert_eq!(sheet.no_tolerances, None);
         assert!(sheet.together_worst.iter().all(|c| c.met));
@@ -337,7 +339,7 @@ fn tools_just_within_tolerance_meet_the_requirement() {
 #[test]
 fn sampled_tools_within_tolerance_meet_requirements() {
     for name in HEAD_DESIGNS {
-        let scenario = built_in(name);
+        let scenario = in_polynomial_room(name);
         let mut sheet = sheet_of(&scenario);
         let check = |sheet: &ManufacturingSheet| {
             check_built(&scenario, sheet, 200, 7, &Task::default()).unwrap().unwrap()

@@ -1,7 +1,7 @@
 //! Regions whose shape follows from the field, and the study itself at lattice points.
 
 use crate::support::studies::{
-    body, built_in, cancelled, on_threads, one_direction, room, sensor, study,
+    body, built_in, cancelled, in_polynomial_room, on_threads, one_direction, room, sensor, study,
 };
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
@@ -228,7 +228,7 @@ fn without_a_requirement_there_is_no_region() {
 
 #[test]
 fn intervals_leave_less_than_the_rooms_own_field() {
-    let mut scenario = built_in("shaver-on-head");
+    let mut scenario = in_polynomial_room("shaver-on-head");
     scenario.requirement =
         Some(Requirement::at_most([(Metric::TIP_RMS, 1.0), (Metric::ANGLE_RMS, 1.0)]));
     let counts = [9, 9, 9];

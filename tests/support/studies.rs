@@ -106,6 +106,11 @@ pub fn in_polynomial_room(name: &str) -> Scenario {
     Scenario { environment: Arc::clone(room), ..built_in(name) }
 }
 
+/// [`default_design`] in the built-in room as polynomials have it.
+pub fn default_in_polynomials() -> Scenario {
+    in_polynomial_room(DEFAULT_BUILTIN)
+}
+
 /// The same work on a number of threads.
 pub fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> R + Send) -> R {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)

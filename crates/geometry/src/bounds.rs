@@ -101,6 +101,12 @@ impl Bounds {
         (0..3).all(|k| min_mm[k] <= max_mm[k]).then_some(Self { min_mm, max_mm })
     }
 
+    /// The box with a part of its size added at each face.
+    pub fn grown(&self, part: f64) -> Self {
+        let more_mm = self.size_mm() * part;
+        Self { min_mm: self.min_mm - more_mm, max_mm: self.max_mm + more_mm }
+    }
+
     /// Lengths of the edges.
     #[inline]
     pub fn size_mm(&self) -> Vector3<f64> {

@@ -118,7 +118,7 @@ fn on_head(scenario: Scenario, crf: RigidBody) -> Scenario {
 
 /// The built-in design with jitter, its room's distortion times a factor.
 fn built_in(field: f64) -> Scenario {
-    let scenario = studies::default_design();
+    let scenario = studies::default_in_polynomials();
     let model = &scenario.environment.model;
     let scaled = model.coefficients().iter().map(|c| c.map(|v| v * field));
     let model = DistortionModel::new(

@@ -13,6 +13,7 @@ mod machine;
 mod metal;
 mod motion;
 pub mod page;
+mod polynomial_room;
 mod sampling;
 mod single;
 #[cfg(test)]
@@ -257,6 +258,7 @@ pub fn run_each(
     task: &Task,
     mut show: impl FnMut(&Family),
 ) -> Result<Report, Cancelled> {
+    let scenario = &polynomial_room::in_polynomials(scenario, &task.cancel);
     let mut families = Vec::new();
     for (number, what) in What::ALL.into_iter().enumerate() {
         let steps = Steps { task, number, all: What::ALL.len() };

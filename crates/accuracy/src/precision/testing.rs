@@ -1,4 +1,5 @@
 //! Rooms for the tests of this part of the program.
+use super::polynomial_room::in_polynomials;
 use std::sync::Arc;
 use trackwright_field::bernstein::control_points;
 use trackwright_field::samples::MapKind;
@@ -6,6 +7,7 @@ use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_simulation::Scenario;
+use trackwright_task::CancelToken;
 
 pub fn bounds() -> Bounds {
     Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]))
@@ -32,11 +34,12 @@ pub fn largest_mm(model: &DistortionModel) -> f64 {
     model.coefficients().iter().flat_map(|c| &c[..3]).fold(0.0, |m, v| v.abs().max(m))
 }
 
-/// The built-in design in its own room.
+/// The built-in design in its own room as polynomials.
 pub fn built_in() -> Scenario {
     let world = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN)
         .expect("the built-in design");
-    trackwright_project::resolve(world.document.design(), &world.environment)
+    let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
+    in_polynomials(&scenario, &CancelToken::default())
 }
 
 /// The built-in design in a room of another field.

@@ -79,7 +79,7 @@ impl Regions {
             return regions;
         }
         let (whole, bounds) = if outside == OutsidePolicy::Extrapolate {
-            ([-EXTRAPOLATED, 1.0 + EXTRAPOLATED], grown(model.bounds(), EXTRAPOLATED))
+            ([-EXTRAPOLATED, 1.0 + EXTRAPOLATED], model.bounds().grown(EXTRAPOLATED))
         } else {
             ([0.0, 1.0], *model.bounds())
         };
@@ -321,9 +321,4 @@ fn coordinates(cell: usize) -> [usize; 3] {
 
 fn index([x, y, z]: [usize; 3]) -> usize {
     (x * CELLS + y) * CELLS + z
-}
-
-fn grown(bounds: &Bounds, margin: f64) -> Bounds {
-    let by = bounds.size_mm() * margin;
-    Bounds { min_mm: bounds.min_mm - by, max_mm: bounds.max_mm + by }
 }

@@ -22,7 +22,7 @@ pub struct ModelValidity<'a> {
 
 enum Source<'a> {
     Fit(&'a FitValidity),
-    Process(&'a GaussianField, Readings<'a>),
+    Process(&'a GaussianField, Box<Readings<'a>>),
 }
 
 /// What is known of the model at one sensor.
@@ -52,7 +52,7 @@ impl Environment {
     pub fn model_validity(&self, outside: OutsidePolicy) -> Option<ModelValidity<'_>> {
         let source = match (&self.fit_validity, &self.process) {
             (Some(validity), _) => Source::Fit(validity),
-            (None, Some(process)) => Source::Process(process, Readings::new(process)),
+            (None, Some(process)) => Source::Process(process, Box::new(Readings::new(process))),
             (None, None) => return None,
         };
         Some(ModelValidity { environment: self, outside, source })

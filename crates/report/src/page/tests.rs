@@ -4,6 +4,7 @@ use super::*;
 use scraper::{ElementRef, Html, Selector};
 use std::sync::Arc;
 use trackwright_design::{Decision, Document, Origin};
+use trackwright_field::DistortionModel;
 use trackwright_procedure::{DecidedRow, DecidedStudies, DecisionBasis, RoomName};
 use trackwright_simulation::{Metric, Requirement, figure_rows};
 
@@ -259,6 +260,7 @@ fn a_bare_design_has_its_page() {
     design.requirement = None;
     design.motion = None;
     let mut environment = (*opened.environment).clone();
+    environment.model = DistortionModel::zero(*environment.model.bounds(), environment.model.map());
     environment.provenance = None;
     environment.fit_validity = None;
     environment.process = None;
