@@ -1,6 +1,6 @@
 //! Metal found in the Field workspace: what the command finds, in the panel and in the scene.
 
-use super::app::{close_dialog, create_scene_app_with, document, error, named};
+use super::app::{close_dialog, create_scene_app_with, document, error, named, world};
 use super::field_workspace::{add_field, assert_printed, finish, request_and_wait};
 use super::harness::use_panel;
 use crate::support::metal_table::{AT_MM, metal_table};
@@ -128,6 +128,9 @@ fn found_metal_is_drawn_in_this_workspace() {
 fn a_search_needs_a_table_and_a_generator() {
     let scratch = Scratch::new();
     let mut app = app();
+    // Its room states no coils.
+    app.insert_resource(OpenWorld(world()));
+    app.update();
     assert!(app.world().resource::<OpenWorld>().0.generator().is_none());
     request_and_wait(&mut app, FieldRequest::FindMetal);
     assert!(refusal(&app).contains("open a table first"), "{}", refusal(&app));

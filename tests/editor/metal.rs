@@ -266,12 +266,20 @@ fn coils_are_drawn_where_the_room_states_them() {
         let mut lines = app.world_mut().query::<&CoilLines>();
         lines.iter(app.world()).count()
     };
-    super::app::change_view(&mut app, |view| view.layers.generator = true);
+    let show = |app: &mut App, is_on| {
+        super::app::change_view(app, |view| view.layers.generator = is_on);
+    };
+    // Those that the built-in room was measured with.
+    show(&mut app, true);
+    assert_eq!(coils(&mut app), 1);
+    show(&mut app, false);
+    assert_eq!(coils(&mut app), 0);
+    // A room of polynomials has none until there is metal in it.
+    app.insert_resource(OpenWorld(super::app::world()));
+    show(&mut app, true);
     assert_eq!(coils(&mut app), 0);
     run(&mut app, ADD_METAL[2].1.name);
     assert_eq!(coils(&mut app), 1);
-    super::app::change_view(&mut app, |view| view.layers.generator = false);
-    assert_eq!(coils(&mut app), 0);
 }
 
 #[test]

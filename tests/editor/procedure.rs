@@ -3,11 +3,12 @@
 
 use super::app::{document, scenario};
 use super::decide::{decide_app, decide_state, move_sensor, request_and_wait, rest, use_panel};
-use crate::support::studies::steps;
+use crate::support::studies::{built_in_room, steps};
 use crate::support::table::measurement_columns;
 use bevy::prelude::*;
 use egui_kittest::kittest::Queryable;
 use std::path::{Path, PathBuf};
+use trackwright_calibration::room_model::RoomModel;
 use trackwright_design::{BodyRole, Edit, Target};
 use trackwright_editor::app::picture::{self, ComparedDesigns, PictureSetup};
 use trackwright_editor::document::requests::{EditRequest, FileRequest, OpenWorld, SharedChoice};
@@ -42,9 +43,9 @@ fn step_status(app: &App) -> &StepStatus {
     step_status
 }
 
-/// A second room: the field of the first, half as strong again.
-fn stronger_room(app: &App, folder: &Path) -> PathBuf {
-    let mut room = (*app.world().resource::<OpenWorld>().0.environment).clone();
+/// A second room: the field of the first as polynomials have it, half as strong again.
+fn stronger_room(folder: &Path) -> PathBuf {
+    let mut room = built_in_room(&RoomModel::PAPER, 1);
     let model = &room.model;
     let stronger = model.coefficients().iter().map(|c| c.map(|v| 1.5 * v));
     room.model = DistortionModel::new(
@@ -152,7 +153,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     picture(&app, "1-new", workspaces::decide::WORKSPACE, ComparedDesigns::default());
 
     // 2. The rooms it is to be used in, and what is required of the CRF alone.
-    let room = stronger_room(&app, folder.path());
+    let room = stronger_room(folder.path());
     request_and_wait(&mut app, DecideRequest::AddRoom(RoomSource::File(room)));
     for (name, position) in [("lesion", [40.0, 0.0, 60.0]), ("entry", [60.0, 0.0, 10.0])] {
         let target = Target { name: name.to_owned(), position_in_crf: position.into() };

@@ -5,8 +5,7 @@ use bevy::prelude::*;
 use trackwright_design::view::Quantity;
 use trackwright_editor::document::requests::OpenWorld;
 use trackwright_editor::runner::results::Results;
-use trackwright_field::OutsidePolicy;
-use trackwright_field::validity::FitValidityAt;
+use trackwright_field::{FieldPoint, OutsidePolicy, Validity};
 
 fn show(app: &mut App, quantity: Quantity) {
     change_view(app, |view| {
@@ -20,8 +19,8 @@ fn the_slice_has_standard_error_and_distance() {
     let mut app = create_app();
     let builtin = trackwright_project::open_builtin(trackwright_project::DEFAULT_BUILTIN).unwrap();
     app.insert_resource(OpenWorld(builtin));
-    let wanted = |quantity: Quantity, at: &FitValidityAt| match quantity {
-        Quantity::StdErrorMm => at.position_std_error_mm,
+    let wanted = |quantity: Quantity, at: &Validity| match quantity {
+        Quantity::StdErrorMm => at.position_error_mm,
         _ => at.distance_mm,
     };
     for quantity in [Quantity::StdErrorMm, Quantity::SupportDistanceMm] {
@@ -31,11 +30,12 @@ fn the_slice_has_standard_error_and_distance() {
         let slice = &results.slice.as_ref().unwrap().value;
         let [nu, nv] = slice.plan.counts;
         let environment = &app.world().resource::<OpenWorld>().0.environment;
-        let support = environment.fit_validity.as_ref().unwrap();
         for (u, v) in [(nu / 2, nv / 2), (nu / 3, nv / 4), (2, nv - 3)] {
             let point = slice.plan.point_mm(u, v);
-            let at = support.at(&point, &slice.plan.sensor_axis, OutsidePolicy::Clamp);
-            assert_eq!(slice.values[v * nu + u], wanted(quantity, &at));
+            let at = FieldPoint::new(point, slice.plan.sensor_axis);
+            let stated = environment.validity(&[at], OutsidePolicy::Clamp).unwrap().unwrap();
+            let (found, wanted) = (slice.values[v * nu + u], wanted(quantity, &stated[0]));
+            assert!((found / wanted - 1.0).abs() < 1e-9, "{found} {wanted}");
         }
     }
 }

@@ -82,7 +82,7 @@ pub const MODEL_BOX: Rgb = Rgb::pair(0x8A93A0, 0x7C8796);
 /// Where the room's model is valid.
 pub const SUPPORT: Rgb = Rgb::pair(0x8C6CF0, 0x6B45C6);
 /// The coils of a generator.
-pub const COIL: Rgb = Rgb::pair(0xA07C8E, 0x6E3F5C);
+pub const COIL: Rgb = Rgb::pair(0xA87888, 0x6E3F5C);
 // Metal in the room.
 pub const ALUMINIUM: Rgb = Rgb::pair(0xA9B7C6, 0x6B7B8C);
 pub const COPPER: Rgb = Rgb::pair(0xB4694A, 0x8F4A2C);

@@ -47,7 +47,7 @@ const MOST: f64 = 1e6;
 /// Expected figures of a study, and 95 % intervals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expected {
-    /// Means over drawn fields, in the order of [`METRICS`], mm and degrees.
+    /// Medians of what the figures may be, in the order of [`METRICS`], mm and degrees.
     pub figures: MetricValues,
     /// 95 % intervals, likewise. Their ends are those of figures in which trials where the room states no
     /// field have no error, and any; the upper one is infinite where that is not bounded.
@@ -239,8 +239,8 @@ pub(crate) fn expected_of(
         let column = |of: usize| -> (f64, [f64; 2]) {
             widened(figures.iter().map(|f| f[of][k] * whole[k]).collect(), widening)
         };
-        let (mean, ends) = column(0);
-        (out.figures[k], out.continued[k]) = (mean, ends);
+        (out.figures[k], out.continued[k]) = column(0);
+        let ends = out.continued[k];
         out.intervals[k] = match trials.are_all_known() {
             true => ends,
             false => [column(1).1[0], bounded(column(2).1[1])],
@@ -334,17 +334,25 @@ impl Prepared<'_> {
     }
 }
 
+/// Drawn values below this part of their mean count as so much of it in its logarithm.
+const LEAST_PART: f64 = 1e-3;
+
 /// Most that a sample of the trials is taken to be off from all of them.
 const MOST_SAMPLING: f64 = 2.0;
 
-/// The mean and the widened interval of a figure's drawn values. Its ends are those of a log-normal
-/// distribution with a standard deviation on each side of the median: a percentile of antithetic pairs
-/// would rest on the one or two pairs that happen to be the largest.
+/// The value and the widened interval of a figure's drawn values. Squares of errors are right on the average,
+/// so that the mean of the drawn values stays as it is when their spread is widened; the value is the median of
+/// the log-normal distribution that then results, which the true figure is as likely above as below. The ends
+/// have a standard deviation on each side of the median: a percentile of antithetic pairs would rest on the one
+/// or two pairs that happen to be the largest.
 fn widened(mut drawn: Vec<f64>, widening: f64) -> (f64, [f64; 2]) {
-    let mean = drawn.iter().sum::<f64>() / drawn.len() as f64;
+    let count = drawn.len() as f64;
+    let mean = drawn.iter().sum::<f64>() / count;
     if mean <= 0.0 {
         return (0.0, [0.0; 2]);
     }
+    let log_mean = drawn.iter().map(|v| (v / mean).max(LEAST_PART).ln()).sum::<f64>() / count;
+    let value = mean * (log_mean * widening * widening).exp();
     let median = percentile(&mut drawn, 0.5);
     let logs = drawn.iter().map(|value| (value / median).ln());
     let (below, above): (Vec<f64>, Vec<f64>) = logs.partition(|log| *log < 0.0);
@@ -353,7 +361,7 @@ fn widened(mut drawn: Vec<f64>, widening: f64) -> (f64, [f64; 2]) {
         (squares / logs.len().max(1) as f64).sqrt()
     };
     let end = |std: f64| mean * (median / mean * (HALF_WIDTH * std).exp()).powf(widening);
-    (mean, [end(-std(&below)).min(mean), end(std(&above)).max(mean)])
+    (value, [end(-std(&below)).min(value), end(std(&above)).max(value)])
 }
 
 /// The mean and the widened interval of a drawn part of the trials.
