@@ -164,7 +164,7 @@ fn from_an_empty_design_to_a_decided_tool() {
     assert_eq!(step_status(&app).crf.rows.len(), 4, "two targets in two rooms");
     assert_eq!(step_status(&app).state(Step::Crf), State::Missed);
     let counts = step_status(&app).crf.counts();
-    assert_eq!((counts.met, counts.missed), (1, 3));
+    assert_eq!((counts.missed, counts.cannot_tell), (3, 0));
     // What is missed is not decided without a reason.
     request_and_wait(&mut app, DecideRequest::Decide(Step::Crf));
     assert!(document(&app).design().procedure.crf.is_none());
