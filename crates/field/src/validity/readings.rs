@@ -108,7 +108,8 @@ impl Environment {
 
 /// RMS error of a reading against the greatest at which it counts as supported.
 pub(super) fn error_share(position_rms_mm: f64, process: &GaussianField) -> f64 {
-    position_rms_mm / (MOST_ERROR * process.left_out_rms_mm)
+    // Of measurements that leave nothing a share of zero is zero.
+    position_rms_mm / (MOST_ERROR * process.left_out_rms_mm).max(f64::MIN_POSITIVE)
 }
 
 /// Distance to the nearest measurement; infinite without any.
