@@ -1,18 +1,17 @@
 //! Every reader of model validity has the same errors, whatever kind the room's model is of.
 
-use crate::support::studies::{self, built_in_room, default_design, harmonics};
+use crate::support::studies::{self, built_in_room, default_design, harmonics, slice_beyond_box};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use std::sync::Arc;
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_field::{Environment, FieldPoint, OutsidePolicy, Validity};
-use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::body_prediction::BodyPredictor;
 use trackwright_simulation::slice_support::slice_support;
 use trackwright_simulation::support::survey;
 use trackwright_simulation::supported_region::supported_region;
 use trackwright_simulation::{
-    Mode, Quantity, RigidBody, Scenario, SensorOrientation, SlicePlan, SlicePlane, sample_slice,
+    Mode, Quantity, RigidBody, Scenario, SensorOrientation, sample_slice,
 };
 use trackwright_task::{CancelToken, Task};
 
@@ -32,21 +31,6 @@ fn axis() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8))
 }
 
-/// Larger than the box, so that some of it is outside.
-fn plan(room: &Environment) -> SlicePlan {
-    let own = room.model.bounds();
-    let out = Vector3::repeat(40.0);
-    SlicePlan {
-        plane: SlicePlane::Across {
-            normal_axis: 1,
-            position_mm: own.center_mm().y,
-            bounds: Bounds { min_mm: own.min_mm - out, max_mm: own.max_mm + out },
-        },
-        sensor_axis: axis(),
-        counts: [13, 11],
-    }
-}
-
 fn stated(room: &Environment, points: &[FieldPoint]) -> Vec<Validity> {
     room.validity(points, OutsidePolicy::Clamp).unwrap().unwrap()
 }
@@ -60,7 +44,7 @@ fn one_sensor() -> RigidBody {
 #[test]
 fn slices_show_error_and_distance_of_each_reading() {
     for room in rooms() {
-        let plan = plan(&room);
+        let plan = slice_beyond_box(&room, [13, 11]);
         let scenario = Scenario { environment: Arc::clone(&room), ..default_design() };
         let [nu, nv] = plan.counts;
         let places = (0..nv).flat_map(|v| (0..nu).map(move |u| (u, v)));

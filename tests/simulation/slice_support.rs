@@ -1,28 +1,14 @@
 //! Model validity on a slice.
 
-use crate::support::studies::{cancelled, default_in_polynomials};
-use nalgebra::{Unit, Vector3};
+use crate::support::studies::{cancelled, default_in_polynomials, slice_beyond_box};
+use nalgebra::Vector3;
 use trackwright_field::OutsidePolicy;
-use trackwright_geometry::bounds::Bounds;
 use trackwright_simulation::slice_support::*;
-use trackwright_simulation::{
-    Quantity, Scenario, SlicePlan, SlicePlane, StudyError, simulate_pose,
-};
+use trackwright_simulation::{Quantity, Scenario, SlicePlan, StudyError, simulate_pose};
 use trackwright_task::CancelToken;
 
-/// Larger than the box, so that some of it is outside.
 fn plan(scenario: &Scenario) -> SlicePlan {
-    let own = scenario.environment.model.bounds();
-    let out = Vector3::repeat(40.0);
-    SlicePlan {
-        plane: SlicePlane::Across {
-            normal_axis: 1,
-            position_mm: own.center_mm().y,
-            bounds: Bounds { min_mm: own.min_mm - out, max_mm: own.max_mm + out },
-        },
-        sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
-        counts: [23, 19],
-    }
+    slice_beyond_box(&scenario.environment, [23, 19])
 }
 
 fn supported(scenario: &Scenario, quantity: Quantity) -> Vec<bool> {

@@ -15,6 +15,7 @@ use trackwright_geometry::volume::Volume;
 use trackwright_project::{DEFAULT_BUILTIN, Files};
 use trackwright_simulation::{
     AxisRange, CancelToken, Mode, Outcome, RigidBody, Scenario, Sensor, SensorOrientation,
+    SlicePlan, SlicePlane,
 };
 use trackwright_task::Task;
 
@@ -109,6 +110,22 @@ pub fn in_polynomial_room(name: &str) -> Scenario {
 /// [`default_design`] in the built-in room as polynomials have it.
 pub fn default_in_polynomials() -> Scenario {
     in_polynomial_room(DEFAULT_BUILTIN)
+}
+
+/// A slice across y that is 40 mm larger than the room's box on each side, so that some of it is outside,
+/// for a sensor along no axis of the tracker.
+pub fn slice_beyond_box(room: &Environment, counts: [usize; 2]) -> SlicePlan {
+    let own = room.model.bounds();
+    let out = Vector3::repeat(40.0);
+    SlicePlan {
+        plane: SlicePlane::Across {
+            normal_axis: 1,
+            position_mm: own.center_mm().y,
+            bounds: Bounds { min_mm: own.min_mm - out, max_mm: own.max_mm + out },
+        },
+        sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
+        counts,
+    }
 }
 
 /// The same work on a number of threads.

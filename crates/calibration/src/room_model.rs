@@ -120,9 +120,9 @@ pub struct HarmonicReport {
 const LEARNED: &str = "learned";
 
 /// What the box of a harmonic model has at each face beyond the measurements, as a part of its size. A field
-/// does not end where measurements do. In the outer half of that margin of five rooms of `tests/rooms/others.rs` errors are 1.3
-/// to 2.0 times those at the faces, and the stated 95 % bounds hold 95 to 100 %; at four times the margin
-/// 85 to 96 %.
+/// does not end where measurements do. In the outer half of that margin of five rooms of
+/// `tests/rooms/others.rs` errors are 1.3 to 2.0 times those at the faces, and the stated 95 % bounds hold 95
+/// to 100 %; at four times the margin 85 to 96 %.
 const HARMONIC_MARGIN: f64 = 0.05;
 
 /// Part of the time that learning takes, for progress only.

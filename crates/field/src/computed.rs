@@ -9,6 +9,7 @@ use super::evaluation::{Coefficient, Evaluation};
 use super::field_point::FieldPoint;
 use super::gaussian::Kriging;
 use super::harmonic::HarmonicModel;
+use super::made_once::made_once;
 use super::samples::PoseError;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
 use std::fmt;
@@ -116,8 +117,7 @@ impl ComputedField {
         match &self.source {
             FieldSource::Kriging(kriging) if kriging.depends_on_roll() => None,
             FieldSource::Kriging(kriging) => {
-                let compiled = || kriging.compiled(&self.bounds);
-                Some(self.compiled.get_or_init(compiled))
+                Some(made_once(&self.compiled, || kriging.compiled(&self.bounds)))
             }
             FieldSource::Of(mean) => match &**mean {
                 MeanOverAxes::Compiled(field) => Some(field),

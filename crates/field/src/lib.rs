@@ -50,6 +50,7 @@ mod joint;
 mod kernel;
 mod lattice;
 pub mod least_squares;
+mod made_once;
 pub mod model;
 mod qr_update;
 pub mod random_models;

@@ -26,17 +26,20 @@ struct PredictedSensor {
 }
 
 /// What is known of a body at one pose.
+///
+/// [`position_error_mm`]: trackwright_field::validity::SensorValidity::position_error_mm
+/// [`is_supported`]: trackwright_field::validity::SensorValidity::is_supported
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyPrediction {
     /// RMS distance of the compensated tip from the true one; `None` where the fit does not determine
     /// it, or orientations were not measured and the tip depends on them.
     pub tip_rms_mm: Option<f64>,
-    /// Error of the model's field ([`trackwright_field::validity::SensorValidity::position_error_mm`]), RMS over the sensors; `None` where it is
-    /// not determined.
+    /// Error of the model's field ([`position_error_mm`]), RMS over the sensors; `None` where
+    /// it is not determined.
     pub position_std_error_mm: Option<f64>,
     /// Likewise of the rotation; `None` also where orientations were not measured.
     pub angle_std_error_rad: Option<f64>,
-    /// Whether the samples support the model at every sensor ([`trackwright_field::validity::SensorValidity::is_supported`]).
+    /// Whether the samples support the model at every sensor ([`is_supported`]).
     pub is_valid: bool,
 }
 
@@ -68,8 +71,9 @@ impl<'a> BodyPredictor<'a> {
     /// The prediction with the body at a pose; `None` where the room keeps no model validity.
     ///
     /// A sensor's reading is off by what measurements scatter by and by the model's error at the pose,
-    /// `σ² + s²`, as a new observation of a regression is; independent from sensor to sensor, and the same along all axes. The tip's
-    /// covariance follows to first order. A rotation that the sensors leave free is taken as known.
+    /// `σ² + s²`, as a new observation of a regression is; independent from sensor to sensor, and the same
+    /// along all axes. The tip's covariance follows to first order. A rotation that the sensors leave free is
+    /// taken as known.
     pub fn predict(&self, tracker_from_body: &Pose) -> Option<BodyPrediction> {
         let validity = self.validity.as_ref()?;
         let count = self.sensors.len().max(1) as f64;

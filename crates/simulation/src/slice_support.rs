@@ -11,9 +11,11 @@ use nalgebra::Point3;
 use trackwright_field::validity::SensorPlace;
 use trackwright_task::CancelToken;
 
-/// Whether the field is supported ([`trackwright_field::validity::SensorValidity::is_supported`]) at each point of the plan, in the order
-/// of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor
-/// of tool and CRF with the tip at the point. `None` where the environment does not state it.
+/// Whether the field is supported (as [`ModelValidity::is_supported`] has it) at each point of the plan, in the
+/// order of a slice's values: for the plan's imagined sensor, or for a quantity of the tool for every sensor of
+/// tool and CRF with the tip at the point. `None` where the environment does not state it.
+///
+/// [`ModelValidity::is_supported`]: trackwright_field::validity::ModelValidity::is_supported
 ///
 /// # Errors
 /// [`StudyError::Cancelled`]; for a quantity of the tool [`StudyError::NoSensors`].

@@ -7,6 +7,7 @@ use super::field::{GaussianField, Row};
 use super::fit::GaussianError;
 use super::posterior::Conditioned;
 use crate::field_point::FieldPoint;
+use crate::made_once::made_once;
 use nalgebra::{Point3, Vector3};
 use std::sync::OnceLock;
 use trackwright_geometry::bounds::Bounds;
@@ -50,7 +51,7 @@ impl<'a> Neighborhoods<'a> {
     /// # Errors
     /// [`GaussianError::NotPositiveDefinite`].
     pub fn part(&self, part: usize) -> Result<&Conditioned, GaussianError> {
-        let conditioned = self.parts[part].get_or_init(|| {
+        let conditioned = made_once(&self.parts[part], || {
             let GaussianField { kernel, amplitude, .. } = self.field;
             Conditioned::new(*kernel, &self.rows_near(part), amplitude)
         });

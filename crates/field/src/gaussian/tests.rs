@@ -447,3 +447,25 @@ fn parts_state_the_errors_that_all_rows_state() {
         assert!((1.0 - 1e-6..1.02).contains(&ratio), "{ratio}");
     }
 }
+
+#[test]
+fn parts_wanted_by_many_threads_at_once_are_the_same() {
+    use rayon::prelude::*;
+    let bounds = room();
+    let row = |point: FieldPoint| Row { point, error: [0.1; 6], noise_factor: 1.0 };
+    let rows = points(1_500, &bounds, 5).into_iter().map(row).collect();
+    let field = GaussianField { rows, ..prior_field(&bounds) };
+    let at = points(200, &bounds, 6);
+    let none = vec![PoseError::default(); at.len()];
+    let readings = Readings::new(&field);
+    // One by one, in the order in which threads come to them.
+    let each = at.par_iter().map(|point| readings.rms(&[*point], &none[..1]).unwrap()[0]);
+    let found: Vec<_> = each.collect();
+    for (one, together) in found.iter().zip(Readings::new(&field).rms(&at, &none).unwrap()) {
+        // Sums of 700 squares in another order.
+        assert!(
+            (one.position_mm / together.position_mm - 1.0).abs() < 1e-9,
+            "{one:?} {together:?}"
+        );
+    }
+}

@@ -12,5 +12,5 @@ pub use build::{FitValidityError, MAX_STORED};
 pub use cells::{Cell, Cells, MAX_CELLS};
 pub use draws::{DrawError, FieldDraws};
 pub use fit_validity::{FitValidity, FitValidityAt, FitValidityParts, FitValidityPartsError};
-pub use model_validity::{MeasurementScatter, ModelValidity, SensorPlace, SensorValidity};
+pub use model_validity::{ModelValidity, SensorPlace, SensorValidity};
 pub use readings::Validity;

@@ -37,15 +37,6 @@ pub struct SensorValidity {
     pub is_supported: bool,
 }
 
-/// What measurements scatter by, RMS lengths of vectors: noise, and of a fit that kept its standard error what
-/// the model does not follow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeasurementScatter {
-    pub position_mm: f64,
-    /// rad; `None` where orientations were not measured.
-    pub angle_rad: Option<f64>,
-}
-
 impl Environment {
     /// Model validity made ready; `None` where the room keeps neither its measurements nor the standard
     /// error of its fit.
@@ -108,8 +99,8 @@ impl ModelValidity<'_> {
     }
 
     /// How near each sensor is to where support ends: supported up to 1, and infinite outside the model's
-    /// box and where nothing determines the field. Of a fit its leverage against the greatest of its samples, else the
-    /// error of a reading against the greatest of a supported one.
+    /// box and where nothing determines the field. Of a fit its leverage against the greatest of its samples,
+    /// else the error of a reading against the greatest of a supported one.
     pub fn shares(&self, positions_mm: &[Point3<f64>], axis: &Unit<Vector3<f64>>) -> Vec<f64> {
         match &self.source {
             Source::Fit(validity) => {
@@ -137,20 +128,18 @@ impl ModelValidity<'_> {
         }
     }
 
-    /// What measurements scatter by at a place; `None` where a fit has no residual to estimate it from.
-    pub fn scatter_at(&self, position_mm: &Point3<f64>) -> Option<MeasurementScatter> {
+    /// What measurements scatter by at a place, RMS lengths of vectors: noise, and of a fit that kept its
+    /// standard error what the model does not follow. `None` where a fit has no residual to estimate it from.
+    pub fn scatter_at(&self, position_mm: &Point3<f64>) -> Option<ReadingRms> {
         match &self.source {
             Source::Fit(validity) => {
                 let parts = validity.parts();
-                Some(MeasurementScatter {
+                Some(ReadingRms {
                     position_mm: rms(&parts.position_std_mm)?,
                     angle_rad: parts.angle_std_rad.as_deref().and_then(rms),
                 })
             }
-            Source::Process(_, readings) => {
-                let ReadingRms { position_mm, angle_rad } = readings.noise_at(position_mm);
-                Some(MeasurementScatter { position_mm, angle_rad })
-            }
+            Source::Process(_, readings) => Some(readings.noise_at(position_mm)),
         }
     }
 
