@@ -26,20 +26,17 @@ struct PredictedSensor {
 }
 
 /// What is known of a body at one pose.
-///
-/// [`position_error_mm`]: trackwright_field::validity::SensorValidity::position_error_mm
-/// [`is_supported`]: trackwright_field::validity::SensorValidity::is_supported
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyPrediction {
     /// RMS distance of the compensated tip from the true one; `None` where the fit does not determine
     /// it, or orientations were not measured and the tip depends on them.
     pub tip_rms_mm: Option<f64>,
-    /// Error of the model's field ([`position_error_mm`]), RMS over the sensors; `None` where
+    /// Error of the model's field (`SensorValidity::position_error_mm`), RMS over the sensors; `None` where
     /// it is not determined.
     pub position_std_error_mm: Option<f64>,
     /// Likewise of the rotation; `None` also where orientations were not measured.
     pub angle_std_error_rad: Option<f64>,
-    /// Whether the samples support the model at every sensor ([`is_supported`]).
+    /// Whether the samples support the model at every sensor (`SensorValidity::is_supported`).
     pub is_valid: bool,
 }
 
