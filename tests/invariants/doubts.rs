@@ -421,6 +421,20 @@ fn a_long_table_is_judged_by_rows_from_all_of_it() {
 }
 
 #[test]
+fn outliers_begin_at_the_gap_before_them() {
+    let (_, set) = repository_tables().remove(2);
+    let mut rows = set.measurements;
+    for k in 0..10 {
+        rows[17 * k + 3].tracker_from_measured.translation.vector.x += 45.0 + 6.0 * k as f64;
+    }
+    let found = suspicions(&rows, set.content);
+    let [Suspicion::Outliers { count: 10, first_row: 4, limit, .. }] = found[..] else {
+        panic!("{found:?}");
+    };
+    assert!((30.0..40.0).contains(&limit), "{limit}");
+}
+
+#[test]
 fn poses_by_themselves_show_units_and_the_scalar() {
     let (mut good, mut seen) = (0, 0);
     for (name, set) in all_tables() {

@@ -55,8 +55,8 @@ pub enum Suspicion {
     InchesOrCentimetres { span: f64, reach: f64 },
     /// Coordinates that no tracker reads.
     TooFar { count: usize, first_row: usize, largest: f64 },
-    /// Positions that differ far more than the others do.
-    Outliers { count: usize, first_row: usize, largest: f64, median: f64 },
+    /// Positions that differ by more than a limit, far more than the others do.
+    Outliers { count: usize, first_row: usize, limit: f64, largest: f64, median: f64 },
     /// Distances among the positions of the second side are so many times those of the first.
     Scale {
         sides: [&'static str; 2],
@@ -173,11 +173,12 @@ impl fmt::Display for Suspicion {
                  readings?",
                 if *count == 1 { "row has" } else { "rows have" }
             ),
-            Self::Outliers { count, first_row, largest, median } => write!(
+            Self::Outliers { count, first_row, limit, largest, median } => write!(
                 f,
-                "{count} {} up to {} mm between ideal and measured position (row {first_row} first), the median is {} mm: \
-                 are they outliers?",
+                "{count} {} more than {} mm, up to {} mm, between ideal and measured position (row {first_row} first), \
+                 the median is {} mm: are they outliers?",
                 if *count == 1 { "row has" } else { "rows have" },
+                short(*limit),
                 short(*largest),
                 short(*median)
             ),

@@ -37,6 +37,10 @@ const AS_GOOD: f64 = 1.5;
 const OUTLIER_MM: f64 = 60.0;
 const OUTLIER_RATIO: f64 = 20.0;
 
+/// Those down to half as far are outliers as well where so many times as far as the next nearer row: they
+/// are the tracker's other solution too.
+const OUTLIER_GAP: f64 = 1.5;
+
 /// Spread of the wider side that determines the other's unit, mm: a still sensor's is noise.
 const MIN_SPREAD_MM: f64 = 20.0;
 
@@ -228,7 +232,17 @@ impl PairedDoubts {
     fn outliers(&self) -> Option<Suspicion> {
         let mut all: Vec<f64> = self.apart_mm.iter().map(|&mm| f64::from(mm)).collect();
         let median = median(&mut all)?;
-        let limit = OUTLIER_MM.max(OUTLIER_RATIO * median);
+        let mut limit = OUTLIER_MM.max(OUTLIER_RATIO * median);
+        all.sort_by(f64::total_cmp);
+        let first_beyond = all.partition_point(|mm| *mm <= limit);
+        let half_as_far = all.partition_point(|mm| *mm <= limit / 2.0);
+        let neighbors = all.get(half_as_far.saturating_sub(1)..=first_beyond)?.windows(2);
+        let gap = neighbors.max_by(|a, b| (a[1] / a[0]).total_cmp(&(b[1] / b[0])));
+        if let Some(&[nearer, farther]) = gap
+            && farther > OUTLIER_GAP * nearer
+        {
+            limit = (nearer * farther).sqrt();
+        }
         let mut beyond = self.apart_mm.iter().enumerate().filter(|(_, mm)| {
             let mm = f64::from(**mm);
             mm > limit && mm < super::MAX_POSITION_MM
@@ -236,7 +250,8 @@ impl PairedDoubts {
         let (first, mm) = beyond.next()?;
         let (count, largest) =
             beyond.fold((1, *mm), |(count, most), (_, mm)| (count + 1, most.max(*mm)));
-        Some(Suspicion::Outliers { count, first_row: first + 1, largest: largest.into(), median })
+        let (first_row, largest) = (first + 1, largest.into());
+        Some(Suspicion::Outliers { count, first_row, limit, largest, median })
     }
 
     /// Rows of one side that are late: its steps from row to row are those of other rows.
