@@ -51,7 +51,8 @@ pub struct FitArgs {
     fitting: FittingArgs,
 
     /// Ridge, as a part of the largest singular value. Of Bernstein polynomials 0, or chosen with order or
-    /// directions where one of them is left out; of a harmonic model 1e-6
+    /// directions where one of them is left out; of a harmonic model chosen with the kind, or 1e-6 where the
+    /// kind is named
     #[arg(long, value_name = "R")]
     ridge: Option<f64>,
 

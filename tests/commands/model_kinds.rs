@@ -295,7 +295,10 @@ fn a_generator_that_a_choice_learned_is_the_fits() {
         fs::create_dir(scratch.path(folder)).unwrap();
     }
     let learned = "--generator learn --degree 2";
-    scratch.succeed(format!("select some.csv --models harmonic {learned} -o chosen/room.env.ron"));
-    scratch.succeed(format!("fit some.csv --model harmonic {learned} -o fitted/room.env.ron"));
+    let select = format!("select some.csv --models harmonic {learned} -o chosen/room.env.ron");
+    let kinds = scratch.json(select)["models"]["kinds"].clone();
+    let ridge = &kinds[0]["ridge"];
+    let fit = format!("fit some.csv --model harmonic {learned} --ridge {ridge}");
+    scratch.succeed(format!("{fit} -o fitted/room.env.ron"));
     assert!(scratch.read("chosen/room.env.ron") == scratch.read("fitted/room.env.ron"));
 }

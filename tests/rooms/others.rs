@@ -11,8 +11,10 @@ use trackwright_calibration::kind_choice::{TriedKind, Wanted, decide};
 use trackwright_calibration::lag::without_lag;
 use trackwright_calibration::room_choice::{ModelRequest, RowLabels, row_groups};
 use trackwright_calibration::room_fit::{RoomOrder, RoomTable, fit_room};
+use trackwright_calibration::room_model::{GeneratorChoice, RoomModel};
 use trackwright_field::Environment;
 use trackwright_field::fit::FitMethod;
+use trackwright_field::harmonic::Loss;
 use trackwright_field::samples::{
     MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
 };
@@ -304,20 +306,33 @@ const REQUEST: ModelRequest = ModelRequest {
     rcond: 1e-10,
 };
 
-/// The table without the lag that a warning names, as `fit --lag` reads it.
-fn without_named_lag(table: &SampleSet) -> SampleSet {
-    let set = table.measurements();
-    let mut doubts = PairedDoubts::new(set.content, PoseFrame::Tracker);
-    for measurement in &set.measurements {
-        doubts.push(measurement);
+/// What warnings name of a table.
+fn suspicions(set: &MeasurementSet) -> Vec<Suspicion> {
+    PairedDoubts::of(&set.measurements, set.content, PoseFrame::Tracker)
+}
+
+/// The table as a person hands it in once the warnings were read: without the rows that are called outliers, and
+/// without the lag that is named, as `fit --lag` reads it.
+fn as_warned(table: &SampleSet) -> SampleSet {
+    let mut set = table.measurements();
+    let limit = |suspicion| match suspicion {
+        Suspicion::Outliers { limit, .. } => Some(limit),
+        _ => None,
+    };
+    while let Some(limit) = suspicions(&set).into_iter().find_map(limit) {
+        set.measurements.retain(|m| {
+            let [ideal, measured] = [m.tracker_from_ideal, m.tracker_from_measured];
+            (measured.translation.vector - ideal.translation.vector).norm() <= limit
+        });
     }
-    let lag = doubts.suspicions().into_iter().find_map(|suspicion| match suspicion {
+    let lag = suspicions(&set).into_iter().find_map(|suspicion| match suspicion {
         Suspicion::Lag { rows, .. } => Some(rows),
         _ => None,
     });
-    let Some(lag) = lag else { return table.clone() };
-    let measurements = without_lag(&set.measurements, set.content, lag);
-    MeasurementSet { measurements, ..set }.samples(MapKind::Distortion)
+    if let Some(lag) = lag {
+        set.measurements = without_lag(&set.measurements, set.content, lag);
+    }
+    set.samples(MapKind::Distortion)
 }
 
 /// What a plain `fit` makes of a table, or a kind that is forced; with it the chosen kind's label, and what
@@ -335,7 +350,7 @@ pub fn fitted(
         }
     };
     let task = Task::default();
-    let table = &without_named_lag(table);
+    let table = &as_warned(table);
     let grouping = row_groups(table, None).ok()?;
     let labels = RowLabels { grouping, ..RowLabels::default() };
     let decided = decide(table, (&wanted, &REQUEST), false, labels, &task).ok()?;
@@ -409,6 +424,21 @@ fn line(name: &str, cases: &[Case]) -> String {
         )
     });
     format!("{name:<28} {:3} | {}", cases.len(), each.collect::<Vec<_>>().join(" | "))
+}
+
+#[test]
+fn rows_along_a_path_choose_a_larger_ridge() {
+    // The coils' fields at axes that the path does not have are not in its rows.
+    let path = made(33).table;
+    let rows: Vec<usize> = (0..path.samples.len()).step_by(3).collect();
+    let path = path.of_rows(&rows);
+    let (loss, generator) = (Loss::Huber, GeneratorChoice::Learned(None));
+    let kind = TriedKind::Harmonic { generator, degrees: vec![3], loss };
+    let labels = RowLabels { grouping: row_groups(&path, None).unwrap(), ..RowLabels::default() };
+    let wanted = Wanted::Best(vec![kind]);
+    let decided = decide(&path, (&wanted, &REQUEST), false, labels, &Task::default()).unwrap();
+    let RoomModel::Harmonic(order) = &decided.model else { panic!("{:?}", decided.model) };
+    assert!(order.ridge.unwrap() >= 1e-2, "{:?}", order.ridge);
 }
 
 /// `cargo test --release --no-default-features --test main -- --ignored --nocapture rooms_of_others_page`,

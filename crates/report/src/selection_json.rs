@@ -200,6 +200,7 @@ pub fn kinds_json(choice: &KindChoice) -> Value {
             if let RoomModel::Harmonic(order) = &kind.model {
                 value["generator"] = json!(order.generator.name());
                 value["degree"] = json!(order.degree);
+                value["ridge"] = json!(order.ridge);
             }
             value
         })

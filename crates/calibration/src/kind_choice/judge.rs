@@ -2,27 +2,20 @@
 
 use super::{BEHIND, KindError, KindScored, TriedKind};
 use crate::room_choice::{Chosen, RowLabels};
-use crate::room_model::{
-    GeneratorChoice, HarmonicOrder, HarmonicTable, RoomModel, RoomModelError, predicted,
-};
+use crate::room_model::{RoomModel, RoomModelError};
 use crate::room_process::Refit;
 use rayon::prelude::*;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::gaussian::{GaussianField, Kriging, kept_rows};
-use trackwright_field::harmonic::learn::degree_for;
-use trackwright_field::harmonic::{HarmonicFitSettings, LearnedGenerator, Loss};
-use trackwright_field::samples::{MapKind, PoseError, SampleSet};
+use trackwright_field::samples::{PoseError, SampleSet};
 use trackwright_field::selection::folds::Folds;
 use trackwright_field::selection::other::score;
 use trackwright_field::selection::scoring::{FoldSums, HeldOutScores, Residual};
 use trackwright_field::selection::{
-    Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, TOLERANCE, select_by,
+    Candidate, HoldOutBy, HoldOuts, SelectError, SelectSettings, select_by,
 };
 use trackwright_geometry::bounds::Bounds;
 use trackwright_task::Task;
-
-/// Degrees in a row that leave no less, after which no higher one is tried.
-const WORSE_DEGREES: usize = 2;
 
 /// What every kind is judged on.
 pub(super) struct Judge<'a> {
@@ -32,7 +25,7 @@ pub(super) struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    fn hold_outs(&self) -> HoldOuts<'_> {
+    pub(super) fn hold_outs(&self) -> HoldOuts<'_> {
         self.labels.hold_outs()
     }
 
@@ -59,12 +52,12 @@ impl Judge<'_> {
             TriedKind::Symmetric => {
                 // It has half as many unknowns, and leaves as much less at most.
                 let polynomials = chosen.selection.best();
-                self.refuse_behind(&polynomials.deciding, before)?;
+                self.refuse_behind(BEHIND, &polynomials.deciding, before)?;
                 self.symmetric(chosen.selection.decided_by, polynomials.candidate.order, task)
             }
             TriedKind::Kriging => self.kriging(task),
             TriedKind::Harmonic { generator, degrees, loss } => {
-                self.harmonic(generator, degrees, *loss, before, task)
+                super::harmonic::judged(self, (generator, degrees, *loss), before, task)
             }
         }
     }
@@ -80,7 +73,7 @@ impl Judge<'_> {
         let bounds = Bounds::around(self.samples.samples.iter().map(|s| s.position_mm));
         let scores = score(self.samples, &self.hold_outs(), self.tried, |folds| {
             let refit = Refit::Polynomials { settings: &settings, is_symmetric };
-            self.each_fold(folds, |_, out, rest| {
+            self.each_fold(folds, |out, rest| {
                 let bounds = bounds.ok_or(SelectError::NoSamples)?;
                 let errors = refit
                     .at(self.samples, out, rest, &bounds, task)
@@ -151,100 +144,11 @@ impl Judge<'_> {
         Ok(KindScored { model: RoomModel::Kriging, candidate: None, scores })
     }
 
-    /// The lowest degree that leaves as little as any by the deciding hold-out; a learned generator is
-    /// learned in every fold anew.
-    fn harmonic(
+    /// Refuses what leaves so many times as much as another in position and in angle, in the folds that it was
+    /// judged in.
+    pub(super) fn refuse_behind(
         &self,
-        generator: &GeneratorChoice,
-        degrees: &[usize],
-        loss: Loss,
-        before: &[KindScored],
-        task: &Task,
-    ) -> Result<KindScored, KindError> {
-        if self.tried.map != MapKind::Distortion {
-            return Err(RoomModelError::CorrectionMap.into());
-        }
-        let mut degrees = degrees.to_vec();
-        degrees.sort_unstable();
-        let most = degrees.last().copied().unwrap_or(1);
-        let table = HarmonicTable::new(self.samples, generator, most, &task.subtask(0.0, 0.5))?;
-        let mut tables = FoldTables { samples: self.samples, all: &table, most, of: Vec::new() };
-        let of_settings = |settings: HarmonicFitSettings, tables: &mut FoldTables| {
-            score(self.samples, &self.hold_outs(), self.tried, |folds| {
-                let tables = tables.of(folds, task)?;
-                self.each_fold(folds, |fold, out, rest| {
-                    tables[fold].predict(self.samples, out, rest, &settings, task)
-                })
-            })
-        };
-        // A generator that is another one's is seen in one fold.
-        let first = degree_for(self.samples.samples.len()).clamp(degrees[0], most);
-        let settings = |degree| HarmonicFitSettings { loss, ..HarmonicFitSettings::new(degree) };
-        let of_first = settings(first);
-        self.refuse_behind_in_one_fold(&mut tables, &of_first, before, task)?;
-        let mut best: Option<KindScored> = None;
-        let mut worse = 0;
-        for (i, &degree) in degrees.iter().enumerate() {
-            let scores = match of_settings(settings(degree), &mut tables) {
-                // The rows do not determine so many coefficients.
-                Err(error) if best.is_some() && !error.is_cancelled() => break,
-                scores => scores?,
-            };
-            task.step(degrees.len() + i, 2 * degrees.len()).map_err(SelectError::from)?;
-            let model = RoomModel::Harmonic(HarmonicOrder {
-                generator: match &table.learned {
-                    None => generator.clone(),
-                    learned => GeneratorChoice::Learned(learned.clone()),
-                },
-                degree: Some(degree),
-                ridge: None,
-                loss,
-            });
-            let scored = KindScored { model, candidate: None, scores };
-            let rms = |k: &KindScored| k.deciding().overall.position_rms_mm;
-            let is_better = |best: &KindScored| rms(&scored) < (1.0 - TOLERANCE) * rms(best);
-            if best.as_ref().is_none_or(is_better) {
-                (best, worse) = (Some(scored), 0);
-            } else {
-                worse += 1;
-            }
-            if worse == WORSE_DEGREES {
-                break;
-            }
-        }
-        best.ok_or_else(|| SelectError::NothingToTry("degrees").into())
-    }
-
-    /// Judges the first fold of the deciding hold-out alone.
-    fn refuse_behind_in_one_fold(
-        &self,
-        tables: &mut FoldTables,
-        settings: &HarmonicFitSettings,
-        before: &[KindScored],
-        task: &Task,
-    ) -> Result<(), KindError> {
-        let Some(known) = before.first().filter(|_| self.tried.only_contenders) else {
-            return Ok(());
-        };
-        let deciding = HoldOuts { only_deciding: true, ..self.hold_outs() };
-        let decided_by = known.scores.decided_by;
-        let deciding = HoldOuts { deciding: Some(decided_by), ..deciding };
-        let scores = score(self.samples, &deciding, self.tried, |folds| {
-            let one = Folds { rows: vec![folds.rows[0].clone()] };
-            let tables = tables.of(&one, task)?;
-            self.each_fold(&one, |_, out, rest| {
-                tables[0].predict(self.samples, out, rest, settings, task)
-            })
-        })?;
-        let (_, scores) = &scores.hold_outs[0];
-        let one = HeldOutScores::of_sums(vec![scores.by_fold[0]], self.samples.has_rotations);
-        self.refuse_behind(&one, before)
-    }
-
-    /// Refuses what leaves [`BEHIND`] times as much as another in position and in angle, in the folds that it
-    /// was judged in.
-    fn refuse_behind(
-        &self,
+        times: f64,
         scores: &HeldOutScores,
         before: &[KindScored],
     ) -> Result<(), KindError> {
@@ -258,7 +162,7 @@ impl Judge<'_> {
         let own = squares(scores);
         for other in before {
             let other_squares = squares(other.deciding());
-            let by = BEHIND * BEHIND;
+            let by = times * times;
             let is_behind = own.position_mean_square_mm2()
                 > by * other_squares.position_mean_square_mm2()
                 && own.rotation_mean_square_rad2()
@@ -276,15 +180,14 @@ impl Judge<'_> {
 
     /// Residuals of every row of the folds by a model of the other rows; `predict` gives what that
     /// predicts at the rows of a fold. Folds are worked on side by side.
-    fn each_fold(
+    pub(super) fn each_fold(
         &self,
         folds: &Folds,
-        predict: impl Fn(usize, &[usize], &[usize]) -> Result<Vec<PoseError>, KindError> + Sync,
+        predict: impl Fn(&[usize], &[usize]) -> Result<Vec<PoseError>, KindError> + Sync,
     ) -> Result<Vec<Option<Residual>>, KindError> {
         let rows = self.samples.samples.len();
-        let of_fold = |(fold, out): (usize, &Vec<usize>)| predict(fold, out, &rest(out, rows));
-        let given: Vec<_> =
-            folds.rows.par_iter().enumerate().map(of_fold).collect::<Result<_, _>>()?;
+        let of_fold = |out: &Vec<usize>| predict(out, &rest(out, rows));
+        let given: Vec<_> = folds.rows.par_iter().map(of_fold).collect::<Result<_, _>>()?;
         let mut residuals = vec![None; rows];
         for (out, given) in folds.rows.iter().zip(given) {
             for (&row, given) in out.iter().zip(given) {
@@ -297,78 +200,6 @@ impl Judge<'_> {
 }
 
 /// All rows but these.
-fn rest(out: &[usize], rows: usize) -> Vec<usize> {
+pub(super) fn rest(out: &[usize], rows: usize) -> Vec<usize> {
     (0..rows).filter(|row| out.binary_search(row).is_err()).collect()
-}
-
-/// Rows made ready for the harmonic models of each fold: the same where the generator is known; learned
-/// again without the fold, from the generator of all rows, where it is not.
-struct FoldTables<'a> {
-    samples: &'a SampleSet,
-    all: &'a HarmonicTable,
-    most: usize,
-    of: Vec<(Folds, Vec<FoldTable<'a>>)>,
-}
-
-enum FoldTable<'a> {
-    OfAll(&'a HarmonicTable),
-    Own(Box<HarmonicTable>),
-}
-
-impl<'a> FoldTables<'a> {
-    fn of(&mut self, folds: &Folds, task: &Task) -> Result<&[FoldTable<'a>], RoomModelError> {
-        let known = self.of.iter().position(|(made_for, _)| made_for == folds);
-        let place = match known {
-            Some(place) => place,
-            None => {
-                let tables = self.made(folds, task)?;
-                self.of.push((folds.clone(), tables));
-                self.of.len() - 1
-            }
-        };
-        Ok(&self.of[place].1)
-    }
-
-    fn made(&self, folds: &Folds, task: &Task) -> Result<Vec<FoldTable<'a>>, RoomModelError> {
-        let Some(learned) = &self.all.learned else {
-            return Ok(folds.rows.iter().map(|_| FoldTable::OfAll(self.all)).collect());
-        };
-        let of_fold = |out: &Vec<usize>| self.learned_without(out, learned, task);
-        folds.rows.par_iter().map(of_fold).collect()
-    }
-
-    fn learned_without(
-        &self,
-        out: &[usize],
-        learned: &LearnedGenerator,
-        task: &Task,
-    ) -> Result<FoldTable<'a>, RoomModelError> {
-        let from = rest(out, self.samples.samples.len());
-        let table =
-            HarmonicTable::learned_again(self.samples, &from, learned, self.most, &quiet(task))?;
-        Ok(FoldTable::Own(Box::new(table)))
-    }
-}
-
-impl FoldTable<'_> {
-    /// What a model of the other rows gives at those of a fold.
-    fn predict(
-        &self,
-        samples: &SampleSet,
-        out: &[usize],
-        rest: &[usize],
-        settings: &HarmonicFitSettings,
-        task: &Task,
-    ) -> Result<Vec<PoseError>, KindError> {
-        let table = match self {
-            Self::OfAll(table) => table,
-            Self::Own(table) => table.as_ref(),
-        };
-        let fitted = table.fit(Some(rest), settings, &quiet(task)).map_err(RoomModelError::from)?;
-        Ok(out.iter().map(|&row| predicted(&fitted.model, &samples.samples[row])).collect())
-    }
-}
-
-fn quiet(task: &Task) -> Task {
-    Task::cancelled_by(task.cancel.clone())
 }

@@ -1,6 +1,7 @@
 //! Which kind of model a room's measurements are fitted with: all are judged on the same rows held out.
 
 mod decide;
+mod harmonic;
 mod judge;
 mod options;
 mod rule;
@@ -73,8 +74,7 @@ impl KindScored {
 
     /// The scores that decide.
     pub fn deciding(&self) -> &HeldOutScores {
-        // Every hold-out that can decide was made.
-        self.scores.held_out_by(self.scores.decided_by).unwrap_or(&self.scores.hold_outs[0].1)
+        self.scores.deciding()
     }
 
     /// The settings of the fit.

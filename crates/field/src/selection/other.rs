@@ -20,6 +20,12 @@ impl OtherScored {
         let found = self.hold_outs.iter().find(|(own, _)| *own == by);
         found.map(|(_, scores)| scores)
     }
+
+    /// The scores that decide.
+    pub fn deciding(&self) -> &HeldOutScores {
+        // Every hold-out that can decide was made.
+        self.held_out_by(self.decided_by).unwrap_or(&self.hold_outs[0].1)
+    }
 }
 
 /// Judges a model in every hold-out that is known. `residuals` gives what is left of each row when its
