@@ -174,10 +174,12 @@ impl FoldTables<'_> {
         };
         let deciding = HoldOuts { only_deciding: true, ..judge.hold_outs() };
         let deciding = HoldOuts { deciding: Some(other.scores.decided_by), ..deciding };
-        let is_known = self.all.learned.is_none();
-        let times = if is_known { BEHIND_OF_KNOWN } else { BEHIND };
+        let (times, ridges) = match self.all.learned {
+            None => (BEHIND_OF_KNOWN, vec![DEFAULT_RIDGE]),
+            Some(_) => (BEHIND, first_ridges().collect()),
+        };
         let mut refused = Ok(());
-        for ridge in first_ridges().filter(|&ridge| !is_known || ridge == DEFAULT_RIDGE) {
+        for ridge in ridges {
             let settings = HarmonicFitSettings { degree, ridge, loss };
             let scores = score(judge.samples, &deciding, judge.tried, |folds| {
                 self.residuals(&Folds { rows: vec![folds.rows[0].clone()] }, &settings)
