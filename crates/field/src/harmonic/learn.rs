@@ -32,9 +32,9 @@ const HIGHEST_DEGREE: usize = 6;
 /// With 2 the twelve coils of 200 measurements of `cube` are over-fitted (held out 1.8 mm).
 const ROWS_A_COEFFICIENT: f64 = 2.5;
 
-/// Ridge of the harmonics while a generator is learned. With 1e-6 they follow what the generator should, along a
-/// path above all: of eleven rooms of `tests/rooms/others.rs` it leaves a third more of rows held out on paths and
-/// takes twice as long; 1e-2 leaves a third more in boxes.
+/// Ridge of the harmonics while a generator is learned. On six paths of `tests/rooms/others.rs` 1e-6 takes two to
+/// three times as long and leaves 0.6 to 1.4 times as much of rows held out, one time with figures ten times too
+/// large; 1e-2 leaves 1.3 to 2.5 times as much in three boxes.
 const LEARNING_RIDGE: f64 = 1e-3;
 
 /// Part of the time that the two starts take, for progress only.
