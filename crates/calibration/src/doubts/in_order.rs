@@ -64,6 +64,7 @@ struct Estimate {
 }
 
 /// The rows in their order, and the field's terms at each.
+#[derive(Clone)]
 struct Rows {
     errors: Vec<Vector3<f64>>,
     weights: Vec<f64>,
@@ -147,7 +148,7 @@ impl Rows {
     /// With the weights of Huber's estimate (Huber, Robust Statistics, 1981, 7.8). Least squares would follow the
     /// rows at which the tracker has another solution, or the field is steep.
     fn weighted(&self, effects: &[Effect]) -> Option<Self> {
-        let mut rows = self.of_rows(&(0..self.errors.len()).collect::<Vec<_>>());
+        let mut rows = self.clone();
         let mut bound_mm = f64::INFINITY;
         for _ in 0..MOST_ROUNDS {
             let fitted = rows.fitted(effects)?;
@@ -157,7 +158,7 @@ impl Rows {
             let last_mm =
                 std::mem::replace(&mut bound_mm, MOST_LEFT * median(&mut left_mm.clone())?);
             rows.weights = left_mm.iter().map(|mm| (bound_mm / mm).min(1.0)).collect();
-            if (last_mm - bound_mm).abs() < SAME_BOUND * bound_mm {
+            if (last_mm - bound_mm).abs() <= SAME_BOUND * bound_mm {
                 break;
             }
         }

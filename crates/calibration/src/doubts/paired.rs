@@ -241,7 +241,7 @@ impl PairedDoubts {
         if let Some(&[nearer, farther]) = gap
             && farther > OUTLIER_GAP * nearer
         {
-            limit = (nearer * farther).sqrt();
+            limit = (nearer + farther) / 2.0;
         }
         let mut beyond = self.apart_mm.iter().enumerate().filter(|(_, mm)| {
             let mm = f64::from(**mm);

@@ -16,12 +16,12 @@ use trackwright_field::selection::scoring::{HeldOutScores, Residual};
 use trackwright_field::selection::{HoldOuts, SelectError, TOLERANCE};
 use trackwright_task::Task;
 
-/// Degrees in a row that leave no less, after which no higher one is tried.
+/// Degrees in a row that leave no less, after which none beyond is tried.
 const WORSE_DEGREES: usize = 2;
 
 /// Ridges, the largest first; every second one is tried, and then those beside the best. Rows along a path do not
-/// determine the fields at other axes: on seven paths of `tests/rooms/others.rs`, at degree 6, a ridge of 1e-6
-/// leaves 10 to 80 times what 1e-2 or 1e-1 does of rows held out. In a box it leaves 1.0 to 1.25 times as much.
+/// determine the fields at other axes: on six paths of `tests/rooms/others.rs`, at degree 6, a ridge of 1e-6
+/// leaves 30 to 120 times what 1e-2 or 1e-1 does of rows held out. In a box it leaves 1.0 to 1.2 times as much.
 const RIDGES: [f64; 7] = [1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-5, DEFAULT_RIDGE];
 
 /// A known generator is tried no further where it leaves so many times what another kind does of the first rows
@@ -42,15 +42,19 @@ pub(super) fn judged(
     if judge.tried.map != MapKind::Distortion {
         return Err(RoomModelError::CorrectionMap.into());
     }
-    let least = degrees.iter().copied().min().unwrap_or(1);
-    let most = degrees.iter().copied().max().unwrap_or(1);
+    let mut degrees = degrees.to_vec();
+    degrees.sort_unstable();
+    let (Some(&least), Some(&most)) = (degrees.first(), degrees.last()) else {
+        return Err(SelectError::NothingToTry("degrees").into());
+    };
     let table = HarmonicTable::new(judge.samples, generator, most, &task.subtask(0.0, 0.5))?;
     let mut folds = FoldTables { judge, all: &table, most, of: HashMap::new(), task };
-    let first = degree_for(judge.samples.samples.len()).clamp(least, most);
+    let determined = degree_for(judge.samples.samples.len());
+    let first = degrees.iter().rev().copied().find(|&d| d <= determined).unwrap_or(least);
     folds.refuse_behind_in_one_fold((first, loss), before)?;
     let mut search = Search { folds, best: None, loss, judged: 0 };
     search.ridges_of(first)?;
-    search.degrees_around(first, degrees)?;
+    search.degrees_around(first, &degrees)?;
     search.ridges_beside_best()?;
     let (settings, scores) = search.best.ok_or(SelectError::NothingToTry("degrees"))?;
     let model = RoomModel::Harmonic(HarmonicOrder {
@@ -83,19 +87,15 @@ impl Search<'_> {
         first_ridges().try_for_each(|ridge| self.is_better(degree, ridge).map(drop))
     }
 
-    /// Degrees below the first, or else above it, as long as they leave less.
+    /// Degrees below the first, or else above it, as long as they leave less; of a sorted list.
     fn degrees_around(&mut self, first: usize, degrees: &[usize]) -> Result<(), KindError> {
         let Some((HarmonicFitSettings { ridge, .. }, _)) = self.best else {
             return Ok(());
         };
-        let mut sorted = degrees.to_vec();
-        sorted.sort_unstable();
-        let (mut lower, higher): (Vec<_>, Vec<_>) = sorted
-            .into_iter()
-            .filter(|degree| *degree != first)
-            .partition(|degree| *degree < first);
-        lower.reverse();
-        for side in [lower, higher] {
+        let lower = degrees.iter().rev().filter(|degree| **degree < first);
+        let higher = degrees.iter().filter(|degree| **degree > first);
+        let sides: [Vec<usize>; 2] = [lower.copied().collect(), higher.copied().collect()];
+        for side in sides {
             if self.best.as_ref().is_some_and(|(best, _)| best.degree < first) {
                 break;
             }

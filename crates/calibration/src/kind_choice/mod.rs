@@ -35,7 +35,7 @@ pub enum TriedKind {
     Kriging,
     Harmonic {
         generator: GeneratorChoice,
-        /// From the lowest, as long as they leave less, of those that the rows determine.
+        /// Those around the highest that the rows determine, as long as they leave less.
         degrees: Vec<usize>,
         loss: Loss,
     },
