@@ -1,7 +1,7 @@
 //! Harmonic models of a generator on the rows held out: which degree, and which ridge.
 
 use super::judge::{Judge, rest};
-use super::{BEHIND, KindError, KindScored};
+use super::{KindError, KindScored};
 use crate::room_model::{
     GeneratorChoice, HarmonicOrder, HarmonicTable, RoomModel, RoomModelError, predicted,
 };
@@ -24,8 +24,9 @@ const WORSE_DEGREES: usize = 2;
 /// leaves 30 to 120 times what 1e-2 or 1e-1 does of rows held out. In a box it leaves 1.0 to 1.2 times as much.
 const RIDGES: [f64; 7] = [1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-5, DEFAULT_RIDGE];
 
-/// A known generator is tried no further where it leaves so many times what another kind does of the first rows
-/// held out, as [`BEHIND`] is for the others: the tracker's own leaves far less.
+/// A generator is tried no further where it leaves so many times what another kind does of the first rows held
+/// out; a known one much sooner, as the tracker's own leaves far less.
+const BEHIND: f64 = 2.0;
 const BEHIND_OF_KNOWN: f64 = 0.9;
 
 /// Settings that are judged where nothing ends early, for progress only.

@@ -1,6 +1,6 @@
 //! Each kind of model on the same rows held out.
 
-use super::{BEHIND, KindError, KindScored, TriedKind};
+use super::{KindError, KindScored, TriedKind};
 use crate::room_choice::{Chosen, RowLabels};
 use crate::room_model::{RoomModel, RoomModelError};
 use crate::room_process::Refit;
@@ -16,6 +16,10 @@ use trackwright_field::selection::{
 };
 use trackwright_geometry::bounds::Bounds;
 use trackwright_task::Task;
+
+/// Symmetric polynomials are not tried where others leave so many times what another kind does: of 108 rooms of
+/// `tests/rooms/others.rs` they leave 0.78 to 1.1 times as much as others.
+const BEHIND_OF_SYMMETRIC: f64 = 1.35;
 
 /// What every kind is judged on.
 pub(super) struct Judge<'a> {
@@ -50,9 +54,8 @@ impl Judge<'_> {
                 self.polynomials(chosen.selection.best().candidate, false, task)
             }
             TriedKind::Symmetric => {
-                // It has half as many unknowns, and leaves as much less at most.
                 let polynomials = chosen.selection.best();
-                self.refuse_behind(BEHIND, &polynomials.deciding, before)?;
+                self.refuse_behind(BEHIND_OF_SYMMETRIC, &polynomials.deciding, before)?;
                 self.symmetric(chosen.selection.decided_by, polynomials.candidate.order, task)
             }
             TriedKind::Kriging => self.kriging(task),

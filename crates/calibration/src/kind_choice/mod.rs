@@ -21,9 +21,6 @@ use trackwright_field::selection::scoring::HeldOutScores;
 use trackwright_field::selection::{Candidate, SelectError, SelectSettings};
 use trackwright_task::Task;
 
-/// A kind that leaves this many times what the best so far leaves is tried no further.
-const BEHIND: f64 = 2.0;
-
 /// A kind of model to try.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TriedKind {
