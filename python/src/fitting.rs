@@ -15,11 +15,12 @@ use std::path::Path;
 use trackwright_calibration::kind_choice::{
     KindChoice, TriedKind, TriedOptions, Wanted, best_kind, decide,
 };
-use trackwright_calibration::room_choice::{HeldOut, ModelRequest, RowLabels, choose_by};
+use trackwright_calibration::room_choice::{ModelRequest, choose_by};
 use trackwright_calibration::room_fit::{
     FittedRoom, RegistrationError, RoomError, RoomOrder, RoomTable, fit_room,
 };
 use trackwright_calibration::room_model::{GeneratorChoice, HarmonicOrder, RoomModel};
+use trackwright_calibration::row_labels::{HeldOut, RowLabels};
 use trackwright_field::Environment;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::Jitter;

@@ -5,7 +5,7 @@ use crate::long_work;
 use crate::tables::{Columns, ColumnsError, Notes, Table, of_memory, take};
 use anyhow::Context;
 use pyo3::prelude::*;
-use trackwright_calibration::room_choice::{HeldOut, RowLabels, numbered_labels, row_groups};
+use trackwright_calibration::row_labels::{HeldOut, RowLabels};
 use trackwright_field::samples::{Measurement, MeasurementContent, SampleSet};
 use trackwright_field::selection::HoldOutBy;
 use trackwright_formats::groups::{GROUP_COLUMNS, GroupColumn, SENSOR_COLUMN};
@@ -106,41 +106,26 @@ pub fn labels(
     held_out: Option<&HeldOut>,
     notes: &mut Notes,
 ) -> Done<RowLabels> {
-    let refused = |text: String| Err(TrackwrightError::new_err(text).into());
-    let (label, samples) = (&measured.label, &measured.samples);
     let column = match (group, held_out.and_then(HeldOut::column)) {
         (Some(group), Some(column)) if group != column => {
-            return refused(format!("group {group} and hold_out {column}: expected one column"));
+            let text = format!("group {group} and hold_out {column}: expected one column");
+            return Err(TrackwrightError::new_err(text).into());
         }
         (group, column) => group.or(column),
     };
     let deciding = held_out.map(HeldOut::deciding);
     let groups = group_column(table, column)?;
-    let groups = groups.as_ref().map(|c| (c.name.as_str(), c.labels.as_slice()));
-    let grouping = row_groups(samples, groups).with_context(|| label.clone())?;
-    if deciding == Some(HoldOutBy::Groups) && grouping.is_none() {
-        return refused(format!(
-            "{label}: found no groups of rows to hold out, expected a column cluster, frame or pose, \
-             places that were measured several times, or hold_out=COLUMN"
-        ));
-    }
     let sensors = match sensor_column(table) {
-        Ok(Some(column)) => numbered_labels(&column.name, &column.labels, samples.samples.len())
-            .map(Some)
-            .with_context(|| label.clone())?,
-        Ok(None) => None,
-        Err(error) if deciding == Some(HoldOutBy::Sensors) => return Err(error),
-        Err(error) => {
+        Err(error) if deciding != Some(HoldOutBy::Sensors) => {
             notes.push(format!("{error}; sensors are not held out"));
             None
         }
+        read => read?,
     };
-    if deciding == Some(HoldOutBy::Sensors) && sensors.is_none() {
-        return refused(format!(
-            "{label}: found no column {SENSOR_COLUMN:?}, expected one that names the sensor of each row"
-        ));
-    }
-    Ok(RowLabels { grouping, sensors, deciding })
+    let [groups, sensors] =
+        [&groups, &sensors].map(|of| of.as_ref().map(GroupColumn::named_labels));
+    let labels = RowLabels::of(&measured.samples, groups, sensors, deciding);
+    Ok(labels.with_context(|| measured.label.clone())?)
 }
 
 /// The named column, or one that is known to group rows.

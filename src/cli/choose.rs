@@ -2,12 +2,11 @@
 
 use super::prelude::*;
 use trackwright_calibration::kind_choice::{Decided, Wanted, decide};
-use trackwright_calibration::room_choice::{
-    self, Chosen, Grouping, HeldOut, ModelRequest, RowLabels, numbered_labels, row_groups,
-};
+use trackwright_calibration::room_choice::{self, Chosen, ModelRequest};
+use trackwright_calibration::row_labels::{HeldOut, RowLabels};
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::{HoldOutBy, SelectSettings};
-use trackwright_formats::groups::SENSOR_COLUMN;
+use trackwright_formats::groups::GroupColumn;
 use trackwright_report::kinds::kind_reason;
 use trackwright_report::selection::{grouped_line, hold_out_lines, sensors_line};
 use trackwright_report::selection_json::reason_of;
@@ -53,44 +52,17 @@ pub(super) fn row_labels(
         (group, column) => group.or(column),
     };
     let deciding = hold_out.map(HeldOut::deciding);
-    let grouping = grouping(files, file, samples, column)?;
-    if deciding == Some(HoldOutBy::Groups) && grouping.is_none() {
-        bail!(
-            "{}: found no groups of rows to hold out, expected a column cluster, frame or pose, places that were measured several times, or --hold-out COLUMN",
-            file.display()
-        );
-    }
+    let groups = files.read_groups(file, column)?;
     let sensors = match files.read_sensors(file) {
-        Ok(Some(column)) => numbered_labels(&column.name, &column.labels, samples.samples.len())
-            .map(Some)
-            .with_context(|| file.display().to_string())?,
-        Ok(None) => None,
-        Err(error) if deciding == Some(HoldOutBy::Sensors) => return Err(error.into()),
-        Err(error) => {
+        Err(error) if deciding != Some(HoldOutBy::Sensors) => {
             output::note(&format!("note: {error}; sensors are not held out"));
             None
         }
+        read => read?,
     };
-    if deciding == Some(HoldOutBy::Sensors) && sensors.is_none() {
-        bail!(
-            "{}: found no column {SENSOR_COLUMN:?}, expected one that names the sensor of each row",
-            file.display()
-        );
-    }
-    Ok(RowLabels { grouping, sensors, deciding })
-}
-
-/// The groups of a table's rows: by the named column, by one that is known to mean so, or by the
-/// clusters or places that the data show.
-fn grouping(
-    files: &Files,
-    file: &Path,
-    samples: &SampleSet,
-    column: Option<&str>,
-) -> anyhow::Result<Option<Grouping>> {
-    let column = files.read_groups(file, column)?;
-    let column = column.as_ref().map(|c| (c.name.as_str(), c.labels.as_slice()));
-    row_groups(samples, column).with_context(|| file.display().to_string())
+    let [groups, sensors] =
+        [&groups, &sensors].map(|of| of.as_ref().map(GroupColumn::named_labels));
+    RowLabels::of(samples, groups, sensors, deciding).with_context(|| file.display().to_string())
 }
 
 /// [`room_choice::choose_by`], with a progress bar.

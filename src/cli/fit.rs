@@ -7,11 +7,12 @@ use super::prelude::*;
 use super::registration::RegistrationArgs;
 use clap::{ArgAction, ValueEnum};
 use trackwright_calibration::kind_choice::{Decided, TriedKind, Wanted};
-use trackwright_calibration::room_choice::{HeldOut, ModelRequest};
+use trackwright_calibration::room_choice::ModelRequest;
 use trackwright_calibration::room_fit::{
     FittedRoom, RegistrationError, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
 use trackwright_calibration::room_model::RoomModel;
+use trackwright_calibration::row_labels::HeldOut;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::Jitter;
 use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};

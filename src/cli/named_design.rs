@@ -1,30 +1,8 @@
-//! A design by its file or by the name of a built-in one.
+//! What commands do with the design that they are given.
 
 use super::prelude::*;
 use trackwright_design::Design;
 use trackwright_project::{StoreError, World};
-
-/// Opens a file, or a built-in design where no file has that name.
-///
-/// # Errors
-/// Those of opening it.
-pub fn open_named(files: &Files, design: &Path) -> Result<World, StoreError> {
-    match builtin_name(design) {
-        Some(name) => trackwright_project::open_builtin(name),
-        None => files.open_design(design),
-    }
-}
-
-/// The same for its numbers alone.
-///
-/// # Errors
-/// Those of opening it.
-pub fn open_named_without_meshes(files: &Files, design: &Path) -> Result<World, StoreError> {
-    match builtin_name(design) {
-        Some(name) => trackwright_project::open_builtin_without_meshes(name),
-        None => files.open_design_without_meshes(design),
-    }
-}
 
 /// Opens the numbers of a design's file, or those of the built-in design where none is named.
 ///
@@ -60,8 +38,4 @@ pub fn note_sizes(design: &Design) {
             ));
         }
     }
-}
-
-fn builtin_name(design: &Path) -> Option<&'static str> {
-    trackwright_project::builtin_named(&design.to_string_lossy(), design)
 }

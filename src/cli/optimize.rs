@@ -4,7 +4,7 @@ mod arguments;
 mod text;
 
 use super::compare::named_once;
-use super::named_design::{note_sizes, open_named};
+use super::named_design::note_sizes;
 use super::numbers::above_zero;
 use super::prelude::*;
 use arguments::{Bounds, bounds, kind, metric, sensors};
@@ -112,7 +112,7 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let named = || args.design.display().to_string();
     let output = files.output(&args.output)?;
     named_once(&args.environment, "environment")?;
-    let world = open_named(files, &args.design)?;
+    let world = files.open_design(&args.design)?;
     output.expect_new()?;
     trackwright_project::check_place(&args.output)?;
     let rooms = rooms(args, files, &world)?;

@@ -1,7 +1,6 @@
 //! `procedure`: where a design stands in the paper's design procedure, and what is decided in it.
 
 use super::figures;
-use super::named_design::open_named_without_meshes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
 use super::simulate::note_world;
@@ -124,7 +123,7 @@ fn is_changed_meanwhile(error: &anyhow::Error) -> bool {
 }
 
 fn judge_and_save(args: &ProcedureArgs, files: &Files) -> anyhow::Result<(World, StepStatus)> {
-    let mut world = open_named_without_meshes(files, &args.design)?;
+    let mut world = files.open_design_without_meshes(&args.design)?;
     let is_changing = args.decide.is_some()
         || args.withdraw.is_some()
         || !args.add_room.is_empty()

@@ -1,6 +1,6 @@
 //! `trackwright render`: the 3D view as a picture, without a window.
 
-use super::named_design::{note_meshes, open_named};
+use super::named_design::note_meshes;
 use super::prelude::*;
 use super::render_video::VideoArgs;
 use clap::ValueEnum;
@@ -150,7 +150,7 @@ pub fn run(args: &RenderArgs, files: &Files) -> anyhow::Result<()> {
         bail!("{}: expected a name that ends in .png", args.output.display());
     }
     refuse_unused(args)?;
-    let mut world = open_named(files, &args.design)?;
+    let mut world = files.open_design(&args.design)?;
     if args.better_places == Some(BodyRole::Crf) && world.document.design().crf.is_none() {
         bail!("--better-places=crf: the design has no CRF");
     }

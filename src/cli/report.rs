@@ -1,6 +1,6 @@
 //! `report`: a design and its study as one HTML page.
 
-use super::named_design::{note_meshes, open_named};
+use super::named_design::note_meshes;
 use super::prelude::*;
 use super::simulate::{ModeArg, mode_arg, mode_of, note_world};
 use std::ffi::{OsStr, OsString};
@@ -49,7 +49,7 @@ pub struct ReportArgs {
 pub fn run(args: &ReportArgs, files: &Files) -> anyhow::Result<()> {
     let mode = mode_arg(args.mode, args.input.as_deref())?;
     let date = trackwright_project::today()?.to_string();
-    let world = open_named(files, &args.design)?;
+    let world = files.open_design(&args.design)?;
     let mode = mode.unwrap_or(match world.document.design().motion {
         Some(_) => ModeArg::Motion,
         None => ModeArg::Single,

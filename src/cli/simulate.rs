@@ -21,7 +21,7 @@ use trackwright_simulation::{
 /// Simulate a design at one pose, over its range of motion, or at given poses
 #[derive(Debug, Args)]
 pub struct SimulateArgs {
-    /// Design (*.design.ron)
+    /// Design (*.design.ron), or the name of a built-in one
     design: PathBuf,
 
     /// Which poses to visit; those of --input where it is given

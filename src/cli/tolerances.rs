@@ -10,7 +10,7 @@ use trackwright_simulation::tolerance::{MAX_DRAWS, check_built, manufacturing_sh
 /// requirement fails
 #[derive(Debug, Args)]
 pub struct TolerancesArgs {
-    /// Design (*.design.ron), with the requirement that a built tool has to meet
+    /// Design (*.design.ron), or the name of a built-in one, with the requirement that a built tool has to meet
     design: PathBuf,
 
     /// Also draw so many tools with every sensor off at random within its tolerances, simulate each,

@@ -27,7 +27,7 @@ const CHART_SIZE: (u32, u32) = (1000, 560);
 /// Hold recordings of the built tool against what its design predicts for the same poses
 #[derive(Debug, Args)]
 pub struct VerifyArgs {
-    /// Design that the tool was built after (*.design.ron), in the room that it was recorded in
+    /// Design that the tool was built after (*.design.ron, or the name of a built-in one), in the room that it was recorded in
     design: PathBuf,
 
     /// What was recorded of the built tool. A table with its true and its measured poses (CSV: ideal_x

@@ -1,6 +1,7 @@
 //! The program as a person runs it: the built binary, its output, its exit status.
 
 mod bad_input;
+mod built_in_designs;
 mod cannot_tell;
 mod characterize;
 mod compare;

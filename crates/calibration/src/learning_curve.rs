@@ -1,7 +1,7 @@
 //! How much of a room's error each kind of model leaves, against how much was measured.
 
 use super::kind_choice::{KindChoice, KindError, TriedKind, choose_kind};
-use super::room_choice::{Grouping, RowLabels};
+use super::row_labels::{Grouping, RowLabels};
 use trackwright_field::gaussian::chosen_rows;
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::SelectSettings;

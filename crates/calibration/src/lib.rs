@@ -51,6 +51,7 @@ pub mod room_choice;
 pub mod room_fit;
 pub mod room_model;
 pub mod room_process;
+pub mod row_labels;
 pub mod shared_rows;
 pub mod spin;
 pub mod still_pose;

@@ -18,6 +18,13 @@ pub struct GroupColumn {
     pub labels: Vec<String>,
 }
 
+impl GroupColumn {
+    /// The name, and the labels.
+    pub fn named_labels(&self) -> (&str, &[String]) {
+        (&self.name, &self.labels)
+    }
+}
+
 /// Reads a column of this name, or else the first of [`GROUP_COLUMNS`] that is there.
 ///
 /// # Errors

@@ -1,6 +1,7 @@
 //! The files that one command reads and writes, so that it writes over none that it reads and over no
 //! document that it did not write.
 
+use super::builtin::builtin_named;
 use super::error::StoreError;
 use super::open::{self, World};
 use super::paths::{FileId, extension_of, folder_of};
@@ -109,14 +110,21 @@ impl Files {
         Ok(())
     }
 
-    /// Opens a design with all that it refers to; see [`open_design`](super::open_design).
-    pub fn open_design(&self, file: &Path) -> Result<World, StoreError> {
-        self.opened(open::open_design(file)?)
+    /// Opens a design with all that it refers to: a file, or the built-in design of that name where there is
+    /// no such file; see [`open_design`](super::open_design).
+    pub fn open_design(&self, design: &Path) -> Result<World, StoreError> {
+        self.opened(match builtin_named(&design.to_string_lossy(), design) {
+            Some(name) => open::open_builtin(name)?,
+            None => open::open_design(design)?,
+        })
     }
 
-    /// Opens a design for its numbers alone.
-    pub fn open_design_without_meshes(&self, file: &Path) -> Result<World, StoreError> {
-        self.opened(open::open_design_without_meshes(file)?)
+    /// The same for its numbers alone.
+    pub fn open_design_without_meshes(&self, design: &Path) -> Result<World, StoreError> {
+        self.opened(match builtin_named(&design.to_string_lossy(), design) {
+            Some(name) => open::open_builtin_without_meshes(name)?,
+            None => open::open_design_without_meshes(design)?,
+        })
     }
 
     /// Reads a body file or a maker's definition; refuses a wrong checksum unless it is accepted.

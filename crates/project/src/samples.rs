@@ -183,6 +183,8 @@ pub struct MeasurementTable {
     pub bounds: Option<Bounds>,
     /// The column of groups; one that cannot be used prevents a choice of model, not a fit.
     pub groups: Result<Option<TableGroups>, StoreError>,
+    /// The column that states which sensor each row is of.
+    pub sensors: Result<Option<GroupColumn>, StoreError>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -234,6 +236,7 @@ impl Files {
             samples,
             suspicions,
             groups,
+            sensors: self.read_sensors(file),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! `export scene`: the 3D view of a design as binary glTF.
 
 use super::super::file_kinds::ends_with;
-use super::super::named_design::{note_meshes, open_named};
+use super::super::named_design::note_meshes;
 use super::super::prelude::*;
 use super::super::simulate::note_world;
 use trackwright_design::view::Layers;
@@ -50,7 +50,7 @@ pub fn run(args: &SceneArgs, files: &Files) -> anyhow::Result<()> {
             args.output.display()
         );
     }
-    let world = open_named(files, &args.design)?;
+    let world = files.open_design(&args.design)?;
     note_meshes(&world);
     note_world(&world);
     let named = || args.design.display().to_string();

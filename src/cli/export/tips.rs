@@ -15,7 +15,7 @@ const MANY: usize = 5_000;
 
 #[derive(Debug, Args)]
 pub struct TipsArgs {
-    /// Design (*.design.ron)
+    /// Design (*.design.ron), or the name of a built-in one
     design: PathBuf,
 
     /// File to write, its kind given by its name: *.mrk.json (two lists of points, LPS) or *.csv;

@@ -17,7 +17,7 @@ use trackwright_simulation::{Mode, Scenario};
 
 #[derive(Debug, Args)]
 pub struct DistanceArgs {
-    /// Design (*.design.ron), in a room with metal
+    /// Design (*.design.ron), or the name of a built-in one, in a room with metal
     design: PathBuf,
 
     /// The object that is moved, by its name; the only one where left out

@@ -1,6 +1,5 @@
 //! `sweep numbers`: what a plan may vary of a design.
 
-use super::super::named_design::open_named_without_meshes;
 use super::super::prelude::*;
 
 #[derive(Debug, Args)]
@@ -18,7 +17,7 @@ pub(super) struct NumbersArgs {
 /// # Errors
 /// A design that can't be read.
 pub(super) fn run(args: &NumbersArgs, files: &Files) -> anyhow::Result<()> {
-    let world = open_named_without_meshes(files, &args.design)?;
+    let world = files.open_design_without_meshes(&args.design)?;
     let all = trackwright_sweep::number_paths(world.document.design());
     args.format.print(
         || {

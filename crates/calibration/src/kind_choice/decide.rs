@@ -2,8 +2,9 @@
 
 use super::{KindChoice, KindError, TriedKind, choose_kind};
 use crate::learning_curve::labels_of;
-use crate::room_choice::{Chosen, ModelChoice, ModelRequest, RowLabels, choose_by};
+use crate::room_choice::{Chosen, ModelChoice, ModelRequest, choose_by};
 use crate::room_model::RoomModel;
+use crate::row_labels::RowLabels;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::gaussian::chosen_rows;

@@ -1,9 +1,10 @@
 //! Each kind of model on the same rows held out.
 
 use super::{KindError, KindScored, TriedKind};
-use crate::room_choice::{Chosen, RowLabels};
+use crate::room_choice::Chosen;
 use crate::room_model::{RoomModel, RoomModelError};
 use crate::room_process::Refit;
+use crate::row_labels::RowLabels;
 use rayon::prelude::*;
 use trackwright_field::fit::FitSettings;
 use trackwright_field::gaussian::{GaussianField, Kriging, kept_rows};

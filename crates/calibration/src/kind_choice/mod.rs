@@ -9,8 +9,9 @@ mod rule;
 pub use decide::{Decided, MOST_RACED, Wanted, best_kind, decide};
 pub use options::{OptionsError, TriedOptions};
 
-use super::room_choice::{Chosen, GroupRowsError, RowLabels, choose_by};
+use super::room_choice::{Chosen, choose_by};
 use super::room_model::{GeneratorChoice, RoomModel, RoomModelError};
+use super::row_labels::{GroupRowsError, RowLabels};
 use judge::Judge;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::fit::FitSettings;

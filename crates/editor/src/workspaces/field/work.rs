@@ -7,14 +7,15 @@ use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
 use trackwright_calibration::fit_quality::fit_quality;
 use trackwright_calibration::kind_choice::{Decided, decide};
-use trackwright_calibration::room_choice::{RowLabels, row_groups};
 use trackwright_calibration::room_fit::{
     FittedRoom, RoomError, RoomOrder, RoomStage, RoomTable, fit_room,
 };
+use trackwright_calibration::row_labels::RowLabels;
 use trackwright_field::generator::Generator;
 use trackwright_field::harmonic::HarmonicFitError;
 use trackwright_field::samples::MeasurementContent;
 use trackwright_field::selection::SelectError;
+use trackwright_formats::groups::GroupColumn;
 use trackwright_metal::identify::compare::{self, CompareError};
 use trackwright_metal::identify::{IdentifyError, IdentifySettings, identify, room_of_found};
 use trackwright_project::{Files, RoomContent, StoreError, room_name};
@@ -61,7 +62,7 @@ pub fn fit(
     };
     let choosing_part = if settings.is_open() { CHOOSING_PART } else { 0.0 };
     let labels = match wanted.is_open(request, &training.samples, false) {
-        true => labels(training)?,
+        true => labels(training, &mut notes)?,
         false => RowLabels::default(),
     };
     let choosing = task.subtask(0.0, choosing_part);
@@ -90,15 +91,20 @@ pub fn fit(
 }
 
 /// Which rows belong together.
-fn labels(training: &Table) -> Result<RowLabels, Failure> {
-    let column = match &training.groups {
-        Ok(groups) => groups.as_ref().map(|groups| &groups.column),
+fn labels(training: &Table, notes: &mut Vec<String>) -> Result<RowLabels, Failure> {
+    let groups = match &training.groups {
+        Ok(groups) => groups.as_ref().map(|groups| groups.column.named_labels()),
         // It names the file already.
         Err(error) => return Err(Failure::Because(error.to_string())),
     };
-    let column = column.map(|c| (c.name.as_str(), c.labels.as_slice()));
-    let grouping = row_groups(&training.samples, column).map_err(|e| in_table(training, &e))?;
-    Ok(RowLabels { grouping, ..RowLabels::default() })
+    let sensors = match &training.sensors {
+        Ok(sensors) => sensors.as_ref().map(GroupColumn::named_labels),
+        Err(error) => {
+            notes.push(format!("{error}; sensors are not held out"));
+            None
+        }
+    };
+    RowLabels::of(&training.samples, groups, sensors, None).map_err(|e| in_table(training, &e))
 }
 
 fn fit_model(
@@ -122,8 +128,7 @@ fn fit_model(
         jitter: settings.jitter,
         registration: settings.registration,
         with_support: true,
-        // The window's tables have no column of sensors.
-        sensors: None,
+        sensors: decided.sensors(),
     };
     let stage = |stage| match stage {
         RoomStage::Fitting => task.subtask(0.0, FITTING_PART),
