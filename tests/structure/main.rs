@@ -2,4 +2,5 @@
 //! `CARGO_MANIFEST_DIR=$PWD rustc --test --edition 2024 tests/structure/main.rs` builds it alone.
 
 mod arrows;
+mod keys;
 mod words;

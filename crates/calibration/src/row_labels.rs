@@ -89,7 +89,7 @@ impl RowLabels {
 pub type LabelColumn<'a> = (&'a str, &'a [String]);
 
 impl RowLabels {
-    /// What a table's columns say, of groups and of sensors and what is to be held out,
+    /// The labels of a table's columns of groups and of sensors, and what is to be held out,
     /// where that is stated.
     ///
     /// # Errors
