@@ -7,7 +7,6 @@ use std::fs;
 
 const DESIGN: &str = "pointer-on-head.design.ron";
 const SIMULATE: &str = "simulate d/pointer-on-head.design.ron --mode";
-const ROOM: &str = "own:room-a/room-a-fit.csv";
 
 /// A working design with its environment, for one file to be spoilt.
 fn working() -> Scratch {
@@ -40,16 +39,11 @@ fn header(bytes: Vec<u8>) -> Vec<u8> {
     bytes[..=bytes.iter().position(|&c| c == b'\n').unwrap()].to_vec()
 }
 
-/// A design with something else in the place of its range of motion.
-fn with_motion(design: Vec<u8>, motion: &str) -> Vec<u8> {
-    let text = String::from_utf8(design).unwrap();
-    let (start, end) = (text.find("motion: (").unwrap(), text.find("orientation_w").unwrap());
-    format!("{}{motion}{}", &text[..start], &text[end..]).into_bytes()
-}
-
 fn without_motion(scratch: &Scratch) {
-    let path = scratch.path("d/pointer-on-head.design.ron");
-    fs::write(&path, with_motion(fs::read(&path).unwrap(), "")).unwrap();
+    let name = format!("d/{DESIGN}");
+    let text = scratch.read(&name);
+    let (start, end) = (text.find("motion: (").unwrap(), text.find("orientation_w").unwrap());
+    scratch.write(&name, [&text[..start], &text[end..]].concat());
 }
 
 #[test]
@@ -86,87 +80,21 @@ fn bytes_that_are_not_utf8_are_located() {
     }
 }
 
+/// One of each kind of file and of each kind of mistake; the readers' own tests have the others.
 #[test]
 fn wrong_values_are_named_with_their_place() {
-    let (tool, weight) = ("tool.body.ron", "orientation_weight: 100.0");
     for (file, from, to, words) in [
-        (tool, "version: 1", "version: 7", &["version", "7", "expected"][..]),
+        ("tool.body.ron", "(0.0, 0.0, 60.0)", "(0.0, NaN, 60.0)", &["position", "NaN"][..]),
+        ("tool.body.ron", "\"s1\"", "\"s0\"", &["s0", "expected"]),
         (DESIGN, "version: 1", "version: 7", &["version", "7", "expected"]),
-        (tool, "(0.0, 0.0, 60.0)", "(0.0, NaN, 60.0)", &["position", "NaN"]),
-        (tool, "(0.0, 0.0, 60.0)", "(0.0, inf, 60.0)", &["position", "inf"]),
-        (tool, "tip: (0, 0, 0)", "tip: (0, NaN, 0)", &["tip", "NaN"]),
         (DESIGN, "min: -40.0", "min: NaN", &["motion.x", "NaN", "expected"]),
-        (DESIGN, weight, "orientation_weight: inf", &["orientation_weight", "inf", "expected"]),
-        (DESIGN, "rotation: (1, 0, 0, 0)", "rotation: (0, 0, 0, 0)", &["rotation", "expected"]),
-        ("input.csv", ",0.9", ",2.9", &["line", "expected"]),
-        (
-            tool,
-            "axis: (0, 0, 1)",
-            "axis: (0, 0, 0)",
-            &["sensors[0] \"s0\"", "axis", "(0, 0, 0)", "expected"],
-        ),
-        (tool, "\"s1\"", "\"s0\"", &["s0", "expected"]),
+        (DESIGN, "    crf: ", "    cfr: ", &["line 5, column 5: ", "`cfr`, expected `crf`"]),
         ("input.csv", "tool_qz", "tool_q", &["tool_qz", "column"]),
         ("input.csv", "\n2", "\nx2", &["line 10", "crf_x", "x2.97", "expected"]),
-        (
-            DESIGN,
-            "    crf: ",
-            "    cfr: ",
-            &["line 5, column 5: found the unknown field `cfr`, expected `crf`"],
-        ),
-        (
-            DESIGN,
-            "    motion: ",
-            "    moiton: ",
-            &["found the unknown field `moiton`, expected `motion`"],
-        ),
-        (tool, "tip: ", "tipp: ", &["found the unknown field `tipp`, expected `tip`"]),
-        (
-            tool,
-            "version: 1,",
-            "version: 9, color: Red,",
-            &["version is 9, expected 1; a newer trackwright wrote it"],
-        ),
-        (
-            DESIGN,
-            "x: (min: -40.0, max: 40.0, step: 40.0)",
-            "x: (min: 40.0, max: -40.0, step: 40.0)",
-            &["motion.x: min is 40, max is -40, expected min at most max"],
-        ),
-        (
-            DESIGN,
-            weight,
-            "orientation_weight: 1e9",
-            &["orientation_weight is 1000000000, expected a length of at most 1e6 mm"],
-        ),
-        (
-            DESIGN,
-            weight,
-            "orientation_weight: 1e308",
-            &["column ", "found `1e308`, expected a number of at most 1e30"],
-        ),
     ] {
         spoil(file, replace(from, to), words);
     }
-}
-
-#[test]
-fn bodies_without_sensors_or_empty_tables_are_refused() {
-    let without_sensors = |b: Vec<u8>| {
-        let text = String::from_utf8(b).unwrap();
-        let start = text.find("sensors: [").unwrap();
-        format!("{}sensors: [],\n)", &text[..start]).into_bytes()
-    };
-    spoil("tool.body.ron", without_sensors, &["sensors", "expected at least one"]);
     spoil("input.csv", header, &["no rows"]);
-}
-
-#[test]
-fn a_huge_range_of_motion_is_refused() {
-    let axis = |name: &str| format!("{name}: (min: 0.0, max: 99.0, step: 1.0), ");
-    let axes: String = ["x", "y", "z", "rx", "ry", "rz"].map(axis).concat();
-    let change = |b| with_motion(b, &format!("motion: ({axes}),\n    "));
-    spoil(DESIGN, change, &["motion", "1.0000e12", "expected at most"]);
 }
 
 /// What a file calls things goes to the terminal as it can be read there, and to programs as it is.
@@ -185,17 +113,11 @@ fn names_that_a_terminal_would_obey_are_escaped() {
 }
 
 #[test]
-fn a_two_gigabyte_file_is_refused_by_length() {
-    let scratch = working();
-    let fit = "fit d/input.csv -o out.env.ron --order 1".to_owned();
-    for (file, line, words) in [
-        (DESIGN, format!("{SIMULATE} single"), ["found more than 16777216 bytes", "a design"]),
-        ("input.csv", fit, ["found more than 1073741824 bytes", "a measurement"]),
-    ] {
-        let file = fs::File::create(scratch.path(&format!("d/{file}"))).unwrap();
-        file.set_len(2 << 30).unwrap();
-        scratch.fail_with(line, &words);
-    }
+fn a_table_of_two_gigabytes_is_refused_by_length() {
+    let scratch = Scratch::new();
+    fs::File::create(scratch.path("long.csv")).unwrap().set_len(2 << 30).unwrap();
+    let words = ["long.csv", "found more than 1073741824 bytes", "a measurement"];
+    scratch.fail_with("fit long.csv -o out.env.ron --order 1", &words);
 }
 
 #[test]
@@ -221,14 +143,11 @@ fn spoil_table(change: impl FnOnce(Vec<u8>) -> Vec<u8>, words: &[&str]) {
 
 #[test]
 fn unusable_measurement_tables_are_located() {
-    let quaternion = "0.403448096,0.580714761,-0.704057214,-0.0656006052";
     for (from, to, words) in [
         ("measured_z", "measured", &["measured_z", "column"][..]),
         ("ideal_qw", "ideal_q", &["ideal_qw", "or none of them"]),
         ("-111.428939", "NaN", &["line 2", "ideal_x", "NaN"]),
-        ("-111.428939", "inf", &["line 2", "ideal_x", "inf"]),
         ("0.403448096", "0.503448096", &["line 2", "expected"]),
-        (quaternion, "0,0,0,0", &["line 2"]),
         ("-111.428939,", "", &["line 2", "expected"]),
     ] {
         spoil_table(replace(from, to), words);
@@ -236,16 +155,6 @@ fn unusable_measurement_tables_are_located() {
     spoil_table(header, &["no rows"]);
     spoil_table(|_| Vec::new(), &["expected"]);
     spoil_table(|b| [b"\x00\x01\x02\xff".as_slice(), &b].concat(), &["line 1", "UTF-8"]);
-}
-
-#[test]
-fn a_position_only_table_needs_one_direction() {
-    let scratch = Scratch::new();
-    let header = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
-    scratch.write("p.csv", format!("{header}\n0,0,0,1,0,0\n1,1,1,1,1,2\n"));
-    let fit = "fit p.csv -o p.env.ron --order 1 --directions 14";
-    scratch.fail_with(fit, &["p.csv", "no orientations", "expected 1"]);
-    assert!(!scratch.has("p.env.ron"));
 }
 
 #[test]
@@ -262,13 +171,17 @@ fn an_underdetermined_fit_warns() {
 #[test]
 fn settings_that_make_no_fit_are_refused() {
     let scratch = Scratch::new();
+    let positions = "ideal_x,ideal_y,ideal_z,measured_x,measured_y,measured_z";
+    scratch.copy_own("room-a/room-a-fit.csv", "room.csv");
+    scratch.write("p.csv", format!("{positions}\n0,0,0,1,0,0\n1,1,1,1,1,2\n"));
     for (arguments, words) in [
-        ("--order 2 --directions 13", &["expected 1, 6, 12, 14, 26 or 42"][..]),
-        ("--order 13 --directions 1", &["expected 0 to 12"]),
-        ("--order -1 --directions 1", &["--order"]),
-        ("--order 2 --directions 6 --ridge NaN", &["ridge", "NaN"]),
+        ("room.csv --order 2 --directions 13", &["expected 1, 6, 12, 14, 26 or 42"][..]),
+        ("room.csv --order 13 --directions 1", &["expected 0 to 12"]),
+        ("room.csv --order -1 --directions 1", &["--order"]),
+        ("room.csv --order 2 --directions 6 --ridge NaN", &["ridge", "NaN"]),
+        ("p.csv --order 1 --directions 14", &["p.csv", "no orientations", "expected 1"]),
     ] {
-        scratch.refused(format!("fit {ROOM} -o e.env.ron {arguments}"), words);
+        scratch.refused(format!("fit -o e.env.ron {arguments}"), words);
     }
     assert!(!scratch.has("e.env.ron"));
 }
@@ -306,19 +219,16 @@ fn poses_that_cannot_be_used_leave_no_table() {
 #[test]
 fn calibration_files_that_cannot_be_used_are_named() {
     let scratch = Scratch::new();
-    let points =
-        |n: usize| (0..n).map(|i| format!("{}, {}, {}\n", i, i * i, i % 2)).collect::<String>();
-    let good_body = format!("4, 4, 4, b.txt\n{}", points(12));
-    let good_readings = format!("4, 4, 4, 1, r.txt\n{}", points(12));
-    let line = format!("4, 4, 4, 1, r.txt\n{}", "1, 1, 1\n".repeat(12));
-    for (b, r, words) in [
-        ("nonsense\n", good_readings.as_str(), ["b.txt", "line 1"]),
-        (&good_body, "4, 4, 4, 2, r.txt\n1, 2, 3\n", ["r.txt", "expected"]),
-        (&good_body, &line, ["r.txt", "one line"]),
-        (&good_body, "4, 4, 4, 1, r.txt\n1, x, 3\n", ["r.txt", "line 2"]),
+    let points: String = (0..12).map(|i| format!("{i}, {}, {}\n", i * i, i % 2)).collect();
+    let body = format!("4, 4, 4, b.txt\n{points}");
+    let on_a_line = format!("4, 4, 4, 1, r.txt\n{}", "1, 1, 1\n".repeat(12));
+    for (body, readings, words) in [
+        ("nonsense\n", on_a_line.as_str(), ["b.txt", "line 1"]),
+        (&body, "4, 4, 4, 1, r.txt\n1, x, 3\n", ["r.txt", "line 2"]),
+        (&body, &on_a_line, ["r.txt", "one line"]),
     ] {
-        scratch.write("b.txt", b);
-        scratch.write("r.txt", r);
+        scratch.write("b.txt", body);
+        scratch.write("r.txt", readings);
         scratch.fail_with("import jhu-cis b.txt r.txt -o o.csv", &words);
         assert!(!scratch.has("o.csv"));
     }

@@ -37,16 +37,10 @@ fn write_design(scratch: &Scratch, name: &str, at: &Vector3<f64>, limit_mm: f64)
     let body = format!("{}/assets/bodies/pointer.body.ron", env!("CARGO_MANIFEST_DIR"));
     let shift = "(min: -20.0, max: 20.0, step: 20.0)";
     let turn = "(min: -30.0, max: 30.0, step: 30.0)";
-    let text = format!(
-        "(version: 1, name: \"{name}\", environment: \"room.env.ron\",
-          tool: (body: {body:?}, pose: (position: ({:?}, {:?}, {:?}), rotation: (1.0, 0.0, 0.0, 0.0))),
-          motion: (x: {shift}, y: {shift}, z: {shift}, rx: {turn}, ry: {turn}),
-          requirement: (position_rms: {limit_mm:?}))",
-        at.x, at.y, at.z
-    );
-    let file = format!("{name}.design.ron");
-    scratch.write(&file, text);
-    file
+    let shifts = format!("x: {shift}, y: {shift}, z: {shift}");
+    let motion = format!("motion: ({shifts}, rx: {turn}, ry: {turn})");
+    let requirement = format!("requirement: (position_rms: {limit_mm:?})");
+    scratch.write_design(name, &body, (*at).into(), &format!("{motion}, {requirement}"))
 }
 
 /// The interval of a study's tip error RMS.

@@ -230,14 +230,6 @@ fn a_pivot_is_found_relative_to_a_reference_tool() {
     scratch.refused("pivot live.csv --tool Stylus", &["--max-rms-mm"]);
 }
 
-#[test]
-fn too_few_poses_name_the_option_that_accepts_them() {
-    let scratch = Scratch::new();
-    let rows: String = (0..8).map(|k| format!("{k},0,-300,1,0,0,0\n")).collect();
-    scratch.write("p.csv", format!("{POSE}\n{rows}"));
-    scratch.refused("pivot p.csv", &["too few poses: 8", "--min-poses"]);
-}
-
 /// A path of a hand whose readings are so many rows late, beside a smooth field.
 fn late_path(scratch: &Scratch, lag_rows: f64) -> String {
     let place = |t: f64| [0.031, 0.047, 0.023].map(|speed| 80.0 * (speed * t).sin());

@@ -7,87 +7,58 @@ use std::fs;
 use std::path::Path;
 use std::process::Stdio;
 
-/// A command with `OUT` for what it writes, and the files that it reads.
-struct Writer {
-    args: &'static str,
-    inputs: &'static [&'static str],
-    /// What the output's name ends in.
-    ending: &'static str,
-}
-
-const fn writer(
-    args: &'static str,
-    inputs: &'static [&'static str],
-    ending: &'static str,
-) -> Writer {
-    Writer { args, inputs, ending }
-}
+/// A command with `OUT` for what it writes, the files that it reads, and what the output's name ends in.
+type Writer = (&'static str, &'static [&'static str], &'static str);
 
 const DESIGN_FILES: &[&str] =
     &["d/pointer-on-head.design.ron", "d/room.env.ron", "d/tool.body.ron", "d/crf.body.ron"];
 
 /// Every option that names an output, with all of its command's inputs.
 const WRITERS: &[Writer] = &[
-    writer(
+    (
         "fit room.csv --holdout holdout.csv --order 1 --directions 6 -o OUT",
         &["room.csv", "holdout.csv"],
         "a.env.ron",
     ),
-    writer(
-        "select room.csv --orders 1 --directions 1,6 --ridges 0 -o OUT",
-        &["room.csv"],
-        "a.env.ron",
-    ),
-    writer(
-        "select room.csv --orders 1 --directions 1,6 --ridges 0 --plot OUT",
-        &["room.csv"],
-        "a.svg",
-    ),
-    writer(
-        "generator learn room.csv --rows 150 --degree 1 -o OUT",
-        &["room.csv"],
-        "a.generator.ron",
-    ),
-    writer("distort d/room.env.ron poses.csv -o OUT", &["d/room.env.ron", "poses.csv"], "a.csv"),
-    writer("compensate d/room.env.ron poses.csv -o OUT", &["d/room.env.ron", "poses.csv"], "a.csv"),
-    writer("simulate d/pointer-on-head.design.ron --mode motion --log OUT", DESIGN_FILES, "a.csv"),
-    writer(
+    ("select room.csv --orders 1 --directions 1,6 --ridges 0 -o OUT", &["room.csv"], "a.env.ron"),
+    ("select room.csv --orders 1 --directions 1,6 --ridges 0 --plot OUT", &["room.csv"], "a.svg"),
+    ("generator learn room.csv --rows 150 --degree 1 -o OUT", &["room.csv"], "a.generator.ron"),
+    ("distort d/room.env.ron poses.csv -o OUT", &["d/room.env.ron", "poses.csv"], "a.csv"),
+    ("compensate d/room.env.ron poses.csv -o OUT", &["d/room.env.ron", "poses.csv"], "a.csv"),
+    ("simulate d/pointer-on-head.design.ron --mode motion --log OUT", DESIGN_FILES, "a.csv"),
+    (
         "simulate d/pointer-on-head.design.ron --mode input --input d/input.csv --log OUT",
         &["d/input.csv", "d/tool.body.ron"],
         "a.csv",
     ),
-    writer(
-        "compare d/pointer-on-head.design.ron d/other.design.ron --csv OUT",
-        DESIGN_FILES,
-        "a.csv",
-    ),
-    writer("tolerances d/pointer-on-head.design.ron --csv OUT", DESIGN_FILES, "a.csv"),
-    writer("report d/pointer-on-head.design.ron -o OUT", DESIGN_FILES, "a.html"),
-    writer("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.csv"),
-    writer("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.vti"),
-    writer("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.nrrd"),
-    writer("export poses poses.csv -o OUT", &["poses.csv"], "a.csv"),
-    writer("export poses poses.csv -o OUT", &["poses.csv"], "a.mrk.json"),
-    writer("export poses poses.csv --row 1 -o OUT", &["poses.csv"], "a.tfm"),
-    writer("export tips d/pointer-on-head.design.ron -o OUT", DESIGN_FILES, "a.csv"),
-    writer("export scene d/pointer-on-head.design.ron --layers none -o OUT", DESIGN_FILES, "a.glb"),
-    writer("register a.csv b.csv --at c.csv -o OUT", &["a.csv", "b.csv", "c.csv"], "a.csv"),
-    writer("register a.csv b.csv --transform OUT", &["a.csv", "b.csv"], "a.csv"),
-    writer("convert d/tool.body.ron OUT", &["d/tool.body.ron"], "a.body.ron"),
-    writer("pivot pivot.csv --tips poses.csv -o OUT", &["pivot.csv"], "a.csv"),
-    writer(
+    ("compare d/pointer-on-head.design.ron d/other.design.ron --csv OUT", DESIGN_FILES, "a.csv"),
+    ("tolerances d/pointer-on-head.design.ron --csv OUT", DESIGN_FILES, "a.csv"),
+    ("report d/pointer-on-head.design.ron -o OUT", DESIGN_FILES, "a.html"),
+    ("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.csv"),
+    ("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.vti"),
+    ("export field d/room.env.ron --spacing 100 -o OUT", &["d/room.env.ron"], "a.nrrd"),
+    ("export poses poses.csv -o OUT", &["poses.csv"], "a.csv"),
+    ("export poses poses.csv -o OUT", &["poses.csv"], "a.mrk.json"),
+    ("export poses poses.csv --row 1 -o OUT", &["poses.csv"], "a.tfm"),
+    ("export tips d/pointer-on-head.design.ron -o OUT", DESIGN_FILES, "a.csv"),
+    ("export scene d/pointer-on-head.design.ron --layers none -o OUT", DESIGN_FILES, "a.glb"),
+    ("register a.csv b.csv --at c.csv -o OUT", &["a.csv", "b.csv", "c.csv"], "a.csv"),
+    ("register a.csv b.csv --transform OUT", &["a.csv", "b.csv"], "a.csv"),
+    ("convert d/tool.body.ron OUT", &["d/tool.body.ron"], "a.body.ron"),
+    ("pivot pivot.csv --tips poses.csv -o OUT", &["pivot.csv"], "a.csv"),
+    (
         "verify d/pointer-on-head.design.ron recorded.csv --log OUT",
         &["recorded.csv", "d/room.env.ron"],
         "a.csv",
     ),
-    writer(
+    (
         "verify d/pointer-on-head.design.ron recorded.csv --chart OUT",
         &["recorded.csv", "d/room.env.ron"],
         "a.svg",
     ),
-    writer("import jhu-cis calbody.txt calreadings.txt -o OUT", &["calbody.txt"], "a.csv"),
-    writer("characterize --em em.csv --reference reference.csv -o OUT", &["em.csv"], "a.csv"),
-    writer(
+    ("import jhu-cis calbody.txt calreadings.txt -o OUT", &["calbody.txt"], "a.csv"),
+    ("characterize --em em.csv --reference reference.csv -o OUT", &["em.csv"], "a.csv"),
+    (
         "characterize --em em.csv --reference reference.csv --hold-out 1/2 -o x.csv --held-out OUT",
         &["em.csv"],
         "a.csv",
@@ -95,9 +66,9 @@ const WRITERS: &[Writer] = &[
 ];
 
 /// Whether the files of [`folder`] are enough for a command to end well.
-fn can_run(writer: &Writer) -> bool {
+fn can_run(args: &str) -> bool {
     let unreadable = ["pivot", "verify", "import", "characterize"];
-    !unreadable.iter().any(|name| writer.args.starts_with(name))
+    !unreadable.iter().any(|name| args.starts_with(name))
 }
 
 /// A folder in which all writers find what they read.
@@ -135,8 +106,8 @@ fn refused(scratch: &Scratch, line: &str) -> String {
 fn no_command_writes_over_its_input() {
     let scratch = folder();
     let mut tried = 0;
-    for writer in WRITERS {
-        for input in writer.inputs {
+    for (args, inputs, _) in WRITERS {
+        for input in *inputs {
             let file = scratch.path(input);
             let before = fs::read(&file).unwrap();
             let folder = Path::new(input).parent().unwrap();
@@ -145,7 +116,7 @@ fn no_command_writes_over_its_input() {
             std::os::unix::fs::symlink(&file, scratch.path(&link)).unwrap();
             fs::hard_link(&file, scratch.path(&hard)).unwrap();
             for name in [input, &*link, &*hard, &*format!("./{input}")] {
-                let line = writer.args.replace("OUT", name) + " --overwrite";
+                let line = args.replace("OUT", name) + " --overwrite";
                 let message = refused(&scratch, &line);
                 // Names that determine the format are checked first.
                 let is_other_format = ["expected a name", "expected one in", "cannot be written"]
@@ -167,17 +138,17 @@ fn no_command_writes_over_its_input() {
 fn an_existing_document_stays_without_overwrite() {
     let scratch = folder();
     let design = fs::read(scratch.path("d/other.design.ron")).unwrap();
-    for writer in WRITERS.iter().filter(|w| can_run(w)) {
-        let out = format!("out/{}", writer.ending);
+    for (args, _, ending) in WRITERS.iter().filter(|(args, ..)| can_run(args)) {
+        let out = format!("out/{ending}");
         fs::create_dir_all(scratch.path("out")).unwrap();
         for content in [b"notes of mine\n".as_slice(), &design] {
             scratch.write(&out, content);
-            let message = refused(&scratch, &writer.args.replace("OUT", &out));
-            assert!(message.contains("--overwrite"), "{}: {message}", writer.args);
+            let message = refused(&scratch, &args.replace("OUT", &out));
+            assert!(message.contains("--overwrite"), "{args}: {message}");
             assert_eq!(fs::read(scratch.path(&out)).unwrap(), content);
         }
         for overwriting in [" --overwrite", ""] {
-            scratch.succeed(writer.args.replace("OUT", &out) + overwriting);
+            scratch.succeed(args.replace("OUT", &out) + overwriting);
         }
         fs::remove_dir_all(scratch.path("out")).unwrap();
     }
@@ -229,12 +200,12 @@ fn long_interrupted_commands_leave_the_old_file() {
         names.filter(is_left).count()
     };
     let (mut interrupted, mut written) = (0, 0);
-    for (index, writer) in WRITERS.iter().enumerate() {
-        if !can_run(writer) {
+    for (index, (args, _, ending)) in WRITERS.iter().enumerate() {
+        if !can_run(args) {
             continue;
         }
-        let out = format!("out/{}", writer.ending);
-        let args = writer.args.replace("OUT", &out) + " --overwrite";
+        let out = format!("out/{ending}");
+        let args = args.replace("OUT", &out) + " --overwrite";
         let started = std::time::Instant::now();
         scratch.succeed(&args);
         let whole = (fs::read(scratch.path(&out)).unwrap(), started.elapsed());

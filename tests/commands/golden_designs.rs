@@ -1,6 +1,6 @@
 //! All three modes of both worked designs through the command line, figure by figure.
 
-use crate::support::close::{self, assert_all_close, assert_close};
+use crate::support::close::{assert_all_golden, assert_golden};
 use crate::support::golden::{GOLDEN, count, list, number, numbers};
 use crate::support::program::Scratch;
 use crate::support::table::Table;
@@ -29,14 +29,21 @@ fn assert_figures(found: &Value, expected: &Value, what: &str) {
     assert_eq!(found["worst"]["trial"], expected["worst"], "{what}");
     for quantity in ["position_mm", "angle_deg"] {
         for statistic in STATISTICS {
-            assert_close(
+            assert_golden(
                 &format!("{what} {quantity} {statistic}"),
                 number(&found["room_field"][quantity][statistic]),
                 number(&expected[quantity][statistic]),
-                close::GOLDEN,
                 FLOOR,
             );
         }
+    }
+}
+
+/// Error vector and poses, which a single pose alone has.
+fn assert_vectors(found: &Value, expected: &Value) {
+    for (key, name) in [("err", "error_mm"), ("true", "true"), ("sim", "simulated")] {
+        let values = |v: &Value, key| -> Vec<f64> { list(v, key).iter().map(number).collect() };
+        assert_all_golden(name, &values(found, name), &values(expected, key), FLOOR);
     }
 }
 
@@ -48,13 +55,13 @@ fn assert_log(log: &Table, expected: &Value, what: &str) {
         for (first, key) in [("true_x", "true"), ("sim_x", "sim")] {
             let found = &row[log.column(first)..][..7];
             let expected = numbers::<7>(&trial[key]);
-            assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
-            assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
+            assert_all_golden("position", &found[..3], &expected[..3], 1.0);
+            assert_all_golden("quaternion", &found[3..], &expected[3..], 1.0);
         }
         let error = &row[log.column("err_x")..][..3];
-        assert_all_close("error", error, &numbers::<3>(&trial["err"]), close::GOLDEN, FLOOR);
+        assert_all_golden("error", error, &numbers::<3>(&trial["err"]), FLOOR);
         for key in ["err_mm", "err_deg"] {
-            assert_close(key, row[log.column(key)], number(&trial[key]), close::GOLDEN, FLOOR);
+            assert_golden(key, row[log.column(key)], number(&trial[key]), FLOOR);
         }
         assert_eq!(row[log.column("outside")], number(&trial["outside"]), "{what}");
     }
@@ -73,23 +80,13 @@ fn every_mode_of_both_designs_agrees() {
                 _ => String::new(),
             };
             let line = format!("simulate {design} --mode {mode} --log log.csv {input}");
-            assert_figures(&room.json(line), &case[mode], &what);
+            let found = room.json(line);
+            assert_figures(&found, &case[mode], &what);
+            if mode == "single" {
+                assert_vectors(&found, &list(&case[mode], "first_trials")[0]);
+            }
             assert_log(&room.table("log.csv"), &case[mode], &what);
         }
-    }
-}
-
-#[test]
-fn single_mode_adds_error_vector_and_poses() {
-    let room = room();
-    let case = &list(&GOLDEN, "designs")[0];
-    let expected = &list(&case["single"], "first_trials")[0];
-    let design = case["design"].as_str().unwrap();
-    let found = room.json(format!("simulate {design} --mode single"));
-    for (key, name) in [("err", "error_mm"), ("true", "true"), ("sim", "simulated")] {
-        let values = |v: &Value, key| -> Vec<f64> { list(v, key).iter().map(number).collect() };
-        let (found, expected) = (values(&found, name), values(expected, key));
-        assert_all_close(name, &found, &expected, close::GOLDEN, FLOOR);
     }
 }
 

@@ -19,7 +19,6 @@ mod export_tips;
 mod files;
 mod golden_designs;
 mod jhu_chain;
-mod jhu_cis;
 mod live;
 mod main_job;
 mod metal;

@@ -166,6 +166,8 @@ fn built_in_designs_have_one_figure() {
     for name in builtin_names() {
         let readers = built_in(name);
         readers.everyone_agrees();
+        assert!(["met", "missed"].contains(&readers.verdict()), "{name}: {}", readers.verdict());
+        assert!(readers.study.get("free_axis").is_none(), "{name}");
         // No interval of a room is without width.
         for metric in Metric::bounded() {
             let [value, low, high] = triple(readers.figure(metric)).map(number);
@@ -187,19 +189,16 @@ fn the_search_starts_with_the_figures_of_simulate() {
 /// The built-in room with an aluminium plate in it.
 fn with_plate() -> AllReaders {
     let scratch = Scratch::new();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let room = root.join("assets/environments/operating-table.env.ron");
-    let room_name = room.to_str().unwrap();
-    scratch.copy_built_in("pointer-on-head", "a.design.ron", "version: 1", "version: 1");
-    scratch.replace("a.design.ron", room_name, "room.env.ron");
-    let theatre = root.join("assets/environments/operating-theatre.env.ron");
-    let theatre = std::fs::read_to_string(theatre).unwrap();
+    scratch.copy_to_own_room("pointer-on-head");
+    let rooms = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/environments");
+    let read = |name: &str| std::fs::read_to_string(rooms.join(name)).unwrap();
+    let theatre = read("operating-theatre.env.ron");
     let (_, metal) = theatre.split_once("    metal: (").unwrap();
     let (generator, _) = metal.split_once("        objects:").unwrap();
     let plate = "(name: \"plate\", shape: Cuboid(size: (200, 200, 10)), triangles: 400, \
                  material: Named(\"aluminium\"), \
                  pose: (position: (320, 0, -300), rotation: (0.7, 0, 0.7, 0)))";
-    let text = std::fs::read_to_string(room).unwrap();
+    let text = read("operating-table.env.ron");
     let end = text.rfind(')').unwrap();
     let text = format!("{}    metal: ({generator}objects: [{plate}]),\n)", &text[..end]);
     scratch.write("room.env.ron", text);
@@ -242,13 +241,9 @@ fn partly_outside_a_bound_is_missed_or_open() {
     scratch.fit("room.env.ron", "--order 2");
     let body = format!("{}/assets/bodies/pointer.body.ron", env!("CARGO_MANIFEST_DIR"));
     let write = |limit_mm: f64| {
-        let text = format!(
-            "(version: 1, name: \"p\", environment: \"room.env.ron\",
-              tool: (body: {body:?}, pose: (position: (0.0, 0.0, -350.0), rotation: (1.0, 0.0, 0.0, 0.0))),
-              motion: (x: (min: 0.0, max: 400.0, step: 20.0)),
-              requirement: (position_max: {limit_mm:?}))"
-        );
-        scratch.write("a.design.ron", text);
+        let motion = "motion: (x: (min: 0.0, max: 400.0, step: 20.0))";
+        let more = format!("{motion}, requirement: (position_max: {limit_mm:?})");
+        scratch.write_design("a", &body, [0.0, 0.0, -350.0], &more);
         let study = scratch.json("simulate a.design.ron --mode motion");
         assert_eq!(study["basis"], "outside", "{study}");
         (study["requirement"]["verdict"].clone(), study["requirement"]["checks"][0].clone())
@@ -265,11 +260,8 @@ fn partly_outside_a_bound_is_missed_or_open() {
 #[test]
 fn order_zero_has_the_figure_of_its_measurements() {
     let scratch = Scratch::new();
-    scratch.copy_built_in("endoscope", "a.design.ron", "version: 1", "version: 1");
+    scratch.copy_to_own_room("endoscope");
     scratch.fit("room.env.ron", "--order 0");
-    let text = scratch.read("a.design.ron");
-    let line = text.lines().find(|line| line.contains("environment:")).unwrap();
-    scratch.write("a.design.ron", text.replace(line, "    environment: \"room.env.ron\","));
     let readers = AllReaders::of(scratch, "a.design.ron");
     readers.everyone_agrees();
     let [value, low, high] = triple(readers.figure(Metric::TIP_RMS));

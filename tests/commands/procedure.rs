@@ -279,9 +279,7 @@ fn real_recordings_agree_until_turned() {
     let body = "(version: 1, name: \"b\", tip: (0, 0, 0), sensors: [(name: \"whole\", kind: SixDof, position: (0, 0, 0), \
         rotation: (1, 0, 0, 0))])";
     scratch.write("b.body.ron", body);
-    let design = "(version: 1, name: \"b\", environment: \"room.env.ron\", tool: (body: \"b.body.ron\", pose: \
-        (position: (0, 0, -250), rotation: (1, 0, 0, 0))))";
-    scratch.write("b.design.ron", design);
+    scratch.write_design("b", "b.body.ron", [0.0, 0.0, -250.0], "");
     let port = "--tool 'Port 11' --registered";
     // 18 mm at the worst, and no matter of frames.
     let found = scratch.json(format!("verify b.design.ron all.csv {port}"));

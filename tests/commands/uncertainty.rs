@@ -90,18 +90,14 @@ fn the_growth_of_fit_is_read_by_simulate() {
 #[test]
 fn scatter_and_error_add_in_squares() {
     let scratch = room(JITTER);
-    let found = scratch.json(format!("simulate {DESIGN} --mode motion --uncertainty first-order"));
+    let simulate = format!("simulate {DESIGN} --mode motion");
+    assert!(scratch.json(&simulate)["uncertainty"].is_null());
+    let found = scratch.json(format!("{simulate} --uncertainty first-order"));
     let over = &found["uncertainty"]["first_order"];
     assert_eq!(over["trials"], found["trials"]);
     let expected =
         number(&over["rms_mm"]["rms"]).hypot(number(&found["room_field"]["position_mm"]["rms"]));
     assert_close("total", number(&over["total_rms_mm"]), expected, 1e-14, 0.0);
-}
-
-#[test]
-fn without_uncertainty_nothing_is_added() {
-    let scratch = room(JITTER);
-    assert!(single(&scratch, "")["uncertainty"].is_null());
 }
 
 #[test]

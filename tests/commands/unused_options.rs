@@ -1,6 +1,6 @@
 //! Options that another option's choice would leave unused are refused, with what they belong to.
 
-use crate::support::program::Scratch;
+use crate::support::program::{Scratch, assert_has};
 
 #[test]
 fn a_table_of_poses_is_the_mode() {
@@ -56,4 +56,18 @@ fn options_that_nothing_would_use_are_refused() {
         scratch.refused(&args, &[word]);
     }
     assert!(!scratch.has("out.csv"));
+}
+
+#[test]
+fn help_names_the_options_of_long_work() {
+    let search = "--move --sensors --kind --metric --environment --rooms --generator-bounds --crf-bounds \
+        --built-error --seconds --seed --format --overwrite";
+    let words = |options: &'static str| options.split_whitespace().collect();
+    let battery: Vec<&str> = vec!["--quick", "--output", "exit status 1"];
+    for (command, words) in [("optimize", words(search)), ("stability", battery)] {
+        // Lines are broken where the terminal ends.
+        let help = Scratch::new().succeed(format!("{command} --help"));
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_has(&help, &words, command);
+    }
 }

@@ -251,11 +251,7 @@ fn half_of_the_real_poses_predict_the_other() {
     let [x, y, z] = middle;
     let body = format!("(version: 1, name: \"b\", tip: ({x}, {y}, {z}), sensors: [{sensors}])");
     scratch.write("b.body.ron", body);
-    let pose = "(position: (0, 0, -250), rotation: (1, 0, 0, 0))";
-    let design = format!(
-        "(version: 1, name: \"b\", environment: \"room.env.ron\", tool: (body: \"b.body.ron\", pose: {pose}))"
-    );
-    scratch.write("b.design.ron", design);
+    scratch.write_design("b", "b.body.ron", [0.0, 0.0, -250.0], "");
     let found = scratch.json("verify b.design.ron held-out.csv --registered --averaged 100");
     assert_eq!(found["verdict"], "explains", "{}", found["statement"]);
     let explained = &found["position_mm"]["explained"];

@@ -209,18 +209,6 @@ fn a_coarse_grid_widens_the_interval() {
 }
 
 #[test]
-fn a_room_without_standard_error_has_no_winner() {
-    let environment = Arc::new(room(truth([3.0, 0.03])));
-    let tools = [pointer(60.0, 150.0), pointer(100.0, 110.0)];
-    let comparison = compared(&plan(&environment, &tools), &quick());
-    let why = comparison.rooms_unknown[0].unwrap().to_string();
-    assert_eq!(why, "it keeps no standard error of its field");
-    let rms = comparison.rows[1].against_baseline.as_ref().unwrap().differences[RMS].clone();
-    assert_eq!((rms.verdict, rms.model_std), (DifferenceVerdict::RoomUnknown, None));
-    assert!(rms.sampling_std.unwrap() > 0.0);
-}
-
-#[test]
 fn a_room_out_of_reach_has_no_figures() {
     let tools = [pointer(60.0, 150.0), pointer(80.0, 130.0)];
     let away = Bounds::from(([900.0, 900.0, 900.0], [950.0, 950.0, 950.0]));
@@ -288,18 +276,21 @@ fn rows_are_single_studies_to_the_bit() {
     }
 }
 
-#[test]
-fn in_rooms_of_their_own_nothing_cancels() {
-    let truth = truth([3.0, 0.03]);
-    let rooms = [measured_room(&truth, 2), measured_room(&truth, 2)];
-    let tool = pointer(60.0, 150.0);
+/// One tool twice, each in its room.
+fn in_own_rooms(rooms: [Arc<Environment>; 2]) -> Comparison {
     let pairs = rooms.iter().enumerate().map(|(number, environment)| Pair {
         design: number,
         room: number,
-        scenario: scenario(tool.clone(), environment),
+        scenario: scenario(pointer(60.0, 150.0), environment),
     });
-    let plan = Plan { pairs: pairs.collect(), rooms: rooms.to_vec(), baseline: 0 };
-    let found = compared(&plan, &quick());
+    let pairs = pairs.collect();
+    compared(&Plan { pairs, rooms: rooms.to_vec(), baseline: 0 }, &quick())
+}
+
+#[test]
+fn in_rooms_of_their_own_nothing_cancels() {
+    let truth = truth([3.0, 0.03]);
+    let found = in_own_rooms([measured_room(&truth, 2), measured_room(&truth, 2)]);
     let against = found.rows[1].against_baseline.as_ref().unwrap();
     let rms = &against.differences[RMS];
     assert!(against.room_differs);
@@ -311,14 +302,7 @@ fn in_rooms_of_their_own_nothing_cancels() {
 #[test]
 fn a_smaller_error_in_another_room_is_no_verdict() {
     let [rough, smooth] = [truth([3.0, 0.03]), truth([0.003, 3e-5])];
-    let rooms = [measured_room(&rough, 2), measured_room(&smooth, 2)];
-    let pairs = rooms.iter().enumerate().map(|(number, environment)| Pair {
-        design: number,
-        room: number,
-        scenario: scenario(pointer(60.0, 150.0), environment),
-    });
-    let plan = Plan { pairs: pairs.collect(), rooms: rooms.to_vec(), baseline: 0 };
-    let found = compared(&plan, &quick());
+    let found = in_own_rooms([measured_room(&rough, 2), measured_room(&smooth, 2)]);
     let against = found.rows[1].against_baseline.as_ref().unwrap();
     let rms = &against.differences[RMS];
     assert!(rms.high < 0.0, "its error is far smaller: {rms:?}");

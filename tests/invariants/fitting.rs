@@ -1,7 +1,7 @@
 //! Fits recover what made their samples, and report what they cannot.
 
 use super::support::{bounds, exact, model, places, unlike};
-use crate::support::studies::{cancelled, on_threads};
+use crate::support::studies::on_threads;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::sync::{Arc, Mutex};
@@ -143,16 +143,6 @@ fn systems_of_parts_merge_to_the_fit_of_all() {
         }
         let other = factor(&set, &settings, None, &Task::default()).unwrap();
         assert!(Factored::merged([&merged, &other]).is_none(), "other box");
-    }
-}
-
-#[test]
-fn a_fit_that_nobody_wants_stops() {
-    let set = samples_of(&truth(1, DirectionSet::Six, Weighting::Area), 100);
-    for method in [FitMethod::PerDirection, FitMethod::Joint] {
-        let settings = FitSettings { method, ..FitSettings::new(1, DirectionSet::Six) };
-        let stopped = fit_with(&set, &settings, None, &cancelled());
-        assert_eq!(stopped, Err(FitError::Cancelled(Cancelled)));
     }
 }
 

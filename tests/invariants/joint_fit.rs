@@ -78,29 +78,22 @@ fn assert_same(found: &Fit, expected: &Solution) {
 
 #[test]
 fn determined_systems_are_solved_alike() {
-    for directions in
-        [DirectionSet::One, DirectionSet::Six, DirectionSet::Twelve, DirectionSet::Fourteen]
-    {
-        for order in [1, 2] {
-            let set = samples(60 * directions.len() * order * order);
-            for ridge in [0.0, 1e-3, 0.1] {
-                let settings = settings(order, directions, ridge);
-                let found = fit(&set, &settings, Some(bounds())).unwrap();
-                assert_eq!(found.systems[0].rank, found.systems[0].unknowns);
-                assert_same(&found, &dense(&set, &settings));
-            }
+    let small =
+        [DirectionSet::One, DirectionSet::Six, DirectionSet::Twelve, DirectionSet::Fourteen];
+    let small = small.into_iter().flat_map(|directions| [1, 2].map(|order| (directions, order)));
+    let small = small.map(|(directions, order)| {
+        (directions, order, 60 * directions.len() * order * order, &[0.0, 1e-3, 0.1][..])
+    });
+    let large = [DirectionSet::TwentySix, DirectionSet::FortyTwo];
+    let large = large.into_iter().map(|directions| (directions, 1, 2500, &[0.0][..]));
+    for (directions, order, count, ridges) in small.chain(large) {
+        let set = samples(count);
+        for ridge in ridges {
+            let settings = settings(order, directions, *ridge);
+            let found = fit(&set, &settings, Some(bounds())).unwrap();
+            assert_eq!(found.systems[0].rank, found.systems[0].unknowns, "{settings:?}");
+            assert_same(&found, &dense(&set, &settings));
         }
-    }
-}
-
-#[test]
-fn the_larger_sets_are_eliminated_as_well() {
-    for directions in [DirectionSet::TwentySix, DirectionSet::FortyTwo] {
-        let set = samples(2500);
-        let settings = settings(1, directions, 0.0);
-        let found = fit(&set, &settings, Some(bounds())).unwrap();
-        assert_eq!(found.systems[0].rank, 8 * directions.len());
-        assert_same(&found, &dense(&set, &settings));
     }
 }
 

@@ -1,12 +1,11 @@
 //! Position-only markers: what they read, what frame they give, and how sure it is.
 
-use super::uncertainty::{PUBLISHED, fitzpatrick_mm};
+use super::uncertainty::PUBLISHED;
 use crate::support::studies::{body, default_in_polynomials, marker, steps, study};
-use nalgebra::{Point3, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_simulation::frame_fit::{FrameFitter, Reading};
-use trackwright_simulation::linear_fit::{LinearFit, SensorCovariance};
 use trackwright_simulation::{
     CancelToken, Determination, Mode, Motion, RigidBody, Scenario, Sensor, Trial, run,
     simulate_pose,
@@ -66,24 +65,6 @@ fn markers_in_a_row_leave_their_turn_free() {
             panic!("{:?}", fit.determination);
         };
         assert!(axis_in_body.cross(&Vector3::z()).norm() < 1e-12);
-    }
-}
-
-#[test]
-fn markers_have_fitzpatricks_registration_error() {
-    // The figures were checked by 20,000 trials each: 0.7878 and 0.9547 mm.
-    for (positions, target, published_mm) in PUBLISHED {
-        let body = markers(&positions);
-        let target: Point3<f64> = target.into();
-        let fit = LinearFit::new(&body, 100.0);
-        // Rotations as uncertain as can be: a marker has none.
-        let each = vec![SensorCovariance::isotropic(0.25, 1e3); 4];
-        let variance = fit.covariance(&each).point_mm2(&fit.lever_mm(&target));
-        let tre_mm = variance.trace().sqrt();
-        assert!((tre_mm - published_mm).abs() < 5e-5, "{tre_mm}");
-
-        let formula_mm = fitzpatrick_mm(&positions, target.into(), 0.25);
-        assert!((tre_mm - formula_mm).abs() < 1e-12 * formula_mm);
     }
 }
 

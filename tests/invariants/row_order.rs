@@ -2,7 +2,7 @@
 //! grid was measured or a motion is stepped through.
 
 use crate::rooms::tracker::{Random, Room, SensorPose};
-use crate::rooms::{others, pose};
+use crate::rooms::{measurement, others};
 use crate::support::studies::built_in;
 use nalgebra::Vector3;
 use trackwright_calibration::doubts::{PairedDoubts, PoseFrame, Suspicion};
@@ -40,10 +40,8 @@ fn along_a_path(seed: u64, lag: f64) -> Vec<Suspicion> {
         let between = |a: &Vector3<f64>, b: &Vector3<f64>| a * (1.0 - part) + b * part;
         Some((between(&a.0, &b.0), between(&a.1, &b.1).normalize()))
     };
-    let each = (3..ROWS - 3).filter_map(|k| {
-        let tracker_from_measured = pose(&room.measure(&late(k)?, &mut random)?);
-        Some(Measurement { tracker_from_ideal: pose(&path[k]), tracker_from_measured })
-    });
+    let each = (3..ROWS - 3)
+        .filter_map(|k| Some(measurement(&path[k], &room.measure(&late(k)?, &mut random)?)));
     found(&each.collect::<Vec<_>>(), MeasurementContent::FiveDof)
 }
 
@@ -58,8 +56,7 @@ fn while_it_changes(
     let each = poses.iter().enumerate().filter_map(|(k, at)| {
         let t = k as f64 / ROWS as f64;
         let (p, n) = room.with_gain(gain(t)).measure(at, &mut random)?;
-        let tracker_from_measured = pose(&(p + Vector3::z() * moved_mm(t), n));
-        Some(Measurement { tracker_from_ideal: pose(at), tracker_from_measured })
+        Some(measurement(at, &(p + Vector3::z() * moved_mm(t), n)))
     });
     found(&each.collect::<Vec<_>>(), MeasurementContent::FiveDof)
 }
@@ -126,11 +123,7 @@ fn a_grid_measured_in_any_order_shows_no_change() {
         let mut reading = |[x, y, z, axis]: [usize; 4]| {
             let part = Vector3::new(x, y, z).map(|k| k as f64 / (PLACES - 1) as f64);
             let at = (room.min_mm + (room.max_mm - room.min_mm).component_mul(&part), axes[axis]);
-            let measured = room.measure(&at, &mut random)?;
-            Some(Measurement {
-                tracker_from_ideal: pose(&at),
-                tracker_from_measured: pose(&measured),
-            })
+            Some(measurement(&at, &room.measure(&at, &mut random)?))
         };
         let places = grid_rows([0, 1, 2, 3], false);
         let readings: Vec<_> = places.iter().map(|at| reading(*at)).collect();

@@ -2,24 +2,14 @@
 
 use crate::support::studies::{cancelled, default_in_polynomials as built_in, on_threads};
 use nalgebra::Vector3;
-use std::sync::Arc;
 use trackwright_field::OutsidePolicy;
-use trackwright_geometry::bounds::Bounds;
 use trackwright_simulation::{
-    self, CancelToken, InputTrial, Mode, Quantity, Scenario, SlicePlan, SlicePlane, StudyError,
-    SupportSurvey, sample_slice, support::SurveyError,
+    self, InputTrial, Mode, Scenario, StudyError, SupportSurvey, support::SurveyError,
 };
 use trackwright_task::Task;
 
 fn survey(scenario: &Scenario, mode: &Mode) -> SupportSurvey {
     trackwright_simulation::survey(scenario, mode, &Task::default()).unwrap()
-}
-
-fn without_validity(scenario: &Scenario) -> Scenario {
-    let mut scenario = scenario.clone();
-    let room = Arc::make_mut(&mut scenario.environment);
-    (room.fit_validity, room.process) = (None, None);
-    scenario
 }
 
 #[test]
@@ -91,48 +81,7 @@ fn a_tool_beyond_the_samples_is_unsupported() {
 }
 
 #[test]
-fn no_survey_without_validity_or_when_cancelled() {
-    let scenario = built_in();
-    let stopped = trackwright_simulation::survey(&scenario, &Mode::Motion, &cancelled());
+fn a_cancelled_survey_stops() {
+    let stopped = trackwright_simulation::survey(&built_in(), &Mode::Motion, &cancelled());
     assert_eq!(stopped, Err(SurveyError::Study(StudyError::Cancelled)));
-    let scenario = without_validity(&scenario);
-    let found = trackwright_simulation::survey(&scenario, &Mode::Single, &Task::default());
-    let error = found.unwrap_err();
-    assert!(error.to_string().contains("\"Operating table\" has no model validity"), "{error}");
-}
-
-#[test]
-fn a_slice_shows_its_quantity() {
-    let scenario = built_in();
-    let environment = &scenario.environment;
-    let (model, support) = (&environment.model, environment.fit_validity.as_ref().unwrap());
-    let bounds = *model.bounds();
-    let plan = SlicePlan {
-        plane: SlicePlane::Across {
-            normal_axis: 2,
-            position_mm: bounds.center_mm().z,
-            // Somewhat more than the box, so that some of the points are outside.
-            bounds: Bounds { max_mm: bounds.max_mm + Vector3::repeat(20.0), ..bounds },
-        },
-        sensor_axis: Vector3::x_axis(),
-        counts: [9, 5],
-    };
-    let cancel = CancelToken::default();
-    let slice = |quantity| sample_slice(&scenario, quantity, &plan, &cancel);
-    let error = slice(Quantity::PositionErrorMm).unwrap().unwrap();
-    let std_error = slice(Quantity::StdErrorMm).unwrap().unwrap();
-    let distance = slice(Quantity::SupportDistanceMm).unwrap().unwrap();
-    for (i, is_inside) in error.is_inside.iter().enumerate() {
-        let point = plan.point_mm(i % 9, i / 9);
-        let at = support.at(&point, &plan.sensor_axis, OutsidePolicy::Clamp);
-        assert_eq!(std_error.values[i], at.position_std_error_mm);
-        assert_eq!(distance.values[i], at.distance_mm);
-        assert_eq!([std_error.is_inside[i], distance.is_inside[i]], [*is_inside; 2]);
-    }
-    assert!(std_error.p95 > 0.0 && std_error.p95 <= std_error.max);
-    let without = without_validity(&scenario);
-    let none = sample_slice(&without, Quantity::StdErrorMm, &plan, &cancel);
-    assert_eq!(none, Ok(None));
-    cancel.cancel();
-    assert_eq!(slice(Quantity::StdErrorMm), Err(StudyError::Cancelled));
 }

@@ -12,9 +12,7 @@ use trackwright_openigtlink::codec::{
     Content, DecodeError, HEADER_BYTES, Message, StartTracking, Timestamp, ToolKind,
 };
 use trackwright_openigtlink::relay::{Reason, RelayOptions, ToolState};
-use trackwright_openigtlink::server::{
-    LeaveReason, Server, ServerError, ServerEvent, ServerOptions,
-};
+use trackwright_openigtlink::server::{LeaveReason, Server, ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{Link, Session, SessionEvent, SessionSettings};
 
 pub(super) fn anywhere() -> SocketAddr {
@@ -218,16 +216,6 @@ fn a_killed_client_leaves_and_the_others_receive_on() {
     assert_eq!((why, clients), (LeaveReason::Closed, 1));
     send(&server, "Probe", 9);
     assert_eq!(number_of(&good.next_transform()), Some(9));
-}
-
-#[test]
-fn a_port_in_use_is_an_error_that_names_it() {
-    let taken = TcpListener::bind(anywhere()).unwrap();
-    let address = taken.local_addr().unwrap();
-    let error = Server::start(&patient(address), |_| {}).map(|_| ()).unwrap_err();
-    assert!(matches!(error, ServerError::InUse(found) if found == address));
-    let text = error.to_string();
-    assert!(text.contains(&format!("port {} of 127.0.0.1 is in use", address.port())), "{text}");
 }
 
 /// Files that this process may have open, as far as the system reports it.

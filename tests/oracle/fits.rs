@@ -1,6 +1,6 @@
 //! Fitted models: residuals, values, corrections, what lies outside, and too few samples.
 
-use crate::support::close::{self, assert_all_close, assert_close};
+use crate::support::close::{assert_all_golden, assert_golden};
 use crate::support::data::own;
 use crate::support::golden::{GOLDEN, count, list, number, numbers, pose, vector};
 use nalgebra::Vector3;
@@ -35,18 +35,16 @@ fn fitted(settings: &FitSettings) -> Fit {
 
 #[track_caller]
 fn assert_residuals(found: &Residuals, expected: &Value) {
-    assert_close(
+    assert_golden(
         "position RMS",
         found.position_rms_mm,
         number(&expected["position_rms_mm"]),
-        close::GOLDEN,
         FLOOR,
     );
-    assert_close(
+    assert_golden(
         "angle RMS",
         found.angle_rms_rad.unwrap().to_degrees(),
         number(&expected["angle_rms_deg"]),
-        close::GOLDEN,
         FLOOR,
     );
 }
@@ -63,8 +61,8 @@ fn assert_error(
         model.evaluate(&at.translation.vector.into(), &(at.rotation * Vector3::z_axis()), outside);
     let expected = numbers::<6>(expected);
     let (p, r) = (found.error.position_mm, found.error.rotation_rad);
-    assert_all_close("position error", p.as_slice(), &expected[..3], close::GOLDEN, FLOOR);
-    assert_all_close("rotation error", r.as_slice(), &expected[3..], close::GOLDEN, FLOOR);
+    assert_all_golden("position error", p.as_slice(), &expected[..3], FLOOR);
+    assert_all_golden("rotation error", r.as_slice(), &expected[3..], FLOOR);
     found.is_inside
 }
 
@@ -110,8 +108,8 @@ fn corrections_of_measured_poses_agree() {
         let (found, _) = fit.model.correct(&pose(&p["measured"]), OutsidePolicy::Clamp);
         let expected = numbers::<7>(&p["corrected"]);
         let found = pose_to_array(&found);
-        assert_all_close("position", &found[..3], &expected[..3], close::GOLDEN, 1.0);
-        assert_all_close("quaternion", &found[3..], &expected[3..], close::GOLDEN, 1.0);
+        assert_all_golden("position", &found[..3], &expected[..3], 1.0);
+        assert_all_golden("quaternion", &found[3..], &expected[3..], 1.0);
     }
 }
 

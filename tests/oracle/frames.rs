@@ -1,6 +1,6 @@
 //! Frame fits, reflections, what is not determined, and first-order uncertainty.
 
-use crate::support::close::{self, assert_all_close};
+use crate::support::close::assert_all_golden;
 use crate::support::golden::{
     GOLDEN, axis, list, matrix, number, numbers, point, rotation, vector,
 };
@@ -30,20 +30,8 @@ fn assert_frame(fit: &FrameFit, case: &Value) {
     let found = fit.tracker_from_body.rotation.to_rotation_matrix();
     let expected = matrix(&case["rotation"]);
     let p = fit.tracker_from_body.translation.vector;
-    assert_all_close(
-        "rotation",
-        found.matrix().as_slice(),
-        expected.as_slice(),
-        close::GOLDEN,
-        1.0,
-    );
-    assert_all_close(
-        "translation",
-        p.as_slice(),
-        vector(&case["translation"]).as_slice(),
-        close::GOLDEN,
-        1.0,
-    );
+    assert_all_golden("rotation", found.matrix().as_slice(), expected.as_slice(), 1.0);
+    assert_all_golden("translation", p.as_slice(), vector(&case["translation"]).as_slice(), 1.0);
 }
 
 #[test]
@@ -59,11 +47,10 @@ fn fitted_frames_and_singular_values_agree() {
         let weight = case["orientation_weight_mm"].as_f64().unwrap_or(100.0);
         let fit = FrameFitter::new(&body(case), weight).fit(&readings, &Pose::identity());
         assert_frame(&fit, case);
-        assert_all_close(
+        assert_all_golden(
             "singular values",
             fit.singular_values_mm2.as_slice(),
             vector(&case["singular_values"]).as_slice(),
-            close::GOLDEN,
             1.0,
         );
     }
@@ -100,7 +87,7 @@ fn what_sensors_leave_free_agrees() {
         let Determination::FreeAxis { axis_in_body } = fit.determination else {
             panic!("{:?}", fit.determination);
         };
-        assert!(axis_in_body.cross(&vector(&case["free_axis"])).norm() < close::GOLDEN);
+        assert!(axis_in_body.cross(&vector(&case["free_axis"])).norm() < 1e-9);
     }
 }
 
@@ -120,11 +107,10 @@ fn first_order_covariances_of_the_tip_agree() {
             &tip,
         )
         .unwrap();
-        assert_all_close(
+        assert_all_golden(
             "tip covariance",
             found.as_slice(),
             matrix(&case["tip_covariance_mm2"]).as_slice(),
-            close::GOLDEN,
             1e-6,
         );
     }

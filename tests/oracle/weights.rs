@@ -1,6 +1,6 @@
 //! Spherical weights and rotation vectors.
 
-use crate::support::close::{self, assert_all_close, assert_close};
+use crate::support::close::{assert_all_golden, assert_golden};
 use crate::support::golden::{GOLDEN, axis, count, list, matrix, number, vector};
 use serde_json::Value;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -18,7 +18,7 @@ fn check(set: DirectionSet, at: &Value, weighting: Weighting, parts: &[Value]) {
         match part {
             Some(part) => {
                 listed += 1;
-                assert_close("weight", weight, number(&part["weight"]), close::GOLDEN, 1e-6);
+                assert_golden("weight", weight, number(&part["weight"]), 1e-6);
             }
             None => assert!(weight <= 10.0 * LISTED, "{weight} of {own:?} is not listed"),
         }
@@ -47,6 +47,6 @@ fn rotation_vectors_agree() {
     for case in list(&GOLDEN, "rotation_log") {
         let found = log_matrix(&matrix(&case["rotation"]));
         let expected = vector(&case["log"]);
-        assert_all_close("log", found.as_slice(), expected.as_slice(), close::GOLDEN, 1e-12);
+        assert_all_golden("log", found.as_slice(), expected.as_slice(), 1e-12);
     }
 }

@@ -45,6 +45,14 @@ pub fn pose((p, n): &SensorPose) -> Pose {
     pose_from_parts(*p, rotation_onto(n))
 }
 
+pub fn measurement(ideal: &SensorPose, reading: &SensorPose) -> Measurement {
+    Measurement { tracker_from_ideal: pose(ideal), tracker_from_measured: pose(reading) }
+}
+
+pub fn five_dof(rows: impl Iterator<Item = Measurement>) -> MeasurementSet {
+    MeasurementSet { measurements: rows.collect(), content: MeasurementContent::FiveDof }
+}
+
 fn body(name: &str, sensors: &[([f64; 3], [f64; 3])]) -> RigidBody {
     let sensors = sensors.iter().map(|(p, n)| studies::five(*p, *n)).collect();
     RigidBody { name: name.to_owned(), ..studies::body(sensors, Some([0.0; 3])) }
@@ -89,14 +97,9 @@ fn measured(room: &Room, rows: usize, seed: u64) -> SampleSet {
     let mut random = Random::new(seed);
     let each = (0..rows).filter_map(|_| {
         let sensor = (room.position(&mut random), random.direction());
-        let reading = room.measure(&sensor, &mut random)?;
-        Some(Measurement {
-            tracker_from_ideal: pose(&sensor),
-            tracker_from_measured: pose(&reading),
-        })
+        Some(measurement(&sensor, &room.measure(&sensor, &mut random)?))
     });
-    MeasurementSet { measurements: each.collect(), content: MeasurementContent::FiveDof }
-        .samples(MapKind::Distortion)
+    five_dof(each).samples(MapKind::Distortion)
 }
 
 fn environment(samples: &SampleSet) -> Arc<Environment> {
@@ -123,12 +126,8 @@ fn motion() -> Motion {
 /// Poses that a scenario's study visits.
 fn trials(scenario: &Scenario) -> Vec<Pose> {
     let count = trial_count(scenario, &Mode::Motion).unwrap();
-    (0..count)
-        .map(|k| {
-            let trial = trial_pose(scenario, &Mode::Motion, k).unwrap();
-            trial.crf_from_tool
-        })
-        .collect()
+    let pose = |k| trial_pose(scenario, &Mode::Motion, k).unwrap().crf_from_tool;
+    (0..count).map(pose).collect()
 }
 
 /// A tool's motion around a place, all sensors in the measured volume; `None` where they leave it.
@@ -164,6 +163,28 @@ fn scenario(
         .collect();
     all.extend((scenario.crf.iter()).flat_map(|c| places(&c.body, &tracker_from_crf)));
     all.iter().all(|p| room.contains(p)).then_some(scenario)
+}
+
+/// A place by chance in the middle of a room, and a direction.
+fn place(room: &Room, random: &mut Random) -> (Vector3<f64>, UnitQuaternion<f64>) {
+    let (middle, half) = ((room.max_mm + room.min_mm) / 2.0, (room.max_mm - room.min_mm) / 2.0);
+    let part = Vector3::from_fn(|_, _| random.range(-0.5, 0.5));
+    (middle + half.component_mul(&part), rotation_onto(&random.direction()))
+}
+
+/// Four pointers and one with a CRF around a place; `None` where one of them leaves the measured volume.
+fn scenarios(
+    room: &Room,
+    environment: &Arc<Environment>,
+    place: (Vector3<f64>, UnitQuaternion<f64>),
+) -> Option<Vec<Scenario>> {
+    let [two, three, crossed, short] = pointers();
+    let tools =
+        [(two, false), (three.clone(), false), (crossed, false), (three, true), (short, false)];
+    tools
+        .into_iter()
+        .map(|(tool, has_crf)| scenario(room, environment, tool, has_crf, place))
+        .collect()
 }
 
 /// `None` where the tracker finds no pose for a sensor's signals.
@@ -221,20 +242,9 @@ fn cases(rooms: std::ops::Range<u64>) -> Vec<Case> {
         let mut random = Random::new(1_000 + seed);
         let rows = random.range(600.0, 2_000.0) as usize;
         let environment = environment(&measured(&room, rows, 2_000 + seed));
-        let [two, three, crossed, short] = pointers();
-        let tools =
-            [(two, false), (three.clone(), false), (crossed, false), (three, true), (short, false)];
+        let mut by_chance = || scenarios(&room, &environment, place(&room, &mut random));
         let scenarios = loop {
-            let half = (room.max_mm - room.min_mm) / 2.0;
-            let middle = (room.max_mm + room.min_mm) / 2.0;
-            let part = Vector3::from_fn(|_, _| random.range(-0.5, 0.5));
-            let base = rotation_onto(&random.direction());
-            let place = (middle + half.component_mul(&part), base);
-            let all: Option<Vec<_>> = tools
-                .iter()
-                .map(|(tool, has_crf)| scenario(&room, &environment, tool.clone(), *has_crf, place))
-                .collect();
-            if let Some(all) = all {
+            if let Some(all) = by_chance() {
                 break all;
             }
         };
@@ -396,8 +406,6 @@ fn rooms_of_the_method_page() {
     let cases = cases(1..25);
     println!("{} tools", cases.len());
     let percent = |part: usize, of: usize| 100.0 * part as f64 / of as f64;
-    let is_listed =
-        |figure: &Metric| matches!(figure.summary, Summary::Rms | Summary::P95 | Summary::Max);
     for figure in METRICS.into_iter().filter(is_listed) {
         let (ratio, holding, width) = judged(&cases, figure);
         let compared = compared(&cases, figure);
@@ -413,6 +421,11 @@ fn rooms_of_the_method_page() {
             compared.named
         );
     }
+}
+
+/// The figures that pages list.
+fn is_listed(figure: &Metric) -> bool {
+    matches!(figure.summary, Summary::Rms | Summary::P95 | Summary::Max)
 }
 
 /// A room's readings at fresh poses.

@@ -2,8 +2,10 @@
 //! plain `fit` chooses is judged by what the tracker reads. What was found with some of these rooms is
 //! in `docs/methods/expected-figures.md`; further seeds are further rooms.
 
-use super::tracker::{Random, Room, SensorPose};
-use super::{Case, cases_of, compared, judged, pointers, pose, rotation_onto, scenario, truth};
+use super::tracker::{self, Random, Room, SensorPose, dipole};
+use super::{
+    Case, cases_of, compared, five_dof, is_listed, judged, measurement, place, scenarios, truth,
+};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use trackwright_calibration::doubts::{PairedDoubts, PoseFrame, Suspicion};
@@ -16,11 +18,9 @@ use trackwright_calibration::row_labels::{RowLabels, row_groups};
 use trackwright_field::Environment;
 use trackwright_field::fit::FitMethod;
 use trackwright_field::harmonic::Loss;
-use trackwright_field::samples::{
-    MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
-};
+use trackwright_field::samples::{MapKind, MeasurementSet, SampleSet};
 use trackwright_geometry::directions::Weighting;
-use trackwright_simulation::{METRICS, Metric, Summary};
+use trackwright_simulation::METRICS;
 use trackwright_task::Task;
 
 type V = Vector3<f64>;
@@ -34,16 +34,8 @@ const METALS: [&str; 6] = ["wall", "table below", "table beside", "rods", "iron"
 const NOISES: [&str; 6] = ["normal", "heavy", "distance", "orientation", "drift", "lag"];
 const SAMPLINGS: [&str; 5] = ["box", "few", "path", "hole", "cone"];
 
-/// A square of dipoles.
 fn square(center: V, normal: V, side_mm: f64) -> Vec<(V, V)> {
-    const ROWS: usize = 4;
-    let first = normal.cross(&V::new(0.31, 0.9, 0.22)).normalize();
-    let second = normal.cross(&first);
-    let offset = |k: usize| ((k as f64 + 0.5) / ROWS as f64 - 0.5) * side_mm;
-    let moment = normal / (ROWS * ROWS) as f64;
-    let each = (0..ROWS * ROWS)
-        .map(|k| (center + first * offset(k % ROWS) + second * offset(k / ROWS), moment));
-    each.collect()
+    tracker::square(center, normal, side_mm, V::new(0.31, 0.9, 0.22))
 }
 
 fn coils(name: &str, random: &mut Random) -> Coils {
@@ -108,9 +100,7 @@ fn coils(name: &str, random: &mut Random) -> Coils {
                 let (center, moment) = own[i];
                 let induced = (0..own.len()).filter(|j| *j != i).map(|j| {
                     let (at, axis) = own[j];
-                    let d = at - center;
-                    let r2 = d.norm_squared();
-                    let field = (d * (3.0 * moment.dot(&d) / r2) - moment) / (r2 * r2.sqrt());
+                    let field = dipole(&center, &moment, &at);
                     (at, axis * (axis.dot(&field) * 12_000.0))
                 });
                 std::iter::once((center, moment)).chain(induced).collect()
@@ -248,14 +238,9 @@ fn table(room: &Room, noise: &str, sampling: &str, random: &mut Random) -> Sampl
             }
             _ => room.measure(&(p, n), random),
         };
-        let reading = reading?;
-        Some(Measurement {
-            tracker_from_ideal: pose(&(p, n)),
-            tracker_from_measured: pose(&reading),
-        })
+        Some(measurement(&(p, n), &reading?))
     });
-    MeasurementSet { measurements: each.collect(), content: MeasurementContent::FiveDof }
-        .samples(MapKind::Distortion)
+    five_dof(each).samples(MapKind::Distortion)
 }
 
 pub fn poses(room: &Room, sampling: &str, rows: usize, random: &mut Random) -> Vec<SensorPose> {
@@ -342,14 +327,9 @@ pub fn fitted(
     table: &SampleSet,
     forced: Option<&str>,
 ) -> Option<(Arc<Environment>, String, String)> {
-    let wanted = match forced {
-        None => Wanted::Best(TriedKind::all(table, MapKind::Distortion)),
-        Some(name) => {
-            let all = TriedKind::all(table, MapKind::Distortion);
-            let named = all.into_iter().filter(|kind| kind.label() == name);
-            Wanted::Best(named.collect())
-        }
-    };
+    let mut kinds = TriedKind::all(table, MapKind::Distortion);
+    kinds.retain(|kind| forced.is_none_or(|name| kind.label() == name));
+    let wanted = Wanted::Best(kinds);
     let task = Task::default();
     let table = &as_warned(table);
     let grouping = row_groups(table, None).ok()?;
@@ -383,36 +363,22 @@ pub fn fitted(
 fn room_cases(seed: u64, made: &Made, environment: &Arc<Environment>) -> Vec<Case> {
     let room = &made.room;
     let mut random = Random::new(70_000 + seed);
-    let [two, three, crossed, short] = pointers();
-    let tools =
-        [(two, false), (three.clone(), false), (crossed, false), (three, true), (short, false)];
     // Where the tracker follows most of them.
     let mut best = (0, Vec::new());
     for _ in 0..PLACES {
-        let half = (room.max_mm - room.min_mm) / 2.0;
-        let middle = (room.max_mm + room.min_mm) / 2.0;
-        let part = Vector3::from_fn(|_, _| random.range(-0.5, 0.5));
-        let base = rotation_onto(&random.direction());
-        let place = (middle + half.component_mul(&part), base);
-        let all: Option<Vec<_>> = tools
-            .iter()
-            .map(|(tool, has_crf)| scenario(room, environment, tool.clone(), *has_crf, place))
-            .collect();
-        let Some(all) = all else { continue };
+        let Some(all) = scenarios(room, environment, place(room, &mut random)) else { continue };
         let followed = all.iter().filter(|scenario| truth(room, scenario).is_some()).count();
+        if followed == all.len() {
+            return cases_of(room, [environment, environment], all);
+        }
         if followed > best.0 {
             best = (followed, all);
-        }
-        if best.0 == tools.len() {
-            break;
         }
     }
     cases_of(room, [environment, environment], best.1)
 }
 
 fn line(name: &str, cases: &[Case]) -> String {
-    let is_listed =
-        |figure: &Metric| matches!(figure.summary, Summary::Rms | Summary::P95 | Summary::Max);
     let each = METRICS.into_iter().filter(is_listed).map(|figure| {
         let (ratio, holding, width) = judged(cases, figure);
         let compared = compared(cases, figure);

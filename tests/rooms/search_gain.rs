@@ -3,14 +3,11 @@
 
 use super::others::{Made, fitted, made};
 use super::tracker::{Random, Room};
-use super::{pose, rotation_onto, scenario, truth};
-use nalgebra::Vector3;
+use super::{five_dof, measurement, place, scenario, truth};
 use std::sync::Arc;
 use trackwright_design::BodyRole;
 use trackwright_field::Environment;
-use trackwright_field::samples::{
-    MapKind, Measurement, MeasurementContent, MeasurementSet, SampleSet,
-};
+use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_optimization::{Goal, Layout, Moves, OverRooms, Problem, Settings, optimize};
 use trackwright_project::{open_builtin, placement_problem};
 use trackwright_simulation::{CancelToken, Metric, Mode, RigidBody, Scenario};
@@ -29,12 +26,9 @@ const TRUE_ROWS: usize = 4_000;
 fn without_noise(room: &Room, random: &mut Random) -> SampleSet {
     let each = std::iter::repeat_with(|| {
         let at = (room.position(random), random.direction());
-        let reading = room.read(&at)?;
-        Some(Measurement { tracker_from_ideal: pose(&at), tracker_from_measured: pose(&reading) })
+        Some(measurement(&at, &room.read(&at)?))
     });
-    let measurements = each.flatten().take(TRUE_ROWS).collect();
-    MeasurementSet { measurements, content: MeasurementContent::FiveDof }
-        .samples(MapKind::Distortion)
+    five_dof(each.flatten().take(TRUE_ROWS)).samples(MapKind::Distortion)
 }
 
 /// Where a search moves all sensors of the built-in pointer, alone.
@@ -64,11 +58,8 @@ fn followed(
     tool: &RigidBody,
     random: &mut Random,
 ) -> Option<Scenario> {
-    let (middle, half) = ((room.min_mm + room.max_mm) / 2.0, (room.max_mm - room.min_mm) / 2.0);
     (0..PLACES).find_map(|_| {
-        let part = Vector3::from_fn(|_, _| random.range(-0.5, 0.5));
-        let place = (middle + half.component_mul(&part), rotation_onto(&random.direction()));
-        let found = scenario(room, environment, tool.clone(), false, place)?;
+        let found = scenario(room, environment, tool.clone(), false, place(room, random))?;
         truth(room, &found).map(|_| found)
     })
 }

@@ -38,13 +38,14 @@ impl Random {
 }
 
 /// A dipole's field, up to a factor.
-fn dipole(center: &V, moment: &V, at: &V) -> V {
+pub fn dipole(center: &V, moment: &V, at: &V) -> V {
     let d = at - center;
     let r2 = d.norm_squared();
     (d * (3.0 * moment.dot(&d) / r2) - moment) / (r2 * r2.sqrt())
 }
 
 /// A tracker in a room.
+#[derive(Clone)]
 pub struct Room {
     /// Dipoles of each coil.
     coils: Vec<Vec<(V, V)>>,
@@ -75,12 +76,8 @@ impl Room {
         let bodies = random.range(1.0, 5.0) as usize;
         let spheres: Vec<_> =
             (0..bodies).flat_map(|_| body(&min_mm, &max_mm, &mut random)).collect();
-        let induced = |(center, cubed): &(V, f64)| {
-            let each = coils.iter().map(|coil| field(coil, center) * *cubed);
-            (*center, each.collect())
-        };
         let room = Self {
-            metal: spheres.iter().map(induced).collect(),
+            metal: induced(&coils, &spheres),
             coils,
             metal_gain: 1.0,
             noise: random.range(1e-11, 4e-11),
@@ -102,11 +99,7 @@ impl Room {
         [min_mm, max_mm]: [V; 2],
         (raw_mm, noise_mm): (f64, f64),
     ) -> Self {
-        let induced = |(center, factor): &(V, f64)| {
-            let each = coils.iter().map(|coil| field(coil, center) * *factor);
-            (*center, each.collect())
-        };
-        let metal = spheres.iter().map(induced).collect();
+        let metal = induced(&coils, spheres);
         let (noise, metal_gain, has_outliers) = (0.0, 1.0, false);
         let most_noise_mm = f64::INFINITY;
         let mut room =
@@ -136,22 +129,12 @@ impl Room {
 
     /// With all the metal's answers multiplied.
     pub fn with_gain(&self, factor: f64) -> Self {
-        Self {
-            metal_gain: self.metal_gain * factor,
-            coils: self.coils.clone(),
-            metal: self.metal.clone(),
-            ..*self
-        }
+        Self { metal_gain: self.metal_gain * factor, ..self.clone() }
     }
 
     /// With another noise of the signals.
     pub fn with_noise(&self, factor: f64) -> Self {
-        Self {
-            noise: self.noise * factor,
-            coils: self.coils.clone(),
-            metal: self.metal.clone(),
-            ..*self
-        }
+        Self { noise: self.noise * factor, ..self.clone() }
     }
 
     fn raw_rms_mm(&self) -> f64 {
@@ -246,6 +229,14 @@ impl Room {
     }
 }
 
+/// The dipoles that coils induce in spheres: centers, and what the field there is multiplied by.
+fn induced(coils: &[Vec<(V, V)>], spheres: &[(V, f64)]) -> Vec<(V, Vec<V>)> {
+    let each = spheres.iter().map(|(center, factor)| {
+        (*center, coils.iter().map(|coil| field(coil, center) * *factor).collect())
+    });
+    each.collect()
+}
+
 fn field(coil: &[(V, V)], at: &V) -> V {
     coil.iter().map(|(c, m)| dipole(c, m, at)).sum()
 }
@@ -260,15 +251,18 @@ fn coil(index: usize, wide: bool, random: &mut Random) -> Vec<(V, V)> {
     if !wide {
         return vec![(center, moment)];
     }
+    square(center, moment, random.range(60.0, 80.0), V::new(0.3, 0.9, 0.2))
+}
+
+/// A square of dipoles, which `aside` turns about its normal.
+pub fn square(center: V, normal: V, side_mm: f64, aside: V) -> Vec<(V, V)> {
     const ROWS: usize = 4;
-    let side_mm = random.range(60.0, 80.0);
-    let first = moment.cross(&V::new(0.3, 0.9, 0.2)).normalize();
-    let second = moment.cross(&first);
+    let first = normal.cross(&aside).normalize();
+    let second = normal.cross(&first);
     let offset = |k: usize| ((k as f64 + 0.5) / ROWS as f64 - 0.5) * side_mm;
-    let each = (0..ROWS * ROWS).map(|k| {
-        let place = center + first * offset(k % ROWS) + second * offset(k / ROWS);
-        (place, moment / (ROWS * ROWS) as f64)
-    });
+    let moment = normal / (ROWS * ROWS) as f64;
+    let each = (0..ROWS * ROWS)
+        .map(|k| (center + first * offset(k % ROWS) + second * offset(k / ROWS), moment));
     each.collect()
 }
 

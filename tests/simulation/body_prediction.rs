@@ -57,15 +57,3 @@ fn tip_error_grows_with_lever_and_falls_with_sensors() {
     // Two independent readings at almost the same place.
     assert!((two / one - 0.5_f64.sqrt()).abs() < 0.05, "{two} {one}");
 }
-
-#[test]
-fn predictions_need_fit_validity_and_a_pose_inside() {
-    let mut room = (*room()).clone();
-    let body = body(&[[0.0; 3]], [0.0; 3]);
-    let far = Pose::translation(5e3, 0.0, 0.0) * middle(&room);
-    let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
-    assert!(!predictor.predict(&far).unwrap().is_valid);
-    (room.fit_validity, room.process) = (None, None);
-    let predictor = BodyPredictor::new(&body, 50.0, &room, OutsidePolicy::Clamp);
-    assert_eq!(predictor.predict(&middle(&room)), None);
-}

@@ -17,6 +17,5 @@ mod procedure;
 mod profile;
 mod slice;
 mod slice_support;
-mod supported_region;
 mod tolerance;
 mod usable_region;

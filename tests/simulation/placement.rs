@@ -6,7 +6,7 @@ use std::sync::Arc;
 use trackwright_design::BodyRole;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::mesh::SurfaceMesh;
-use trackwright_geometry::surface::{Ray, SurfacePoint};
+use trackwright_geometry::surface::{Ray, Surface, SurfacePoint};
 use trackwright_simulation::placement::*;
 use trackwright_simulation::work::Work;
 use trackwright_simulation::{
@@ -42,19 +42,21 @@ fn placed(scenario: &Scenario, plan: &PlacementPlan) -> PlacementOutcome {
     place(scenario, plan, &Task::default(), &mut |_| {}).unwrap()
 }
 
-/// The study with the sensor moved to a place.
-fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> Option<f64> {
+/// The design with the sensor moved to a place.
+fn moved(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> Scenario {
     let mut moved = scenario.clone();
     let body = match plan.body {
         PlacedBody::Tool => &mut moved.tool,
         PlacedBody::Crf => &mut moved.crf.as_mut().unwrap().body,
     };
     body.sensors[plan.sensor] = plan.rule.placed(&body.sensors[plan.sensor], at);
-    let mode = match scenario.motion {
-        Some(_) => Mode::Motion,
-        None => Mode::Single,
-    };
-    let outcome = run(&moved, &mode, &CancelToken::default(), None);
+    moved
+}
+
+/// The study with the sensor moved to a place.
+fn studied_mm(scenario: &Scenario, plan: &PlacementPlan, at: &SurfacePoint) -> Option<f64> {
+    let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
+    let outcome = run(&moved(scenario, plan, at), &mode, &CancelToken::default(), None);
     outcome.ok().map(|o| o.room_field.position_mm.rms())
 }
 
@@ -128,7 +130,7 @@ fn in_the_bore_the_map_shows_the_figure() {
             let outcome = placed(&scenario, &plan);
             // What is painted on the body there.
             let at = scenario.tool.sensors[sensor].position_in_body;
-            let surface = trackwright_geometry::surface::Surface::new(&mesh).unwrap();
+            let surface = Surface::new(&mesh).unwrap();
             let ray = Ray { origin_mm: at + out.into_inner() * 50.0, direction: -out };
             let hit = surface.hit(&ray).unwrap();
             let shown_mm = outcome.between(hit.corners, hit.weights).unwrap();
@@ -183,7 +185,7 @@ fn the_best_place_is_a_study_with_the_sensor_there() {
 fn values_between_vertices_are_linear_on_the_triangle() {
     let world = trackwright_project::open_builtin("pointer-on-head").unwrap();
     let mesh = world.mesh(BodyRole::Tool).unwrap();
-    let surface = trackwright_geometry::surface::Surface::new(mesh).unwrap();
+    let surface = Surface::new(mesh).unwrap();
     // A field that is linear in space is its own interpolation on every triangle.
     let linear = |p: &Point3<f64>| 100.0 + 0.3 * p.x - 0.2 * p.y + 0.01 * p.z;
     let mut outcome = PlacementOutcome {
@@ -206,8 +208,8 @@ fn values_between_vertices_are_linear_on_the_triangle() {
     let mut hits = 0;
     for (i, vertex) in vertices(mesh).iter().enumerate().step_by(97) {
         // From outside, a little beside the vertex.
-        let beside = nalgebra::Vector3::new(0.11, 0.07, 0.13) * (i % 3) as f64;
-        let ray = trackwright_geometry::surface::Ray {
+        let beside = Vector3::new(0.11, 0.07, 0.13) * (i % 3) as f64;
+        let ray = Ray {
             origin_mm: vertex.position_mm + vertex.normal.into_inner() * 30.0 + beside,
             direction: -vertex.normal,
         };
@@ -396,12 +398,7 @@ fn expected_places_are_near_the_expected_study() {
         for at in (0..all.len()).step_by(all.len() / 12) {
             let place = &last.places[at];
             assert_eq!(place.tip_rms_mm, own.places[at].tip_rms_mm);
-            let mut moved = scenario.clone();
-            let sensors = match body {
-                PlacedBody::Tool => &mut moved.tool.sensors,
-                PlacedBody::Crf => &mut moved.crf.as_mut().unwrap().body.sensors,
-            };
-            sensors[plan.sensor] = rule.placed(&sensors[plan.sensor], &all[at]);
+            let moved = moved(&scenario, &plan, &all[at]);
             let study = expected(&moved, &Mode::Motion, &CancelToken::default()).unwrap();
             let rms_mm = study.of(Metric::TIP_RMS).0;
             let interval_mm = study.continued[Metric::TIP_RMS.index()];

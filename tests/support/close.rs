@@ -1,7 +1,7 @@
 //! Comparisons that report by how much they fail.
 
 /// Relative tolerance of the worked cases (`tests/data/golden`).
-pub const GOLDEN: f64 = 1e-9;
+const GOLDEN: f64 = 1e-9;
 
 /// Panics unless `found` agrees with `expected` to `relative` of the larger of `expected` and
 /// `floor`, the size below which a value of this kind is round-off.
@@ -24,4 +24,16 @@ pub fn assert_all_close(what: &str, found: &[f64], expected: &[f64], relative: f
     for (i, (f, e)) in found.iter().zip(expected).enumerate() {
         assert_close(&format!("{what}[{i}]"), *f, *e, relative, scale);
     }
+}
+
+/// [`assert_close`] with the tolerance of the worked cases.
+#[track_caller]
+pub fn assert_golden(what: &str, found: f64, expected: f64, floor: f64) {
+    assert_close(what, found, expected, GOLDEN, floor);
+}
+
+/// [`assert_all_close`] with the tolerance of the worked cases.
+#[track_caller]
+pub fn assert_all_golden(what: &str, found: &[f64], expected: &[f64], floor: f64) {
+    assert_all_close(what, found, expected, GOLDEN, floor);
 }

@@ -284,6 +284,24 @@ impl Scratch {
         self.write(copy, text.replace("../assets", root.join("assets").to_str().unwrap()));
     }
 
+    /// Copies a built-in design to `a.design.ron`, in the room `room.env.ron` beside it.
+    pub fn copy_to_own_room(&self, design: &str) {
+        let room = "../assets/environments/operating-table.env.ron";
+        self.copy_built_in(design, "a.design.ron", room, "room.env.ron");
+    }
+
+    /// Writes `NAME.design.ron`, a body at a place of the tracker in `room.env.ron`, with more fields; the
+    /// file's name.
+    pub fn write_design(&self, name: &str, body: &str, at: [f64; 3], more: &str) -> String {
+        let [x, y, z] = at;
+        let pose = format!("(position: ({x:?}, {y:?}, {z:?}), rotation: (1.0, 0.0, 0.0, 0.0))");
+        let tool = format!("(body: {body:?}, pose: {pose})");
+        let file = format!("{name}.design.ron");
+        let room = "environment: \"room.env.ron\"";
+        self.write(&file, format!("(version: 1, name: {name:?}, {room}, tool: {tool}, {more})"));
+        file
+    }
+
     /// Changes the text of a file, which has `from` in it.
     #[track_caller]
     pub fn replace(&self, name: &str, from: &str, to: &str) {

@@ -183,7 +183,7 @@ fn assert_agree(scenario: &Scenario, what: &str) -> TipUncertainty {
 
 /// Fitzpatrick, West & Maurer, IEEE TMI 17(5), 1998: `<TRE²> = <FLE²>/N (1 + ⅓ Σ d²/f²)` over the
 /// principal axes.
-pub(super) fn fitzpatrick_mm(markers: &[[f64; 3]], tip: [f64; 3], sigma_mm: f64) -> f64 {
+fn fitzpatrick_mm(markers: &[[f64; 3]], tip: [f64; 3], sigma_mm: f64) -> f64 {
     let n = markers.len() as f64;
     let points: Vec<Vector3<f64>> = markers.iter().map(|p| Vector3::from(*p)).collect();
     let mean = points.iter().sum::<Vector3<f64>>() / n;

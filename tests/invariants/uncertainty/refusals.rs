@@ -21,30 +21,25 @@ fn no_jitter_is_no_scatter() {
 #[test]
 fn what_cannot_be_computed_is_refused_with_a_reason() {
     let scenario = built_in(1.0);
-    let assert_refused = |scenario: &Scenario, words: &str| {
-        let message = first_order(scenario).unwrap_err().to_string();
-        assert!(message.contains(words), "{message}");
-        let task = Task::default();
-        let sampled = monte_carlo(scenario, 100, 0, &task).unwrap_err();
-        assert_eq!(sampled.to_string(), message);
-    };
-    assert_refused(&with_jitter(&scenario, None), "states no jitter");
-    assert_refused(
-        &with_jitter(&scenario, Some(Jitter::uniform(-1.0, 0.0))),
-        "jitter.position_mm is -1",
-    );
-    assert_refused(
-        &with_jitter(&scenario, Some(Jitter::uniform(1e200, 0.0))),
-        "expected a length of at most 1e6 mm",
-    );
+    let jittering = |mm: f64| with_jitter(&scenario, Some(Jitter::uniform(mm, 0.0)));
     let mut bare = scenario.clone();
     bare.tool.sensors.clear();
-    assert_refused(&bare, "has no sensors");
     let mut outside = scenario.clone();
     outside.crf_from_tool.translation.vector.x += 1e4;
     assert!(first_order(&outside).is_ok());
     outside.outside = OutsidePolicy::Reject;
-    assert_refused(&outside, "outside the model's box");
+    for (scenario, words) in [
+        (with_jitter(&scenario, None), "states no jitter"),
+        (jittering(-1.0), "jitter.position_mm is -1"),
+        (jittering(1e200), "expected a length of at most 1e6 mm"),
+        (bare, "has no sensors"),
+        (outside, "outside the model's box"),
+    ] {
+        let message = first_order(&scenario).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+        let sampled = monte_carlo(&scenario, 100, 0, &Task::default()).unwrap_err();
+        assert_eq!(sampled.to_string(), message);
+    }
     let task = Task::default();
     assert_eq!(monte_carlo(&scenario, 3, 0, &task), Err(UncertaintyError::Samples { found: 3 }));
     let stopped = UncertaintyError::Cancelled(Cancelled);

@@ -11,43 +11,27 @@ use trackwright_simulation::uncertainty::{first_order, monte_carlo};
 use trackwright_task::Task;
 
 #[test]
-fn sampling_agrees_with_first_order_at_every_weight() {
+fn sampling_agrees_with_the_first_order() {
+    let of_weight = |weight_mm| alone(three_fives(), weight_mm, jitter());
     for weight_mm in [0.0, 10.0, 30.0, 100.0, 300.0, 1000.0] {
-        assert_agree(&alone(three_fives(), weight_mm, jitter()), &format!("w {weight_mm}"));
+        assert_agree(&of_weight(weight_mm), &format!("w {weight_mm}"));
     }
-}
-
-#[test]
-fn sampling_agrees_with_first_order_relative_to_a_crf() {
     for weight_mm in [0.0, 95.0] {
-        assert_agree(
-            &on_head(alone(three_fives(), weight_mm, jitter()), head()),
-            &format!("w {weight_mm}"),
-        );
+        assert_agree(&on_head(of_weight(weight_mm), head()), &format!("w {weight_mm}, CRF"));
     }
-}
-
-#[test]
-fn sampling_agrees_for_six_dof_sensors() {
-    let single = body(vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])], [0.0, 0.0, 90.0]);
-    let mixed = body(
-        vec![five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]), six([8.0, -3.0, 95.0], [0.4, -1.0, 2.0])],
-        [0.0, 0.0, 0.0],
-    );
-    for (tool, what) in [(single, "one"), (mixed, "mixed")] {
-        let scenario = alone(tool, 95.0, jitter());
+    let single = vec![six([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])];
+    let mixed =
+        vec![five([0.0, 0.0, 60.0], [0.0, 0.0, 1.0]), six([8.0, -3.0, 95.0], [0.4, -1.0, 2.0])];
+    for (sensors, tip, what) in [(single, [0.0, 0.0, 90.0], "6 DOF"), (mixed, [0.0; 3], "mixed")] {
+        let scenario = alone(body(sensors, tip), 95.0, jitter());
         assert_agree(&scenario, what);
-        assert_agree(&on_head(scenario, head()), what);
+        assert_agree(&on_head(scenario, head()), &format!("{what}, CRF"));
     }
-}
-
-#[test]
-fn sampling_agrees_where_jitter_grows() {
     let grown = Jitter {
         growth: Some(JitterGrowth::dipole(300.0)),
         ..Jitter::uniform(0.1, 0.1_f64.to_radians())
     };
-    assert_agree(&with_jitter(&built_in(1.0), Some(grown)), "built-in");
+    assert_agree(&with_jitter(&built_in(1.0), Some(grown)), "growing jitter");
 }
 
 #[test]

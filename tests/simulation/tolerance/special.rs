@@ -2,8 +2,6 @@
 
 use super::*;
 use crate::support::studies::cancelled;
-use trackwright_simulation::tolerance::as_built::{BuildErrors, BuiltBuffers, BuiltStudy};
-use trackwright_simulation::tolerance::first_order::FirstOrder;
 
 #[test]
 fn sheets_without_tolerances_state_the_reason() {
