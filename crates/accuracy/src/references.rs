@@ -2,10 +2,10 @@
 
 use crate::high::High;
 use crate::high_linear::{
-    High3, High33, apply33, cross3, determinant33, dot, inverse33, matrix_from_fn, norm, scale3,
-    transposed33, unit3, vector3,
+    High3, High33, apply33, cross3, dot, inverse33, matrix_from_fn, norm, scale3, transposed33,
+    unit3, vector3,
 };
-use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
@@ -290,11 +290,6 @@ pub fn axis_rotation(from: &High3, to: &High3) -> High3 {
     scale3(&cross, &(sine.atan2(&dot(from, to)) / sine))
 }
 
-/// The nearest matrix of `f64` numbers.
-pub fn nearest_matrix(m: &High33) -> Matrix3<f64> {
-    Matrix3::from_fn(|i, j| m[i][j].to_f64())
-}
-
 /// Length of the difference, in `f64`.
 pub fn distance(found: &[f64], expected: &[High]) -> f64 {
     let difference: Vec<High> =
@@ -316,11 +311,6 @@ pub fn point3(point: &Point3<f64>) -> High3 {
 /// An axis as its three numbers are.
 pub fn axis3(axis: &Unit<Vector3<f64>>) -> High3 {
     vector3(axis.into_inner().into())
-}
-
-/// Whether a matrix turns space inside out.
-pub fn is_reflection(m: &High33) -> bool {
-    determinant33(m).is_negative()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use super::interpolated::ValueLattice;
 use super::sampling::poses;
 use super::single::{SingleModel, single_pose};
-use super::{Family, Row, Settings, Steps, What, no_field};
+use super::{Bench, Row, Settings, Stop, What};
 use crate::high::High;
 use crate::references;
 use nalgebra::{Point3, Unit, Vector3};
@@ -16,8 +16,6 @@ use trackwright_field::samples::{PoseError, Sample, SampleSet};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_simulation::Scenario;
-use trackwright_task::Cancelled;
 
 /// Poses anywhere, with any axis: the design's room.
 const SCATTERED: &str = "scattered poses in the design's room";
@@ -40,58 +38,45 @@ const USUAL_ORDER: usize = 4;
 type ScatteredPose = (Point3<f64>, Unit<Vector3<f64>>);
 
 /// Every way of evaluating the field.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let model = &scenario.environment.model;
-    let mut family = Family::new(
-        What::Field,
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    let (model, settings) = (bench.room(), bench.settings);
+    bench.family.charted = SCATTERED.to_owned();
+    bench.family.about =
         "Equation (8) at poses spread over the room's box, one thread, triangle search and \
                 weights in the time. The error is the largest difference of a position from the \
                 same sum in 192 bits: a few 1e-15 mm are round-off, and which of them is less is \
                 chance. Where the room is replaced by a smaller model or by a lattice \
                 of its values, it is that replacement's distance from the room. Lattices and \
-                replacements are made beforehand, outside the time.",
-        SCATTERED,
-    );
-    if let Some(why) = no_field(model, "there is no field to evaluate") {
-        return Ok(family.without(why));
-    }
-    let jobs = 12 + settings.max_order;
-    let mut done = 0;
-    let mut next = || {
-        done += 1;
-        steps.at(done, jobs)
-    };
+                replacements are made beforehand, outside the time."
+            .to_owned();
+    bench.need_field("there is no field to evaluate")?;
+    let others = other_models(settings.max_order);
+    bench.steps = 5 + others.len();
     let scattered = poses(model.bounds(), settings.poses, settings.seed);
-    let probe = Probe::new(model, scattered, SCATTERED, settings);
-    next()?;
-    family.rows.extend(probe.plain_and_single(true));
-    next()?;
-    family.rows.extend(probe.interpolated());
-    next()?;
-    family.rows.extend(probe.replaced(settings));
-    next()?;
-    family.rows.extend(shared(model, settings));
-    next()?;
-    for (order, directions) in other_models(settings.max_order) {
+    let probe = Probe::new(model, scattered.clone(), SCATTERED, settings);
+    bench.next()?;
+    bench.family.rows.extend(probe.plain_and_single(true));
+    bench.next()?;
+    bench.family.rows.extend(probe.interpolated());
+    bench.next()?;
+    bench.family.rows.extend(probe.replaced(settings));
+    bench.next()?;
+    bench.family.rows.extend(shared(model, settings));
+    bench.next()?;
+    for (order, directions) in others {
         let other = resampled(model, order, directions);
         let orientations = match directions.len() {
             1 => "one orientation".to_owned(),
             count => format!("{count} orientations"),
         };
         let problem = format!("round-off at order {order}, {orientations}");
-        let scattered = poses(model.bounds(), settings.poses, settings.seed);
-        let probe = Probe::new(&other, scattered, &problem, settings);
-        family
-            .rows
-            // Another room's round-off: in the table, not beside the room's in the picture.
-            .extend(probe.plain_and_single(false).into_iter().map(Row::uncharted));
-        next()?;
+        let probe = Probe::new(&other, scattered.clone(), &problem, settings);
+        // Another room's round-off: in the table, not beside the room's in the picture.
+        let rows = probe.plain_and_single(false).into_iter().map(Row::uncharted);
+        bench.family.rows.extend(rows);
+        bench.next()?;
     }
-    Ok(family)
+    Ok(())
 }
 
 /// Orders at the usual set, then sets at the usual order.
@@ -134,7 +119,7 @@ fn shared(model: &DistortionModel, settings: &Settings) -> Vec<Row> {
             false,
             |out| out.extend(probe.poses.iter().map(|(p, _)| lattice.at(p, 0))),
         );
-        rows.push(Row { is_step: true, ..row.charted("interpolated lattice, one orientation") });
+        rows.push(row.step_of("interpolated lattice, one orientation"));
     }
     let side = (settings.poses as f64).cbrt().round() as usize;
     let coordinates = [0, 1, 2].map(|k| place(model.bounds(), k, side));
@@ -200,13 +185,9 @@ impl<'a> Probe<'a> {
             .zip(&found)
             .map(|(exact, found)| references::distance(found.position_mm().as_slice(), exact))
             .fold(0.0, f64::max);
-        Row {
-            size: self.poses.len(),
-            seconds,
-            error,
-            is_default,
-            ..Row::new(What::Field, self.model, self.problem, method)
-        }
+        Row::new(What::Field, self.model, self.problem, method)
+            .measured(self.poses.len(), seconds, error)
+            .default_if(is_default)
     }
 
     /// The path that simulations take.
@@ -263,7 +244,7 @@ impl<'a> Probe<'a> {
                             .map(|(p, a)| lattice.at_weights(p, &set.weights(a, weighting))),
                     );
                 });
-                Row { series: "interpolated lattice".to_owned(), is_step: true, ..row }
+                row.step_of("interpolated lattice")
             })
             .collect()
     }

@@ -2,7 +2,7 @@
 //! residuals in 192 bits.
 
 use super::sampling::poses;
-use super::{Family, Row, Settings, Steps, What};
+use super::{Bench, Row, Settings, Stop, What};
 use crate::high::High;
 use crate::high_linear::dot;
 use faer::linalg::solvers::{Solve, SolveLstsq};
@@ -14,7 +14,6 @@ use trackwright_field::bernstein::{coefficient_count, products, push_products};
 use trackwright_field::fit::DEFAULT_RCOND;
 use trackwright_field::least_squares::{LeastSquares, Triangle};
 use trackwright_simulation::Scenario;
-use trackwright_task::Cancelled;
 
 /// Orders whose systems are solved, where not above the highest requested.
 const ORDERS: [usize; 4] = [1, 2, 4, 6];
@@ -37,29 +36,22 @@ const VALUES: usize = 6;
 const COMPARED: usize = 3;
 
 /// Every way of solving a fit.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let mut family = Family::new(
-        What::Fit,
-        format!(
-            "Least squares (4) for one orientation on {} samples of the design's room, with a \
-             wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
-             thread. In the picture a line joins the orders of one method. The error is the \
-             largest difference in position of the solution's field from that of the reference: \
-             the solution refined with residuals in 192 bits (Björck, BIT 7, 1967). The default \
-             knows rank and condition from the extreme singular values of R, and takes the SVD \
-             where the rank is not certainly full.",
-            settings.samples
-        ),
-        problem(CHARTED_ORDER.min(settings.max_order)),
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    let (scenario, settings) = (bench.scenario, bench.settings);
+    bench.family.charted = problem(CHARTED_ORDER.min(settings.max_order));
+    bench.family.about = format!(
+        "Least squares (4) for one orientation on {} samples of the design's room, with a \
+         wobble of {WOBBLE_MM} mm that no polynomial fits; rows are made in the time, one \
+         thread. In the picture a line joins the orders of one method. The error is the \
+         largest difference in position of the solution's field from that of the reference: \
+         the solution refined with residuals in 192 bits (Björck, BIT 7, 1967). The default \
+         knows rank and condition from the extreme singular values of R, and takes the SVD \
+         where the rank is not certainly full.",
+        settings.samples
     );
-    let orders: Vec<_> = ORDERS
+    let orders = ORDERS
         .into_iter()
-        .filter(|&o| o <= settings.max_order && coefficient_count(o) <= settings.samples)
-        .collect();
+        .filter(|&o| o <= settings.max_order && coefficient_count(o) <= settings.samples);
     let methods: [(&str, bool, Method); 5] = [
         ("QR by blocks, back substitution", true, blocks),
         ("QR by blocks, then SVD of R", false, blocks_then_svd),
@@ -67,34 +59,24 @@ pub fn measure(
         ("SVD of the design matrix", false, svd),
         ("normal equations", false, normal_equations),
     ];
-    let room = &scenario.environment.model;
-    let all = orders.len() * (methods.len() + 1);
-    let mut done = 0;
-    for &order in &orders {
+    bench.steps = orders.clone().count() * (methods.len() + 1);
+    for order in orders {
         let system = System::new(scenario, settings, order);
         let Some(reference) = system.reference() else {
             continue;
         };
-        done += 1;
-        steps.at(done, all)?;
+        bench.next()?;
         for (method, is_default, solve) in methods {
             let (seconds, solution) = settings.timing.measure(|| solve(&system));
-            done += 1;
-            steps.at(done, all)?;
+            bench.next()?;
             let Some(solution) = solution else { continue };
-            family.rows.push(Row {
-                order,
-                directions: 1,
-                size: settings.samples,
-                seconds,
-                error: system.field_difference_mm(&solution, &reference),
-                is_default,
-                is_step: true,
-                ..Row::new(What::Fit, room, &problem(order), method)
-            });
+            let error = system.field_difference_mm(&solution, &reference);
+            let row = Row::new(What::Fit, bench.room(), &problem(order), method);
+            let row = row.measured(settings.samples, seconds, error).default_if(is_default);
+            bench.family.rows.push(Row { order, directions: 1, ..row.step_of(method) });
         }
     }
-    Ok(family)
+    Ok(())
 }
 
 fn problem(order: usize) -> String {

@@ -1,10 +1,8 @@
 //! The slice's resolution: a coarse slice, filled in between its points, against a fine one.
 
-use super::{Family, Row, Settings, Steps, What, no_field};
+use super::{Bench, Stop};
 use nalgebra::{Unit, Vector3};
-use trackwright_simulation::{
-    Quantity, Scenario, SliceOutcome, SlicePlan, SlicePlane, StudyError, sample_slice,
-};
+use trackwright_simulation::{Quantity, SliceOutcome, SlicePlan, SlicePlane, sample_slice};
 use trackwright_task::Cancelled;
 
 /// The axis that the slice lies across.
@@ -14,26 +12,17 @@ const NORMAL_AXIS: usize = 2;
 const FACTORS: [(usize, usize); 7] = [(1, 8), (1, 4), (1, 2), (3, 4), (1, 1), (2, 1), (4, 1)];
 
 /// Slices of more and fewer points.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let model = &scenario.environment.model;
-    let problem = "a slice through the middle of the room";
-    let mut family = Family::new(
-        What::Heatmap,
-        format!(
-            "Position error on a slice across z through the middle of the room's box, on all \
-             threads; size is the number of its points. The error is the largest difference \
-             between the slice filled in bilinearly and one of {0} x {0} points.",
-            settings.slice_reference
-        ),
-        problem,
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    let (model, scenario, settings) = (bench.room(), bench.scenario, bench.settings);
+    bench.family.charted = "a slice through the middle of the room".to_owned();
+    bench.family.about = format!(
+        "Position error on a slice across z through the middle of the room's box, on all \
+         threads; size is the number of its points. The error is the largest difference \
+         between the slice filled in bilinearly and one of {0} x {0} points.",
+        settings.slice_reference
     );
-    if let Some(why) = no_field(model, "a slice shows nothing") {
-        return Ok(family.without(why));
-    }
+    bench.need_field("a slice shows nothing")?;
+    let cancel = &bench.task.cancel;
     let sample = |points: usize| {
         let plan = SlicePlan {
             plane: SlicePlane::Across {
@@ -44,32 +33,26 @@ pub fn measure(
             sensor_axis: Unit::new_normalize(Vector3::new(0.3, -0.5, 0.8)),
             counts: [points; 2],
         };
-        sample_slice(scenario, Quantity::PositionErrorMm, &plan, &steps.task.cancel)
+        // A slice of the position error, which every room has, fails in no other way.
+        let slice = sample_slice(scenario, Quantity::PositionErrorMm, &plan, cancel);
+        slice.ok().flatten().ok_or(Cancelled)
     };
-    let reference = cancelled(sample(settings.slice_reference))?;
-    let all = FACTORS.len() + 1;
-    steps.at(1, all)?;
-    for (i, (up, down)) in FACTORS.into_iter().enumerate() {
+    let reference = sample(settings.slice_reference)?;
+    bench.steps = FACTORS.len() + 1;
+    bench.next()?;
+    for (up, down) in FACTORS {
         let points = ((settings.slice_points - 1) * up / down).max(1) + 1;
         let (seconds, slice) = settings.timing.measure(|| sample(points));
-        let slice = cancelled(slice)?;
-        family.rows.push(Row {
-            size: points * points,
-            seconds,
-            error: largest_difference_mm(&slice, &reference),
-            is_default: up == down,
-            series: "slice, filled in between its points".to_owned(),
-            is_step: true,
-            ..Row::new(What::Heatmap, model, problem, &format!("{points} x {points} points"))
-        });
-        steps.at(i + 2, all)?;
+        let error = largest_difference_mm(&slice?, &reference);
+        let row = bench.row(&format!("{points} x {points} points"));
+        bench.family.rows.push(
+            row.measured(points * points, seconds, error)
+                .default_if(up == down)
+                .step_of("slice, filled in between its points"),
+        );
+        bench.next()?;
     }
-    Ok(family)
-}
-
-/// A slice of the position error, which every room has, fails in no other way.
-fn cancelled(slice: Result<Option<SliceOutcome>, StudyError>) -> Result<SliceOutcome, Cancelled> {
-    slice.ok().flatten().ok_or(Cancelled)
+    Ok(())
 }
 
 /// Largest difference of a slice, bilinear between its points, from a finer one of the same place.
@@ -93,21 +76,12 @@ fn largest_difference_mm(slice: &SliceOutcome, fine: &SliceOutcome) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::precision::{Timing, testing};
+    use crate::precision::{Settings, What, testing};
     use trackwright_field::DistortionModel;
 
-    use trackwright_task::Task;
-
     fn errors(model: DistortionModel) -> Vec<(usize, f64)> {
-        let settings = Settings {
-            timing: Timing::ONCE,
-            slice_points: 33,
-            slice_reference: 257,
-            ..Settings::default()
-        };
-        let task = Task::default();
-        let family = measure(&testing::scenario(model), &settings, &Steps::whole(&task)).unwrap();
+        let settings = Settings { slice_points: 33, slice_reference: 257, ..Settings::default() };
+        let family = testing::family(What::Heatmap, &testing::scenario(model), settings);
         family.rows.iter().map(|r| (r.size, r.error)).collect()
     }
 

@@ -2,7 +2,7 @@
 //! the paper's shortcut, against the pose that was distorted.
 
 use super::sampling::poses;
-use super::{Family, Row, Settings, Steps, What, no_field};
+use super::{Bench, Row, Settings, Stop};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use trackwright_field::batch::Batch;
@@ -12,9 +12,8 @@ use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
+use trackwright_simulation::Sensor;
 use trackwright_simulation::figures::with_separators;
-use trackwright_simulation::{Scenario, Sensor};
-use trackwright_task::Cancelled;
 
 /// Fixed-point steps after the first, which is the shortcut.
 const FIXED_POINT_STEPS: [usize; 6] = [2, 3, 4, 6, 9, 14];
@@ -22,35 +21,25 @@ const FIXED_POINT_STEPS: [usize; 6] = [2, 3, 4, 6, 9, 14];
 /// Readings that one core takes at a time.
 const CHUNK: usize = 2048;
 
-const PROBLEM: &str = "readings of poses in the design's room";
-
 const OUTSIDE: OutsidePolicy = OutsidePolicy::Clamp;
 
 /// Every way to the pose behind a reading.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let model = &scenario.environment.model;
-    let mut family = Family::new(What::Inverse, "", PROBLEM);
-    if let Some(why) = no_field(model, "readings are poses") {
-        return Ok(family.without(why));
-    }
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    let (model, timing) = (bench.room(), bench.settings.timing);
+    bench.family.charted = "readings of poses in the design's room".to_owned();
+    bench.need_field("readings are poses")?;
     if model.map() == MapKind::Correction {
-        let why = "the design's room is a correction map: it needs no inverse";
-        return Ok(family.without(why));
+        return Err(bench.stop("the design's room is a correction map: it needs no inverse"));
     }
-    let all = FIXED_POINT_STEPS.len() + 3;
-    let readings = Readings::new(model, settings);
-    let own_task = trackwright_task::Task::cancelled_by(steps.task.cancel.clone());
-    steps.at(1, all)?;
-    let (seconds, solved) =
-        settings.timing.measure(|| undistort(model, &readings.measured, OUTSIDE, &own_task));
+    bench.steps = FIXED_POINT_STEPS.len() + 3;
+    let readings = Readings::new(model, bench.settings);
+    let (measured, task) = (&readings.measured, bench.own_task());
+    bench.next()?;
+    let (seconds, solved) = timing.measure(|| undistort(model, measured, OUTSIDE, &task));
     let solved = solved?;
     let is_certain: Vec<bool> = solved.iter().map(|u| u.state == InverseState::Converged).collect();
     let certain = is_certain.iter().filter(|&&c| c).count();
-    family.about = format!(
+    bench.family.about = format!(
         "Readings of poses in the room's box, put back, on all threads. The error is the largest \
          distance from the pose that was distorted, over the {} of {} readings whose inverse \
          converged and is not ambiguous.",
@@ -58,36 +47,28 @@ pub fn measure(
         with_separators(is_certain.len())
     );
     if certain == 0 {
-        return Ok(family.without("no reading has an inverse that is not ambiguous"));
+        return Err(bench.stop("no reading has an inverse that is not ambiguous"));
     }
-    let worst = |found: &[Option<Pose>]| readings.worst_mm(found, &is_certain);
-    let row = |method: &str, seconds: f64, error: f64| Row {
-        size: readings.measured.len(),
-        seconds,
-        error,
-        ..Row::new(What::Inverse, model, PROBLEM, method)
+    let push = |bench: &mut Bench, row: Row, seconds: f64, found: &[Option<Pose>]| {
+        let error = readings.worst_mm(found, &is_certain);
+        bench.family.rows.push(row.measured(measured.len(), seconds, error));
+        bench.next()
     };
     let found: Vec<_> = solved.iter().map(|u| u.pose).collect();
-    family.rows.push(Row { is_default: true, ..row("damped Newton", seconds, worst(&found)) });
-    steps.at(2, all)?;
-    let (seconds, corrected) = settings
-        .timing
-        .measure(|| compensate(model, &readings.measured, OUTSIDE, Method::Shortcut, &own_task));
+    let newton = bench.row("damped Newton").default_if(true);
+    push(bench, newton, seconds, &found)?;
+    let (seconds, corrected) =
+        timing.measure(|| compensate(model, measured, OUTSIDE, Method::Shortcut, &task));
     let found: Vec<_> = corrected?.iter().map(|c| c.pose).collect();
-    family.rows.push(row("the paper's shortcut", seconds, worst(&found)));
-    steps.at(3, all)?;
-    for (i, count) in FIXED_POINT_STEPS.into_iter().enumerate() {
-        let (seconds, found) =
-            settings.timing.measure(|| fixed_point(model, &readings.measured, count));
+    let shortcut = bench.row("the paper's shortcut");
+    push(bench, shortcut, seconds, &found)?;
+    for count in FIXED_POINT_STEPS {
+        let (seconds, found) = timing.measure(|| fixed_point(model, measured, count));
         let found: Vec<_> = found.into_iter().map(Some).collect();
-        let method = format!("fixed point, {count} steps");
-        family.rows.push(Row {
-            is_step: true,
-            ..row(&method, seconds, worst(&found)).charted("fixed point")
-        });
-        steps.at(4 + i, all)?;
+        let row = bench.row(&format!("fixed point, {count} steps")).step_of("fixed point");
+        push(bench, row, seconds, &found)?;
     }
-    Ok(family)
+    Ok(())
 }
 
 /// Poses, and what the tracker of the room reads for them.
@@ -156,9 +137,8 @@ fn fixed_point(model: &DistortionModel, measured: &[Pose], count: usize) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::precision::{Timing, testing};
+    use crate::precision::{What, testing};
     use trackwright_geometry::directions::{DirectionSet, Weighting};
-    use trackwright_task::Task;
 
     /// Millimetres over a box of 100 mm and hundredths of a radian: slopes well below 1.
     fn gentle_model() -> DistortionModel {
@@ -171,16 +151,11 @@ mod tests {
         model.with_coefficients(2, *model.bounds(), coefficients).unwrap()
     }
 
-    fn family() -> Family {
-        let settings = Settings { timing: Timing::ONCE, poses: 300, ..Settings::default() };
-        let task = Task::default();
-        let scenario = testing::scenario(gentle_model());
-        measure(&scenario, &settings, &Steps::whole(&task)).unwrap()
-    }
-
     #[test]
     fn fixed_point_steps_converge_to_newton() {
-        let family = family();
+        let settings = Settings { poses: 300, ..Settings::default() };
+        let scenario = testing::scenario(gentle_model());
+        let family = testing::family(What::Inverse, &scenario, settings);
         let of = |method: &str| family.rows.iter().find(|r| r.method == method).unwrap().error;
         assert!(of("damped Newton") < 1e-9, "{family:?}");
         let steps = FIXED_POINT_STEPS.map(|n| of(&format!("fixed point, {n} steps")));

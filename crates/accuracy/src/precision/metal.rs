@@ -1,7 +1,7 @@
 //! Metal beside a tracker: its triangles, and harmonic functions in the place of its field.
 
 use super::sampling::poses;
-use super::{Family, Row, Settings, Steps, What};
+use super::{Bench, Row, Stop, What};
 use faer::Mat;
 use faer::linalg::solvers::SolveLstsq;
 use nalgebra::{Point3, Unit, Vector3};
@@ -17,13 +17,12 @@ use trackwright_field::{DistortionModel, Environment, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::volume::Volume;
-use trackwright_metal::furnished::Furnisher;
+use trackwright_metal::furnished::{Furnished, Furnisher};
 use trackwright_metal::room::MetalRoom;
 use trackwright_metal::setup::{
     DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
-use trackwright_simulation::Scenario;
-use trackwright_task::{Cancelled, Task};
+use trackwright_task::Task;
 
 /// Triangles that a plate is cut into at most, from coarse to fine.
 const TRIANGLES: [usize; 5] = [100, 200, 500, 1000, 2000];
@@ -40,62 +39,52 @@ const SLICE: [usize; 2] = [20, 15];
 /// Poses that one core reads at a time.
 const CHUNK: usize = 64;
 
+const VOLUME: Volume = Volume::AuroraCube;
+
 const MOVED: &str = "a plate that is moved, and its field at 300 places of a slice";
 
 const POSES: &str = "poses in the tracker's cube, a plate 700 mm beside its middle";
 
 /// A plate's field by more and fewer triangles, and by harmonic functions of more and fewer degrees.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let about = format!(
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    bench.family.charted = POSES.to_owned();
+    bench.family.about = format!(
         "An aluminium plate of 200 x 200 x 10 mm at 10 kHz among the nine dipoles of planar-nine. Moved: \
          the time of a move and of the fields at {} places, on all threads; the error is the largest \
          difference of a position that is reported there from that by {} triangles at most. Poses: \
          read on all threads, with what was sampled, fitted and solved made beforehand; the error is \
          the largest difference of a position from that by the plate's field itself.",
         SLICE[0] * SLICE[1],
-        settings.metal_reference
+        bench.settings.metal_reference
     );
-    let mut family = Family::new(What::Metal, about, POSES);
-    let room = &scenario.environment.model;
-    match rows(room, settings, steps) {
-        Ok(rows) => family.rows = rows,
-        Err(error) if error.is::<Cancelled>() || steps.task.cancel.is_cancelled() => {
-            return Err(Cancelled);
-        }
-        Err(error) => return Ok(family.without(error.to_string())),
-    }
-    Ok(family)
+    bench.steps = TRIANGLES.len() + DEGREES.count() + 3;
+    moved(bench).map_err(|error| bench.stop(error))?;
+    read(bench).map_err(|error| bench.stop(error))
 }
 
-fn rows(
-    room: &DistortionModel,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Vec<Row>, Box<dyn Error>> {
-    let all = TRIANGLES.len() + DEGREES.count() + 3;
-    let task = Task::cancelled_by(steps.task.cancel.clone());
-    let mut rows = Vec::new();
-    let metal = |most: usize, at: Pose| {
-        let plate = MetalObject {
-            name: "plate".to_owned(),
-            shape: ObjectShape::Cuboid { size_mm: Vector3::new(200.0, 200.0, 10.0) },
-            material: ObjectMaterial::Named("aluminium"),
-            tracker_from_object: at,
-            most_triangles: most,
-        };
-        RoomMetal { objects: vec![plate], ..RoomMetal::empty(Generator::planar_nine()) }
+/// A room that is ideal but for a plate of so many triangles.
+fn furnished(most: usize, at: Pose, task: &Task) -> Result<Furnished, Box<dyn Error>> {
+    let plate = MetalObject {
+        name: "plate".to_owned(),
+        shape: ObjectShape::Cuboid { size_mm: Vector3::new(200.0, 200.0, 10.0) },
+        material: ObjectMaterial::Named("aluminium"),
+        tracker_from_object: at,
+        most_triangles: most,
     };
-    let volume = Volume::AuroraCube;
-    let ideal = DistortionModel::zero(volume.bounds(), MapKind::Distortion);
-    let ideal = Environment { volume: Some(volume), ..Environment::of_model("ideal", ideal) };
-    let ideal = Arc::new(ideal);
-    let furnished =
-        |most: usize, at: Pose| Furnisher::default().furnish(&ideal, &metal(most, at), &task);
+    let metal = RoomMetal { objects: vec![plate], ..RoomMetal::empty(Generator::planar_nine()) };
+    let ideal = DistortionModel::zero(VOLUME.bounds(), MapKind::Distortion);
+    let ideal = Environment { volume: Some(VOLUME), ..Environment::of_model("ideal", ideal) };
+    Ok(Furnisher::default().furnish(&Arc::new(ideal), &metal, task)?)
+}
 
+/// A row of a plate, whose field has no order and no orientations.
+fn row(bench: &Bench, problem: &str, method: &str) -> Row {
+    Row { order: 0, directions: 0, ..Row::new(What::Metal, bench.room(), problem, method) }
+}
+
+/// The plate moved, by its triangles.
+fn moved(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
+    let (settings, task) = (bench.settings, bench.own_task());
     // Beside the cube, within reach of a hand.
     let [from, to] = [-410.0, -400.0].map(|y| Pose::translation(0.0, y, -300.0));
     let places = slice();
@@ -105,11 +94,12 @@ fn rows(
         places.iter().map(|p| read(p).unwrap_or(Point3::new(f64::NAN, 0.0, 0.0))).collect()
     };
     let solved = |most: usize| -> Result<Arc<MetalRoom>, Box<dyn Error>> {
-        Ok(furnished(most, from)?.room.ok_or("a room without metal")?)
+        Ok(furnished(most, from, &task)?.room.ok_or("a room without metal")?)
     };
     let exact = positions(&solved(settings.metal_reference)?.with_pose(0, to, &task)?);
-    steps.at(1, all)?;
-    for (done, most) in TRIANGLES.into_iter().enumerate() {
+    bench.next()?;
+    for most in TRIANGLES {
+        bench.next()?;
         if 2 * most > settings.metal_reference {
             continue;
         }
@@ -121,48 +111,39 @@ fn rows(
         });
         let (moved, size) = moved?;
         let found = positions(&moved);
-        let errors = found.iter().zip(&exact).map(|(a, b)| (a - b).norm());
-        rows.push(Row {
-            order: 0,
-            directions: 0,
-            size,
-            seconds,
-            error: largest(errors),
-            is_default: most == DEFAULT_TRIANGLES,
-            is_step: true,
-            ..Row::new(What::Metal, room, MOVED, &format!("{most} triangles")).charted("triangles")
-        });
-        steps.at(2 + done, all)?;
+        let error = largest(found.iter().zip(&exact).map(|(a, b)| (a - b).norm()));
+        let row = row(bench, MOVED, &format!("{most} triangles")).measured(size, seconds, error);
+        bench.family.rows.push(row.default_if(most == DEFAULT_TRIANGLES).step_of("triangles"));
     }
+    Ok(())
+}
 
-    let made = furnished(DEFAULT_TRIANGLES, Pose::translation(0.0, -700.0, -300.0))?;
+/// Poses read beside the plate, by its field and by harmonic functions.
+fn read(bench: &mut Bench) -> Result<(), Box<dyn Error>> {
+    let settings = bench.settings;
+    let at = Pose::translation(0.0, -700.0, -300.0);
+    let made = furnished(DEFAULT_TRIANGLES, at, &bench.own_task())?;
     let solved = made.room.ok_or("a room without metal")?;
-    let bounds = volume.bounds();
+    let bounds = VOLUME.bounds();
     let (at, axes): (Vec<_>, Vec<_>) =
         poses(&bounds, settings.poses, settings.seed).into_iter().unzip();
-    let row = |method: &str, seconds: f64, error: f64| Row {
-        order: 0,
-        directions: 0,
-        size: settings.poses,
-        seconds,
-        error,
-        ..Row::new(What::Metal, room, POSES, method)
-    };
     let (seconds, exact) = settings.timing.measure(|| -> Vec<Option<Vector3<f64>>> {
         let read = |(p, n): (&Point3<f64>, &Unit<Vector3<f64>>)| {
             solved.read_axis(p, n).ok().map(|reading| reading.position_mm - p)
         };
         at.par_iter().zip(&axes).map(read).collect()
     });
-    rows.push(row("the metal's field itself", seconds, 0.0));
-    let error_of = |found: &[Option<Vector3<f64>>]| {
-        largest(found.iter().zip(&exact).map(|pair| match pair {
+    let measured = |row: Row, seconds: f64, found: &[Option<Vector3<f64>>]| {
+        let error = largest(found.iter().zip(&exact).map(|pair| match pair {
             (Some(a), Some(b)) => (a - b).norm(),
             (None, None) => 0.0,
             _ => f64::INFINITY,
-        }))
+        }));
+        row.measured(settings.poses, seconds, error)
     };
-    steps.at(TRIANGLES.len() + 2, all)?;
+    let itself = measured(row(bench, POSES, "the metal's field itself"), seconds, &exact);
+    bench.family.rows.push(itself);
+    bench.next()?;
     let model = &made.environment.model;
     let (seconds, found) = settings.timing.measure(|| -> Vec<Option<Vector3<f64>>> {
         let read = |(p, n): (&Point3<f64>, &Unit<Vector3<f64>>)| {
@@ -171,9 +152,10 @@ fn rows(
         };
         at.par_iter().zip(&axes).map(read).collect()
     });
-    let default = row("harmonic where within 0.01 mm, else itself", seconds, error_of(&found));
-    rows.push(Row { is_default: true, ..default });
-    for (done, degree) in DEGREES.enumerate() {
+    let default = row(bench, POSES, "harmonic where within 0.01 mm, else itself");
+    bench.family.rows.push(measured(default, seconds, &found).default_if(true));
+    bench.next()?;
+    for degree in DEGREES {
         let model = fitted(&solved, &bounds, degree, settings.seed)?;
         let (seconds, found) = settings.timing.measure(|| -> Vec<Option<Vector3<f64>>> {
             let read = |(at, axes): (&[Point3<f64>], &[Unit<Vector3<f64>>])| {
@@ -186,15 +168,11 @@ fn rows(
             let chunks = at.par_chunks(CHUNK).zip(axes.par_chunks(CHUNK));
             chunks.map(read).collect::<Vec<_>>().concat()
         });
-        let method = format!("harmonic, degree {degree}");
-        rows.push(Row {
-            order: degree,
-            is_step: true,
-            ..row(&method, seconds, error_of(&found)).charted("harmonic")
-        });
-        steps.at(TRIANGLES.len() + 3 + done, all)?;
+        let row = row(bench, POSES, &format!("harmonic, degree {degree}")).step_of("harmonic");
+        bench.family.rows.push(Row { order: degree, ..measured(row, seconds, &found) });
+        bench.next()?;
     }
-    Ok(rows)
+    Ok(())
 }
 
 /// Places across z through the cube's middle.
@@ -244,13 +222,12 @@ fn fitted(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::precision::{Timing, testing};
+    use crate::precision::{Settings, testing};
 
     #[test]
     fn errors_fall_with_degree_and_triangles() {
-        let settings = Settings { timing: Timing::ONCE, poses: 100, ..Settings::quick() };
-        let task = Task::default();
-        let family = measure(&testing::built_in(), &settings, &Steps::whole(&task)).unwrap();
+        let settings = Settings { poses: 100, ..Settings::quick() };
+        let family = testing::family(What::Metal, &testing::built_in(), settings);
         assert_eq!(family.left_out, None);
         let errors = |series: &str| -> Vec<f64> {
             family.rows.iter().filter(|r| r.series == series).map(|r| r.error).collect()

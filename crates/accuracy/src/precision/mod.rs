@@ -120,9 +120,24 @@ impl Row {
         }
     }
 
+    /// With what was measured.
+    fn measured(self, size: usize, seconds: f64, error: f64) -> Self {
+        Self { size, seconds, error, ..self }
+    }
+
+    /// What the program does, where it is.
+    fn default_if(self, is_default: bool) -> Self {
+        Self { is_default, ..self }
+    }
+
     /// In a series of the chart.
     fn charted(self, series: &str) -> Self {
         Self { series: series.to_owned(), ..self }
+    }
+
+    /// One of a sequence, finer and finer.
+    fn step_of(self, series: &str) -> Self {
+        Self { is_step: true, ..self.charted(series) }
     }
 
     /// In the tables alone.
@@ -142,26 +157,6 @@ pub struct Family {
     pub charted: String,
     /// Why there are no rows, where there are none.
     pub left_out: Option<String>,
-}
-
-impl Family {
-    fn new(what: What, about: impl Into<String>, charted: impl Into<String>) -> Self {
-        let (about, charted) = (about.into(), charted.into());
-        Self { what, about, rows: Vec::new(), charted, left_out: None }
-    }
-
-    /// The family without rows.
-    fn without(self, why: impl Into<String>) -> Self {
-        Self { rows: Vec::new(), left_out: Some(why.into()), ..self }
-    }
-}
-
-/// Why a room's field cannot be compared with an exact one; `ideal` of a room without distortion.
-fn no_field(room: &DistortionModel, ideal: &str) -> Option<String> {
-    if room.kind() != ModelKind::Bernstein {
-        return Some(NOT_POLYNOMIALS.to_owned());
-    }
-    room.is_zero().then(|| format!("the design's room is ideal: {ideal}"))
 }
 
 /// What to measure, and how patiently.
@@ -261,9 +256,8 @@ pub fn run_each(
     let scenario = &polynomial_room::in_polynomials(scenario, &task.cancel);
     let mut families = Vec::new();
     for (number, what) in What::ALL.into_iter().enumerate() {
-        let steps = Steps { task, number, all: What::ALL.len() };
-        steps.at(0, 1)?;
-        let family = measure(what, scenario, settings, &steps)?;
+        task.step(number, What::ALL.len())?;
+        let family = measure(what, number, scenario, settings, task)?;
         show(&family);
         families.push(family);
     }
@@ -271,41 +265,104 @@ pub fn run_each(
     Ok(Report { machine: Machine::this(), room: scenario.environment.name.clone(), families })
 }
 
+/// One family, a number in the order of the page.
 fn measure(
     what: What,
+    number: usize,
     scenario: &Scenario,
     settings: &Settings,
-    steps: &Steps,
+    task: &Task,
 ) -> Result<Family, Cancelled> {
-    let mut family = match what {
-        What::Field => field::measure(scenario, settings, steps),
-        What::Fit => fit::measure(scenario, settings, steps),
-        What::Inverse => inverse::measure(scenario, settings, steps),
-        What::Uncertainty => uncertainty::measure(scenario, settings, steps),
-        What::Motion => motion::measure(scenario, settings, steps),
-        What::Heatmap => heatmap::measure(scenario, settings, steps),
-        What::Metal => metal::measure(scenario, settings, steps),
-    }?;
-    mark_fronts(&mut family.rows);
+    let (about, charted) = (String::new(), String::new());
+    let family = Family { what, about, rows: Vec::new(), charted, left_out: None };
+    let mut bench = Bench { scenario, settings, task, family, number, done: 0, steps: 1 };
+    let measured = match what {
+        What::Field => field::measure(&mut bench),
+        What::Fit => fit::measure(&mut bench),
+        What::Inverse => inverse::measure(&mut bench),
+        What::Uncertainty => uncertainty::measure(&mut bench),
+        What::Motion => motion::measure(&mut bench),
+        What::Heatmap => heatmap::measure(&mut bench),
+        What::Metal => metal::measure(&mut bench),
+    };
+    let mut family = bench.family;
+    match measured {
+        Ok(()) => mark_fronts(&mut family.rows),
+        Err(Stop::Cancelled) => return Err(Cancelled),
+        Err(Stop::LeftOut(why)) => {
+            family.rows.clear();
+            family.left_out = Some(why);
+        }
+    }
     Ok(family)
 }
 
-/// How far a family is within the whole, and whether to go on.
-struct Steps<'a> {
+/// A family while it is measured: its rows so far, and how far it is within the whole.
+struct Bench<'a> {
+    scenario: &'a Scenario,
+    settings: &'a Settings,
     task: &'a Task,
+    family: Family,
     number: usize,
-    all: usize,
+    done: usize,
+    /// Steps of this family.
+    steps: usize,
 }
 
-impl<'a> Steps<'a> {
-    /// A family that is all of a task.
-    #[cfg(test)]
-    fn whole(task: &'a Task) -> Self {
-        Self { task, number: 0, all: 1 }
+/// Why a family ends before all of its rows are there.
+#[derive(Debug)]
+enum Stop {
+    Cancelled,
+    LeftOut(String),
+}
+
+impl From<Cancelled> for Stop {
+    fn from(_: Cancelled) -> Self {
+        Self::Cancelled
+    }
+}
+
+impl<'a> Bench<'a> {
+    /// The room's field.
+    fn room(&self) -> &'a DistortionModel {
+        &self.scenario.environment.model
     }
 
-    fn at(&self, done: usize, of: usize) -> Result<(), Cancelled> {
-        self.task.step(self.number * of + done.min(of), self.all * of)
+    /// A task without progress of its own, cancelled with the whole.
+    fn own_task(&self) -> Task {
+        Task::cancelled_by(self.task.cancel.clone())
+    }
+
+    /// A row of a way to answer the problem that is charted.
+    fn row(&self, method: &str) -> Row {
+        Row::new(self.family.what, self.room(), &self.family.charted, method)
+    }
+
+    /// One more step is done.
+    fn next(&mut self) -> Result<(), Cancelled> {
+        self.done += 1;
+        let done = self.number * self.steps + self.done.min(self.steps);
+        self.task.step(done, What::ALL.len() * self.steps)
+    }
+
+    /// Stops for an error, which may be that of a task that was cancelled.
+    fn stop(&self, error: impl ToString) -> Stop {
+        if self.task.cancel.is_cancelled() {
+            return Stop::Cancelled;
+        }
+        Stop::LeftOut(error.to_string())
+    }
+
+    /// Leaves the family out in a room whose field cannot be compared with an exact one; `ideal` is
+    /// why in one without distortion.
+    fn need_field(&self, ideal: &str) -> Result<(), Stop> {
+        if self.room().kind() != ModelKind::Bernstein {
+            return Err(self.stop(NOT_POLYNOMIALS));
+        }
+        if self.room().is_zero() {
+            return Err(self.stop(format!("the design's room is ideal: {ideal}")));
+        }
+        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 //! The study: how few poses still determine the tip error RMS of a range of motion.
 
-use super::{Family, Row, Settings, Steps, What, no_field};
+use super::{Bench, Row, Settings, Stop, What};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardUniform};
@@ -10,7 +10,7 @@ use std::sync::Arc;
 use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
-use trackwright_task::Cancelled;
+use trackwright_task::CancelToken;
 
 /// The figure that `simulate` prints: over the poses of the design's grid.
 const GRID: &str = "the design's grid of poses";
@@ -30,24 +30,18 @@ const REFERENCE_SEQUENCES: usize = 8;
 const MAX_GRID: usize = 300_000;
 
 /// Grids and sequences of fewer poses.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let mut family = Family::new(What::Motion, "", GRID);
-    let sampling = match Sampling::new(scenario) {
-        Ok(sampling) => sampling,
-        Err(why) => return Ok(family.without(why)),
-    };
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    let (scenario, settings, cancel) = (bench.scenario, bench.settings, &bench.task.cancel);
+    bench.family.charted = GRID.to_owned();
+    let motion = scenario.motion.ok_or_else(|| bench.stop("the design has no range of motion"))?;
+    bench.need_field("every tip error is zero")?;
+    let sampling = Sampling::new(scenario, motion).map_err(|why| bench.stop(why))?;
     let plans = sampling.plans();
-    let all = plans.len() + 2;
-    let (of_grid, of_range) = match references(scenario, &sampling, settings, steps) {
-        Ok(both) => both,
-        Err(StudyError::Cancelled) => return Err(Cancelled),
-        Err(other) => return Ok(family.without(other.to_string())),
-    };
-    family.about = format!(
+    bench.steps = plans.len() + 2;
+    bench.next()?;
+    let (of_grid, of_range) =
+        references(&sampling, settings, cancel).map_err(|error| bench.stop(error))?;
+    bench.family.about = format!(
         "Tip error RMS of the design's study, on all threads; size is the number of poses. Over \
          the design's grid of poses the reference is the full grid, which is what `simulate` \
          prints. Over the whole range of motion, each pose as likely, it is {} other poses, whose \
@@ -57,42 +51,26 @@ pub fn measure(
         with_separators(settings.motion_reference),
         of_range.std_error_mm
     );
-    steps.at(2, all)?;
-    for (i, plan) in plans.into_iter().enumerate() {
+    bench.next()?;
+    for plan in plans {
         let all_poses = sampling.poses(&plan, settings.seed);
         let reference = if plan.problem == GRID { of_grid } else { of_range.rms_mm };
-        let (mut seconds, mut errors) = (0.0, Vec::new());
-        for (draw, poses) in all_poses.iter().enumerate() {
-            let found = if draw == 0 {
-                let (time, found) = settings.timing.measure(|| rms(scenario, poses, steps));
-                seconds = time;
-                found
-            } else {
-                rms(scenario, poses, steps)
-            };
-            match found {
-                Ok(found) => errors.push(found - reference),
-                Err(StudyError::Cancelled) => return Err(Cancelled),
-                // A few poses may all be rejected; then there is no figure to compare.
-                Err(_) => {}
-            }
-        }
-        steps.at(i + 3, all)?;
-        if errors.len() < all_poses.len() {
-            continue;
-        }
-        let mean_square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64;
-        family.rows.push(Row {
-            size: all_poses[0].len(),
-            seconds,
-            error: mean_square.sqrt(),
-            is_default: plan.choice == Choice::Grid { stride: 1 } && plan.problem == GRID,
-            series: plan.series(),
-            is_step: true,
-            ..Row::new(What::Motion, &scenario.environment.model, plan.problem, &plan.method())
-        });
+        let (seconds, first) = settings.timing.measure(|| rms(scenario, &all_poses[0], cancel));
+        let others = all_poses[1..].iter().map(|poses| rms(scenario, poses, cancel));
+        let found: Result<Vec<f64>, StudyError> = [first].into_iter().chain(others).collect();
+        bench.next()?;
+        // A few poses may all be rejected; then there is no figure to compare.
+        let Ok(found) = found else { continue };
+        let squares = found.iter().map(|found| (found - reference).powi(2));
+        let mean_square = squares.sum::<f64>() / found.len() as f64;
+        let row = Row::new(What::Motion, bench.room(), plan.problem, &plan.method());
+        bench.family.rows.push(
+            row.measured(all_poses[0].len(), seconds, mean_square.sqrt())
+                .default_if(plan.choice == Choice::Grid { stride: 1 } && plan.problem == GRID)
+                .step_of(&plan.series()),
+        );
     }
-    Ok(family)
+    Ok(())
 }
 
 /// Tip error RMS over the whole range, and how well it is known.
@@ -106,18 +84,18 @@ struct OfRange {
 /// The range's is that of several long Sobol sequences, whose spread shows how far it may be off; a
 /// grid of cell middles, of as many poses in six dimensions, is 1e-3 mm off in the built-in design.
 fn references(
-    scenario: &Scenario,
     sampling: &Sampling,
     settings: &Settings,
-    steps: &Steps,
+    cancel: &CancelToken,
 ) -> Result<(f64, OfRange), StudyError> {
-    let of_grid = rms(scenario, &sampling.grid(1), steps)?;
+    let scenario = sampling.scenario;
+    let of_grid = rms(scenario, &sampling.grid(1), cancel)?;
     let count = settings.motion_reference / REFERENCE_SEQUENCES;
     let mut rng = ChaCha8Rng::seed_from_u64(settings.seed + 1);
     let squares = (0..REFERENCE_SEQUENCES)
         .map(|_| {
             let mask = std::array::from_fn(|_| StandardUniform.sample(&mut rng));
-            let found = rms(scenario, &sampling.sobol(count, false, mask), steps)?;
+            let found = rms(scenario, &sampling.sobol(count, false, mask), cancel)?;
             Ok(found * found)
         })
         .collect::<Result<Vec<f64>, StudyError>>()?;
@@ -136,8 +114,7 @@ fn references(
 }
 
 /// Tip error RMS over some poses.
-fn rms(scenario: &Scenario, poses: &Poses, steps: &Steps) -> Result<f64, StudyError> {
-    let cancel = &steps.task.cancel;
+fn rms(scenario: &Scenario, poses: &Poses, cancel: &CancelToken) -> Result<f64, StudyError> {
     let outcome = match poses {
         Poses::Grid(motion, _) => {
             let scenario = Scenario { motion: Some(*motion), ..scenario.clone() };
@@ -208,11 +185,7 @@ struct Sampling<'a> {
 impl<'a> Sampling<'a> {
     /// # Errors
     /// Why there is nothing to sample.
-    fn new(scenario: &'a Scenario) -> Result<Self, String> {
-        let motion = scenario.motion.ok_or("the design has no range of motion")?;
-        if let Some(why) = no_field(&scenario.environment.model, "every tip error is zero") {
-            return Err(why);
-        }
+    fn new(scenario: &'a Scenario, motion: Motion) -> Result<Self, String> {
         let grid = motion.grid(&scenario.crf_from_tool).map_err(|e| e.to_string())?;
         match grid.trials() {
             0 | 1 => return Err("the design's range of motion is a single pose".to_owned()),
@@ -295,15 +268,12 @@ impl<'a> Sampling<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::precision::{Timing, testing};
+    use crate::precision::{Family, testing};
     use trackwright_simulation::{Statistics, Summary};
-    use trackwright_task::Task;
 
     fn rows(scenario: &Scenario) -> Family {
-        let settings =
-            Settings { timing: Timing::ONCE, motion_reference: 20_000, ..Settings::default() };
-        let task = Task::default();
-        measure(scenario, &settings, &Steps::whole(&task)).unwrap()
+        let settings = Settings { motion_reference: 20_000, ..Settings::default() };
+        testing::family(What::Motion, scenario, settings)
     }
 
     #[test]
@@ -320,7 +290,7 @@ mod tests {
         let scenario = testing::built_in();
         let mut squares = Vec::new();
         let mut keep = |t: &trackwright_simulation::Trial| squares.push(t.tip_error_mm.powi(2));
-        let cancel = trackwright_simulation::CancelToken::default();
+        let cancel = CancelToken::default();
         trackwright_simulation::run(&scenario, &Mode::Motion, &cancel, Some(&mut keep)).unwrap();
         let of_squares = Statistics::of(&mut squares).unwrap();
         let family = rows(&scenario);
@@ -341,13 +311,10 @@ mod tests {
             Scenario { motion: Some(motion), ..testing::built_in() }
         };
         let scenario = along_x(-20.0, 5.0);
-        let sampling = Sampling::new(&scenario).unwrap();
-        let settings = Settings::quick();
-        let task = Task::default();
-        let steps = Steps::whole(&task);
-        let (_, of_range) = references(&scenario, &sampling, &settings, &steps).unwrap();
+        let sampling = Sampling::new(&scenario, scenario.motion.unwrap()).unwrap();
+        let cancel = CancelToken::default();
+        let (_, of_range) = references(&sampling, &Settings::quick(), &cancel).unwrap();
         let middles = along_x(-20.0 + 0.005, 0.01);
-        let cancel = trackwright_simulation::CancelToken::default();
         let exact = trackwright_simulation::run(&middles, &Mode::Motion, &cancel, None).unwrap();
         assert_eq!(exact.room_field.trials, 4000);
         let off = (of_range.rms_mm - exact.room_field.position_mm.rms()).abs();

@@ -1,5 +1,6 @@
 //! Rooms for the tests of this part of the program.
 use super::polynomial_room::in_polynomials;
+use super::{Family, Settings, Timing, What, measure};
 use std::sync::Arc;
 use trackwright_field::bernstein::control_points;
 use trackwright_field::samples::MapKind;
@@ -7,7 +8,7 @@ use trackwright_field::{DistortionModel, Environment};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_simulation::Scenario;
-use trackwright_task::CancelToken;
+use trackwright_task::{CancelToken, Task};
 
 pub fn bounds() -> Bounds {
     Bounds::from(([-100.0, -50.0, -300.0], [100.0, 50.0, -100.0]))
@@ -45,4 +46,10 @@ pub fn built_in() -> Scenario {
 /// The built-in design in a room of another field.
 pub fn scenario(model: DistortionModel) -> Scenario {
     Scenario { environment: Arc::new(Environment::of_model("room", model)), ..built_in() }
+}
+
+/// A family, each of its methods run once.
+pub fn family(what: What, scenario: &Scenario, settings: Settings) -> Family {
+    let settings = Settings { timing: Timing::ONCE, ..settings };
+    measure(what, 0, scenario, &settings, &Task::default()).expect("nobody cancels")
 }

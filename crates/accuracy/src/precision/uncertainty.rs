@@ -1,7 +1,7 @@
 //! The tip's uncertainty: the first order, the next order, and Monte Carlo of more and more
 //! samples, against a larger one of another seed.
 
-use super::{Family, Row, Settings, Steps, What};
+use super::{Bench, Stop};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
@@ -10,7 +10,6 @@ use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::uncertainty::{
     UncertaintyError, check_first_order, first_order, monte_carlo,
 };
-use trackwright_task::{Cancelled, Task};
 
 /// Samples of a Monte Carlo, so far as the settings allow.
 const COUNTS: [usize; 5] = [100, 1_000, 10_000, 100_000, 1_000_000];
@@ -23,33 +22,20 @@ const MAX_SEEDS: usize = 16;
 const USUAL_JITTER_MM: f64 = 0.5;
 const USUAL_JITTER_DEG: f64 = 0.3;
 
-const PROBLEM: &str = "tip scatter at the design's pose";
-
 /// First order, next order and Monte Carlo.
-pub fn measure(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-) -> Result<Family, Cancelled> {
-    let mut family = Family::new(What::Uncertainty, "", PROBLEM);
-    let (scenario, jitter) = with_jitter(scenario);
-    let task = Task::cancelled_by(steps.task.cancel.clone());
-    match rows(&scenario, settings, steps, &task) {
-        Ok((rows, std_error_mm)) => {
-            family.rows = rows;
-            family.about = format!(
-                "RMS distance of the tip from its mean under the sensors' jitter, at the design's \
-                 pose; {jitter}. Monte Carlo runs on all threads, size is the number of its \
-                 samples, and its error is the root mean square over up to {MAX_SEEDS} seeds. The \
-                 reference is a Monte Carlo of {} samples with another seed, whose standard error \
-                 is {std_error_mm:.1e} mm: smaller errors are not resolved.",
-                with_separators(settings.monte_carlo_reference)
-            );
-        }
-        Err(UncertaintyError::Cancelled(cancelled)) => return Err(cancelled),
-        Err(other) => family.left_out = Some(other.to_string()),
-    }
-    Ok(family)
+pub fn measure(bench: &mut Bench) -> Result<(), Stop> {
+    bench.family.charted = "tip scatter at the design's pose".to_owned();
+    let (scenario, jitter) = with_jitter(bench.scenario);
+    let std_error_mm = rows(bench, &scenario).map_err(|error| bench.stop(error))?;
+    bench.family.about = format!(
+        "RMS distance of the tip from its mean under the sensors' jitter, at the design's \
+         pose; {jitter}. Monte Carlo runs on all threads, size is the number of its \
+         samples, and its error is the root mean square over up to {MAX_SEEDS} seeds. The \
+         reference is a Monte Carlo of {} samples with another seed, whose standard error \
+         is {std_error_mm:.1e} mm: smaller errors are not resolved.",
+        with_separators(bench.settings.monte_carlo_reference)
+    );
+    Ok(())
 }
 
 /// The scenario in a room that states its jitter, and whose it is.
@@ -67,33 +53,20 @@ fn with_jitter(scenario: &Scenario) -> (Scenario, String) {
     (scenario, assumption)
 }
 
-/// All rows, and the reference's standard error.
-fn rows(
-    scenario: &Scenario,
-    settings: &Settings,
-    steps: &Steps,
-    task: &Task,
-) -> Result<(Vec<Row>, f64), UncertaintyError> {
-    let counts: Vec<_> =
-        COUNTS.into_iter().filter(|&c| c <= settings.monte_carlo_samples).collect();
-    let all = counts.len() + 3;
-    let model = &scenario.environment.model;
+/// Measures all rows; the reference's standard error.
+fn rows(bench: &mut Bench, scenario: &Scenario) -> Result<f64, UncertaintyError> {
+    let (settings, task) = (bench.settings, bench.own_task());
+    let counts = COUNTS.into_iter().filter(|&c| c <= settings.monte_carlo_samples);
+    bench.steps = counts.clone().count() + 3;
     let reference_seed = settings.seed + 1000;
     let reference =
-        monte_carlo(scenario, settings.monte_carlo_reference, reference_seed, task)?.rms_mm;
-    steps.at(1, all)?;
-    let row = |method: &str, size: usize, seconds: f64, error: f64| Row {
-        size,
-        seconds,
-        error,
-        ..Row::new(What::Uncertainty, model, PROBLEM, method)
-    };
-    let mut rows = Vec::new();
+        monte_carlo(scenario, settings.monte_carlo_reference, reference_seed, &task)?.rms_mm;
+    bench.next()?;
     let (seconds, first) = settings.timing.measure(|| first_order(scenario));
-    let first = first?;
-    let error = (first.rms_mm - reference.value).abs();
-    rows.push(Row { is_default: true, ..row("first order", 1, seconds, error) });
-    steps.at(2, all)?;
+    let error = (first?.rms_mm - reference.value).abs();
+    let row = bench.row("first order").measured(1, seconds, error);
+    bench.family.rows.push(row.default_if(true));
+    bench.next()?;
     let (seconds, next) = settings.timing.measure(|| {
         let first = first_order(scenario)?;
         check_first_order(scenario, &first)
@@ -101,44 +74,39 @@ fn rows(
     // None for a body of so many sensors that it would cost more than Monte Carlo.
     if let Some(next) = next? {
         let error = (next.next_order_rms_mm - reference.value).abs();
-        rows.push(row("next order, as a check", 1, seconds, error));
+        let row = bench.row("next order, as a check");
+        bench.family.rows.push(row.measured(1, seconds, error));
     }
-    steps.at(3, all)?;
-    for (i, count) in counts.into_iter().enumerate() {
+    bench.next()?;
+    for count in counts {
         let seeds = (SAMPLES_AN_ERROR / count).clamp(1, MAX_SEEDS) as u64;
-        let estimate = |seed| monte_carlo(scenario, count, seed, task).map(|m| m.rms_mm.value);
+        let estimate = |seed| monte_carlo(scenario, count, seed, &task).map(|m| m.rms_mm.value);
         let (seconds, first) = settings.timing.measure(|| estimate(settings.seed));
         let mut squares = (first? - reference.value).powi(2);
         for k in 1..seeds {
             squares += (estimate(settings.seed + k)? - reference.value).powi(2);
         }
         let error = (squares / seeds as f64).sqrt();
-        let method = format!("Monte Carlo, {} samples", with_separators(count));
-        rows.push(Row {
-            is_step: true,
-            ..row(&method, count, seconds, error).charted("Monte Carlo")
-        });
-        steps.at(4 + i, all)?;
+        let row = bench.row(&format!("Monte Carlo, {} samples", with_separators(count)));
+        bench.family.rows.push(row.measured(count, seconds, error).step_of("Monte Carlo"));
+        bench.next()?;
     }
-    Ok((rows, reference.std_error))
+    Ok(reference.std_error)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::precision::{Timing, testing};
+    use crate::precision::{Family, Settings, What, testing};
 
     fn family() -> (Family, Scenario) {
         let settings = Settings {
-            timing: Timing::ONCE,
             monte_carlo_samples: 10_000,
             monte_carlo_reference: 100_000,
             ..Settings::default()
         };
         let scenario = testing::built_in();
-        let task = Task::default();
-        let family = measure(&scenario, &settings, &Steps::whole(&task)).unwrap();
-        (family, scenario)
+        (testing::family(What::Uncertainty, &scenario, settings), scenario)
     }
 
     /// A sample RMS of normal scatter misses by at least `RMS / √(6 n)`, all three axes alike,

@@ -9,7 +9,6 @@ use trackwright_field::evaluation::Matrix6x3;
 use trackwright_field::fit::{Fit, FitError, FitSettings, fit};
 use trackwright_field::inverse::{InverseState, undistort};
 use trackwright_field::least_squares::{LeastSquares, NoConvergence, Solution};
-use trackwright_field::model::ModelError;
 use trackwright_field::samples::{MapKind, PoseError, SampleSet};
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
@@ -39,17 +38,12 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// One of two lists.
-    pub fn of<T: Clone>(self, full: &[T], reduced: &[T]) -> Vec<T> {
+    /// One of two.
+    pub fn of<T>(self, full: T, reduced: T) -> T {
         match self {
-            Self::Full => full.to_vec(),
-            Self::Reduced => reduced.to_vec(),
+            Self::Full => full,
+            Self::Reduced => reduced,
         }
-    }
-
-    /// Whether all of it runs.
-    pub fn is_full(self) -> bool {
-        self == Self::Full
     }
 }
 
@@ -209,27 +203,32 @@ impl Sequence {
     }
 }
 
-/// A cube with one corner somewhere, or the volume of a planar generator.
+/// A cube with one corner somewhere.
 pub fn cube(corner: [f64; 3], edge_mm: f64) -> Bounds {
     Bounds::from((corner, corner.map(|c| c + edge_mm)))
 }
 
+/// A model, or what is claimed of it.
+pub type Made = Result<DistortionModel, &'static str>;
+
 /// A model whose coefficients change sign without pattern, to 1 mm and 0.01 rad.
 ///
 /// # Errors
-/// As [`DistortionModel::new`].
+/// The claim that it is one, where [`DistortionModel::new`] refuses it.
 pub fn model(
     order: usize,
     directions: DirectionSet,
     weighting: Weighting,
     bounds: Bounds,
     seed: u64,
-) -> Result<DistortionModel, ModelError> {
+) -> Made {
     let mut sequence = Sequence::new(seed);
     let coefficients = (0..directions.len() * coefficient_count(order))
         .map(|_| std::array::from_fn(|k| sequence.signed() * if k < 3 { 1.0 } else { 0.01 }))
         .collect();
-    DistortionModel::new(order, directions, weighting, MapKind::Distortion, bounds, coefficients)
+    let map = MapKind::Distortion;
+    DistortionModel::new(order, directions, weighting, map, bounds, coefficients)
+        .map_err(|_| "is a model")
 }
 
 /// What is measured, and what its bound is made of: `constant · condition · epsilon · scale`.
@@ -244,15 +243,12 @@ pub struct Quantity {
     pub scale: &'static str,
 }
 
-/// Behaviour instead of a number: one where it is not what it must be, and nothing allowed.
-pub const BEHAVIOUR: Quantity =
-    Quantity::new("behaviour", 0.0, "1", "violations are counted; none is allowed");
-
 /// One error and its bound. `error` and `bound` are in the quantity's unit.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
     #[serde(skip)]
     pub family: &'static str,
+    /// Until the case has its say, what a row adds to the case's name.
     pub case: String,
     pub quantity: &'static str,
     pub condition: f64,
@@ -272,43 +268,43 @@ impl Quantity {
         Self { name, constant, condition, scale }
     }
 
-    /// A row; an error that is not a number does not hold.
-    pub fn row(&self, case: &str, condition: f64, error: f64, scale: f64) -> Row {
+    /// A row.
+    pub fn row(&self, condition: f64, error: f64, scale: f64) -> Row {
         let bound = self.constant * condition * f64::EPSILON * scale;
-        Row {
-            family: "",
-            case: case.to_owned(),
-            quantity: self.name,
-            condition,
-            error,
-            bound,
-            holds: error <= bound && bound.is_finite(),
-        }
+        Row { condition, ..Row::within(self.name, error, bound) }
     }
 
     /// Of several errors with their scales, the one that comes nearest to its bound.
-    pub fn worst(&self, case: &str, condition: f64, errors: &[(f64, f64)]) -> Row {
-        let rows = errors.iter().map(|&(error, scale)| self.row(case, condition, error, scale));
-        Row::worst_of(rows.collect()).unwrap_or_else(|| self.row(case, condition, f64::NAN, 0.0))
+    pub fn worst(&self, condition: f64, errors: &[(f64, f64)]) -> Row {
+        let rows = errors.iter().map(|&(error, scale)| self.row(condition, error, scale));
+        rows.reduce(Row::worse).unwrap_or_else(|| self.row(condition, f64::NAN, 0.0))
     }
 }
 
 impl Row {
-    /// What must happen, and whether it did.
+    /// What must happen in a case, and whether it did.
     pub fn behaviour(case: &str, must: &'static str, did: bool) -> Self {
-        let quantity = Quantity { name: must, ..BEHAVIOUR };
-        quantity.row(case, 1.0, if did { 0.0 } else { 1.0 }, 0.0)
+        let error = if did { 0.0 } else { 1.0 };
+        Self { case: case.to_owned(), ..Self::within(must, error, 0.0) }
     }
 
-    /// A method's own error beside a bound that is stated with it, in the place of round-off's.
-    pub fn within(case: &str, quantity: &'static str, error: f64, bound: f64) -> Self {
+    /// A method's own error beside a bound that is stated with it, in the place of round-off's. An
+    /// error that is not a number does not hold.
+    pub fn within(quantity: &'static str, error: f64, bound: f64) -> Self {
         let holds = error <= bound && bound.is_finite();
-        Self { family: "", case: case.to_owned(), quantity, condition: 1.0, error, bound, holds }
+        Self { family: "", case: String::new(), quantity, condition: 1.0, error, bound, holds }
     }
 
-    /// Of several rows, the one that comes nearest to its bound or is furthest beyond it.
-    pub fn worst_of(rows: Vec<Self>) -> Option<Self> {
-        rows.into_iter().reduce(|a, b| if b.badness() > a.badness() { b } else { a })
+    /// Of two rows, the one that comes nearer to its bound or is further beyond it.
+    fn worse(self, other: Self) -> Self {
+        if other.badness() > self.badness() { other } else { self }
+    }
+
+    /// Of the answers that are right, the one that is meant; the claim that there is one where
+    /// there is none.
+    pub fn nearest(rows: impl Iterator<Item = Self>, claim: &'static str) -> Self {
+        rows.min_by(|a, b| a.badness().total_cmp(&b.badness()))
+            .unwrap_or_else(|| must(claim, false))
     }
 
     /// Error over bound; one at the bound, infinite where nothing is allowed and something is.
@@ -323,8 +319,17 @@ impl Row {
     }
 }
 
+/// What must happen, and whether it did.
+pub fn must(claim: &'static str, did: bool) -> Row {
+    Row::behaviour("", claim, did)
+}
+
+/// What a case finds, any number of rows a quantity; or the claim that it fails before there is
+/// anything to compare.
+pub type Found = Result<Vec<Row>, &'static str>;
+
 /// What a case computes with.
-type Run = Box<dyn Fn(&Methods) -> Vec<Row> + Send + Sync>;
+type Run = Box<dyn Fn(&Methods) -> Found + Send + Sync>;
 
 /// One input and all that is measured on it.
 pub struct Case {
@@ -336,18 +341,27 @@ impl Case {
     /// A case of a name, and what is measured on it.
     pub fn new(
         name: impl Into<String>,
-        run: impl Fn(&Methods, &str) -> Vec<Row> + Send + Sync + 'static,
+        run: impl Fn(&Methods) -> Found + Send + Sync + 'static,
     ) -> Self {
-        let name = name.into();
-        let own_name = name.clone();
-        Self { name, run: Box::new(move |methods| run(methods, &own_name)) }
+        Self { name: name.into(), run: Box::new(run) }
     }
 
-    /// The rows; a panic is one that does not hold.
+    /// Of each quantity the row that comes nearest to its bound, in the order of their first ones.
+    /// A panic is a row that does not hold.
     pub fn rows(&self, methods: &Methods) -> Vec<Row> {
         let attempt = std::panic::AssertUnwindSafe(|| (self.run)(methods));
-        std::panic::catch_unwind(attempt)
-            .unwrap_or_else(|_| vec![Row::behaviour(&self.name, "does not panic", false)])
+        let found = std::panic::catch_unwind(attempt).unwrap_or(Err("does not panic"));
+        let mut rows: Vec<Row> = Vec::new();
+        for row in found.unwrap_or_else(|claim| vec![must(claim, false)]) {
+            match rows.iter_mut().find(|known| known.quantity == row.quantity) {
+                Some(known) => *known = known.clone().worse(row),
+                None => rows.push(row),
+            }
+        }
+        for row in &mut rows {
+            row.case.insert_str(0, &self.name);
+        }
+        rows
     }
 }
 
@@ -358,4 +372,22 @@ pub struct Family {
     pub about: &'static str,
     pub quantities: Vec<Quantity>,
     pub cases: Vec<Case>,
+}
+
+impl Family {
+    /// A family without cases.
+    pub fn new(name: &'static str, about: &'static str, quantities: &[Quantity]) -> Self {
+        Self { name, about, quantities: quantities.to_vec(), cases: Vec::new() }
+    }
+
+    /// With a case for each input, by its name: all that `run` measures on it.
+    pub fn with<I: Send + Sync + 'static>(
+        mut self,
+        inputs: impl IntoIterator<Item = (impl Into<String>, I)>,
+        run: impl Fn(&Methods, &I) -> Found + Copy + Send + Sync + 'static,
+    ) -> Self {
+        let case = |(name, input): (_, I)| Case::new(name, move |m: &Methods| run(m, &input));
+        self.cases.extend(inputs.into_iter().map(case));
+        self
+    }
 }

@@ -2,8 +2,8 @@
 
 use crate::high::High;
 use crate::high_linear::{
-    High3, High33, HighMatrix, HighSvd, add3, apply33, cross3, dot, matrix_from_fn, norm, scale3,
-    sub3, svd, times33, transposed33, unit3, vector3,
+    High3, High33, HighMatrix, HighSvd, add3, apply33, cross3, determinant33, dot, matrix_from_fn,
+    norm, scale3, sub3, svd, times33, transposed33, unit3, vector3,
 };
 use crate::references::{self, matrix, moved, point3, quaternion};
 use nalgebra::Point3;
@@ -106,7 +106,7 @@ impl HighFrame {
         }
         Self {
             svd: svd(&HighMatrix::from_fn(3, 3, |i, j| h[i][j].clone())),
-            is_reflection: references::is_reflection(&h),
+            is_reflection: determinant33(&h).is_negative(),
             lengths,
             centroid_in_body,
             centroid_mm,

@@ -1,6 +1,6 @@
 //! What a least-squares solution is compared with: the same system solved in [`High`] numbers.
 
-use super::case::Quantity;
+use super::case::{Quantity, Row};
 use crate::high::High;
 use crate::high_linear::{HighMatrix, least_squares, norm, reduce, svd, truncated_least_squares};
 use crate::references;
@@ -77,12 +77,23 @@ impl Reference {
         Self { x, rank, unknowns, condition, scales, gap, reduced, is_plain: ridge == 0.0 }
     }
 
-    /// The case's name with the rank and the gap where rank is missing.
-    pub fn named(&self, case: &str) -> String {
-        match self.gap {
-            None => case.to_owned(),
-            Some(gap) => format!("{case} (rank {} of {}, gap {gap:.0e})", self.rank, self.unknowns),
+    /// A row that states the rank and the gap where rank is missing.
+    pub fn noted(&self, mut row: Row) -> Row {
+        if let Some(gap) = self.gap {
+            row.case = format!(" (rank {} of {}, gap {gap:.0e})", self.rank, self.unknowns);
         }
+        row
+    }
+
+    /// Errors and scales of the six values, ready for [`Quantity::worst`].
+    pub fn off_by(&self, found: &[[f64; 6]]) -> Vec<(f64, f64)> {
+        let expected = self.x.columns.iter().zip(&self.scales).enumerate();
+        expected
+            .map(|(k, (expected, &scale))| {
+                let found: Vec<f64> = found.iter().map(|x| x[k]).collect();
+                (references::distance(&found, expected), scale)
+            })
+            .collect()
     }
 
     /// The condition number of a plain system of full rank, to all digits.
@@ -122,19 +133,4 @@ fn with_zeros(b: &HighMatrix, more: usize) -> HighMatrix {
     HighMatrix::from_fn(rows + more, b.width(), |i, j| {
         if i < rows { b.at(i, j).clone() } else { High::zero() }
     })
-}
-
-/// Errors and scales of the six values, ready for [`Quantity::worst`].
-pub fn off_by(reference: &Reference, found: &[[f64; 6]]) -> Vec<(f64, f64)> {
-    reference
-        .x
-        .columns
-        .iter()
-        .zip(&reference.scales)
-        .enumerate()
-        .map(|(k, (expected, &scale))| {
-            let found: Vec<f64> = found.iter().map(|x| x[k]).collect();
-            (references::distance(&found, expected), scale)
-        })
-        .collect()
 }

@@ -1,6 +1,6 @@
 //! Every row holds, and naive methods are found out.
 
-use super::case::{BEHAVIOUR, Extent, Methods, Quantity, Row};
+use super::case::{Case, Extent, Found, Methods, Quantity, Row};
 use super::{families, naive, page, run};
 use std::collections::BTreeSet;
 use trackwright_task::Task;
@@ -117,27 +117,47 @@ fn constants_are_at_most_100_and_argued() {
     }
 }
 
-const LENGTH: Quantity = Quantity { name: "length", constant: 10.0, ..BEHAVIOUR };
+const LENGTH: Quantity = Quantity::new("length", 10.0, "1", "itself");
+
+/// The rows of a case with these.
+fn of_case(name: &str, found: impl Fn() -> Found + Send + Sync + 'static) -> Vec<Row> {
+    Case::new(name, move |_| found()).rows(&Methods::OWN)
+}
 
 #[test]
 fn errors_beyond_bounds_do_not_hold() {
     let bound = 10.0 * 4.0 * f64::EPSILON * 3.0;
-    assert!(LENGTH.row("case", 4.0, bound, 3.0).holds);
-    assert!(!LENGTH.row("case", 4.0, 1.01 * bound, 3.0).holds);
-    assert!(!LENGTH.row("case", 4.0, f64::NAN, 3.0).holds);
-    assert!(!LENGTH.row("case", f64::INFINITY, 1.0, 3.0).holds);
-    assert!(!LENGTH.row("case", f64::NAN, 0.0, 3.0).holds);
+    for (condition, error, holds) in [
+        (4.0, bound, true),
+        (4.0, 1.01 * bound, false),
+        (4.0, f64::NAN, false),
+        (f64::INFINITY, 1.0, false),
+        (f64::NAN, 0.0, false),
+    ] {
+        assert_eq!(LENGTH.row(condition, error, 3.0).holds, holds, "{condition} {error}");
+    }
 }
 
 #[test]
 fn the_error_nearest_to_its_bound_is_shown() {
-    let row = LENGTH.worst("case", 1.0, &[(1.0, 1.0), (1e-20, 1.0), (0.5, 1e-3)]);
-    assert_eq!((row.error, row.holds), (0.5, false));
+    let errors = [(1.0, 1.0), (1e-20, 1.0), (0.5, 1e-3)];
+    assert_eq!(LENGTH.worst(1.0, &errors).error, 0.5);
+    let rows = of_case("case", move || {
+        Ok(errors.map(|(error, scale)| LENGTH.row(1.0, error, scale)).to_vec())
+    });
+    assert_eq!((rows.len(), rows[0].error, rows[0].holds), (1, 0.5, false));
+}
+
+#[test]
+fn a_case_that_fails_is_a_row_that_does_not_hold() {
+    let failed = of_case("case", || Err("is solved"));
+    assert_eq!(failed, [Row::behaviour("case", "is solved", false)]);
 }
 
 #[test]
 fn the_table_states_what_is_broken() {
-    let rows = [LENGTH.row("a good case", 1.0, 0.0, 1.0), LENGTH.row("a bad case", 1.0, 1.0, 1.0)];
+    let row = |error: f64| move || Ok(vec![LENGTH.row(1.0, error, 1.0)]);
+    let rows = [of_case("a good case", row(0.0)), of_case("a bad case", row(1.0))].concat();
     let text = page::text(&rows);
     assert!(text.contains("1 of 2 rows do not hold:\n  a bad case: length"), "{text}");
     assert_eq!(page::verdict(&rows[..1]), "all 1 rows hold");
@@ -145,9 +165,8 @@ fn the_table_states_what_is_broken() {
 
 #[test]
 fn json_has_the_six_names_and_no_other() {
-    let value = serde_json::to_value(LENGTH.row("case", 1.0, 0.0, 1.0)).unwrap();
-    let names: Vec<_> = value.as_object().unwrap().keys().cloned().collect();
-    let expected = BTreeSet::from(["case", "quantity", "condition", "error", "bound", "holds"]);
-    assert_eq!(names.len(), 6);
-    assert!(names.iter().all(|n| expected.contains(n.as_str())), "{names:?}");
+    let value = serde_json::to_value(LENGTH.row(1.0, 0.0, 1.0)).unwrap();
+    let names: BTreeSet<_> = value.as_object().unwrap().keys().map(String::as_str).collect();
+    let expected = ["case", "quantity", "condition", "error", "bound", "holds"];
+    assert_eq!(names, BTreeSet::from(expected));
 }

@@ -22,83 +22,53 @@ const BY_AXIS: Quantity = Quantity::new(
 const STEP: f64 = 1e-20;
 
 pub(super) fn family(extent: Extent) -> Family {
-    let poses = if extent.is_full() { 6 } else { 1 };
-    let mut cases = Vec::new();
-    for order in extent.of(&[1, 2, 4, 6, 9, 12], &[1, 3]) {
-        cases.push(case(format!("order {order}, 14 orientations"), move || {
-            SampledModel::new(
-                order,
-                DirectionSet::Fourteen,
-                Weighting::Area,
-                cube([-100.0; 3], 200.0),
-                poses,
-            )
-        }));
-    }
-    for set in extent.of(&DirectionSet::ALL, &[DirectionSet::FortyTwo]) {
-        for weighting in [Weighting::Area, Weighting::Gnomonic] {
+    let poses = extent.of(6, 1);
+    let small = cube([-100.0; 3], 200.0);
+    let sampled = |order: usize, set, weighting, bounds| {
+        (model(order, set, weighting, bounds, order as u64 + 7), poses)
+    };
+    let usual = |order, bounds| sampled(order, DirectionSet::Fourteen, Weighting::Area, bounds);
+    let orders = extent
+        .of(vec![1, 2, 4, 6, 9, 12], vec![1, 3])
+        .into_iter()
+        .map(|order| (format!("order {order}, 14 orientations"), usual(order, small)));
+    let sets = extent.of(DirectionSet::ALL.to_vec(), vec![DirectionSet::FortyTwo]);
+    let sets = sets.into_iter().flat_map(|set| {
+        [Weighting::Area, Weighting::Gnomonic].map(|weighting| {
             let name = format!("order 2, {} orientations, {weighting:?} weights", set.len());
-            cases.push(case(name, move || {
-                SampledModel::new(2, set, weighting, cube([-100.0; 3], 200.0), poses)
-            }));
-        }
-    }
-    for (name, bounds) in [
-        ("a box of 1e-6 mm", cube([-5e-7; 3], 1e-6)),
-        ("a box of 1e6 mm", cube([-5e5; 3], 1e6)),
-        ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
-    ] {
-        cases.push(case(format!("order 3, {name}"), move || {
-            SampledModel::new(3, DirectionSet::Fourteen, Weighting::Area, bounds, poses)
-        }));
-    }
-    Family {
-        name: "derivatives",
-        about: "The analytic derivatives of equation (8) by position and along the sphere of \
+            (name, sampled(2, set, weighting, small))
+        })
+    });
+    let boxes = [
+        ("order 3, a box of 1e-6 mm", cube([-5e-7; 3], 1e-6)),
+        ("order 3, a box of 1e6 mm", cube([-5e5; 3], 1e6)),
+        ("order 3, a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
+    ]
+    .map(|(name, bounds)| (name, usual(3, bounds)));
+    Family::new(
+        "derivatives",
+        "The analytic derivatives of equation (8) by position and along the sphere of \
             axes, against central differences over 1e-20 in 192 bits.",
-        quantities: vec![BY_POSITION, BY_AXIS],
-        cases,
+        &[BY_POSITION, BY_AXIS],
+    )
+    .with(orders, rows)
+    .with(sets, rows)
+    .with(boxes, rows)
+}
+
+/// At so many poses in a model.
+fn rows(methods: &Methods, (model, poses): &(Made, usize)) -> Found {
+    let model = &model.clone()?;
+    let mut sequence = Sequence::new(41);
+    let mut rows = Vec::new();
+    for _ in 0..*poses {
+        let position = sequence.point_in(model.bounds());
+        let axis = sequence.axis();
+        let [p, a] = (methods.derivatives)(model, &position, &axis, OutsidePolicy::Clamp);
+        let at = Exact { model, position: point3(&position), axis: unit3(&axis3(&axis)) };
+        rows.extend([at.by_position(&p), at.by_axis(&a)]);
     }
-}
-
-/// A model, and how many poses in it.
-struct SampledModel {
-    model: Option<DistortionModel>,
-    bounds: Bounds,
-    poses: usize,
-}
-
-impl SampledModel {
-    fn new(
-        order: usize,
-        set: DirectionSet,
-        weighting: Weighting,
-        bounds: Bounds,
-        poses: usize,
-    ) -> Self {
-        Self { model: model(order, set, weighting, bounds, order as u64 + 7).ok(), bounds, poses }
-    }
-}
-
-fn case(name: String, make: impl Fn() -> SampledModel + Send + Sync + 'static) -> Case {
-    Case::new(name, move |m, case| {
-        let sampled = make();
-        let Some(model) = &sampled.model else {
-            return vec![Row::behaviour(case, "is a model", false)];
-        };
-        let mut sequence = Sequence::new(41);
-        let (mut by_position, mut by_axis) = (Vec::new(), Vec::new());
-        for _ in 0..sampled.poses {
-            let position = sequence.point_in(&sampled.bounds);
-            let axis = sequence.axis();
-            let [p, a] = (m.derivatives)(model, &position, &axis, OutsidePolicy::Clamp);
-            let at = Exact { model, position: point3(&position), axis: unit3(&axis3(&axis)) };
-            by_position.push(at.by_position(case, &p));
-            by_axis.push(at.by_axis(case, &a));
-        }
-        let both = [by_position, by_axis].into_iter();
-        both.filter_map(Row::worst_of).collect()
-    })
+    Ok(rows)
 }
 
 /// A pose in a field, to all digits.
@@ -131,7 +101,7 @@ impl Exact<'_> {
         (all.first().map_or([f64::NAN; 2], |e| e.scales), 1.0 / sum)
     }
 
-    fn by_position(&self, case: &str, found: &Matrix6x3) -> Row {
+    fn by_position(&self, found: &Matrix6x3) -> Row {
         let order = self.model.order() as f64;
         let (scales, weights) = self.sizes();
         let size = self.model.bounds().size_mm();
@@ -145,10 +115,10 @@ impl Exact<'_> {
             let column = found.column(k);
             errors.extend(parts(column.as_slice(), &slope, scales.map(|s| s * order / size[k])));
         }
-        BY_POSITION.worst(case, order + weights, &errors)
+        BY_POSITION.worst(order + weights, &errors)
     }
 
-    fn by_axis(&self, case: &str, found: &Matrix6x3) -> Row {
+    fn by_axis(&self, found: &Matrix6x3) -> Row {
         let (scales, weights) = self.sizes();
         let order = self.model.order() as f64;
         let aside = vector3([0.31, -0.42, 0.85]);
@@ -169,7 +139,7 @@ impl Exact<'_> {
                 .collect();
             errors.extend(parts(&along, &slope, scales));
         }
-        BY_AXIS.worst(case, weights * weights + order, &errors)
+        BY_AXIS.worst(weights * weights + order, &errors)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Fits of distortion models to samples of fields that measurements can have.
 
 use super::prelude::*;
-use crate::stability::systems::{Reference, SOLUTION, off_by};
+use crate::stability::systems::{Reference, SOLUTION};
 use trackwright_field::fit::{Fit, FitMethod};
 use trackwright_geometry::directions::DirectionWeights;
 
@@ -19,108 +19,91 @@ const SMOOTH: Field =
     |u| Vector3::new((u.x + 0.4 * u.y).sin(), 0.5 * (u.z * 0.8).exp(), u.x * u.y - u.z);
 
 pub(super) fn family(extent: Extent) -> Family {
-    let mut cases = Vec::new();
-    let room = Bounds::from(([-250.0, -250.0, -600.0], [250.0, 250.0, -100.0]));
-    for order in extent.of(&[1, 2, 3, 4, 5], &[1, 2]) {
-        cases.push(case(format!("order {order}, a smooth field"), move || {
-            one(order, scattered(room, order, 1.4, SMOOTH))
-        }));
-    }
-    for (name, bounds) in [
-        ("a box of 1e-6 mm", cube([-3e-7; 3], 1e-6)),
-        ("a box of 1e6 mm", cube([-5e5; 3], 1e6)),
-        ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
-        ("a box of 1e-6 mm, offset by 1 mm", cube([1.0; 3], 1e-6)),
-        ("a box of 1e-9 mm height", Bounds::from(([-100.0, -100.0, 0.0], [100.0, 100.0, 1e-9]))),
-    ] {
-        cases.push(case(format!("order 2, {name}"), move || {
-            one(2, scattered(bounds, 2, 2.0, SMOOTH))
-        }));
-    }
-    let sharp = if extent.is_full() { 4 } else { 2 };
-    cases.push(case(format!("order {sharp}, a metal edge: doubles within 5 mm"), move || {
-        // 60 mm wide: twelve doublings.
-        let edge: Field = |u| Vector3::new((u.x * 6.0).exp2(), 0.3 * (u.y * 6.0).exp2(), 0.1 * u.z);
-        one(sharp, scattered(cube([0.0; 3], 60.0), sharp, 1.6, edge))
-    }));
-    cases.push(case(format!("order {sharp}, a 1/r³ source 5 mm beside the volume"), move || {
-        let source: Field = |u| {
-            let r = u - Vector3::new(1.1, 0.2, -0.1);
-            r / r.norm().powi(4)
-        };
-        one(sharp, scattered(cube([-50.0; 3], 100.0), sharp, 1.6, source))
-    }));
-    cases.push(case("order 2, five clusters of 5 mm in 500 mm", move || {
-        one(
-            2,
-            moved(scattered(room, 2, 3.0, SMOOTH), |i, p| {
-                let center = Sequence::new(300 + (i % 5) as u64).point_in(&room);
-                center + (p - room.center_mm()) * 0.01
-            }),
-        )
-    }));
+    let room = cube([-250.0, -250.0, -600.0], 500.0);
+    let smooth =
+        |order: usize, rows_per_unknown: f64| scattered(room, order, rows_per_unknown, SMOOTH);
+    let orders = extent
+        .of(vec![1, 2, 3, 4, 5], vec![1, 2])
+        .into_iter()
+        .map(|order| (format!("order {order}, a smooth field"), one(order, smooth(order, 1.4))));
+    let boxes = [
+        ("order 2, a box of 1e-6 mm", cube([-3e-7; 3], 1e-6)),
+        ("order 2, a box of 1e6 mm", cube([-5e5; 3], 1e6)),
+        ("order 2, a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
+        ("order 2, a box of 1e-6 mm, offset by 1 mm", cube([1.0; 3], 1e-6)),
+        (
+            "order 2, a box of 1e-9 mm height",
+            Bounds::from(([-100.0, -100.0, 0.0], [100.0, 100.0, 1e-9])),
+        ),
+    ]
+    .map(|(name, bounds)| (name, one(2, scattered(bounds, 2, 2.0, SMOOTH))));
+    let sharp = extent.of(4, 2);
+    // 60 mm wide: twelve doublings.
+    let edge: Field = |u| Vector3::new((u.x * 6.0).exp2(), 0.3 * (u.y * 6.0).exp2(), 0.1 * u.z);
+    let source: Field = |u| {
+        let r = u - Vector3::new(1.1, 0.2, -0.1);
+        r / r.norm().powi(4)
+    };
+    let fields = [
+        ("a metal edge: doubles within 5 mm", cube([0.0; 3], 60.0), edge),
+        ("a 1/r³ source 5 mm beside the volume", cube([-50.0; 3], 100.0), source),
+    ]
+    .map(|(name, bounds, field)| {
+        (format!("order {sharp}, {name}"), one(sharp, scattered(bounds, sharp, 1.6, field)))
+    });
+    let clusters = moved(smooth(2, 3.0), |i, p| {
+        Sequence::new(300 + (i % 5) as u64).point_in(&room) + (p - room.center_mm()) * 0.01
+    });
     type Move = fn(Point3<f64>) -> Point3<f64>;
     let placed: [(&str, Move); 4] = [
-        ("positions in one plane", |p| Point3::new(p.x, p.y, -350.0)),
-        ("positions in a tilted plane", |p| Point3::new(p.x, p.y, -350.0 + 0.3 * p.x - 0.1 * p.y)),
-        ("positions on one line", |p| Point3::new(p.x, 0.5 * p.x, p.x - 350.0)),
-        ("all samples at one place", |_| Point3::new(10.0, 20.0, -300.0)),
+        ("order 2, positions in one plane", |p| Point3::new(p.x, p.y, -350.0)),
+        ("order 2, positions in a tilted plane", |p| {
+            Point3::new(p.x, p.y, -350.0 + 0.3 * p.x - 0.1 * p.y)
+        }),
+        ("order 2, positions on one line", |p| Point3::new(p.x, 0.5 * p.x, p.x - 350.0)),
+        ("order 2, all samples at one place", |_| Point3::new(10.0, 20.0, -300.0)),
     ];
-    for (name, place) in placed {
-        cases.push(case(format!("order 2, {name}"), move || {
-            one(2, moved(scattered(room, 2, 2.0, SMOOTH), |_, p| place(p)))
-        }));
-    }
-    cases.push(case("order 2, 14 orientations", move || {
-        each(2, DirectionSet::Fourteen, scattered(room, 2, 20.0, SMOOTH))
-    }));
-    cases.push(case("order 1, 42 orientations, gnomonic weights", move || Problem {
+    let placed = placed.map(|(name, place)| (name, one(2, moved(smooth(2, 2.0), |_, p| place(p)))));
+    let gnomonic = Problem {
         weighting: Weighting::Gnomonic,
-        ..each(1, DirectionSet::FortyTwo, scattered(room, 1, 30.0, SMOOTH))
-    }));
-    cases.push(case("order 1, 6 orientations, none sampled near +x", move || {
-        let mut samples = scattered(room, 1, 20.0, SMOOTH);
-        samples.iter_mut().for_each(turn_from_x);
-        each(1, DirectionSet::Six, samples)
-    }));
-    cases.push(case("order 1, 6 orientations, +x known by weights of 1e-12 alone", move || {
-        let mut samples = scattered(room, 1, 20.0, SMOOTH);
-        for s in &mut samples {
-            let v = s.axis.into_inner();
-            s.axis = Unit::new_normalize(Vector3::new(1e-12 * (1.0 + v.x.abs()), v.y, v.z));
-        }
-        each(1, DirectionSet::Six, samples)
-    }));
-    for (order, set) in extent.of(
-        &[(1, DirectionSet::Six), (1, DirectionSet::Fourteen), (2, DirectionSet::Six)],
-        &[(1, DirectionSet::Six)],
-    ) {
-        cases.push(case(format!("order {order}, {} orientations, joint", set.len()), move || {
-            Problem {
-                is_joint: true,
-                ..each(order, set, scattered(room, order, 1.5 * set.len() as f64, SMOOTH))
-            }
-        }));
-    }
-    cases.push(case("order 1, 6 orientations, joint, none sampled near +x", move || {
-        let mut samples = scattered(room, 1, 9.0, SMOOTH);
-        samples.iter_mut().for_each(turn_from_x);
-        Problem { is_joint: true, ..each(1, DirectionSet::Six, samples) }
-    }));
-    Family {
-        name: "fits",
-        about: "Coefficients of fitted models, against each system built and solved in 192 bits \
+        ..each(1, DirectionSet::FortyTwo, smooth(1, 30.0))
+    };
+    // Mirrors axes that have a part along +x.
+    let mirrored = turned(smooth(1, 20.0), |v| Vector3::new(-v.x.abs(), v.y, v.z));
+    let faint = turned(smooth(1, 20.0), |v| Vector3::new(1e-12 * (1.0 + v.x.abs()), v.y, v.z));
+    let several = [
+        ("order 2, 14 orientations", each(2, DirectionSet::Fourteen, smooth(2, 20.0))),
+        ("order 1, 42 orientations, gnomonic weights", gnomonic),
+        ("order 1, 6 orientations, none sampled near +x", each(1, DirectionSet::Six, mirrored)),
+        (
+            "order 1, 6 orientations, +x known by weights of 1e-12 alone",
+            each(1, DirectionSet::Six, faint),
+        ),
+    ];
+    let joint = |problem: Problem| Problem { is_joint: true, ..problem };
+    let sets = vec![(1, DirectionSet::Six), (1, DirectionSet::Fourteen), (2, DirectionSet::Six)];
+    let sets = extent.of(sets, vec![(1, DirectionSet::Six)]).into_iter().map(|(order, set)| {
+        let samples = smooth(order, 1.5 * set.len() as f64);
+        let name = format!("order {order}, {} orientations, joint", set.len());
+        (name, joint(each(order, set, samples)))
+    });
+    let mirrored = turned(smooth(1, 9.0), |v| Vector3::new(-v.x.abs(), v.y, v.z));
+    let mirrored = joint(each(1, DirectionSet::Six, mirrored));
+    Family::new(
+        "fits",
+        "Coefficients of fitted models, against each system built and solved in 192 bits \
             from the samples' own numbers. The samples' weights are the program's; they have rows \
             of their own.",
-        quantities: vec![SOLUTION, RESIDUAL],
-        cases,
-    }
-}
-
-/// Mirrors an axis that has a part along +x.
-fn turn_from_x(sample: &mut Sample) {
-    let mirror = Vector3::new(-sample.axis.x.signum(), 1.0, 1.0);
-    sample.axis = Unit::new_normalize(sample.axis.component_mul(&mirror));
+        &[SOLUTION, RESIDUAL],
+    )
+    .with(orders, rows)
+    .with(boxes, rows)
+    .with(fields, rows)
+    .with([("order 2, five clusters of 5 mm in 500 mm", one(2, clusters))], rows)
+    .with(placed, rows)
+    .with(several, rows)
+    .with(sets, rows)
+    .with([("order 1, 6 orientations, joint, none sampled near +x", mirrored)], rows)
 }
 
 /// Samples and how they are to be fitted.
@@ -170,59 +153,47 @@ fn moved(
     samples
 }
 
-fn case(name: impl Into<String>, make: impl Fn() -> Problem + Send + Sync + 'static) -> Case {
-    Case::new(name, move |m, case| rows(m, case, make()))
+fn turned(mut samples: Vec<Sample>, turn: fn(Vector3<f64>) -> Vector3<f64>) -> Vec<Sample> {
+    for s in &mut samples {
+        s.axis = Unit::new_normalize(turn(s.axis.into_inner()));
+    }
+    samples
 }
 
-fn rows(methods: &Methods, case: &str, problem: Problem) -> Vec<Row> {
+fn rows(methods: &Methods, problem: &Problem) -> Found {
     let settings = FitSettings {
         method: if problem.is_joint { FitMethod::Joint } else { FitMethod::PerDirection },
         weighting: problem.weighting,
         ..FitSettings::new(problem.order, problem.directions)
     };
-    let set = SampleSet { samples: problem.samples, has_rotations: true, ambiguous: 0 };
-    let Ok(fit) = (methods.fit)(&set, &settings, None) else {
-        return vec![Row::behaviour(case, "is fitted", false)];
-    };
+    let set = SampleSet { samples: problem.samples.clone(), has_rotations: true, ambiguous: 0 };
+    let fit = (methods.fit)(&set, &settings, None).map_err(|_| "is fitted")?;
     let systems = systems(&set.samples, &settings, fit.model.bounds());
     let per_system = fit.model.coefficients().len() / systems.len();
-    let mut solutions = Vec::new();
+    let mut rows = Vec::new();
     let mut is_rank_right = systems.len() == fit.systems.len();
     for ((k, (a, b)), report) in systems.iter().enumerate().zip(&fit.systems) {
         let found = &fit.model.coefficients()[k * per_system..][..per_system];
         let reference = Reference::of(a.clone(), b.clone(), settings.rcond, 0.0);
-        let case = reference.named(case);
         is_rank_right &= report.rank == reference.rank;
-        solutions.push(SOLUTION.worst(&case, reference.condition, &off_by(&reference, found)));
+        let solution = SOLUTION.worst(reference.condition, &reference.off_by(found));
+        rows.push(reference.noted(solution));
         if problem.directions == DirectionSet::One {
-            solutions.push(residual(&case, &fit, &reference, a, b));
+            rows.push(reference.noted(residual(&fit, &reference, a, b)));
         }
     }
-    let mut rows: Vec<Row> = [SOLUTION.name, RESIDUAL.name]
-        .iter()
-        .filter_map(|name| {
-            let own = solutions.iter().filter(|r| r.quantity == *name).cloned();
-            Row::worst_of(own.collect())
-        })
-        .collect();
-    rows.push(Row::behaviour(case, "ranks as exact", is_rank_right));
-    rows
+    rows.push(must("ranks as exact", is_rank_right));
+    Ok(rows)
 }
 
-fn residual(case: &str, fit: &Fit, reference: &Reference, a: &HighMatrix, b: &HighMatrix) -> Row {
+fn residual(fit: &Fit, reference: &Reference, a: &HighMatrix, b: &HighMatrix) -> Row {
     let left = a.times(&reference.x).minus(b);
-    let squares: High = left.columns[..3]
-        .iter()
-        .map(|c| {
-            let length = norm(c);
-            &length * &length
-        })
-        .sum();
+    let squares: High = left.columns[..3].iter().map(|c| dot(c, c)).sum();
     let exact = (squares / a.rows() as f64).sqrt();
     let coefficients = fit.model.coefficients().iter();
     let largest = coefficients.flat_map(|c| &c[..3]).fold(0.0, |m: f64, v| m.max(v.abs()));
     let error = (High::from(fit.after.position_rms_mm) - exact).abs().to_f64();
-    RESIDUAL.row(case, 1.0, error, fit.before.position_rms_mm + largest)
+    RESIDUAL.row(1.0, error, fit.before.position_rms_mm + largest)
 }
 
 /// Design matrix and values of each orientation, or of all of them.

@@ -21,13 +21,13 @@ const TIP: Quantity = Quantity::new(
         condition, mm",
 );
 
-/// A body, where it is, and what its sensors read there.
-#[derive(Clone)]
+/// A body, where it is, what its sensors read there, and what they determine.
 struct Setup {
     body: RigidBody,
     weight_mm: f64,
     tracker_from_body: Pose,
     readings: Vec<Reading>,
+    expected: Determinacy,
 }
 
 const X: [f64; 3] = [1.0, 0.0, 0.0];
@@ -89,68 +89,52 @@ pub(super) fn family(extent: Extent) -> Family {
         ("one sensor", &ONE, 100.0, Determinacy::FreeAxis),
         ("one sensor, w = 0", &ONE, 0.0, Determinacy::FreeRotation),
     ];
-    let mut cases = Vec::new();
-    for (name, sensors, weight_mm, expected) in sets {
-        for (place, at, body_offset) in [
-            ("", HERE, [0.0; 3]),
-            (", 1e6 mm away", FAR, [0.0; 3]),
-            (", body 1e6 mm off its origin", HERE, FAR),
-        ] {
-            cases.push(Case::new(format!("{name}{place}"), move |m, case| {
-                rows(m, case, &setup(sensors, body_offset, weight_mm, at, 0.0), expected)
-            }));
-            cases.push(Case::new(format!("{name}{place}, distorted"), move |m, case| {
-                let setup = setup(sensors, body_offset, weight_mm, at, 1.0);
-                rows(m, case, &setup, expected)
-            }));
+    let places = [
+        ("", HERE, [0.0; 3]),
+        (", 1e6 mm away", FAR, [0.0; 3]),
+        (", body 1e6 mm off its origin", HERE, FAR),
+    ];
+    let sets = sets.into_iter().flat_map(|(name, sensors, weight_mm, expected)| {
+        places.into_iter().flat_map(move |(place, at, body_offset)| {
+            [("", 0.0), (", distorted", 1.0)].map(|(how, distortion)| {
+                let body = five_dof(sensors, body_offset);
+                let setup = read(body, weight_mm, at, distortion);
+                (format!("{name}{place}{how}"), Setup { expected, ..setup })
+            })
+        })
+    });
+    let mut plane = read(five_dof(&ONE_PLANE, [0.0; 3]), 0.0, HERE, 0.3);
+    plane.tracker_from_body = Pose::identity();
+    let plane = reading_at(plane, |p| Point3::new(p.x, p.y, 1e-3 * (p.x - p.y)));
+    let four = read(five_dof(&SPREAD, [0.0; 3]), 0.0, HERE, 0.0);
+    let scaled = |scale: f64| {
+        let mut body = five_dof(&SPREAD, [0.0; 3]);
+        for sensor in &mut body.sensors {
+            sensor.position_in_body *= scale;
         }
-    }
-    cases.push(Case::new("a plane read as its mirror image, w = 0", |m, case| {
-        let mut setup = setup(&ONE_PLANE, [0.0; 3], 0.0, HERE, 0.3);
-        setup.tracker_from_body = Pose::identity();
-        for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
-            let p = sensor.position_in_body;
-            let height = 1e-3 * (p.x - p.y);
-            reading.position_mm = Point3::new(p.x, p.y, height);
-        }
-        rows(m, case, &setup, Determinacy::Full)
-    }));
-    cases.push(Case::new("four sensors read through a mirror, w = 0", |m, case| {
-        let mut setup = setup(&SPREAD, [0.0; 3], 0.0, HERE, 0.0);
-        for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
-            let p = sensor.position_in_body;
-            reading.position_mm = Point3::new(p.x, -p.y, p.z);
-        }
-        rows(m, case, &setup, Determinacy::Full)
-    }));
-    for (name, scale) in [("1e-6", 1e-6), ("1e6", 1e6)] {
-        cases.push(Case::new(
-            format!("four sensors, {name} times the size, w = 0"),
-            move |m, case| {
-                let mut body = five_dof(&SPREAD, [0.0; 3]);
-                for sensor in &mut body.sensors {
-                    sensor.position_in_body *= scale;
-                }
-                let setup = read(body, 0.0, [0.0; 3], 0.0);
-                rows(m, case, &setup, Determinacy::Full)
-            },
-        ));
-    }
-    cases.push(Case::new("one 6-DOF sensor", |m, case| {
-        rows(m, case, &six_dof(1, 1.0), Determinacy::Full)
-    }));
-    let many = if extent.is_full() { 10_000 } else { 500 };
-    cases.push(Case::new(format!("{many} sensors"), move |m, case| {
-        rows(m, case, &six_dof(many, 1.0), Determinacy::Full)
-    }));
-    Family {
-        name: "frames",
-        about: "The frame that fits a body's sensors, against the same fit in 192 bits: \
+        read(body, 0.0, [0.0; 3], 0.0)
+    };
+    let many = extent.of(10_000, 500);
+    let others = [
+        ("a plane read as its mirror image, w = 0".to_owned(), plane),
+        (
+            "four sensors read through a mirror, w = 0".to_owned(),
+            reading_at(four, |p| Point3::new(p.x, -p.y, p.z)),
+        ),
+        ("four sensors, 1e-6 times the size, w = 0".to_owned(), scaled(1e-6)),
+        ("four sensors, 1e6 times the size, w = 0".to_owned(), scaled(1e6)),
+        ("one 6-DOF sensor".to_owned(), six_dof(1)),
+        (format!("{many} sensors"), six_dof(many)),
+    ];
+    Family::new(
+        "frames",
+        "The frame that fits a body's sensors, against the same fit in 192 bits: \
             cross-covariance, SVD by one-sided Jacobi, determinant sign. A rotation that is free \
             is the one nearest to the true pose, and is reported as free.",
-        quantities: vec![ROTATION, TIP],
-        cases,
-    }
+        &[ROTATION, TIP],
+    )
+    .with(sets, rows)
+    .with(others, rows)
 }
 
 fn five_dof(sensors: &[At], offset: [f64; 3]) -> RigidBody {
@@ -167,17 +151,7 @@ fn five_dof(sensors: &[At], offset: [f64; 3]) -> RigidBody {
     }
 }
 
-/// `distortion` is in mm; in units of 0.01 rad it turns the sensors.
-fn setup(
-    sensors: &[At],
-    body_offset: [f64; 3],
-    weight_mm: f64,
-    at: [f64; 3],
-    distortion: f64,
-) -> Setup {
-    read(five_dof(sensors, body_offset), weight_mm, at, distortion)
-}
-
+/// Fully determined. `distortion` is in mm; in units of 0.01 rad it turns the sensors.
 fn read(body: RigidBody, weight_mm: f64, at: [f64; 3], distortion: f64) -> Setup {
     let mut sequence = Sequence::new(8);
     let tracker_from_body =
@@ -196,43 +170,45 @@ fn read(body: RigidBody, weight_mm: f64, at: [f64; 3], distortion: f64) -> Setup
             }
         })
         .collect();
-    Setup { body, weight_mm, tracker_from_body, readings }
+    Setup { body, weight_mm, tracker_from_body, readings, expected: Determinacy::Full }
 }
 
-fn six_dof(count: usize, distortion: f64) -> Setup {
+/// Each sensor read at a place of its position in the body.
+fn reading_at(mut setup: Setup, place: fn(Point3<f64>) -> Point3<f64>) -> Setup {
+    for (reading, sensor) in setup.readings.iter_mut().zip(&setup.body.sensors) {
+        reading.position_mm = place(sensor.position_in_body);
+    }
+    setup
+}
+
+fn six_dof(count: usize) -> Setup {
     let mut sequence = Sequence::new(19);
     let sensors =
         (0..count).map(|_| Sensor::six_dof("", sequence.vector() * 40.0, sequence.rotation()));
     let body = RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() };
-    read(body, 100.0, HERE, distortion)
+    read(body, 100.0, HERE, 1.0)
 }
 
 /// Rows of one fit; the exact one has to have the determinacy of the case, too.
-fn rows(methods: &Methods, case: &str, setup: &Setup, expected: Determinacy) -> Vec<Row> {
+fn rows(methods: &Methods, setup: &Setup) -> Found {
     let truth = &setup.tracker_from_body;
     let found = (methods.frame)(&setup.body, setup.weight_mm, &setup.readings, truth);
     let exact = HighFrame::of(&setup.body, setup.weight_mm, &setup.readings);
-    let is_right =
-        Determinacy::of(&found.determination) == expected && exact.determinacy() == expected;
-    let mut rows = vec![Row::behaviour(case, expected.must(), is_right)];
+    let reported = [Determinacy::of(&found.determination), exact.determinacy()];
+    let mut rows = vec![must(setup.expected.must(), reported == [setup.expected; 2])];
     let Some(fitted) = exact.fitted(truth) else {
-        return rows;
+        return Ok(rows);
     };
     let pose = found.tracker_from_body;
     let rotation = pose.rotation.to_rotation_matrix();
     let error = distance(rotation.matrix().transpose().as_slice(), &fitted.rotation.concat());
-    rows.push(ROTATION.row(case, fitted.condition, error, 1.0));
+    rows.push(ROTATION.row(fitted.condition, error, 1.0));
     // 200 mm from the body's first sensor, where a needle's tip would be.
     let tip = setup.body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);
     let (expected, arm) = fitted.moved(&tip);
-    let largest = [tip.coords.amax(), pose.translation.vector.amax()];
-    let largest = setup
-        .readings
-        .iter()
-        .map(|r| r.position_mm.coords.amax())
-        .fold(largest[0].max(largest[1]), f64::max);
-    let scale = arm + largest / fitted.condition;
+    let readings = setup.readings.iter().map(|r| r.position_mm.coords.amax());
+    let largest = readings.fold(tip.coords.amax().max(pose.translation.vector.amax()), f64::max);
     let error = distance((pose * tip).coords.as_slice(), &expected);
-    rows.push(TIP.row(case, fitted.condition, error, scale));
-    rows
+    rows.push(TIP.row(fitted.condition, error, arm + largest / fitted.condition));
+    Ok(rows)
 }

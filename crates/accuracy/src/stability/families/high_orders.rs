@@ -14,26 +14,19 @@ const REFINED: Quantity =
     Quantity { name: "solution against its refinement, mm or rad", ..SOLUTION };
 
 pub(super) fn family(extent: Extent) -> Family {
-    let mut cases = Vec::new();
-    for order in extent.of(&[6, 7, 8, 9, 10, 11, 12], &[4]) {
-        cases.push(Case::new(format!("order {order} on a grid"), move |m, case| {
-            on_grid(m, case, order)
-        }));
-    }
-    for order in extent.of(&[6, 7], &[3]) {
-        cases.push(Case::new(format!("order {order}, scattered positions"), move |m, case| {
-            refined(m, case, order)
-        }));
-    }
-    Family {
-        name: "high orders",
-        about: "Fits of more than 216 unknowns. On a grid the design matrix is a product of three \
+    let named = |what: &'static str| move |order| (format!("order {order}{what}"), order);
+    let grids = extent.of(vec![6, 7, 8, 9, 10, 11, 12], vec![4]);
+    let scattered = extent.of(vec![6, 7], vec![3]);
+    Family::new(
+        "high orders",
+        "Fits of more than 216 unknowns. On a grid the design matrix is a product of three \
             small ones, so the exact solution is found axis by axis. For scattered positions the \
             gradient of the computed solution is evaluated in 192 bits; one refinement step with \
             it, which has to shrink the gradient tenfold, is the error.",
-        quantities: vec![SOLUTION, REFINED],
-        cases,
-    }
+        &[SOLUTION, REFINED],
+    )
+    .with(grids.into_iter().map(named(" on a grid")), on_grid)
+    .with(scattered.into_iter().map(named(", scattered positions")), refined)
 }
 
 /// Points along an axis of a grid, two more than there are polynomials.
@@ -42,7 +35,7 @@ fn nodes(order: usize) -> Vec<f64> {
     (0..n).map(|i| -100.0 * ((i as f64) * std::f64::consts::PI / (n - 1) as f64).cos()).collect()
 }
 
-fn on_grid(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
+fn on_grid(methods: &Methods, &order: &usize) -> Found {
     let nodes = nodes(order);
     let n = nodes.len();
     let mut sequence = Sequence::new(order as u64);
@@ -70,7 +63,7 @@ fn on_grid(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
     let set = SampleSet { samples, has_rotations: true, ambiguous: 0 };
     let settings = FitSettings { rcond: RCOND, ..FitSettings::new(order, DirectionSet::One) };
     let (Ok(fit), Some(bounds)) = ((methods.fit)(&set, &settings, bounds), bounds) else {
-        return vec![Row::behaviour(case, "is fitted", false)];
+        return Err("is fitted");
     };
     let axis = GridAxis::of(order, &nodes, &bounds);
     let condition = axis.condition.powi(3);
@@ -86,14 +79,8 @@ fn on_grid(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
             (distance(&found, &x), scale)
         })
         .collect();
-    vec![
-        SOLUTION.worst(case, condition, &errors),
-        Row::behaviour(
-            case,
-            "full rank",
-            fit.systems.iter().all(|s| s.rank == coefficient_count(order)),
-        ),
-    ]
+    let is_full = fit.systems.iter().all(|s| s.rank == coefficient_count(order));
+    Ok(vec![SOLUTION.worst(condition, &errors), must("full rank", is_full)])
 }
 
 /// One axis of a grid: its small design matrix and the inverse of that.
@@ -139,7 +126,7 @@ impl GridAxis {
     }
 }
 
-fn refined(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
+fn refined(methods: &Methods, &order: &usize) -> Found {
     let unknowns = coefficient_count(order);
     let mut sequence = Sequence::new(order as u64 + 900);
     let (mut rows, mut values) = (Vec::new(), Vec::new());
@@ -155,7 +142,7 @@ fn refined(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
     let (Ok(found), Ok(svd)) =
         ((methods.solve)(&rows, &values, RCOND, 0.0), system.into_triangle().decompose())
     else {
-        return vec![Row::behaviour(case, "is solved", false)];
+        return Err("is solved");
     };
     let s = &svd.singular_values;
     let condition = s[0] / s[s.len() - 1];
@@ -187,8 +174,8 @@ fn refined(methods: &Methods, case: &str, order: usize) -> Vec<Row> {
     let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let shrinks = length(&second) <= SHRINKS * length(&first);
     let scale = norm(&refined).to_f64() + condition * residual / s[0];
-    vec![
-        REFINED.row(case, condition, length(&step), scale),
-        Row::behaviour(case, "refinement shrinks the gradient", shrinks),
-    ]
+    Ok(vec![
+        REFINED.row(condition, length(&step), scale),
+        must("refinement shrinks the gradient", shrinks),
+    ])
 }

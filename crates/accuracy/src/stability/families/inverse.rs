@@ -28,131 +28,104 @@ const STEPS: usize = 30;
 const ARRIVED: f64 = 1e-30;
 
 pub(super) fn family(extent: Extent) -> Family {
-    let poses = if extent.is_full() { 5 } else { 1 };
-    let mut cases = Vec::new();
+    let poses = extent.of(5, 1);
     let room = cube([-100.0, -100.0, -300.0], 200.0);
-    for order in extent.of(&[1, 2, 3, 4], &[1, 2]) {
-        cases.push(case(format!("order {order}, 14 orientations"), poses, move || {
-            small(order, DirectionSet::Fourteen, Weighting::Area, room)
-        }));
-    }
-    for set in extent.of(&[DirectionSet::Six, DirectionSet::FortyTwo], &[DirectionSet::Six]) {
-        let name = format!("order 2, {} orientations, gnomonic weights", set.len());
-        cases.push(case(name, poses, move || small(2, set, Weighting::Gnomonic, room)));
-    }
-    for (name, bounds) in [
-        ("a box of 1e6 mm", cube([-5e5; 3], 1e6)),
-        ("a box of 300 mm, offset by 1e6 mm", cube([1e6, -1e6, 1e6], 300.0)),
-    ] {
-        cases.push(case(format!("order 2, {name}"), poses, move || {
-            small(2, DirectionSet::Fourteen, Weighting::Area, bounds)
-        }));
-    }
-    for (name, size) in [("half of a fold", 66.0), ("a thousandth off a fold", 133.2)] {
-        cases.push(case(format!("{name}, one orientation"), poses, move || steep(size)));
-    }
-    cases.push(Case::new("a map that folds", |m, case| {
-        let Some(model) = steep(200.0) else {
-            return vec![Row::behaviour(case, "is a model", false)];
-        };
-        let truths: Vec<_> = (0..81)
-            .map(|i| {
-                let x = -80.0 + 2.0 * f64::from(i) + 0.01;
-                pose_from_parts(Vector3::new(x, 3.0, -4.0), UnitQuaternion::identity())
-            })
-            .collect();
-        let readings: Vec<_> =
-            truths.iter().map(|t| model.distort(t, OutsidePolicy::Clamp).0).collect();
-        let found = (m.undistort)(&model, &readings, OutsidePolicy::Clamp);
-        let is_back = |(truth, found): (&Pose, &(Option<Pose>, InverseState))| match found {
-            (Some(pose), InverseState::Converged) => {
-                (pose.translation.vector - truth.translation.vector).norm() < 1e-9
-            }
-            (Some(_), _) => true,
-            (None, state) => *state != InverseState::Converged,
-        };
-        let flagged = found.iter().filter(|f| f.1 != InverseState::Converged);
-        vec![
-            Row::behaviour(
-                case,
-                "what is not flagged is the pose",
-                truths.iter().zip(&found).all(is_back),
-            ),
-            Row::behaviour(case, "some are flagged", flagged.count() > 0),
-        ]
-    }));
-    Family {
-        name: "inverse",
-        about: "The pose behind a reading, against the same equations solved in 192 bits from \
+    // Errors of 1 mm and 0.01 rad that change from coefficient to coefficient.
+    let small = |order: usize, set, weighting, bounds| {
+        (model(order, set, weighting, bounds, order as u64 + 3), poses)
+    };
+    let usual = |order, bounds| small(order, DirectionSet::Fourteen, Weighting::Area, bounds);
+    let orders = extent
+        .of(vec![1, 2, 3, 4], vec![1, 2])
+        .into_iter()
+        .map(|order| (format!("order {order}, 14 orientations"), usual(order, room)));
+    let sets = extent
+        .of(vec![DirectionSet::Six, DirectionSet::FortyTwo], vec![DirectionSet::Six])
+        .into_iter()
+        .map(|set| {
+            let name = format!("order 2, {} orientations, gnomonic weights", set.len());
+            (name, small(2, set, Weighting::Gnomonic, room))
+        });
+    let others = [
+        ("order 2, a box of 1e6 mm", usual(2, cube([-5e5; 3], 1e6))),
+        ("order 2, a box of 300 mm, offset by 1e6 mm", usual(2, cube([1e6, -1e6, 1e6], 300.0))),
+        ("half of a fold, one orientation", (steep(66.0), poses)),
+        ("a thousandth off a fold, one orientation", (steep(133.2), poses)),
+    ];
+    Family::new(
+        "inverse",
+        "The pose behind a reading, against the same equations solved in 192 bits from \
             there; next to a fold, and in a map that folds.",
-        quantities: vec![POSITION, AXIS],
-        cases,
-    }
-}
-
-/// Errors of 1 mm and 0.01 rad that change from coefficient to coefficient.
-fn small(
-    order: usize,
-    set: DirectionSet,
-    weighting: Weighting,
-    bounds: Bounds,
-) -> Option<DistortionModel> {
-    model(order, set, weighting, bounds, order as u64 + 3).ok()
+        &[POSITION, AXIS],
+    )
+    .with(orders, rows)
+    .with(sets, rows)
+    .with(others, rows)
+    .with([("a map that folds", steep(200.0))], folded)
 }
 
 /// `x` is moved by `3 a u (1 − u) (1 − 2 u)` in a box of 200 mm: the slope in the middle is
 /// `−1.5 a / 200`, so that the map folds beyond a = 133.3 mm.
-fn steep(a_mm: f64) -> Option<DistortionModel> {
+fn steep(a_mm: f64) -> Made {
     let along_x = [0.0, a_mm, -a_mm, 0.0];
     let coefficients =
         (0..64).map(|i| [along_x[i / 16], 0.3, -0.2, 0.0, 0.002 * (i % 4) as f64, 0.001]).collect();
-    DistortionModel::of_position(3, cube([-100.0; 3], 200.0), coefficients).ok()
+    DistortionModel::of_position(3, cube([-100.0; 3], 200.0), coefficients)
+        .map_err(|_| "is a model")
 }
 
-fn case(
-    name: impl Into<String>,
-    poses: usize,
-    make: impl Fn() -> Option<DistortionModel> + Send + Sync + 'static,
-) -> Case {
-    Case::new(name, move |m, case| {
-        let Some(model) = make() else {
-            return vec![Row::behaviour(case, "is a model", false)];
-        };
-        let bounds = model.bounds();
-        let mut sequence = Sequence::new(55);
-        // Well inside, so that no answer leaves the box, and as near to the middle of a steep
-        // field as to its ends.
-        let half = bounds.size_mm() * 0.5;
-        let readings: Vec<_> = (0..poses)
-            .map(|i| {
-                let part = 0.7 * i as f64 / poses as f64;
-                let at = bounds.center_mm() + sequence.vector().component_mul(&half) * part;
-                let truth = pose_from_parts(at.coords, sequence.rotation());
-                model.distort(&truth, OutsidePolicy::Clamp).0
-            })
-            .collect();
-        let (mut positions, mut axes) = (Vec::new(), Vec::new());
-        let found = (m.undistort)(&model, &readings, OutsidePolicy::Clamp);
-        for (reading, (pose, state)) in readings.iter().zip(&found) {
-            let (Some(pose), InverseState::Converged) = (pose, state) else {
-                return vec![Row::behaviour(case, "converges", false)];
-            };
-            let [position, axis] = compared(m, case, &model, reading, pose);
-            positions.push(position);
-            axes.push(axis);
+fn folded(methods: &Methods, model: &Made) -> Found {
+    let model = &model.clone()?;
+    let truths: Vec<_> = (0..81)
+        .map(|i| {
+            let x = -80.0 + 2.0 * f64::from(i) + 0.01;
+            pose_from_parts(Vector3::new(x, 3.0, -4.0), UnitQuaternion::identity())
+        })
+        .collect();
+    let readings: Vec<_> =
+        truths.iter().map(|t| model.distort(t, OutsidePolicy::Clamp).0).collect();
+    let found = (methods.undistort)(model, &readings, OutsidePolicy::Clamp);
+    let is_back = |(truth, found): (&Pose, &(Option<Pose>, InverseState))| match found {
+        (Some(pose), InverseState::Converged) => {
+            (pose.translation.vector - truth.translation.vector).norm() < 1e-9
         }
-        let both = [positions, axes].into_iter();
-        both.filter_map(Row::worst_of).collect()
-    })
+        (Some(_), _) => true,
+        (None, state) => *state != InverseState::Converged,
+    };
+    Ok(vec![
+        must("what is not flagged is the pose", truths.iter().zip(&found).all(is_back)),
+        must("some are flagged", found.iter().any(|f| f.1 != InverseState::Converged)),
+    ])
 }
 
-fn compared(
-    methods: &Methods,
-    case: &str,
-    model: &DistortionModel,
-    reading: &Pose,
-    found: &Pose,
-) -> [Row; 2] {
+/// Of so many readings in a model.
+fn rows(methods: &Methods, (model, poses): &(Made, usize)) -> Found {
+    let model = &model.clone()?;
+    let bounds = model.bounds();
+    let mut sequence = Sequence::new(55);
+    // Well inside, so that no answer leaves the box, and as near to the middle of a steep
+    // field as to its ends.
+    let half = bounds.size_mm() * 0.5;
+    let readings: Vec<_> = (0..*poses)
+        .map(|i| {
+            let part = 0.7 * i as f64 / *poses as f64;
+            let at = bounds.center_mm() + sequence.vector().component_mul(&half) * part;
+            let truth = pose_from_parts(at.coords, sequence.rotation());
+            model.distort(&truth, OutsidePolicy::Clamp).0
+        })
+        .collect();
+    let mut rows = Vec::new();
+    let found = (methods.undistort)(model, &readings, OutsidePolicy::Clamp);
+    for (reading, (pose, state)) in readings.iter().zip(&found) {
+        let (Some(pose), InverseState::Converged) = (pose, state) else {
+            return Err("converges");
+        };
+        rows.extend(compared(methods, model, reading, pose));
+    }
+    Ok(rows)
+}
+
+fn compared(methods: &Methods, model: &DistortionModel, reading: &Pose, found: &Pose) -> [Row; 2] {
     let equations = Equations::new(model, reading);
     let start = EvaluationPoint {
         position: vector3(found.translation.vector.into()),
@@ -160,31 +133,26 @@ fn compared(
     };
     let jacobian = equations.jacobian(methods, found);
     let diagonal = model.bounds().diagonal_mm();
-    let largest = |c: &[f64]| c.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let coefficients = model.coefficients().iter();
-    let (mm, rad) = coefficients.fold((0.0, 0.0), |m: (f64, f64), c| {
-        (m.0.max(largest(&c[..3])), m.1.max(largest(&c[3..])))
+    let [mm, rad] = [0..3, 3..6].map(|own| {
+        let all = model.coefficients().iter().flat_map(|c| &c[own.clone()]);
+        all.fold(0.0, |m: f64, v| m.max(v.abs()))
     });
     let extent = model.bounds().size_mm().min();
     let slope = 2.0 * model.order() as f64 * (mm + rad * diagonal) / extent;
     let coordinate = reading.translation.vector.amax();
     let scale = (1.0 + slope) * (coordinate + diagonal);
     let Some(inverse) = jacobian.try_inverse() else {
-        return [POSITION, AXIS].map(|q| q.row(case, f64::INFINITY, f64::NAN, scale));
+        return [POSITION, AXIS].map(|q| q.row(f64::INFINITY, f64::NAN, scale));
     };
     let condition = scaled(&inverse, diagonal).svd(false, false).singular_values.max();
-    let exact = equations.solved(start, &inverse, scale);
-    let (position, axis) = match &exact {
+    let (position, axis) = match equations.solved(start, &inverse, scale) {
         Some(exact) => (
             distance(found.translation.vector.as_slice(), &exact.position),
             distance((found.rotation * Vector3::z()).as_slice(), &exact.axis),
         ),
         None => (f64::NAN, f64::NAN),
     };
-    [
-        POSITION.row(case, condition, position, scale),
-        AXIS.row(case, condition, axis, scale / diagonal),
-    ]
+    [POSITION.row(condition, position, scale), AXIS.row(condition, axis, scale / diagonal)]
 }
 
 /// Rows and columns of an inverse Jacobian as lengths throughout.

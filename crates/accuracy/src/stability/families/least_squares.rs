@@ -1,7 +1,7 @@
 //! The least-squares solver on design matrices that are given exactly.
 
 use super::prelude::*;
-use crate::stability::systems::{Reference, SOLUTION, off_by};
+use crate::stability::systems::{Reference, SOLUTION};
 
 const CONDITION: Quantity = Quantity::new("condition number, relative", 10.0, "itself", "1");
 
@@ -10,11 +10,7 @@ const EXACT_CONDITION_UNKNOWNS: usize = 27;
 
 const RCOND: f64 = 1e-10;
 
-/// Where a position of the unit cube is moved, by its number.
-type Placement = fn(usize, Vector3<f64>) -> Vector3<f64>;
-
 /// A system as the solver gets it.
-#[derive(Clone)]
 struct System {
     rows: Vec<Vec<f64>>,
     values: Vec<[f64; 6]>,
@@ -22,74 +18,66 @@ struct System {
 }
 
 pub(super) fn family(extent: Extent) -> Family {
-    let mut cases = Vec::new();
-    for order in extent.of(&[1, 2, 3, 4, 5], &[1, 2]) {
-        let name = format!("order {order}, scattered positions");
-        cases.push(case(name, move || scattered(order, 1.4, |_, u| u)));
-    }
+    let orders = extent.of(vec![1, 2, 3, 4, 5], vec![1, 2]).into_iter().map(|order| {
+        (format!("order {order}, scattered positions"), scattered(order, 1.4, |_, u| u))
+    });
     // Height squeezed until the columns with a power of it are nearly the same.
-    for (squeeze, name) in [(1e-2, "1e-2"), (1e-4, "1e-4")] {
-        cases.push(case(format!("order 2, positions in a slab of {name}"), move || {
-            scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z))
-        }));
-    }
-    // What the polynomials reach leaves no residual, and so no room for the condition's square.
-    for (squeeze, name) in [(1e-2, "1e-2"), (1e-3, "1e-3")] {
-        cases.push(case(format!("order 2, slab of {name}, a field of order 2"), move || {
-            reached(scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z)))
-        }));
-    }
-    cases.push(case("order 2, seven clusters of 0.02, a field of order 2", || {
-        reached(scattered(2, 3.0, |i, u| cluster_center(i) + u * 0.02))
-    }));
-    let placed: [(&str, usize, f64, Placement); 6] = [
-        ("positions in a slab of 1e-9", 1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z)),
-        ("seven clusters of 0.02", 2, 3.0, |i, u| cluster_center(i) + u * 0.02),
-        ("40 positions, each repeated 5 times", 2, 200.0 / 27.0, |i, _| {
-            cluster_center(1000 + i % 40)
-        }),
-        ("10 positions, each repeated 5 times", 2, 50.0 / 27.0, |i, _| {
-            cluster_center(1000 + i % 10)
-        }),
-        ("all positions in one plane", 2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0)),
-        ("all positions on one line", 2, 3.0, |_, u| {
-            Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x)
-        }),
+    let slab =
+        |squeeze: f64| scattered(2, 2.0, move |_, u| Vector3::new(u.x, u.y, 0.4 + squeeze * u.z));
+    let clusters = |i: usize, u: Vector3<f64>| cluster_center(i) + u * 0.02;
+    let repeated = |count: usize, rows_per_unknown: f64| {
+        scattered(2, rows_per_unknown, |i, _| cluster_center(1000 + i % count))
+    };
+    let plane = || scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0));
+    let whole = |order: usize, rows_per_unknown: f64| scattered(order, rows_per_unknown, |_, u| u);
+    let systems = [
+        ("order 2, positions in a slab of 1e-2", slab(1e-2)),
+        ("order 2, positions in a slab of 1e-4", slab(1e-4)),
+        // What the polynomials reach leaves no residual, and so no room for the condition's square.
+        ("order 2, slab of 1e-2, a field of order 2", reached(slab(1e-2))),
+        ("order 2, slab of 1e-3, a field of order 2", reached(slab(1e-3))),
+        (
+            "order 2, seven clusters of 0.02, a field of order 2",
+            reached(scattered(2, 3.0, clusters)),
+        ),
+        (
+            "order 1, positions in a slab of 1e-9",
+            scattered(1, 3.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-9 * u.z)),
+        ),
+        ("order 2, seven clusters of 0.02", scattered(2, 3.0, clusters)),
+        ("order 2, 40 positions, each repeated 5 times", repeated(40, 200.0 / 27.0)),
+        ("order 2, 10 positions, each repeated 5 times", repeated(10, 50.0 / 27.0)),
+        ("order 2, all positions in one plane", plane()),
+        (
+            "order 2, all positions on one line",
+            scattered(2, 3.0, |_, u| Vector3::new(u.x, 0.25 + 0.5 * u.x, 1.0 - u.x)),
+        ),
+        ("order 3, fewer samples than unknowns", whole(3, 0.5)),
+        ("order 2, one sample", whole(2, 1.0 / 27.0)),
+        (
+            "order 1, row weights from 1e-12 to 1e12",
+            weighted(whole(1, 10.0), |i| 10.0_f64.powi(4 * (i % 7) - 12)),
+        ),
+        (
+            "order 1, heavy rows last",
+            weighted(whole(1, 10.0), |i| 10.0_f64.powi(i.min(72) / 3 - 12)),
+        ),
+        ("order 2, all rows weighted by 1e-12", weighted(whole(2, 2.0), |_| 1e-12)),
+        ("order 2, all rows weighted by 1e12", weighted(whole(2, 2.0), |_| 1e12)),
+        ("order 2, slab of 1e-3, ridge 1e-8", System { ridge: 1e-8, ..slab(1e-3) }),
+        ("order 2, one plane, ridge 1e-8", System { ridge: 1e-8, ..plane() }),
+        ("order 2, slab of 1e-3, ridge 1e-3", System { ridge: 1e-3, ..slab(1e-3) }),
+        ("order 2, one plane, ridge 1e-3", System { ridge: 1e-3, ..plane() }),
+        ("columns from 1 to 1e-9", graded_columns()),
     ];
-    for (name, order, rows, place) in placed {
-        cases.push(case(format!("order {order}, {name}"), move || scattered(order, rows, place)));
-    }
-    cases.push(case("order 3, fewer samples than unknowns", || scattered(3, 0.5, |_, u| u)));
-    cases.push(case("order 2, one sample", || scattered(2, 1.0 / 27.0, |_, u| u)));
-    cases.push(case("order 1, row weights from 1e-12 to 1e12", || {
-        weighted(scattered(1, 10.0, |_, u| u), |i| 10.0_f64.powi(4 * (i % 7) - 12))
-    }));
-    cases.push(case("order 1, heavy rows last", || {
-        weighted(scattered(1, 10.0, |_, u| u), |i| 10.0_f64.powi(i.min(72) / 3 - 12))
-    }));
-    for (weight, name) in [(1e-12, "1e-12"), (1e12, "1e12")] {
-        cases.push(case(format!("order 2, all rows weighted by {name}"), move || {
-            weighted(scattered(2, 2.0, |_, u| u), |_| weight)
-        }));
-    }
-    for (ridge, name) in [(1e-8, "1e-8"), (1e-3, "1e-3")] {
-        cases.push(case(format!("order 2, slab of 1e-3, ridge {name}"), move || System {
-            ridge,
-            ..scattered(2, 2.0, |_, u| Vector3::new(u.x, u.y, 0.4 + 1e-3 * u.z))
-        }));
-        cases.push(case(format!("order 2, one plane, ridge {name}"), move || System {
-            ridge,
-            ..scattered(2, 3.0, |_, u| Vector3::new(u.x, u.y, 0.0))
-        }));
-    }
-    cases.push(case("columns from 1 to 1e-9", graded_columns));
-    Family {
-        name: "least squares",
-        about: "Solutions of least norm for design matrices that are given to the last bit, \
+    Family::new(
+        "least squares",
+        "Solutions of least norm for design matrices that are given to the last bit, \
             against Householder QR or, where rank is missing, one-sided Jacobi.",
-        quantities: vec![SOLUTION, CONDITION],
-        cases,
-    }
+        &[SOLUTION, CONDITION],
+    )
+    .with(orders, rows)
+    .with(systems, rows)
 }
 
 /// Centres of clusters by their number.
@@ -148,27 +136,21 @@ fn graded_columns() -> System {
     system
 }
 
-fn case(name: impl Into<String>, make: impl Fn() -> System + Send + Sync + 'static) -> Case {
-    Case::new(name, move |m, case| rows(m, case, &make()))
-}
-
-fn rows(methods: &Methods, case: &str, system: &System) -> Vec<Row> {
+fn rows(methods: &Methods, system: &System) -> Found {
     let unknowns = system.rows[0].len();
     let a = HighMatrix::from_fn(system.rows.len(), unknowns, |i, j| High::from(system.rows[i][j]));
     let b = HighMatrix::from_fn(system.rows.len(), 6, |i, k| High::from(system.values[i][k]));
     let reference = Reference::of(a, b, RCOND, system.ridge);
-    let case = reference.named(case);
     let Ok(found) = (methods.solve)(&system.rows, &system.values, RCOND, system.ridge) else {
-        return vec![Row::behaviour(&case, "is solved", false)];
+        return Ok(vec![reference.noted(must("is solved", false))]);
     };
     let mut rows = vec![
-        SOLUTION.worst(&case, reference.condition, &off_by(&reference, &found.unknowns)),
-        Row::behaviour(&case, "rank as exact", found.rank == reference.rank),
+        SOLUTION.worst(reference.condition, &reference.off_by(&found.unknowns)),
+        must("rank as exact", found.rank == reference.rank),
     ];
     if let Some(exact) = reference.exact_condition(EXACT_CONDITION_UNKNOWNS) {
         let error = (High::from(found.condition) - &exact).abs() / &exact;
-        let condition = exact.to_f64();
-        rows.push(CONDITION.row(&case, condition, error.to_f64(), 1.0));
+        rows.push(CONDITION.row(exact.to_f64(), error.to_f64(), 1.0));
     }
-    rows
+    Ok(rows.into_iter().map(|row| reference.noted(row)).collect())
 }

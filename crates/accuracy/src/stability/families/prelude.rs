@@ -7,7 +7,7 @@ pub use crate::high_linear::{
 };
 pub use crate::references::{self, axis3, distance, matrix, moved, point3, quaternion};
 pub use crate::stability::case::{
-    Case, Extent, Family, Methods, Quantity, Row, Sequence, cube, model,
+    Extent, Family, Found, Made, Methods, Quantity, Row, Sequence, cube, model, must,
 };
 pub use nalgebra::{Matrix3, Point3, Unit, UnitQuaternion, Vector3};
 pub use trackwright_field::bernstein::{coefficient_count, products};

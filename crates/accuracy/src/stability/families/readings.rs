@@ -29,70 +29,65 @@ const SIGNALS: Quantity = Quantity::new(
 );
 
 pub(super) fn family(extent: Extent) -> Family {
-    let count = if extent.is_full() { 40 } else { 8 };
+    let count = extent.of(40, 8);
     let at = |k: usize| 120.0 * k as f64 - 120.0;
     let grid = (0..9).map(|k| vertical([at(k / 3), at(k % 3), 0.0]));
+    let five = Generator::planar_nine().coils.into_iter().take(5);
     let generators = [
-        ("nine coplanar dipoles of nine directions", Generator::planar_nine()),
-        ("eight coplanar loops, all vertical", Generator::anser()),
-        ("nine coplanar dipoles, all vertical", generator(grid)),
-        (
-            "five coplanar dipoles",
-            Generator {
-                coils: Generator::planar_nine().coils[..5].to_vec(),
-                ..Generator::planar_nine()
-            },
-        ),
+        ("nine coplanar dipoles of nine directions, in the cube", Generator::planar_nine()),
+        ("eight coplanar loops, all vertical, in the cube", Generator::anser()),
+        ("nine coplanar dipoles, all vertical, in the cube", generator(grid)),
+        ("five coplanar dipoles, in the cube", generator(five)),
     ];
-    let mut cases = Vec::new();
-    for (name, generator) in generators {
-        cases.push(Case::new(format!("{name}, in the cube"), move |_, case| {
-            let mut sequence = Sequence::new(5);
-            let bounds = Volume::AuroraCube.bounds();
-            let rows = (0..count).flat_map(|_| {
-                let (p, n) = (sequence.point_in(&bounds), sequence.axis());
-                let turn = UnitQuaternion::from_scaled_axis(sequence.vector() * 0.05);
-                rows(case, &generator, &p, &n, &(p + sequence.vector() * 5.0), &(turn * n))
-            });
-            worst_each(rows.collect())
-        }));
-    }
-    // On its axis a ring of vertical dipoles has two patterns to show two shifts and two turns; two coils
-    // that are not on it add two.
-    for exponent in [1, 3, 5, 6, 7, 8, 10, 13] {
-        let moved = 100.0 * 10.0_f64.powi(-exponent);
-        cases.push(Case::new(
-            format!("a ring, two coils moved by 1e-{exponent} of its radius"),
-            move |_, case| {
-                let coil = |k: usize| {
-                    let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), k as f64 * TAU / 8.0);
-                    let shift = moved * [0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.0, 0.0][k];
-                    let at = turn * Vector3::new(100.0 + shift, 0.0, 0.3 * shift);
-                    vertical(at.into())
-                };
-                let ring = generator((0..8).map(coil));
-                let (p, n) = (Point3::new(0.0, 0.0, -200.0), Vector3::z_axis());
-                // Farther off the signals may be nearest to those of a pose on the other side of the axis.
-                let shift = Vector3::new(0.4, -0.3, 0.2) * (0.01 * moved);
-                let mut rows = worst_each(rows(case, &ring, &p, &n, &(p + shift), &n));
-                let is_refused = ring.check_determines(&Volume::AuroraCube).is_err();
-                // Singular values fall with the coil's move; below 1e-7 the generator is refused.
-                if exponent >= 10 {
-                    rows.push(Row::behaviour(case, "the generator is refused", is_refused));
-                }
-                rows
-            },
-        ));
-    }
-    Family {
-        name: "readings",
-        about: "Signals of another pose as those of a disturbed field: the pose that is read has to \
+    let rings = [1, 3, 5, 6, 7, 8, 10, 13].map(|exponent| {
+        (format!("a ring, two coils moved by 1e-{exponent} of its radius"), exponent)
+    });
+    Family::new(
+        "readings",
+        "Signals of another pose as those of a disturbed field: the pose that is read has to \
             be that one, or there is none. Where the signals hardly determine the pose it is as far \
             off as their round-off moves it. Of five coils several poses have the same signals: they \
             are compared instead.",
-        quantities: vec![POSITION, DIRECTION, SIGNALS],
-        cases,
+        &[POSITION, DIRECTION, SIGNALS],
+    )
+    .with(generators, move |_, generator| {
+        let mut sequence = Sequence::new(5);
+        let bounds = Volume::AuroraCube.bounds();
+        let mut rows: Vec<_> = (0..count)
+            .flat_map(|_| {
+                let (p, n) = (sequence.point_in(&bounds), sequence.axis());
+                let turn = UnitQuaternion::from_scaled_axis(sequence.vector() * 0.05);
+                rows(generator, (&p, &n), (&(p + sequence.vector() * 5.0), &(turn * n)))
+            })
+            .collect();
+        // Where no pose is read comes last, whichever place it was.
+        rows.sort_by_key(|row| row.quantity);
+        Ok(rows)
+    })
+    .with(rings, |_, &exponent| Ok(ring(exponent)))
+}
+
+/// On its axis a ring of vertical dipoles has two patterns to show two shifts and two turns; two coils
+/// that are not on it add two.
+fn ring(exponent: i32) -> Vec<Row> {
+    let moved = 100.0 * 10.0_f64.powi(-exponent);
+    let coil = |k: usize| {
+        let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), k as f64 * TAU / 8.0);
+        let shift = moved * [0.0, 1.0, 0.0, 0.7, 0.0, 0.0, 0.0, 0.0][k];
+        let at = turn * Vector3::new(100.0 + shift, 0.0, 0.3 * shift);
+        vertical(at.into())
+    };
+    let ring = generator((0..8).map(coil));
+    let (p, n) = (Point3::new(0.0, 0.0, -200.0), Vector3::z_axis());
+    // Farther off the signals may be nearest to those of a pose on the other side of the axis.
+    let shift = Vector3::new(0.4, -0.3, 0.2) * (0.01 * moved);
+    let mut rows = rows(&ring, (&p, &n), (&(p + shift), &n));
+    // Singular values fall with the coil's move; below 1e-7 the generator is refused.
+    if exponent >= 10 {
+        let is_refused = ring.check_determines(&Volume::AuroraCube).is_err();
+        rows.push(must("the generator is refused", is_refused));
     }
+    rows
 }
 
 fn vertical(at: [f64; 3]) -> Coil {
@@ -103,23 +98,11 @@ fn generator(coils: impl Iterator<Item = Coil>) -> Generator {
     Generator { name: "of the battery".to_owned(), coils: coils.collect() }
 }
 
-fn worst_each(rows: Vec<Row>) -> Vec<Row> {
-    let mut names: Vec<&str> = rows.iter().map(|r| r.quantity).collect();
-    names.sort_unstable();
-    names.dedup();
-    let of = |name: &&str| rows.iter().filter(|r| r.quantity == *name).cloned().collect();
-    names.iter().filter_map(|name| Row::worst_of(of(name))).collect()
-}
+/// Position and axis of a sensor.
+type At<'a> = (&'a Point3<f64>, &'a Unit<Vector3<f64>>);
 
 /// A sensor at `p` along `n` whose signals are those at `other_p` along `other_n`.
-fn rows(
-    case: &str,
-    generator: &Generator,
-    p: &Point3<f64>,
-    n: &Unit<Vector3<f64>>,
-    other_p: &Point3<f64>,
-    other_n: &Unit<Vector3<f64>>,
-) -> Vec<Row> {
+fn rows(generator: &Generator, (p, n): At<'_>, (other_p, other_n): At<'_>) -> Vec<Row> {
     let signals: Vec<f64> =
         generator.coils.iter().map(|coil| coil.field(other_p).dot(other_n)).collect();
     let disturbance: Vec<Vector3<f64>> = generator
@@ -129,7 +112,7 @@ fn rows(
         .map(|(coil, signal)| n.into_inner() * (signal - coil.field(p).dot(n)))
         .collect();
     let Ok(reading) = read_axis(generator, p, n, &disturbance) else {
-        return vec![Row::behaviour(case, "the right pose, or none", true)];
+        return vec![must("the right pose, or none", true)];
     };
     let jacobian = jacobian(generator, other_p, other_n);
     let norm = signals.iter().map(|s| s * s).sum::<f64>().sqrt();
@@ -137,18 +120,13 @@ fn rows(
         let read = generator.coils.iter().map(|c| c.field(&reading.position_mm).dot(&reading.axis));
         let squares = read.zip(&signals).map(|(read, signal)| (read - signal).powi(2));
         let condition = jacobian.norm() * other_p.coords.norm() / norm;
-        return vec![SIGNALS.row(case, condition, squares.sum::<f64>().sqrt(), norm)];
+        return vec![SIGNALS.row(condition, squares.sum::<f64>().sqrt(), norm)];
     }
-    let least = jacobian.singular_values().min();
-    let condition = norm / least;
+    let condition = norm / jacobian.singular_values().min();
+    let turned = (reading.axis.as_ref() - other_n.as_ref()).norm();
     vec![
-        POSITION.row(case, condition, (reading.position_mm - other_p).norm(), 1.0),
-        DIRECTION.row(
-            case,
-            condition,
-            (reading.axis.as_ref() - other_n.as_ref()).norm(),
-            1.0 / LEVER_MM,
-        ),
+        DIRECTION.row(condition, turned, 1.0 / LEVER_MM),
+        POSITION.row(condition, (reading.position_mm - other_p).norm(), 1.0),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! What is not a number: refused with a reason, or handed on as what it is, and never a panic.
 
 use super::prelude::*;
+use crate::stability::case::Case;
 use trackwright_field::fit::FitError;
 use trackwright_field::model::ModelError;
 use trackwright_geometry::pose::pose_from_array;
@@ -8,18 +9,20 @@ use trackwright_geometry::pose::pose_from_array;
 const NAN: f64 = f64::NAN;
 const INF: f64 = f64::INFINITY;
 
+const NO_NUMBERS: [(&str, f64); 2] = [("NaN", NAN), ("infinity", INF)];
+
 pub(super) fn family(_: Extent) -> Family {
     let mut cases = models();
     cases.extend(evaluations());
     cases.extend(fits());
     cases.extend(frames());
-    for (name, value) in [("NaN", NAN), ("infinity", INF)] {
-        cases.push(must(
+    for (name, value) in NO_NUMBERS {
+        cases.push(case(
             format!("a rotation vector with {name}"),
             "the rotation is not a number",
             move |m| (m.exp)(&Vector3::new(0.1, value, 0.2)).quaternion().w.is_nan(),
         ));
-        cases.push(must(
+        cases.push(case(
             format!("a rotation matrix with {name}"),
             "the logarithm is not a number",
             move |m| {
@@ -28,41 +31,41 @@ pub(super) fn family(_: Extent) -> Family {
                 (m.log_matrix)(&matrix).iter().any(|v| v.is_nan())
             },
         ));
-        cases.push(must(format!("a pose with a quaternion of {name}"), "is no pose", move |_| {
+        cases.push(case(format!("a pose with a quaternion of {name}"), "is no pose", move |_| {
             pose_from_array([0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0]).is_none()
         }));
-        cases.push(must(format!("singular values with {name}"), "are not numbers", move |m| {
+        cases.push(case(format!("singular values with {name}"), "are not numbers", move |m| {
             let svd = (m.svd3)(&Matrix3::repeat(value));
             svd.singular_values.iter().any(|v| !v.is_finite())
         }));
     }
-    cases.push(must("statistics with NaN", "all figures are not numbers", |m| {
+    cases.push(case("statistics with NaN", "all figures are not numbers", |m| {
         (m.statistics)(&mut [1.0, NAN, 2.0])
             .is_some_and(|s| s.values().all(|(_, value)| value.is_nan()))
     }));
-    cases.push(must("statistics with infinity", "the largest is infinite", |m| {
+    cases.push(case("statistics with infinity", "the largest is infinite", |m| {
         (m.statistics)(&mut [1.0, INF, 2.0]).is_some_and(|s| s.max() == INF && s.median() == 2.0)
     }));
-    cases.push(must("statistics of nothing", "there are none", |m| {
+    cases.push(case("statistics of nothing", "there are none", |m| {
         (m.statistics)(&mut []).is_none()
     }));
-    Family {
-        name: "not a number",
-        about: "NaN and infinity in every input: refused with a reason where something is made to \
+    let family = Family::new(
+        "not a number",
+        "NaN and infinity in every input: refused with a reason where something is made to \
             last, propagated where it is computed once, never a panic and never a plausible \
             number.",
-        quantities: Vec::new(),
-        cases,
-    }
+        &[],
+    );
+    Family { cases, ..family }
 }
 
 /// A case with a single claim.
-fn must(
+fn case(
     name: impl Into<String>,
     claim: &'static str,
     holds: impl Fn(&Methods) -> bool + Send + Sync + 'static,
 ) -> Case {
-    Case::new(name, move |m, case| vec![Row::behaviour(case, claim, holds(m))])
+    Case::new(name, move |m| Ok(vec![must(claim, holds(m))]))
 }
 
 fn models() -> Vec<Case> {
@@ -70,16 +73,16 @@ fn models() -> Vec<Case> {
         DistortionModel::of_position(1, bounds, vec![[0.0, 0.0, value, 0.0, 0.0, 0.0]; 8])
     };
     let mut cases = Vec::new();
-    for (name, value) in [("NaN", NAN), ("infinity", INF)] {
-        cases.push(must(format!("a model with a coefficient of {name}"), "refused", move |_| {
+    for (name, value) in NO_NUMBERS {
+        cases.push(case(format!("a model with a coefficient of {name}"), "refused", move |_| {
             matches!(made(cube([0.0; 3], 1.0), value), Err(ModelError::NotFinite(0)))
         }));
-        cases.push(must(format!("a model with a box of {name}"), "refused", move |_| {
+        cases.push(case(format!("a model with a box of {name}"), "refused", move |_| {
             let bounds = Bounds::from(([0.0; 3], [1.0, value, 1.0]));
             matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
         }));
     }
-    cases.push(must("a model with a box wider than numbers", "refused", move |_| {
+    cases.push(case("a model with a box wider than numbers", "refused", move |_| {
         let bounds = Bounds::from(([-1.5e308; 3], [1.5e308; 3]));
         matches!(made(bounds, 0.0), Err(ModelError::Bounds { .. }))
     }));
@@ -100,7 +103,7 @@ fn evaluations() -> Vec<Case> {
     for (name, outside) in
         [("clamped", OutsidePolicy::Clamp), ("extrapolated", OutsidePolicy::Extrapolate)]
     {
-        cases.push(must(
+        cases.push(case(
             format!("the field at a position of NaN, {name}"),
             "the error is not a number",
             move |m| is_nan(evaluated(m, [0.0, NAN, 0.0], [0.0, 0.0, 1.0], outside)),
@@ -108,41 +111,36 @@ fn evaluations() -> Vec<Case> {
     }
     for weighting in [Weighting::Area, Weighting::Gnomonic] {
         for outside in [OutsidePolicy::Clamp, OutsidePolicy::Extrapolate] {
-            cases.push(must(
-                format!("the field at NaN in batches, {outside:?}, {weighting:?}"),
-                "that error alone is not a number",
-                move |m| {
-                    let found =
-                        by_all_ways(m, [NAN, 0.0, 0.0], [0.0, 0.6, 0.8], outside, weighting);
-                    found.is_some_and(|all| all.into_iter().all(|e| is_nan(Some(e))))
-                },
-            ));
-            cases.push(must(
-                format!("the field along NaN in batches, {outside:?}, {weighting:?}"),
-                "that error alone is not a number",
-                move |m| {
-                    let found = by_all_ways(m, [1.0; 3], [0.0, NAN, 0.8], outside, weighting);
-                    found.is_some_and(|all| all.into_iter().all(|e| is_nan(Some(e))))
-                },
-            ));
+            for (where_to, position, axis) in
+                [("at", [NAN, 0.0, 0.0], [0.0, 0.6, 0.8]), ("along", [1.0; 3], [0.0, NAN, 0.8])]
+            {
+                cases.push(case(
+                    format!("the field {where_to} NaN in batches, {outside:?}, {weighting:?}"),
+                    "that error alone is not a number",
+                    move |m| {
+                        let found = by_all_ways(m, position, axis, outside, weighting);
+                        found.is_some_and(|all| all.into_iter().all(|e| is_nan(Some(e))))
+                    },
+                ));
+            }
         }
     }
-    cases.push(must("the field at infinity, clamped", "the error on the box's face", move |m| {
+    cases.push(case("the field at infinity, clamped", "the error on the box's face", move |m| {
         let at = |x: f64| evaluated(m, [x, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Clamp);
         at(INF).is_some() && at(INF) == at(100.0) && at(-INF) == at(-100.0)
     }));
-    cases.push(must("the field at infinity, extrapolated", "the error is not finite", move |m| {
+    cases.push(case("the field at infinity, extrapolated", "the error is not finite", move |m| {
         let e = evaluated(m, [INF, 0.0, 0.0], [0.0, 0.0, 1.0], OutsidePolicy::Extrapolate);
         e.is_some_and(|e| e.position_mm.iter().all(|v| !v.is_finite()))
     }));
     for (name, axis) in [("NaN", [0.0, NAN, 1.0]), ("infinity", [0.0, INF, 1.0])] {
-        cases.push(must(
+        cases.push(case(
             format!("the field along an axis of {name}"),
             "the error is not a number",
             move |m| is_nan(evaluated(m, [1.0; 3], axis, OutsidePolicy::Clamp)),
         ));
         for weighting in [Weighting::Area, Weighting::Gnomonic] {
-            cases.push(must(
+            cases.push(case(
                 format!("{weighting:?} weights of an axis of {name}"),
                 "the weights are not numbers",
                 move |m| {
@@ -222,7 +220,7 @@ fn fits() -> Vec<Case> {
     ];
     let mut cases = Vec::new();
     for (name, change) in changes {
-        cases.push(must(
+        cases.push(case(
             format!("a fit to {name}"),
             "refused with the sample's number",
             move |m| {
@@ -233,17 +231,17 @@ fn fits() -> Vec<Case> {
         ));
     }
     for (name, value) in [("NaN", NAN), ("infinity", INF), ("−1", -1.0)] {
-        cases.push(must(format!("a fit with a ridge of {name}"), "refused", move |m| {
+        cases.push(case(format!("a fit with a ridge of {name}"), "refused", move |m| {
             let settings = FitSettings { ridge: value, ..FitSettings::new(1, DirectionSet::Six) };
             matches!((m.fit)(&samples(|_| ()), &settings, None), Err(FitError::Ridge(_)))
         }));
-        cases.push(must(format!("a fit with a cutoff of {name}"), "refused", move |m| {
+        cases.push(case(format!("a fit with a cutoff of {name}"), "refused", move |m| {
             let settings = FitSettings { rcond: value, ..FitSettings::new(1, DirectionSet::Six) };
             matches!((m.fit)(&samples(|_| ()), &settings, None), Err(FitError::Rcond(_)))
         }));
     }
-    for (name, value) in [("NaN", NAN), ("infinity", INF)] {
-        cases.push(must(
+    for (name, value) in NO_NUMBERS {
+        cases.push(case(
             format!("least squares with {name}"),
             "refused, or not a number",
             move |m| {
@@ -276,13 +274,13 @@ fn frames() -> Vec<Case> {
     };
     let is_nan = |pose: &Pose| pose.translation.vector.iter().any(|v| !v.is_finite());
     let mut cases = Vec::new();
-    for (name, value) in [("NaN", NAN), ("infinity", INF)] {
-        cases.push(must(
+    for (name, value) in NO_NUMBERS {
+        cases.push(case(
             format!("a frame from a reading of {name}"),
             "the pose is not finite",
             move |m| is_nan(&fitted(m, value, 100.0)),
         ));
-        cases.push(must(
+        cases.push(case(
             format!("a frame with a weight of {name}"),
             "the pose is not finite",
             move |m| {
@@ -291,7 +289,7 @@ fn frames() -> Vec<Case> {
             },
         ));
     }
-    cases.push(must("a frame from a reading turned by NaN", "the pose is not finite", move |m| {
+    cases.push(case("a frame from a reading turned by NaN", "the pose is not finite", move |m| {
         let nan = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(NAN, 0.0, 0.0, 0.0));
         let body = RigidBody {
             name: "body".to_owned(),

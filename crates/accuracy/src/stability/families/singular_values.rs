@@ -24,59 +24,54 @@ pub(super) fn family(_: Extent) -> Family {
         ("1, 0, 0", [1.0, 0.0, 0.0]),
         ("0, 0, 0", [0.0; 3]),
     ];
-    let mut cases = Vec::new();
-    for (name, values) in shapes {
-        for (size_name, size) in [("", 1.0), (" times 1e-140", 1e-140), (" times 1e140", 1e140)] {
-            cases.push(Case::new(format!("{name}{size_name}"), move |m, case| {
-                let mut sequence = Sequence::new(7);
-                let rows = (0..6).flat_map(|i| {
-                    let mut turn = || sequence.rotation().to_rotation_matrix().into_inner();
-                    // Some without any structure, some aligned with the axes, some reflections.
-                    let left = if i == 0 { Matrix3::identity() } else { turn() };
-                    let right = if i == 1 { Matrix3::identity() } else { turn() };
-                    let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
-                    let diagonal = Matrix3::from_diagonal(&Vector3::from(values));
-                    rows(m, case, &(left * diagonal * right * (sign * size)))
-                });
-                worst_each(rows.collect())
-            }));
-        }
-    }
-    for (name, rows_by, columns_by) in [
-        ("rows from 1 to 1e-20", 1e-10, 1.0),
-        ("columns from 1 to 1e-20", 1.0, 1e-10),
-        ("rows and columns from 1 to 1e-20", 1e-5, 1e-5),
-    ] {
-        cases.push(Case::new(name, move |m, case| {
-            let mut sequence = Sequence::new(23);
-            let rows = (0..6).flat_map(|_| {
-                let graded = Matrix3::from_fn(|i, j| {
-                    let grade: f64 = f64::powi(rows_by, i as i32) * f64::powi(columns_by, j as i32);
-                    sequence.signed() * grade
-                });
-                rows(m, case, &graded)
-            });
-            worst_each(rows.collect())
-        }));
-    }
-    Family {
-        name: "singular values",
-        about: "The SVD of three by three matrices of any rank, grade and size, reflections \
+    let sizes = [("", 1.0), (" times 1e-140", 1e-140), (" times 1e140", 1e140)];
+    let shapes = shapes.into_iter().flat_map(|(name, values)| {
+        sizes.map(|(size_name, size)| (format!("{name}{size_name}"), turned(values, size)))
+    });
+    let graded = [
+        ("rows from 1 to 1e-20", graded(1e-10, 1.0)),
+        ("columns from 1 to 1e-20", graded(1.0, 1e-10)),
+        ("rows and columns from 1 to 1e-20", graded(1e-5, 1e-5)),
+    ];
+    Family::new(
+        "singular values",
+        "The SVD of three by three matrices of any rank, grade and size, reflections \
             included, against one-sided Jacobi in 192 bits.",
-        quantities: vec![VALUES, FACTORS],
-        cases,
-    }
+        &[VALUES, FACTORS],
+    )
+    .with(shapes, rows)
+    .with(graded, rows)
 }
 
-fn worst_each(rows: Vec<Row>) -> Vec<Row> {
-    let of = |q: Quantity| {
-        let own = rows.iter().filter(|r| r.quantity == q.name).cloned();
-        Row::worst_of(own.collect())
-    };
-    [VALUES, FACTORS].into_iter().filter_map(of).collect()
+/// Of these singular values: some without any structure, some aligned with the axes, some
+/// reflections.
+fn turned(values: [f64; 3], size: f64) -> [Matrix3<f64>; 6] {
+    let mut sequence = Sequence::new(7);
+    std::array::from_fn(|i| {
+        let mut turn = || sequence.rotation().to_rotation_matrix().into_inner();
+        let left = if i == 0 { Matrix3::identity() } else { turn() };
+        let right = if i == 1 { Matrix3::identity() } else { turn() };
+        let sign = if i % 2 == 0 { 1.0 } else { -1.0 };
+        let diagonal = Matrix3::from_diagonal(&Vector3::from(values));
+        left * diagonal * right * (sign * size)
+    })
 }
 
-fn rows(methods: &Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
+fn graded(rows_by: f64, columns_by: f64) -> [Matrix3<f64>; 6] {
+    let mut sequence = Sequence::new(23);
+    std::array::from_fn(|_| {
+        Matrix3::from_fn(|i, j| {
+            let grade = rows_by.powi(i as i32) * columns_by.powi(j as i32);
+            sequence.signed() * grade
+        })
+    })
+}
+
+fn rows(methods: &Methods, matrices: &[Matrix3<f64>; 6]) -> Found {
+    Ok(matrices.iter().flat_map(|matrix| rows_of(methods, matrix)).collect())
+}
+
+fn rows_of(methods: &Methods, matrix: &Matrix3<f64>) -> [Row; 2] {
     let found = (methods.svd3)(matrix);
     let exact = svd(&HighMatrix::from_fn(3, 3, |i, j| High::from(matrix[(i, j)])));
     let largest = exact.singular_values[0].to_f64();
@@ -92,12 +87,6 @@ fn rows(methods: &Methods, case: &str, matrix: &Matrix3<f64>) -> Vec<Row> {
         if largest > 0.0 { (m / largest).norm() } else { m.norm() }
     };
     let orthogonal = |q: &Matrix3<f64>| ((q * q.transpose() - Matrix3::identity()).norm(), 1.0);
-    vec![
-        VALUES.row(case, 1.0, error, largest),
-        FACTORS.worst(
-            case,
-            1.0,
-            &[(part(product - matrix), 1.0), orthogonal(&found.u), orthogonal(&found.v)],
-        ),
-    ]
+    let factors = [(part(product - matrix), 1.0), orthogonal(&found.u), orthogonal(&found.v)];
+    [VALUES.row(1.0, error, largest), FACTORS.worst(1.0, &factors)]
 }

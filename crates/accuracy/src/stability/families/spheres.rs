@@ -21,50 +21,38 @@ const MOST_ARGUMENT: f64 = 500.0;
 const MATERIALS: [&str; 5] = ["copper", "steel-304", "steel-416", "titanium", "ferrite"];
 
 pub(super) fn family(extent: Extent) -> Family {
-    let radii_mm = extent.of(&[0.1, 1.0, 10.0, 100.0, 500.0], &[0.1, 20.0, 500.0]);
-    let decades = extent.of(&[0, 1, 2, 3, 4, 5, 6], &[0, 3, 6]);
-    let mut cases = Vec::new();
-    for key in MATERIALS {
-        let Some(material) = Material::named(key) else { continue };
-        for &radius_mm in &radii_mm {
-            let decades = decades.clone();
-            cases.push(Case::new(
-                format!("{key}, {radius_mm} mm, 1 Hz to 1 MHz"),
-                move |m, case| {
-                    let rows = decades.iter().flat_map(|&decade| {
-                        rows(m, case, radius_mm, &material, 10.0_f64.powi(decade))
-                    });
-                    let rows: Vec<Row> = rows.collect();
-                    let of = |q: Quantity| {
-                        let own = rows.iter().filter(|r| r.quantity == q.name).cloned();
-                        Row::worst_of(own.collect())
-                    };
-                    [REAL, IMAGINARY, ORDERS].into_iter().filter_map(of).collect()
-                },
-            ));
-        }
-    }
-    Family {
-        name: "spheres",
-        about: "Induced dipole and higher orders of spheres of five materials, against the \
+    let radii_mm = extent.of(vec![0.1, 1.0, 10.0, 100.0, 500.0], vec![0.1, 20.0, 500.0]);
+    let decades = extent.of(&[0, 1, 2, 3, 4, 5, 6][..], &[0, 3, 6]);
+    let spheres = MATERIALS.into_iter().flat_map(|key| {
+        let radii_mm = radii_mm.iter();
+        radii_mm.map(move |&mm| (format!("{key}, {mm} mm, 1 Hz to 1 MHz"), (key, mm)))
+    });
+    Family::new(
+        "spheres",
+        "Induced dipole and higher orders of spheres of five materials, against the \
             cotangent's formula and Miller's algorithm in 192 bits. Small spheres of metal that is \
             not magnetic have a real part of a square's square, which the formula as it is written \
             does not have; large ones a cotangent beyond the range of f64.",
-        quantities: vec![REAL, IMAGINARY, ORDERS],
-        cases,
-    }
+        &[REAL, IMAGINARY, ORDERS],
+    )
+    .with(spheres, move |methods, &(key, radius_mm)| {
+        let material = Material::named(key).ok_or("is a material")?;
+        let mut rows = Vec::new();
+        for &decade in decades {
+            rows.extend(at_frequency(methods, radius_mm, &material, 10.0_f64.powi(decade))?);
+        }
+        Ok(rows)
+    })
 }
 
-fn rows(
+fn at_frequency(
     methods: &Methods,
-    case: &str,
     radius_mm: f64,
     material: &Material,
     frequency_hz: f64,
-) -> Vec<Row> {
-    let Ok(found) = (methods.sphere_factor)(radius_mm, material, frequency_hz) else {
-        return vec![Row::behaviour(case, "has a factor", false)];
-    };
+) -> Found {
+    let found =
+        (methods.sphere_factor)(radius_mm, material, frequency_hz).map_err(|_| "has a factor")?;
     let mu = material.relative_permeability();
     let squared = squared_size(radius_mm, material, frequency_hz);
     // A change of the argument that is far above the reference's round-off.
@@ -73,23 +61,22 @@ fn rows(
     let row = |q: &Quantity, found: f64, there: &High, beside: &High| {
         let size = there.abs();
         let condition = ((beside - there).abs() / &size).to_f64() / step + 1.0;
-        q.row(case, condition, (High::from(found) - there).abs().to_f64(), size.to_f64())
+        q.row(condition, (High::from(found) - there).abs().to_f64(), size.to_f64())
     };
     let mut rows = vec![
         row(&REAL, found.re, &there[0], &beside[0]),
         row(&IMAGINARY, found.im, &there[1], &beside[1]),
     ];
     if squared.to_f64().sqrt() < MOST_ARGUMENT {
-        let Ok(response) = SphereResponse::new(radius_mm, material, frequency_hz) else {
-            return vec![Row::behaviour(case, "has orders", false)];
-        };
+        let response =
+            SphereResponse::new(radius_mm, material, frequency_hz).map_err(|_| "has orders")?;
         let [there, beside] =
             [0.0, step].map(|step| orders(&(&squared * (High::one() + step)), mu));
         for ((order, there), beside) in HIGHER.into_iter().zip(&there).zip(&beside) {
             rows.push(row(&ORDERS, response.ratio(order), there, beside));
         }
     }
-    rows
+    Ok(rows)
 }
 
 /// Real and imaginary part.

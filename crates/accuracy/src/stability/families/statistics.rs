@@ -21,8 +21,7 @@ const PERCENTILE: Quantity =
 type Value = fn(usize, &mut Sequence) -> f64;
 
 pub(super) fn family(extent: Extent) -> Family {
-    let many = if extent.is_full() { 10_000_000 } else { 10_000 };
-    let mut cases = Vec::new();
+    let many = extent.of(10_000_000, 10_000);
     let kinds: [(&str, usize, Value); 8] = [
         ("values up to 1", many, |_, s| s.unit()),
         ("values around 0", many / 10, |_, s| s.signed()),
@@ -35,29 +34,26 @@ pub(super) fn family(extent: Extent) -> Family {
         ("values up to 1e-160", 10_000, |_, s| 1e-160 * s.unit()),
         ("values up to 1e160", 10_000, |_, s| 1e160 * s.unit()),
     ];
-    for (name, count, value) in kinds {
-        cases.push(Case::new(format!("{count} {name}"), move |m, case| {
-            let mut sequence = Sequence::new(2);
-            let values = (0..count).map(|i| value(i, &mut sequence)).collect();
-            rows(m, case, values)
-        }));
-    }
-    cases.push(Case::new("one value", |m, case| rows(m, case, vec![0.1])));
-    cases.push(Case::new("two values", |m, case| rows(m, case, vec![1e6, 1e6 + 1e-9])));
-    Family {
-        name: "statistics",
-        about: "Mean, root mean square, standard deviation and percentiles, against sums in 192 \
+    Family::new(
+        "statistics",
+        "Mean, root mean square, standard deviation and percentiles, against sums in 192 \
             bits and order statistics of the sorted values.",
-        quantities: vec![MEAN, RMS, STD, PERCENTILE],
-        cases,
-    }
+        &[MEAN, RMS, STD, PERCENTILE],
+    )
+    .with(
+        kinds.map(|(name, count, value)| (format!("{count} {name}"), (count, value))),
+        |m, &(count, value)| {
+            let mut sequence = Sequence::new(2);
+            let values: Vec<_> = (0..count).map(|i| value(i, &mut sequence)).collect();
+            rows(m, &values)
+        },
+    )
+    .with([("one value", vec![0.1]), ("two values", vec![1e6, 1e6 + 1e-9])], |m, v| rows(m, v))
 }
 
-fn rows(methods: &Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
-    let mut reordered = values.clone();
-    let Some(found) = (methods.statistics)(&mut reordered) else {
-        return vec![Row::behaviour(case, "has statistics", false)];
-    };
+fn rows(methods: &Methods, values: &[f64]) -> Found {
+    let mut reordered = values.to_vec();
+    let found = (methods.statistics)(&mut reordered).ok_or("has statistics")?;
     let n = values.len() as f64;
     let mean = values.iter().map(|&v| High::from(v)).sum::<High>() / n;
     let squares = |center: &High| -> High {
@@ -79,17 +75,17 @@ fn rows(methods: &Methods, case: &str, values: Vec<f64>) -> Vec<Row> {
     } else {
         (1.0, rms.to_f64())
     };
-    let mut sorted = values.clone();
+    let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let largest = sorted[0].abs().max(sorted[sorted.len() - 1].abs());
     let errors = [(found.median(), 0.5), (found.p95(), 0.95)]
         .map(|(found, p)| (off(found, &percentile(&sorted, p)), largest));
-    vec![
-        MEAN.row(case, 1.0, off(found.mean(), &mean), size),
-        RMS.row(case, 1.0, off(found.rms(), &rms), rms.to_f64()),
-        STD.row(case, condition, off(found.get(Summary::Std), &std), scale),
-        PERCENTILE.worst(case, 1.0, &errors),
-    ]
+    Ok(vec![
+        MEAN.row(1.0, off(found.mean(), &mean), size),
+        RMS.row(1.0, off(found.rms(), &rms), rms.to_f64()),
+        STD.row(condition, off(found.get(Summary::Std), &std), scale),
+        PERCENTILE.worst(1.0, &errors),
+    ])
 }
 
 /// Between order statistics at `(n − 1) p`, a place that `f64` holds exactly enough: its own

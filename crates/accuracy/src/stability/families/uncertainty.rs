@@ -22,63 +22,57 @@ const TIP_ERROR: Quantity = Quantity::new(
 const ANGLE_ERROR: Quantity = Quantity::new("angle error, rad", 8.0, "1", "1");
 
 pub(super) fn family(extent: Extent) -> Family {
-    let mut cases = Vec::new();
-    for (name, aside_mm, weight_mm) in [
-        ("four sensors", 10.0, 100.0),
-        ("four sensors, w = 0", 10.0, 0.0),
-        ("four sensors, w = 1e-12", 10.0, 1e-12),
-        ("four sensors, w = 1e12", 10.0, 1e12),
-        ("four sensors 0.1 mm off a line, w = 0", 0.1, 0.0),
-        ("four sensors 2e-3 mm off a line, w = 0", 2e-3, 0.0),
-        ("four sensors 2e-3 mm off a line, parallel axes, w = 1", 2e-3, -1.0),
-    ] {
-        for (place, offset) in [("", 0.0), (", body 1e6 mm off its origin", 1e6)] {
-            if offset > 0.0 && aside_mm < 0.1 {
-                // Coordinates of 1e6 mm do not hold what these are about.
-                continue;
-            }
-            cases.push(Case::new(format!("{name}{place}"), move |m, case| {
-                covariance(
-                    m,
-                    case,
-                    &body(4, aside_mm, weight_mm < 0.0, offset),
-                    f64::abs(weight_mm),
-                )
-            }));
-        }
-    }
-    for (name, weight_mm) in [("four sensors on a line", 0.0), ("parallel axes, w = 1e12", 1e12)] {
-        cases.push(Case::new(name, move |m, case| {
-            let aside = if weight_mm == 0.0 { 0.0 } else { 10.0 };
-            let body = body(4, aside, true, 0.0);
-            let own = [unit_covariance(); 4];
-            let refused = (m.covariance)(&body, weight_mm, &own, &Point3::origin()).is_err();
-            vec![Row::behaviour(case, "refused: not determined", refused)]
-        }));
-    }
-    let many = if extent.is_full() { 10_000 } else { 300 };
-    cases.push(Case::new(format!("{many} sensors"), move |m, case| {
-        covariance(m, case, &body(many, 10.0, false, 0.0), 100.0)
-    }));
-    for (name, place_mm, turn_rad) in [
-        ("tool 300 mm away, off by 1 mm and 0.01 rad", 300.0, 0.01),
-        ("tool 300 mm away, off by 1 mm and 1e-12 rad", 300.0, 1e-12),
-        ("tool 1e6 mm away, off by 1 mm and 0.01 rad", 1e6, 0.01),
-        ("tool 300 mm away, off by 1 mm and 3 rad", 300.0, 3.0),
-    ] {
-        cases.push(Case::new(name, move |m, case| tip_error(m, case, place_mm, turn_rad)));
-    }
-    Family {
-        name: "uncertainty and tip error",
-        about: "The first-order covariance of a tip 200 mm away from unlike sensor covariances, \
+    let near = |aside_mm: f64| body(4, aside_mm, false, 0.0);
+    let far = |aside_mm: f64| body(4, aside_mm, false, 1e6);
+    let parallel = |aside_mm: f64| body(4, aside_mm, true, 0.0);
+    let many = extent.of(10_000, 300);
+    let bodies = [
+        ("four sensors", near(10.0), 100.0),
+        ("four sensors, body 1e6 mm off its origin", far(10.0), 100.0),
+        ("four sensors, w = 0", near(10.0), 0.0),
+        ("four sensors, w = 0, body 1e6 mm off its origin", far(10.0), 0.0),
+        ("four sensors, w = 1e-12", near(10.0), 1e-12),
+        ("four sensors, w = 1e-12, body 1e6 mm off its origin", far(10.0), 1e-12),
+        ("four sensors, w = 1e12", near(10.0), 1e12),
+        ("four sensors, w = 1e12, body 1e6 mm off its origin", far(10.0), 1e12),
+        ("four sensors 0.1 mm off a line, w = 0", near(0.1), 0.0),
+        ("four sensors 0.1 mm off a line, w = 0, body 1e6 mm off its origin", far(0.1), 0.0),
+        // Coordinates of 1e6 mm do not hold what these are about.
+        ("four sensors 2e-3 mm off a line, w = 0", near(2e-3), 0.0),
+        ("four sensors 2e-3 mm off a line, parallel axes, w = 1", parallel(2e-3), 1.0),
+    ]
+    .map(|(name, body, weight_mm)| (name, (body, weight_mm)));
+    let refused = [
+        ("four sensors on a line", (parallel(0.0), 0.0)),
+        ("parallel axes, w = 1e12", (parallel(10.0), 1e12)),
+    ];
+    let many = (format!("{many} sensors"), (body(many, 10.0, false, 0.0), 100.0));
+    let tools = [
+        ("tool 300 mm away, off by 1 mm and 0.01 rad", (300.0, 0.01)),
+        ("tool 300 mm away, off by 1 mm and 1e-12 rad", (300.0, 1e-12)),
+        ("tool 1e6 mm away, off by 1 mm and 0.01 rad", (1e6, 0.01)),
+        ("tool 300 mm away, off by 1 mm and 3 rad", (300.0, 3.0)),
+    ];
+    Family::new(
+        "uncertainty and tip error",
+        "The first-order covariance of a tip 200 mm away from unlike sensor covariances, \
             near the bodies that determine no rotation, and the tip error of two poses.",
-        quantities: vec![COVARIANCE, TIP_ERROR, ANGLE_ERROR],
-        cases,
-    }
+        &[COVARIANCE, TIP_ERROR, ANGLE_ERROR],
+    )
+    .with(bodies, covariance)
+    .with(refused, not_determined)
+    .with([many], covariance)
+    .with(tools, tip_error)
 }
 
-fn unit_covariance() -> SensorCovariance {
-    SensorCovariance { position_mm2: Matrix3::identity(), rotation_rad2: Matrix3::identity() }
+/// A body and the weight of its axes in mm.
+type Weighted = (RigidBody, f64);
+
+fn not_determined(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
+    let one = Matrix3::identity();
+    let own = [SensorCovariance { position_mm2: one, rotation_rad2: one }; 4];
+    let refused = (methods.covariance)(body, *weight_mm, &own, &Point3::origin()).is_err();
+    Ok(vec![must("refused: not determined", refused)])
 }
 
 /// Sensors along z, off that line by `aside_mm`.
@@ -94,27 +88,23 @@ fn body(count: usize, aside_mm: f64, is_parallel: bool, offset_mm: f64) -> Rigid
     RigidBody { name: "body".to_owned(), tip_in_body: None, sensors: sensors.collect() }
 }
 
-fn covariance(methods: &Methods, case: &str, body: &RigidBody, weight_mm: f64) -> Vec<Row> {
+fn covariance(methods: &Methods, (body, weight_mm): &Weighted) -> Found {
     let mut sequence = Sequence::new(62);
     let mut symmetric = |size: f64| {
         let m = Matrix3::from_fn(|_, _| sequence.signed());
         m * m.transpose() * size
     };
-    let sensors: Vec<_> = (0..body.sensors.len())
-        .map(|_| SensorCovariance {
-            position_mm2: symmetric(0.25),
-            rotation_rad2: symmetric(2.5e-5),
-        })
-        .collect();
+    let sensor =
+        |_| SensorCovariance { position_mm2: symmetric(0.25), rotation_rad2: symmetric(2.5e-5) };
+    let sensors: Vec<_> = (0..body.sensors.len()).map(sensor).collect();
     let tip = body.sensors[0].position_in_body + Vector3::new(0.0, 30.0, -200.0);
-    let Ok(found) = (methods.covariance)(body, weight_mm, &sensors, &tip) else {
-        return vec![Row::behaviour(case, "is determined", false)];
-    };
-    let exact = HighCovariance::of(body, weight_mm, &sensors, &tip);
+    let found =
+        (methods.covariance)(body, *weight_mm, &sensors, &tip).map_err(|_| "is determined")?;
+    let exact = HighCovariance::of(body, *weight_mm, &sensors, &tip);
     let expected = exact.covariance.concat();
     let scale = expected.iter().map(|x| x.abs().to_f64()).fold(0.0, f64::max);
     let error = distance(found.transpose().as_slice(), &expected);
-    vec![COVARIANCE.row(case, exact.condition, error, scale)]
+    Ok(vec![COVARIANCE.row(exact.condition, error, scale)])
 }
 
 /// First-order uncertainty as `docs/methods/uncertainty.md` states it.
@@ -200,9 +190,10 @@ fn cross_matrix(x: &High3) -> High33 {
     transposed33(&units.each_ref().map(|e| cross3(x, e)))
 }
 
-fn tip_error(methods: &Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec<Row> {
+/// Of poses so far away, turned against each other by so much.
+fn tip_error(methods: &Methods, &(place_mm, turn_rad): &(f64, f64)) -> Found {
     let mut sequence = Sequence::new(71);
-    let (mut tips, mut angles) = (Vec::new(), Vec::new());
+    let mut rows = Vec::new();
     for _ in 0..6 {
         let truth = pose_from_parts(sequence.vector() * place_mm, sequence.rotation());
         let turn = exp_vector(&(sequence.axis().into_inner() * turn_rad));
@@ -217,13 +208,13 @@ fn tip_error(methods: &Methods, case: &str, place_mm: f64, turn_rad: f64) -> Vec
         let expected = sub3(&at(&simulated), &at(&truth));
         let scale = place_mm + tip.coords.norm();
         let error = distance(found.tip_error_in_crf_mm.as_slice(), &expected);
-        tips.push(TIP_ERROR.row(case, 1.0, error, scale));
+        rows.push(TIP_ERROR.row(1.0, error, scale));
         let between = between(&quaternion(&simulated.rotation), &quaternion(&truth.rotation));
         let angle = norm(&references::log(&between));
         let error = (High::from(found.angle_rad) - angle).abs().to_f64();
-        angles.push(ANGLE_ERROR.row(case, 1.0, error, 1.0));
+        rows.push(ANGLE_ERROR.row(1.0, error, 1.0));
     }
-    [tips, angles].into_iter().filter_map(Row::worst_of).collect()
+    Ok(rows)
 }
 
 /// `a b⁻¹`, up to its length.

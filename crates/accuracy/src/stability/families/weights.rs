@@ -19,51 +19,47 @@ type Axes = Vec<Unit<Vector3<f64>>>;
 type Places = fn(DirectionSet) -> Axes;
 
 pub(super) fn family(_: Extent) -> Family {
-    let mut cases = Vec::new();
-    for set in DirectionSet::ALL.into_iter().skip(1) {
-        for weighting in [Weighting::Area, Weighting::Gnomonic] {
-            let places: [(&str, Places); 5] = [
-                ("on and opposite to corners", corners),
-                ("1e-12 beside corners", beside_corners),
-                ("on edges", edges),
-                ("1e-12 beside edges", beside_edges),
-                ("scattered", scattered),
-            ];
-            for (place, axes) in places {
-                let name = format!("{} orientations, {weighting:?}, axes {place}", set.len());
-                cases.push(Case::new(name, move |m, case| {
-                    let axes = axes(set);
-                    let rows = axes.iter().map(|axis| weights(m, case, set, axis, weighting));
-                    Row::worst_of(rows.collect()).into_iter().collect()
-                }));
-            }
-        }
-        let name = format!("{} orientations, Area, corners once more", set.len());
-        cases.push(Case::new(name, move |m, case| {
-            let is_one = (0..set.len()).all(|i| {
-                let axis = set.directions()[i];
-                (m.weights)(set, &axis, Weighting::Area).of(i) == 1.0
-            });
-            vec![Row::behaviour(case, "weight of exactly 1", is_one)]
-        }));
-        let name = format!("{} orientations, Area, edges once more", set.len());
-        cases.push(Case::new(name, move |m, case| {
-            let is_zero = edges(set).iter().zip(set.triangles()).all(|(axis, t)| {
-                let w = (m.weights)(set, axis, Weighting::Area);
-                let others = w.directions.iter().zip(&w.weights);
-                others.filter(|(d, _)| **d != t[0] && **d != t[1]).all(|(_, &w)| w == 0.0)
-            });
-            vec![Row::behaviour(case, "opposite weight of exactly 0", is_zero)]
-        }));
-    }
-    Family {
-        name: "weights",
-        about: "Area and gnomonic weights, against Van Oosterom and Strackee's formula with basis \
+    let places: [(&str, Places); 5] = [
+        ("on and opposite to corners", corners),
+        ("1e-12 beside corners", beside_corners),
+        ("on edges", edges),
+        ("1e-12 beside edges", beside_edges),
+        ("scattered", scattered),
+    ];
+    let family = Family::new(
+        "weights",
+        "Area and gnomonic weights, against Van Oosterom and Strackee's formula with basis \
             orientations that are exact. On an edge the nearest of the triangles that meet there \
             is meant.",
-        quantities: vec![WEIGHTS],
-        cases,
-    }
+        &[WEIGHTS],
+    );
+    DirectionSet::ALL.into_iter().skip(1).fold(family, |family, set| {
+        let named = |what: &str| format!("{} orientations, {what}", set.len());
+        let axes = [Weighting::Area, Weighting::Gnomonic].into_iter().flat_map(|weighting| {
+            places.map(|(place, axes)| {
+                (named(&format!("{weighting:?}, axes {place}")), (set, weighting, axes(set)))
+            })
+        });
+        family
+            .with(axes, rows)
+            .with([(named("Area, corners once more"), set)], corners_are_one)
+            .with([(named("Area, edges once more"), set)], edges_are_zero)
+    })
+}
+
+fn corners_are_one(methods: &Methods, set: &DirectionSet) -> Found {
+    let weight = |(i, axis)| (methods.weights)(*set, axis, Weighting::Area).of(i);
+    let is_one = set.directions().iter().enumerate().all(|corner| weight(corner) == 1.0);
+    Ok(vec![must("weight of exactly 1", is_one)])
+}
+
+fn edges_are_zero(methods: &Methods, set: &DirectionSet) -> Found {
+    let is_zero = edges(*set).iter().zip(set.triangles()).all(|(axis, t)| {
+        let w = (methods.weights)(*set, axis, Weighting::Area);
+        let others = w.directions.iter().zip(&w.weights);
+        others.filter(|(d, _)| **d != t[0] && **d != t[1]).all(|(_, &w)| w == 0.0)
+    });
+    Ok(vec![must("opposite weight of exactly 0", is_zero)])
 }
 
 fn corners(set: DirectionSet) -> Axes {
@@ -99,22 +95,16 @@ fn scattered(_: DirectionSet) -> Axes {
     (0..40).map(|_| sequence.axis()).collect()
 }
 
-fn weights(
-    methods: &Methods,
-    case: &str,
-    set: DirectionSet,
-    axis: &Unit<Vector3<f64>>,
-    weighting: Weighting,
-) -> Row {
-    let found = (methods.weights)(set, axis, weighting);
-    references::weights(set, &axis3(axis), weighting)
-        .into_iter()
-        .map(|expected| {
-            let error = off_by(set, &found, &expected);
-            WEIGHTS.row(case, 1.0 / expected.sum, error, 1.0)
-        })
-        .min_by(|a, b| a.badness().total_cmp(&b.badness()))
-        .unwrap_or_else(|| Row::behaviour(case, "the axis is in a triangle", false))
+fn rows(methods: &Methods, (set, weighting, axes): &(DirectionSet, Weighting, Axes)) -> Found {
+    let row = |axis: &Unit<Vector3<f64>>| {
+        let found = (methods.weights)(*set, axis, *weighting);
+        let expected = references::weights(*set, &axis3(axis), *weighting);
+        let rows = expected
+            .iter()
+            .map(|expected| WEIGHTS.row(1.0 / expected.sum, off_by(*set, &found, expected), 1.0));
+        Row::nearest(rows, "the axis is in a triangle")
+    };
+    Ok(axes.iter().map(row).collect())
 }
 
 /// Over all orientations: on an edge the order and even the triangle may differ.
