@@ -55,10 +55,7 @@ pub fn run(args: &DistortArgs, files: &Files) -> anyhow::Result<()> {
             };
             (is_kept.then_some(measured), place)
         });
-        match validity {
-            None => poses::write_with_outside(out, rows),
-            Some(validity) => poses::write_with_validity(out, rows.zip(validity)),
-        }
+        poses::write_with_outside(out, rows, validity.as_deref())
     })?;
     output::note_outside("poses are", outside_count, ideal.len(), outside);
     Ok(())

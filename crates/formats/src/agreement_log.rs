@@ -13,9 +13,6 @@ pub const HEADER: &str = "true_x,true_y,true_z,true_qw,true_qx,true_qy,true_qz,\
     group,outside,supported,used";
 
 /// Writes the rows; cells of what is not known are empty.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, rows: &[AgreementRow]) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
     for row in rows {

@@ -3,15 +3,12 @@
 //! Design and bodies are kept as the texts of their own files, as a recovery file has them, so that a
 //! baseline stays what it was whatever becomes of the files that it came from.
 
-use super::body::{self, BodyFile};
-use super::design_file::{self, DesignFile};
 use super::error::FormatError;
-use super::error::in_part;
-use super::recovery_file::{PathEntry, path_text};
+use super::recovery_file::{PathEntry, path_text, read_texts, write_texts};
 use super::ron_text::{self, RonWriter, Version};
 use serde::Deserialize;
 use std::path::PathBuf;
-use trackwright_design::{Design, DesignBody, View};
+use trackwright_design::{Design, View};
 
 /// What a baseline file holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,33 +38,17 @@ struct BaselineEntry {
 /// See [`FormatError`]; [`FormatError::Part`] for one of the files within it.
 pub fn parse(bytes: &[u8]) -> Result<BaselineFile, FormatError> {
     let entry: BaselineEntry = ron_text::parse(bytes)?;
-    let design: DesignFile =
-        design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
-    let mut bodies =
-        [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
-    let (design, _) = design.into_design(|_| -> Result<BodyFile, FormatError> {
-        // The tool's first, as `into_design` requests them.
-        match bodies.next() {
-            Some((name, Some(text))) => body::parse(text.as_bytes()).map_err(in_part(name)),
-            _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
-        }
-    })?;
+    let (design, _) = read_texts(&entry.design, &entry.tool_body, entry.crf_body.as_deref())?;
     Ok(BaselineFile { source: entry.source.map(PathEntry::into_path), design })
 }
 
 /// Writes a baseline file.
 pub fn write(file: &BaselineFile) -> String {
-    let design = design_file::write(&DesignFile::of(&file.design, &View::default()));
-    let body = |body: &DesignBody| body::write(&BodyFile::of(body));
     RonWriter::file(|out| {
         if let Some(source) = &file.source {
             out.field("source", path_text(source));
         }
-        out.string("design", &design);
-        out.string("tool_body", &body(&file.design.tool.body));
-        if let Some(crf) = &file.design.crf {
-            out.string("crf_body", &body(&crf.body));
-        }
+        write_texts(out, &file.design, &View::default());
     })
 }
 

@@ -1,13 +1,12 @@
 //! Bodies, `*.body.ron`: a tool or CRF with its sensors.
 
 use super::error::{FormatError, from_base64, in_part};
-use super::mounting::{self, BoxEntry, MountingEntry, RegionEntry};
+use super::mounting::{self, BoxEntry, RegionEntry};
 use super::ron_text::{self, RonWriter, Version};
 use super::tool_definition::definition::ToolDefinition;
 use super::tool_definition::ndi_rom::OnMismatch;
 use data_encoding::BASE64;
 use serde::Deserialize;
-use std::collections::HashMap;
 use std::sync::Arc;
 use trackwright_design::DesignBody;
 use trackwright_design::definition::{DefinitionFile, DefinitionKind};
@@ -104,31 +103,21 @@ pub fn parse(bytes: &[u8]) -> Result<BodyFile, FormatError> {
     if entry.sensors.is_empty() {
         return Err(FormatError::field("sensors", "empty", "at least one sensor"));
     }
-    let mut names = HashMap::new();
-    let mut sensors = Vec::with_capacity(entry.sensors.len());
-    for (index, sensor) in entry.sensors.into_iter().enumerate() {
-        let sensor = read_sensor(index, sensor)?;
-        if let Some(first) = names.insert(sensor.name.clone(), index) {
-            return Err(FormatError::field(
-                format!("sensors[{index}]: name"),
-                format!("{:?}, the name of sensors[{first}]", sensor.name),
-                "each name once",
-            ));
-        }
-        sensors.push(sensor);
-    }
+    ron_text::check_names("sensors", entry.sensors.iter().map(|sensor| sensor.name.as_str()))?;
+    let sensors = entry.sensors.into_iter().enumerate();
+    let sensors = sensors.map(|(index, sensor)| read_sensor(index, sensor));
+    let sensors = sensors.collect::<Result<_, _>>()?;
     let tip_in_body = entry.tip.map(|tip| ron_text::point("tip", tip)).transpose()?;
-    let mounting = MountingEntry {
-        regions: entry.mounting,
-        keep_out: entry.keep_out,
-        least_gap: entry.least_gap,
-        tip_clearance: entry.tip_clearance,
-    };
     Ok(BodyFile {
         rigid: RigidBody { name: entry.name, tip_in_body, sensors },
         mesh: read_mesh(entry.mesh, entry.mesh_unit)?,
         definition: entry.tool_definition.map(read_definition).transpose()?,
-        mounting: mounting.check()?,
+        mounting: mounting::check(
+            entry.mounting,
+            entry.keep_out,
+            entry.least_gap,
+            entry.tip_clearance,
+        )?,
     })
 }
 
@@ -147,22 +136,13 @@ fn read_mesh(
     if file.as_deref() == Some("") {
         return Err(FormatError::field("mesh", "empty", "a file"));
     }
-    if let Some(unit) = unit {
-        if let Some(expected) = unit.problem() {
-            return Err(FormatError::field("mesh_unit", unit, expected));
-        }
-        if file.is_none() {
-            return Err(FormatError::field("mesh", "missing", "one with mesh_unit"));
-        }
+    if ron_text::mesh_unit("mesh_unit", unit)?.is_some() && file.is_none() {
+        return Err(FormatError::field("mesh", "missing", "one with mesh_unit"));
     }
     Ok(file.map(|file| MeshReference { file, unit }))
 }
 
 fn read_sensor(index: usize, entry: SensorEntry) -> Result<Sensor, FormatError> {
-    if entry.name.trim().is_empty() {
-        let field = format!("sensors[{index}]: name");
-        return Err(FormatError::field(field, "empty", "a name"));
-    }
     let place = format!("sensors[{index}] {:?}", entry.name);
     let orientation = match entry.kind {
         SensorKind::Marker => SensorOrientation::Marker,
@@ -202,14 +182,12 @@ pub fn write(body: &BodyFile) -> String {
         out.string("name", &body.rigid.name);
         if let Some(mesh) = &body.mesh {
             out.string("mesh", &mesh.file);
-            mesh.unit.into_iter().for_each(|unit| out.plain("mesh_unit", unit));
+            out.optional("mesh_unit", mesh.unit);
         }
         if let Some(tip) = &body.rigid.tip_in_body {
             out.field("tip", ron_text::tuple(tip.coords.as_slice()));
         }
-        out.list("sensors", |out| {
-            body.rigid.sensors.iter().for_each(|sensor| out.line(sensor_line(sensor)));
-        });
+        out.lines("sensors", body.rigid.sensors.iter().map(sensor_line));
         mounting::write(out, &body.mounting);
         if let Some(definition) = &body.definition {
             let (kind, file) = (definition.kind, BASE64.encode(&definition.bytes));
@@ -234,14 +212,14 @@ fn sensor_line(sensor: &Sensor) -> String {
         format!(", coil: (diameter: {:?}, length: {:?})", coil.diameter_mm, coil.length_mm)
     });
     let name = ron_text::string(&sensor.name);
-    format!("(name: {name}, kind: {kind}, position: {position}{turn}{coil}),")
+    format!("(name: {name}, kind: {kind}, position: {position}{turn}{coil})")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mounting::tests::any_mounting;
-    use crate::test_cases::assert_refused;
+    use crate::test_cases::{any_text, assert_refused};
     use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
     use proptest::prelude::*;
     use trackwright_geometry::limits::MAX_LENGTH_MM;
@@ -372,15 +350,11 @@ mod tests {
         ]
     }
 
-    fn any_text(at_least: usize) -> impl Strategy<Value = String> {
-        prop::collection::vec(any::<char>(), at_least..20).prop_map(String::from_iter)
-    }
-
     proptest! {
         #[test]
         fn what_is_written_reads_back_to_the_bit(
-            name in any_text(0),
-            mesh in prop::option::of((any_text(1), prop::option::of(unit()))),
+            name in any_text(0..20),
+            mesh in prop::option::of((any_text(1..20), prop::option::of(unit()))),
             tip in prop::option::of(prop::array::uniform3(any_coordinate())),
             mut sensors in prop::collection::vec(sensor(), 1..5),
             mounting in any_mounting(),

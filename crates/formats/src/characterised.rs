@@ -9,9 +9,6 @@ use trackwright_geometry::pose::pose_to_array;
 /// Writes a row for each of some readings of a characterisation, its own or those that were held out:
 /// `sensor` by name, `pair` and `pose` numbered from 0. Rows of one pose belong together: a still
 /// pose, or a second of a path.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(
     out: &mut dyn Write,
     found: &Characterisation,

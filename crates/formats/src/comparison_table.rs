@@ -56,28 +56,20 @@ const MIDDLE: &str = "basis,verdict,worst_trial,worst_position_mm,worst_angle_de
     worst_z,worst_qw,worst_qx,worst_qy,worst_qz,baseline,motion_differs,requirement_differs,\
     environment_differs";
 
-/// How the columns of each figure end.
-const FIGURE: [&str; 3] = ["", "_low", "_high"];
-
-/// Columns of each figure's difference from the baseline.
-const DIFFERENCE: usize = 4;
-
 /// Writes the table.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, comparison: &Comparison, names: &Names) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
-    let figures = METRICS.iter().flat_map(|f| FIGURE.map(|what| column(*f, what)));
+    let figures = METRICS.iter().flat_map(|f| ["", "_low", "_high"].map(|what| column(*f, what)));
     let differences = METRICS.iter().flat_map(|f| {
         let ends = ["_difference", "_difference_low", "_difference_high"];
         let ends = ends.map(|what| column(*f, what));
         ends.into_iter().chain([format!("{}_verdict", f.name())])
     });
     let [first, middle] = [FIRST, MIDDLE].map(|names| names.split(',').map(str::to_owned));
-    table.write_record(first.chain(figures).chain(middle).chain(differences))?;
+    let columns: Vec<String> = first.chain(figures).chain(middle).chain(differences).collect();
+    table.write_record(&columns)?;
     for row in &comparison.rows {
-        table.write_record(cells(row, comparison, names))?;
+        table.write_record(cells(row, comparison, names, &columns))?;
     }
     table.flush()
 }
@@ -87,61 +79,43 @@ fn column(metric: Metric, what: &str) -> String {
     format!("{}{what}_{}", metric.name(), metric.of.unit_key())
 }
 
-fn cells(row: &Row, comparison: &Comparison, names: &Names) -> Vec<String> {
+/// Cells of what is not there are empty.
+fn cells(row: &Row, comparison: &Comparison, names: &Names, columns: &[String]) -> Vec<String> {
     let mut cells = vec![
         Names::of(&names.designs, row.design).to_owned(),
         Names::of(&names.design_files, row.design).to_owned(),
         Names::of(&names.rooms, row.room).to_owned(),
         Names::of(&names.room_files, row.room).to_owned(),
+        row.measured.as_ref().err().map_or_else(String::new, ToString::to_string),
     ];
-    let flag = |is: bool| u8::from(is).to_string();
-    let empty = |count: usize| std::iter::repeat_n(String::new(), count);
-    match &row.measured {
-        Err(why) => {
-            cells.push(why.to_string());
-            let count = |names: &str| names.split(',').count();
-            cells
-                .extend(empty(count(FIRST) - 5 + FIGURE.len() * METRICS.len() + count(MIDDLE) - 4));
-        }
-        Ok(measured) => {
-            let (known, figures) = (&measured.study.figures, &measured.study.room_field);
-            cells.push(String::new());
-            cells.extend(
-                [
-                    figures.trials,
-                    figures.outside,
-                    figures.out_of_volume,
-                    figures.without_field,
-                    figures.rejected,
-                ]
-                .map(|count| count.to_string()),
-            );
-            cells.extend(known.all.iter().flat_map(|figure| {
-                let ends = [Some(figure.value), figure.low, figure.high];
-                ends.map(|end| end.map_or_else(String::new, shortest))
-            }));
-            cells.push(known.basis.key().to_owned());
-            let verdict = known.requirement.as_ref().map(|requirement| requirement.verdict);
-            cells.push(verdict.map_or("", Verdict::key).to_owned());
-            cells.push(figures.worst.trial.to_string());
-            cells.push(shortest(figures.worst.position_mm));
-            cells.push(shortest(figures.worst.angle_deg));
-            cells.extend(pose_to_array(&measured.worst_pose.crf_from_tool).map(shortest));
+    if let Ok(measured) = &row.measured {
+        let (known, field) = (&measured.study.figures, &measured.study.room_field);
+        let left_out = [field.outside, field.out_of_volume, field.without_field, field.rejected];
+        cells.push(field.trials.to_string());
+        cells.extend(left_out.map(|count| count.to_string()));
+        cells.extend(known.all.iter().flat_map(|figure| {
+            let ends = [Some(figure.value), figure.low, figure.high];
+            ends.map(|end| end.map_or_else(String::new, shortest))
+        }));
+        cells.push(known.basis.key().to_owned());
+        let verdict = known.requirement.as_ref().map(|requirement| requirement.verdict);
+        cells.push(verdict.map_or("", Verdict::key).to_owned());
+        cells.push(field.worst.trial.to_string());
+        cells.extend([field.worst.position_mm, field.worst.angle_deg].map(shortest));
+        cells.extend(pose_to_array(&measured.worst_pose.crf_from_tool).map(shortest));
+    }
+    let of_baseline = columns.iter().position(|name| name == "baseline");
+    cells.resize(of_baseline.unwrap_or(columns.len()), String::new());
+    if let Some(against) = &row.against_baseline {
+        cells.push(Names::of(&names.designs, comparison.baseline).to_owned());
+        let differs = [against.motion_differs, against.requirement_differs, against.room_differs];
+        cells.extend(differs.map(|is| u8::from(is).to_string()));
+        for d in &against.differences {
+            cells.extend([d.difference, d.low, d.high].map(shortest));
+            cells.push(verdict(d.verdict).to_owned());
         }
     }
-    match &row.against_baseline {
-        None => cells.extend(empty(4 + METRICS.len() * DIFFERENCE)),
-        Some(against) => {
-            cells.push(Names::of(&names.designs, comparison.baseline).to_owned());
-            cells.push(flag(against.motion_differs));
-            cells.push(flag(against.requirement_differs));
-            cells.push(flag(against.room_differs));
-            for d in &against.differences {
-                cells.extend([d.difference, d.low, d.high].map(shortest));
-                cells.push(verdict(d.verdict).to_owned());
-            }
-        }
-    }
+    cells.resize(columns.len(), String::new());
     cells
 }
 

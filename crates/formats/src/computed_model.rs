@@ -99,10 +99,7 @@ pub(super) fn write(out: &mut RonWriter, model: &DistortionModel) {
     match model.computed().map(|computed| computed.source()) {
         Some(FieldSource::Kriging(kriging)) => out.fields("kriging", |out| {
             out.line(WEIGHTS_COMMENT);
-            out.list("weights", |out| {
-                let lines = kriging.weights().iter().map(|weights| ron_text::tuple(weights));
-                lines.for_each(|line| out.line(line + ","));
-            });
+            out.lines("weights", kriging.weights().iter().map(|weights| ron_text::tuple(weights)));
         }),
         Some(FieldSource::Harmonic(model)) => {
             out.fields("harmonic", |out| write_harmonic(out, model));
@@ -117,13 +114,12 @@ pub(super) fn write_harmonic(out: &mut RonWriter, model: &HarmonicModel) {
     out.field("degree", model.degree());
     out.fields("generator", |out| generator::write_parts(out, model.generator()));
     out.line(COILS_COMMENT);
-    out.list("coefficients", |out| {
-        let each = model.coefficients().len() / model.generator().coils.len();
-        for coefficients in model.coefficients().chunks_exact(each) {
-            let numbers: Vec<_> = coefficients.iter().map(|v| shortest(*v)).collect();
-            out.line(format_args!("[{}],", numbers.join(", ")));
-        }
-    });
+    let each = model.coefficients().len() / model.generator().coils.len();
+    let of_coil = |coefficients: &[f64]| {
+        let numbers: Vec<_> = coefficients.iter().map(|v| shortest(*v)).collect();
+        format!("[{}]", numbers.join(", "))
+    };
+    out.lines("coefficients", model.coefficients().chunks_exact(each).map(of_coil));
 }
 
 #[cfg(test)]

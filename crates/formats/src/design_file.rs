@@ -116,7 +116,7 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     let mut view = entry.view.unwrap_or_default();
     view.check()?;
     let mut slides = entry.slides.unwrap_or_default();
-    let (of_view, of_slides) = UnknownLayers::of(bytes)?.into_names();
+    let UnknownLayers { of_view, of_slides } = UnknownLayers::of(bytes)?;
     view.unknown_layers = of_view;
     for (slide, unknown) in slides.iter_mut().zip(of_slides) {
         slide.view.unknown_layers = unknown;
@@ -126,12 +126,12 @@ pub fn parse(bytes: &[u8]) -> Result<DesignFile, FormatError> {
     }
     let design = Design {
         name: entry.name,
-        environment: file_name("environment", entry.environment)?,
+        environment: ron_text::file_name("environment", entry.environment)?,
         // In the environment's own file.
         room_metal: None,
         crf: entry.crf.map(read_crf).transpose()?,
         tool: ToolPlacement {
-            body: DesignBody::of_file(file_name("tool.body", entry.tool.body)?),
+            body: DesignBody::of_file(ron_text::file_name("tool.body", entry.tool.body)?),
             crf_from_tool: entry.tool.pose.check("tool.pose")?,
         },
         motion: entry.motion,
@@ -153,20 +153,12 @@ fn read_crf(entry: CrfEntry) -> Result<CrfPlacement, FormatError> {
         Ok(Target { position_in_crf: ron_text::point(&field, target.position)?, name: target.name })
     });
     Ok(CrfPlacement {
-        body: DesignBody::of_file(file_name("crf.body", entry.body)?),
+        body: DesignBody::of_file(ron_text::file_name("crf.body", entry.body)?),
         tracker_from_crf: entry.pose.check("crf.pose")?,
         targets: targets.collect::<Result<_, FormatError>>()?,
         motion: entry.motion,
         requirement: entry.requirement,
     })
-}
-
-fn file_name(field: &str, name: String) -> Result<String, FormatError> {
-    if name.trim().is_empty() {
-        Err(FormatError::field(field, "empty", "a file"))
-    } else {
-        Ok(name)
-    }
 }
 
 fn check_motion(prefix: &'static str, motion: Option<&Motion>) -> Result<(), FormatError> {
@@ -203,16 +195,10 @@ pub fn write(file: &DesignFile) -> String {
             out.field("pose", ron_text::pose(&design.tool.crf_from_tool));
         });
         write_motion(out, design.motion.as_ref());
-        if let Some(weight_mm) = design.orientation_weight_mm {
-            out.plain("orientation_weight", weight_mm);
-        }
+        out.optional("orientation_weight", design.orientation_weight_mm);
         write_requirement(out, design.requirement.as_ref());
         procedure::write(out, &design.procedure);
-        if !design.anatomy.is_empty() {
-            out.list("anatomy", |out| {
-                design.anatomy.iter().for_each(|one| out.line(anatomy::line(one)));
-            });
-        }
+        out.lines_if_any("anatomy", design.anatomy.iter().map(anatomy::line));
         if !design.slides.is_empty() {
             out.list("slides", |out| {
                 design.slides.iter().for_each(|slide| out.item(|out| write_slide(out, slide)));
@@ -227,15 +213,12 @@ pub fn write(file: &DesignFile) -> String {
 fn write_crf(out: &mut RonWriter, crf: &CrfPlacement) {
     out.string("body", &crf.body.reference);
     out.field("pose", ron_text::pose(&crf.tracker_from_crf));
-    if !crf.targets.is_empty() {
-        out.list("targets", |out| {
-            for target in &crf.targets {
-                let name = ron_text::string(&target.name);
-                let position = ron_text::tuple(target.position_in_crf.coords.as_slice());
-                out.line(format_args!("(name: {name}, position: {position}),"));
-            }
-        });
-    }
+    let target = |target: &Target| {
+        let name = ron_text::string(&target.name);
+        let position = ron_text::tuple(target.position_in_crf.coords.as_slice());
+        format!("(name: {name}, position: {position})")
+    };
+    out.lines_if_any("targets", crf.targets.iter().map(target));
     write_motion(out, crf.motion.as_ref());
     write_requirement(out, crf.requirement.as_ref());
 }
@@ -260,12 +243,8 @@ fn write_requirement(out: &mut RonWriter, requirement: Option<&Requirement>) {
 
 fn write_slide(out: &mut RonWriter, slide: &Slide) {
     out.string("title", &slide.title);
-    if !slide.caption.is_empty() {
-        out.string("caption", &slide.caption);
-    }
-    if !slide.figures.is_empty() {
-        // Names, in a line.
-        out.plain("figures", &slide.figures);
-    }
+    out.optional_string("caption", Some(&*slide.caption).filter(|text| !text.is_empty()));
+    // Names, in a line.
+    out.optional("figures", Some(&slide.figures).filter(|figures| !figures.is_empty()));
     out.value("view", &slide.view, 1);
 }

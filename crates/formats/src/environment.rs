@@ -251,21 +251,36 @@ pub(super) mod tests {
 
     #[test]
     fn what_is_written_reads_back_to_the_bit() {
-        let mut room = room();
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        let room = room();
+        let in_volume = |volume| Environment { volume: Some(volume), ..room.clone() };
+        let with_validity = |fit_validity| Environment { fit_validity, ..room.clone() };
+        let with_process = |has_rotations| {
+            let process = Some(Arc::new(process(has_rotations)));
+            Environment { process, ..room.clone() }
+        };
         for volume in Volume::NAMED {
-            room.volume = Some(volume);
-            assert!(write(&room).contains(&format!("    volume: {volume:?},\n")));
-            assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+            assert!(write(&in_volume(volume)).contains(&format!("    volume: {volume:?},\n")));
         }
-        room.volume = Some(Volume::Box(Bounds::from(([0.0; 3], [1.0; 3]))));
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
-        room.jitter = Some(Jitter::uniform(0.2, 0.0));
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
-        room.volume = None;
-        room.jitter = None;
-        room.provenance = None;
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
+        let mut parts = support(&room).parts().clone();
+        parts.angle_std_rad = None;
+        parts.undetermined.clear();
+        let without_angles = FitValidity::from_parts(parts, &room.model).unwrap();
+        // Without coefficients.
+        let ideal = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
+        let others = [
+            in_volume(Volume::Box(Bounds::from(([0.0; 3], [1.0; 3])))),
+            Environment { jitter: Some(Jitter::uniform(0.2, 0.0)), ..room.clone() },
+            Environment { volume: None, jitter: None, provenance: None, ..room.clone() },
+            with_validity(Some(support(&room))),
+            with_validity(Some(without_angles)),
+            with_process(true),
+            with_process(false),
+            Environment { model: ideal, ..room.clone() },
+        ];
+        for room in Volume::NAMED.map(in_volume).into_iter().chain(others) {
+            let text = write(&room);
+            assert_eq!(parse(text.as_bytes()).unwrap(), room, "{text}");
+        }
     }
 
     /// Numbers that need all their digits, an unknown deviation, a form that is zero.
@@ -286,18 +301,6 @@ pub(super) mod tests {
             ),
         };
         FitValidity::from_parts(parts, &room.model).unwrap()
-    }
-
-    #[test]
-    fn model_validity_reads_back_to_the_bit() {
-        let mut room = room();
-        let mut parts = support(&room).parts().clone();
-        room.fit_validity = Some(support(&room));
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
-        parts.angle_std_rad = None;
-        parts.undetermined.clear();
-        room.fit_validity = Some(FitValidity::from_parts(parts, &room.model).unwrap());
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
     }
 
     fn refit(size: f64) -> HarmonicModel {
@@ -345,15 +348,6 @@ pub(super) mod tests {
                 angle_std_rad: 1e-3,
                 center_mm: [0.1, 0.0, -1.0 / 7.0],
             }),
-        }
-    }
-
-    #[test]
-    fn a_process_reads_back_to_the_bit() {
-        for has_rotations in [true, false] {
-            let mut room = room();
-            room.process = Some(Arc::new(process(has_rotations)));
-            assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
         }
     }
 
@@ -421,13 +415,6 @@ pub(super) mod tests {
             with("(position_mm: 0.2, angle_rad: 0.003, growth: (distance_mm: 300))").growth,
             Some(JitterGrowth::dipole(300.0))
         );
-    }
-
-    #[test]
-    fn an_ideal_room_has_no_coefficients() {
-        let mut room = room();
-        room.model = DistortionModel::zero(*room.model.bounds(), MapKind::Distortion);
-        assert_eq!(parse(write(&room).as_bytes()).unwrap(), room);
     }
 
     #[test]

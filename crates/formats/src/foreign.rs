@@ -21,6 +21,9 @@ struct Kind {
 
 const AS_CSV: &str = "; save it as CSV";
 const UNPACK: &str = "; unpack it first";
+const NUMBERS: &str = "; write its numbers as CSV";
+const POSES: &str = "; write its poses as CSV";
+const OPTITRACK: &[&str] = &[".tra", ".tak", ".ttp", ".motive"];
 const TABLES: &[&str] = &["table", "recording", "points", "calbody", "calreadings"];
 
 /// The first that fits is it, so that a workbook is found before the archive that it is.
@@ -48,29 +51,14 @@ const KINDS: [Kind; 33] = [
     kind("a NIfTI image", &[(344, b"n+1\0"), (344, b"ni1\0")], &[".nii"], ""),
     kind("an NRRD image", &[(0, b"NRRD000")], &[".nrrd", ".nhdr"], ""),
     kind("a PDF document", &[(0, b"%PDF-")], &[".pdf"], ""),
-    kind("a MATLAB file", &[(0, b"MATLAB ")], &[".mat"], "; write its numbers as CSV"),
-    kind(
-        "an HDF5 file",
-        &[(0, b"\x89HDF\r\n\x1a\n")],
-        &[".h5", ".hdf5"],
-        "; write its numbers as CSV",
-    ),
-    kind("a NumPy array", &[(0, b"\x93NUMPY")], &[".npy", ".npz"], "; write its numbers as CSV"),
+    kind("a MATLAB file", &[(0, b"MATLAB ")], &[".mat"], NUMBERS),
+    kind("an HDF5 file", &[(0, b"\x89HDF\r\n\x1a\n")], &[".h5", ".hdf5"], NUMBERS),
+    kind("a NumPy array", &[(0, b"\x93NUMPY")], &[".npy", ".npz"], NUMBERS),
     kind("a Parquet table", &[(0, b"PAR1")], &[".parquet"], "; write it as CSV"),
     kind("a SQLite database", &[(0, b"SQLite format 3\0")], &[".sqlite", ".db"], ""),
-    kind(
-        "a ROS bag",
-        &[(0, b"#ROSBAG"), (0, b"\x89MCAP0\r\n")],
-        &[".bag", ".mcap"],
-        "; write its poses as CSV",
-    ),
-    kind("a C3D motion-capture file", &[], &[".c3d"], "; write its poses as CSV"),
-    kind(
-        "an OptiTrack tool or take, which is not read",
-        &[],
-        &[".tra", ".tak", ".ttp", ".motive"],
-        "",
-    ),
+    kind("a ROS bag", &[(0, b"#ROSBAG"), (0, b"\x89MCAP0\r\n")], &[".bag", ".mcap"], POSES),
+    kind("a C3D motion-capture file", &[], &[".c3d"], POSES),
+    kind("an OptiTrack tool or take, which is not read", &[], OPTITRACK, ""),
     kind("a Vicon file, which is not read", &[], &[".vsk", ".vst", ".x2d"], ""),
     kind("a STEP model", &[(0, b"ISO-10303-21")], &[".step", ".stp"], "; export it as STL"),
     kind("a CAD model", &[], &[".iges", ".igs", ".sldprt", ".ipt", ".f3d"], "; export it as STL"),

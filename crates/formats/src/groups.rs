@@ -61,9 +61,6 @@ fn column(
 }
 
 /// Writes a table of lines with columns of numbers added: a name and one number a row each.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_beside(
     out: &mut dyn Write,
     table: &[u8],

@@ -55,6 +55,7 @@ pub mod recording;
 pub mod recovery_file;
 mod ron_text;
 mod ron_tokens;
+mod ron_tree;
 mod room_metal;
 pub mod signature;
 pub mod sweep_plan;

@@ -11,18 +11,12 @@ pub const HEADER: &str = "true_x,true_y,true_z,true_qw,true_qx,true_qy,true_qz,\
     err_x,err_y,err_z,err_mm,err_deg,outside,out_of_volume";
 
 /// Writes the header line.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_header(out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "{HEADER}")
 }
 
 /// Writes one trial's line: the tool's poses in the CRF, its tip's error there, and how many
 /// sensors were outside the model's box and out of the tracker's volume.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_trial(out: &mut dyn Write, trial: &Trial) -> io::Result<()> {
     write_pose(out, &trial.crf_from_tool)?;
     out.write_all(b",")?;

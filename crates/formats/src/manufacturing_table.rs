@@ -14,9 +14,6 @@ pub const HEADER: &str = "role,body,sensor,kind,x,y,z,from_tip_x,from_tip_y,from
     together_position_mm,together_position_limited_by,together_angle_deg,together_angle_limited_by";
 
 /// Writes the sheet's sensors, the tool's first.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, sheet: &ManufacturingSheet) -> io::Result<()> {
     let mut table = csv::Writer::from_writer(out);
     table.write_record(HEADER.split(','))?;

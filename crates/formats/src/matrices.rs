@@ -2,7 +2,7 @@
 
 use super::error::{FormatError, quoted, text};
 use super::table_dialect::{decimal, number_cells};
-use nalgebra::{Matrix3, Matrix4, Vector3};
+use nalgebra::{Matrix3, Matrix4, UnitQuaternion, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::svd3::svd3;
 
@@ -115,14 +115,19 @@ fn pose(cells: &[f64]) -> Result<Pose, String> {
         return Err(format!("a last row {} {} {} {}", cells[12], cells[13], cells[14], cells[15]));
     }
     let turn: Matrix3<f64> = matrix.fixed_view::<3, 3>(0, 0).into();
-    // The nearest rotation: digits that were cut off are nobody's measurement.
-    let rotation = svd3(&turn.transpose()).best_rotation();
-    let off = (rotation.to_rotation_matrix().matrix() - turn).amax();
+    let (rotation, off) = nearest_rotation(&turn);
     if off > MAX_OFF {
         return Err(format!("a 3x3 part that differs from a rotation by {off:.2e}"));
     }
     let shift = Vector3::new(matrix[(0, 3)], matrix[(1, 3)], matrix[(2, 3)]);
     Ok(pose_from_parts(shift, rotation))
+}
+
+/// The rotation that is nearest to a matrix, and how far its parts are off: digits that were cut off
+/// are nobody's measurement.
+pub(super) fn nearest_rotation(turn: &Matrix3<f64>) -> (UnitQuaternion<f64>, f64) {
+    let rotation = svd3(&turn.transpose()).best_rotation();
+    (rotation, (rotation.to_rotation_matrix().matrix() - turn).amax())
 }
 
 #[cfg(test)]

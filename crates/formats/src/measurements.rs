@@ -70,9 +70,6 @@ pub fn parse(bytes: &[u8]) -> Result<MeasurementSet, FormatError> {
 }
 
 /// Writes a measurement table, without quaternions where there is nothing in them.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, set: &MeasurementSet) -> io::Result<()> {
     let names = match set.content {
         MeasurementContent::PositionOnly => &POSE[..3],

@@ -24,27 +24,22 @@ pub(crate) struct BoxEntry {
     max: [f64; 3],
 }
 
-/// The fields of a body file that state it.
-#[derive(Default)]
-pub(super) struct MountingEntry {
-    pub regions: Option<Vec<RegionEntry>>,
-    pub keep_out: Option<Vec<BoxEntry>>,
-    pub least_gap: Option<f64>,
-    pub tip_clearance: Option<f64>,
-}
-
-impl MountingEntry {
-    pub(super) fn check(self) -> Result<Mounting, FormatError> {
-        let regions = self.regions.unwrap_or_default().into_iter().enumerate();
-        let mounting = Mounting {
-            regions: regions.map(|(i, region)| region.check(i)).collect::<Result<_, _>>()?,
-            keep_out: bounds_of(self.keep_out),
-            least_gap_mm: self.least_gap,
-            tip_clearance_mm: self.tip_clearance.unwrap_or(0.0),
-        };
-        mounting.check()?;
-        Ok(mounting)
-    }
+/// The mounting that the fields of a body file state, lengths in mm.
+pub(super) fn check(
+    regions: Option<Vec<RegionEntry>>,
+    keep_out: Option<Vec<BoxEntry>>,
+    least_gap_mm: Option<f64>,
+    tip_clearance_mm: Option<f64>,
+) -> Result<Mounting, FormatError> {
+    let regions = regions.unwrap_or_default().into_iter().enumerate();
+    let mounting = Mounting {
+        regions: regions.map(|(i, region)| region.check(i)).collect::<Result<_, _>>()?,
+        keep_out: bounds_of(keep_out),
+        least_gap_mm,
+        tip_clearance_mm: tip_clearance_mm.unwrap_or(0.0),
+    };
+    mounting.check()?;
+    Ok(mounting)
 }
 
 impl RegionEntry {
@@ -77,19 +72,9 @@ pub(crate) fn bounds_of(boxes: Option<Vec<BoxEntry>>) -> Vec<Bounds> {
 /// Writes what a body states, one region or box a line; nothing where it states nothing.
 pub(super) fn write(out: &mut RonWriter, mounting: &Mounting) {
     let Mounting { regions, keep_out, least_gap_mm, tip_clearance_mm } = mounting;
-    if !regions.is_empty() {
-        out.list("mounting", |out| {
-            regions.iter().for_each(|region| out.line(format_args!("{},", region_text(region))));
-        });
-    }
-    if !keep_out.is_empty() {
-        out.list("keep_out", |out| {
-            keep_out.iter().for_each(|own| out.line(format_args!("{},", box_text(own))));
-        });
-    }
-    if let Some(gap_mm) = least_gap_mm {
-        out.plain("least_gap", gap_mm);
-    }
+    out.lines_if_any("mounting", regions.iter().map(region_text));
+    out.lines_if_any("keep_out", keep_out.iter().map(box_text));
+    out.optional("least_gap", *least_gap_mm);
     if *tip_clearance_mm != 0.0 {
         out.plain("tip_clearance", tip_clearance_mm);
     }

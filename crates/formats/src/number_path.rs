@@ -4,20 +4,16 @@
 //! A document with another number is read as any file is: what it may not hold is found there.
 
 use super::nearest::nearest;
-use super::ron_tokens::{Token, Tokens};
+use super::ron_tree::{Field, Node};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::fmt::Write;
-use std::iter::Peekable;
 use std::ops::Range;
 use std::str::FromStr;
 
 /// Names of the parts of a point and of a quaternion, beside their numbers in brackets.
 const POINT: [&str; 3] = ["x", "y", "z"];
 const QUATERNION: [&str; 4] = ["w", "x", "y", "z"];
-
-/// Deepest nesting that is searched: twice what any document of the program has.
-const MAX_DEPTH: usize = 32;
 
 /// The way to a number in a document.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -112,14 +108,18 @@ impl From<NumberPath> for String {
 
 impl fmt::Display for NumberPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, step) in self.0.iter().enumerate() {
-            match step {
-                Step::Field(name) => write!(f, "{}{name}", if k > 0 { "." } else { "" })?,
-                Step::Item(item) => write!(f, "[{item}]")?,
-                Step::Named(name) => write!(f, "[\"{name}\"]")?,
-            }
+        self.0.iter().enumerate().try_for_each(|(k, step)| step.write(f, k == 0))
+    }
+}
+
+impl Step {
+    /// Writes it behind others, or as the first.
+    fn write(&self, out: &mut impl Write, is_first: bool) -> fmt::Result {
+        match self {
+            Self::Field(name) => write!(out, "{}{name}", if is_first { "" } else { "." }),
+            Self::Item(item) => write!(out, "[{item}]"),
+            Self::Named(name) => write!(out, "[\"{name}\"]"),
         }
-        Ok(())
     }
 }
 
@@ -166,15 +166,6 @@ pub struct NumberedText {
     root: Node,
 }
 
-#[derive(Clone, Debug)]
-enum Node {
-    Fields(Vec<(String, Node)>),
-    Items(Vec<Node>),
-    Number(Range<usize>),
-    Text(String),
-    Other,
-}
-
 /// A number that was found in a [`NumberedText`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundNumber {
@@ -185,8 +176,7 @@ pub struct FoundNumber {
 impl NumberedText {
     /// Finds the numbers of a document that can be read; of another text it finds some or none.
     pub fn new(text: String) -> Self {
-        let tokens = Tokens::of(&text).peekable();
-        let root = Parser { text: &text, tokens, depth: 0 }.node();
+        let root = Node::of(&text);
         Self { text, root }
     }
 
@@ -198,13 +188,9 @@ impl NumberedText {
         let mut node = &self.root;
         let mut before = within.to_owned();
         for step in &path.0 {
-            node = node.step(step, &before)?;
+            node = take_step(node, step, &before)?;
             let is_first = before.is_empty();
-            let _ = match step {
-                Step::Field(name) => write!(before, "{}{name}", if is_first { "" } else { "." }),
-                Step::Item(item) => write!(before, "[{item}]"),
-                Step::Named(name) => write!(before, "[\"{name}\"]"),
-            };
+            let _ = step.write(&mut before, is_first);
         }
         let found = match node {
             Node::Number(at) => {
@@ -217,7 +203,7 @@ impl NumberedText {
             Node::Fields(_) => "a group of fields",
             Node::Items(_) => "a list",
             Node::Text(_) => "a text",
-            Node::Other => "a word",
+            Node::Word(_) | Node::Nothing => "a word",
         };
         Err(PathError::NoNumber { path: before, found })
     }
@@ -225,7 +211,7 @@ impl NumberedText {
     /// The paths of all numbers, in the order of the text.
     pub fn paths(&self) -> Vec<NumberPath> {
         let mut paths = Vec::new();
-        self.root.add_paths(&mut Vec::new(), &mut paths);
+        add_paths(&self.root, &mut Vec::new(), &mut paths);
         paths
     }
 
@@ -249,88 +235,81 @@ impl NumberedText {
     }
 }
 
-impl Node {
-    fn step(&self, step: &Step, before: &str) -> Result<&Self, PathError> {
-        let before = || before.to_owned();
-        match (step, self) {
-            (Step::Field(name), Self::Fields(fields)) => {
-                let found = fields.iter().find(|(field, _)| field == name);
-                found.map(|(_, node)| node).ok_or_else(|| PathError::NoField {
-                    before: before(),
-                    name: name.clone(),
-                    known: near(name, fields.iter().map(|(field, _)| field.as_str())),
-                })
-            }
-            (Step::Field(name), Self::Items(items)) => {
-                let names: &[&str] = match items.len() {
-                    3 => &POINT,
-                    4 => &QUATERNION,
-                    _ => &[],
-                };
-                let item = names.iter().position(|part| part == name);
-                item.map(|item| &items[item]).ok_or_else(|| PathError::NoField {
-                    before: before(),
-                    name: name.clone(),
-                    known: names.iter().map(|&part| part.to_owned()).collect(),
-                })
-            }
-            (Step::Item(item), Self::Items(items)) => items.get(*item).ok_or_else(|| {
-                PathError::NoItem { before: before(), item: *item, count: items.len() }
-            }),
-            (Step::Named(name), Self::Items(items)) => {
-                let found = items.iter().find(|item| item.name() == Some(name));
-                found.ok_or_else(|| PathError::NoName {
-                    before: before(),
-                    name: name.clone(),
-                    known: items.iter().filter_map(Self::name).map(str::to_owned).collect(),
-                })
-            }
-            (Step::Field(name), _) => {
-                Err(PathError::NoField { before: before(), name: name.clone(), known: Vec::new() })
-            }
-            (Step::Item(item), _) => {
-                Err(PathError::NoItem { before: before(), item: *item, count: 0 })
-            }
-            (Step::Named(name), _) => {
-                Err(PathError::NoName { before: before(), name: name.clone(), known: Vec::new() })
-            }
+/// Where a step leads from a value; `before` is the way to it.
+fn take_step<'a>(node: &'a Node, step: &Step, before: &str) -> Result<&'a Node, PathError> {
+    let before = || before.to_owned();
+    let (fields, items): (&[Field], &[Node]) = match node {
+        Node::Fields(fields) => (fields, &[]),
+        Node::Items(items) => (&[], items),
+        _ => (&[], &[]),
+    };
+    match step {
+        Step::Field(name) => {
+            let field = fields.iter().find(|field| field.name == *name);
+            let part = part_names(items.len()).iter().position(|part| part == name);
+            field.map(|field| &field.value).or(part.map(|part| &items[part])).ok_or_else(|| {
+                let known = fields.iter().map(|field| field.name.as_str());
+                let parts = part_names(items.len()).iter().map(|&part| part.to_owned());
+                let known = near(name, known).into_iter().chain(parts).collect();
+                PathError::NoField { before: before(), name: name.clone(), known }
+            })
+        }
+        Step::Item(item) => items.get(*item).ok_or_else(|| PathError::NoItem {
+            before: before(),
+            item: *item,
+            count: items.len(),
+        }),
+        Step::Named(name) => {
+            let found = items.iter().find(|item| name_of(item) == Some(name));
+            found.ok_or_else(|| PathError::NoName {
+                before: before(),
+                name: name.clone(),
+                known: items.iter().filter_map(name_of).map(str::to_owned).collect(),
+            })
         }
     }
+}
 
-    fn name(&self) -> Option<&str> {
-        let Self::Fields(fields) = self else {
-            return None;
-        };
-        fields.iter().find_map(|(field, node)| match node {
-            Self::Text(text) if field == "name" => Some(text.as_str()),
-            _ => None,
-        })
+/// What the parts of so many numbers are called, if they are.
+fn part_names(count: usize) -> &'static [&'static str] {
+    match count {
+        3 => &POINT,
+        4 => &QUATERNION,
+        _ => &[],
     }
+}
 
-    fn add_paths(&self, steps: &mut Vec<Step>, paths: &mut Vec<NumberPath>) {
-        match self {
-            Self::Number(_) => paths.push(NumberPath(steps.clone())),
-            Self::Fields(fields) => {
-                for (name, node) in fields {
-                    steps.push(Step::Field(name.clone()));
-                    node.add_paths(steps, paths);
-                    steps.pop();
-                }
-            }
-            Self::Items(items) => {
-                let is_of_numbers = items.iter().all(|item| matches!(item, Self::Number(_)));
-                for (k, node) in items.iter().enumerate() {
-                    steps.push(match (is_of_numbers, items.len()) {
-                        (true, 3) => Step::Field(POINT[k].to_owned()),
-                        (true, 4) => Step::Field(QUATERNION[k].to_owned()),
-                        _ => Step::Item(k),
-                    });
-                    node.add_paths(steps, paths);
-                    steps.pop();
-                }
-            }
-            Self::Text(_) | Self::Other => {}
+/// What the field `name` of an item is.
+fn name_of(item: &Node) -> Option<&str> {
+    let Node::Fields(fields) = item else {
+        return None;
+    };
+    fields.iter().find_map(|field| match &field.value {
+        Node::Text(text) if field.name == "name" => Some(text.as_str()),
+        _ => None,
+    })
+}
+
+fn add_paths(node: &Node, steps: &mut Vec<Step>, paths: &mut Vec<NumberPath>) {
+    let mut add = |step: Step, node: &Node| {
+        steps.push(step);
+        add_paths(node, steps, paths);
+        steps.pop();
+    };
+    match node {
+        Node::Fields(fields) => {
+            fields.iter().for_each(|field| add(Step::Field(field.name.clone()), &field.value));
         }
+        Node::Items(items) => {
+            let are_numbers = items.iter().all(|item| matches!(item, Node::Number(_)));
+            let names = if are_numbers { part_names(items.len()) } else { &[] };
+            for (k, item) in items.iter().enumerate() {
+                let named = names.get(k).map(|name| Step::Field((*name).to_owned()));
+                add(named.unwrap_or(Step::Item(k)), item);
+            }
+        }
+        Node::Number(_) => paths.push(NumberPath(steps.clone())),
+        Node::Text(_) | Node::Word(_) | Node::Nothing => {}
     }
 }
 
@@ -342,64 +321,10 @@ fn near<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<String> {
     stated.into_iter().map(str::to_owned).collect()
 }
 
-/// Reads on from the tokens of a text.
-struct Parser<'a, T: Iterator<Item = (Token, Range<usize>)>> {
-    text: &'a str,
-    tokens: Peekable<T>,
-    depth: usize,
-}
-
-impl<T: Iterator<Item = (Token, Range<usize>)>> Parser<'_, T> {
-    fn node(&mut self) -> Node {
-        match self.tokens.next() {
-            Some((Token::Number, at)) => Node::Number(at),
-            Some((Token::Quoted, at)) => {
-                Node::Text(self.text[at].trim_matches('"').replace("\\\"", "\""))
-            }
-            Some((Token::Sign('(' | '[' | '{'), _)) => self.group(),
-            // What stands before parentheses is the name of their kind.
-            Some((Token::Word, _)) => match self.tokens.peek() {
-                Some((Token::Sign('('), _)) => {
-                    self.tokens.next();
-                    self.group()
-                }
-                _ => Node::Other,
-            },
-            _ => Node::Other,
-        }
-    }
-
-    fn group(&mut self) -> Node {
-        if self.depth == MAX_DEPTH {
-            return Node::Other;
-        }
-        self.depth += 1;
-        let (mut fields, mut items) = (Vec::new(), Vec::new());
-        while let Some((token, at)) = self.tokens.peek() {
-            match token {
-                Token::Sign(')' | ']' | '}') => {
-                    self.tokens.next();
-                    break;
-                }
-                Token::Sign(',') => {
-                    self.tokens.next();
-                }
-                Token::Word if self.text[at.end..].trim_start().starts_with(':') => {
-                    let name = self.text[at.clone()].to_owned();
-                    self.tokens.nth(1);
-                    fields.push((name, self.node()));
-                }
-                _ => items.push(self.node()),
-            }
-        }
-        self.depth -= 1;
-        if fields.is_empty() { Node::Items(items) } else { Node::Fields(fields) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
 
     const BODY: &str = r#"(
         version: 1, // a comment with 5.0 in it
@@ -433,21 +358,19 @@ mod tests {
 
     #[test]
     fn a_wrong_path_states_what_there_is() {
-        for (path, message) in [
-            ("tips.x", "the design has no tips, expected one of tip"),
-            ("sensors[2].position.x", "sensors has no item 2, expected one of 2, from 0"),
-            (
-                "sensors[\"top\"].position.x",
-                "sensors has no item named \"top\", expected one of left, right [2]",
-            ),
-            ("tip.w", "tip has no w, expected one of x, y, z"),
-            ("tip", "tip is a list, expected a number"),
-            ("name", "name is a text, expected a number"),
-            ("sensors[0].kind", "sensors[0].kind is a word, expected a number"),
-            ("version.x", "version has no x"),
-        ] {
-            assert_eq!(value(path).unwrap_err().to_string(), message);
-        }
+        let cases = r#"
+            tips.x | the design has no tips, expected one of tip
+            sensors[2].position.x | sensors has no item 2, expected one of 2, from 0
+            sensors["top"].position.x
+                | sensors has no item named "top", expected one of left, right [2]
+            tip.w | tip has no w, expected one of x, y, z
+            tip | tip is a list, expected a number
+            name | name is a text, expected a number
+            sensors[0].kind | sensors[0].kind is a word, expected a number
+            version.x | version has no x
+            version[0] | version has no item 0, expected one of 0, from 0
+        "#;
+        assert_refused("", cases, |path| value(path).unwrap_err().to_string());
         for text in ["", ".x", "a..b", "a[", "a[b]", "a[-1]", "a b", "a[\"b]", "a]"] {
             assert!(text.parse::<NumberPath>().is_err(), "{text}");
         }

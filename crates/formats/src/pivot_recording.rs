@@ -2,7 +2,7 @@
 //! their first line.
 
 use super::error::{FormatError, quoted, text};
-use super::table_dialect::{ColumnName, decimal, number_cells};
+use super::table_dialect::{ColumnName, first_cells, number_cells};
 use super::{jhu_cis, matrices, poses, recording};
 use nalgebra::Point3;
 use trackwright_calibration::marker_body::BaseAndTool;
@@ -31,22 +31,16 @@ pub fn parse(bytes: &[u8]) -> Result<PivotRecording, FormatError> {
     if recording::is_recording(bytes) {
         return recording::parse(bytes).map(PivotRecording::Tools);
     }
-    let (line, first) = (1..)
-        .zip(text(bytes)?.lines().map(str::trim))
-        .find(|(_, line)| !line.is_empty() && !line.starts_with('#'))
-        .ok_or(FormatError::NoRows)?;
-    let is_number = |cell: &str| decimal(cell).is_some();
-    let cells: Vec<&str> = number_cells(first).collect();
-    let is_number_at = |index: Option<&&str>| index.is_some_and(|cell| is_number(cell));
-    match (is_number_at(cells.first()), is_number_at(cells.last())) {
-        (true, true) => matrices::parse(bytes).map(PivotRecording::Poses),
+    let (line, first, are_numbers) = first_cells(text(bytes)?).ok_or(FormatError::NoRows)?;
+    match are_numbers {
+        [true, true] => matrices::parse(bytes).map(PivotRecording::Poses),
         // Counts, then the file's name.
-        (true, false) if cells.len() == 4 => {
+        [true, false] if number_cells(first).count() == 4 => {
             jhu_cis::parse_optpivot(bytes).map(PivotRecording::MarkersAndBase)
         }
-        (true, false) => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
-        (false, _) if names_pose_columns(first) => poses::parse(bytes).map(PivotRecording::Poses),
-        (false, _) => {
+        [true, false] => jhu_cis::parse_empivot(bytes).map(PivotRecording::Markers),
+        [false, _] if names_pose_columns(first) => poses::parse(bytes).map(PivotRecording::Poses),
+        [false, _] => {
             let expected = "the beginning of a recording: an NDI table, an Aurora log, a PLUS \
                 sequence, a live recording, a log of lines with Position: and Orientation:, 4x4 or \
                 3x4 matrices, a poses table (x, y, z, qw, qx, qy, qz), an empivot or an optpivot file";

@@ -5,12 +5,11 @@
 //! then a pose, or `recording`, the name of a file with the readings of that site.
 
 use super::error::FormatError;
-use super::poses::write_pose;
-use super::table::{Header, Row, Table};
+use super::table::{Header, POSE, Row, Table};
 use std::io::{self, Write};
 use trackwright_calibration::protocol::plate::{PlateReading, RodSite, Site, SiteAt};
 use trackwright_geometry::number::shortest;
-use trackwright_geometry::pose::Pose;
+use trackwright_geometry::pose::{Pose, pose_to_array};
 
 /// Highest number of a level, row or column.
 const MOST: f64 = 999.0;
@@ -143,42 +142,29 @@ impl Columns {
 }
 
 /// Writes readings, so that [`parse`] gives them back.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, readings: &[PlateReading]) -> io::Result<()> {
-    writeln!(out, "level,row,column,angle_deg,rod,distance_mm,placement,x,y,z,qw,qx,qy,qz")?;
-    for reading in readings {
-        let site = &reading.site;
-        write!(out, "{},", site.level)?;
-        match site.at {
-            SiteAt::Hole { row, column } => write!(out, "{row},{column},,")?,
-            SiteAt::Disc { angle_deg } => write!(out, ",,{},", shortest(angle_deg))?,
-        }
-        match &site.rod {
-            None => write!(out, ",,,")?,
-            Some(rod) => {
-                let distance_mm = shortest(rod.distance_mm);
-                write!(out, "{},{distance_mm},{},", cell(&rod.rod), cell(&rod.placement))?;
-            }
-        }
-        write_pose(out, &reading.tracker_from_sensor)?;
-        writeln!(out)?;
+    let mut table = csv::Writer::from_writer(out);
+    let names = ["level", "row", "column", "angle_deg", "rod", "distance_mm", "placement"];
+    table.write_record(names.into_iter().chain(POSE))?;
+    for PlateReading { site, tracker_from_sensor } in readings {
+        let at = match site.at {
+            SiteAt::Hole { row, column } => [row.to_string(), column.to_string(), String::new()],
+            SiteAt::Disc { angle_deg } => [String::new(), String::new(), shortest(angle_deg)],
+        };
+        let rod = site
+            .rod
+            .as_ref()
+            .map(|rod| [rod.rod.clone(), shortest(rod.distance_mm), rod.placement.clone()]);
+        let place = [site.level.to_string()].into_iter().chain(at).chain(rod.unwrap_or_default());
+        table.write_record(place.chain(pose_to_array(tracker_from_sensor).map(shortest)))?;
     }
-    Ok(())
-}
-
-/// A text cell as RFC 4180 has it.
-fn cell(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
+    table.flush()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
 
     #[test]
     fn readings_are_read_back() {
@@ -218,53 +204,25 @@ mod tests {
 
     #[test]
     fn wrong_tables_are_refused() {
-        let pose = "x,y,z,qw,qx,qy,qz";
-        for (table, expected) in [
-            (
-                format!("{pose}\n1,2,3,1,0,0,0\n"),
-                "line 1: found no column row, column, expected the columns of a plate",
-            ),
-            ("row,column,x,y,z\n1,2,3,4,5\n".to_owned(), "line 1: found no column qw, qx, qy, qz"),
-            (format!("row,{pose}\n1,1,2,3,1,0,0,0\n"), "line 1: found no column column"),
-            (
-                format!("row,column,{pose}\n1,NaN,1,2,3,1,0,0,0\n"),
-                "line 2: column is \"NaN\", expected a finite number",
-            ),
-            (
-                format!("row,column,{pose}\n1,1.5,1,2,3,1,0,0,0\n"),
-                "line 2: column is 1.5, expected a whole number",
-            ),
-            (
-                format!("row,column,{pose}\n-1,1,1,2,3,1,0,0,0\n"),
-                "line 2: row is -1, expected a whole number",
-            ),
-            (
-                format!("row,column,{pose}\n1,1,NaN,2,3,1,0,0,0\n"),
-                "line 2: x is \"NaN\", expected a finite number",
-            ),
-            (
-                format!("row,column,angle_deg,{pose}\n1,1,5,1,2,3,1,0,0,0\n"),
-                "line 2: found a hole and an angle of the disc, expected one",
-            ),
-            (
-                format!("row,column,angle_deg,{pose}\n,,,1,2,3,1,0,0,0\n"),
-                "line 2: found neither a hole nor",
-            ),
-            (
-                format!("angle_deg,{pose}\n360,1,2,3,1,0,0,0\n"),
-                "line 2: angle_deg is 360, expected 0 to less than 360",
-            ),
-            (
-                format!("row,column,rod,{pose}\n1,1,bronze,1,2,3,1,0,0,0\n"),
-                "line 1: found no column distance_mm",
-            ),
-            (
-                "row,column,recording\n1,1,\n".to_owned(),
-                "line 2: recording is empty, expected a file's name",
-            ),
-        ] {
-            let error = parse(table.as_bytes()).unwrap_err().to_string();
-            assert!(error.starts_with(expected), "{error}");
-        }
+        let cases = r#"
+            x,y,z,qw,qx,qy,qz\n1,2,3,1,0,0,0\n
+                | line 1: found no column row, column, expected the columns of a plate…
+            row,column,x,y,z\n1,2,3,4,5\n | line 1: found no column qw, qx, qy, qz…
+            row,column => row,line | line 1: found no column column…
+            ,1,7, => ,1,NaN, | line 2: column is "NaN", expected a finite number
+            ,1,7, => ,1,1.5, | line 2: column is 1.5, expected a whole number…
+            ,1,7, => ,-1,7, | line 2: row is -1, expected a whole number…
+            ,25, => ,NaN, | line 2: x is "NaN", expected a finite number
+            ,1,7,, => ,1,7,5, | line 2: found a hole and an angle of the disc, expected one…
+            ,1,7,, => ,,,, | line 2: found neither a hole nor…
+            ,1,7,, => ,,,360, | line 2: angle_deg is 360, expected 0 to less than 360
+            distance_mm => depth_mm | line 1: found no column distance_mm…
+            row,column,recording\n1,1,\n
+                | line 2: recording is empty, expected a file's name
+        "#;
+        let good = "level,row,column,angle_deg,rod,distance_mm,x,y,z,qw,qx,qy,qz\n\
+                    0,1,7,,bronze,20,25,2,3,1,0,0,0\n";
+        assert!(parse(good.as_bytes()).is_ok());
+        assert_refused(good, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 }

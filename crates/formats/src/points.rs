@@ -5,7 +5,7 @@ use super::error::{FormatError, quoted, text};
 use super::jhu_cis;
 use super::markups;
 use super::table::Table;
-use super::table_dialect::{decimal, number_cells as cells};
+use super::table_dialect::{decimal, first_cells, number_cells as cells};
 use nalgebra::Point3;
 use std::io::{self, Write};
 use trackwright_geometry::number::shortest;
@@ -28,18 +28,12 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
     if markups::is_fcsv(content) {
         return markups::parse_fcsv(bytes);
     }
-    let first = content
-        .lines()
-        .map(str::trim)
-        .find(|line| !line.is_empty() && !line.starts_with('#'))
-        .ok_or(FormatError::NoRows)?;
-    let cells: Vec<&str> = cells(first).collect();
-    let is_number = |cell: Option<&&str>| cell.is_some_and(|cell| decimal(cell).is_some());
-    match (is_number(cells.first()), is_number(cells.last())) {
-        (true, true) => rows(bytes),
+    let (.., are_numbers) = first_cells(content).ok_or(FormatError::NoRows)?;
+    match are_numbers {
+        [true, true] => rows(content),
         // A count, then the file's name.
-        (true, false) => jhu_cis::parse_ct_fiducials(bytes),
-        (false, _) => {
+        [true, false] => jhu_cis::parse_ct_fiducials(bytes),
+        [false, _] => {
             let table = Table::parse(bytes)?;
             let expected = "the columns of points (x, y, z)";
             let columns = table.header().columns(&["x", "y", "z"], expected)?;
@@ -55,9 +49,6 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
 }
 
 /// Writes points as a table.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write<'a>(
     out: &mut dyn Write,
     points: impl IntoIterator<Item = &'a Point3<f64>>,
@@ -70,9 +61,9 @@ pub fn write<'a>(
     Ok(())
 }
 
-fn rows(bytes: &[u8]) -> Result<Vec<Point3<f64>>, FormatError> {
+fn rows(content: &str) -> Result<Vec<Point3<f64>>, FormatError> {
     (1..)
-        .zip(text(bytes)?.lines().map(str::trim))
+        .zip(content.lines().map(str::trim))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
         .map(|(line, content)| {
             let values: Vec<f64> = cells(content)

@@ -59,9 +59,6 @@ pub fn parse_of(bytes: &[u8], whose: WhosePoses) -> Result<Vec<Pose>, FormatErro
 }
 
 /// Writes poses.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write<'a>(out: &mut dyn Write, poses: impl IntoIterator<Item = &'a Pose>) -> io::Result<()> {
     writeln!(out, "x,y,z,qw,qx,qy,qz")?;
     for pose in poses {
@@ -80,35 +77,19 @@ pub struct RowPlace {
     pub is_without_field: bool,
 }
 
-/// Writes poses, each with where it is; a pose that was left out has empty cells.
-///
-/// # Errors
-/// Those of the writer.
+/// Writes poses, each with where it is, and the model validity where it is given; a pose that was left
+/// out has empty cells.
 pub fn write_with_outside(
     out: &mut dyn Write,
     rows: impl IntoIterator<Item = (Option<Pose>, RowPlace)>,
+    validity: Option<&[Validity]>,
 ) -> io::Result<()> {
-    writeln!(out, "{WITH_OUTSIDE}")?;
-    for (pose, place) in rows {
+    writeln!(out, "{WITH_OUTSIDE}{}", validity_header(validity))?;
+    for (index, (pose, place)) in rows.into_iter().enumerate() {
         write_row(out, pose, place)?;
-        writeln!(out)?;
-    }
-    Ok(())
-}
-
-/// As [`write_with_outside`], and the model validity; what is not known, or not finite,
-/// is an empty cell.
-///
-/// # Errors
-/// Those of the writer.
-pub fn write_with_validity(
-    out: &mut dyn Write,
-    rows: impl IntoIterator<Item = ((Option<Pose>, RowPlace), Validity)>,
-) -> io::Result<()> {
-    writeln!(out, "{WITH_OUTSIDE},{VALIDITY}")?;
-    for ((pose, place), at) in rows {
-        write_row(out, pose, place)?;
-        write_validity(out, &at)?;
+        if let Some(at) = validity.and_then(|validity| validity.get(index)) {
+            write_validity(out, at)?;
+        }
         writeln!(out)?;
     }
     Ok(())
@@ -125,19 +106,12 @@ pub struct CompensatedRow {
 
 /// Writes compensated poses with their flags, and the model validity where it is given; one without an answer
 /// has empty cells for both and did not converge.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_compensated(
     out: &mut dyn Write,
     rows: impl IntoIterator<Item = CompensatedRow>,
     validity: Option<&[Validity]>,
 ) -> io::Result<()> {
-    write!(out, "{WITH_OUTSIDE},converged,ambiguous")?;
-    match validity {
-        Some(_) => writeln!(out, ",{VALIDITY}")?,
-        None => writeln!(out)?,
-    }
+    writeln!(out, "{WITH_OUTSIDE},converged,ambiguous{}", validity_header(validity))?;
     for (index, row) in rows.into_iter().enumerate() {
         write_row(out, row.pose, row.place)?;
         let [converged, ambiguous] = [row.pose.is_some(), row.is_ambiguous].map(u8::from);
@@ -155,6 +129,10 @@ pub fn write_compensated(
 
 const VALIDITY: &str =
     "std_error_mm,std_error_deg,leverage,supported,distance_mm,within95_mm,within95_deg";
+
+fn validity_header(validity: Option<&[Validity]>) -> String {
+    validity.map_or_else(String::new, |_| format!(",{VALIDITY}"))
+}
 
 /// The cells of a pose's validity, each after a comma; what is not known, or not finite, is an empty one.
 fn write_validity(out: &mut dyn Write, at: &Validity) -> io::Result<()> {

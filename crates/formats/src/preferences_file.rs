@@ -72,9 +72,6 @@ struct PreferencesEntry {
 }
 
 /// Reads preferences.
-///
-/// # Errors
-/// See [`FormatError`].
 pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
     let entry: PreferencesEntry = ron_text::parse(bytes)?;
     let [least, most] = SCALES;
@@ -107,9 +104,7 @@ pub fn parse(bytes: &[u8]) -> Result<Preferences, FormatError> {
 /// Writes preferences.
 pub fn write(preferences: &Preferences) -> String {
     RonWriter::file(|out| {
-        if let Some([width, height]) = preferences.window {
-            out.field("window", format_args!("({width}, {height})"));
-        }
+        out.optional("window", preferences.window.map(|[width, height]| (width, height)));
         out.field("is_maximised", preferences.is_maximised);
         out.field("is_light", preferences.is_light);
         out.plain("scale", preferences.scale);
@@ -122,15 +117,14 @@ pub fn write(preferences: &Preferences) -> String {
                 widths.map(|(name, px)| format!("{}: {px:?}", ron_text::string(name))).collect();
             out.field("widths", format_args!("{{{}}}", widths.join(", ")));
         }
-        if let Some(is_folded) = preferences.is_legend_folded {
-            out.field("is_legend_folded", is_folded);
-        }
+        out.optional("is_legend_folded", preferences.is_legend_folded);
     })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
 
     #[test]
     fn what_is_written_reads_back() {
@@ -163,15 +157,17 @@ mod tests {
 
     #[test]
     fn impossible_window_values_are_refused() {
-        let refused = |from: &str, to: &str| {
-            let preferences = Preferences { window: Some([1280, 720]), ..Preferences::default() };
-            let text = write(&preferences).replace(from, to);
+        let preferences = Preferences { window: Some([1280, 720]), ..Preferences::default() };
+        let cases = r#"
+            scale: 1.0 => scale: NaN | scale is NaN, expected a number from 0.5 to 3
+            scale: 1.0 => scale: 40.0 | scale is 40, expected a number from 0.5 to 3
+            (1280, 720) => (0, 720) | window is 0 × 720, expected sides from 1 to 32768 pixels
+            workspace: => widths: {"left": -7.0}, workspace:
+                | widths is -7, expected widths from 1 to 32768 pixels
+            version: 1 => version: 2 | version is 2, expected 1; a newer trackwright wrote it
+        "#;
+        assert_refused(&write(&preferences), cases, |text| {
             parse(text.as_bytes()).unwrap_err().to_string()
-        };
-        assert!(refused("scale: 1.0", "scale: NaN").contains("NaN"));
-        assert!(refused("scale: 1.0", "scale: 40.0").contains("40"));
-        assert!(refused("(1280, 720)", "(0, 720)").contains("0 × 720"));
-        assert!(refused("workspace:", "widths: {\"left\": -7.0}, workspace:").contains("-7"));
-        assert!(refused("version: 1", "version: 2").contains("version is 2"));
+        });
     }
 }

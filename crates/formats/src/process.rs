@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use trackwright_field::FieldPoint;
 use trackwright_field::gaussian::{
-    Amplitude, ErrorValues, GaussianField, Kernel, Registration, Row, Trend,
+    Amplitude, ErrorValues, GaussianField, Kernel, KernelScale, Registration, Row, Trend,
 };
 use trackwright_geometry::limits::{length_above_zero_problem, length_problem, position_problem};
 use trackwright_geometry::number::shortest;
@@ -57,35 +57,23 @@ fn usual_noise() -> f64 {
 
 impl ProcessEntry {
     pub(super) fn check(self) -> Result<Arc<GaussianField>, FormatError> {
-        let positive = |name, value: f64| match value.is_finite() && value > 0.0 {
-            true => Ok(()),
-            false => Err(FormatError::number(name, value, "above zero")),
-        };
-        let problem = |name, value: f64, problem: Option<&'static str>| match problem {
+        let check = |name: &str, value: f64, problem: Option<&'static str>| match problem {
             None => Ok(()),
-            Some(expected) => Err(FormatError::number(name, value, expected)),
+            Some(expected) => Err(FormatError::number(format!("process.{name}"), value, expected)),
         };
-        positive("process.kernel.nugget", self.kernel.nugget)?;
-        for scale in &self.kernel.scales {
-            let length_mm = scale.length_mm;
-            let name = "process.kernel.scales.length_mm";
-            problem(name, length_mm, length_above_zero_problem(length_mm))?;
-            positive("process.kernel.scales.variance", scale.variance)?;
+        let above_zero = |value: f64| (value.is_nan() || value <= 0.0).then_some("above zero");
+        let positive = |value: f64| above_zero(if value.is_finite() { value } else { f64::NAN });
+        check("kernel.nugget", self.kernel.nugget, positive(self.kernel.nugget))?;
+        for KernelScale { length_mm, axis_sine, x_axis_sine, variance } in self.kernel.scales {
+            check("kernel.scales.length_mm", length_mm, length_above_zero_problem(length_mm))?;
+            check("kernel.scales.variance", variance, positive(variance))?;
             // Infinite where axes were not measured.
-            for (part, sine) in [("axis_sine", scale.axis_sine), ("x_axis_sine", scale.x_axis_sine)]
-            {
-                if sine.is_nan() || sine <= 0.0 {
-                    let name = format!("process.kernel.scales.{part}");
-                    return Err(FormatError::number(name, sine, "above zero"));
-                }
-            }
+            check("kernel.scales.axis_sine", axis_sine, above_zero(axis_sine))?;
+            check("kernel.scales.x_axis_sine", x_axis_sine, above_zero(x_axis_sine))?;
         }
-        let left_out_mm = self.left_out_rms_mm;
-        let name = "process.left_out_rms_mm";
-        problem(name, left_out_mm, length_problem(left_out_mm))?;
+        check("left_out_rms_mm", self.left_out_rms_mm, length_problem(self.left_out_rms_mm))?;
         if let Some((name, found)) = self.amplitude.problem() {
-            let name = format!("process.{name}");
-            return Err(FormatError::number(name, found, "a finite number, at most 1e6"));
+            check(name, found, Some("a finite number, at most 1e6"))?;
         }
         let is_variance = |c: usize| self.covariance[c][c] >= 0.0;
         let is_finite = self.covariance.as_flattened().iter().all(|v| v.is_finite());
@@ -107,12 +95,10 @@ impl ProcessEntry {
         }
         if let Some(Registration { position_std_mm, angle_std_rad, center_mm }) = &self.registration
         {
-            let name = "process.registration.position_std_mm";
-            problem(name, *position_std_mm, length_problem(*position_std_mm))?;
-            if !(0.0..=PI).contains(angle_std_rad) {
-                let name = "process.registration.angle_std_rad";
-                return Err(FormatError::number(name, *angle_std_rad, "0 to π"));
-            }
+            let name = "registration.position_std_mm";
+            check(name, *position_std_mm, length_problem(*position_std_mm))?;
+            let of_angle = (!(0.0..=PI).contains(angle_std_rad)).then_some("0 to π");
+            check("registration.angle_std_rad", *angle_std_rad, of_angle)?;
             if let Some(expected) = position_problem(center_mm) {
                 let found = ron_text::list(center_mm);
                 let name = "process.registration.center_mm";
@@ -170,6 +156,15 @@ impl RowEntry {
     }
 }
 
+fn row_line(row: &Row) -> String {
+    let position = ron_text::tuple(row.point.position_mm.coords.as_slice());
+    let axis = ron_text::tuple(row.point.axis.as_slice());
+    let (error, noise) = (ron_text::tuple(&row.error), shortest(row.noise_factor));
+    let x_axis = row.point.x_axis.map(|axis| ron_text::tuple(axis.as_slice()));
+    let x_axis = x_axis.map_or_else(String::new, |axis| format!(", Some({axis})"));
+    format!("({position}, {axis}, {error}, {noise}{x_axis})")
+}
+
 /// Writes a process as a field of an environment, a row a line.
 pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
     let scales = process.kernel.scales.each_ref().map(|scale| {
@@ -214,17 +209,7 @@ pub(super) fn write(out: &mut RonWriter, process: &GaussianField) {
             );
         }
         out.line(ROWS_COMMENT);
-        out.list("rows", |out| {
-            for row in &process.rows {
-                let position = ron_text::tuple(row.point.position_mm.coords.as_slice());
-                let axis = ron_text::tuple(row.point.axis.as_slice());
-                let (error, noise) = (ron_text::tuple(&row.error), shortest(row.noise_factor));
-                let x_axis = row.point.x_axis.map_or_else(String::new, |axis| {
-                    format!(", Some({})", ron_text::tuple(axis.as_slice()))
-                });
-                out.line(format_args!("({position}, {axis}, {error}, {noise}{x_axis}),"));
-            }
-        });
+        out.lines("rows", process.rows.iter().map(row_line));
         if !process.refits.is_empty() {
             out.line(REFITS_COMMENT);
             out.list("refits", |out| {

@@ -15,9 +15,6 @@ struct RecentEntry {
 }
 
 /// The files, the last opened first.
-///
-/// # Errors
-/// See [`FormatError`].
 pub fn parse(bytes: &[u8]) -> Result<Vec<PathBuf>, FormatError> {
     let entry: RecentEntry = ron_text::parse(bytes)?;
     Ok(entry.designs.into_iter().map(PathEntry::into_path).collect())
@@ -25,9 +22,5 @@ pub fn parse(bytes: &[u8]) -> Result<Vec<PathBuf>, FormatError> {
 
 /// Writes the list, one file a line.
 pub fn write(designs: &[PathBuf]) -> String {
-    RonWriter::file(|out| {
-        out.list("designs", |out| {
-            designs.iter().for_each(|design| out.line(path_text(design) + ","));
-        });
-    })
+    RonWriter::file(|out| out.lines("designs", designs.iter().map(|design| path_text(design))))
 }

@@ -96,16 +96,8 @@ impl RecoveryFile {
 /// See [`FormatError`]; [`FormatError::Part`] for one of the files within it.
 pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
     let entry: RecoveryEntry = ron_text::parse(bytes)?;
-    let design = design_file::parse(entry.design.as_bytes()).map_err(in_part("design"))?;
-    let mut bodies =
-        [("tool_body", Some(entry.tool_body)), ("crf_body", entry.crf_body)].into_iter();
-    let (mut design, view) = design.into_design(|_| -> Result<BodyFile, FormatError> {
-        // The tool's first, as `into_design` requests them.
-        match bodies.next() {
-            Some((name, Some(text))) => body::parse(text.as_bytes()).map_err(in_part(name)),
-            _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
-        }
-    })?;
+    let (mut design, view) =
+        read_texts(&entry.design, &entry.tool_body, entry.crf_body.as_deref())?;
     design.room_metal = entry.metal.map(RoomMetalEntry::check).transpose()?.map(Arc::new);
     Ok(RecoveryFile {
         written_unix_ms: entry.written_unix_ms,
@@ -120,8 +112,6 @@ pub fn parse(bytes: &[u8]) -> Result<RecoveryFile, FormatError> {
 
 /// Writes a recovery file.
 pub fn write(file: &RecoveryFile) -> String {
-    let design = design_file::write(&DesignFile::of(&file.design, &file.view));
-    let body = |body: &DesignBody| body::write(&BodyFile::of(body));
     let origin = match &file.origin {
         RecoveryOrigin::BuiltIn(name) => format!("BuiltIn({})", ron_text::string(name)),
         RecoveryOrigin::File(path) => format!("File({})", path_text(path)),
@@ -131,25 +121,45 @@ pub fn write(file: &RecoveryFile) -> String {
         out.field("process", file.process);
         out.field("is_dirty", file.is_dirty);
         out.field("origin", origin);
-        out.string("design", &design);
-        out.string("tool_body", &body(&file.design.tool.body));
-        if let Some(crf) = &file.design.crf {
-            out.string("crf_body", &body(&crf.body));
-        }
+        write_texts(out, &file.design, &file.view);
         if let Some(metal) = &file.design.room_metal {
             out.fields("metal", |out| room_metal::write(out, metal));
         }
-        out.list("stamps", |out| {
-            for (path, stamp) in &file.stamps {
-                let FileStamp { length, modified_ns, taken_ns, hash } = stamp;
-                out.line(format_args!(
-                    "(file: {}, stamp: (length: {length}, modified_ns: {modified_ns}, \
-                     taken_ns: {taken_ns}, hash: {hash})),",
-                    path_text(path)
-                ));
-            }
-        });
+        let line = |(path, stamp): &(PathBuf, FileStamp)| {
+            let FileStamp { length, modified_ns, taken_ns, hash } = stamp;
+            format!(
+                "(file: {}, stamp: (length: {length}, modified_ns: {modified_ns}, \
+                 taken_ns: {taken_ns}, hash: {hash}))",
+                path_text(path)
+            )
+        };
+        out.lines("stamps", file.stamps.iter().map(line));
     })
+}
+
+/// A design and its view from the texts of its own file and of its bodies'.
+pub(super) fn read_texts(
+    design: &str,
+    tool_body: &str,
+    crf_body: Option<&str>,
+) -> Result<(Design, View), FormatError> {
+    let design = design_file::parse(design.as_bytes()).map_err(in_part("design"))?;
+    let mut bodies = [("tool_body", Some(tool_body)), ("crf_body", crf_body)].into_iter();
+    design.into_design(|_| -> Result<BodyFile, FormatError> {
+        // The tool's first, as `into_design` requests them.
+        match bodies.next() {
+            Some((name, Some(text))) => body::parse(text.as_bytes()).map_err(in_part(name)),
+            _ => Err(FormatError::field("crf_body", "missing", "the CRF's")),
+        }
+    })
+}
+
+/// Writes a design as fields that [`read_texts`] takes.
+pub(super) fn write_texts(out: &mut RonWriter, design: &Design, view: &View) {
+    let body = |body: &DesignBody| body::write(&BodyFile::of(body));
+    out.string("design", &design_file::write(&DesignFile::of(design, view)));
+    out.string("tool_body", &body(&design.tool.body));
+    out.optional_string("crf_body", design.crf.as_ref().map(|crf| body(&crf.body)).as_deref());
 }
 
 impl PathEntry {

@@ -10,8 +10,10 @@ use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::de::{DeserializeOwned, Deserializer, Error};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::fmt::{Display, Write};
 use trackwright_geometry::limits::{position_problem, short};
+use trackwright_geometry::mesh_reference::MeshUnit;
 use trackwright_geometry::number;
 use trackwright_geometry::pose::{Pose, pose_from_parts, quaternion_to_array};
 
@@ -39,7 +41,8 @@ pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FormatError>
     let text = text(bytes)?;
     // Another version may have other fields; it is the version that is wrong then.
     stated_version(text).map_or(Ok(()), check_version)?;
-    let entry: T = from_text(text)?;
+    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let entry: T = options.from_str(text).map_err(|error| located(text, &error))?;
     if let Some(range) = too_large_number(text) {
         let (line, column) = place(text, range.start);
         return Err(FormatError::Syntax {
@@ -49,12 +52,6 @@ pub(super) fn parse<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FormatError>
         });
     }
     Ok(entry)
-}
-
-/// Reads a part of a file, whatever its version.
-pub(super) fn from_text<T: DeserializeOwned>(text: &str) -> Result<T, FormatError> {
-    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    options.from_str(text).map_err(|error| located(text, &error))
 }
 
 fn check_version(found: u64) -> Result<(), FormatError> {
@@ -193,6 +190,45 @@ pub(super) fn axis(field: &str, components: [f64; 3]) -> Result<Unit<Vector3<f64
         .ok_or_else(|| FormatError::field(field, list(&components), "a direction"))
 }
 
+/// The name of a file, which is not empty.
+pub(super) fn file_name(field: impl Into<String>, name: String) -> Result<String, FormatError> {
+    match name.trim().is_empty() {
+        true => Err(FormatError::field(field, "empty", "a file")),
+        false => Ok(name),
+    }
+}
+
+/// The unit of a mesh, where its file states one.
+pub(super) fn mesh_unit(
+    field: impl Into<String>,
+    unit: Option<MeshUnit>,
+) -> Result<Option<MeshUnit>, FormatError> {
+    match unit.and_then(|unit| Some((unit, unit.problem()?))) {
+        None => Ok(unit),
+        Some((unit, expected)) => Err(FormatError::field(field, unit, expected)),
+    }
+}
+
+/// Refuses items of a list without a name, or with that of one before.
+pub(super) fn check_names<'a>(
+    list: &str,
+    names: impl Iterator<Item = &'a str>,
+) -> Result<(), FormatError> {
+    let mut known = HashMap::new();
+    for (index, name) in names.enumerate() {
+        let wrong = |found: String, expected| {
+            Err(FormatError::field(format!("{list}[{index}]: name"), found, expected))
+        };
+        if name.trim().is_empty() {
+            return wrong("empty".to_owned(), "a name");
+        }
+        if let Some(first) = known.insert(name, index) {
+            return wrong(format!("{name:?}, the name of {list}[{first}]"), "each name once");
+        }
+    }
+    Ok(())
+}
+
 /// A rotation, normalised.
 pub(super) fn rotation(
     field: &str,
@@ -268,6 +304,16 @@ impl RonWriter {
         self.field(name, format_args!("{value:?}"));
     }
 
+    /// A field as [`Self::plain`] writes it, where there is one.
+    pub(super) fn optional(&mut self, name: &str, value: Option<impl std::fmt::Debug>) {
+        value.into_iter().for_each(|value| self.plain(name, value));
+    }
+
+    /// A field of text, where there is one.
+    pub(super) fn optional_string(&mut self, name: &str, text: Option<&str>) {
+        text.into_iter().for_each(|text| self.string(name, text));
+    }
+
     /// A field with fields of its own, a line each.
     pub(super) fn fields(&mut self, name: &str, fields: impl FnOnce(&mut Self)) {
         self.block(&format!("{name}: ("), "),", fields);
@@ -276,6 +322,22 @@ impl RonWriter {
     /// A list, an item a line.
     pub(super) fn list(&mut self, name: &str, items: impl FnOnce(&mut Self)) {
         self.block(&format!("{name}: ["), "],", items);
+    }
+
+    /// A list of items that are a line each.
+    pub(super) fn lines<T: Display>(&mut self, name: &str, items: impl IntoIterator<Item = T>) {
+        self.list(name, |out| items.into_iter().for_each(|item| out.line(format_args!("{item},"))));
+    }
+
+    /// The same, left out where there are no items.
+    pub(super) fn lines_if_any<T: Display>(
+        &mut self,
+        name: &str,
+        items: impl ExactSizeIterator<Item = T>,
+    ) {
+        if items.len() > 0 {
+            self.lines(name, items);
+        }
     }
 
     /// An item of a list with fields of its own.
@@ -319,12 +381,12 @@ pub(super) fn string(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::test_cases::any_text;
     use proptest::prelude::*;
 
     proptest! {
         #[test]
-        fn any_text_survives_between_quotes(chars in prop::collection::vec(any::<char>(), 0..40)) {
-            let s = String::from_iter(chars);
+        fn any_text_survives_between_quotes(s in any_text(0..40)) {
             prop_assert_eq!(ron::from_str::<String>(&string(&s)).unwrap(), s);
         }
 

@@ -86,14 +86,10 @@ impl ShapeEntry {
                 ObjectShape::Cylinder { radius_mm: radius, length_mm: length }
             }
             Self::Mesh { file, unit } => {
-                if file.trim().is_empty() {
-                    return Err(FormatError::field(format!("{place}: file"), "empty", "a file"));
-                }
-                if let Some((unit, expected)) = unit.and_then(|unit| Some((unit, unit.problem()?)))
-                {
-                    return Err(FormatError::field(format!("{place}: unit"), unit, expected));
-                }
-                let reference = MeshReference { file, unit };
+                let reference = MeshReference {
+                    file: ron_text::file_name(format!("{place}: file"), file)?,
+                    unit: ron_text::mesh_unit(format!("{place}: unit"), unit)?,
+                };
                 ObjectShape::Mesh(ObjectMesh {
                     reference,
                     surface: Arc::new(SurfaceMesh::default()),
@@ -127,18 +123,17 @@ impl MaterialEntry {
 pub(super) fn write(out: &mut RonWriter, metal: &RoomMetal) {
     out.fields("generator", |out| generator::write_parts(out, &metal.generator));
     out.field("frequency", shortest(metal.frequency_hz));
-    out.list("objects", |out| metal.objects.iter().for_each(|object| out.line(line(object))));
+    out.lines("objects", metal.objects.iter().map(line));
 }
 
 fn line(object: &MetalObject) -> String {
-    let number = |value: f64| format!("{value:?}");
     let shape = match &object.shape {
-        ObjectShape::Sphere { radius_mm } => format!("Sphere(radius: {})", number(*radius_mm)),
+        ObjectShape::Sphere { radius_mm } => format!("Sphere(radius: {radius_mm:?})"),
         ObjectShape::Cuboid { size_mm } => {
             format!("Cuboid(size: {})", ron_text::tuple(size_mm.as_slice()))
         }
         ObjectShape::Cylinder { radius_mm, length_mm } => {
-            format!("Cylinder(radius: {}, length: {})", number(*radius_mm), number(*length_mm))
+            format!("Cylinder(radius: {radius_mm:?}, length: {length_mm:?})")
         }
         ObjectShape::Mesh(mesh) => {
             let unit = mesh.reference.unit.map(|unit| format!(", unit: {unit:?}"));
@@ -149,13 +144,13 @@ fn line(object: &MetalObject) -> String {
     let material = match &object.material {
         ObjectMaterial::Named(key) => format!("Named({})", ron_text::string(key)),
         ObjectMaterial::Own(material) => format!(
-            "Own(conductivity: {}, permeability: {})",
-            number(material.conductivity_s_per_m()),
-            number(material.relative_permeability())
+            "Own(conductivity: {:?}, permeability: {:?})",
+            material.conductivity_s_per_m(),
+            material.relative_permeability()
         ),
     };
     format!(
-        "(name: {}, shape: {shape}, material: {material}, triangles: {}, pose: {}),",
+        "(name: {}, shape: {shape}, material: {material}, triangles: {}, pose: {})",
         ron_text::string(&object.name),
         object.most_triangles,
         ron_text::pose(&object.tracker_from_object)

@@ -329,9 +329,7 @@ pub fn parse(bytes: &[u8]) -> Result<SweepPlan, FormatError> {
 /// Writes a plan, each field that has a default with its value.
 pub fn write(plan: &SweepPlan) -> String {
     RonWriter::file(|out| {
-        if let Some(folder) = &plan.folder {
-            out.string("folder", folder);
-        }
+        out.optional_string("folder", plan.folder.as_deref());
         out.value("designs", &plan.designs, 1);
         out.value("rooms", &plan.rooms, 1);
         out.value("vary", &plan.vary, 3);
@@ -348,6 +346,7 @@ pub fn write(plan: &SweepPlan) -> String {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
+    use crate::test_cases::assert_refused;
 
     pub const PLAN: &str = r#"(
         version: 1,
@@ -400,54 +399,28 @@ pub(super) mod tests {
 
     #[test]
     fn a_plan_that_cannot_be_has_one_clear_error() {
-        for (part, other, message) in [
-            ("a.design.ron", "", "designs[0] is empty, expected each once"),
-            ("c.env.ron", "b.env.ron", "rooms[1] is \"b.env.ron\" again, expected each once"),
-            (
-                "angle_max",
-                "position_rms",
-                "figures[1] is \"position_rms\" again, expected each once",
-            ),
-            ("from: -60", "from: NaN", "vary[0] is not finite, expected finite numbers"),
-            (
-                "List([50, 100])",
-                "List([])",
-                "vary[0] is without a value, expected at least one value of each number",
-            ),
-            (
-                "count: 30",
-                "count: 0",
-                "vary[1] is without a value, expected at least one value of each number",
-            ),
-            (
-                "orientation_weight",
-                "tool.pose.position.x",
-                "vary[2] is \"tool.pose.position.x\" again, expected each once",
-            ),
-            (
-                "shard_seconds: 30",
-                "shard_seconds: 0",
-                "shard_seconds is 0, expected from 0.1 to 86400 seconds",
-            ),
-            (
-                "count: 30",
-                "count: 12500000000",
-                "the number of rows is 2e12, expected at most 1e9: fewer values, or samples in place of a grid",
-            ),
-            ("step: 0.5", "step: -1", "motions: motion.x: step is -1, expected zero or more"),
-        ] {
-            let text = PLAN.replacen(part, other, 1);
-            assert_ne!(text, PLAN, "{part}");
-            assert_eq!(parse(text.as_bytes()).unwrap_err().to_string(), message);
-        }
-        for (part, other, within) in [
-            ("angle_max", "angel_max", "found \"angel_max\", expected one of position_rms"),
-            ("tool.pose.position.x", "tool..x", "is no path, expected one such as"),
-            ("seed: 7", "sed: 7", "sed"),
-        ] {
-            let text = PLAN.replacen(part, other, 1);
-            let found = parse(text.as_bytes()).unwrap_err().to_string();
-            assert!(found.contains(within), "{found}");
-        }
+        let cases = r#"
+            "a.design.ron" => "" | designs[0] is empty, expected each once
+            c.env.ron => b.env.ron | rooms[1] is "b.env.ron" again, expected each once
+            angle_max => position_rms
+                | figures[1] is "position_rms" again, expected each once
+            from: -60 => from: NaN | vary[0] is not finite, expected finite numbers
+            List([50, 100]) => List([])
+                | vary[0] is without a value, expected at least one value of each number
+            count: 30 => count: 0
+                | vary[1] is without a value, expected at least one value of each number
+            orientation_weight => tool.pose.position.x
+                | vary[2] is "tool.pose.position.x" again, expected each once
+            shard_seconds: 30 => shard_seconds: 0
+                | shard_seconds is 0, expected from 0.1 to 86400 seconds
+            count: 30 => count: 12500000000
+                | the number of rows is 2e12, expected at most 1e9: fewer values, or samples in
+                | place of a grid
+            step: 0.5 => step: -1 | motions: motion.x: step is -1, expected zero or more
+            angle_max => angel_max | …found "angel_max", expected one of position_rms…
+            tool.pose.position.x => tool..x | …is no path, expected one such as…
+            seed: 7 => sed: 7 | …sed…
+        "#;
+        assert_refused(PLAN, cases, |text| parse(text.as_bytes()).unwrap_err().to_string());
     }
 }

@@ -94,6 +94,16 @@ pub(super) fn number_cells(line: &str) -> impl Iterator<Item = &str> + Clone {
     line.split(is_between).filter(|cell| !cell.is_empty())
 }
 
+/// The first line that is neither empty nor a comment, with its number, and whether its first and its
+/// last cell are numbers.
+pub(super) fn first_cells(text: &str) -> Option<(u64, &str, [bool; 2])> {
+    let mut lines = (1..).zip(text.lines().map(str::trim));
+    let (line, first) = lines.find(|(_, line)| !line.is_empty() && !line.starts_with('#'))?;
+    let is_number = |cell: Option<&str>| cell.is_some_and(|cell| decimal(cell).is_some());
+    let cells = number_cells(first);
+    Some((line, first, [is_number(cells.clone().next()), is_number(cells.last())]))
+}
+
 /// `1,5;2,5` and `1,5 2` are two numbers each, `1,2,3` and `1, 2` are as many as they have commas and one.
 fn has_decimal_commas(line: &str) -> bool {
     let mut cells =

@@ -1,5 +1,8 @@
 //! Tables of what a parser refuses: changes of a good text, and the error of each.
 
+use proptest::prelude::*;
+use std::ops::Range;
+
 /// Makes each change in a good text and compares the parser's error with the table.
 ///
 /// A case is `old => new | message`, or a whole text in the place of the change. The message may stand
@@ -37,6 +40,11 @@ pub(crate) fn assert_refused(good: &str, cases: &str, refusal: impl Fn(&str) -> 
         };
         assert!(is_it, "{change}: {found:?}, expected {expected:?}");
     }
+}
+
+/// Text of any characters, so many of them.
+pub(crate) fn any_text(length: Range<usize>) -> impl Strategy<Value = String> {
+    prop::collection::vec(any::<char>(), length).prop_map(String::from_iter)
 }
 
 fn unescaped(text: &str) -> String {

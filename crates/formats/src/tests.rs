@@ -5,6 +5,7 @@ use crate::preferences_file::Preferences;
 use crate::test_cases::assert_refused;
 use nalgebra::Vector3;
 use proptest::prelude::*;
+use std::sync::LazyLock;
 use trackwright_field::samples::{Measurement, MeasurementContent, MeasurementSet};
 use trackwright_geometry::pose::{Pose, pose_from_array, pose_to_array};
 use trackwright_simulation::Trial;
@@ -34,57 +35,64 @@ const BEGINNINGS: [&str; 7] = [
 /// Letters of numbers and labels, of which nearly any text is a table or a recording in the making.
 const LETTERS: [&str; 2] = ["0129xyz,; .\n#e-", "Position: Orientation: 12.-e(),\n"];
 
+type Accepts = fn(&[u8]) -> bool;
+
+/// Every parser, and good files of its kind.
+static KINDS: LazyLock<Vec<(Accepts, Vec<Vec<u8>>)>> = LazyLock::new(|| {
+    let texts = |texts: &[&str]| texts.iter().map(|text| text.as_bytes().to_vec()).collect();
+    let input = POSES.replace(",x,y,z,q", ",tool_x,tool_y,tool_z,q").replace(",q", ",tool_q");
+    let room = "(version: 1, name: \"r\", model: (order: 0, directions: 1, weighting: Area, \
+                map: Distortion, box: ((0, 0, 0), (1, 1, 1)), coefficients: []))";
+    let body = include_str!("../../../assets/bodies/pointer.body.ron");
+    let design = include_str!("../../../designs/pointer-on-head.design.ron");
+    vec![
+        (|bytes| body::parse(bytes).is_ok(), texts(&[body])),
+        (|bytes| design_file::parse(bytes).is_ok(), texts(&[design])),
+        (|bytes| environment::parse(bytes).is_ok(), texts(&[room])),
+        (|bytes| measurements::parse(bytes).is_ok(), texts(&[MEASUREMENTS])),
+        (|bytes| poses::parse(bytes).is_ok(), texts(&[POSES])),
+        (|bytes| input::parse(bytes, true).is_ok(), texts(&[&input])),
+        (|bytes| jhu_cis::parse_calbody(bytes).is_ok(), texts(&[CALBODY])),
+        (|bytes| jhu_cis::parse_calreadings(bytes).is_ok(), texts(&[CALREADINGS])),
+        (|bytes| jhu_cis::parse_optpivot(bytes).is_ok(), texts(&[OPTPIVOT])),
+        (|bytes| jhu_cis::parse_empivot(bytes).is_ok(), vec![]),
+        (|bytes| points::parse(bytes).is_ok(), vec![]),
+        (|bytes| markups::parse_json(bytes).is_ok(), texts(&[markups::tests::JSON])),
+        (|bytes| markups::parse_fcsv(bytes).is_ok(), texts(&[markups::tests::FCSV])),
+        (|bytes| matrices::parse(bytes).is_ok(), vec![]),
+        (|bytes| recorded_tool::parse(bytes).is_ok(), texts(&[MEASUREMENTS])),
+        (|bytes| recording::parse(bytes).is_ok(), texts(&[recording::igs_mha::tests::HEADING])),
+        (|bytes| pivot_recording::parse(bytes).is_ok(), vec![]),
+        (|bytes| recovery_file::parse(bytes).is_ok(), vec![recovery_file::tests::good()]),
+        (|bytes| baseline_file::parse(bytes).is_ok(), texts(&[&baseline_file::tests::good()])),
+        (|bytes| recent_file::parse(bytes).is_ok(), texts(&[&recent_file::write(&["/a".into()])])),
+        (
+            |bytes| preferences_file::parse(bytes).is_ok(),
+            texts(&[&preferences_file::write(&Preferences::default())]),
+        ),
+        (|bytes| mesh::read(bytes, "glb", None).is_ok(), vec![gltf::tests::triangle()]),
+        (|bytes| mesh::read(bytes, "stl", None).is_ok(), vec![]),
+        (|bytes| mesh::read(bytes, "obj", None).is_ok(), vec![]),
+        (|bytes| mesh::read(bytes, "", None).is_ok(), mesh::tests::good_files().into()),
+    ]
+});
+
 /// All parsers, one after the other.
 fn parse_all(bytes: &[u8]) {
-    let _ = body::parse(bytes);
-    let _ = design_file::parse(bytes);
-    let _ = environment::parse(bytes);
-    let _ = measurements::parse(bytes);
-    let _ = poses::parse(bytes);
-    let _ = input::parse(bytes, true);
-    let _ = jhu_cis::parse_calbody(bytes);
-    let _ = jhu_cis::parse_calreadings(bytes);
-    let _ = jhu_cis::parse_optpivot(bytes);
-    let _ = jhu_cis::parse_empivot(bytes);
-    let _ = points::parse(bytes);
-    let _ = markups::parse_json(bytes);
-    let _ = markups::parse_fcsv(bytes);
-    let _ = matrices::parse(bytes);
-    let _ = recorded_tool::parse(bytes);
-    let _ = recording::parse(bytes);
-    let _ = pivot_recording::parse(bytes);
-    let _ = recovery_file::parse(bytes);
-    let _ = baseline_file::parse(bytes);
-    let _ = recent_file::parse(bytes);
-    let _ = preferences_file::parse(bytes);
-    for extension in ["glb", "stl", "obj", ""] {
-        let _ = mesh::read(bytes, extension, None);
+    for (accepts, _) in KINDS.iter() {
+        let _ = accepts(bytes);
     }
 }
 
-/// One good file of each kind.
 fn good_files() -> Vec<Vec<u8>> {
-    let input = POSES.replace(",x,y,z,q", ",tool_x,tool_y,tool_z,q").replace(",q", ",tool_q");
-    let mut files = vec![
-        include_bytes!("../../../assets/bodies/pointer.body.ron").to_vec(),
-        include_bytes!("../../../designs/pointer-on-head.design.ron").to_vec(),
-        b"(version: 1, name: \"r\", model: (order: 0, directions: 1, weighting: Area, \
-          map: Distortion, box: ((0, 0, 0), (1, 1, 1)), coefficients: []))"
-            .to_vec(),
-    ];
-    files.extend(
-        [MEASUREMENTS, POSES, &input, CALBODY, CALREADINGS].map(|text| text.as_bytes().to_vec()),
-    );
-    files.push(gltf::tests::triangle());
-    files.push(recovery_file::tests::good());
-    files.push(recent_file::write(&["/a".into()]).into_bytes());
-    files.push(preferences_file::write(&Preferences::default()).into_bytes());
-    files.push(markups::tests::JSON.as_bytes().to_vec());
-    files.push(markups::tests::FCSV.as_bytes().to_vec());
-    files.push(recording::igs_mha::tests::HEADING.as_bytes().to_vec());
-    files.push(baseline_file::tests::good().into_bytes());
-    files.extend(mesh::tests::good_files());
-    files
+    KINDS.iter().flat_map(|(_, files)| files.clone()).collect()
+}
+
+#[test]
+fn the_good_files_are_good() {
+    for (number, (accepts, files)) in KINDS.iter().enumerate() {
+        assert!(files.iter().all(|file| accepts(file)), "kind {number}");
+    }
 }
 
 #[test]
@@ -96,30 +104,6 @@ fn an_optical_pivot_is_whole_or_refused() {
     // Up to its last number, whatever is cut off.
     for end in 0..OPTPIVOT.len() - "0\n".len() {
         assert!(jhu_cis::parse_optpivot(&OPTPIVOT.as_bytes()[..end]).is_err(), "{end}");
-    }
-}
-
-#[test]
-fn the_good_files_are_good() {
-    let files = good_files();
-    assert!(body::parse(&files[0]).is_ok());
-    assert!(design_file::parse(&files[1]).is_ok());
-    assert!(environment::parse(&files[2]).is_ok());
-    assert!(measurements::parse(&files[3]).is_ok());
-    assert!(poses::parse(&files[4]).is_ok());
-    assert!(input::parse(&files[5], true).is_ok());
-    assert!(jhu_cis::parse_calbody(&files[6]).is_ok());
-    assert!(jhu_cis::parse_calreadings(&files[7]).is_ok());
-    assert!(gltf::parse(&files[8], 1000.0).is_ok());
-    assert!(recovery_file::parse(&files[9]).is_ok());
-    assert!(recent_file::parse(&files[10]).is_ok());
-    assert!(preferences_file::parse(&files[11]).is_ok());
-    assert!(markups::parse_json(&files[12]).is_ok());
-    assert!(markups::parse_fcsv(&files[13]).is_ok());
-    assert!(recording::parse(&files[14]).is_ok());
-    assert!(baseline_file::parse(&files[15]).is_ok());
-    for file in &files[16..] {
-        assert!(mesh::read(file, "", None).is_ok());
     }
 }
 
@@ -340,7 +324,7 @@ fn distorted_poses_state_whether_they_were_outside() {
     let mut out = Vec::new();
     let place = |is: bool| poses::RowPlace { is_outside: is, is_without_field: is };
     let rows = [(Some(Pose::translation(1.0, 2.0, 3.0)), place(false)), (None, place(true))];
-    poses::write_with_outside(&mut out, rows).unwrap();
+    poses::write_with_outside(&mut out, rows, None).unwrap();
     let text = String::from_utf8(out).unwrap();
     assert_eq!(text, "x,y,z,qw,qx,qy,qz,outside,without_field\n1,2,3,1,0,0,0,0,0\n,,,,,,,1,1\n");
 }

@@ -163,9 +163,6 @@ impl NumberUnit {
 /// assert_eq!(parse("1in + 2", NumberUnit::Millimetre), Ok(27.4));
 /// assert_eq!(parse("12,5", NumberUnit::Plain), Ok(12.5));
 /// ```
-///
-/// # Errors
-/// See [`TypedNumberError`].
 pub fn parse(text: &str, unit: NumberUnit) -> Result<f64, TypedNumberError> {
     let mut parser = Parser { chars: text.chars().collect(), at: 0, unit };
     if parser.peek().is_none() {

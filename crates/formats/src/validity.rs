@@ -70,9 +70,7 @@ pub(super) fn write(out: &mut RonWriter, parts: &FitValidityParts) {
             ("undetermined", &parts.undetermined),
         ];
         for (name, forms) in forms.into_iter().filter(|(_, forms)| !forms.is_empty()) {
-            out.list(name, |out| {
-                forms.iter().for_each(|form| out.line(numbers(form) + ","));
-            });
+            out.lines(name, forms.iter().map(|form| numbers(form)));
         }
         out.fields("samples", |out| write_cells(out, &parts.cells));
     });
@@ -85,15 +83,12 @@ fn list(values: impl Iterator<Item = String>) -> String {
 fn write_cells(out: &mut RonWriter, cells: &Cells) {
     out.field("origin", ron_text::tuple(cells.origin_mm().coords.as_slice()));
     out.plain("edge", cells.edge_mm());
-    out.list("cells", |out| {
-        for line in cells.cells().chunks(CELLS_A_LINE) {
-            let cells = line.iter().map(|c| {
-                let [i, j, k] = c.index;
-                format!("({i},{j},{k},{})", c.directions)
-            });
-            out.line(cells.collect::<Vec<_>>().join(",") + ",");
-        }
-    });
+    let cell = |cell: &Cell| {
+        let [i, j, k] = cell.index;
+        format!("({i},{j},{k},{})", cell.directions)
+    };
+    let line = |cells: &[Cell]| cells.iter().map(cell).collect::<Vec<_>>().join(",");
+    out.lines("cells", cells.cells().chunks(CELLS_A_LINE).map(line));
 }
 
 const CELLS_A_LINE: usize = 8;

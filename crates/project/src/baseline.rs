@@ -4,10 +4,9 @@
 use super::error::StoreError;
 use super::open::Reader;
 use super::paths::{absolute, file_name};
-use super::read::{Kind, Storage, read};
+use super::read::{Kind, Storage, read_if_there};
 use super::write::{write_bytes, write_error};
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::Design;
@@ -35,17 +34,10 @@ pub fn baseline_file_of(design_file: &Path) -> PathBuf {
 }
 
 /// Reads the baseline of a design's file; `None` where it has none.
-///
-/// # Errors
-/// See [`StoreError`].
 pub fn read_baseline(design_file: &Path) -> Result<Option<KeptBaseline>, StoreError> {
     let file = baseline_file_of(design_file);
-    let kept = match read(Storage::Disk, &file, Kind::BASELINE, baseline_file::parse) {
-        Ok(kept) => kept,
-        Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => {
-            return Ok(None);
-        }
-        Err(error) => return Err(error),
+    let Some(kept) = read_if_there(&file, Kind::BASELINE, baseline_file::parse)? else {
+        return Ok(None);
     };
     let from = kept.source.clone().unwrap_or_else(|| design_file.to_owned());
     let mesh = kept.design.tool.body.mesh.as_ref();

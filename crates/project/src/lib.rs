@@ -75,7 +75,7 @@ pub use placement_problem::{
 };
 pub use procedure::{
     MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,
-    recorded_poses, reference_to_file,
+    recorded_poses,
 };
 pub use recovery::{Leftover, Recovery, Snapshot, leftovers};
 pub use resolve::{
@@ -86,8 +86,8 @@ pub use results::{LogError, NoToday, Recorder, report_file, today, write_log};
 pub use room_metal::{MetalAnswer, MetalRequest, RoomContent, refresh_metal};
 pub use rooms::{
     ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for,
-    further_rooms, list_rooms, own_room, reference_to_room, room_name, rooms_of_folder,
-    write_room_for,
+    further_rooms, list_rooms, own_room, reference_to_file, reference_to_room, room_name,
+    rooms_of_folder, write_room_for,
 };
 pub use samples::{MOST_LAG_ROWS, MeasurementTable, SampleReading, TableGroups};
 pub use save::{SaveReport, SharedBody, save, save_as, save_with_copies, shared_bodies};

@@ -46,9 +46,6 @@ pub enum MoveError {
 /// poses of field generator and CRF, anything else is a sensor's name, the tool's before the CRF's.
 /// Without names all sensors of the tool move. How many sensors of which kinds there may be is left as
 /// it is.
-///
-/// # Errors
-/// See [`MoveError`].
 pub fn named_moves(
     design: &Design,
     names: &[String],

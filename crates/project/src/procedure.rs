@@ -8,7 +8,6 @@ use super::open::{Reader, World, home};
 use super::paths::absolute;
 use super::read::Storage;
 use super::resolve::{resolve, resolve_crf};
-use super::rooms::{RoomSource, reference_to_room};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -80,13 +79,6 @@ pub fn procedure(
         },
     };
     Ok(step_status(plan, &task.subtask(start, 1.0))?)
-}
-
-/// How a design refers to a file that a person named.
-pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreError> {
-    let place = RoomSource::File(absolute(file));
-    // A file is always within a design's reach.
-    Ok(reference_to_room(world, &place)?.unwrap_or_default())
 }
 
 /// The further room of a design that a person means by a file, as the design refers to it; also where
@@ -239,9 +231,6 @@ pub enum RecordedPosesError {
 
 /// Reads a recording of the built tool pose by pose, with errors that those of the design's trials can be
 /// held against.
-///
-/// # Errors
-/// See [`RecordedPosesError`].
 pub fn recorded_poses(
     files: &Files,
     world: &World,
@@ -302,7 +291,10 @@ fn decided_on(found: BuiltTool, recording: &BuiltRecording, room: RoomName) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{open_builtin_without_meshes, open_design, own_room, save, save_as};
+    use crate::{
+        RoomSource, open_builtin_without_meshes, open_design, own_room, reference_to_file, save,
+        save_as,
+    };
     use std::fs;
     use trackwright_design::{Decision, Edit, ProcedureEdit};
     use trackwright_procedure::State;

@@ -175,6 +175,18 @@ pub(super) fn read<T>(
     parse(&bytes).map_err(|cause| not_of_its_kind(file, &bytes, kind.expected, cause))
 }
 
+/// Reads a file where there is one.
+pub(super) fn read_if_there<T>(
+    file: &Path,
+    kind: Kind,
+    parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
+) -> Result<Option<T>, StoreError> {
+    match read(Storage::Disk, file, kind, parse) {
+        Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
+        found => found.map(Some),
+    }
+}
+
 /// The error of a file of another content: what it is, where that is known, else what is wrong.
 pub(super) fn not_of_its_kind(
     file: &Path,

@@ -43,9 +43,6 @@ pub(super) struct SolvedMetal {
 
 impl RoomContent {
     /// Solves for the metal.
-    ///
-    /// # Errors
-    /// See [`FurnishError`].
     pub fn solve(&self, furnisher: &mut Furnisher, task: &Task) -> Result<Furnished, FurnishError> {
         match &self.metal {
             Some(metal) => furnisher.furnish(&self.bare, metal, task),

@@ -60,13 +60,23 @@ impl RoomSummary {
 }
 
 impl RoomSource {
-    /// The file's name without its folder.
-    pub fn file_name(&self) -> String {
-        let path = match self {
+    fn path(&self) -> &Path {
+        match self {
             Self::BuiltIn(path) => Path::new(path),
             Self::File(path) => path,
-        };
-        file_name(path)
+        }
+    }
+
+    fn storage(&self) -> Storage {
+        match self {
+            Self::BuiltIn(_) => Storage::BuiltIn,
+            Self::File(_) => Storage::Disk,
+        }
+    }
+
+    /// The file's name without its folder.
+    pub fn file_name(&self) -> String {
+        file_name(self.path())
     }
 
     /// A file of the disk, by any of its names.
@@ -76,11 +86,7 @@ impl RoomSource {
 
     /// Reads the room and its metal.
     pub fn read(&self) -> Result<RoomContent, StoreError> {
-        let (storage, path) = match self {
-            Self::BuiltIn(path) => (Storage::BuiltIn, Path::new(path)),
-            Self::File(path) => (Storage::Disk, path.as_path()),
-        };
-        Reader::new(storage).room(Path::new(""), &path.to_string_lossy())
+        Reader::new(self.storage()).room(Path::new(""), &self.path().to_string_lossy())
     }
 
     /// Reads the room, with its metal solved for.
@@ -90,11 +96,7 @@ impl RoomSource {
 
     /// The room that was [read](Self::read), with its metal solved for.
     pub fn solved(&self, content: &RoomContent) -> Result<Arc<Environment>, StoreError> {
-        let file = match self {
-            Self::BuiltIn(path) => Path::new(path),
-            Self::File(path) => path.as_path(),
-        };
-        Ok(content.solved(file, &Task::default())?.environment)
+        Ok(content.solved(self.path(), &Task::default())?.environment)
     }
 }
 
@@ -168,6 +170,12 @@ pub fn reference_to_room(world: &World, room: &RoomSource) -> Result<Option<Stri
     })
 }
 
+/// How a design refers to a file that a person named.
+pub fn reference_to_file(world: &World, file: &Path) -> Result<String, StoreError> {
+    // A file is always within a design's reach.
+    Ok(reference_to_room(world, &RoomSource::of_file(file))?.unwrap_or_default())
+}
+
 /// A reference within the built-in world, whose paths begin at its root and have no dots.
 fn upwards(folder: &Path, target: &Path) -> String {
     let up = folder.components().map(|_| "..");
@@ -188,9 +196,7 @@ pub fn write_room_for(
 ) -> Result<String, StoreError> {
     let text = environment::write(bare, metal);
     Files::except_design(world).output(file)?.write_bytes(text.as_bytes())?;
-    let room = RoomSource::File(absolute(file));
-    // A file is always within a design's reach.
-    Ok(reference_to_room(world, &room)?.unwrap_or_default())
+    reference_to_file(world, file)
 }
 
 /// Writes a copy of a room for the open design, with the meshes of its metal where those are built in; what
@@ -227,11 +233,8 @@ pub fn copy_room_for(
     let mut moved = moved.into_iter();
     let metal = content.metal.as_ref();
     content.metal = metal.map(|metal| with_meshes(metal, |_| moved.next().unwrap_or_default()));
-    let text = environment::write(&content.bare, content.metal.as_deref());
-    Files::except_design(world).output(file)?.write_bytes(text.as_bytes())?;
-    let reference = reference_to_room(world, &RoomSource::File(absolute(file)))?;
-    // A file is always within a design's reach.
-    Ok((content, reference.unwrap_or_default()))
+    let reference = write_room_for(world, file, &content.bare, content.metal.as_deref())?;
+    Ok((content, reference))
 }
 
 /// The built-in rooms.

@@ -1,14 +1,13 @@
 //! What belongs to no design: where the program keeps it, preferences, and recent designs.
 
 use super::error::StoreError;
-use super::read::{Kind, Storage, read};
+use super::read::{Kind, read_if_there};
 use super::write::{Lock, write_bytes, write_error};
 use std::ffi::OsString;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use trackwright_formats::preferences_file::{self, Preferences};
-use trackwright_formats::{FormatError, recent_file};
+use trackwright_formats::recent_file;
 
 /// Names the state folder itself, before any other source.
 pub const STATE_VARIABLE: &str = "TRACKWRIGHT_STATE";
@@ -46,24 +45,12 @@ pub(super) fn create_private_folder(folder: &Path) -> Result<(), StoreError> {
     builder.create(folder).map_err(|cause| write_error(folder, cause))
 }
 
-/// The content of a file of the state folder; `None` where there is none.
-fn read_state<T>(
-    file: &Path,
-    kind: Kind,
-    parse: impl FnOnce(&[u8]) -> Result<T, FormatError>,
-) -> Result<Option<T>, StoreError> {
-    match read(Storage::Disk, file, kind, parse) {
-        Err(StoreError::Read { cause, .. }) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
-        found => found.map(Some),
-    }
-}
-
 const PREFERENCES: &str = "preferences.ron";
 const PREFERENCES_BACKUP: &str = "preferences.ron.bak";
 
 /// Stored preferences; `None` before the first.
 pub fn read_preferences(folder: &Path) -> Result<Option<Preferences>, StoreError> {
-    read_state(&folder.join(PREFERENCES), Kind::PREFERENCES, preferences_file::parse)
+    read_if_there(&folder.join(PREFERENCES), Kind::PREFERENCES, preferences_file::parse)
 }
 
 /// Writes preferences, whole or not at all. Of two windows the one that wrote last is right. A file
@@ -128,7 +115,7 @@ fn change_recent(folder: &Path, change: impl FnOnce(&mut Vec<PathBuf>)) -> Resul
 }
 
 fn read_recent(folder: &Path) -> Result<Vec<PathBuf>, StoreError> {
-    let read = read_state(&folder.join(RECENT), Kind::RECENT, recent_file::parse)?;
+    let read = read_if_there(&folder.join(RECENT), Kind::RECENT, recent_file::parse)?;
     Ok(read.unwrap_or_default())
 }
 

@@ -81,18 +81,12 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
     let environment = storage.resolve(&own_file, &design.environment);
     let metal = design.room_metal.as_deref();
     for mesh in metal.iter().flat_map(|metal| metal.mesh_files()) {
-        let file = storage.resolve(&environment, mesh);
-        if files.iter().all(|(_, other)| *other != file) {
-            files.push((WatchedPart::Metal, file));
-        }
+        push_new(&mut files, WatchedPart::Metal, storage.resolve(&environment, mesh));
     }
     files.push((WatchedPart::Environment, environment));
     for room in &design.procedure.further_rooms {
-        let file = storage.resolve(&own_file, room);
         // It may be the design's own room by another name.
-        if files.iter().all(|(_, other)| *other != file) {
-            files.push((WatchedPart::FurtherRoom, file));
-        }
+        push_new(&mut files, WatchedPart::FurtherRoom, storage.resolve(&own_file, room));
     }
     for (role, body) in design.bodies() {
         let file = storage.resolve(&own_file, &body.reference);
@@ -102,14 +96,18 @@ pub(super) fn watched_files(world: &World) -> Vec<(WatchedPart, PathBuf)> {
         files.push((WatchedPart::Body(role), file));
     }
     for anatomy in &design.anatomy {
-        let file = storage.resolve(&own_file, &anatomy.mesh.file);
         // Several may show one file.
-        if files.iter().all(|(_, other)| *other != file) {
-            files.push((WatchedPart::Anatomy, file));
-        }
+        push_new(&mut files, WatchedPart::Anatomy, storage.resolve(&own_file, &anatomy.mesh.file));
     }
     files.retain(|(_, file)| is_on_disk(storage, file));
     files
+}
+
+/// Adds a file that is not yet there as another part.
+fn push_new(files: &mut Vec<(WatchedPart, PathBuf)>, part: WatchedPart, file: PathBuf) {
+    if files.iter().all(|(_, other)| *other != file) {
+        files.push((part, file));
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ use crate::error::FormatError;
 use crate::mounting::{BoxEntry, bounds_of, box_text};
 use crate::ron_text::{self, PoseEntry};
 use serde::Deserialize;
-use std::collections::HashMap;
 use trackwright_design::{Anatomy, AnatomyFrame};
 use trackwright_geometry::mesh_reference::{MeshReference, MeshUnit};
 use trackwright_geometry::pose::Pose;
@@ -25,35 +24,17 @@ pub(super) struct AnatomyEntry {
 
 /// Without a pose a mesh is where its own frame is.
 pub(super) fn read(entries: Vec<AnatomyEntry>) -> Result<Vec<Anatomy>, FormatError> {
-    let mut names = HashMap::new();
-    let mut read = Vec::with_capacity(entries.len());
-    for (index, entry) in entries.into_iter().enumerate() {
-        let anatomy = read_one(index, entry)?;
-        if let Some(first) = names.insert(anatomy.name.clone(), index) {
-            return Err(FormatError::field(
-                format!("anatomy[{index}]: name"),
-                format!("{:?}, the name of anatomy[{first}]", anatomy.name),
-                "each name once",
-            ));
-        }
-        read.push(anatomy);
-    }
-    Ok(read)
+    ron_text::check_names("anatomy", entries.iter().map(|entry| entry.name.as_str()))?;
+    let entries = entries.into_iter().enumerate();
+    entries.map(|(index, entry)| read_one(index, entry)).collect()
 }
 
 fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
-    if entry.name.trim().is_empty() {
-        let field = format!("anatomy[{index}]: name");
-        return Err(FormatError::field(field, "empty", "a name"));
-    }
     let field = |of: &str| format!("anatomy[{index}] {:?}: {of}", entry.name);
-    if entry.mesh.trim().is_empty() {
-        return Err(FormatError::field(field("mesh"), "empty", "a file"));
-    }
-    let unit = entry.mesh_unit;
-    if let Some((unit, expected)) = unit.and_then(|unit| Some((unit, unit.problem()?))) {
-        return Err(FormatError::field(field("mesh_unit"), unit, expected));
-    }
+    let mesh = MeshReference {
+        file: ron_text::file_name(field("mesh"), entry.mesh)?,
+        unit: ron_text::mesh_unit(field("mesh_unit"), entry.mesh_unit)?,
+    };
     let parts = entry.color.iter().flatten();
     if let Some(part) = parts.copied().find(|part| !(0.0..=1.0).contains(part)) {
         let expected = "red, green and blue from 0 to 1";
@@ -76,7 +57,7 @@ fn read_one(index: usize, entry: AnatomyEntry) -> Result<Anatomy, FormatError> {
         crf_patch,
         on: entry.on,
         color: entry.color,
-        mesh: MeshReference { file: entry.mesh, unit: entry.mesh_unit },
+        mesh,
         name: entry.name,
     })
 }
@@ -99,7 +80,7 @@ pub(super) fn line(anatomy: &Anatomy) -> String {
         let boxes: Vec<_> = anatomy.crf_patch.iter().map(box_text).collect();
         fields.push(format!("crf_patch: [{}]", boxes.join(", ")));
     }
-    format!("({}),", fields.join(", "))
+    format!("({})", fields.join(", "))
 }
 
 #[cfg(test)]

@@ -5,37 +5,20 @@
 
 use crate::error::{FormatError, text};
 use crate::nearest::nearest;
-use crate::ron_text::{from_text, unknown_field};
-use serde::Deserialize;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
-use std::fmt;
+use crate::ron_text::unknown_field;
+use crate::ron_tokens::place;
+use crate::ron_tree::Node;
 use trackwright_design::view::Layers;
 
 /// More names than anybody mistypes; a file may hold any number.
 const MOST: usize = 8;
 
 /// What a file names that no layer is called, by the view in which it does.
-#[derive(Debug, Default, PartialEq, Deserialize)]
-#[serde(rename = "Design", default)]
 pub(super) struct UnknownLayers {
-    view: Option<ViewFields>,
-    slides: Option<Vec<SlideFields>>,
+    pub of_view: Vec<String>,
+    /// One list a slide, as far as slides have views.
+    pub of_slides: Vec<Vec<String>>,
 }
-
-#[derive(Debug, Default, PartialEq, Deserialize)]
-#[serde(rename = "Slide", default)]
-struct SlideFields {
-    view: ViewFields,
-}
-
-#[derive(Debug, Default, PartialEq, Deserialize)]
-#[serde(rename = "View", default)]
-struct ViewFields {
-    layers: Unknown,
-}
-
-#[derive(Debug, Default, PartialEq)]
-struct Unknown(Vec<String>);
 
 impl UnknownLayers {
     /// Of what is a design.
@@ -43,68 +26,41 @@ impl UnknownLayers {
     /// # Errors
     /// The first name that is like a known one.
     pub(super) fn of(bytes: &[u8]) -> Result<Self, FormatError> {
-        from_text(text(bytes)?)
-    }
-
-    /// The design's own view's, and each slide's.
-    pub(super) fn into_names(self) -> (Vec<String>, impl Iterator<Item = Vec<String>>) {
-        let slides = self.slides.unwrap_or_default().into_iter();
-        let view = self.view.unwrap_or_default();
-        (view.layers.0, slides.map(|slide| slide.view.layers.0))
+        let text = text(bytes)?;
+        let design = Node::of(text);
+        let slides = match design.field("slides").map(Node::inner) {
+            Some(Node::Items(slides)) => slides.as_slice(),
+            Some(slide) => std::slice::from_ref(slide),
+            None => &[],
+        };
+        Ok(Self {
+            of_view: unknown_names(text, design.field("view"))?,
+            of_slides: slides
+                .iter()
+                .map(|slide| unknown_names(text, slide.field("view")))
+                .collect::<Result<_, _>>()?,
+        })
     }
 }
 
-impl<'de> Deserialize<'de> for Unknown {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_struct("Layers", &[], FieldNames)
-    }
-}
-
-struct FieldNames;
-
-impl<'de> Visitor<'de> for FieldNames {
-    type Value = Unknown;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("layers")
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Unknown, A::Error> {
-        let known = Layers::fields();
-        let known: Vec<&str> = known.iter().map(String::as_str).collect();
-        let mut unknown = Vec::new();
-        while let Some(Field(name)) = map.next_key()? {
-            let is_known = known.contains(&name.as_str());
-            if !is_known && !nearest(&name, &known).is_empty() {
-                return Err(A::Error::custom(unknown_field(&name, &known)));
-            }
-            // A layer that is off is not missed.
-            let is_off = map.next_value::<ron::Value>()? == ron::Value::Bool(false);
-            if !is_off && unknown.len() < MOST && !is_known {
-                unknown.push(name);
-            }
+fn unknown_names(text: &str, view: Option<&Node>) -> Result<Vec<String>, FormatError> {
+    let known = Layers::fields();
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    let mut unknown = Vec::new();
+    for layer in view.and_then(|view| view.field("layers")).map_or(&[][..], Node::fields) {
+        let name = layer.name.as_str();
+        if known.contains(&name) {
+            continue;
         }
-        Ok(Unknown(unknown))
-    }
-}
-
-/// A name that stands without quotes.
-struct Field(String);
-
-impl<'de> Deserialize<'de> for Field {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Name;
-        impl Visitor<'_> for Name {
-            type Value = Field;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a name")
-            }
-
-            fn visit_str<E>(self, name: &str) -> Result<Field, E> {
-                Ok(Field(name.to_owned()))
-            }
+        if !nearest(name, &known).is_empty() {
+            let (line, column) = place(text, layer.at);
+            return Err(FormatError::Syntax { line, column, problem: unknown_field(name, &known) });
         }
-        deserializer.deserialize_identifier(Name)
+        // A layer that is off is not missed.
+        let is_off = matches!(&layer.value, Node::Word(word) if word == "false");
+        if !is_off && unknown.len() < MOST {
+            unknown.push(name.to_owned());
+        }
     }
+    Ok(unknown)
 }

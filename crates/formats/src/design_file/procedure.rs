@@ -1,6 +1,6 @@
 //! The procedure within a design file: further rooms, and what was decided at each step.
 
-use super::{file_name, write_requirement};
+use super::write_requirement;
 use crate::error::FormatError;
 use crate::ron_text::{self, RonWriter};
 use serde::de::Error;
@@ -136,8 +136,8 @@ struct RecordingEntry {
 impl ProcedureEntry {
     pub(super) fn check(self) -> Result<Procedure, FormatError> {
         let rooms = self.rooms.unwrap_or_default().into_iter().enumerate();
-        let rooms =
-            rooms.map(|(index, room)| file_name(&format!("procedure.rooms[{index}]"), room));
+        let rooms = rooms
+            .map(|(index, room)| ron_text::file_name(format!("procedure.rooms[{index}]"), room));
         let studies = |step: Step, entry: Option<StudiesEntry>| {
             entry.map(|entry| entry.check(step)).transpose()
         };
@@ -254,9 +254,7 @@ pub(super) fn write(out: &mut RonWriter, procedure: &Procedure) {
         for (step, decision) in procedure.decisions() {
             out.fields(step.key(), |out| {
                 out.string("date", &decision.date.to_string());
-                if !decision.note.is_empty() {
-                    out.string("note", &decision.note);
-                }
+                out.optional_string("note", Some(&*decision.note).filter(|note| !note.is_empty()));
                 match &decision.basis {
                     DecisionBasis::Studies(studies) => write_studies(out, studies),
                     DecisionBasis::Recording(recording) => write_recording(out, recording),
@@ -272,9 +270,7 @@ fn write_studies(out: &mut RonWriter, studies: &DecidedStudies) {
         for row in &studies.rows {
             out.item(|out| {
                 write_room(out, &row.room);
-                if let Some(target) = &row.target {
-                    out.string("target", target);
-                }
+                out.optional_string("target", row.target.as_deref());
                 match &row.figures {
                     Err(why) => out.string("no_figures", why),
                     Ok(figures) => write_figures(out, figures),
@@ -302,18 +298,14 @@ fn write_figures(out: &mut RonWriter, figures: &DecidedFigures) {
     if figures.are_expected {
         out.field("expected", true);
     }
-    if let Some(verdict) = figures.verdict {
-        out.plain("verdict", verdict);
-    }
+    out.optional("verdict", figures.verdict);
 }
 
 fn write_recording(out: &mut RonWriter, decided: &DecidedRecording) {
     let recording = &decided.recording;
     write_room(out, &decided.room);
     out.string("table", &recording.table);
-    if let Some(table) = &recording.crf_table {
-        out.string("crf_table", table);
-    }
+    out.optional_string("crf_table", recording.crf_table.as_deref());
     if recording.frame != RecordedFrame::default() {
         out.plain("frame", recording.frame);
     }
@@ -326,16 +318,14 @@ fn write_recording(out: &mut RonWriter, decided: &DecidedRecording) {
     if recording.truth_std_mm.to_bits() != 0 {
         out.plain("truth_mm", recording.truth_std_mm);
     }
-    if let Some(whole) = &recording.whole {
-        out.string("tool", whole);
-    }
+    out.optional_string("tool", recording.whole.as_deref());
     out.field("poses", decided.poses);
     out.field("used", decided.used);
     out.plain("measured_rms", decided.measured_rms_mm);
     out.plain("predicted_rms", decided.predicted_rms_mm);
     out.plain("residual_rms", decided.residual_rms_mm);
-    decided.explained.into_iter().for_each(|value| out.plain("explained", value));
-    decided.slope.into_iter().for_each(|value| out.plain("slope", value));
+    out.optional("explained", decided.explained);
+    out.optional("slope", decided.slope);
     out.string("statement", &decided.statement);
 }
 

@@ -5,9 +5,6 @@ use trackwright_geometry::number::shortest;
 use trackwright_simulation::field_lattice::{Displacement, FieldLattice};
 
 /// Writes a row a point, x fastest; where there is no answer cells are empty.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, field: &FieldLattice) -> io::Result<()> {
     let what = match field.plan.displacement {
         Displacement::Error => "error",

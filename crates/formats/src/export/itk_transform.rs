@@ -14,9 +14,6 @@ use trackwright_geometry::pose::Pose;
 ///
 /// Both frames have the same axes: with [`PatientAxes::Ras`] the matrix is `F M⁻¹ F` with
 /// `F = diag(-1, -1, 1)`.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, target_from_source: &Pose, axes: PatientAxes) -> io::Result<()> {
     let source_from_target = target_from_source.inverse();
     let flip = Matrix3::from_diagonal(&axes.signs().into());

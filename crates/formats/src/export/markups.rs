@@ -25,17 +25,11 @@ pub struct MarkupList {
 }
 
 /// Writes a list of points in LPS, mm, with their axes.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, points: &[MarkupPoint], axes: PatientAxes) -> io::Result<()> {
     write_markups(out, vec![fiducials(points, axes)])
 }
 
 /// Writes several lists, of which Slicer makes a node each.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_lists(out: &mut dyn Write, lists: &[MarkupList], axes: PatientAxes) -> io::Result<()> {
     let of_list = |list: &MarkupList| {
         let color = list.color.map(|part| f64::from(part) / 255.0);

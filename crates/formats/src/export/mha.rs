@@ -10,9 +10,6 @@ use trackwright_geometry::number::shortest;
 use trackwright_simulation::field_lattice::FieldLattice;
 
 /// Writes a field in LPS, mm, 64-bit numbers.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, field: &FieldLattice, axes: PatientAxes) -> io::Result<()> {
     let plan = &field.plan;
     let [nx, ny, nz] = plan.counts;

@@ -22,9 +22,6 @@ impl StudiedTip {
 }
 
 /// Writes a row a tip: places in mm.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, tips: &[StudiedTip]) -> io::Result<()> {
     writeln!(out, "trial,true_x,true_y,true_z,sim_x,sim_y,sim_z,err_mm")?;
     for tip in tips {

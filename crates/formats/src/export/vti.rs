@@ -9,9 +9,6 @@ use trackwright_geometry::number::shortest;
 use trackwright_simulation::field_lattice::{Displacement, FieldLattice};
 
 /// Writes displacements with their lengths, angles where there are any, and what lies outside.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write(out: &mut dyn Write, field: &FieldLattice) -> io::Result<()> {
     let plan = &field.plan;
     let points = field.displacement_mm.len() as u64;

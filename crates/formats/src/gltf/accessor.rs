@@ -11,8 +11,7 @@ pub(super) fn vectors(
     name: &str,
     accessor: &gltf::Accessor,
 ) -> Result<Vec<Vector3<f64>>, GltfError> {
-    let error =
-        |found: String, expected| GltfError::Mesh { mesh: name.to_owned(), found, expected };
+    let error = |found: String, expected| GltfError::mesh(name, found, expected);
     if accessor.data_type() != DataType::F32 || accessor.dimensions() != Dimensions::Vec3 {
         let found = format!("{:?} {:?}", accessor.dimensions(), accessor.data_type());
         return Err(error(found, "Vec3 F32"));
@@ -41,8 +40,7 @@ pub(super) fn triangles(
     accessor: &gltf::Accessor,
     vertices: usize,
 ) -> Result<Vec<[u32; 3]>, GltfError> {
-    let error =
-        |found: String, expected| GltfError::Mesh { mesh: name.to_owned(), found, expected };
+    let error = |found: String, expected| GltfError::mesh(name, found, expected);
     let data_type = accessor.data_type();
     let is_index = matches!(data_type, DataType::U8 | DataType::U16 | DataType::U32);
     if !is_index || accessor.dimensions() != Dimensions::Scalar {
@@ -74,11 +72,7 @@ fn elements<'a>(
     name: &str,
     accessor: &gltf::Accessor,
 ) -> Result<impl Iterator<Item = &'a [u8]> + use<'a>, GltfError> {
-    let error = |found: &str, expected| GltfError::Mesh {
-        mesh: name.to_owned(),
-        found: found.to_owned(),
-        expected,
-    };
+    let error = |found: &str, expected| GltfError::mesh(name, found, expected);
     let view = accessor
         .view()
         .filter(|_| accessor.sparse().is_none())

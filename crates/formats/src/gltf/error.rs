@@ -21,6 +21,13 @@ pub enum GltfError {
     TooLarge { found: usize, what: &'static str, most: usize },
 }
 
+impl GltfError {
+    /// What a mesh of this name holds that it should not.
+    pub(super) fn mesh(name: &str, found: impl Into<String>, expected: &'static str) -> Self {
+        Self::Mesh { mesh: name.to_owned(), found: found.into(), expected }
+    }
+}
+
 /// Why a scene cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GltfWriteError {

@@ -22,9 +22,6 @@ const MAX_VERTICES: usize = 10_000_000;
 const MAX_PARTS: usize = 1000;
 
 /// Reads a mesh whose unit is `mm_per_unit` long: 1000 by the specification, which states metres.
-///
-/// # Errors
-/// See [`GltfError`].
 pub fn parse(bytes: &[u8], mm_per_unit: f64) -> Result<SurfaceMesh, GltfError> {
     check_lengths(bytes)?;
     let not_gltf = |error: gltf::Error| GltfError::NotGltf(error.to_string());
@@ -187,8 +184,7 @@ impl Reader<'_> {
         primitive: &gltf::Primitive,
         body_from_node: &Matrix4<f64>,
     ) -> Result<(), GltfError> {
-        let error =
-            |found: String, expected| GltfError::Mesh { mesh: name.to_owned(), found, expected };
+        let error = |found: String, expected| GltfError::mesh(name, found, expected);
         if primitive.mode() != Mode::Triangles {
             return Err(error(format!("{:?}", primitive.mode()), "triangles"));
         }

@@ -385,17 +385,12 @@ impl GlbWriter {
         if indices.is_empty() {
             return None;
         }
-        let is_short = corners <= usize::from(u16::MAX);
-        let (view, component) = match is_short {
-            true => {
-                let bytes = indices.iter().flat_map(|i| (*i as u16).to_le_bytes());
-                (self.view(bytes, Target::ElementArrayBuffer)?, ComponentType::U16)
-            }
-            false => {
-                let bytes = indices.iter().flat_map(|i| i.to_le_bytes());
-                (self.view(bytes, Target::ElementArrayBuffer)?, ComponentType::U32)
-            }
+        let (width, component) = match corners <= usize::from(u16::MAX) {
+            true => (2, ComponentType::U16),
+            false => (4, ComponentType::U32),
         };
+        let bytes = indices.iter().flat_map(|index| index.to_le_bytes().into_iter().take(width));
+        let view = self.view(bytes, Target::ElementArrayBuffer)?;
         let accessor = accessor(view, indices.len(), component, Type::Scalar);
         Some(Index::push(&mut self.root.accessors, accessor))
     }

@@ -2,6 +2,7 @@
 
 use super::parse;
 use super::write::*;
+use crate::test_cases::any_text;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -110,13 +111,12 @@ fn a_scene_of_nothing_is_a_file_too() {
 proptest! {
     #[test]
     fn any_written_shape_passes_a_strict_reader(
-        name in prop::collection::vec(any::<char>(), 0..20),
+        name in any_text(0..20),
         corners in prop::collection::vec(prop::array::uniform3(-1e6..1e6), 3..40),
         colors in prop::array::uniform4(-1.0..2.0),
         turn in prop::array::uniform3(-4.0..4.0),
         is_lines in any::<bool>(),
     ) {
-        let name: String = name.into_iter().collect();
         let positions: Vec<Point3<f64>> = corners.iter().map(|c| Point3::from(*c)).collect();
         let last = positions.len() as u32 - 1;
         let colors = vec![colors; positions.len()];

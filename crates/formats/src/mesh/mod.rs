@@ -90,9 +90,6 @@ impl std::fmt::Display for MeshFormat {
 /// assert_eq!(mesh.parts[0].triangles, [[0, 1, 2]]);
 /// # Ok::<(), trackwright_formats::mesh::MeshError>(())
 /// ```
-///
-/// # Errors
-/// See [`MeshError`].
 pub fn read(
     bytes: &[u8],
     extension: &str,

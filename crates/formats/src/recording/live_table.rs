@@ -176,7 +176,7 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_cases::assert_refused;
+    use crate::test_cases::{any_text, assert_refused};
     use proptest::prelude::*;
     use trackwright_geometry::pose::pose_from_array;
 
@@ -262,10 +262,9 @@ mod tests {
     proptest! {
         #[test]
         fn any_name_and_state_stay_one_line(
-            tool in prop::collection::vec(any::<char>(), 0..30),
-            state in prop::collection::vec(any::<char>(), 0..30),
+            tool in any_text(0..30),
+            state in any_text(0..30),
         ) {
-            let (tool, state) = (String::from_iter(tool), String::from_iter(state));
             let pose = Err(Unusable::State(state));
             let sample = LiveSample { received_s: 1.0, time_s: None, tool: &tool, pose };
             let bytes = table(&[sample.clone(), sample]);

@@ -6,9 +6,9 @@
 
 use super::rows::{Tools, pose};
 use crate::error::{FormatError, quoted, text};
+use crate::matrices::nearest_rotation;
 use nalgebra::{Matrix3, Vector3};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_geometry::svd3::svd3;
 use trackwright_simulation::recording::{Recording, TrackSample, Unusable};
 
 /// Samples that determine the order of quaternions by their signs.
@@ -154,9 +154,7 @@ impl Sample {
                 pose([x, y, z], [w, i, j, k])
             }
             (nine, _) if nine.len() == 9 => {
-                let matrix = Matrix3::from_row_slice(nine);
-                let rotation = svd3(&matrix.transpose()).best_rotation();
-                let off = (rotation.to_rotation_matrix().matrix() - matrix).amax();
+                let (rotation, off) = nearest_rotation(&Matrix3::from_row_slice(nine));
                 match off <= MAX_OFF && [x, y, z].iter().all(|v| v.is_finite()) {
                     true => Ok(pose_from_parts(Vector3::new(x, y, z), rotation)),
                     false => Err(Unusable::NoPose),

@@ -40,9 +40,6 @@ pub enum ToolDefinition {
 /// assert_eq!(body.rigid.sensors[0].position_in_body.z, 2.5);
 /// # Ok::<(), trackwright_formats::FormatError>(())
 /// ```
-///
-/// # Errors
-/// See [`FormatError`].
 pub fn read_body(
     bytes: &[u8],
     extension: &str,

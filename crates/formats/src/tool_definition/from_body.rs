@@ -127,9 +127,6 @@ pub enum ConversionError {
 /// What the body owns (places, axes, their number, its name, a pivot) is written only where it
 /// differs from what the definition holds, so that an unchanged body gives its very bytes; all
 /// else stays. The checksum is made new.
-///
-/// # Errors
-/// See [`ConversionError`].
 pub fn from_body(body: &BodyFile, format: DefinitionFormat) -> Result<Conversion, ConversionError> {
     let carried = ToolDefinition::carried(body.definition.as_deref());
     let carried = carried.as_ref();

@@ -2,7 +2,7 @@
 
 use super::NumberUnit::*;
 use super::*;
-use crate::test_cases::assert_refused;
+use crate::test_cases::{any_text, assert_refused};
 use proptest::prelude::*;
 
 #[test]
@@ -153,7 +153,7 @@ proptest! {
     fn any_text_is_a_finite_number_or_an_error(
         text in prop_oneof![
             typed(),
-            prop::collection::vec(any::<char>(), 0..24).prop_map(String::from_iter),
+            any_text(0..24),
         ],
         unit in prop::sample::select(vec![Plain, Millimetre, Metre, Degree, Radian]),
     ) {

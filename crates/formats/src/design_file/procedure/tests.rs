@@ -1,16 +1,15 @@
 //! Decisions in design files: the same to the bit once written, refused where they cannot be.
 
 use super::super::{DesignFile, parse, write};
-use crate::test_cases::assert_refused;
+use crate::test_cases::{any_text, assert_refused};
 use proptest::prelude::*;
 use trackwright_calibration::agreement::{BuiltRecording, RecordedFrame};
 use trackwright_design::{Day, Decision, Procedure};
 use trackwright_procedure::{
     DecidedFigures, DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, RoomName, Step,
 };
-use trackwright_simulation::Metric;
-use trackwright_simulation::Verdict;
 use trackwright_simulation::requirement::Requirement;
+use trackwright_simulation::{Metric, Verdict};
 
 fn design(procedure: Procedure) -> DesignFile {
     let mut file = parse(DECIDED.as_bytes()).unwrap();
@@ -146,16 +145,12 @@ fn positive() -> impl Strategy<Value = f64> {
     prop_oneof![0.0..10.0_f64, 0.0..=1e9_f64, Just(f64::MIN_POSITIVE)]
 }
 
-fn any_text() -> impl Strategy<Value = String> {
-    prop::collection::vec(any::<char>(), 0..12).prop_map(String::from_iter)
-}
-
 fn any_file() -> impl Strategy<Value = String> {
-    any_text().prop_map(|text| format!("../a{text}.env.ron"))
+    any_text(0..12).prop_map(|text| format!("../a{text}.env.ron"))
 }
 
 fn any_room() -> impl Strategy<Value = RoomName> {
-    (any_text(), any_file()).prop_map(|(name, file)| RoomName { name, file })
+    (any_text(0..12), any_file()).prop_map(|(name, file)| RoomName { name, file })
 }
 
 fn any_day() -> impl Strategy<Value = Day> {
@@ -178,9 +173,9 @@ fn any_figures() -> impl Strategy<Value = DecidedFigures> {
 fn any_row() -> impl Strategy<Value = DecidedRow> {
     let figures = prop_oneof![
         3 => any_figures().prop_map(Ok),
-        1 => any_text().prop_map(Err),
+        1 => any_text(0..12).prop_map(Err),
     ];
-    let target = prop::option::of(any_text());
+    let target = prop::option::of(any_text(0..12));
     (any_room(), target, figures).prop_map(|(room, target, figures)| DecidedRow {
         room,
         target,
@@ -215,7 +210,7 @@ fn any_studies() -> impl Strategy<Value = DecidedStudies> {
 
 fn any_recording() -> impl Strategy<Value = DecidedRecording> {
     let tables = (any_file(), prop::option::of(any_file()), any::<[bool; 2]>());
-    let taken = (1..=u32::MAX, positive(), prop::option::of(any_text()));
+    let taken = (1..=u32::MAX, positive(), prop::option::of(any_text(0..12)));
     let recording = (tables, taken).prop_map(
         |((table, crf_table, [in_crf, is_registered]), (averaged, truth_std_mm, whole))| {
             BuiltRecording {
@@ -235,7 +230,7 @@ fn any_recording() -> impl Strategy<Value = DecidedRecording> {
     let part = || prop::option::of(-1e9..1e9_f64);
     let counts = (0..1000_usize, 0..1000_usize);
     let figures = (prop::array::uniform3(positive()), part(), part());
-    (any_room(), recording, counts, figures, any_text()).prop_map(
+    (any_room(), recording, counts, figures, any_text(0..12)).prop_map(
         |(room, recording, (used, more), ([m, p, r], explained, slope), statement)| {
             DecidedRecording {
                 room,
@@ -254,7 +249,7 @@ fn any_recording() -> impl Strategy<Value = DecidedRecording> {
 }
 
 fn decided(basis: impl Strategy<Value = DecisionBasis>) -> impl Strategy<Value = Option<Decision>> {
-    prop::option::of((any_day(), any_text(), basis).prop_map(|(date, note, basis)| Decision {
+    prop::option::of((any_day(), any_text(0..12), basis).prop_map(|(date, note, basis)| Decision {
         date,
         note,
         basis,
