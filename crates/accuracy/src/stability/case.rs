@@ -248,7 +248,7 @@ pub struct Quantity {
 pub struct Row {
     #[serde(skip)]
     pub family: &'static str,
-    /// Until the case has its say, what a row adds to the case's name.
+    /// What a row adds to the case's name, until `Case::rows` puts that before it.
     pub case: String,
     pub quantity: &'static str,
     pub condition: f64,
