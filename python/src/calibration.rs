@@ -2,59 +2,51 @@
 
 use crate::arrays::{Column, Matrix, matrix, pose_array, vector, vector_array};
 use crate::errors::{Done, TrackwrightError};
+use crate::found::{Found, refuse};
 use crate::long_work;
 use crate::pose_tables::{WhichTool, points, pose_rows, tool_poses};
 use crate::tables::{Notes, of_memory, take, warn_of};
-use crate::values::to_python;
 use nalgebra::Point3;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
-use serde_json::json;
 use trackwright_calibration::doubts::of_point_pairs;
 use trackwright_calibration::hand_eye::{
-    HandEye as Solved, HandEyeSettings, PairedReading, ReadingNoise, hand_eye as solve,
+    HandEyeSettings, PairedReading, ReadingNoise, hand_eye as solve,
 };
 use trackwright_calibration::judged_registration::{JudgedRegistration, MAX_TURN_ERROR_DEG};
-use trackwright_calibration::pivot::{self, PivotError, PivotLimits};
-use trackwright_calibration::spin::{self, SpinError, SpinLimits};
-use trackwright_calibration::still_pose::Spread;
+use trackwright_calibration::pivot::{self, PivotLimits};
+use trackwright_calibration::spin::{self, ShaftDirection, SpinLimits};
 use trackwright_geometry::pose::pose_to_array;
-use trackwright_report::calibration::{
-    error_limits, pivot_json, registration_json, shaft_limits, spin_json,
-};
 
 /// A tip, and the point that it rested in.
-#[pyclass(frozen, get_all, module = "trackwright")]
+#[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
 pub struct Pivot {
     tip: Py<PyArray1<f64>>,
     pivot: Py<PyArray1<f64>>,
     rms_mm: f64,
-    figures: Py<PyAny>,
 }
 
 /// A shaft's direction.
-#[pyclass(frozen, get_all, module = "trackwright")]
+#[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
 pub struct Spin {
     shaft: Py<PyArray1<f64>>,
     towards_tip: bool,
-    figures: Py<PyAny>,
 }
 
 /// Two frames' points laid over each other.
-#[pyclass(frozen, module = "trackwright")]
+#[pyclass(frozen, extends = Found, module = "trackwright")]
 pub struct Registration {
     found: JudgedRegistration,
 }
 
 /// Two trackers, and sensors on a body.
-#[pyclass(frozen, get_all, module = "trackwright")]
+#[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
 pub struct HandEye {
     tracker_from_reference: Py<PyArray1<f64>>,
     body_from_sensor: Py<PyArray2<f64>>,
     covariance: Py<PyArray2<f64>>,
     errors_mm: Py<PyArray1<f64>>,
     errors_deg: Py<PyArray1<f64>>,
-    figures: Py<PyAny>,
 }
 
 /// Where a tool's tip is, from poses around one point.
@@ -79,7 +71,7 @@ pub fn pivot_calibration(
     min_turn_deg: f64,
     max_rms_mm: f64,
     as_is: bool,
-) -> Done<Pivot> {
+) -> Done<Py<Pivot>> {
     let mut notes = Notes::new();
     let poses = tool_poses(poses, WhichTool { tool, relative_to }, as_is, &mut notes)?;
     let limits = PivotLimits {
@@ -89,27 +81,14 @@ pub fn pivot_calibration(
         max_rms_mm,
     };
     let found = long_work::run(py, |_| {
-        pivot::pivot(&poses, &limits).map_err(|error| {
-            let option = match error {
-                PivotError::TooFewPoses { needed: 3, .. } => "",
-                PivotError::TooFewPoses { .. } => {
-                    "; each sample counts as one, and min_poses accepts fewer, 3 at least"
-                }
-                PivotError::TooSmallRange { .. } => "; min_range_deg accepts less",
-                PivotError::OneAxis { .. } => "; min_turn_deg accepts less",
-                PivotError::TooLargeError { .. } => "; max_rms_mm accepts more",
-            };
-            TrackwrightError::new_err(format!("no tip: {error}{option}")).into()
-        })
+        pivot::pivot(&poses, &limits).or_else(|error| refuse("no tip", &error))
     })?;
-    notes.extend(error_limits(&found));
-    warn_of(py, notes)?;
-    Ok(Pivot {
+    let tip = Pivot {
         tip: vector_array(py, found.tip_in_tool.coords.into()).unbind(),
         pivot: vector_array(py, found.pivot_in_tracker.coords.into()).unbind(),
         rms_mm: found.rms_mm,
-        figures: to_python(py, &pivot_json(&found))?.unbind(),
-    })
+    };
+    Ok(Py::new(py, (tip, Found::new(py, found.section(), notes)?))?)
 }
 
 /// Which way a tool's shaft points, from poses in which it was turned about it.
@@ -135,7 +114,7 @@ pub fn spin_calibration(
     min_turn_deg: f64,
     max_shaft_deg: f64,
     as_is: bool,
-) -> Done<Spin> {
+) -> Done<Py<Spin>> {
     let mut notes = Notes::new();
     let tip = tip.map(|tip| vector::<3>(tip, "tip")).transpose()?.map(Point3::from);
     let poses = tool_poses(poses, WhichTool { tool, relative_to }, as_is, &mut notes)?;
@@ -146,29 +125,17 @@ pub fn spin_calibration(
         max_rms_rad: max_shaft_deg.to_radians(),
     };
     let found = long_work::run(py, |_| {
-        spin::spin(&poses, &limits).map_err(|error| {
-            let option = match error {
-                SpinError::TooFewPoses { needed: 3, .. } => "",
-                SpinError::TooFewPoses { .. } => {
-                    "; each sample counts as one, and min_poses accepts fewer, 3 at least"
-                }
-                SpinError::TooSmallRange { .. } => "; min_range_deg accepts less",
-                SpinError::TooLittleTurn { .. } => "; min_turn_deg accepts less",
-                SpinError::TooLargeError { .. } => "; max_shaft_deg accepts more",
-            };
-            TrackwrightError::new_err(format!("no shaft: {error}{option}")).into()
-        })
+        spin::spin(&poses, &limits).or_else(|error| refuse("no shaft", &error))
     })?;
-    let towards = tip.and_then(|tip| found.towards(&tip, tip_std_error_mm));
-    let limits = shaft_limits(&found, tip.is_some(), towards.is_some());
-    notes.extend(limits.into_iter().map(str::to_owned));
-    warn_of(py, notes)?;
-    let (found, towards_tip) = (towards.unwrap_or(found), towards.is_some());
-    Ok(Spin {
+    let found = match tip {
+        Some(tip) => found.towards(&tip, tip_std_error_mm),
+        None => found,
+    };
+    let shaft = Spin {
         shaft: vector_array(py, found.shaft_in_tool.into_inner().into()).unbind(),
-        towards_tip,
-        figures: to_python(py, &spin_json(&found, towards_tip))?.unbind(),
-    })
+        towards_tip: found.direction == ShaftDirection::TowardsTip,
+    };
+    Ok(Py::new(py, (shaft, Found::new(py, found.section(), notes)?))?)
 }
 
 /// Registers points in two frames.
@@ -188,7 +155,7 @@ pub fn register(
     fle_mm: Option<f64>,
     max_turn_error_deg: f64,
     as_is: bool,
-) -> Done<Registration> {
+) -> Done<Py<Registration>> {
     if let Some(found) = fle_mm.filter(|fle_mm| !(fle_mm.is_finite() && *fle_mm > 0.0)) {
         let text = format!("fle_mm: found {found}, expected a number above zero");
         return Err(TrackwrightError::new_err(text).into());
@@ -199,13 +166,9 @@ pub fn register(
     let found = JudgedRegistration::of(&source, &target, leave_out_outliers, fle_mm)?;
     let suspicions = of_point_pairs(&source, &target);
     take(of_memory((), "target", suspicions), as_is, &mut notes)?;
-    let suspicions = found.suspicions();
-    notes.extend(
-        suspicions.map(|text| format!("{text} leave_out_outliers=True registers without it")),
-    );
     found.check_turn(max_turn_error_deg)?;
-    warn_of(py, notes)?;
-    Ok(Registration { found })
+    let base = Found::new(py, found.section(), notes)?;
+    Ok(Py::new(py, (Registration { found }, base))?)
 }
 
 #[pymethods]
@@ -220,12 +183,6 @@ impl Registration {
     #[getter]
     fn residuals_mm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.found.residuals_mm.clone().into_pyarray(py)
-    }
-
-    /// The figures, as `trackwright register --format json` prints them.
-    #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &registration_json(&self.found))
     }
 
     /// Points of the source frame in the target frame, shape (n, 3), mm, and how far off each is to be
@@ -266,7 +223,7 @@ pub fn hand_eye(
     pose: Option<Vec<usize>>,
     min_poses: usize,
     min_turn_deg: f64,
-) -> Done<HandEye> {
+) -> Done<Py<HandEye>> {
     let read = pose_rows(tracker_from_sensor, "tracker_from_sensor")?;
     let reference = pose_rows(reference_from_body, "reference_from_body")?;
     let of_rows = |what: &str, found: usize| match found == read.len() {
@@ -300,7 +257,9 @@ pub fn hand_eye(
         min_turn_rad: min_turn_deg.to_radians(),
         ..HandEyeSettings::default()
     };
-    let found = long_work::run(py, |_| Ok(solve(&readings, sensors, &settings)?))?;
+    let found = long_work::run(py, |_| {
+        solve(&readings, sensors, &settings).or_else(|error| refuse("no places", &error))
+    })?;
     let (errors_mm, errors_deg): (Vec<f64>, Vec<f64>) = readings
         .iter()
         .map(|reading| found.error(reading))
@@ -309,32 +268,13 @@ pub fn hand_eye(
     let size = found.covariance.nrows();
     let covariance = found.covariance.as_slice().to_vec().into_pyarray(py);
     let sensors = found.body_from_sensor.iter().map(pose_to_array).collect();
-    Ok(HandEye {
+    let places = HandEye {
         tracker_from_reference: pose_array(py, &found.tracker_from_reference).unbind(),
         body_from_sensor: matrix(py, sensors)?.unbind(),
         // It is symmetric: rows are columns.
         covariance: numpy::PyArrayMethods::reshape(&covariance, [size, size])?.unbind(),
         errors_mm: errors_mm.into_pyarray(py).unbind(),
         errors_deg: errors_deg.into_pyarray(py).unbind(),
-        figures: to_python(py, &hand_eye_json(&found))?.unbind(),
-    })
-}
-
-/// How well both are known, mm and degrees.
-fn hand_eye_json(found: &Solved) -> serde_json::Value {
-    let spread = |spread: Spread| json!({"position_mm": spread.position_mm, "angle_deg": spread.angle_rad.to_degrees()});
-    let sensors = 0..found.body_from_sensor.len();
-    let motion = &found.motion;
-    json!({
-        "poses": found.poses,
-        "effective": found.effective_size.effective,
-        "degrees_of_freedom": found.effective_size.freedom,
-        "scales": found.scales.iter().map(|scale| spread(*scale)).collect::<Vec<_>>(),
-        "sensor_std_errors": sensors.map(|k| spread(found.sensor_error(k))).collect::<Vec<_>>(),
-        "motion_deg": {
-            "largest": motion.largest_rad.to_degrees(),
-            "least_turn": motion.least_turn_rad.to_degrees(),
-            "second_turn": motion.second_turn_rad.to_degrees(),
-        },
-    })
+    };
+    Ok(Py::new(py, (places, Found::new(py, found.section(), Notes::new())?))?)
 }

@@ -26,7 +26,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_project::{Files, RoomContent, World};
 use trackwright_report::compensation_json::compensation_json;
 use trackwright_report::room::map_name;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 /// A measured room: the distortion of the tracker's field, and where it may be used.
 #[pyclass(frozen, module = "trackwright")]

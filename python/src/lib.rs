@@ -12,6 +12,7 @@ mod environment;
 mod errors;
 mod fields;
 mod fitting;
+mod found;
 mod frames;
 mod keywords;
 mod long_work;
@@ -46,6 +47,8 @@ mod _core {
     use super::errors::{TrackwrightError, TrackwrightWarning};
     #[pymodule_export]
     use super::fields::{Generator, solid_harmonic_gradients, sphere_factor, sphere_field};
+    #[pymodule_export]
+    use super::found::Found;
     #[pymodule_export]
     use super::frames::{FrameFit, fit_frame, point_covariance};
     #[pymodule_export]

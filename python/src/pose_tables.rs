@@ -13,7 +13,7 @@ use trackwright_calibration::marker_body::MarkerBody;
 use trackwright_formats::pivot_recording::PivotRecording;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::Files;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 const EXPECTED_POSES: &str = "the columns of a poses table (x, y, z, qw, qx, qy, qz)";
 const EXPECTED_POINTS: &str = "the columns of points (x, y, z)";

@@ -103,8 +103,8 @@ CASES: dict[str, tuple[list[Any], Callable[[dict[str, Path]], object]]] = {
 
 # How the program names an option, and how it is named here.
 OPTIONS = {
-    "--min-poses COUNT": "min_poses",
-    "--min-range-deg DEG": "min_range_deg",
+    "--min-poses": "min_poses",
+    "--min-range-deg": "min_range_deg",
     "--as-is": "as_is=True",
 }
 

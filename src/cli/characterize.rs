@@ -1,7 +1,5 @@
 //! `characterize`: from recordings of two trackers to a measurement table, with its quality.
 
-mod report;
-
 use super::file_kinds::own_name;
 use super::numbers::above_zero;
 use super::prelude::*;
@@ -10,7 +8,7 @@ use trackwright_calibration::characterisation::{
     Characterisation, CharacterisationError, CharacterisationSettings, HeldOut, PairKind,
     RecordedPair, characterise,
 };
-use trackwright_calibration::hand_eye::{HandEyeError, HandEyeSettings};
+use trackwright_calibration::hand_eye::HandEyeSettings;
 use trackwright_calibration::robust::Loss;
 use trackwright_calibration::still_pose::Spread;
 use trackwright_calibration::time_alignment::AlignmentSettings;
@@ -178,10 +176,7 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
         CharacterisationError::ReferenceTool { pair, cause } => {
             anyhow!("{}: {cause}", args.reference[pair].display())
         }
-        other => {
-            let option = option_of(&other);
-            anyhow!("no measurements: {other}{option}")
-        }
+        other => output::refused("no measurements", &other),
     })?;
     drop(shown);
     if args.held_out.is_some() && found.held_out.is_empty() {
@@ -203,15 +198,15 @@ pub fn run(args: &CharacterizeArgs, files: &Files) -> anyhow::Result<()> {
         let text = body::write(&body_of(body_output.file(), &found));
         body_output.write_bytes(text.as_bytes())?;
     }
-    for (pair, problem) in report::rejected(&found) {
+    for (pair, problem) in found.rejected() {
         output::note(&format!(
             "{} with {}: not used: {problem}",
             args.em[pair].display(),
             args.reference[pair].display()
         ));
     }
-    let text = || format!("{}\nwritten to {}", report::as_text(&found), args.output.display());
-    args.format.print(|| report::as_json(&found), text)
+    let found = found.section().with(format!("written to {}", args.output.display()));
+    output::print_section(args.format, &found)
 }
 
 /// The body that the sensors were on.
@@ -229,29 +224,6 @@ fn body_of(file: &Path, found: &Characterisation) -> BodyFile {
         mesh: None,
         definition: None,
         mounting: Mounting::default(),
-    }
-}
-
-/// The option that sets a limit, behind what is refused by it.
-fn option_of(error: &CharacterisationError) -> &'static str {
-    match error {
-        CharacterisationError::HandEye(
-            HandEyeError::TooFewPoses { needed: 3, .. }
-            | HandEyeError::SensorTooFew { needed: 3, .. },
-        ) => "",
-        CharacterisationError::HandEye(
-            HandEyeError::TooFewPoses { .. } | HandEyeError::SensorTooFew { .. },
-        ) => {
-            "; a still recording counts as one pose and a path as one a second, and --min-poses COUNT accepts fewer, \
-             3 at least"
-        }
-        CharacterisationError::HandEye(HandEyeError::OneAxis { .. }) => {
-            "; --min-turn-deg DEG accepts less"
-        }
-        CharacterisationError::AllTooFar { .. } => {
-            "; --max-error-mm and --max-error-deg accept more"
-        }
-        _ => "",
     }
 }
 

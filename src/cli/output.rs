@@ -1,7 +1,7 @@
 //! What all commands share: formats, policies, tables of text, notes, and progress.
 
 use super::choice::Choice;
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -10,7 +10,8 @@ use std::path::Path;
 use trackwright_field::OutsidePolicy;
 use trackwright_formats::printable::printable;
 use trackwright_formats::printable::{printable_json, printable_lines};
-use trackwright_simulation::figures::with_separators;
+use trackwright_report::section_text::section_text;
+use trackwright_result::{Refusal, Remedy, Section, with_separators};
 use trackwright_task::Task;
 
 /// How a command that did its work ended.
@@ -52,6 +53,28 @@ impl Format {
             Self::Text => print(&text()),
         }
     }
+}
+
+/// Prints a result in a format, and its notes beside it.
+///
+/// # Errors
+/// Standard output that cannot be written.
+pub fn print_section(format: Format, found: &Section) -> anyhow::Result<()> {
+    note_all(found);
+    format.print(|| found, || section_text(found))
+}
+
+/// The notes of a result.
+pub fn note_all(found: &Section) {
+    for reserve in &found.notes {
+        let start = if reserve.is_warning { "warning: " } else { "" };
+        note(&format!("{start}{}", reserve.sentence(Remedy::as_option)));
+    }
+}
+
+/// Why there is no result, with the option that lifts the refusal.
+pub fn refused(what: &str, error: &impl Refusal) -> anyhow::Error {
+    anyhow!("{what}: {}", error.with_remedy(Remedy::as_option))
 }
 
 /// What happens to positions outside the model's box.

@@ -7,11 +7,11 @@ use super::numbers::above_zero;
 use super::prelude::*;
 use super::tool_reader::ToolReader;
 use nalgebra::Point3;
-use spin::{Shaft, SpinArgs};
-use trackwright_calibration::pivot::{Pivot, PivotError, PivotLimits, pivot};
+use spin::SpinArgs;
+use trackwright_calibration::pivot::{Pivot, PivotLimits, pivot};
 use trackwright_formats::points;
-use trackwright_report::calibration::{error_limits, pivot_json};
 use trackwright_report::compensation_json::tally_json;
+use trackwright_result::data;
 
 /// Find where a tool's tip is from recordings around one point, and which way its shaft points
 /// from recordings of turns about it, or report why they don't determine it
@@ -96,15 +96,9 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
         [] => None,
         recordings => {
             let poses = reader.read_all(recordings.iter().map(PathBuf::as_path))?;
-            Some(pivot(&poses, &limits).map_err(|error| {
-                let option = option_of(&error);
-                anyhow!("no tip: {error}{option}")
-            })?)
+            Some(pivot(&poses, &limits).map_err(|error| output::refused("no tip", &error))?)
         }
     };
-    if let Some(found) = &pivoted {
-        note_limits(found);
-    }
     let tip = match &pivoted {
         Some(found) => Some((found.tip_in_tool, found.tip_std_error_mm)),
         None => args.spin.tip().map(|tip| (tip, 0.0)),
@@ -124,36 +118,16 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
         );
     }
     SpinArgs::write_tip_frame(tip_frame.as_ref(), shaft.as_ref(), tip.map(|(tip, _)| tip))?;
-    match args.common.format {
-        Format::Json => {
-            let mut value = pivoted.as_ref().map_or_else(|| json!({}), pivot_json);
-            if let Some(shaft) = &shaft {
-                value["spin"] = shaft.as_json();
-            }
-            if reader.room.is_some() {
-                value["compensated"] = tally_json(&reader.tally);
-            }
-            output::print_json(&value)
-        }
-        Format::Text => {
-            let rows = pivoted.iter().flat_map(text_rows);
-            let rows = rows.chain(shaft.iter().flat_map(Shaft::text_rows));
-            output::print(&output::aligned(&rows.collect::<Vec<_>>()))
-        }
-    }
-}
-
-/// The option that sets a limit, behind what is refused by it.
-fn option_of(error: &PivotError) -> &'static str {
-    match error {
-        PivotError::TooFewPoses { needed: 3, .. } => "",
-        PivotError::TooFewPoses { .. } => {
-            "; each sample counts as one, and --min-poses COUNT accepts fewer, 3 at least"
-        }
-        PivotError::TooSmallRange { .. } => "; --min-range-deg DEG accepts less",
-        PivotError::OneAxis { .. } => "; --min-turn-deg DEG accepts less",
-        PivotError::TooLargeError { .. } => "; --max-rms-mm MM accepts more",
-    }
+    let found = pivoted.as_ref().map(Pivot::section).unwrap_or_default();
+    let found = match &shaft {
+        Some(shaft) => found.noting(shaft.section().notes).with(shaft.section().named("spin")),
+        None => found,
+    };
+    let found = match reader.room {
+        Some(_) => found.with(data("compensated", tally_json(&reader.tally))),
+        None => found,
+    };
+    output::print_section(args.common.format, &found)
 }
 
 fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'a>> {
@@ -166,39 +140,4 @@ fn reader<'a>(args: &PivotArgs, files: &'a Files) -> anyhow::Result<ToolReader<'
         reader.base = Some(files.read_calbody(file)?.optical_on_base);
     }
     Ok(reader)
-}
-
-/// What the standard errors do not hold for.
-fn note_limits(found: &Pivot) {
-    if let Some(limit) = error_limits(found) {
-        output::note(&limit);
-    }
-}
-
-fn text_rows(found: &Pivot) -> Vec<Row> {
-    let point = |at: &Point3<f64>| format!("{:.3} {:.3} {:.3}", at.x, at.y, at.z);
-    let halves = found.half_widths_mm();
-    let around = |which: usize| match halves {
-        Some(halves) => point(&halves[which].into()),
-        None => "–".to_owned(),
-    };
-    let mut rows = vec![
-        count("poses", found.poses),
-        number("  effective number of poses", found.effective_size.effective, 1, ""),
-        number("largest angle between two", found.orientation_range_rad.to_degrees(), 1, "deg"),
-        row("tip in the tool's frame", point(&found.tip_in_tool), "mm"),
-        row("  95 % interval, ±", around(0), "mm"),
-        mm("  standard error, worst direction", found.tip_std_error_mm),
-        row("pivot in the tracker's frame", point(&found.pivot_in_tracker), "mm"),
-        row("  95 % interval, ±", around(1), "mm"),
-        mm("  standard error, worst direction", found.pivot_std_error_mm()),
-        mm("distance of the tip from it, RMS", found.rms_mm),
-        mm("  of a component", found.rms_component_mm()),
-        mm("  largest", found.worst_mm),
-    ];
-    if let Some(quarters) = &found.quarters {
-        rows.push(mm("tips of two quarters differ by up to", quarters.apart_mm));
-        rows.push(mm("  standard error of that, worst direction", quarters.expected_mm));
-    }
-    rows
 }

@@ -9,4 +9,4 @@ pub(super) use serde_json::{Value, json};
 pub(super) use std::path::{Path, PathBuf};
 pub(super) use trackwright_field::OutsidePolicy;
 pub(super) use trackwright_project::{Files, file_name};
-pub(super) use trackwright_simulation::figures::with_separators;
+pub(super) use trackwright_result::with_separators;

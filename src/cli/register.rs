@@ -8,9 +8,8 @@ use trackwright_calibration::doubts;
 use trackwright_calibration::judged_registration::{JudgedRegistration, MAX_TURN_ERROR_DEG};
 use trackwright_formats::poses;
 use trackwright_geometry::number::shortest;
-use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::Doubted;
-use trackwright_report::calibration::registration_json;
+use trackwright_report::section_text::section_text;
 
 /// Register points in two frames, and report how far off other points are to be expected
 #[derive(Debug, Args)]
@@ -66,9 +65,8 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         .with_context(named)?;
     let suspicions = doubts::of_point_pairs(&source, &target);
     args.common.as_is.take(Doubted::new((), &args.target, suspicions))?;
-    for suspicion in found.suspicions() {
-        output::note(&format!("warning: {suspicion} --leave-out-outliers registers without it"));
-    }
+    let section = found.section();
+    output::note_all(&section);
     found.check_turn(args.max_turn_error_deg).with_context(|| args.source.display().to_string())?;
     if let (Some(at), Some(output)) = (&args.at, &args.output) {
         let points = args.common.as_is.take(files.read_points(at)?)?;
@@ -78,7 +76,7 @@ pub fn run(args: &RegisterArgs, files: &Files) -> anyhow::Result<()> {
         let pose = [&found.registration.target_from_source];
         files.output(file)?.write(|out| poses::write(out, pose))?;
     }
-    args.common.format.print(|| registration_json(&found), || as_text(&found))
+    args.common.format.print(|| &section, || section_text(&section))
 }
 
 fn write_moved(
@@ -94,29 +92,4 @@ fn write_moved(
         writeln!(out, "{x},{y},{z},{tre}")?;
     }
     Ok(())
-}
-
-fn as_text(found: &JudgedRegistration) -> String {
-    let [x, y, z, quaternion @ ..] = pose_to_array(&found.registration.target_from_source);
-    let is_left_out = |index: usize| found.left_out.iter().any(|point| point.index == index);
-    let kept = (0..found.residuals_mm.len()).filter(|&k| !is_left_out(k));
-    let worst = kept.map(|k| found.residuals_mm[k]).fold(0.0, f64::max);
-    let used = found.residuals_mm.len() - found.left_out.len();
-    let mut rows = vec![
-        count("points", used),
-        row("shift to the target frame", format!("{x:.3} {y:.3} {z:.3}"), "mm"),
-        row("rotation, scalar first", quaternion.map(|v| format!("{v:.6}")).join(" "), ""),
-        mm("left at the points, RMS (FRE)", found.registration.fre_rms_mm),
-        mm("  largest", worst),
-        mm("localisation of a point, RMS (FLE)", found.fle_mm),
-        mm("points from one line, RMS", found.spread.off_line_mm()),
-        number("standard error of the rotation about it", found.turn_error_deg(), 3, "deg"),
-    ];
-    for point in &found.left_out {
-        rows.push(mm(format!("point {} left out, off by", point.index + 1), point.off_mm));
-    }
-    if !found.left_out.is_empty() {
-        rows.push(mm("  FRE with all points", found.fre_of_all_mm));
-    }
-    output::aligned(&rows)
 }

@@ -7,7 +7,7 @@ use crate::support::table::{points_table, poses_table};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 /// A room without errors, whose box is that of its measurements.
 fn room() -> (Scratch, Bounds) {

@@ -5,6 +5,8 @@ use super::fiducial_outliers::{OutlyingPoint, register_without_outliers};
 use super::registration::{Registration, RegistrationError, register};
 use super::registration_error::{PointSpread, fle_rms_mm};
 use nalgebra::Point3;
+use trackwright_geometry::pose::pose_to_array;
+use trackwright_result::{Note, Remedy, Section, Table, count, data, deg, mm, vector};
 
 /// Above this a registration determines a turn so poorly that it is refused by default: a
 /// target 50 mm away is off by 9 mm.
@@ -102,14 +104,51 @@ impl JudgedRegistration {
     }
 
     /// A sentence for each point that the others contradict.
-    pub fn suspicions(&self) -> impl Iterator<Item = String> {
+    fn suspicions(&self) -> impl Iterator<Item = Note> {
         self.suspected.iter().map(|point| {
-            format!(
+            let text = format!(
                 "point {} is {:.2} mm off where the others, without it, leave {:.2} mm RMS: is it an outlier?",
                 point.index + 1,
                 point.off_mm,
                 self.fre_without_suspected_mm
-            )
+            );
+            let remedy = Remedy::new("leave_out_outliers", "{} registers without it");
+            Note::warning(text).lifted_by(remedy)
         })
+    }
+
+    /// All that is known of it.
+    pub fn section(&self) -> Section {
+        let pose = pose_to_array(&self.registration.target_from_source);
+        let [x, y, z, quaternion @ ..] = pose;
+        let is_left_out = |index: usize| self.left_out.iter().any(|point| point.index == index);
+        let kept = (0..self.residuals_mm.len()).filter(|&k| !is_left_out(k));
+        let worst_mm = kept.map(|k| self.residuals_mm[k]).fold(0.0, f64::max);
+        let used = self.residuals_mm.len() - self.left_out.len();
+        let of_all = if self.left_out.is_empty() { "" } else { "with all points" };
+        let left_out = Table::of("left_out", &self.left_out)
+            .number("point", "left out: point", 0, |point| point.index + 1)
+            .number("off_mm", "off, mm", 3, |point| point.off_mm)
+            .number("chance", "chance", 4, |point| point.chance)
+            .done();
+        Section::of([
+            count("points", "points", used),
+            vector::<3>("", "shift to the target frame", [x, y, z], 3, "mm"),
+            vector::<4>("", "rotation, scalar first", quaternion, 6, ""),
+            data("target_from_source", pose),
+            mm("fre_rms_mm", "left at the points, RMS (FRE)", self.registration.fre_rms_mm),
+            mm("max_mm", "largest", worst_mm).part(),
+            mm("fre_of_all_rms_mm", of_all, self.fre_of_all_mm).part(),
+            data("residuals_mm", &self.residuals_mm),
+            mm("fle_rms_mm", "localisation of a point, RMS (FLE)", self.fle_mm),
+            mm("off_line_mm", "points from one line, RMS", self.spread.off_line_mm()),
+            deg(
+                "turn_std_error_deg",
+                "standard error of the rotation about it",
+                self.spread.turn_std_error_rad(self.fle_mm),
+            ),
+        ])
+        .with(left_out)
+        .noting(self.suspicions())
     }
 }

@@ -7,6 +7,7 @@
 
 use super::robust::{median, scale_of_lengths};
 use nalgebra::{UnitQuaternion, Vector3};
+use serde::ser::{Serialize, SerializeStruct, Serializer};
 use trackwright_geometry::pose::{Pose, distances, pose_from_parts};
 use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 
@@ -15,6 +16,15 @@ use trackwright_geometry::rotation::{exp_vector, log_quaternion};
 pub struct Spread {
     pub position_mm: f64,
     pub angle_rad: f64,
+}
+
+impl Serialize for Spread {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut spread = serializer.serialize_struct("Spread", 2)?;
+        spread.serialize_field("position_mm", &self.position_mm)?;
+        spread.serialize_field("angle_deg", &self.angle_rad.to_degrees())?;
+        spread.end()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

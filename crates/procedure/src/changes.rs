@@ -4,8 +4,8 @@ use super::decided::{DecidedRecording, DecidedRow, DecidedStudies, RoomName};
 use super::status::Row;
 use serde::Serialize;
 use std::fmt;
+use trackwright_result::with_separators;
 use trackwright_simulation::Metric;
-use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::requirement::Requirement;
 
 /// Digits after the point with which figures of a study are printed.

@@ -12,9 +12,9 @@ use trackwright_calibration::built_tool::{
 };
 use trackwright_calibration::doubts::Suspicion;
 use trackwright_field::OutsidePolicy;
+use trackwright_result::with_separators;
 use trackwright_simulation::RigidBody;
 use trackwright_simulation::Scenario;
-use trackwright_simulation::figures::with_separators;
 use trackwright_task::Task;
 
 #[derive(Clone, Debug)]

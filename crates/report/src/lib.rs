@@ -15,7 +15,6 @@
 //! ```
 
 pub mod agreement_chart;
-pub mod calibration;
 pub mod comparison_json;
 pub mod compensation_json;
 pub mod control_charts;
@@ -34,6 +33,8 @@ pub mod palette;
 pub mod plot;
 pub mod room;
 pub mod room_json;
+pub mod section_html;
+pub mod section_text;
 pub mod selection;
 pub mod selection_chart;
 pub mod selection_json;

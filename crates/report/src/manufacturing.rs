@@ -2,11 +2,12 @@
 
 use crate::text_table;
 use std::iter;
+use trackwright_result::with_separators;
 use trackwright_simulation::ErrorOf;
 use trackwright_simulation::Metric;
 use trackwright_simulation::Verdict;
 use trackwright_simulation::coil_statements;
-use trackwright_simulation::figures::{capitalised, with_separators};
+use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::requirement::Check;
 use trackwright_simulation::tolerance::{
     BuiltBody, BuiltCheck, ManufacturingSheet, NoTolerance, SheetBody, SheetSensor, Tolerance,

@@ -8,7 +8,7 @@ use trackwright_field::fit::{Fit, FitMethod};
 use trackwright_field::harmonic::{DEFAULT_RIDGE, HarmonicFitSettings};
 use trackwright_field::samples::MapKind;
 use trackwright_field::validity::FitValidityError;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 /// How orientations share the samples, in words.
 pub fn method_name(method: FitMethod) -> &'static str {

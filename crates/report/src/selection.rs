@@ -3,7 +3,7 @@
 use trackwright_field::selection::places::Places;
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_field::selection::{self, Candidate, HoldOutBy, Scored, Scores, Selection};
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -16,7 +16,6 @@ pub use at_trial::{TrialSource, source_words, trial_sources};
 
 use super::body::{RigidBody, Sensor};
 use super::expected::spread;
-use super::figures::with_separators;
 use super::frame_fit::{FrameFitter, Reading};
 use super::metric::ErrorOf;
 use super::motion::MotionGrid;
@@ -31,6 +30,7 @@ use std::collections::BTreeSet;
 use trackwright_field::OutsidePolicy;
 use trackwright_geometry::pose::Pose;
 use trackwright_geometry::rotation::log_quaternion;
+use trackwright_result::with_separators;
 use trackwright_task::CancelToken;
 
 /// Most trials that are looked at: so many of a longer study, spread over it.

@@ -1,9 +1,9 @@
 //! What a study computed, what it used again, and what its scene spared it: in words, from counts.
 
-use super::figures::with_separators;
 use super::scenario::Scenario;
 use super::study::Study;
 use std::fmt;
+use trackwright_result::with_separators;
 
 /// What became of a piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

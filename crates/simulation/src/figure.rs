@@ -3,13 +3,13 @@
 //! figure takes it from here.
 
 use super::expected::{Expected, ExpectedError, expected_of};
-use super::figures::with_separators;
 use super::judgement::{Judgement, judge};
 use super::metric::{ErrorOf, METRICS, Metric};
 use super::run::{Outcome, Prepared, StudyError, TrialErrors};
 use serde::{Serialize, Serializer};
 use std::fmt;
 use trackwright_field::Environment;
+use trackwright_result::with_separators;
 use trackwright_task::CancelToken;
 
 /// One figure of a study, in the metric's unit.

@@ -7,6 +7,7 @@ use super::scenario::Scenario;
 use super::weak_rotation::WeakRotation;
 use nalgebra::{Unit, Vector3};
 use serde::Serialize;
+use trackwright_result::with_separators;
 
 /// What a study comes to where the room's model is taken for its field: the paper's simulation. What is
 /// known of the figures is in [`Figures`](super::figure::Figures).
@@ -236,23 +237,6 @@ pub fn with_minus_signs(text: &str) -> String {
     signs.collect()
 }
 
-/// A count with a comma every three digits.
-///
-/// ```
-/// assert_eq!(trackwright_simulation::figures::with_separators(1_234_567), "1,234,567");
-/// ```
-pub fn with_separators(count: usize) -> String {
-    let digits = count.to_string();
-    let mut out = String::with_capacity(digits.len() * 4 / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -265,13 +249,5 @@ mod tests {
         );
         assert_eq!(with_minus_signs("-1"), "−1");
         assert_eq!(with_minus_signs(""), "");
-    }
-
-    #[test]
-    fn counts_have_a_comma_every_three_digits() {
-        assert_eq!(with_separators(0), "0");
-        assert_eq!(with_separators(999), "999");
-        assert_eq!(with_separators(3375), "3,375");
-        assert_eq!(with_separators(1_000_000), "1,000,000");
     }
 }

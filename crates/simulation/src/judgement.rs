@@ -2,12 +2,13 @@
 //! bound.
 
 use super::figure::{Basis, Figure, Figures, NoInterval, amount};
-use super::figures::{FreeRotation, RoomFieldFigures, with_separators};
+use super::figures::{FreeRotation, RoomFieldFigures};
 use super::metric::{ErrorOf, Metric};
 use super::run::Prepared;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
 use std::fmt;
+use trackwright_result::with_separators;
 
 /// What a study decides of a bound, or of all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

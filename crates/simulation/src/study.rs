@@ -1,12 +1,13 @@
 //! A study: what is known of a design's figures in one room, beside the paper's simulation.
 
 use super::figure::Figures;
-use super::figures::{RoomFieldFigures, with_separators};
+use super::figures::RoomFieldFigures;
 use super::run::{Less, Outcome, Prepared, StudyError, TrialErrors};
 use super::scenario::{Mode, Scenario};
 use super::trial::Trial;
 use super::work::Work;
 use std::collections::BTreeSet;
+use trackwright_result::with_separators;
 use trackwright_task::{CancelToken, Cancelled};
 
 /// What a design's study visits: its range of motion, or where it has none its own pose.

@@ -6,12 +6,11 @@ use super::super::prelude::*;
 use super::super::tool_reader::ToolReader;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_calibration::pivot::PivotLimits;
-use trackwright_calibration::spin::{Spin, SpinError, SpinLimits, spin, tool_from_tip};
+use trackwright_calibration::spin::{ShaftDirection, Spin, SpinLimits, spin, tool_from_tip};
 use trackwright_formats::body::{self, BodyFile};
 use trackwright_formats::export::{PatientAxes, itk_transform};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_project::Output;
-use trackwright_report::calibration::{shaft_limits, spin_json};
 use trackwright_simulation::body::{RigidBody, Sensor};
 use trackwright_simulation::mounting::Mounting;
 
@@ -38,12 +37,6 @@ pub(super) struct SpinArgs {
     tip_frame: Option<PathBuf>,
 }
 
-/// A shaft, and whether its direction leads to the tip.
-pub(super) struct Shaft {
-    spin: Spin,
-    is_towards_tip: bool,
-}
-
 impl SpinArgs {
     /// The tip that was stated, tool frame.
     pub(super) fn tip(&self) -> Option<Point3<f64>> {
@@ -59,7 +52,7 @@ impl SpinArgs {
         reader: &mut ToolReader,
         limits: &PivotLimits,
         tip: Option<(Point3<f64>, f64)>,
-    ) -> anyhow::Result<Option<Shaft>> {
+    ) -> anyhow::Result<Option<Spin>> {
         if self.spin.is_empty() {
             return Ok(None);
         }
@@ -79,20 +72,19 @@ impl SpinArgs {
             max_rms_rad: self.max_shaft_deg.to_radians(),
         };
         let poses = reader.read_all(self.spin.iter().map(PathBuf::as_path))?;
-        let found = spin(&poses, &limits)
-            .map_err(|error| anyhow!("no shaft: {error}{}", option_of(&error)))?;
-        let towards = tip.and_then(|(tip, std_error_mm)| found.towards(&tip, std_error_mm));
-        if let (None, Some(file)) = (&towards, &self.tip_frame) {
-            bail!(
+        let found = spin(&poses, &limits).map_err(|error| output::refused("no shaft", &error))?;
+        let found = match &tip {
+            Some((tip, std_error_mm)) => found.towards(tip, *std_error_mm),
+            None => found,
+        };
+        match (&self.tip_frame, found.direction) {
+            (Some(file), ShaftDirection::Open) => bail!(
                 "{}: which of the two directions along the shaft leads to the tip is open, expected a tip that \
                  lies along the shaft from the tool's origin",
                 file.display()
-            );
+            ),
+            _ => Ok(Some(found)),
         }
-        for limit in shaft_limits(&found, tip.is_some(), towards.is_some()) {
-            output::note(limit);
-        }
-        Ok(Some(Shaft { spin: towards.unwrap_or(found), is_towards_tip: towards.is_some() }))
     }
 
     /// Where the frame of the tip goes.
@@ -106,13 +98,13 @@ impl SpinArgs {
     /// Errors of the disk.
     pub(super) fn write_tip_frame(
         output: Option<&Output>,
-        shaft: Option<&Shaft>,
+        shaft: Option<&Spin>,
         tip: Option<Point3<f64>>,
     ) -> anyhow::Result<()> {
         let (Some(output), Some(shaft), Some(tip)) = (output, shaft, tip) else {
             return Ok(());
         };
-        let tool_from_tip = tool_from_tip(&tip, &shaft.spin.shaft_in_tool);
+        let tool_from_tip = tool_from_tip(&tip, &shaft.shaft_in_tool);
         let file = output.file();
         match kind_of(file)? {
             ".tfm" => {
@@ -150,52 +142,5 @@ fn body_of(file: &Path, tool_from_tip: &Pose) -> BodyFile {
         mesh: None,
         definition: None,
         mounting: Mounting::default(),
-    }
-}
-
-impl Shaft {
-    pub(super) fn as_json(&self) -> Value {
-        spin_json(&self.spin, self.is_towards_tip)
-    }
-
-    pub(super) fn text_rows(&self) -> Vec<Row> {
-        let direction = |v: &Vector3<f64>| format!("{:.5} {:.5} {:.5}", v.x, v.y, v.z);
-        let degrees = |rad: f64| format!("{:.3}", rad.to_degrees());
-        let spin = &self.spin;
-        vec![
-            count("turned poses", spin.poses),
-            number("  effective number of poses", spin.effective_size.effective, 1, ""),
-            number("largest angle between two", spin.orientation_range_rad.to_degrees(), 1, "deg"),
-            row(
-                match self.is_towards_tip {
-                    true => "shaft towards the tip, tool's frame",
-                    false => "shaft, tool's frame, or its opposite",
-                },
-                direction(&spin.shaft_in_tool),
-                "",
-            ),
-            number("  standard error, worst direction", spin.std_error_rad.to_degrees(), 3, "deg"),
-            row(
-                "  95 % interval, ±, likewise",
-                spin.half_width_rad().map_or_else(|| "–".to_owned(), degrees),
-                "deg",
-            ),
-            row("shaft in the tracker's frame", direction(&spin.shaft_in_tracker), ""),
-            number("angle from it, RMS", spin.rms_rad.to_degrees(), 3, "deg"),
-            number("  largest", spin.worst_rad.to_degrees(), 3, "deg"),
-        ]
-    }
-}
-
-/// The option that sets a limit, behind what is refused by it.
-fn option_of(error: &SpinError) -> &'static str {
-    match error {
-        SpinError::TooFewPoses { needed: 3, .. } => "",
-        SpinError::TooFewPoses { .. } => {
-            "; each sample counts as one, and --min-poses COUNT accepts fewer, 3 at least"
-        }
-        SpinError::TooSmallRange { .. } => "; --min-range-deg DEG accepts less",
-        SpinError::TooLittleTurn { .. } => "; --min-turn-deg DEG accepts less",
-        SpinError::TooLargeError { .. } => "; --max-shaft-deg DEG accepts more",
     }
 }

@@ -8,8 +8,9 @@ use crate::support::program::{json, succeed, text};
 use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
+use trackwright_result::with_separators;
 use trackwright_simulation::SensorOrientation;
-use trackwright_simulation::figures::{trial_number, with_separators};
+use trackwright_simulation::figures::trial_number;
 
 /// Where the needle's point is once the view is framed.
 const POINT_ON_SCREEN: [f64; 2] = [690.0, 92.0];

@@ -12,8 +12,8 @@ use trackwright_field::samples::MapKind;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
+use trackwright_result::with_separators;
 use trackwright_simulation::Sensor;
-use trackwright_simulation::figures::with_separators;
 
 /// Fixed-point steps after the first, which is the shortcut.
 const FIXED_POINT_STEPS: [usize; 6] = [2, 3, 4, 6, 9, 14];

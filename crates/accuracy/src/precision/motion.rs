@@ -7,7 +7,7 @@ use rand_distr::{Distribution, StandardUniform};
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
 use std::sync::Arc;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 use trackwright_simulation::motion::moved;
 use trackwright_simulation::{AxisRange, InputTrial, Mode, Motion, Scenario, StudyError};
 use trackwright_task::CancelToken;

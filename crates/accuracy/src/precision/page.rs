@@ -170,7 +170,7 @@ pub fn cells(row: &Row) -> [String; 8] {
         row.method.clone(),
         row.order.to_string(),
         row.directions.to_string(),
-        trackwright_simulation::figures::with_separators(row.size),
+        trackwright_result::with_separators(row.size),
         time(row.seconds),
         time(row.seconds / row.size.max(1) as f64),
         error(row.error, row.error_unit),

@@ -5,8 +5,8 @@ use super::{Bench, Stop};
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_field::environment::Jitter;
+use trackwright_result::with_separators;
 use trackwright_simulation::Scenario;
-use trackwright_simulation::figures::with_separators;
 use trackwright_simulation::uncertainty::{
     UncertaintyError, check_first_order, first_order, monte_carlo,
 };

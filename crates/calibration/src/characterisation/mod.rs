@@ -8,6 +8,7 @@
 mod path;
 mod prepare;
 mod recordings;
+mod section;
 #[cfg(test)]
 mod tests;
 

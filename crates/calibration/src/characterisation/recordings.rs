@@ -9,6 +9,7 @@ use super::{HandEye, HandEyeSettings, PairedReading, hand_eye};
 use crate::robust::largest_std_dev;
 use crate::still_pose::Spread;
 use nalgebra::{Matrix3, Point3, Vector3};
+use serde::Serialize;
 use std::collections::BTreeSet;
 use trackwright_geometry::rotation::log_quaternion;
 use trackwright_task::{Cancelled, Task};
@@ -20,11 +21,12 @@ const MIN_GROUPS: usize = 3;
 const MAX_GROUPS: usize = 8;
 
 /// Standard errors by what recordings differ by, along the worst direction.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RecordingErrors {
     /// Recordings, or groups of them; one more than the degrees of freedom.
     pub groups: usize,
     /// Of the reference where the readings are.
+    #[serde(rename = "tracker_from_reference")]
     pub reference: Spread,
     /// By sensor.
     pub sensors: Vec<Spread>,

@@ -19,6 +19,7 @@
 //! (`calibration/long_run.rs`). What the room does alike everywhere is in the answer itself, and no
 //! residual shows it.
 
+mod section;
 mod solve;
 mod start;
 #[cfg(test)]

@@ -9,6 +9,7 @@
 //! `R̄` times that and `e / n`. What changes during the recording, as a sensor that slips on its tool,
 //! shows in its quarters, each taken as a recording of its own.
 
+mod section;
 #[cfg(test)]
 mod tests;
 

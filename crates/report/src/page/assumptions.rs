@@ -8,7 +8,7 @@ use trackwright_field::environment::{Environment, HoldoutProvenance, Provenance}
 use trackwright_field::fit::Residuals;
 use trackwright_field::{DistortionModel, OutsidePolicy};
 use trackwright_geometry::directions::Weighting;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 use trackwright_simulation::{AxisRange, Mode, Motion};
 
 /// A line of a table of two columns.

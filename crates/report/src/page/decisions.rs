@@ -4,7 +4,7 @@ use super::{Report, file_name, table_of};
 use maud::{Markup, html};
 use trackwright_design::Decision;
 use trackwright_procedure::{DecidedRecording, DecidedRow, DecidedStudies, DecisionBasis, Step};
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 use trackwright_simulation::{Metric, Verdict};
 
 /// Every decision with its figures.

@@ -3,7 +3,8 @@
 use super::Report;
 use crate::error_charts::charts;
 use maud::{Markup, PreEscaped, html};
-use trackwright_simulation::figures::{signed_offset, trial_number, with_separators};
+use trackwright_result::with_separators;
+use trackwright_simulation::figures::{signed_offset, trial_number};
 use trackwright_simulation::profile::MAX_PROFILED;
 use trackwright_simulation::{figure_rows, trial_offsets, trial_pose};
 

@@ -4,7 +4,7 @@ use super::{SweepColumns, effect_chart, front, front_chart, parallel_coordinates
 use crate::page::css;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use trackwright_formats::printable::{printable, printable_lines};
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 const WIDE: (u32, u32) = (1100, 520);
 const CHART: (u32, u32) = (720, 420);

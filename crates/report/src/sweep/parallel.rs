@@ -6,7 +6,7 @@ use crate::plot::label::{line_px, width_px, wrapped};
 use crate::plot::svg::{Anchor, Svg};
 use trackwright_formats::printable::printable_lines;
 use trackwright_geometry::colormap::ColorMap;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 const EDGE_PX: i32 = 20;
 const TITLE_PX: f64 = 18.0;

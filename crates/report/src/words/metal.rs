@@ -3,7 +3,7 @@
 use trackwright_metal::body::ResponseModel;
 use trackwright_metal::furnished::{FurnishReport, MetalEvaluation, ObjectReport, TOLERANCE_MM};
 use trackwright_metal::surface::Wall;
-use trackwright_simulation::figures::with_separators;
+use trackwright_result::with_separators;
 
 /// One line an object, then how the objects see each other, and how poses were evaluated until now.
 pub fn metal_lines(report: &FurnishReport) -> Vec<String> {

@@ -16,7 +16,8 @@ pub use worst::{WorstPose, worst_pose};
 
 use crate::room::is_simulated;
 use trackwright_field::OutsidePolicy;
-use trackwright_simulation::figures::{capitalised, with_separators};
+use trackwright_result::with_separators;
+use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::{
     Basis, ErrorOf, Figure, JudgedBound, Judgement, Metric, Mode, NoInterval, Requirement,
     RoomFieldFigures, Scenario, Study, Undecided, Verdict, trial_pose,

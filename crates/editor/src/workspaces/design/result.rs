@@ -15,7 +15,8 @@ use bevy_egui::egui::{
     WidgetText,
 };
 use trackwright_design::Document;
-use trackwright_simulation::figures::{capitalised, with_minus_signs, with_separators};
+use trackwright_result::with_separators;
+use trackwright_simulation::figures::{capitalised, with_minus_signs};
 use trackwright_simulation::{
     ErrorOf, Figure, FigureRow, Figures, Metric, RoomFieldFigures, RowOf, Study, Undecided,
     Verdict, figure_rows,
