@@ -14,7 +14,7 @@ use trackwright_metal::setup::{
     DEFAULT_TRIANGLES, MetalObject, ObjectMaterial, ObjectShape, RoomMetal,
 };
 use trackwright_project::{open_builtin_without_meshes, resolve};
-use trackwright_scene::slice::slice_plan;
+use trackwright_scene::slice_plan;
 use trackwright_simulation::slice::sample_slice;
 use trackwright_simulation::{CancelToken, Mode, Quantity, Scenario, study};
 use trackwright_task::Task;

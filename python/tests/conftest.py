@@ -35,6 +35,12 @@ class Program:
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 
+    def text(self, *arguments: object, cwd: Path | None = None) -> str:
+        """What the program prints for a person."""
+        done = self.run(*arguments, cwd=cwd)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
     def error(self, *arguments: object, cwd: Path | None = None) -> str:
         """Why the program does not do what it is requested to do."""
         done = self.run(*arguments, cwd=cwd)

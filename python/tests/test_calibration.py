@@ -80,6 +80,10 @@ def test_a_tip_is_that_of_the_program(
         assert found.figures == printed
     assert np.array_equal(found.tip, printed["tip"])
     assert np.linalg.norm(found.tip - TIP) < 0.2
+    assert str(found) == program.text("pivot", file).rstrip()
+    rms = f"{printed['rms_mm']:.3f} mm"
+    assert isinstance(found, trackwright.Found)
+    assert rms in str(found) and f"<td>{rms}" in found._repr_html_()
 
 
 def test_a_shaft_is_that_of_the_program(program: Program, tmp_path: Path) -> None:

@@ -11,7 +11,8 @@ use trackwright_editor::layers::layers_ui::{LayerFigures, LayersView, Listed, la
 use trackwright_editor::layers::legend::{ColorBar, Legends};
 use trackwright_editor::layers::slice;
 use trackwright_editor::widgets::theme;
-use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::workspaces::design::outliner::outliner_ui;
+use trackwright_editor::workspaces::design::outliner_row::OutlinerView;
 use trackwright_field::Environment;
 use trackwright_geometry::colormap::ColorMap;
 use trackwright_geometry::orbit::{OrbitCamera, Projection};

@@ -19,7 +19,8 @@ use trackwright_editor::widgets::basic::{NumberChange, NumberField, number_ui};
 use trackwright_editor::workspaces::design::actions::DesignAction;
 use trackwright_editor::workspaces::design::history_ui::history_ui;
 use trackwright_editor::workspaces::design::inspector::{InspectorView, inspector_ui};
-use trackwright_editor::workspaces::design::outliner::{OutlinerView, outliner_ui};
+use trackwright_editor::workspaces::design::outliner::outliner_ui;
+use trackwright_editor::workspaces::design::outliner_row::OutlinerView;
 use trackwright_editor::workspaces::design::row_page::{RowPage, row_page_ui};
 use trackwright_simulation::Coil;
 

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Files of one circle, at most.
-const LARGEST_CIRCLE: usize = 3;
+const LARGEST_CIRCLE: usize = 2;
 
 /// The layers of the editor from the ground up; a file uses only its own layer and lower ones.
 const EDITOR_LAYERS: &[&[&str]] = &[

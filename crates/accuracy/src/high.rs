@@ -1,7 +1,7 @@
 //! Numbers of 192 bits, for references only: what the program computes in 53 bits is compared with
 //! the same formula in these.
 
-use astro_float::{BigFloat, Consts, RoundingMode, Sign};
+use astro_float_num::{BigFloat, Consts, RoundingMode, Sign};
 use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::iter::Sum;
@@ -251,7 +251,7 @@ impl Sum for High {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use astro_float::Radix;
+    use astro_float_num::Radix;
 
     /// A published decimal expansion.
     fn published(digits: &str) -> High {

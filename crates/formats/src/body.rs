@@ -3,8 +3,8 @@
 use super::error::{FormatError, from_base64, in_part};
 use super::mounting::{self, BoxEntry, RegionEntry};
 use super::ron_text::{self, RonWriter, Version};
+use super::tool_definition::OnMismatch;
 use super::tool_definition::definition::ToolDefinition;
-use super::tool_definition::ndi_rom::OnMismatch;
 use data_encoding::BASE64;
 use serde::Deserialize;
 use std::sync::Arc;

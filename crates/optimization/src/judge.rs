@@ -156,7 +156,7 @@ impl<'a> Judge<'a> {
                         let ends = corners(&grid);
                         let between = FEW_PLAIN.saturating_sub(ends.len());
                         let between =
-                            trackwright_simulation::expected::spread(grid.trials(), between);
+                            trackwright_simulation::spread::spread(grid.trials(), between);
                         let poses = ends.into_iter().chain(between.map(|k| grid.pose(k)));
                         poses.map(InputTrial::at).collect()
                     }
@@ -419,7 +419,7 @@ fn some(trials: &[InputTrial]) -> Vec<InputTrial> {
     if trials.len() <= FEW_PLAIN {
         return trials.to_vec();
     }
-    let spread = trackwright_simulation::expected::spread(trials.len(), FEW_PLAIN);
+    let spread = trackwright_simulation::spread::spread(trials.len(), FEW_PLAIN);
     spread.map(|k| trials[k]).collect()
 }
 

@@ -2,9 +2,9 @@
 //! file stays as it is and older versions of the program open it.
 
 use super::error::StoreError;
-use super::open::Reader;
 use super::paths::{absolute, file_name};
 use super::read::{Kind, Storage, read_if_there};
+use super::reader::Reader;
 use super::write::{write_bytes, write_error};
 use std::fs;
 use std::path::{Path, PathBuf};

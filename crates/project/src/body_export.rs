@@ -1,11 +1,12 @@
 //! A body of an open design as a file of another kind: what is lost is known before it is written.
 
 use super::error::StoreError;
-use super::open::{World, home};
 use super::paths::{file_name, free_name};
 use super::read::Storage;
+use super::reader::home;
 use super::tool::{body_format_of, is_same_file, moved_body_text};
 use super::watch::watched_files;
+use super::world::World;
 use super::write::write_bytes;
 use std::path::{Path, PathBuf};
 use trackwright_design::definition::DefinitionKind;

@@ -1,6 +1,6 @@
 //! Whether the coils of an open design fit into its bodies' meshes.
 
-use super::open::World;
+use super::world::World;
 use trackwright_design::BodyRole;
 use trackwright_geometry::surface::Surface;
 use trackwright_simulation::{CoilFinding, Sensor};

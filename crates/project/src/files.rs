@@ -3,10 +3,11 @@
 
 use super::builtin::builtin_named;
 use super::error::StoreError;
-use super::open::{self, World};
+use super::open;
 use super::paths::{FileId, extension_of, folder_of};
 use super::stamps::Stamps;
 use super::tool::{ReadTool, moved_body_text, read_tool};
+use super::world::World;
 use super::write::{Draft, remove_leftovers, write_error};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;

@@ -3,11 +3,12 @@
 
 use super::error::StoreError;
 use super::meshes::{ImportedMesh, MeshImport};
-use super::open::{World, home};
 use super::paths::{absolute, extension_of, file_name, folder_of, free_name};
 use super::read::{Kind, Storage, read};
+use super::reader::home;
 use super::stamps::Stamps;
 use super::tool::{body_name, body_text, reach_mesh};
+use super::world::World;
 use std::path::{Path, PathBuf};
 use trackwright_design::{BodyRole, DesignBody};
 use trackwright_formats::BodyFile;

@@ -28,10 +28,12 @@ mod kinds;
 mod layout_edits;
 mod meshes;
 mod open;
+mod other_designs;
 mod paths;
 mod placement_problem;
 mod procedure;
 mod read;
+mod reader;
 mod recovery;
 mod resolve;
 mod results;
@@ -47,6 +49,7 @@ mod tests;
 mod tool;
 mod video;
 mod watch;
+mod world;
 mod write;
 
 pub use baseline::{
@@ -66,10 +69,10 @@ pub use meshes::{
     reload_meshes,
 };
 pub use open::{
-    World, generator_mesh, open_builtin, open_builtin_without_meshes, open_design,
-    open_design_to_show, open_design_without_meshes, open_variant, refresh_environment,
+    generator_mesh, open_builtin, open_builtin_without_meshes, open_design, open_design_to_show,
+    open_design_without_meshes, open_variant, refresh_environment,
 };
-pub use paths::file_name;
+pub use paths::{ENVIRONMENT_EXTENSION, file_name, room_name};
 pub use placement_problem::{
     MOST_SETS, MoveBounds, MoveError, design_rooms, named_moves, placement_problem, sets_of_sensors,
 };
@@ -85,9 +88,8 @@ pub use resolve::{
 pub use results::{LogError, NoToday, Recorder, report_file, today, write_log};
 pub use room_metal::{MetalAnswer, MetalRequest, RoomContent, refresh_metal};
 pub use rooms::{
-    ENVIRONMENT_EXTENSION, RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for,
-    further_rooms, list_rooms, own_room, reference_to_file, reference_to_room, room_name,
-    rooms_of_folder, write_room_for,
+    RoomListing, RoomSource, RoomSummary, builtin_rooms, copy_room_for, further_rooms, list_rooms,
+    own_room, reference_to_file, reference_to_room, rooms_of_folder, write_room_for,
 };
 pub use samples::{MOST_LAG_ROWS, MeasurementTable, SampleReading, TableGroups};
 pub use save::{SaveReport, SharedBody, save, save_as, save_with_copies, shared_bodies};
@@ -99,4 +101,5 @@ pub use state::{
 pub use tool::{ReadTool, body_format_of, is_same_file};
 pub use video::{ENCODER, FrameFolder, VideoError, VideoFile, VideoShape};
 pub use watch::{ChangedFile, WatchedPart, accept_changes, changes};
+pub use world::World;
 pub use write::{KeptFile, check_place, remove_interrupted};

@@ -4,6 +4,9 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
+/// How a room's file ends.
+pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
+
 /// The path with `.` and `..` worked out by name alone.
 pub(super) fn without_dots(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
@@ -145,6 +148,21 @@ pub(super) fn is_still(handle: &File, file: &Path) -> io::Result<bool> {
 #[cfg(not(unix))]
 pub(super) fn is_still(_: &File, file: &Path) -> io::Result<bool> {
     fs::exists(file)
+}
+
+/// `room` of `folder/room.env.ron`.
+///
+/// ```
+/// use std::path::Path;
+/// use trackwright_project::room_name;
+/// assert_eq!(room_name(Path::new("a/room.env.ron")), "room");
+/// assert_eq!(room_name(Path::new("a/room.ron")), "room");
+/// assert_eq!(room_name(Path::new("a/cube-fit")), "cube-fit");
+/// ```
+pub fn room_name(file: &Path) -> String {
+    let name = file_name(file);
+    let stem = name.strip_suffix(".ron").unwrap_or(&name);
+    stem.strip_suffix(".env").unwrap_or(stem).to_owned()
 }
 
 #[cfg(test)]

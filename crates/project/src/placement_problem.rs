@@ -3,9 +3,9 @@
 
 use super::error::StoreError;
 use super::files::Files;
-use super::open::World;
 use super::resolve::resolve;
 use super::rooms::{RoomSource, further_rooms, own_room};
+use super::world::World;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design};

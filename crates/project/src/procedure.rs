@@ -4,10 +4,11 @@
 use super::built_tool::{BuiltTool, BuiltToolNote, BuiltToolTables, built_tool};
 use super::error::StoreError;
 use super::files::Files;
-use super::open::{Reader, World, home};
 use super::paths::absolute;
 use super::read::Storage;
+use super::reader::{Reader, home};
 use super::resolve::{resolve, resolve_crf};
+use super::world::World;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};

@@ -12,12 +12,13 @@
 use super::builtin;
 use super::error::StoreError;
 use super::meshes::{Meshes, WhichMeshes};
-use super::open::{Reader, World, home};
 use super::paths::{file_name, files_ending};
 use super::read::{Kind, Storage, read};
+use super::reader::{Reader, home};
 use super::room_metal::refresh_metal;
 use super::stamps::Stamps;
 use super::state::create_private_folder;
+use super::world::World;
 use super::write::{Lock, write_bytes, write_error};
 use std::fs::{self, File};
 use std::io;

@@ -3,9 +3,9 @@
 
 use super::error::StoreError;
 use super::files::Files;
-use super::open::Reader;
 use super::paths::absolute;
 use super::read::Storage;
+use super::reader::Reader;
 use nalgebra::Point3;
 use rayon::prelude::*;
 use std::path::PathBuf;

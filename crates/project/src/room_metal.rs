@@ -1,8 +1,9 @@
 //! Rooms with metal: read with the meshes of their objects, and solved.
 
 use super::error::StoreError;
-use super::open::{Reader, World};
 use super::read::Kind;
+use super::reader::Reader;
+use super::world::{SolvedMetal, World};
 use std::path::Path;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design, Edit, MetalEdit, View};
@@ -31,14 +32,6 @@ pub struct MetalRequest(RoomContent);
 pub struct MetalAnswer {
     request: MetalRequest,
     found: Result<Furnished, Arc<FurnishError>>,
-}
-
-/// The metal that a world's environment has.
-#[derive(Clone, Debug, Default)]
-pub(super) struct SolvedMetal {
-    metal: Option<Arc<RoomMetal>>,
-    furnished: Option<Furnished>,
-    problem: Option<Arc<FurnishError>>,
 }
 
 impl RoomContent {

@@ -3,11 +3,14 @@
 use super::builtin;
 use super::error::StoreError;
 use super::files::Files;
-use super::open::{Reader, World, home};
-use super::paths::{absolute, file_name, files_ending, folder_of, free_name, relative};
+use super::paths::{
+    ENVIRONMENT_EXTENSION, absolute, file_name, files_ending, folder_of, free_name, relative,
+};
 use super::read::Storage;
+use super::reader::{Reader, home};
 use super::room_metal::RoomContent;
 use super::save_room::with_meshes;
+use super::world::World;
 use super::write::write_bytes;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,8 +19,6 @@ use trackwright_field::Environment;
 use trackwright_formats::environment;
 use trackwright_metal::setup::RoomMetal;
 use trackwright_task::{Cancelled, Task};
-
-pub const ENVIRONMENT_EXTENSION: &str = ".env.ron";
 
 /// Most rooms of one folder that are read: a list for a person.
 const MOST_ROOMS: usize = 64;
@@ -114,21 +115,6 @@ impl Files {
         self.inputs(&reader.stamps)?;
         Ok(content)
     }
-}
-
-/// `room` of `folder/room.env.ron`.
-///
-/// ```
-/// use std::path::Path;
-/// use trackwright_project::room_name;
-/// assert_eq!(room_name(Path::new("a/room.env.ron")), "room");
-/// assert_eq!(room_name(Path::new("a/room.ron")), "room");
-/// assert_eq!(room_name(Path::new("a/cube-fit")), "cube-fit");
-/// ```
-pub fn room_name(file: &Path) -> String {
-    let name = file_name(file);
-    let stem = name.strip_suffix(".ron").unwrap_or(&name);
-    stem.strip_suffix(".env").unwrap_or(stem).to_owned()
 }
 
 /// Where the room of the open design is.

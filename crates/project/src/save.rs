@@ -2,12 +2,14 @@
 //! which other designs that would change.
 
 use super::error::StoreError;
-use super::open::{World, home};
-use super::paths::{absolute, file_name, files_ending, folder_of, free_name, relative};
+use super::other_designs::other_designs;
+use super::paths::{absolute, file_name, folder_of, free_name, relative};
 use super::read::{Kind, Storage};
+use super::reader::home;
 use super::save_room::{RoomMove, changed_room, is_room_changed, with_meshes};
 use super::stamps::Stamps;
 use super::tool::{body_name, body_text, is_definition, parse_body, reach_mesh};
+use super::world::World;
 use super::write::{KeptFile, keep_former, lock_all, replace, write_bytes};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,8 +19,6 @@ use trackwright_formats::{DesignFile, body, design_file, environment};
 /// Kinds of files that are copied out of the built-in world.
 const MESH: &str = "a mesh";
 const ENVIRONMENT: &str = "an environment";
-
-const DESIGN_EXTENSION: &str = ".design.ron";
 
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SaveReport {
@@ -566,34 +566,6 @@ pub fn shared_bodies(world: &World) -> Vec<SharedBody> {
                 .map(|other| other.file.clone())
                 .collect();
             (!designs.is_empty()).then_some(SharedBody { role, file, designs })
-        })
-        .collect()
-}
-
-/// Another design of a folder, and the files that it uses.
-pub(super) struct OtherDesign {
-    file: PathBuf,
-    bodies: Vec<PathBuf>,
-    pub rooms: Vec<PathBuf>,
-}
-
-/// The other designs of a folder.
-pub(super) fn other_designs(own_file: &Path) -> Vec<OtherDesign> {
-    let own_place = absolute(own_file);
-    let files = files_ending(&folder_of(own_file), DESIGN_EXTENSION).unwrap_or_default();
-    files
-        .into_iter()
-        .filter(|file| absolute(file) != own_place)
-        .filter_map(|file| {
-            let design = design_file::parse(&Storage::Disk.read(&file, Kind::DESIGN).ok()?).ok()?;
-            let design = design.design;
-            let place = |reference: &str| absolute(&Storage::Disk.resolve(&file, reference));
-            let rooms = design.procedure.further_rooms.iter().chain([&design.environment]);
-            Some(OtherDesign {
-                bodies: design.bodies().map(|(_, body)| place(&body.reference)).collect(),
-                rooms: rooms.map(|room| place(room)).collect(),
-                file,
-            })
         })
         .collect()
 }

@@ -2,10 +2,10 @@
 //! and no other design uses it, else into a new one beside the design. A room that was measured is never
 //! written over.
 
-use super::open::World;
-use super::paths::{absolute, folder_of, free_name, relative};
+use super::other_designs::other_designs;
+use super::paths::{ENVIRONMENT_EXTENSION, absolute, folder_of, free_name, relative, room_name};
 use super::read::{Kind, Storage};
-use super::rooms::{ENVIRONMENT_EXTENSION, room_name};
+use super::world::World;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use trackwright_design::{Design, Origin};
@@ -111,6 +111,6 @@ fn is_alike(held: Option<&RoomMetal>, own: Option<&RoomMetal>) -> bool {
 fn is_own_room(design_file: &Path, room_file: &Path) -> bool {
     let has_metal = held(room_file).is_some_and(|held| held.metal.is_some());
     let place = absolute(room_file);
-    let others = super::save::other_designs(design_file);
+    let others = other_designs(design_file);
     has_metal && others.iter().all(|other| !other.rooms.contains(&place))
 }

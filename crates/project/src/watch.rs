@@ -1,8 +1,9 @@
 //! Which files of an open design were changed by somebody else since they were read or written.
 
-use super::open::{World, home, is_on_disk};
 use super::read::Storage;
+use super::reader::{home, is_on_disk};
 use super::stamps::FileChange;
+use super::world::World;
 use std::path::PathBuf;
 use trackwright_design::{BodyRole, Origin};
 

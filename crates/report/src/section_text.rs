@@ -72,3 +72,62 @@ fn table_lines(table: &Table) -> Vec<String> {
     }));
     lines(&cells, |k| !shown[k].1.is_text)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trackwright_result::{count, data, mm, text, vector};
+
+    /// A result with all that there may be in one.
+    fn found() -> Section {
+        let table = Table::of("points", &[("a\u{202e}", 0.5), ("bc", 12.25)])
+            .text("name", "point", |(name, _)| *name)
+            .number("off_mm", "off, mm", 1, |(_, off_mm)| *off_mm)
+            .data("chance", |_| 0.25)
+            .done();
+        let none = Table::of("none", &[0.0; 0]).number("mm", "mm", 1, |mm| *mm).done();
+        Section::of([
+            count("poses", "poses", 1200),
+            mm("rms_mm", "RMS", 0.125).part(),
+            vector("tip", "tip", [1.0, -2.0], 2, "mm"),
+            vector::<2>("", "interval, ±", None, 2, "mm").part(),
+            data("covariance", [[1.0]]),
+        ])
+        .with("a sentence".to_owned())
+        .with(Section::of([data("of_programs", 1)]))
+        .with(Section::default().with(table))
+        .with(Section::default().with(none))
+        .with(Section::of([text("model", "model", "order 2\n")]).named("fit"))
+    }
+
+    #[test]
+    fn rows_are_aligned_and_sections_are_apart() {
+        let expected = "\
+poses                 1,200
+  RMS                 0.125 mm
+tip              1.00 -2.00 mm
+  interval, ±             – mm
+a sentence
+
+point      off, mm
+a\\u{202e}      0.5
+bc            12.2
+
+model  order 2\\u{a}";
+        assert_eq!(section_text(&found()), expected);
+    }
+
+    #[test]
+    fn programs_and_pages_are_given_the_same() {
+        let found = found();
+        let json = found.to_json();
+        assert_eq!(json["points"][1]["off_mm"], 12.25);
+        assert_eq!(json["fit"]["model"], "order 2\n");
+        assert_eq!((&json["none"], &json["of_programs"]), (&[0; 0].into(), &1.into()));
+        let page = crate::section_html::section_html(&found).into_string();
+        for shown in ["<th>poses</th><td>1,200 ", "<td>12.2</td>", "<p>a sentence</p>", "RMS"] {
+            assert!(page.contains(shown), "{shown}: {page}");
+        }
+        assert!(!page.contains("covariance") && !page.contains("of_programs"), "{page}");
+    }
+}

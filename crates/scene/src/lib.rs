@@ -44,7 +44,7 @@ pub use anatomy::color_of as color_of_anatomy;
 pub use legend::LegendKey;
 pub use metal::{MetalLook, look_of_metal};
 pub use palette::Ground;
-pub use sampled::{PaintedBody, Sampled};
+pub use sampled::{PaintedBody, Sampled, slice_plan};
 
 use std::sync::Arc;
 use trackwright_design::view::{Layers, View};

@@ -1,20 +1,24 @@
 //! What the layers of a scene show, computed.
 
 use super::field_arrows::arrow_plan;
-use super::slice::slice_plan;
 use super::{SceneError, Stage};
-use nalgebra::Point3;
+use nalgebra::{Point3, Unit, Vector3};
 use trackwright_design::BodyRole;
+use trackwright_design::view::SliceView;
+use trackwright_field::Environment;
 use trackwright_simulation::uncertainty::{TipUncertainty, first_order};
 use trackwright_simulation::{
     ArrowOutcome, PlacedBody, PlacementOutcome, PlacementPlan, PoseDetail, RegionBasis, Scenario,
-    SliceOutcome, SupportedRegion, UsableRegion, place, sample_arrows, sample_slice, simulate_pose,
-    slice_support, supported_region, usable_region,
+    SliceOutcome, SlicePlan, SupportedRegion, UsableRegion, place, sample_arrows, sample_slice,
+    simulate_pose, slice_support, supported_region, usable_region,
 };
 use trackwright_task::Task;
 
 /// Points along each side of the lattice that a region is found on, as the editor's fine picture.
 const REGION_POINTS: usize = 33;
+
+/// Points of the slice along the longer side of the model's box.
+pub const SLICE_POINTS: usize = 81;
 
 /// Results for a scene; what no layer shows is not computed.
 #[derive(Clone, Debug, PartialEq)]
@@ -142,5 +146,16 @@ impl Stage<'_> {
         };
         let outcome = place(scenario, &plan, task, &mut |_| ());
         Ok(PaintedBody { body, sensor, outcome: outcome.map_err(|error| error.to_string())? })
+    }
+}
+
+/// The lattice of a slice: over the model's box, its cells as square as the counts allow.
+pub fn slice_plan(environment: &Environment, slice: &SliceView) -> SlicePlan {
+    let plane = slice.plane(environment.model.bounds());
+    SlicePlan {
+        plane,
+        sensor_axis: Unit::try_new(Vector3::from(slice.sensor_axis), 1e-12)
+            .unwrap_or_else(Vector3::z_axis),
+        counts: plane.square_counts(SLICE_POINTS),
     }
 }

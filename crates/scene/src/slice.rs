@@ -3,34 +3,18 @@
 
 use super::drawing::Drawing;
 use super::palette::Rgb;
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::Point3;
 use serde_json::{Value, json};
-use trackwright_design::view::SliceView;
-use trackwright_field::Environment;
 use trackwright_formats::gltf::write::{Elements, MaterialId, NodeId, Shape};
 use trackwright_geometry::color::linear;
 use trackwright_geometry::colormap::{
     LEVEL_LINE_SRGB, NO_VALUE_LINE_SRGB, NO_VALUE_SRGB, UNSUPPORTED_LINE_OPACITY,
     UNSUPPORTED_LINE_SRGB,
 };
-use trackwright_simulation::{SliceOutcome, SlicePlan};
-
-/// Points of the slice along the longer side of the model's box.
-pub const SLICE_POINTS: usize = 81;
+use trackwright_simulation::SliceOutcome;
 
 /// How far lines are from the plane that they are drawn on, to either side.
 const LIFT_MM: f64 = 0.4;
-
-/// The lattice of a slice: over the model's box, its cells as square as the counts allow.
-pub fn slice_plan(environment: &Environment, slice: &SliceView) -> SlicePlan {
-    let plane = slice.plane(environment.model.bounds());
-    SlicePlan {
-        plane,
-        sensor_axis: Unit::try_new(Vector3::from(slice.sensor_axis), 1e-12)
-            .unwrap_or_else(Vector3::z_axis),
-        counts: plane.square_counts(SLICE_POINTS),
-    }
-}
 
 /// The cells of a slice.
 struct Cells<'a> {

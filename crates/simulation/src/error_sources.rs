@@ -15,13 +15,13 @@ mod at_trial;
 pub use at_trial::{TrialSource, source_words, trial_sources};
 
 use super::body::{RigidBody, Sensor};
-use super::expected::spread;
 use super::frame_fit::{FrameFitter, Reading};
 use super::metric::ErrorOf;
 use super::motion::MotionGrid;
 use super::plan::Plan;
 use super::run::{StudyError, check};
 use super::scenario::{InputTrial, Mode, Scenario};
+use super::spread::spread;
 use super::tool_in_crf::relative_error;
 use super::tracker::{BodyTracker, TrackBuffers};
 use nalgebra::{Point3, Vector3};

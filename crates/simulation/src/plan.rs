@@ -1,9 +1,9 @@
 //! Which trials a mode visits, in what groups they are computed, and in what order they are seen.
 
-use super::expected::spread;
 use super::motion::MotionGrid;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
+use super::spread::spread;
 use super::tracker::MIN_RUN;
 use super::trial::{Simulator, Trial, TrialBuffers};
 use super::work::Work;

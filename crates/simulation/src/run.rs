@@ -2,7 +2,6 @@
 
 use super::figures::{FreeAxis, FreeRotation, RoomFieldFigures, Worst};
 use super::metric::Statistics;
-use super::motion::MotionError;
 use super::plan::{Plan, each_trial};
 use super::requirement::Within;
 use super::scenario::{Mode, Scenario};
@@ -13,6 +12,8 @@ use super::work::Work;
 use trackwright_field::OutsidePolicy;
 use trackwright_task::CancelToken;
 
+pub use super::study_error::StudyError;
+
 /// Most trials for which a third figure is kept beside the two. Where more need one, a second
 /// pass keeps the memory at 16 bytes a trial.
 const KEEP_THIRD: usize = 1 << 22;
@@ -22,23 +23,6 @@ const KEEP_THIRD: usize = 1 << 22;
 pub struct Outcome {
     pub room_field: RoomFieldFigures,
     pub work: Work,
-}
-
-/// Why a study has no outcome.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum StudyError {
-    #[error("cancelled")]
-    Cancelled,
-    #[error("the design has no range of motion")]
-    NoMotion,
-    #[error(transparent)]
-    Motion(#[from] MotionError),
-    #[error("no poses to simulate")]
-    NoTrials,
-    #[error("all {trials} trials were left out: each has a sensor outside the model's box")]
-    AllRejected { trials: usize },
-    #[error("{body} has no sensors")]
-    NoSensors { body: String },
 }
 
 /// Simulates every trial of a mode; `log` gets them in order.

@@ -5,110 +5,31 @@
 //! laid over each other in time and interpolated (`path.rs`); then `calibration/hand_eye` finds how
 //! the trackers and sensors lie, and every reading gets its ideal pose.
 
+mod error;
 mod path;
 mod prepare;
 mod recordings;
 mod section;
+mod settings;
 #[cfg(test)]
 mod tests;
 
+pub use error::{CharacterisationError, PairProblem};
 pub use path::PathReport;
-pub use prepare::{PairProblem, StillReport};
+pub use prepare::StillReport;
 pub use recordings::RecordingErrors;
+pub use settings::{CharacterisationSettings, HeldOut, PairKind, RecordedPair};
 
-use super::hand_eye::{HandEye, HandEyeError, HandEyeSettings, PairedReading, hand_eye};
+use super::hand_eye::{HandEye, HandEyeError, PairedReading, hand_eye};
 use super::rigid_check::{RigidCheck, rigid_check};
 use super::still_pose::Spread;
-use super::time_alignment::AlignmentSettings;
 use nalgebra::{Point3, Vector3};
-use path::PathPair;
 use prepare::Prepared;
 use std::collections::BTreeMap;
 use trackwright_field::samples::Measurement;
 use trackwright_geometry::pose::Pose;
-use trackwright_simulation::recording::{Recording, ToolChoiceError, Unusable};
-use trackwright_task::{Cancelled, Task};
-
-/// Two recordings that belong together.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RecordedPair {
-    /// `tracker_from_sensor`, of any number of sensors.
-    pub tracker: Recording,
-    /// `reference_from_body`.
-    pub reference: Recording,
-}
-
-/// What a pair of recordings is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PairKind {
-    Still,
-    Path,
-}
-
-/// How recordings are read and matched.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CharacterisationSettings {
-    pub hand_eye: HandEyeSettings,
-    /// What the pairs are of; by whether the reference stood still where `None`.
-    pub kind: Option<PairKind>,
-    /// Parts of the names of the sensors that count; all where empty.
-    pub sensors: Vec<String>,
-    /// A part of the name of the reference's tool, where it has several.
-    pub reference_tool: Option<String>,
-    /// Ticks a second of the frame counters, for recordings without times.
-    pub tracker_ticks_per_s: f64,
-    pub reference_ticks_per_s: f64,
-    pub alignment: AlignmentSettings,
-    /// Readings that are farther from where they should be are left out.
-    pub max_error: Spread,
-    /// Pairs that frames are found without.
-    pub held_out: Option<HeldOut>,
-}
-
-/// Every so many-th pair: what of a room can be judged by, because nothing was found from it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HeldOut {
-    /// Which of the parts, from 0.
-    pub part: usize,
-    /// How many parts there are.
-    pub of: usize,
-}
-
-impl HeldOut {
-    fn has(self, pair: usize) -> bool {
-        pair % self.of.max(1) == self.part
-    }
-}
-
-impl CharacterisationSettings {
-    /// An Aurora counts 320 ticks a second, a Polaris 60, as recordings of both show.
-    pub const TRACKER_TICKS_PER_S: f64 = 320.0;
-    pub const REFERENCE_TICKS_PER_S: f64 = 60.0;
-    /// Beyond the errors of a field that can be corrected: files that do not belong together, a
-    /// body that was touched. The strongly distorted room in docs/methods/characterisation.md has
-    /// up to 19 mm and 9°.
-    pub const MAX_ERROR_MM: f64 = 50.0;
-    pub const MAX_ERROR_DEG: f64 = 30.0;
-}
-
-impl Default for CharacterisationSettings {
-    fn default() -> Self {
-        Self {
-            hand_eye: HandEyeSettings::default(),
-            kind: None,
-            sensors: Vec::new(),
-            reference_tool: None,
-            tracker_ticks_per_s: Self::TRACKER_TICKS_PER_S,
-            reference_ticks_per_s: Self::REFERENCE_TICKS_PER_S,
-            alignment: AlignmentSettings::default(),
-            max_error: Spread {
-                position_mm: Self::MAX_ERROR_MM,
-                angle_rad: Self::MAX_ERROR_DEG.to_radians(),
-            },
-            held_out: None,
-        }
-    }
-}
+use trackwright_simulation::recording::Unusable;
+use trackwright_task::Task;
 
 /// One reading that counts, with where it should have been.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -195,30 +116,6 @@ fn middle<'a>(poses: impl Iterator<Item = &'a Pose>) -> Point3<f64> {
 pub struct SensorDistance {
     pub sensors: [usize; 2],
     pub check: RigidCheck,
-}
-
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CharacterisationError {
-    #[error("found no sensor with {wanted:?} in its name, expected one of {}", .names.join("; "))]
-    NoSuchSensor { wanted: String, names: Vec<String> },
-    #[error(
-        "sensor {0} has no roll in any sample: a 5-DOF sensor, and only 6-DOF ones can be characterised; name \
-         those"
-    )]
-    FiveDof(String),
-    #[error("pair {} of recordings: reference: {cause}", pair + 1)]
-    ReferenceTool { pair: usize, cause: ToolChoiceError },
-    #[error("none of {pairs} pairs of recordings can be used; the first: {first}")]
-    NoPairs { pairs: usize, first: PairProblem },
-    #[error(transparent)]
-    HandEye(#[from] HandEyeError),
-    #[error(
-        "sensor {name}: all its readings are more than {max_mm} mm or {max_deg:.0}° from where the others put it; \
-         do the files belong together?"
-    )]
-    AllTooFar { name: String, max_mm: f64, max_deg: f64 },
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
 }
 
 /// Rounds of leaving out what is too far, and of refining offsets by the frames found.

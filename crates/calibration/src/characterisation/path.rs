@@ -1,7 +1,7 @@
 //! A path that both trackers saw: its readings at an offset of the clocks, and the offset that the
 //! frames found agree with best.
 
-use super::CharacterisationSettings;
+use super::settings::CharacterisationSettings;
 use crate::hand_eye::{self, HandEye, PairedReading, ReadingNoise};
 use crate::long_run::{EffectiveSize, long_run};
 use crate::pose_stream::{Clock, ClockFaults, PoseStream};

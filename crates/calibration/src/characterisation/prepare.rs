@@ -1,10 +1,12 @@
 //! From two recordings to readings of still poses, or to streams that can be laid over each other.
 
-use super::{CharacterisationError, CharacterisationSettings, PairKind, PathPair, RecordedPair};
+use super::error::{CharacterisationError, PairProblem};
+use super::path::PathPair;
+use super::settings::{CharacterisationSettings, PairKind, RecordedPair};
 use crate::hand_eye::{PairedReading, ReadingNoise};
 use crate::pose_stream::{Clock, ClockFaults};
 use crate::still_pose::{Spread, StillPose, still_pose};
-use crate::time_alignment::{AlignmentError, align};
+use crate::time_alignment::align;
 use std::collections::{BTreeMap, BTreeSet};
 use trackwright_geometry::pose::Pose;
 use trackwright_simulation::recording::{Recording, ToolTrack, Unusable};
@@ -23,25 +25,6 @@ pub struct StillReport {
     pub reference: StillPose,
     /// By sensor, of those that were read.
     pub sensors: Vec<(usize, StillPose)>,
-}
-
-/// Why a pair is not used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PairProblem {
-    #[error("the reference tracker has no good sample")]
-    NoReference,
-    #[error("the EM tracker has no good sample of any sensor")]
-    NoSensor,
-    #[error("the body moved while it should have stood still")]
-    Moved,
-    #[error("the {0} has neither times nor frame numbers that all good samples have")]
-    NoClock(&'static str),
-    #[error("{0}")]
-    Alignment(#[from] AlignmentError),
-    #[error("no sample lies between two of the reference's that are near enough")]
-    NoOverlap,
-    #[error("all its readings are too far from where they should be")]
-    AllTooFar,
 }
 
 /// What a pair comes to before anything is known of where anything is.

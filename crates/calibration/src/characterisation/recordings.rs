@@ -5,7 +5,7 @@
 //! turn, the covariance is `(J − 1)/J Σ (θⱼ − θ̄)(θⱼ − θ̄)ᵀ` (Tukey 1958; for clusters: Bell &
 //! McCaffrey, *Survey Methodology* 28, 2002).
 
-use super::{HandEye, HandEyeSettings, PairedReading, hand_eye};
+use super::super::hand_eye::{HandEye, HandEyeSettings, PairedReading, hand_eye};
 use crate::robust::largest_std_dev;
 use crate::still_pose::Spread;
 use nalgebra::{Matrix3, Point3, Vector3};

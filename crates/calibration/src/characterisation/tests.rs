@@ -5,6 +5,7 @@ use nalgebra::UnitQuaternion;
 use trackwright_field::random_models::Seeded;
 use trackwright_geometry::pose::{distances, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
+use trackwright_simulation::recording::Recording;
 use trackwright_simulation::recording::{ToolTrack, TrackSample};
 
 const JITTER: Spread = Spread { position_mm: 0.1, angle_rad: 0.002 };

@@ -1,7 +1,7 @@
 //! Harmonic models of a generator on the rows held out: which degree, and which ridge.
 
 use super::judge::{Judge, rest};
-use super::{KindError, KindScored};
+use super::kinds::{KindError, KindScored};
 use crate::room_model::{
     GeneratorChoice, HarmonicOrder, HarmonicTable, RoomModel, RoomModelError, predicted,
 };

@@ -1,6 +1,6 @@
 //! Each kind of model on the same rows held out.
 
-use super::{KindError, KindScored, TriedKind};
+use super::kinds::{KindError, KindScored, TriedKind};
 use crate::room_choice::Chosen;
 use crate::room_model::{RoomModel, RoomModelError};
 use crate::room_process::Refit;

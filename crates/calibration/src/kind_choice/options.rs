@@ -1,6 +1,6 @@
 //! The kinds to try as a person names them.
 
-use super::{NO_CORRECTION, SYMMETRIC, TriedKind};
+use super::kinds::{NO_CORRECTION, SYMMETRIC, TriedKind};
 use crate::room_model::GeneratorChoice;
 use trackwright_field::generator::{BUILT_IN, Generator};
 use trackwright_field::harmonic::Loss;

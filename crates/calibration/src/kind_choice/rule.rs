@@ -1,6 +1,6 @@
 //! The simplest kind of model that is as good as the best within the noise of the folds.
 
-use super::KindScored;
+use super::kinds::KindScored;
 use crate::room_model::{GeneratorChoice, RoomModel};
 use trackwright_field::selection::scoring::PairedDifference;
 

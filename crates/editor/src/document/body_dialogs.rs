@@ -1,7 +1,7 @@
 //! Dialogs about meshes, body files and tool definitions.
 
-use crate::document::body_files::BodyFileRequest;
-use crate::document::meshes::MeshRequest;
+use crate::document::requests::BodyFileRequest;
+use crate::document::requests::MeshRequest;
 use crate::shell::dialogs::file_dialog::{FileDialog, FileKind};
 use crate::shell::dialogs::{Dialog, DialogAnswer, buttons_ui, text_ui, title_ui};
 use crate::widgets::basic::{count, length, quiet_ui, with_unit};

@@ -5,7 +5,7 @@
 use crate::document::body_dialogs::BodyDialog;
 use crate::document::file_names::file_folder;
 use crate::document::meshes::selected_body;
-use crate::document::requests::{EditRequest, OpenWorld};
+use crate::document::requests::{BodyFileRequest, EditRequest, OpenWorld};
 use crate::document::selection::{Selected, Selection};
 use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::{Job, Lost};
@@ -23,40 +23,6 @@ use trackwright_project::{BodyExport, BodyImport, ImportedBody, StoreError, file
 
 /// Carries out [`BodyFileRequest`], in [`EditorSystems::Input`].
 pub struct BodyFilesPlugin;
-
-/// A request about a body file or a tool definition.
-#[derive(Message, Clone, Debug, PartialEq)]
-pub enum BodyFileRequest {
-    /// Shows the dialog that chooses a file to be the tool or the CRF.
-    ShowOpen(BodyRole),
-    /// A file was dropped: for the body under selection, or whichever the person chooses.
-    Drop(PathBuf),
-    Open {
-        body: BodyRole,
-        file: PathBuf,
-        on_mismatch: OnMismatch,
-    },
-    /// Gives the reading up.
-    GiveUp,
-    /// Shows the dialog that chooses where a body is written, and as what.
-    ShowSave(BodyRole),
-    /// Reports what is lost, or writes where nothing is.
-    Save {
-        body: BodyRole,
-        file: PathBuf,
-    },
-    /// Writes: the person knows what is lost.
-    Write {
-        body: BodyRole,
-        file: PathBuf,
-    },
-}
-
-impl BodyFileRequest {
-    pub fn open(body: BodyRole, file: PathBuf) -> Self {
-        Self::Open { body, file, on_mismatch: OnMismatch::Refuse }
-    }
-}
 
 /// The file that is being read, if any.
 #[derive(Resource, Default)]

@@ -1,7 +1,8 @@
 //! Commands for files and for what every workspace does with the document.
 
-use crate::document::body_files::BodyFileRequest;
-use crate::document::meshes::{MeshRequest, body_of_selection};
+use crate::document::meshes::body_of_selection;
+use crate::document::requests::BodyFileRequest;
+use crate::document::requests::MeshRequest;
 use crate::document::requests::{EditRequest, Export, FileRequest, OpenWorld, ViewRequest};
 use crate::document::selection::Selection;
 use crate::document::state::WorldGeneration;

@@ -1,8 +1,9 @@
 //! Files that are dropped onto the window: which kind each is, what will be done with it, and who
 //! does it.
 
-use crate::document::body_files::BodyFileRequest;
-use crate::document::meshes::{MeshRequest, body_of_selection, selected_body};
+use crate::document::meshes::{body_of_selection, selected_body};
+use crate::document::requests::BodyFileRequest;
+use crate::document::requests::MeshRequest;
 use crate::document::requests::{FileRequest, OpenWorld};
 use crate::document::selection::Selection;
 use crate::document::state::Notice;

@@ -4,7 +4,7 @@
 use crate::document::awaited_meshes;
 use crate::document::body_dialogs::MeshDialog;
 use crate::document::file_names::file_folder;
-use crate::document::requests::{EditRequest, OpenWorld, ViewRequest};
+use crate::document::requests::{EditRequest, MeshRequest, OpenWorld, ViewRequest};
 use crate::document::selection::{Selected, Selection};
 use crate::document::state::{Notice, WorldGeneration};
 use crate::runner::jobs::{Job, Lost};
@@ -29,31 +29,6 @@ use trackwright_project::{ImportedMesh, MeshImport, MeshOwner, StoreError, file_
 /// Gives bodies meshes, and the design its anatomy, on [`MeshRequest`], in
 /// [`EditorSystems::Input`]; reads what an opened design leaves to be read.
 pub struct MeshesPlugin;
-
-/// A request about a mesh.
-#[derive(Message, Clone, Debug, PartialEq)]
-pub enum MeshRequest {
-    /// Shows the dialog that chooses a file.
-    ShowLoad(MeshOwner),
-    /// A file was dropped: for the body under selection, or whichever the person chooses.
-    Drop(PathBuf),
-    Load {
-        whose: MeshOwner,
-        file: PathBuf,
-        /// `None` is that of the format, and confirmed where the size is doubtful.
-        unit: Option<MeshUnit>,
-    },
-    /// Reads the present mesh in another unit, or in that of its format.
-    SetUnit { whose: MeshOwner, unit: Option<MeshUnit> },
-    /// Gives the reading up.
-    GiveUp,
-}
-
-impl MeshRequest {
-    pub fn load(whose: impl Into<MeshOwner>, file: PathBuf) -> Self {
-        Self::Load { whose: whose.into(), file, unit: None }
-    }
-}
 
 /// The mesh that is being read, if any.
 #[derive(Resource, Default)]

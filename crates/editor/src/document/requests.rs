@@ -6,9 +6,11 @@
 use bevy::prelude::*;
 use std::path::PathBuf;
 use trackwright_design::view::View;
-use trackwright_design::{Design, Edit, Origin};
+use trackwright_design::{BodyRole, Design, Edit, Origin};
+use trackwright_formats::tool_definition::OnMismatch;
+use trackwright_geometry::mesh_reference::MeshUnit;
 use trackwright_geometry::orbit::AxisEnd;
-use trackwright_project::{RoomSource, Starter, World as StoreWorld};
+use trackwright_project::{MeshOwner, RoomSource, Starter, World as StoreWorld};
 
 /// The one open document with its room and meshes.
 #[derive(Resource)]
@@ -174,5 +176,64 @@ impl Plugin for RequestsPlugin {
             .add_message::<EditRequest>()
             .add_message::<ViewRequest>()
             .add_message::<FileRequest>();
+    }
+}
+
+/// A request about a body file or a tool definition.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum BodyFileRequest {
+    /// Shows the dialog that chooses a file to be the tool or the CRF.
+    ShowOpen(BodyRole),
+    /// A file was dropped: for the body under selection, or whichever the person chooses.
+    Drop(PathBuf),
+    Open {
+        body: BodyRole,
+        file: PathBuf,
+        on_mismatch: OnMismatch,
+    },
+    /// Gives the reading up.
+    GiveUp,
+    /// Shows the dialog that chooses where a body is written, and as what.
+    ShowSave(BodyRole),
+    /// Reports what is lost, or writes where nothing is.
+    Save {
+        body: BodyRole,
+        file: PathBuf,
+    },
+    /// Writes: the person knows what is lost.
+    Write {
+        body: BodyRole,
+        file: PathBuf,
+    },
+}
+
+impl BodyFileRequest {
+    pub fn open(body: BodyRole, file: PathBuf) -> Self {
+        Self::Open { body, file, on_mismatch: OnMismatch::Refuse }
+    }
+}
+
+/// A request about a mesh.
+#[derive(Message, Clone, Debug, PartialEq)]
+pub enum MeshRequest {
+    /// Shows the dialog that chooses a file.
+    ShowLoad(MeshOwner),
+    /// A file was dropped: for the body under selection, or whichever the person chooses.
+    Drop(PathBuf),
+    Load {
+        whose: MeshOwner,
+        file: PathBuf,
+        /// `None` is that of the format, and confirmed where the size is doubtful.
+        unit: Option<MeshUnit>,
+    },
+    /// Reads the present mesh in another unit, or in that of its format.
+    SetUnit { whose: MeshOwner, unit: Option<MeshUnit> },
+    /// Gives the reading up.
+    GiveUp,
+}
+
+impl MeshRequest {
+    pub fn load(whose: impl Into<MeshOwner>, file: PathBuf) -> Self {
+        Self::Load { whose: whose.into(), file, unit: None }
     }
 }

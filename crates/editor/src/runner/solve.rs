@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use trackwright_design::view::View;
 use trackwright_field::Environment;
-pub use trackwright_scene::slice::slice_plan;
+pub use trackwright_scene::slice_plan;
 use trackwright_simulation::preview::preview;
 use trackwright_simulation::{CancelToken, Quantity, SlicePlan, StudyError};
 

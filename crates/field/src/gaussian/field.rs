@@ -3,22 +3,9 @@
 use super::amplitude::Amplitude;
 use super::kernel::Kernel;
 use super::registration::Registration;
-use crate::field_point::FieldPoint;
+use super::row::{ErrorValues, Row};
 use crate::harmonic::HarmonicModel;
 use serde::{Deserialize, Serialize};
-
-/// Position in mm, then rotation vector in radians.
-pub type ErrorValues = [f64; 6];
-
-/// A row that the process is conditioned on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    pub point: FieldPoint,
-    /// Measured error less the trend, mm and rad, tracker axes.
-    pub error: ErrorValues,
-    /// Variance of its noise over that of the others; large for an outlier.
-    pub noise_factor: f64,
-}
 
 /// What the process is added to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,9 +1,10 @@
 //! Fits the process: kernel, amplitude, outliers and the covariance of the components.
 
 use super::amplitude::Amplitude;
-use super::field::{ErrorValues, GaussianField, Row, Trend};
+use super::field::{GaussianField, Trend};
 use super::hyper_parameters::{self, HyperParameters, MeasuredAxes, errors_of};
 use super::kernel::Kernel;
+use super::row::{ErrorValues, Row};
 use crate::field_point::FieldPoint;
 use crate::samples::{PoseError, SampleSet};
 use faer::Mat;

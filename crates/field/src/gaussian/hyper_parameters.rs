@@ -1,7 +1,7 @@
 //! Length scales, parts of the variance and nugget that make the measurements likely.
 
-use super::field::Row;
 use super::kernel::{Kernel, KernelScale};
+use super::row::Row;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use trackwright_task::{Cancelled, Task};

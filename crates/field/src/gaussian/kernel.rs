@@ -1,7 +1,7 @@
 //! Covariance of the field between two sensor poses.
 
-use super::field::Row;
 use super::kernel_columns::PointColumns;
+use super::row::Row;
 use crate::field_point::FieldPoint;
 use faer::Mat;
 use rayon::prelude::*;

@@ -4,10 +4,11 @@
 //! too and its compiled form is exact in the axis. What is cut off counts as noise of each row.
 
 use super::amplitude::Amplitude;
-use super::field::{ErrorValues, GaussianField};
+use super::field::GaussianField;
 use super::fit::{GaussianError, scaled};
 use super::hyper_parameters::errors_of;
 use super::kernel::{Kernel, lower_from, matern};
+use super::row::ErrorValues;
 use crate::compiled::CompiledField;
 use crate::compiled::even_harmonics::{self, MAX_FUNCTIONS, functions};
 use crate::computed::PoseErrors;

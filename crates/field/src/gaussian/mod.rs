@@ -25,14 +25,16 @@ mod neighborhoods;
 mod posterior;
 mod readings;
 mod registration;
+mod row;
 #[cfg(test)]
 mod tests;
 
 pub use amplitude::Amplitude;
-pub use field::{ErrorValues, GaussianField, Row, Trend};
+pub use field::{GaussianField, Trend};
 pub use fit::{GaussianError, MAX_ROWS, TUNING_ROWS, chosen_rows, kept_rows};
 pub use kernel::{Kernel, KernelScale};
 pub use kriging::Kriging;
 pub use posterior::{DrawnErrors, Posterior};
 pub use readings::{ReadingDistance, ReadingError, ReadingRms, Readings};
 pub use registration::Registration;
+pub use row::{ErrorValues, Row};

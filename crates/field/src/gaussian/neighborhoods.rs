@@ -3,9 +3,10 @@
 //! What rows far away add to the rows near a pose is next to nothing (the screening effect; Stein,
 //! *Interpolation of Spatial Data*, 1999, chapter 3). A room of few rows is one part.
 
-use super::field::{GaussianField, Row};
+use super::field::GaussianField;
 use super::fit::GaussianError;
 use super::posterior::Conditioned;
+use super::row::Row;
 use crate::field_point::FieldPoint;
 use crate::made_once::made_once;
 use nalgebra::{Point3, Vector3};

@@ -2,11 +2,12 @@
 
 use super::amplitude::Amplitude;
 use super::column_blocks::{less_gram, lower_times, solve_lower};
-use super::field::{ErrorValues, GaussianField, Row};
+use super::field::GaussianField;
 use super::fit::{GaussianError, factored, scaled};
 use super::hyper_parameters::errors_of;
 use super::kernel::{Kernel, KernelScale, lower_from};
 use super::kernel_columns::{PointColumns, exponentials};
+use super::row::{ErrorValues, Row};
 use crate::field_point::FieldPoint;
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};

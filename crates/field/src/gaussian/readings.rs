@@ -1,9 +1,10 @@
 //! The error of a room's model at single readings, misfit included.
 
-use super::field::{ErrorValues, GaussianField, Trend};
+use super::field::{GaussianField, Trend};
 use super::fit::GaussianError;
 use super::neighborhoods::Neighborhoods;
 use super::posterior::{DrawnErrors, log_amplitude_std};
+use super::row::ErrorValues;
 use crate::field_point::FieldPoint;
 use crate::samples::PoseError;
 use nalgebra::{Matrix6, Point3, Vector3, Vector6};

@@ -12,6 +12,7 @@ mod geometry;
 mod kind;
 mod matching;
 mod ndi_em;
+mod ndi_image;
 mod ndi_optical;
 pub(super) mod ndi_rom;
 mod saw_json;
@@ -26,7 +27,8 @@ pub use from_body::{BodyFormat, Conversion, ConversionError, DefinitionFormat, f
 pub use geometry::Geometry;
 pub use kind::{kind_of, kind_of_extension};
 pub use ndi_em::{EmCoil, EmRom};
+pub use ndi_image::{Checksum, OnMismatch};
 pub use ndi_optical::{OpticalMarker, OpticalRom};
-pub use ndi_rom::{Checksum, NdiRom, OnMismatch, SerialWord};
+pub use ndi_rom::{NdiRom, SerialWord};
 pub use saw_json::SawJson;
 pub use tool_plist::ToolPlist;

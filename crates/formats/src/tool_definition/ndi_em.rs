@@ -4,7 +4,7 @@
 //! it in the file. Each coil is a 5-DOF sensor whose axis is given by azimuth and polar angle.
 
 use super::super::error::FormatError;
-use super::ndi_rom::{Checksum, IdentityAt, Image, OnMismatch, check_finite, sum};
+use super::ndi_image::{Checksum, IdentityAt, Image, OnMismatch, check_finite, sum};
 use nalgebra::{Unit, Vector3};
 use trackwright_simulation::body::Sensor;
 

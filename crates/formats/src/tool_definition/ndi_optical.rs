@@ -6,7 +6,7 @@
 
 use super::super::error::FormatError;
 use super::geometry::marker;
-use super::ndi_rom::{Checksum, IdentityAt, Image, OnMismatch, check_finite, sum};
+use super::ndi_image::{Checksum, IdentityAt, Image, OnMismatch, check_finite, sum};
 use trackwright_simulation::body::Sensor;
 
 pub(super) const MAGIC: &[u8] = b"NDI\0";

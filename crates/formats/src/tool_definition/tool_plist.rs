@@ -6,8 +6,9 @@
 use super::super::error::{FormatError, from_base64, text};
 use super::kind::kind_of;
 use super::ndi_em::EmRom;
+use super::ndi_image::OnMismatch;
 use super::ndi_optical::OpticalRom;
-use super::ndi_rom::{NdiRom, OnMismatch};
+use super::ndi_rom::NdiRom;
 use data_encoding::BASE64;
 use quick_xml::Reader;
 use quick_xml::events::Event;

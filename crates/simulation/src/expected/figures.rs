@@ -5,6 +5,7 @@ use crate::metric::{METRICS, Metric, MetricValues, values_of_spread};
 use crate::plan::Plan;
 use crate::run::{Outcome, Prepared, StudyError, TrialErrors};
 use crate::scenario::{InputTrial, Mode, Scenario};
+use crate::spread::spread;
 use crate::statistics::percentile;
 use crate::tool_in_crf::ErrorVectors;
 use rayon::prelude::*;
@@ -390,14 +391,4 @@ fn tried(plan: &Plan, errors: &TrialErrors, most: usize) -> (Vec<usize>, Vec<boo
     let places: Vec<usize> = tried.into_iter().collect();
     let is_spread = places.iter().map(|place| spread.contains(place)).collect();
     (places, is_spread)
-}
-
-/// `some` of `count` places, spread by the golden ratio: in a grid no axis is missed, as it would be
-/// by steps that are a multiple of the axis's own.
-pub fn spread(count: usize, some: usize) -> impl Iterator<Item = usize> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    (0..some.max(1)).map(move |k| {
-        let part = ((k as f64 + 0.5) * GOLDEN).fract();
-        ((part * count as f64) as usize).min(count - 1)
-    })
 }

@@ -9,6 +9,6 @@ mod figures;
 mod more_rows;
 
 pub(super) use drawn_trials::DrawnTrials;
-pub use figures::{Expected, ExpectedError, ExpectedWithin, expected, spread};
+pub use figures::{Expected, ExpectedError, ExpectedWithin, expected};
 pub(super) use figures::{WIDENING, expected_of};
 pub use more_rows::{MoreMeasuring, more_measuring, most_times, shrinking};

@@ -1,7 +1,7 @@
 //! What the panels of the Design workspace request.
 
-use crate::document::body_files::BodyFileRequest;
-use crate::document::meshes::MeshRequest;
+use crate::document::requests::BodyFileRequest;
+use crate::document::requests::MeshRequest;
 use crate::document::requests::{EditRequest, ViewRequest};
 use crate::document::selection::{Hovered, Selected, Selection};
 use crate::document::state::Notice;

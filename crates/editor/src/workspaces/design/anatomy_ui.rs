@@ -7,7 +7,7 @@ use crate::palette::ThemedColor;
 use crate::widgets::basic::{Mark, Row, quiet_ui, row_ui, section_ui};
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;
-use crate::workspaces::design::outliner::OutlinerView;
+use crate::workspaces::design::outliner_row::OutlinerView;
 use crate::workspaces::design::rows::{right_ui, rotation_ui, text_row_ui, vector_ui};
 use bevy_egui::egui::{self, Color32, ComboBox, Ui};
 use trackwright_design::{Anatomy, AnatomyEdit, AnatomyFrame, Design, Edit};

@@ -1,6 +1,7 @@
 //! The maker's definition that the selected body came from: its contents, and ways to another one.
 
-use crate::document::body_files::{BodyFileRequest, BodyLoading};
+use crate::document::body_files::BodyLoading;
+use crate::document::requests::BodyFileRequest;
 use crate::widgets::basic::{quiet_ui, section_ui, warning_ui, with_unit};
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::DesignAction;

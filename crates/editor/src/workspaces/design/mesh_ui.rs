@@ -1,6 +1,7 @@
 //! The mesh of the selected body or anatomy: what it is, what is wrong with it, which unit it is in, another.
 
-use crate::document::meshes::{MeshLoading, MeshRequest};
+use crate::document::meshes::MeshLoading;
+use crate::document::requests::MeshRequest;
 use crate::widgets::basic::{NumberChange, NumberField, counted, decimal, number_ui, quiet_ui};
 use crate::widgets::basic::{section_ui, warning_ui, with_unit};
 use crate::widgets::tooltip::{Explain, button_ui};

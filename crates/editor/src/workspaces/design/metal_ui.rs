@@ -4,18 +4,15 @@ use crate::document::commands::{ADD_METAL, ADD_METAL_MESH};
 use crate::document::selection::Selected;
 use crate::palette::{self, ThemedColor};
 use crate::scene::metal::{PROBLEM, has_problem};
-use crate::shell::top_bar::item_ui;
-use crate::viewport::sensor_commands::SensorCommand;
 use crate::widgets::basic::{
     Mark, NumberField, Row, fact_ui, number_ui, quiet_ui, row_ui, section_ui,
 };
 use crate::widgets::tooltip::{Explain, button_ui};
 use crate::workspaces::design::actions::{DesignAction, number_edits};
-use crate::workspaces::design::outliner::{OutlinerView, selectable_ui};
+use crate::workspaces::design::outliner_row::{OutlinerView, selectable_ui};
 use crate::workspaces::design::rows::{
     AXES, rotation_ui, row_ui as field_row_ui, text_row_ui, vector_ui,
 };
-use crate::workspaces::design::sensor_ui::IsAvailable;
 use bevy_egui::egui::{self, ComboBox, Ui};
 use std::path::Path;
 use trackwright_design::{Design, Edit, MetalEdit};
@@ -63,18 +60,6 @@ pub(crate) fn metal_rows_ui(ui: &mut Ui, outliner: &OutlinerView, actions: &mut 
         if row_ui(ui, &add).explained(command.about).clicked() {
             actions.push(DesignAction::Run(command.name));
         }
-    }
-}
-
-/// What can be done to the selected object.
-pub(crate) fn metal_menu_ui(
-    ui: &mut Ui,
-    is_available: IsAvailable<'_>,
-    actions: &mut Vec<DesignAction>,
-) {
-    let remove = SensorCommand::Remove.command();
-    if item_ui(ui, "Remove metal object", remove, is_available(remove)).clicked() {
-        actions.push(DesignAction::Run(remove.name));
     }
 }
 

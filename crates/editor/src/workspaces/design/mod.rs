@@ -18,6 +18,7 @@ pub mod motion_ui;
 pub mod mounting_panel;
 pub mod mounting_ui;
 pub mod outliner;
+pub mod outliner_row;
 pub mod panels;
 pub mod placement_search;
 pub mod result;

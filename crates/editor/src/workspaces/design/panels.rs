@@ -20,7 +20,8 @@ use crate::workspaces::design::inspector::{InspectorView, inspector_ui};
 use crate::workspaces::design::mesh_ui::{MeshView, mesh_ui};
 use crate::workspaces::design::metal_facts_ui::{MetalFacts, metal_facts_ui};
 use crate::workspaces::design::missed::Missed;
-use crate::workspaces::design::outliner::{OutlinerView, outliner_ui};
+use crate::workspaces::design::outliner::outliner_ui;
+use crate::workspaces::design::outliner_row::OutlinerView;
 use crate::workspaces::design::result::{
     self, ResultView, are_figures_old, brief_result_ui, result_ui,
 };

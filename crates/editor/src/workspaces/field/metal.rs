@@ -1,8 +1,8 @@
 //! The search for the metal that disturbs the measurements: its settings, and what it found.
 
 use crate::runner::jobs::Job;
+use crate::workspaces::field::failure::Failure;
 use crate::workspaces::field::state::{FieldState, Table};
-use crate::workspaces::field::work::Failure;
 use std::path::PathBuf;
 use std::sync::Arc;
 use trackwright_field::generator::Generator;

@@ -14,6 +14,7 @@
 
 pub mod answer;
 pub mod dialog;
+pub mod failure;
 pub mod found_bodies;
 pub mod kind;
 pub mod metal;

@@ -3,8 +3,8 @@
 use crate::document::state::Notice;
 use crate::runner::jobs::Job;
 use crate::shell::dialogs::{Dialogs, ErrorDialog};
+use crate::workspaces::field::failure::Failure;
 use crate::workspaces::field::state::{FieldState, TableRole};
-use crate::workspaces::field::work::Failure;
 use bevy::prelude::*;
 use bevy::window::RequestRedraw;
 use std::sync::Arc;

@@ -2,9 +2,9 @@
 //! under way.
 
 use crate::runner::jobs::Job;
+use crate::workspaces::field::failure::Failure;
 use crate::workspaces::field::kind::FieldKind;
 use crate::workspaces::field::metal::MetalSearch;
-use crate::workspaces::field::work::Failure;
 use bevy::prelude::Resource;
 use std::collections::BTreeSet;
 use std::path::PathBuf;

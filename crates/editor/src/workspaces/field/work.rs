@@ -2,6 +2,7 @@
 
 use crate::document::requests::OpenWorld;
 use crate::document::state::WorldGeneration;
+use crate::workspaces::field::failure::Failure;
 use crate::workspaces::field::metal::{FoundMetal, GeneratorSource};
 use crate::workspaces::field::state::{Comparison, FieldSettings, Fitted, Table};
 use std::sync::Arc;
@@ -32,14 +33,6 @@ pub const CHOOSING_PART: f64 = 0.85;
 /// leave open takes what is left.
 const FITTING_PART: f64 = 0.4;
 const SUPPORT_PART: f64 = 0.5;
-
-/// How work ended without the requested result.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Failure {
-    Cancelled,
-    /// In the words of the command line.
-    Because(String),
-}
 
 /// Chooses what is open, fits, and judges.
 ///
