@@ -3,15 +3,13 @@
 use crate::design::{Design, notes_of};
 use crate::environment::Environment;
 use crate::errors::{Done, TrackwrightError};
+use crate::found::Found;
 use crate::keywords::Keywords;
 use crate::long_work;
-use crate::tables::warn_of;
-use crate::values::to_python;
 use anyhow::Context;
 use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::Value;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -25,7 +23,7 @@ use trackwright_project::{
     Files, MOST_SETS, MoveBounds, World, design_rooms, named_moves, placement_problem,
     sets_of_sensors,
 };
-use trackwright_report::optimization_json::{FoundPlaces, optimization_json, with_layout};
+use trackwright_report::optimization_section::{FoundPlaces, with_layout};
 use trackwright_simulation::{Coil, Metric};
 use trackwright_task::{CancelToken, Task};
 
@@ -44,11 +42,10 @@ const CRF_BOUNDS: (f64, f64) = (20.0, 10.0);
 const PATCH_BOUNDS: (f64, f64) = (trackwright_geometry::limits::MAX_LENGTH_MM, 10.0);
 
 /// What a search came to.
-#[pyclass(frozen, get_all, module = "trackwright")]
+#[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
 pub struct Places {
     design: Py<Design>,
     is_better: bool,
-    figures: Py<PyAny>,
 }
 
 /// Finds the best places for a design's sensors within what can be built.
@@ -70,7 +67,7 @@ pub fn optimize(
     py: Python<'_>,
     design: &Bound<'_, Design>,
     options: Option<&Bound<'_, PyDict>>,
-) -> Done<Places> {
+) -> Done<Py<Places>> {
     let keywords = Keywords::of(options);
     let label = design.get().label();
     let world = design.get().world();
@@ -97,24 +94,20 @@ pub fn optimize(
     };
     let problem = Problem { built, ..problem };
     let longest = seconds.unwrap_or(SECONDS);
-    let (found, figures) = long_work::run(py, |task| {
+    let (found, section) = long_work::run(py, |task| {
         let (optimized, seconds) =
             searched(&problem, &settings, longest, task).with_context(|| label.clone())?;
         let better = with_layout(world, &optimized.best).with_context(|| label.clone())?;
         let (world, written) = (world.clone(), Vec::new());
         let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
-        let figures = optimization_json(&found, &task.cancel);
-        let figures: Value = figures.with_context(|| label.clone())?;
-        Ok((found, figures))
+        let studies = found.studies(&task.cancel).with_context(|| label.clone())?;
+        let section = found.section().with_all(studies);
+        Ok((found, section))
     })?;
-    warn_of(py, notes)?;
     let is_better = found.optimized.is_better;
     let chosen = if is_better { Design::of(found.better) } else { Design::of(found.world) };
-    Ok(Places {
-        design: Py::new(py, chosen)?,
-        is_better,
-        figures: to_python(py, &figures)?.unbind(),
-    })
+    let places = Places { design: Py::new(py, chosen)?, is_better };
+    Ok(Py::new(py, (places, Found::new(py, section, notes)?))?)
 }
 
 /// The search until its end or that of its time, and how long it took.

@@ -1,7 +1,6 @@
 //! `optimize`: the best places for a design's sensors, and how much is gained.
 
 mod arguments;
-mod text;
 
 use super::compare::named_once;
 use super::named_design::note_sizes;
@@ -20,7 +19,7 @@ use trackwright_optimization::{
     optimize,
 };
 use trackwright_project::{MOST_SETS, MoveBounds, World, named_moves, sets_of_sensors};
-use trackwright_report::optimization_json::{FoundPlaces, optimization_json, with_layout};
+use trackwright_report::optimization_section::{FoundPlaces, objective_text, with_layout};
 use trackwright_simulation::{CancelToken, Metric};
 
 /// Find the best places for a design's sensors within what can be built, write the design that has
@@ -130,13 +129,14 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let here = |file: &PathBuf| file.strip_prefix(".").unwrap_or(file).display().to_string();
     let written = report.written.iter().map(here).collect();
     let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
-    match args.format {
+    let section = found.section();
+    let section = match args.format {
         Format::Json => {
-            let value = optimization_json(&found, &CancelToken::default());
-            output::print_json(&value.with_context(named)?)
+            section.with_all(found.studies(&CancelToken::default()).with_context(named)?)
         }
-        Format::Text => output::print(&text::as_text(&found)),
-    }
+        Format::Text => section.with(format!("written: {}", found.written.join(", "))),
+    };
+    output::print_section(args.format, &section)
 }
 
 fn rooms(
@@ -231,7 +231,7 @@ fn search(args: &OptimizeArgs, problem: &Problem) -> anyhow::Result<(Optimized, 
     let _timer = end_after(args.seconds, enough.clone())?;
     let settings = Settings { seed: args.seed, ..Settings::default() };
     let mut deliver = |progress: &Progress| {
-        shown.set_message(format!("best so far {}", text::objective(problem, progress.best)));
+        shown.set_message(format!("best so far {}", objective_text(problem.goal, progress.best)));
     };
     let found = optimize(problem, &settings, &enough, &shown.task, &mut deliver)?;
     Ok((found, started.elapsed().as_secs_f64()))

@@ -27,7 +27,7 @@ pub mod learning_chart;
 pub mod manufacturing;
 pub mod metal_chart;
 pub mod missed;
-pub mod optimization_json;
+pub mod optimization_section;
 pub mod page;
 pub mod palette;
 pub mod plot;
