@@ -7,7 +7,6 @@ use crate::found::Found;
 use crate::keywords::Keywords;
 use crate::long_work;
 use anyhow::Context;
-use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::ops::RangeInclusive;
@@ -16,12 +15,12 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use trackwright_optimization::{
-    BuiltError, Goal, Moves, Optimized, OverRooms, PoseBounds, Problem, SensorChoice, Settings,
+    BuiltError, Goal, Moves, Optimized, OverRooms, Problem, SensorChoice, Settings,
     optimize as search,
 };
 use trackwright_project::{
-    Files, MOST_SETS, MoveBounds, World, design_rooms, named_moves, placement_problem,
-    sets_of_sensors,
+    Files, MOST_SENSORS, MOST_SETS, MoveBounds, World, design_rooms, named_moves,
+    placement_problem, sets_of_sensors,
 };
 use trackwright_report::optimization_section::{FoundPlaces, with_layout};
 use trackwright_simulation::{Coil, Metric};
@@ -29,17 +28,6 @@ use trackwright_task::{CancelToken, Task};
 
 /// How long a search lasts where that is not stated, seconds.
 const SECONDS: f64 = 30.0;
-
-/// More sensors than any tracker has inputs for.
-const MAX_SENSORS: usize = 32;
-
-/// How far poses may be moved where that is not stated, mm and degrees: what a table's arm and a head's
-/// curve allow.
-const GENERATOR_BOUNDS: (f64, f64) = (50.0, 10.0);
-const CRF_BOUNDS: (f64, f64) = (20.0, 10.0);
-
-/// Likewise over a patch of the anatomy, which bounds the way by itself.
-const PATCH_BOUNDS: (f64, f64) = (trackwright_geometry::limits::MAX_LENGTH_MM, 10.0);
 
 /// What a search came to.
 #[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
@@ -146,21 +134,13 @@ fn bounds(keywords: &Keywords, name: &'static str) -> Done<Option<(f64, f64)>> {
     Ok(found)
 }
 
-fn in_all_axes((mm, deg): (f64, f64)) -> PoseBounds {
-    PoseBounds { shift_mm: Vector3::repeat(mm), turn_deg: deg }
-}
-
 /// What may move, and which sensors there may be.
 fn moves(keywords: &Keywords, world: &World, label: &str) -> Done<Moves> {
     let design = world.document.design();
     let names: Vec<String> = keywords.value("moves")?.unwrap_or_default();
-    let has_patch = design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty());
     let generator = bounds(keywords, "generator_bounds")?;
     let crf = bounds(keywords, "crf_bounds")?;
-    let limits = MoveBounds {
-        generator: in_all_axes(generator.unwrap_or(GENERATOR_BOUNDS)),
-        crf_pose: in_all_axes(crf.unwrap_or(if has_patch { PATCH_BOUNDS } else { CRF_BOUNDS })),
-    };
+    let limits = MoveBounds::of(design, generator, crf);
     let moves =
         named_moves(design, &names, limits).context("moves").with_context(|| label.to_owned())?;
     for (option, is_given, name, is_moving) in [
@@ -195,10 +175,10 @@ fn counts(keywords: &Keywords) -> Done<Option<RangeInclusive<usize>>> {
     let found: Result<(usize, usize), _> =
         given.extract().or_else(|_: PyErr| given.extract().map(|count: usize| (count, count)));
     match found {
-        Ok((least @ 1.., most @ ..=MAX_SENSORS)) if least <= most => Ok(Some(least..=most)),
+        Ok((least @ 1.., most @ ..=MOST_SENSORS)) if least <= most => Ok(Some(least..=most)),
         _ => {
             let text = format!(
-                "sensors: found {given}, expected a number from 1 to {MAX_SENSORS}, or two, least first"
+                "sensors: found {given}, expected a number from 1 to {MOST_SENSORS}, or two, least first"
             );
             Err(TrackwrightError::new_err(text).into())
         }

@@ -6,14 +6,13 @@ use super::compare::named_once;
 use super::named_design::note_sizes;
 use super::numbers::above_zero;
 use super::prelude::*;
-use arguments::{Bounds, bounds, kind, metric, sensors};
+use arguments::{bounds, kind, metric, sensors};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
-use trackwright_geometry::limits::MAX_LENGTH_MM;
 use trackwright_optimization::{
     BuiltError, Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings,
     optimize,
@@ -64,18 +63,18 @@ pub struct OptimizeArgs {
 
     /// How far the field generator may be moved along each of its axes and turned; 50,10 where left out
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
-    generator_bounds: Option<Bounds>,
+    generator_bounds: Option<(f64, f64)>,
 
     /// How far the CRF may be moved on the patient along each of its axes and turned; where left out 20,10,
     /// or as far as the patch goes that the anatomy states
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
-    crf_bounds: Option<Bounds>,
+    crf_bounds: Option<(f64, f64)>,
 
     /// Standard deviations of where a built sensor is along each axis and of how it is turned, which count as
     /// well; 0,0 for sensors that are exactly where they are drawn
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true,
         default_value = "0.2,0.3")]
-    built_error: Bounds,
+    built_error: (f64, f64),
 
     /// End the search after this time with the best so far
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = above_zero)]
@@ -95,13 +94,6 @@ const ROOMS: Choice<OverRooms> = Choice(&[
     ("mean", "The mean over all rooms", OverRooms::Mean),
 ]);
 
-/// How far poses may be moved where that is not stated: what a table's arm and a head's curve allow.
-const GENERATOR_BOUNDS: Bounds = Bounds { mm: 50.0, deg: 10.0 };
-const CRF_BOUNDS: Bounds = Bounds { mm: 20.0, deg: 10.0 };
-
-/// Likewise over a patch of the anatomy, which bounds the way by itself.
-const PATCH_BOUNDS: Bounds = Bounds { mm: MAX_LENGTH_MM, deg: 10.0 };
-
 /// Searches, writes the better design, and prints the gain.
 ///
 /// # Errors
@@ -118,8 +110,9 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     note_problems(&world, &rooms);
     let moves = moves(args, &world).with_context(named)?;
     let goal = goal(args, &world).with_context(named)?;
-    let Bounds { mm, deg } = args.built_error;
-    let built = (mm > 0.0 || deg > 0.0).then_some(BuiltError { position_mm: mm, angle_deg: deg });
+    let (position_mm, angle_deg) = args.built_error;
+    let built =
+        (position_mm > 0.0 || angle_deg > 0.0).then_some(BuiltError { position_mm, angle_deg });
     let problem = trackwright_project::placement_problem(&world, &rooms, moves, goal, args.rooms);
     let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;
@@ -172,14 +165,9 @@ fn note_problems(world: &World, rooms: &[Arc<Environment>]) {
 /// Names of nothing, bounds of what does not move.
 fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
     let names: Vec<String> = args.moves.iter().map(|name| name.trim().to_owned()).collect();
-    let mut anatomy = world.document.design().anatomy.iter();
-    let has_patch = anatomy.any(|anatomy| !anatomy.crf_patch.is_empty());
-    let crf_bounds = if has_patch { PATCH_BOUNDS } else { CRF_BOUNDS };
-    let bounds = MoveBounds {
-        generator: args.generator_bounds.unwrap_or(GENERATOR_BOUNDS).in_all_axes(),
-        crf_pose: args.crf_bounds.unwrap_or(crf_bounds).in_all_axes(),
-    };
-    let moves = named_moves(world.document.design(), &names, bounds).context("--move")?;
+    let design = world.document.design();
+    let bounds = MoveBounds::of(design, args.generator_bounds, args.crf_bounds);
+    let moves = named_moves(design, &names, bounds).context("--move")?;
     for (option, is_given, name, is_moving) in [
         (
             "--generator-bounds",
@@ -198,7 +186,7 @@ fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
         bail!("--sensors and --kind need sensors that move, expected some in --move");
     }
     let moves = Moves { sensors: args.sensors.clone(), kinds: args.kind.clone(), ..moves };
-    let sets = sets_of_sensors(world.document.design(), &moves);
+    let sets = sets_of_sensors(design, &moves);
     if sets > MOST_SETS {
         bail!(
             "--sensors and --kind: found {sets} sets of sensors, expected at most {MOST_SETS}: fewer \
