@@ -11,7 +11,6 @@ use crate::values::to_python;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::Value;
 use std::path::PathBuf;
 use std::sync::Arc;
 use trackwright_calibration::doubts::{PoseFrame, in_room, with_written_quaternions};
@@ -26,7 +25,7 @@ use trackwright_geometry::pose::Pose;
 use trackwright_project::{Files, RoomContent, World};
 use trackwright_report::compensation_json::compensation_json;
 use trackwright_report::room::map_name;
-use trackwright_result::with_separators;
+use trackwright_result::{Section, with_separators};
 
 /// A measured room: the distortion of the tracker's field, and where it may be used.
 #[pyclass(frozen, module = "trackwright")]
@@ -37,7 +36,7 @@ pub struct Environment {
     /// What messages call it: its file or its name.
     label: String,
     /// Those of the fit that made it.
-    figures: Option<Value>,
+    figures: Option<Section>,
 }
 
 /// Poses as the tracker would report them.
@@ -70,7 +69,7 @@ impl Environment {
     }
 
     /// A room that was fitted.
-    pub fn fitted(environment: field::Environment, figures: Value) -> Self {
+    pub fn fitted(environment: field::Environment, figures: Section) -> Self {
         let bare = Arc::new(environment);
         let content = RoomContent { bare: Arc::clone(&bare), metal: None };
         Self { label: bare.name.clone(), solved: bare, content, figures: Some(figures) }
@@ -208,7 +207,7 @@ impl Environment {
     /// a room that was loaded.
     #[getter]
     fn figures<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        self.figures.as_ref().map(|figures| to_python(py, figures)).transpose()
+        self.figures.as_ref().map(|figures| to_python(py, &figures.to_json())).transpose()
     }
 
     /// Poses of sensors as the tracker would report them.

@@ -10,7 +10,6 @@ use crate::tables::{Notes, Table, warn_of};
 use anyhow::Context;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use serde_json::Value;
 use std::path::Path;
 use trackwright_calibration::kind_choice::{
     KindChoice, TriedKind, TriedOptions, Wanted, best_kind, decide,
@@ -37,8 +36,9 @@ use trackwright_geometry::limits::length_problem;
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{Files, MOST_LAG_ROWS, SampleReading};
 use trackwright_report::room::{fit_warnings, support_note};
-use trackwright_report::room_json::fit_json;
-use trackwright_report::selection_json::{decided_json, kinds_json, selection_json};
+use trackwright_report::room_section::fit_section;
+use trackwright_report::selection_section::{decided_section, selection_section};
+use trackwright_result::{Section, data};
 use trackwright_task::Task;
 
 /// Orders that are tried where none are named; 0, no correction, is tried always.
@@ -161,7 +161,7 @@ pub fn fit(
     py: Python<'_>,
     table: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
-) -> Done<(Environment, Value)> {
+) -> Done<(Environment, Section)> {
     let keywords = Keywords::of(options);
     let fitting = Fitting::of(&keywords)?;
     let extras = Extras { bounds: bounds(&keywords)?, ..Extras::of(&keywords)? };
@@ -213,7 +213,7 @@ pub fn fit(
             .with_context(|| measured.label.clone())?;
         let how = (&decided.model, &decided.settings, decided.sensors());
         let room = fitted(&measured, second.as_ref(), how, &extras, task, &mut notes)?;
-        let figures = decided_json(&decided, &room);
+        let figures = decided_section(&measured.name, &decided, &room);
         Ok((room, figures))
     })?;
     warn_of(py, notes)?;
@@ -228,7 +228,7 @@ pub fn select(
     py: Python<'_>,
     table: &Bound<'_, PyAny>,
     options: Option<&Bound<'_, PyDict>>,
-) -> Done<(Environment, Value)> {
+) -> Done<(Environment, Section)> {
     let keywords = Keywords::of(options);
     let fitting = Fitting::of(&keywords)?;
     let extras = Extras::of(&keywords)?;
@@ -287,17 +287,15 @@ pub fn select(
                 (chosen, Some(choice))
             }
         };
-        let mut figures = selection_json(&chosen, samples.samples.len());
-        if let Some(choice) = &choice {
-            figures["models"] = kinds_json(choice);
-        }
+        let figures =
+            selection_section(&measured.name, samples.samples.len(), &chosen, choice.as_ref());
         let best = choice.as_ref().map(KindChoice::best);
         let settings = best.map_or_else(|| chosen.settings(), |kind| kind.settings(&chosen.tried));
         let model = best.map_or(&RoomModel::PAPER, |kind| &kind.model);
         let how = (model, &settings, chosen.selection.sensors);
         let room = fitted(&measured, None, how, &extras, task, &mut notes)?;
-        figures["fit"] = fit_json(&settings, &room);
-        Ok((room, figures))
+        let fit = fit_section(&measured.name, &settings, &room);
+        Ok((room, figures.with(data("fit", fit))))
     })?;
     warn_of(py, notes)?;
     Ok((room.environment, figures))

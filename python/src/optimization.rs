@@ -3,52 +3,37 @@
 use crate::design::{Design, notes_of};
 use crate::environment::Environment;
 use crate::errors::{Done, TrackwrightError};
+use crate::found::Found;
 use crate::keywords::Keywords;
 use crate::long_work;
-use crate::tables::warn_of;
-use crate::values::to_python;
 use anyhow::Context;
-use nalgebra::Vector3;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use serde_json::Value;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 use trackwright_optimization::{
-    BuiltError, Goal, Moves, Optimized, OverRooms, PoseBounds, Problem, SensorChoice, Settings,
+    BuiltError, Goal, Moves, Optimized, OverRooms, Problem, SensorChoice, Settings,
     optimize as search,
 };
 use trackwright_project::{
-    Files, MOST_SETS, MoveBounds, World, design_rooms, named_moves, placement_problem,
-    sets_of_sensors,
+    Files, MOST_SENSORS, MOST_SETS, MoveBounds, World, design_rooms, named_moves,
+    placement_problem, sets_of_sensors,
 };
-use trackwright_report::optimization_json::{FoundPlaces, optimization_json, with_layout};
+use trackwright_report::optimization_section::{FoundPlaces, with_layout};
 use trackwright_simulation::{Coil, Metric};
 use trackwright_task::{CancelToken, Task};
 
 /// How long a search lasts where that is not stated, seconds.
 const SECONDS: f64 = 30.0;
 
-/// More sensors than any tracker has inputs for.
-const MAX_SENSORS: usize = 32;
-
-/// How far poses may be moved where that is not stated, mm and degrees: what a table's arm and a head's
-/// curve allow.
-const GENERATOR_BOUNDS: (f64, f64) = (50.0, 10.0);
-const CRF_BOUNDS: (f64, f64) = (20.0, 10.0);
-
-/// Likewise over a patch of the anatomy, which bounds the way by itself.
-const PATCH_BOUNDS: (f64, f64) = (trackwright_geometry::limits::MAX_LENGTH_MM, 10.0);
-
 /// What a search came to.
-#[pyclass(frozen, get_all, module = "trackwright")]
+#[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
 pub struct Places {
     design: Py<Design>,
     is_better: bool,
-    figures: Py<PyAny>,
 }
 
 /// Finds the best places for a design's sensors within what can be built.
@@ -70,7 +55,7 @@ pub fn optimize(
     py: Python<'_>,
     design: &Bound<'_, Design>,
     options: Option<&Bound<'_, PyDict>>,
-) -> Done<Places> {
+) -> Done<Py<Places>> {
     let keywords = Keywords::of(options);
     let label = design.get().label();
     let world = design.get().world();
@@ -97,24 +82,20 @@ pub fn optimize(
     };
     let problem = Problem { built, ..problem };
     let longest = seconds.unwrap_or(SECONDS);
-    let (found, figures) = long_work::run(py, |task| {
+    let (found, section) = long_work::run(py, |task| {
         let (optimized, seconds) =
             searched(&problem, &settings, longest, task).with_context(|| label.clone())?;
         let better = with_layout(world, &optimized.best).with_context(|| label.clone())?;
         let (world, written) = (world.clone(), Vec::new());
         let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
-        let figures = optimization_json(&found, &task.cancel);
-        let figures: Value = figures.with_context(|| label.clone())?;
-        Ok((found, figures))
+        let studies = found.studies(&task.cancel).with_context(|| label.clone())?;
+        let section = found.section().with_all(studies);
+        Ok((found, section))
     })?;
-    warn_of(py, notes)?;
     let is_better = found.optimized.is_better;
     let chosen = if is_better { Design::of(found.better) } else { Design::of(found.world) };
-    Ok(Places {
-        design: Py::new(py, chosen)?,
-        is_better,
-        figures: to_python(py, &figures)?.unbind(),
-    })
+    let places = Places { design: Py::new(py, chosen)?, is_better };
+    Ok(Py::new(py, (places, Found::new(py, section, notes)?))?)
 }
 
 /// The search until its end or that of its time, and how long it took.
@@ -153,21 +134,13 @@ fn bounds(keywords: &Keywords, name: &'static str) -> Done<Option<(f64, f64)>> {
     Ok(found)
 }
 
-fn in_all_axes((mm, deg): (f64, f64)) -> PoseBounds {
-    PoseBounds { shift_mm: Vector3::repeat(mm), turn_deg: deg }
-}
-
 /// What may move, and which sensors there may be.
 fn moves(keywords: &Keywords, world: &World, label: &str) -> Done<Moves> {
     let design = world.document.design();
     let names: Vec<String> = keywords.value("moves")?.unwrap_or_default();
-    let has_patch = design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty());
     let generator = bounds(keywords, "generator_bounds")?;
     let crf = bounds(keywords, "crf_bounds")?;
-    let limits = MoveBounds {
-        generator: in_all_axes(generator.unwrap_or(GENERATOR_BOUNDS)),
-        crf_pose: in_all_axes(crf.unwrap_or(if has_patch { PATCH_BOUNDS } else { CRF_BOUNDS })),
-    };
+    let limits = MoveBounds::of(design, generator, crf);
     let moves =
         named_moves(design, &names, limits).context("moves").with_context(|| label.to_owned())?;
     for (option, is_given, name, is_moving) in [
@@ -202,10 +175,10 @@ fn counts(keywords: &Keywords) -> Done<Option<RangeInclusive<usize>>> {
     let found: Result<(usize, usize), _> =
         given.extract().or_else(|_: PyErr| given.extract().map(|count: usize| (count, count)));
     match found {
-        Ok((least @ 1.., most @ ..=MAX_SENSORS)) if least <= most => Ok(Some(least..=most)),
+        Ok((least @ 1.., most @ ..=MOST_SENSORS)) if least <= most => Ok(Some(least..=most)),
         _ => {
             let text = format!(
-                "sensors: found {given}, expected a number from 1 to {MAX_SENSORS}, or two, least first"
+                "sensors: found {given}, expected a number from 1 to {MOST_SENSORS}, or two, least first"
             );
             Err(TrackwrightError::new_err(text).into())
         }

@@ -286,15 +286,13 @@ def simulate_crf(
     outside: Outside = "clamp",
 ) -> list[Simulation]: ...
 
-class Places:
+class Places(Found):
     """What a search came to; `design` is as it was where nothing better was found."""
 
     @property
     def design(self) -> Design: ...
     @property
     def is_better(self) -> bool: ...
-    @property
-    def figures(self) -> Figures: ...
 
 def optimize(
     design: Design,

@@ -7,9 +7,6 @@ use trackwright_calibration::row_labels::{HeldOut, RowLabels};
 use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::{HoldOutBy, SelectSettings};
 use trackwright_formats::groups::GroupColumn;
-use trackwright_report::kinds::kind_reason;
-use trackwright_report::selection::{grouped_line, hold_out_lines, sensors_line};
-use trackwright_report::selection_json::reason_of;
 
 /// What to fit; what is left open is chosen by cross-validation on the measurements. Where a hold-out is
 /// named, a model with nothing open is cross-validated as well.
@@ -78,29 +75,4 @@ pub(super) fn cross_validate(
     let shown = Shown::new("cross-validating");
     room_choice::choose_by(samples, labels, tried, &shown.task)
         .with_context(|| file.display().to_string())
-}
-
-/// How what was decided was found, a line each.
-pub(super) fn decided_lines(decided: &Decided) -> Vec<String> {
-    match (&decided.kinds, &decided.chosen) {
-        (Some(kinds), chosen) => {
-            let places = chosen.as_ref().and_then(|chosen| chosen.places.as_ref());
-            places.map(grouped_line).into_iter().chain([kind_reason(kinds)]).collect()
-        }
-        (None, Some(chosen)) => lines(chosen),
-        (None, None) => Vec::new(),
-    }
-}
-
-/// What was found of the rows, the chosen model in each hold-out, and why it was chosen.
-pub(super) fn lines(chosen: &Chosen) -> Vec<String> {
-    let (found, by) = (&chosen.selection, chosen.by.as_deref());
-    let grouped = chosen.places.as_ref().map(grouped_line);
-    let sensors = found.sensors.as_ref().map(sensors_line);
-    grouped
-        .into_iter()
-        .chain(hold_out_lines(found, by))
-        .chain(sensors)
-        .chain([reason_of(chosen)])
-        .collect()
 }

@@ -15,16 +15,15 @@ use trackwright_calibration::room_model::RoomModel;
 use trackwright_calibration::row_labels::HeldOut;
 use trackwright_field::computed::ModelKind;
 use trackwright_field::environment::Jitter;
-use trackwright_field::fit::{Fit, FitMethod, FitSettings, Residuals};
+use trackwright_field::fit::{FitMethod, FitSettings};
 use trackwright_field::samples::{MapKind, SampleSet};
 use trackwright_field::selection::sensors::SensorSpread;
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::{DirectionSet, Weighting};
 use trackwright_geometry::volume::Volume;
 use trackwright_project::{MOST_LAG_ROWS, Output, SampleReading};
-use trackwright_report::room::{fit_warnings, harmonic_text, map_name, method_name, support_note};
-use trackwright_report::room_json::holdout_of;
-use trackwright_report::selection_json::decided_json;
+use trackwright_report::room::{fit_warnings, support_note};
+use trackwright_report::selection_section::decided_section;
 
 /// Fit a distortion model to measurements and write it as an environment
 #[derive(Debug, Args)]
@@ -240,13 +239,9 @@ pub fn run(args: &FitArgs, files: &Files) -> anyhow::Result<()> {
             OutsidePolicy::Clamp,
         );
     }
-    for line in choose::decided_lines(&decided) {
-        output::note(&line);
-    }
-    match args.common.format {
-        Format::Json => output::print_json(&decided_json(&decided, &room)),
-        Format::Text => output::print(&as_text(&target, settings, &room)),
-    }
+    let found = decided_section(&file_name(&args.data), &decided, &room)
+        .with(format!("written to {}", output.file().display()));
+    output::print_section(args.common.format, &found)
 }
 
 /// Where measurements come from, and where their environment goes.
@@ -377,80 +372,4 @@ pub(super) fn read(
     as_is: AsIsArgs,
 ) -> anyhow::Result<SampleSet> {
     as_is.take(files.read_samples(file, reading, &Shown::new("reading").task)?)
-}
-
-/// What only a part of the samples is used for, where they are too many.
-fn subset_line(room: &FittedRoom) -> Option<String> {
-    let process = room.environment.process.as_ref()?;
-    let (used, all) = (process.rows.len(), process.measured_rows);
-    let what = match room.fit.model.kind() {
-        ModelKind::Kriging => "model and expected figures",
-        _ => "expected figures",
-    };
-    (used < all).then(|| {
-        format!(
-            "{what}: from {} of the {} samples, chosen at random",
-            with_separators(used),
-            with_separators(all)
-        )
-    })
-}
-
-fn as_text(target: &Target, settings: &FitSettings, room: &FittedRoom) -> String {
-    let (fitted, holdout): (&Fit, _) = (&room.fit, holdout_of(room));
-    let what = match (fitted.model.kind(), &room.harmonic) {
-        (ModelKind::Kriging, _) => "kriging".to_owned(),
-        (_, Some(harmonic)) => harmonic_text(harmonic),
-        _ => format!(
-            "order {}, {} orientation{}, {}",
-            settings.order,
-            settings.directions.len(),
-            if settings.directions.len() == 1 { "" } else { "s" },
-            method_name(settings.method),
-        ),
-    };
-    let mut lines = vec![format!(
-        "{}: {} samples, {what}, {} map",
-        file_name(target.data),
-        with_separators(fitted.samples),
-        map_name(settings.map),
-    )];
-    lines.push(format!("{:<22}{:>12}  {:>12}", "", "before", "after"));
-    let mut rows = |name: &str, before: &Residuals, after: &Residuals| {
-        lines.push(format!(
-            "{:<22}{:>9.4} mm  {:>9.4} mm",
-            format!("{name} position RMS"),
-            before.position_rms_mm,
-            after.position_rms_mm
-        ));
-        if let (Some(b), Some(a)) = (before.angle_rms_rad, after.angle_rms_rad) {
-            lines.push(format!(
-                "{:<22}{:>9.4} °   {:>9.4} °",
-                format!("{name} angle RMS"),
-                b.to_degrees(),
-                a.to_degrees()
-            ));
-        }
-    };
-    rows("trained", &fitted.before, &fitted.after);
-    if let Some(h) = holdout {
-        rows("held out", &h.before, &h.after);
-    }
-    if let (Some(least), Some(most)) = (
-        fitted.systems.iter().min_by(|a, b| a.condition.total_cmp(&b.condition)),
-        fitted.systems.iter().max_by(|a, b| a.condition.total_cmp(&b.condition)),
-    ) {
-        let rank = fitted.systems.iter().map(|s| s.rank).min().unwrap_or(0);
-        let samples = fitted.systems.iter().map(|s| s.samples).min().unwrap_or(0);
-        lines.push(format!(
-            "least rank {rank} of {}, least samples {}, condition {:.1} to {:.1}",
-            least.unknowns,
-            with_separators(samples),
-            least.condition,
-            most.condition
-        ));
-    }
-    lines.extend(subset_line(room));
-    lines.push(format!("written to {}", target.output.file().display()));
-    lines.join("\n")
 }

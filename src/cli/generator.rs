@@ -4,11 +4,12 @@ use super::fit::read;
 use super::model_kind::checked_degree;
 use super::prelude::*;
 use clap::Subcommand;
-use trackwright_field::harmonic::{LearnSettings, LearnedGenerator, learn};
+use trackwright_field::harmonic::{LearnSettings, learn};
 use trackwright_field::samples::MeasurementSet;
 use trackwright_formats::signature::GENERATOR;
 use trackwright_project::SampleReading;
-use trackwright_report::room_json::{learned_json, start_name};
+use trackwright_report::room_section::learned_section;
+use trackwright_result::Section;
 
 /// Learn the field generator of a tracker from its measurements
 #[derive(Debug, Subcommand)]
@@ -76,34 +77,8 @@ pub fn run(command: &GeneratorCommand, files: &Files) -> anyhow::Result<()> {
             learned.last_steps
         ));
     }
-    args.common.format.print(|| learned_json(&learned), || as_text(args, &names, &learned))
-}
-
-fn as_text(args: &LearnArgs, files: &[String], learned: &LearnedGenerator) -> String {
-    let mut lines = vec![format!(
-        "{}: {} samples, {} learned from, degree {}",
-        files.join(", "),
-        with_separators(learned.measurements),
-        with_separators(learned.used),
-        learned.degree,
-    )];
-    for report in &learned.starts {
-        let angle = report
-            .held_out
-            .angle_rms_rad
-            .map_or_else(String::new, |a| format!(", {:.4}°", a.to_degrees()));
-        let mark = if report.start == learned.start { '*' } else { ' ' };
-        lines.push(format!(
-            "{mark} {:<28}{:.4} mm{angle} held out of {} samples",
-            start_name(report.start),
-            report.held_out.position_rms_mm,
-            with_separators(learned.held_out),
-        ));
-    }
-    lines.push(format!(
-        "{} coils, learned again from all; written to {}",
-        learned.generator.coils.len(),
-        args.output.display()
-    ));
-    lines.join("\n")
+    let found = Section::default()
+        .with(learned_section(&learned).headed(format!("{}:", names.join(", "))))
+        .with(format!("written to {}", args.output.display()));
+    output::print_section(args.common.format, &found)
 }

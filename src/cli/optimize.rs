@@ -1,26 +1,24 @@
 //! `optimize`: the best places for a design's sensors, and how much is gained.
 
 mod arguments;
-mod text;
 
 use super::compare::named_once;
 use super::named_design::note_sizes;
 use super::numbers::above_zero;
 use super::prelude::*;
-use arguments::{Bounds, bounds, kind, metric, sensors};
+use arguments::{bounds, kind, metric, sensors};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
-use trackwright_geometry::limits::MAX_LENGTH_MM;
 use trackwright_optimization::{
     BuiltError, Goal, Moves, Optimized, OverRooms, Problem, Progress, SensorChoice, Settings,
     optimize,
 };
 use trackwright_project::{MOST_SETS, MoveBounds, World, named_moves, sets_of_sensors};
-use trackwright_report::optimization_json::{FoundPlaces, optimization_json, with_layout};
+use trackwright_report::optimization_section::{FoundPlaces, objective_text, with_layout};
 use trackwright_simulation::{CancelToken, Metric};
 
 /// Find the best places for a design's sensors within what can be built, write the design that has
@@ -65,18 +63,18 @@ pub struct OptimizeArgs {
 
     /// How far the field generator may be moved along each of its axes and turned; 50,10 where left out
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
-    generator_bounds: Option<Bounds>,
+    generator_bounds: Option<(f64, f64)>,
 
     /// How far the CRF may be moved on the patient along each of its axes and turned; where left out 20,10,
     /// or as far as the patch goes that the anatomy states
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true)]
-    crf_bounds: Option<Bounds>,
+    crf_bounds: Option<(f64, f64)>,
 
     /// Standard deviations of where a built sensor is along each axis and of how it is turned, which count as
     /// well; 0,0 for sensors that are exactly where they are drawn
     #[arg(long, value_name = "MM,DEG", value_parser = bounds, allow_hyphen_values = true,
         default_value = "0.2,0.3")]
-    built_error: Bounds,
+    built_error: (f64, f64),
 
     /// End the search after this time with the best so far
     #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = above_zero)]
@@ -96,13 +94,6 @@ const ROOMS: Choice<OverRooms> = Choice(&[
     ("mean", "The mean over all rooms", OverRooms::Mean),
 ]);
 
-/// How far poses may be moved where that is not stated: what a table's arm and a head's curve allow.
-const GENERATOR_BOUNDS: Bounds = Bounds { mm: 50.0, deg: 10.0 };
-const CRF_BOUNDS: Bounds = Bounds { mm: 20.0, deg: 10.0 };
-
-/// Likewise over a patch of the anatomy, which bounds the way by itself.
-const PATCH_BOUNDS: Bounds = Bounds { mm: MAX_LENGTH_MM, deg: 10.0 };
-
 /// Searches, writes the better design, and prints the gain.
 ///
 /// # Errors
@@ -119,8 +110,9 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     note_problems(&world, &rooms);
     let moves = moves(args, &world).with_context(named)?;
     let goal = goal(args, &world).with_context(named)?;
-    let Bounds { mm, deg } = args.built_error;
-    let built = (mm > 0.0 || deg > 0.0).then_some(BuiltError { position_mm: mm, angle_deg: deg });
+    let (position_mm, angle_deg) = args.built_error;
+    let built =
+        (position_mm > 0.0 || angle_deg > 0.0).then_some(BuiltError { position_mm, angle_deg });
     let problem = trackwright_project::placement_problem(&world, &rooms, moves, goal, args.rooms);
     let problem = Problem { built, ..problem };
     let (optimized, seconds) = search(args, &problem).with_context(named)?;
@@ -130,13 +122,14 @@ pub fn run(args: &OptimizeArgs, files: &Files) -> anyhow::Result<()> {
     let here = |file: &PathBuf| file.strip_prefix(".").unwrap_or(file).display().to_string();
     let written = report.written.iter().map(here).collect();
     let found = FoundPlaces { world, better, rooms, problem, optimized, seconds, written };
-    match args.format {
+    let section = found.section();
+    let section = match args.format {
         Format::Json => {
-            let value = optimization_json(&found, &CancelToken::default());
-            output::print_json(&value.with_context(named)?)
+            section.with_all(found.studies(&CancelToken::default()).with_context(named)?)
         }
-        Format::Text => output::print(&text::as_text(&found)),
-    }
+        Format::Text => section.with(format!("written: {}", found.written.join(", "))),
+    };
+    output::print_section(args.format, &section)
 }
 
 fn rooms(
@@ -172,14 +165,9 @@ fn note_problems(world: &World, rooms: &[Arc<Environment>]) {
 /// Names of nothing, bounds of what does not move.
 fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
     let names: Vec<String> = args.moves.iter().map(|name| name.trim().to_owned()).collect();
-    let mut anatomy = world.document.design().anatomy.iter();
-    let has_patch = anatomy.any(|anatomy| !anatomy.crf_patch.is_empty());
-    let crf_bounds = if has_patch { PATCH_BOUNDS } else { CRF_BOUNDS };
-    let bounds = MoveBounds {
-        generator: args.generator_bounds.unwrap_or(GENERATOR_BOUNDS).in_all_axes(),
-        crf_pose: args.crf_bounds.unwrap_or(crf_bounds).in_all_axes(),
-    };
-    let moves = named_moves(world.document.design(), &names, bounds).context("--move")?;
+    let design = world.document.design();
+    let bounds = MoveBounds::of(design, args.generator_bounds, args.crf_bounds);
+    let moves = named_moves(design, &names, bounds).context("--move")?;
     for (option, is_given, name, is_moving) in [
         (
             "--generator-bounds",
@@ -198,7 +186,7 @@ fn moves(args: &OptimizeArgs, world: &World) -> anyhow::Result<Moves> {
         bail!("--sensors and --kind need sensors that move, expected some in --move");
     }
     let moves = Moves { sensors: args.sensors.clone(), kinds: args.kind.clone(), ..moves };
-    let sets = sets_of_sensors(world.document.design(), &moves);
+    let sets = sets_of_sensors(design, &moves);
     if sets > MOST_SETS {
         bail!(
             "--sensors and --kind: found {sets} sets of sensors, expected at most {MOST_SETS}: fewer \
@@ -231,7 +219,7 @@ fn search(args: &OptimizeArgs, problem: &Problem) -> anyhow::Result<(Optimized, 
     let _timer = end_after(args.seconds, enough.clone())?;
     let settings = Settings { seed: args.seed, ..Settings::default() };
     let mut deliver = |progress: &Progress| {
-        shown.set_message(format!("best so far {}", text::objective(problem, progress.best)));
+        shown.set_message(format!("best so far {}", objective_text(problem.goal, progress.best)));
     };
     let found = optimize(problem, &settings, &enough, &shown.task, &mut deliver)?;
     Ok((found, started.elapsed().as_secs_f64()))

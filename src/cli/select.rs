@@ -8,7 +8,6 @@ use super::prelude::*;
 use super::registration::RegistrationArgs;
 use trackwright_calibration::kind_choice::{KindChoice, TriedKind, best_kind};
 use trackwright_calibration::learning_curve::{LEAST_ROWS, LearningPoint, doubled, learning_curve};
-use trackwright_calibration::room_choice::Chosen;
 use trackwright_calibration::room_model::RoomModel;
 use trackwright_calibration::row_labels::{HeldOut, RowLabels};
 use trackwright_field::harmonic::Loss;
@@ -16,12 +15,10 @@ use trackwright_field::samples::SampleSet;
 use trackwright_field::selection::{DEFAULT_FOLDS, DEFAULT_RIDGES, DEFAULT_SEED, SelectSettings};
 use trackwright_formats::signature::ENVIRONMENT;
 use trackwright_geometry::directions::DirectionSet;
-use trackwright_report::kinds::kind_lines;
-use trackwright_report::room::{map_name, method_name};
-use trackwright_report::room_json::fit_json;
-use trackwright_report::selection_json::{curve_json, kinds_json, selection_json};
-use trackwright_report::text_table::columns;
-use trackwright_report::{learning_chart, selection, selection_chart};
+use trackwright_report::room_section::fit_section;
+use trackwright_report::selection_section::{curve_items, selection_section};
+use trackwright_report::{learning_chart, selection_chart};
+use trackwright_result::data;
 
 /// Orders that are tried where none are named.
 const DEFAULT_ORDERS: &str = "1-6";
@@ -169,16 +166,8 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
             .with_context(|| args.data.display().to_string())?;
         (chosen, Some(choice))
     };
-    let mut value = selection_json(&chosen, samples.samples.len());
-    let mut lines = match models {
-        Some(_) => table_lines(&chosen),
-        None => Vec::new(),
-    };
-    lines.insert(0, title(args, &chosen, samples.samples.len()));
-    if let Some(choice) = &choice {
-        value["models"] = kinds_json(choice);
-        lines.extend(kind_lines(choice, chosen.by.as_deref()));
-    }
+    let name = file_name(&args.data);
+    let mut found = selection_section(&name, samples.samples.len(), &chosen, choice.as_ref());
     if let Some(output) = &environment {
         let target = Target {
             data: &args.data,
@@ -196,22 +185,23 @@ pub fn run(args: &SelectArgs, files: &Files) -> anyhow::Result<()> {
         };
         let model = best.map_or(RoomModel::PAPER, |kind| kind.model.clone());
         let room = fit_and_write(&target, &model, &fit_settings, &samples, None)?;
-        value["fit"] = fit_json(&fit_settings, &room);
-        lines.push(format!("written to {}", output.file().display()));
+        found = found
+            .with(data("fit", fit_section(&name, &fit_settings, &room)))
+            .with(format!("written to {}", output.file().display()));
     }
     if let Some(plot) = &plot {
-        let chart = selection_chart::chart(&file_name(&args.data), &chosen.selection);
+        let chart = selection_chart::chart(&name, &chosen.selection);
         plot.write_bytes(chart.to_svg(CHART_SIZE).as_bytes())?;
-        lines.push(format!("drawn to {}", plot.file().display()));
+        found = found.with(format!("drawn to {}", plot.file().display()));
     }
     if let (Some(output), Some(points)) = (&curve_output, &curve) {
-        value["learning_curve"] = curve_json(points);
-        let chart = learning_chart::chart(&file_name(&args.data), points);
+        let chart = learning_chart::chart(&name, points);
         output.write_bytes(chart.to_svg(CHART_SIZE).as_bytes())?;
-        lines.extend(curve_lines(points));
-        lines.push(format!("drawn to {}", output.file().display()));
+        found = found
+            .with_all(curve_items(points))
+            .with(format!("drawn to {}", output.file().display()));
     }
-    args.common.format.print(|| value, || lines.join("\n"))
+    output::print_section(args.common.format, &found)
 }
 
 /// Options that only polynomials have, and whether each is given.
@@ -328,62 +318,4 @@ fn numbers<T: std::str::FromStr>(
         .map(|item| item.trim().parse().ok())
         .collect::<Option<Vec<T>>>()
         .with_context(|| format!("{option}: found {list:?}, expected a list of {expected}"))
-}
-
-/// What was held out of what.
-fn title(args: &SelectArgs, chosen: &Chosen, samples: usize) -> String {
-    let (settings, found) = (&chosen.tried, &chosen.selection);
-    let by = chosen.by.as_deref();
-    let held_out = selection::hold_out_text(found, found.decided_by, by).unwrap_or_default();
-    format!(
-        "{}: {} samples, {held_out}, {}, {} map",
-        file_name(&args.data),
-        with_separators(samples),
-        method_name(settings.method),
-        map_name(settings.map),
-    )
-}
-
-/// One line a system of polynomials, with the ridge that serves it best; the choice is marked.
-fn table_lines(chosen: &Chosen) -> Vec<String> {
-    let found = &chosen.selection;
-    let head = selection::head(found).into_iter().map(str::to_owned);
-    let (mut marks, mut rows) = (vec![' '], vec![head.collect()]);
-    for row in selection::rows(found) {
-        marks.push(if row.is_chosen { '*' } else { ' ' });
-        rows.push(row.cells);
-    }
-    let table = columns(&rows, 0).into_iter().zip(marks);
-    let mut lines: Vec<String> = table.map(|(line, mark)| format!("{mark} {line}")).collect();
-    lines.extend(selection::notes(found));
-    lines.extend(choose::lines(chosen));
-    lines
-}
-
-/// A line a number of measurements, a column a kind.
-fn curve_lines(points: &[LearningPoint]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for kind in points.iter().flat_map(|point| &point.choice.kinds) {
-        if !names.contains(&kind.label()) {
-            names.push(kind.label());
-        }
-    }
-    names.sort_unstable();
-    let head = std::iter::once("measurements".to_owned()).chain(names.iter().cloned());
-    let mut rows: Vec<Vec<String>> = vec![head.collect()];
-    for point in points {
-        let rms = |name: &String| {
-            let kind = point.choice.kinds.iter().find(|kind| kind.label() == *name);
-            kind.map_or_else(
-                || "–".to_owned(),
-                |kind| format!("{:.4}", kind.deciding().overall.position_rms_mm),
-            )
-        };
-        let first = with_separators(point.rows);
-        rows.push(std::iter::once(first).chain(names.iter().map(rms)).collect());
-    }
-    let mut lines =
-        vec!["position RMS of rows held out, mm, by number of measurements:".to_owned()];
-    lines.extend(columns(&rows, 0));
-    lines
 }

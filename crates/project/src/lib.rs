@@ -74,7 +74,8 @@ pub use open::{
 };
 pub use paths::{ENVIRONMENT_EXTENSION, file_name, room_name};
 pub use placement_problem::{
-    MOST_SETS, MoveBounds, MoveError, design_rooms, named_moves, placement_problem, sets_of_sensors,
+    MOST_SENSORS, MOST_SETS, MoveBounds, MoveError, design_rooms, named_moves, placement_problem,
+    sets_of_sensors,
 };
 pub use procedure::{
     MeasuredError, ProcedureRequest, RecordedPoses, RecordedPosesError, further_room, procedure,

@@ -6,10 +6,12 @@ use super::files::Files;
 use super::resolve::resolve;
 use super::rooms::{RoomSource, further_rooms, own_room};
 use super::world::World;
+use nalgebra::Vector3;
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 use trackwright_design::{BodyRole, Design};
 use trackwright_field::Environment;
+use trackwright_geometry::limits::MAX_LENGTH_MM;
 use trackwright_optimization::{
     CrfPatch, Goal, MountedBody, Moves, OverRooms, PoseBounds, Problem,
 };
@@ -21,6 +23,9 @@ const CRF: &str = "crf";
 const GENERATOR: &str = "generator";
 const CRF_POSE: &str = "crf-pose";
 
+/// More sensors than any tracker has inputs for.
+pub const MOST_SENSORS: usize = 32;
+
 /// More sets of sensors leave a search no time for each.
 pub const MOST_SETS: u64 = 100;
 
@@ -29,6 +34,24 @@ pub const MOST_SETS: u64 = 100;
 pub struct MoveBounds {
     pub generator: PoseBounds,
     pub crf_pose: PoseBounds,
+}
+
+impl MoveBounds {
+    /// Ways along each axis and turns, mm and degrees; where they are not stated, what a table's arm and a
+    /// head's curve allow. A patch of the anatomy bounds the way by itself.
+    pub fn of(
+        design: &Design,
+        generator: Option<(f64, f64)>,
+        crf_pose: Option<(f64, f64)>,
+    ) -> Self {
+        let has_patch = design.anatomy.iter().any(|anatomy| !anatomy.crf_patch.is_empty());
+        let crf_mm = if has_patch { MAX_LENGTH_MM } else { 20.0 };
+        let bounds = |stated: Option<(f64, f64)>, usual_mm| {
+            let (mm, turn_deg) = stated.unwrap_or((usual_mm, 10.0));
+            PoseBounds { shift_mm: Vector3::repeat(mm), turn_deg }
+        };
+        Self { generator: bounds(generator, 50.0), crf_pose: bounds(crf_pose, crf_mm) }
+    }
 }
 
 /// Why names do not determine what may move.
@@ -213,19 +236,17 @@ fn mounted(world: &World, role: BodyRole) -> Option<MountedBody> {
 mod tests {
     use super::*;
     use crate::open_builtin;
-    use nalgebra::Vector3;
     use trackwright_optimization::{SensorChoice, Settings, optimize};
     use trackwright_simulation::CancelToken;
     use trackwright_task::Task;
 
-    fn bounds() -> MoveBounds {
-        let of = |shift_mm: f64| PoseBounds { shift_mm: Vector3::repeat(shift_mm), turn_deg: 10.0 };
-        MoveBounds { generator: of(50.0), crf_pose: of(5.0) }
+    fn bounds(design: &Design) -> MoveBounds {
+        MoveBounds::of(design, None, Some((5.0, 10.0)))
     }
 
     fn moves(design: &Design, names: &[&str]) -> Result<Moves, MoveError> {
         let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-        named_moves(design, &names, bounds())
+        named_moves(design, &names, bounds(design))
     }
 
     #[test]
@@ -236,11 +257,11 @@ mod tests {
         assert_eq!(all, Moves { tool: vec![0, 1, 2], ..Moves::default() });
         assert_eq!(moves(design, &["tool"]).unwrap(), all);
         let named = moves(design, &["left", "grip", "crf-pose", "grip"]).unwrap();
-        let crf_pose = Some(bounds().crf_pose);
+        let crf_pose = Some(bounds(design).crf_pose);
         let expected = Moves { tool: vec![1], crf: vec![1], crf_pose, ..Moves::default() };
         assert_eq!(named, expected);
         let poses = moves(design, &["generator", "crf"]).unwrap();
-        let generator = Some(bounds().generator);
+        let generator = Some(bounds(design).generator);
         assert_eq!(poses, Moves { crf: vec![0, 1, 2], generator, ..Moves::default() });
     }
 

@@ -4,8 +4,8 @@ use super::room::harmonic_model_text;
 use super::selection::{candidate_text, hold_out_name, reason};
 use trackwright_calibration::kind_choice::{Decided, KindChoice, KindScored};
 use trackwright_calibration::room_model::{GeneratorChoice, RoomModel};
-use trackwright_field::selection::HoldOutBy;
-use trackwright_field::selection::scoring::HeldOutScores;
+use trackwright_field::selection::{HoldOutBy, Scores};
+use trackwright_result::{Item, Table};
 
 /// A kind and the best model of it: "harmonic, generator planar-nine, degree 6".
 pub fn kind_text(kind: &KindScored) -> String {
@@ -20,33 +20,34 @@ pub fn kind_text(kind: &KindScored) -> String {
     }
 }
 
-/// One line a kind, best first, in every hold-out; the chosen one is marked. Then why it was chosen.
-pub fn kind_lines(choice: &KindChoice, groups: Option<&str>) -> Vec<String> {
-    let Some(first) = choice.kinds.first() else {
-        return Vec::new();
-    };
-    let held_out: Vec<HoldOutBy> = first.scores.hold_outs.iter().map(|(by, _)| *by).collect();
-    let mut lines = Vec::new();
-    for by in held_out {
-        let decides = if by == first.scores.decided_by { ", which decides" } else { "" };
+/// A table for each hold-out, best kind first and the chosen one marked. Then why it was chosen.
+pub fn kind_items(choice: &KindChoice, groups: Option<&str>) -> Vec<Item> {
+    let mut items: Vec<Item> = Vec::new();
+    for (by, _) in choice.kinds.first().map_or(&[][..], |first| &first.scores.hold_outs) {
+        let decides = if *by == choice.best().scores.decided_by { ", which decides" } else { "" };
         let groups = match (by, groups) {
             (HoldOutBy::Groups, Some(groups)) => format!(" by {groups}"),
             _ => String::new(),
         };
-        lines.push(format!("held out {}{groups}{decides}:", hold_out_name(by)));
-        for (place, kind) in choice.kinds.iter().enumerate() {
-            let Some(scores) = kind.scores.held_out_by(by) else {
-                continue;
-            };
-            let mark = if place == choice.best { '*' } else { ' ' };
-            lines.push(format!("{mark} {} {}", held_out_figures(scores), kind_text(kind)));
+        let kinds = choice.kinds.iter().enumerate();
+        let kinds: Vec<_> = kinds
+            .filter_map(|(place, kind)| Some((place, kind, &kind.scores.held_out_by(*by)?.overall)))
+            .collect();
+        let mut table = Table::of("", &kinds)
+            .text("", " ", |(place, ..)| if *place == choice.best { "*" } else { "" })
+            .number("", "RMS, mm", 4, |(.., scores)| scores.position_rms_mm);
+        if kinds.iter().any(|(.., scores)| scores.angle_rms_rad.is_some()) {
+            let angle = |scores: &Scores| scores.angle_rms_rad.map(f64::to_degrees);
+            table = table.number("", "RMS, °", 4, |(.., scores)| angle(scores));
         }
+        let table = table.text("", "model", |(_, kind, _)| kind_text(kind));
+        items.push(format!("held out {}{groups}{decides}:", hold_out_name(*by)).into());
+        items.push(table.done().into());
     }
-    for (kind, why) in &choice.left_out {
-        lines.push(format!("{kind} is left out: {why}"));
-    }
-    lines.push(kind_reason(choice));
-    lines
+    let left_out = choice.left_out.iter();
+    items.extend(left_out.map(|(kind, why)| format!("{kind} is left out: {why}").into()));
+    items.push(kind_reason(choice).into());
+    items
 }
 
 /// Why a model is what it is, where anything was chosen.
@@ -91,12 +92,4 @@ pub fn kind_reason(choice: &KindChoice) -> String {
         _ => "the tracker's generator (a file for --generator) or more measurements may do better",
     };
     format!("chosen: {}: {} RMS held out{other}; {better}", kind_text(best), left(best))
-}
-
-fn held_out_figures(scores: &HeldOutScores) -> String {
-    let angle = scores
-        .overall
-        .angle_rms_rad
-        .map_or_else(String::new, |a| format!("  {:>8.4}°", a.to_degrees()));
-    format!("{:>9.4} mm{angle}  ", scores.overall.position_rms_mm)
 }

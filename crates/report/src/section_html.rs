@@ -29,7 +29,11 @@ pub fn section_html(section: &Section) -> Markup {
                 Item::Row(_) => {}
                 Item::Table(table) => { (table_html(table)) }
                 Item::Line(line) => { p { (line) } }
-                Item::Section(within) => { (section_html(within)) }
+                Item::Section(within) => {
+                    @let html = section_html(within);
+                    @if !html.0.is_empty() && !within.heading.is_empty() { p { (within.heading) } }
+                    (html)
+                }
             }
         }
         @for note in &section.notes { p { (note.sentence(Remedy::as_keyword)) } }
@@ -45,7 +49,7 @@ fn table_html(table: &Table) -> Markup {
     let is_shown = |k: &usize| !table.columns[*k].label.is_empty();
     let shown: Vec<usize> = (0..table.columns.len()).filter(is_shown).collect();
     html! {
-        @if !table.rows.is_empty() {
+        @if !table.rows.is_empty() && !shown.is_empty() {
             table {
                 thead { tr { @for &k in &shown { th { (table.columns[k].label) } } } }
                 @for row in &table.rows {

@@ -4,8 +4,8 @@ use super::text_table::lines;
 use trackwright_formats::printable::printable;
 use trackwright_result::{Column, Item, Row, Section, Table, value_text};
 
-/// Rows aligned, tables in columns, an empty line before a section within. What a terminal would obey
-/// is escaped in rows and tables.
+/// Rows aligned, tables in columns; a section within has an empty line before it, or its heading, below
+/// which it is indented. What a terminal would obey is escaped, but for sentences.
 ///
 /// ```
 /// use trackwright_report::section_text::section_text;
@@ -26,8 +26,13 @@ pub fn section_text(section: &Section) -> String {
             Item::Row(_) => {}
             Item::Table(table) => text.extend(table_lines(table)),
             Item::Line(line) => text.push(line.clone()),
-            Item::Section(within) => {
-                let within = section_text(within);
+            Item::Section(section) => {
+                let within = section_text(section);
+                if !section.heading.is_empty() && !within.is_empty() {
+                    text.push(printable(&section.heading).into_owned());
+                    text.extend(within.lines().map(|line| format!("  {line}")));
+                    continue;
+                }
                 if !within.is_empty() && !text.is_empty() {
                     text.push(String::new());
                 }
@@ -58,15 +63,16 @@ fn aligned(rows: &[&Row]) -> Vec<String> {
         .collect()
 }
 
-/// Nothing of a table without rows.
+/// Nothing of a table without rows or labels; no head of blank labels.
 fn table_lines(table: &Table) -> Vec<String> {
-    if table.rows.is_empty() {
-        return Vec::new();
-    }
     let shown: Vec<(usize, &Column)> =
         table.columns.iter().enumerate().filter(|(_, column)| !column.label.is_empty()).collect();
-    let mut cells: Vec<Vec<String>> =
-        vec![shown.iter().map(|(_, column)| column.label.to_string()).collect()];
+    if table.rows.is_empty() || shown.is_empty() {
+        return Vec::new();
+    }
+    let head: Vec<String> = shown.iter().map(|(_, column)| column.label.to_string()).collect();
+    let mut cells: Vec<Vec<String>> = Vec::new();
+    cells.extend(head.iter().any(|label| !label.trim().is_empty()).then_some(head));
     cells.extend(table.rows.iter().map(|row| {
         shown.iter().map(|(k, column)| value_text(&row[*k], column.decimals)).collect()
     }));
@@ -129,5 +135,18 @@ model  order 2\\u{a}";
             assert!(page.contains(shown), "{shown}: {page}");
         }
         assert!(!page.contains("covariance") && !page.contains("of_programs"), "{page}");
+    }
+
+    #[test]
+    fn what_is_under_a_heading_is_indented_and_data_is_not_shown() {
+        let names = Table::of("", &["a", "b"]).text("", " ", |name| *name).done();
+        let only_data = Table::of("each", &[1, 2]).data("value", |value| *value).done();
+        let section = Section::of([data("hidden", 1)])
+            .with(only_data)
+            .with(Section::of([mm("rms_mm", "RMS", 0.5)]).headed("in\nroom:"))
+            .with(Section::default().with(names).headed("names:"))
+            .with(Section::default().headed("of nothing:"));
+        let text = "in\\u{a}room:\n  RMS  0.500 mm\nnames:\n  a\n  b";
+        assert_eq!(section_text(&section), text);
     }
 }

@@ -8,6 +8,8 @@ use std::borrow::Cow;
 pub struct Section {
     /// The object that it is for programs; empty where it is part of the section around it.
     pub key: Cow<'static, str>,
+    /// A line above, for people, who read the rest indented; empty where it has none.
+    pub heading: String,
     pub items: Vec<Item>,
     pub notes: Vec<Note>,
 }
@@ -29,6 +31,11 @@ impl Section {
     /// As an object of its own within others.
     pub fn named(self, key: impl Into<Cow<'static, str>>) -> Self {
         Self { key: key.into(), ..self }
+    }
+
+    /// Under a line for people.
+    pub fn headed(self, heading: impl Into<String>) -> Self {
+        Self { heading: heading.into(), ..self }
     }
 
     pub fn with(mut self, item: impl Into<Item>) -> Self {

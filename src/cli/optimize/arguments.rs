@@ -1,45 +1,31 @@
 //! What `optimize` takes as text: numbers of sensors, kinds of them, figures, bounds.
 
 use crate::cli::numbers::{length_above_zero, zero_or_more};
-use nalgebra::Vector3;
 use std::ops::RangeInclusive;
-use trackwright_optimization::{PoseBounds, SensorChoice};
+use trackwright_optimization::SensorChoice;
+use trackwright_project::MOST_SENSORS;
 use trackwright_simulation::{Coil, METRICS, Metric};
 
-/// More sensors than any tracker has inputs for.
-const MAX_SENSORS: usize = 32;
-
-/// How far a pose may be moved.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
-    pub mm: f64,
-    pub deg: f64,
-}
-
-impl Bounds {
-    pub fn in_all_axes(self) -> PoseBounds {
-        PoseBounds { shift_mm: Vector3::repeat(self.mm), turn_deg: self.deg }
-    }
-}
-
-pub fn bounds(text: &str) -> Result<Bounds, String> {
+/// How far something may be moved and turned, or is off: mm and degrees.
+pub fn bounds(text: &str) -> Result<(f64, f64), String> {
     let expected = "expected mm and degrees with a comma, each zero or more";
     let (mm, deg) = text.split_once(',').ok_or(expected)?;
     let [mm, deg] = [mm, deg].map(|number| zero_or_more(number.trim()));
     match (mm, deg) {
-        (Ok(mm), Ok(deg @ 0.0..=180.0)) => Ok(Bounds { mm, deg }),
+        (Ok(mm), Ok(deg @ 0.0..=180.0)) => Ok((mm, deg)),
         (Ok(_), Ok(deg)) => Err(format!("found {deg} degrees, expected at most 180")),
         _ => Err(expected.to_owned()),
     }
 }
 
 pub fn sensors(text: &str) -> Result<RangeInclusive<usize>, String> {
-    let expected =
-        || format!("expected a number from 1 to {MAX_SENSORS}, or two with - between, least first");
+    let expected = || {
+        format!("expected a number from 1 to {MOST_SENSORS}, or two with - between, least first")
+    };
     let (least, most) = text.split_once('-').unwrap_or((text, text));
     let [least, most] = [least, most].map(|number| number.trim().parse::<usize>());
     match (least, most) {
-        (Ok(least @ 1..), Ok(most @ ..=MAX_SENSORS)) if least <= most => Ok(least..=most),
+        (Ok(least @ 1..), Ok(most @ ..=MOST_SENSORS)) if least <= most => Ok(least..=most),
         _ => Err(expected()),
     }
 }
@@ -100,8 +86,8 @@ mod tests {
 
     #[test]
     fn bounds_are_two_numbers_from_zero() {
-        assert_eq!(bounds("50, 10"), Ok(Bounds { mm: 50.0, deg: 10.0 }));
-        assert_eq!(bounds("0,0"), Ok(Bounds { mm: 0.0, deg: 0.0 }));
+        assert_eq!(bounds("50, 10"), Ok((50.0, 10.0)));
+        assert_eq!(bounds("0,0"), Ok((0.0, 0.0)));
         for refused in ["50", "-1,5", "1,-5", "1,181", "1,2,3", "a,b", "inf,1"] {
             assert!(bounds(refused).is_err(), "{refused}");
         }

@@ -179,15 +179,13 @@ impl Characterisation {
         for (kind, [key, rms]) in
             [["position_mm", "mm: rms"], ["angle_deg", "deg: rms"]].into_iter().enumerate()
         {
-            let figures: [(&str, &str, fn(&Statistics) -> f64); 4] = [
-                ("rms", rms, Statistics::rms),
-                ("median", "median", Statistics::median),
-                ("p95", "p95", Statistics::p95),
-                ("max", "max", Statistics::max),
-            ];
-            for (name, label, value) in figures {
-                let value = move |s: &SensorErrors| Some(value(&s.errors.as_ref()?[kind]));
-                table = table.number(format!("{key}.{name}"), label, 2, value);
+            let labels = [rms, "median", "p95", "max"];
+            let names = ["rms", "median", "p95", "max"];
+            for (k, (name, label)) in names.into_iter().zip(labels).enumerate() {
+                table = table.number(format!("{key}.{name}"), label, 2, move |s| {
+                    let errors = &s.errors.as_ref()?[kind];
+                    Some([errors.rms(), errors.median(), errors.p95(), errors.max()][k])
+                });
             }
         }
         let table = table
@@ -268,16 +266,11 @@ fn range_columns<'a, T>(
     [key, mean]: [&str; 2],
     range: impl Fn(&T) -> (Range, f64),
 ) -> Columns<'a, T> {
-    let figures: [(&str, &str, fn(&Range) -> f64); 4] = [
-        ("mean", mean, |r| r.mean),
-        ("std", "std", |r| r.std),
-        ("min", "min", |r| r.min),
-        ("max", "max", |r| r.max),
-    ];
-    for (name, label, value) in figures {
+    let labels = [mean, "std", "min", "max"];
+    for (k, (name, label)) in ["mean", "std", "min", "max"].into_iter().zip(labels).enumerate() {
         table = table.number(format!("{key}{name}"), label.to_owned(), 2, |item| {
             let (range, unit) = range(item);
-            value(&range) * unit
+            [range.mean, range.std, range.min, range.max][k] * unit
         });
     }
     table
