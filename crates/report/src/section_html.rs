@@ -38,14 +38,14 @@ pub fn section_html(section: &Section) -> Markup {
 
 fn row_html(row: &Row) -> Markup {
     let indent = if row.is_part { "\u{2003}" } else { "" };
-    html! { tr { th { (indent) (row.label) } td { (row.value_text()) " " (row.unit) } } }
+    html! { tr { th { (indent) (row.label) } td { (row.value_text()) " " (row.unit) " " (row.remark) } } }
 }
 
 fn table_html(table: &Table) -> Markup {
     let is_shown = |k: &usize| !table.columns[*k].label.is_empty();
     let shown: Vec<usize> = (0..table.columns.len()).filter(is_shown).collect();
     html! {
-        @if !table.rows.is_empty() {
+        @if !table.rows.is_empty() && !shown.is_empty() {
             table {
                 thead { tr { @for &k in &shown { th { (table.columns[k].label) } } } }
                 @for row in &table.rows {

@@ -4,14 +4,18 @@ use super::text_table::lines;
 use trackwright_formats::printable::printable;
 use trackwright_result::{Column, Item, Row, Section, Table, value_text};
 
-/// Rows aligned, tables in columns, an empty line before a section within. What a terminal would obey
+/// Rows aligned, tables in columns, an empty line before a section within
+/// that is not below what is above. What a terminal would obey
 /// is escaped in rows and tables.
 ///
 /// ```
 /// use trackwright_report::section_text::section_text;
 /// use trackwright_result::{Section, count, mm};
-/// let found = Section::of([count("poses", "poses", 12), mm("rms_mm", "RMS", 0.5).part()]);
-/// assert_eq!(section_text(&found), "poses     12\n  RMS  0.500 mm");
+/// let rms = mm("rms_mm", "RMS", 0.5).part().remarked("(95 %: 0.4 to 0.6)");
+/// let found = Section::of([count("poses", "poses", 12), rms]);
+/// let found = found.with(Section::of([mm("max_mm", "largest", 0.9)]).below(2));
+/// let lines = ["poses     12", "  RMS  0.500 mm (95 %: 0.4 to 0.6)", "  largest  0.900 mm"];
+/// assert_eq!(section_text(&found), lines.join("\n"));
 /// ```
 pub fn section_text(section: &Section) -> String {
     let mut text: Vec<String> = Vec::new();
@@ -27,11 +31,14 @@ pub fn section_text(section: &Section) -> String {
             Item::Table(table) => text.extend(table_lines(table)),
             Item::Line(line) => text.push(line.clone()),
             Item::Section(within) => {
-                let within = section_text(within);
-                if !within.is_empty() && !text.is_empty() {
+                let lines = section_text(within);
+                if !lines.is_empty() && !text.is_empty() && within.indent.is_none() {
                     text.push(String::new());
                 }
-                text.extend((!within.is_empty()).then_some(within));
+                let indent = " ".repeat(within.indent.unwrap_or(0));
+                text.extend(
+                    lines.lines().map(|line| format!("{indent}{line}").trim_end().to_owned()),
+                );
             }
         }
     }
@@ -54,17 +61,23 @@ fn aligned(rows: &[&Row]) -> Vec<String> {
     cells
         .iter()
         .zip(rows)
-        .map(|([l, v], row)| format!("{l:<label$}  {v:>value$} {}", row.unit).trim_end().to_owned())
+        .map(|([l, v], row)| {
+            let after = match (row.unit, printable(&row.remark)) {
+                ("", remark) => remark.into_owned(),
+                (unit, remark) => format!("{unit} {remark}"),
+            };
+            format!("{l:<label$}  {v:>value$} {after}").trim_end().to_owned()
+        })
         .collect()
 }
 
-/// Nothing of a table without rows.
+/// Nothing of a table without rows, or without columns for people.
 fn table_lines(table: &Table) -> Vec<String> {
-    if table.rows.is_empty() {
-        return Vec::new();
-    }
     let shown: Vec<(usize, &Column)> =
         table.columns.iter().enumerate().filter(|(_, column)| !column.label.is_empty()).collect();
+    if table.rows.is_empty() || shown.is_empty() {
+        return Vec::new();
+    }
     let mut cells: Vec<Vec<String>> =
         vec![shown.iter().map(|(_, column)| column.label.to_string()).collect()];
     cells.extend(table.rows.iter().map(|row| {

@@ -6,8 +6,11 @@ use std::borrow::Cow;
 /// Figures and tables that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
-    /// The object that it is for programs; empty where it is part of the section around it.
+    /// The object that it is for programs; empty where it is part of the section around it. `steps[]` is
+    /// one more of the list `steps`.
     pub key: Cow<'static, str>,
+    /// Spaces before its lines, which then follow what is above without an empty line.
+    pub indent: Option<usize>,
     pub items: Vec<Item>,
     pub notes: Vec<Note>,
 }
@@ -29,6 +32,17 @@ impl Section {
     /// As an object of its own within others.
     pub fn named(self, key: impl Into<Cow<'static, str>>) -> Self {
         Self { key: key.into(), ..self }
+    }
+
+    /// Its lines directly below what is above, after so many spaces.
+    pub fn below(self, indent: usize) -> Self {
+        Self { indent: Some(indent), ..self }
+    }
+
+    /// With a sentence above all.
+    pub fn headed(mut self, line: String) -> Self {
+        self.items.insert(0, Item::Line(line));
+        self
     }
 
     pub fn with(mut self, item: impl Into<Item>) -> Self {
