@@ -40,7 +40,6 @@ pub mod selection_chart;
 pub mod selection_json;
 pub mod study;
 pub mod sweep;
-pub mod sweep_json;
 pub mod text_table;
 pub mod tool_json;
 pub mod uncertainty;
