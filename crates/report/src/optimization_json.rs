@@ -1,7 +1,6 @@
 //! A search for the best places of sensors, and what came of it; as JSON.
 
-use crate::comparison_json::differences_json;
-use crate::figures_json::study_json;
+use crate::comparison::differences_json;
 use crate::study::StudyReport;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -11,7 +10,7 @@ use trackwright_geometry::pose::pose_to_array;
 use trackwright_optimization::{Layout, Optimized, PoseChange, Problem, RoomGain};
 use trackwright_project::{World, coil_findings, layout_edits, resolve};
 use trackwright_simulation::{
-    CancelToken, ErrorOf, RigidBody, Sensor, SensorOrientation, StudyError,
+    CancelToken, ErrorOf, RigidBody, Sensor, SensorOrientation, StudyError, coil_section,
 };
 
 /// What was searched, and what came of it.
@@ -84,18 +83,15 @@ fn with_studies(
     let each = found.rooms.iter().map(|room| {
         let scenario = resolve(world.document.design(), room);
         let study = StudyReport::run(BodyRole::Tool, (&scenario, mode), cancel)?;
-        let mut value = study.as_json((&scenario, mode));
-        if !coils.is_empty() {
-            value["coils"] = json!(coils);
-        }
-        Ok(value)
+        Ok(study.section((&scenario, mode), false).with(coil_section(&coils)).to_json())
     });
     Ok(layout_json(found, layout, each.collect::<Result<_, StudyError>>()?))
 }
 
 fn layouts(found: &FoundPlaces, layouts: &[Layout]) -> Vec<Value> {
-    let studies =
-        |layout: &Layout| layout.studies.iter().map(|study| study_json(study, None)).collect();
+    let studies = |layout: &Layout| {
+        layout.studies.iter().map(|study| study.section(None).to_json()).collect()
+    };
     layouts.iter().map(|layout| layout_json(found, layout, studies(layout))).collect()
 }
 
