@@ -13,7 +13,7 @@ use std::sync::Arc;
 use trackwright_field as field;
 use trackwright_formats::comparison_table::Names;
 use trackwright_project::{comparison_plan, is_same_file};
-use trackwright_report::comparison_json::comparison_json;
+use trackwright_report::comparison::comparison_section;
 use trackwright_simulation::comparison::{
     LEAST_DEG, LEAST_MM, Least, Settings, compare as compared,
 };
@@ -97,5 +97,5 @@ pub fn compare<'py>(
         rooms.iter().map(|(label, room)| (label.clone(), room.name.as_str())),
     );
     warn_of(py, notes)?;
-    Ok(to_python(py, &comparison_json(&found, &names))?)
+    Ok(to_python(py, &comparison_section(&found, &names).to_json())?)
 }

@@ -5,15 +5,14 @@ use crate::design::{Design, notes_of};
 use crate::environment::Environment;
 use crate::errors::{Done, TrackwrightError};
 use crate::fitting::jitter;
+use crate::found::Found;
 use crate::keywords::Keywords;
 use crate::long_work;
 use crate::records::{Cell, Field, Records};
 use crate::tables::{Notes, Table, of_memory, take, warn_of};
-use crate::values::to_python;
 use anyhow::Context;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
-use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_calibration::doubts::{PoseFrame, with_written_quaternions};
 use trackwright_design::BodyRole;
@@ -22,15 +21,16 @@ use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
-use trackwright_report::figures_json::room_field_json;
 use trackwright_report::study::StudyReport;
 use trackwright_report::uncertainty::{
     DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
 };
+use trackwright_result::{Section, data};
+use trackwright_simulation::support::SupportSurvey;
 use trackwright_simulation::uncertainty::UncertaintyError;
 use trackwright_simulation::{
     self as simulation, InputTrial, Mode, NoInterval, Outcome, RoomFieldFigures, Scenario, Trial,
-    run, survey,
+    coil_section, run, survey,
 };
 use trackwright_task::Task;
 
@@ -39,20 +39,13 @@ const EXPECTED_TOOL: &str =
 const EXPECTED_CRF: &str = "all of crf_x … crf_qz, or none of them";
 
 /// What a study found.
-#[pyclass(frozen, module = "trackwright")]
+#[pyclass(frozen, extends = Found, module = "trackwright")]
 pub struct Simulation {
-    figures: Py<PyAny>,
     trials: Py<PyAny>,
 }
 
 #[pymethods]
 impl Simulation {
-    /// The figures, as `trackwright simulate --format json` prints them: mm and degrees.
-    #[getter]
-    fn figures(&self, py: Python<'_>) -> Py<PyAny> {
-        self.figures.clone_ref(py)
-    }
-
     /// The trials, a record each, as `trackwright simulate --log` writes them: true_x … true_qz and sim_x …
     /// sim_qz, the tool's true and simulated pose in the CRF's frame (mm, unit quaternions); err_x, err_y,
     /// err_z and err_mm, the tip's error (mm, CRF's frame); err_deg, the angle's; outside and out_of_volume,
@@ -64,11 +57,13 @@ impl Simulation {
 }
 
 impl Simulation {
-    fn new(py: Python<'_>, (figures, trials): (Value, Vec<Trial>)) -> Done<Self> {
-        Ok(Self {
-            figures: to_python(py, &figures)?.unbind(),
-            trials: records(&trials).into_numpy(py)?.unbind(),
-        })
+    fn new(
+        py: Python<'_>,
+        (section, trials): (Section, Vec<Trial>),
+        notes: Notes,
+    ) -> Done<Py<Self>> {
+        let trials = records(&trials).into_numpy(py)?.unbind();
+        Ok(Py::new(py, (Self { trials }, Found::new(py, section, notes)?))?)
     }
 }
 
@@ -97,7 +92,7 @@ pub fn simulate(
     design: &Bound<'_, Design>,
     mode: &str,
     options: Option<&Bound<'_, PyDict>>,
-) -> Done<Simulation> {
+) -> Done<Py<Simulation>> {
     let keywords = Keywords::of(options);
     let design = design.get();
     let world = design.world();
@@ -145,26 +140,20 @@ pub fn simulate(
         let scattered = scattered.transpose()?;
         let support = has_support.then(|| survey(&scenario, &mode, task).with_context(named));
         let support = support.transpose()?;
-        let Studied { mut figures, outcome, trials, note } = match has_expected {
+        let Studied { mut section, outcome, trials, note } = match has_expected {
             true => study(BodyRole::Tool, of, task),
             false => run_alone(of, task),
         }
         .with_context(named)?;
         notes.extend(note);
         if let Some(scattered) = &scattered {
-            figures["uncertainty"] = scattered.as_json(&outcome);
+            section = section.with(data("uncertainty", scattered.as_json(&outcome)));
         }
-        if let Some(support) = &support {
-            figures["support"] = json!(support);
-        }
+        section = section.with_all(support.as_ref().map(SupportSurvey::section));
         let coils = if has_expected { coil_findings(world) } else { Vec::new() };
-        if !coils.is_empty() {
-            figures["coils"] = json!(coils);
-        }
-        Ok((figures, trials))
+        Ok((section.with(coil_section(&coils)), trials))
     })?;
-    warn_of(py, notes)?;
-    Simulation::new(py, found)
+    Simulation::new(py, found, notes)
 }
 
 /// How far jitter scatters the tip: by which methods, and which jitter.
@@ -250,7 +239,7 @@ pub fn simulate_crf(
     mode: &str,
     environment: Option<&Bound<'_, Environment>>,
     outside: &str,
-) -> Done<Vec<Simulation>> {
+) -> Done<Vec<Py<Simulation>>> {
     let design = design.get();
     let world = design.world();
     let outside = outside_policy(outside)?;
@@ -271,21 +260,20 @@ pub fn simulate_crf(
         let each = resolve_crf(world.document.design(), room).into_iter().map(|at| {
             let mut scenario = at.scenario;
             scenario.outside = outside;
-            let Studied { mut figures, trials, note, .. } =
+            let Studied { section, trials, note, .. } =
                 study(BodyRole::Crf, (&scenario, &mode), task).with_context(|| label.clone())?;
             notes.extend(note);
-            figures["target"] = json!(at.target);
-            Ok((figures, trials))
+            Ok((section.with(data("target", at.target)), trials))
         });
         each.collect::<Done<Vec<_>>>()
     })?;
     warn_of(py, notes)?;
-    found.into_iter().map(|found| Simulation::new(py, found)).collect()
+    found.into_iter().map(|found| Simulation::new(py, found, Notes::new())).collect()
 }
 
 /// A study with all of its trials, and why a room that was measured gives its figures no interval.
 struct Studied {
-    figures: Value,
+    section: Section,
     /// In the room's own field.
     outcome: RoomFieldFigures,
     trials: Vec<Trial>,
@@ -306,8 +294,8 @@ fn study(
         Some(NoInterval::NoneDrawn(why)) => Some(format!("the figures have no interval: {why}")),
         _ => None,
     };
-    let figures = report.as_json((scenario, mode));
-    Ok(Studied { figures, outcome: report.study.room_field, trials, note })
+    let section = report.section((scenario, mode), false);
+    Ok(Studied { section, outcome: report.study.room_field, trials, note })
 }
 
 /// The figures of the room's own field alone.
@@ -316,8 +304,8 @@ fn run_alone((scenario, mode): (&Scenario, &Mode), task: &Task) -> anyhow::Resul
     let mut keep = |trial: &Trial| trials.push(*trial);
     let Outcome { room_field, .. } = run(scenario, mode, &task.cancel, Some(&mut keep))?;
     let single = trials.last().filter(|_| matches!(mode, Mode::Single));
-    let figures = room_field_json(&room_field, single);
-    Ok(Studied { figures, outcome: room_field, trials, note: None })
+    let section = room_field.section(single);
+    Ok(Studied { section, outcome: room_field, trials, note: None })
 }
 
 /// Given poses; the CRF's columns count only for a design that has one.

@@ -10,7 +10,6 @@ use pyo3::types::{PyDict, PyList};
 use std::cell::RefCell;
 use std::path::PathBuf;
 use trackwright_project::Files;
-use trackwright_report::sweep_json::{merge_json, run_json, status_json};
 use trackwright_sweep::{self as sweep, Folder, Part, merge, run, status};
 
 /// A plan of many designs in many rooms, with all that it refers to.
@@ -58,7 +57,7 @@ impl Sweep {
             Ok((report, notes.into_inner()))
         })?;
         warn_of(py, notes)?;
-        Ok(to_python(py, &run_json(&report))?)
+        Ok(to_python(py, &report.section(None).to_json())?)
     }
 
     fn __repr__(&self) -> String {
@@ -70,7 +69,7 @@ impl Sweep {
 #[pyfunction]
 pub fn sweep_status(py: Python<'_>, folder: PathBuf) -> Done<Bound<'_, PyAny>> {
     let status = long_work::run(py, |_| Ok(status(&folder)?))?;
-    Ok(to_python(py, &status_json(&status))?)
+    Ok(to_python(py, &status.section().to_json())?)
 }
 
 /// Writes all rows of a sweep's folder to one file (`*.parquet`), in order: as `trackwright sweep merge`, and
@@ -93,7 +92,7 @@ pub fn merge_sweep<'py>(
         output.expect_new()?;
         Ok(merge(&sweep, &folder, &path, task)?)
     })?;
-    Ok(to_python(py, &merge_json(&report))?)
+    Ok(to_python(py, &report.section(&path).to_json())?)
 }
 
 /// The rows of a sweep, read column by column as they are needed.

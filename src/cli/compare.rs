@@ -1,6 +1,5 @@
 //! `compare`: designs beside each other in one room or several, and what of their differences is one.
 
-use super::figures;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
@@ -8,16 +7,8 @@ use trackwright_design::Design;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::comparison_table::{self, Names};
 use trackwright_project::{ComparedDesign, ComparedRoom, ComparedRooms};
-use trackwright_report::comparison_json::comparison_json;
-use trackwright_report::text_table::columns;
-use trackwright_simulation::comparison::{
-    Comparison, LEAST_DEG, LEAST_MM, Least, Row, Settings, compare, difference_words, met_words,
-    notes, worst_words,
-};
-use trackwright_simulation::{ErrorOf, Metric, Summary};
-
-/// Longest name that a table shows whole.
-const MAX_NAME: usize = 36;
+use trackwright_report::comparison::comparison_section;
+use trackwright_simulation::comparison::{LEAST_DEG, LEAST_MM, Least, Settings, compare};
 
 /// Hold designs against each other in one room or several, and report which differences are more
 /// than the room's uncertainty and the sampling of the motion
@@ -120,7 +111,7 @@ pub fn run(args: &CompareArgs, files: &Files) -> anyhow::Result<()> {
     if let Some(csv) = &csv {
         csv.write(|out| comparison_table::write(out, &found, &names))?;
     }
-    args.format.print(|| comparison_json(&found, &names), || as_text(&found, &names))
+    output::print_section(args.format, &comparison_section(&found, &names))
 }
 
 /// # Errors
@@ -161,136 +152,4 @@ fn baseline(named: &Path, designs: &[ComparedDesign]) -> anyhow::Result<usize> {
         false => "no such file, and no design of this name",
     };
     bail!("--baseline {}: found {found}, expected one of {}", named.display(), files.join(", "))
-}
-
-fn as_text(found: &Comparison, names: &Names) -> String {
-    let labels = short(&names.designs);
-    let mut rooms: Vec<usize> = found.rows.iter().map(|row| row.room).collect();
-    rooms.sort_unstable();
-    rooms.dedup();
-    let mut parts = Vec::new();
-    for room in rooms {
-        let rows: Vec<&Row> = found.rows.iter().filter(|row| row.room == room).collect();
-        parts.push(one_line(Names::of(&names.rooms, room)));
-        parts.push(table(&rows, &labels, found.baseline));
-        for row in rows {
-            parts.extend(about(row, &labels, found.baseline));
-        }
-        if let Some(why) = found.rooms_unknown[room] {
-            parts.push(format!("  the uncertainty of the room's field is unknown: {why}"));
-        }
-        parts.push(String::new());
-    }
-    parts.pop();
-    parts.join("\n")
-}
-
-/// The figures, a line a design.
-fn table(rows: &[&Row], labels: &[String], baseline: usize) -> String {
-    let figures = Metric::bounded().map(|m| format!("{} {}", m.summary.short(), m.unit()));
-    let last = ["required", "ΔRMS mm", "ΔRMS °"].map(str::to_owned);
-    let header: Vec<String> = std::iter::once(String::new()).chain(figures).chain(last).collect();
-    let width = header.len();
-    let mut lines = vec![header];
-    for row in rows {
-        let mut cells = vec![Names::of(labels, row.design).to_owned()];
-        match &row.measured {
-            Err(_) => cells.extend((1..width).map(|_| "–".to_owned())),
-            Ok(measured) => {
-                cells.extend(measured.study.figures.bounded().map(|figure| figure.value_text(4)));
-                cells.push(met_words(measured).to_owned());
-                cells.extend(changes(row, baseline));
-            }
-        }
-        lines.push(cells);
-    }
-    let aligned = columns(&lines, 1).into_iter().map(|line| format!("  {line}"));
-    aligned.collect::<Vec<_>>().join("\n")
-}
-
-/// The differences of the RMS of tip and angle.
-fn changes(row: &Row, baseline: usize) -> [String; 2] {
-    if row.design == baseline {
-        return ["baseline".to_owned(), String::new()];
-    }
-    let Some(against) = &row.against_baseline else {
-        return ["–", "–"].map(str::to_owned);
-    };
-    [ErrorOf::Position, ErrorOf::Angle].map(|of| {
-        let found = against
-            .differences
-            .iter()
-            .find(|d| d.metric.of == of && d.metric.summary == Summary::Rms);
-        found.map_or_else(String::new, |d| format!("{:+.4}", d.difference))
-    })
-}
-
-/// What a line of the table leaves out.
-fn about(row: &Row, labels: &[String], baseline: usize) -> Vec<String> {
-    let name = Names::of(labels, row.design);
-    let mut lines = vec![format!("  {name}")];
-    match &row.measured {
-        Err(why) => lines.push(format!("    no figures: {why}")),
-        Ok(measured) => {
-            if let Some(against) = &row.against_baseline {
-                let shown = Metric::bounded();
-                let width = shown.clone().map(|m| m.label().chars().count()).max().unwrap_or(0);
-                lines.extend(shown.map(|metric| {
-                    let difference = &against.differences[metric.index()];
-                    let words = difference_words(difference, Names::of(labels, baseline));
-                    format!("    {:<width$}  {words}", metric.label())
-                }));
-            }
-            let rows = figures::rows(&measured.study.figures).into_iter();
-            lines.extend(rows.map(|(label, value, unit)| format!("    {label}  {value} {unit}")));
-            let line = figures::no_interval_line(&measured.study.figures);
-            lines.extend(line.map(|line| format!("    {line}")));
-            lines.push(format!("    {}", worst_words(measured)));
-            let notes = notes(measured, row.against_baseline.as_ref());
-            lines.extend(notes.into_iter().map(|note| format!("    note: {note}")));
-        }
-    }
-    lines
-}
-
-/// Names for a table: on one line, and cut where that leaves them different.
-fn short(names: &[String]) -> Vec<String> {
-    let whole: Vec<String> = names.iter().map(|name| one_line(name)).collect();
-    let cut: Vec<String> = whole
-        .iter()
-        .map(|name| match name.chars().count() > MAX_NAME {
-            false => name.clone(),
-            true => {
-                let kept: String = name.chars().take(MAX_NAME - 1).collect();
-                format!("{}…", kept.trim_end())
-            }
-        })
-        .collect();
-    let is_own = |name: &String| cut.iter().filter(|other| *other == name).count() == 1;
-    whole
-        .into_iter()
-        .zip(&cut)
-        .map(|(whole, cut)| if is_own(cut) { cut.clone() } else { whole })
-        .collect()
-}
-
-/// A name as a terminal can show it.
-fn one_line(name: &str) -> String {
-    let plain = |c: char| if c.is_control() { ' ' } else { c };
-    name.chars().map(plain).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_names_are_cut_where_they_stay_different() {
-        let name = |end: &str| format!("A shaver with three sensors along its shaft, {end}");
-        let one = short(&[name("a"), "b".to_owned()]);
-        assert_eq!(one[0], "A shaver with three sensors along i…");
-        assert_eq!(one[0].chars().count(), MAX_NAME);
-        assert_eq!(short(&[name("a"), name("b")]), [name("a"), name("b")]);
-        assert_eq!(short(&["a\tb\n\u{1b}[31m".to_owned()]), ["a b  [31m"]);
-    }
 }

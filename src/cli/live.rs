@@ -3,7 +3,6 @@
 use super::numbers::above_zero;
 use super::prelude::*;
 use clap::ArgGroup;
-use serde_json::Map;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -11,11 +10,10 @@ use std::time::{Duration, Instant};
 use trackwright_field::compensation::Method;
 use trackwright_formats::printable::printable;
 use trackwright_openigtlink::client::{ClientOptions, server_address};
-use trackwright_openigtlink::latency::LatencySummary;
 use trackwright_openigtlink::relay::{ClockChange, Moment, Reason, RelayOptions, ToolState};
 use trackwright_openigtlink::server::{ServerEvent, ServerOptions};
 use trackwright_openigtlink::session::{
-    LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings, SessionState,
+    LiveDesign, LiveRoom, Session, SessionEvent, SessionSettings,
 };
 
 /// Receive a tracker's poses over OpenIGTLink, compensate each, record them and serve them on
@@ -124,7 +122,7 @@ pub fn run(args: &LiveArgs, files: &Files) -> anyhow::Result<()> {
         }
     }
     let state = session.stop();
-    args.format.print(|| as_json(&state, started.elapsed()), || as_text(&state, started.elapsed()))
+    output::print_section(args.format, &state.section(started.elapsed()))
 }
 
 fn settings(args: &LiveArgs, files: &Files) -> anyhow::Result<SessionSettings> {
@@ -261,99 +259,4 @@ fn served_in_words(event: &ServerEvent) -> String {
         }
         ServerEvent::NotAccepted { why } => format!("a client cannot be accepted: {why}"),
     }
-}
-
-fn as_json(state: &SessionState, lasted: Duration) -> Value {
-    let dropped: Map<String, Value> = state
-        .counts
-        .dropped
-        .iter()
-        .map(|(reason, count)| (reason.name().to_lowercase(), json!(count)))
-        .collect();
-    let ms = |s: f64| 1e3 * s;
-    let times = |times: &LatencySummary| {
-        (times.count > 0).then(|| {
-            json!({
-                "count": times.count,
-                "median": ms(times.median_s),
-                "p99": ms(times.p99_s),
-                "max": ms(times.max_s),
-            })
-        })
-    };
-    let clock_shifts: Map<String, Value> = (state.tools.iter())
-        .map(|(tool, view)| (tool.clone(), json!(ms(view.clock.shift_s))))
-        .collect();
-    json!({
-        "seconds": lasted.as_secs_f64(),
-        "connections": state.connections,
-        "messages": state.counts.messages,
-        "poses": state.counts.poses,
-        "sent": state.counts.sent,
-        "dropped": dropped,
-        "went_stale": state.counts.went_stale,
-        "clock_jumps": state.counts.clock_jumps,
-        "unreadable": state.unreadable,
-        "skipped": state.skipped,
-        "slow_clients": state.slow_clients,
-        "undelivered": state.undelivered,
-        "latency_ms": times(&state.latency),
-        "age_ms": times(&state.age),
-        "clock_shift_ms": clock_shifts,
-        "recorded": state.recording.as_ref().map(|recording| recording.samples),
-        "not_recorded": state.recording.as_ref().and_then(|recording| recording.failed.clone()),
-        "tools": state.tools.keys().collect::<Vec<_>>(),
-    })
-}
-
-fn as_text(state: &SessionState, lasted: Duration) -> String {
-    let count = |label: &str, found: u64| {
-        output::count(label, usize::try_from(found).unwrap_or(usize::MAX))
-    };
-    let mut rows = vec![
-        number("time", lasted.as_secs_f64(), 1, "s"),
-        count("connections", state.connections),
-        count("tools", state.tools.len() as u64),
-        count("messages", state.counts.messages),
-        count("poses", state.counts.poses),
-        count("sent on", state.counts.sent),
-    ];
-    for (reason, dropped) in &state.counts.dropped {
-        rows.push(count(&format!("  not sent: {reason}"), *dropped));
-    }
-    rows.extend([
-        count("tools gone stale", state.counts.went_stale),
-        count("clock jumps", state.counts.clock_jumps),
-        count("messages that could not be read", state.unreadable),
-        count("messages passed over", state.skipped),
-    ]);
-    if let Some(recording) = &state.recording {
-        rows.push(count("samples recorded", recording.samples));
-        if let Some(why) = &recording.failed {
-            rows.push(output::row("  none after them:", why, ""));
-        }
-    }
-    if state.serving.is_some() {
-        rows.push(count("clients dropped as too slow", state.slow_clients));
-        rows.push(count("messages too old for a client", state.undelivered));
-    }
-    for (tool, view) in &state.tools {
-        let shift_ms = 1e3 * view.clock.shift_s;
-        if shift_ms >= 1.0 {
-            let label = format!("clock shift of {}", printable(tool));
-            rows.push(number(label, shift_ms, 0, "ms"));
-        }
-    }
-    if state.latency.count > 0 {
-        for (what, times) in
-            [("added latency, median", &state.latency), ("age when sent, median", &state.age)]
-        {
-            rows.extend([
-                number(what, 1e3 * times.median_s, 3, "ms"),
-                number("  99 of 100 below", 1e3 * times.p99_s, 3, "ms"),
-                number("  largest", 1e3 * times.max_s, 3, "ms"),
-            ]);
-        }
-    }
-    output::aligned(&rows)
 }

@@ -11,7 +11,6 @@ mod distort;
 #[cfg(feature = "editor")]
 mod edit;
 mod export;
-mod figures;
 mod file_kinds;
 mod fit;
 mod generator;

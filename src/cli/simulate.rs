@@ -1,6 +1,5 @@
 //! `simulate`: the paper's three modes, with summary statistics and a log.
 
-use super::figures;
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
 use super::study::run_study;
@@ -8,15 +7,10 @@ use super::uncertainty::{self, UncertaintyArgs};
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
-use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::World;
-use trackwright_report::missed::Missed;
-use trackwright_report::study::StudyReport;
-use trackwright_simulation::figures::trial_number;
-use trackwright_simulation::support::{SupportSurvey, support_rows};
-use trackwright_simulation::{
-    self, FigureRow, Mode, RoomFieldFigures, Scenario, Trial, coil_statements, figure_rows,
-};
+use trackwright_result::{Section, data};
+use trackwright_simulation::support::SupportSurvey;
+use trackwright_simulation::{self, Mode, Scenario, coil_section};
 
 /// Simulate a design at one pose, over its range of motion, or at given poses
 #[derive(Debug, Args)]
@@ -115,7 +109,6 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         for line in trackwright_simulation::explain(&scenario, &report.study) {
             output::note(&line.to_string());
         }
-        output::note(&figures::explained(&report.study.figures).to_string());
         for line in
             world.metal_report().into_iter().flat_map(trackwright_report::words::metal_lines)
         {
@@ -124,28 +117,14 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
     }
     let room_field = &report.study.room_field;
     let coils = trackwright_project::coil_findings(&world);
-    match args.format {
-        Format::Json => {
-            let mut value = report.as_json((&scenario, &mode));
-            if let Some(report) = &uncertainty {
-                value["uncertainty"] = report.as_json(room_field);
-            }
-            if let Some(survey) = &survey {
-                value["support"] = json!(survey);
-            }
-            if !coils.is_empty() {
-                value["coils"] = json!(coils);
-            }
-            output::print_json(&value)
-        }
-        Format::Text => {
-            let mut parts = vec![study_text(&title(&world), &report, args.room_field)];
-            parts.extend(uncertainty.iter().map(|report| uncertainty::as_text(report, room_field)));
-            parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
-            parts.extend(coil_statements(&coils));
-            output::print(&parts.join("\n"))
-        }
+    let mut section = report.section((&scenario, &mode), args.room_field).headed(title(&world));
+    if let Some(report) = &uncertainty {
+        section = section
+            .with(data("uncertainty", report.as_json(room_field)))
+            .with(uncertainty::as_text(report, room_field));
     }
+    section = section.with_all(survey.as_ref().map(SupportSurvey::section));
+    output::print_section(args.format, &section.with(coil_section(&coils)))
 }
 
 /// `--body crf`: the CRF alone at each of its targets, step 2 of the paper's design procedure.
@@ -175,8 +154,7 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
         }
     }
     note_world(&world);
-    let mut texts = Vec::new();
-    let mut values: Vec<Value> = Vec::new();
+    let mut all = Section::of([data("crf", &crf.body.rigid.name)]);
     for study in trackwright_project::resolve_crf(design, &world.environment) {
         let mut scenario = study.scenario;
         scenario.outside = args.outside;
@@ -188,13 +166,10 @@ fn run_crf(args: &SimulateArgs, required: ModeArg, files: &Files) -> anyhow::Res
         };
         let name = &crf.body.rigid.name;
         let title = output::head(&format!("{name}{at}, alone"), &world.environment.name);
-        texts.push(study_text(&title, &report, args.room_field));
-        let mut value = report.as_json(of);
-        value["target"] = json!(study.target);
-        values.push(value);
+        let section = report.section(of, args.room_field).headed(title);
+        all = all.with(section.with(data("target", &study.target)).named("targets[]"));
     }
-    let all = json!({"crf": crf.body.rigid.name, "targets": values});
-    args.format.print(|| all, || texts.join("\n\n"))
+    output::print_section(args.format, &all)
 }
 
 fn required_mode(args: &SimulateArgs) -> anyhow::Result<ModeArg> {
@@ -252,8 +227,9 @@ pub fn main_job(design: Option<&Path>, files: &Files) -> anyhow::Result<()> {
     let world = named_or_builtin(files, design)?;
     let scenario = trackwright_project::resolve(world.document.design(), &world.environment);
     let mode = if scenario.motion.is_some() { Mode::Motion } else { Mode::Single };
-    let report = run_study(BodyRole::Tool, (&scenario, &mode), None)?;
-    output::print(&study_text(&title(&world), &report, false))
+    let of = (&scenario, &mode);
+    let section = run_study(BodyRole::Tool, of, None)?.section(of, false);
+    output::print_section(Format::Text, &section.headed(title(&world)))
 }
 
 /// What a person has to know of a design before its figures: a body of a size that no instrument has,
@@ -274,67 +250,8 @@ fn survey(scenario: &Scenario, mode: &Mode) -> anyhow::Result<SupportSurvey> {
     Ok(trackwright_simulation::survey(scenario, mode, &shown.task)?)
 }
 
-/// Rows as they are aligned.
-fn rows(rows: Vec<FigureRow>) -> Vec<Row> {
-    rows.into_iter().map(|r| row(r.label, r.value, r.unit)).collect()
-}
-
 /// What the figures are of.
 fn title(world: &World) -> String {
     let design = world.document.design();
     output::head(&design.name, &world.environment.name)
-}
-
-/// What is known of a study's figures; with those of the paper's simulation where they are requested.
-fn study_text(title: &str, report: &StudyReport, has_room_field: bool) -> String {
-    let (known, room_field) = (&report.study.figures, &report.study.room_field);
-    let mut rows = figures::rows(known);
-    rows.push(count("trials", room_field.trials));
-    if room_field.trials > 1 {
-        rows.push(row("worst trial", trial_number(room_field.worst.trial), ""));
-    }
-    let counts = [
-        ("trials with a sensor outside the model's box", room_field.outside),
-        ("trials with a sensor out of the volume", room_field.out_of_volume),
-        ("trials left out", room_field.rejected),
-    ];
-    let counts = counts.into_iter().filter(|(_, found)| *found > 0);
-    rows.extend(counts.map(|(label, found)| count(label, found)));
-    let mut lines = vec![title.to_owned(), output::aligned(&rows)];
-    lines.extend(figures::no_interval_line(known));
-    lines.extend(figures::requirement_lines(known));
-    lines.extend(room_field.free_axis.map(|free| free.statement()));
-    if let Some(weak) = &room_field.barely_determined {
-        lines.push(weak.statement());
-    } else if room_field.poorly_determined {
-        lines.push("a rotation is poorly determined: noise in the readings decides it".to_owned());
-    }
-    lines.extend(report.missed.iter().flat_map(Missed::lines));
-    lines.extend(figures::needed_lines(&report.needed));
-    if has_room_field {
-        lines.push(room_field_text(room_field, report.single.as_ref()));
-    }
-    lines.join("\n")
-}
-
-/// The paper's simulation.
-fn room_field_text(figures: &RoomFieldFigures, single: Option<&Trial>) -> String {
-    let mut rows = rows(figure_rows(figures));
-    if let Some(trial) = single {
-        let e = trial.tip_error_in_crf_mm;
-        for (axis, value) in ["x", "y", "z"].into_iter().zip([e.x, e.y, e.z]) {
-            rows.push(number(format!("tip error {axis}"), value, 4, "mm"));
-        }
-    }
-    let mut lines = vec!["in the room's own field, its model taken for the truth:".to_owned()];
-    lines.push(output::aligned(&rows));
-    for (name, pose) in single.into_iter().flat_map(|t| {
-        [("true pose", &t.crf_from_tool), ("simulated pose", &t.crf_from_tool_simulated)]
-    }) {
-        let [x, y, z, qw, qx, qy, qz] = pose_to_array(pose);
-        lines.push(format!(
-            "{name:<15} ({x:.4}, {y:.4}, {z:.4}) mm, ({qw:.6}, {qx:.6}, {qy:.6}, {qz:.6})"
-        ));
-    }
-    lines.join("\n")
 }

@@ -9,8 +9,7 @@ mod submit;
 use super::prelude::*;
 use clap::{Subcommand, ValueEnum};
 use std::time::Instant;
-use trackwright_report::sweep_json::run_json;
-use trackwright_sweep::{Folder, Part, RunReport, Sweep};
+use trackwright_sweep::{Folder, Part, Sweep};
 
 /// Simulate many designs in many rooms: every point of a plan is a row of a table, written in shards that
 /// any number of workers share
@@ -92,32 +91,5 @@ pub fn run(args: &SweepArgs, files: &Files) -> anyhow::Result<()> {
     let report = trackwright_sweep::run(&sweep, &folder, args.shard, &shown.task, &output::note)?;
     drop(shown);
     let seconds = started.elapsed().as_secs_f64();
-    args.format.print(|| as_json(&report, seconds), || as_text(&report, seconds))
-}
-
-fn as_json(report: &RunReport, seconds: f64) -> Value {
-    let mut value = run_json(report);
-    value["seconds"] = json!(seconds);
-    value
-}
-
-fn as_text(report: &RunReport, seconds: f64) -> String {
-    let of = |label: &str, rows: u64| count(label, rows as usize);
-    let mut lines = vec![
-        of("rows computed", report.computed),
-        of("rows kept", report.kept),
-        of("shards written", report.shards),
-    ];
-    if report.problems > 0 {
-        lines.push(of("rows without figures", report.problems));
-    }
-    if report.dropped > 0 {
-        lines.push(of("rows that another worker had written", report.dropped));
-    }
-    if report.computed > 0 {
-        lines.push(number("rows a second".to_owned(), report.computed as f64 / seconds, 1, ""));
-    }
-    let [there, all] = [report.rows_there, report.rows].map(|rows| with_separators(rows as usize));
-    lines.push(row("rows there", format!("{there} of {all}"), ""));
-    output::aligned(&lines)
+    output::print_section(args.format, &report.section(Some(seconds)))
 }

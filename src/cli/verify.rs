@@ -1,25 +1,20 @@
 //! `verify`: recordings of the built tool against what its design predicts for the same poses.
 
 use super::as_is::refused;
-use super::figures as known;
 use super::named_design::note_sizes;
 use super::numbers::zero_or_more;
 use super::prelude::*;
 use super::tool_reader::ToolReader;
-use nalgebra::Point3;
 use trackwright_calibration::agreement::{
-    Agreement, AgreementSettings, Compared, Interval, PivotedError, RecordedFrame, Summary,
-    Unknowns, pivoted_tool,
+    AgreementSettings, PivotedError, RecordedFrame, Unknowns, pivoted_tool,
 };
 use trackwright_calibration::built_tool::BodySource;
-use trackwright_calibration::pivot::Pivot;
-use trackwright_design::Design;
 use trackwright_field::environment::OrientationWeight;
 use trackwright_formats::agreement_log;
-use trackwright_project::{BuiltToolFailure, BuiltToolNote, BuiltToolTables};
+use trackwright_project::{BuiltTool, BuiltToolFailure, BuiltToolNote, BuiltToolTables};
 use trackwright_report::agreement_chart;
-use trackwright_report::figures_json::add_figures;
-use trackwright_simulation::{Scenario, Statistics};
+use trackwright_result::Row;
+use trackwright_simulation::Scenario;
 
 /// Size of the chart in pixels.
 const CHART_SIZE: (u32, u32) = (1000, 560);
@@ -120,21 +115,23 @@ pub fn run(args: &VerifyArgs, files: &Files) -> anyhow::Result<()> {
     let scenario = trackwright_project::resolve(design, &world.environment);
     note_sizes(design);
     let shown = Shown::new("verifying");
-    let (recorded, found) = match args.pivot {
-        true => pivoted(args, files, design, scenario, &shown)?,
-        false => paired(args, files, design, scenario, &shown)?,
+    let orientation_weight = scenario.environment.orientation_weight(design.orientation_weight_mm);
+    let (found, tip) = match args.pivot {
+        true => pivoted(args, files, scenario, &shown)?,
+        false => (paired(args, files, scenario, &shown)?, None),
     };
     drop(shown);
     if let Some(log) = &log {
-        log.write(|out| agreement_log::write(out, &found.rows))?;
+        log.write(|out| agreement_log::write(out, &found.agreement.rows))?;
     }
     if let Some(chart) = &chart {
-        let svg = agreement_chart::chart(&design.name, &found).to_svg(CHART_SIZE);
+        let svg = agreement_chart::chart(&design.name, &found.agreement).to_svg(CHART_SIZE);
         chart.write_bytes(svg.as_bytes())?;
     }
+    let assumptions = assumptions(&found, orientation_weight, tip.is_some());
+    let section = found.section(tip.into_iter().flatten()).with_all(assumptions);
     let head = output::head(&design.name, &world.environment.name);
-    let text = || format!("{head}\n{}", as_text(&recorded, &found));
-    args.common.format.print(|| as_json(&recorded, &found), text)
+    output::print_section(args.common.format, &section.headed(head))
 }
 
 fn settings(args: &VerifyArgs) -> AgreementSettings {
@@ -156,10 +153,9 @@ fn settings(args: &VerifyArgs) -> AgreementSettings {
 fn paired(
     args: &VerifyArgs,
     files: &Files,
-    design: &Design,
     scenario: Scenario,
     shown: &Shown,
-) -> anyhow::Result<(Recorded, Agreement)> {
+) -> anyhow::Result<BuiltTool> {
     let [file] = args.recorded.as_slice() else {
         bail!(
             "found {} tables, expected one; several recordings are for --pivot",
@@ -175,7 +171,6 @@ fn paired(
         is_as_meant: args.common.as_is.as_is,
         settings: settings(args),
     };
-    let orientation_weight = shown_weight(design, &scenario);
     let found = trackwright_project::built_tool(files, scenario, &tables, &shown.task, &|note| {
         match note {
             BuiltToolNote::CrfLeftOut => output::note(
@@ -184,18 +179,7 @@ fn paired(
             note => output::note(&format!("note: {note}")),
         }
     });
-    let found = found.map_err(|failure| in_flags(args, failure))?;
-    let recorded = Recorded {
-        source: Some(found.source),
-        rows_left_out: found.rows_left_out,
-        crf_rows_left_out: found.crf_rows_left_out,
-        without_crf: found.without_crf,
-        without_tool: found.without_tool,
-        has_crf: found.has_crf,
-        orientation_weight,
-        pivot: None,
-    };
-    Ok((recorded, found.agreement))
+    found.map_err(|failure| in_flags(args, failure))
 }
 
 /// A failure as it reads on the command line.
@@ -217,13 +201,13 @@ fn in_flags(args: &VerifyArgs, failure: BuiltToolFailure) -> anyhow::Error {
     }
 }
 
+/// With what was found of the tip.
 fn pivoted(
     args: &VerifyArgs,
     files: &Files,
-    design: &Design,
     mut scenario: Scenario,
     shown: &Shown,
-) -> anyhow::Result<(Recorded, Agreement)> {
+) -> anyhow::Result<(BuiltTool, Option<[Row; 4]>)> {
     scenario.outside = args.outside;
     if scenario.crf.take().is_some() {
         output::note(
@@ -238,196 +222,30 @@ fn pivoted(
         PivotedError::Agreement(cause) => anyhow!("the recording: {cause}"),
         error => error.into(),
     })?;
-    let recorded = Recorded {
-        source: None,
+    let tip = found.tip_rows(&scenario.tool.judged_tip_in_body());
+    let built = BuiltTool {
+        has_crf: false,
+        source: BodySource::Whole,
         rows_left_out: 0,
         crf_rows_left_out: 0,
         without_crf: 0,
         without_tool: 0,
-        has_crf: false,
-        orientation_weight: shown_weight(design, &scenario),
-        pivot: Some((found.pivot, scenario.tool.judged_tip_in_body())),
+        agreement: found.agreement,
     };
-    Ok((recorded, found.agreement))
-}
-
-fn shown_weight(design: &Design, scenario: &Scenario) -> OrientationWeight {
-    scenario.environment.orientation_weight(design.orientation_weight_mm)
-}
-
-/// What is known of the recording besides its poses.
-struct Recorded {
-    /// `None` of a pivoted tool.
-    source: Option<BodySource>,
-    rows_left_out: usize,
-    crf_rows_left_out: usize,
-    /// Moments of the tool at which the CRF was not recorded.
-    without_crf: usize,
-    /// Moments of the CRF at which the tool was not.
-    without_tool: usize,
-    has_crf: bool,
-    orientation_weight: OrientationWeight,
-    /// The tip as the recording has it, and as the design does.
-    pivot: Option<(Pivot, Point3<f64>)>,
-}
-
-fn as_json(recorded: &Recorded, found: &Agreement) -> Value {
-    let mut value = json!(found.summary);
-    add_figures(&mut value, &found.figures);
-    value["frame"] = json!(if recorded.has_crf { "crf" } else { "tracker" });
-    value["rows_left_out"] = json!(recorded.rows_left_out);
-    value["crf_rows_left_out"] = json!(recorded.crf_rows_left_out);
-    value["without_crf"] = json!(recorded.without_crf);
-    value["without_tool"] = json!(recorded.without_tool);
-    if let Some(BodySource::Sensors { count, misfit_rms_mm }) = recorded.source {
-        value["sensors"] = json!({"count": count, "misfit_rms_mm": misfit_rms_mm});
-    }
-    if let Some((pivot, designed)) = &recorded.pivot {
-        let point = |at: &Point3<f64>| -> [f64; 3] { at.coords.into() };
-        value["tip"] = json!({
-            "recorded": point(&pivot.tip_in_tool),
-            "designed": point(designed),
-            "distance_mm": (pivot.tip_in_tool - designed).norm(),
-            "std_error_mm": pivot.tip_std_error_mm,
-        });
-    }
-    value
-}
-
-fn as_text(recorded: &Recorded, found: &Agreement) -> String {
-    let summary = &found.summary;
-    let mut rows = vec![
-        count("recorded poses", summary.poses),
-        count("  compared", summary.used),
-        count("  with a sensor outside the room's box", summary.outside),
-    ];
-    rows.extend(summary.unsupported.map(|found| count("  on poorly supported field", found)));
-    let left_out = [
-        ("  left out, the CRF not recorded", recorded.without_crf),
-        ("  of the CRF alone, left out", recorded.without_tool),
-        ("  rows of the tables not used", recorded.rows_left_out + recorded.crf_rows_left_out),
-    ];
-    let left_out = left_out.into_iter().filter(|(_, found)| *found > 0);
-    rows.extend(left_out.map(|(label, found)| count(label, found)));
-    rows.push(number("  effective number of poses", summary.effective, 1, ""));
-    if let Some(BodySource::Sensors { misfit_rms_mm, .. }) = recorded.source {
-        rows.push(mm("sensors from their places in the design, RMS", misfit_rms_mm));
-    }
-    if let Some((pivot, designed)) = &recorded.pivot {
-        let off_mm = (pivot.tip_in_tool - designed).norm();
-        rows.push(mm("recorded tip from that of the design", off_mm));
-    }
-    let recorded_rows = output::aligned(&rows);
-    let position = side_by_side("tip error, mm", &summary.position_mm);
-    let angle = summary.angle_deg.as_ref().map(|angle| side_by_side("angle error, °", angle));
-    let errors: Vec<_> = [position].into_iter().chain(angle).collect();
-    let mut rows = figures(summary);
-    rows.extend(
-        known::rows(&found.figures)
-            .into_iter()
-            .map(|(label, value, unit)| (format!("predicted {label}"), value, unit)),
-    );
-    let statement: Vec<_> = [summary.statement.clone()]
-        .into_iter()
-        .chain(known::no_interval_line(&found.figures))
-        .chain(assumptions(recorded))
-        .collect();
-    [recorded_rows, errors.join("\n"), output::aligned(&rows), statement.join("\n")].join("\n\n")
-}
-
-/// The three distributions below each other.
-fn side_by_side(what: &str, found: &Compared) -> String {
-    let line = |name: &str, cells: [String; 5]| {
-        let cells: Vec<String> = cells.iter().map(|c| format!("{c:>8}")).collect();
-        format!("{name:<24}{}", cells.join(""))
-    };
-    let head = ["RMS", "mean", "median", "p95", "max"].map(str::to_owned);
-    let of = |s: &Statistics| {
-        [s.rms(), s.mean(), s.median(), s.p95(), s.max()].map(|v| format!("{v:.3}"))
-    };
-    [
-        line(what, head),
-        line("  measured", of(&found.measured)),
-        line("  predicted", of(&found.predicted)),
-        line("  measured − predicted", of(&found.residual)),
-    ]
-    .join("\n")
-}
-
-fn figures(summary: &Summary) -> Vec<Row> {
-    let mut rows = Vec::new();
-    let percent = |i: &Interval| interval(i, 100.0, 1);
-    let found = &summary.position_mm;
-    let mut push = |label: &str, value: Option<String>, unit: &str| {
-        rows.extend(value.map(|value| row(label, value, unit)));
-    };
-    push("explained of the squared tip error", found.explained.as_ref().map(percent), "%");
-    push(
-        "  of its change from pose to pose",
-        found.explained_of_variation.as_ref().map(percent),
-        "%",
-    );
-    push(
-        "  of the squared angle error",
-        summary.angle_deg.as_ref().and_then(|a| a.explained.as_ref().map(percent)),
-        "%",
-    );
-    push("predictions fit best times", found.slope.as_ref().map(|i| interval(i, 1.0, 2)), "");
-    if let Some(bias) = &found.bias {
-        let mean = bias.mean;
-        let half = bias.half_width;
-        for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            let around = half.map_or_else(String::new, |h| format!(" ± {:.3}", h[k]));
-            push(&format!("mean difference {axis}"), Some(format!("{:.3}{around}", mean[k])), "mm");
-        }
-        push(
-            "  chance of so much without a bias",
-            bias.p.map(|p| if p < 1e-4 { "< 0.0001".to_owned() } else { format!("{p:.4}") }),
-            "",
-        );
-    }
-    if let Some(limits) = &found.lengths {
-        push("measured minus predicted length, mean", Some(interval(&limits.bias, 1.0, 3)), "mm");
-        push("  lower limit of agreement", Some(interval(&limits.lower, 1.0, 3)), "mm");
-        push("  upper limit of agreement", Some(interval(&limits.upper, 1.0, 3)), "mm");
-    }
-    if let Some(noise) = &summary.noise {
-        push("uncertainty that the room states, RMS", Some(format!("{:.3}", noise.rms_mm)), "mm");
-        let accepted = noise.accepted.map_or_else(String::new, |[low, high]| {
-            format!(" (nothing else: {low:.2} to {high:.2})")
-        });
-        push(
-            "  squared difference in its units",
-            Some(format!("{:.2}{accepted}", noise.normalised)),
-            "",
-        );
-    }
-    rows.extend(
-        summary.room_misfit_rms_mm.map(|off| mm("misfit of the room's model at the tip, RMS", off)),
-    );
-    rows
-}
-
-fn interval(found: &Interval, times: f64, digits: usize) -> String {
-    let shown = |value: f64| format!("{:.digits$}", times * value);
-    match found.low.zip(found.high) {
-        Some((low, high)) => format!("{} ({} to {})", shown(found.value), shown(low), shown(high)),
-        None => shown(found.value),
-    }
+    Ok((built, Some(tip)))
 }
 
 /// What the figures depend on that the recording does not state.
-fn assumptions(recorded: &Recorded) -> Vec<String> {
-    let weight_mm = recorded.orientation_weight.value_mm;
-    let is_whole = !matches!(recorded.source, Some(BodySource::Sensors { .. }));
+fn assumptions(found: &BuiltTool, weight: OrientationWeight, is_pivoted: bool) -> Vec<String> {
     let mut assumed = Vec::new();
-    if is_whole {
+    if found.source == BodySource::Whole {
         assumed.push(format!(
             "Assumed: the tracker computes the tool's pose from its sensors by a least-squares fit, an axis weighing \
-             {weight_mm:.0} mm, with the sensors where the design has them."
+             {:.0} mm, with the sensors where the design has them.",
+            weight.value_mm
         ));
     }
-    if recorded.pivot.is_some() {
+    if is_pivoted {
         assumed.push(
             "What a pivot calibration takes up, a shift and the tip's place on the tool, is out of both; true poses are \
              those that would read as recorded."

@@ -12,7 +12,7 @@ use trackwright_calibration::built_tool::{
 };
 use trackwright_calibration::doubts::Suspicion;
 use trackwright_field::OutsidePolicy;
-use trackwright_result::with_separators;
+use trackwright_result::{Row, Section, count, data, mm, with_separators};
 use trackwright_simulation::RigidBody;
 use trackwright_simulation::Scenario;
 use trackwright_task::Task;
@@ -41,6 +41,30 @@ pub struct BuiltTool {
     pub without_crf: usize,
     pub without_tool: usize,
     pub agreement: Agreement,
+}
+
+impl BuiltTool {
+    /// How far the recording agrees with the design; `tip` is what a pivot found of the tip.
+    pub fn section(&self, tip: impl IntoIterator<Item = Row>) -> Section {
+        let left_out = |label, found: usize| count("", label, found).part().shown_if(found > 0);
+        let unused = self.rows_left_out + self.crf_rows_left_out;
+        let mut rows = vec![
+            left_out("left out, the CRF not recorded", self.without_crf),
+            left_out("of the CRF alone, left out", self.without_tool),
+            left_out("rows of the tables not used", unused),
+            data("without_crf", self.without_crf),
+            data("without_tool", self.without_tool),
+            data("rows_left_out", self.rows_left_out),
+            data("crf_rows_left_out", self.crf_rows_left_out),
+            data("frame", if self.has_crf { "crf" } else { "tracker" }),
+        ];
+        if let BodySource::Sensors { count, misfit_rms_mm } = self.source {
+            let misfit = "sensors from their places in the design, RMS";
+            rows.push(data("sensors.count", count));
+            rows.push(mm("sensors.misfit_rms_mm", misfit, misfit_rms_mm));
+        }
+        self.agreement.section(rows.into_iter().chain(tip))
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

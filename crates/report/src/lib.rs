@@ -15,12 +15,11 @@
 //! ```
 
 pub mod agreement_chart;
-pub mod comparison_json;
+pub mod comparison;
 pub mod compensation_json;
 pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
-pub mod figures_json;
 pub mod found_metal;
 pub mod kinds;
 pub mod learning_chart;
@@ -31,6 +30,7 @@ pub mod optimization_section;
 pub mod page;
 pub mod palette;
 pub mod plot;
+pub mod procedure;
 pub mod room;
 pub mod room_section;
 pub mod section_html;
@@ -40,7 +40,6 @@ pub mod selection_chart;
 pub mod selection_section;
 pub mod study;
 pub mod sweep;
-pub mod sweep_json;
 pub mod text_table;
 pub mod tool_json;
 pub mod uncertainty;

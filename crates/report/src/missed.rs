@@ -1,7 +1,7 @@
 //! Where the error comes from: of a study that misses bounds, and of the worst trial.
 
-use serde_json::{Value, json};
 use trackwright_design::BodyRole;
+use trackwright_result::{Section, Table, data};
 use trackwright_simulation::error_sources::{AxisSpan, WorstTrials};
 use trackwright_simulation::{
     CancelToken, ErrorOf, ErrorSources, Mode, RoomFieldFigures, Scenario, Study, StudyError,
@@ -43,58 +43,50 @@ impl Missed {
     }
 
     /// Sentences without a full stop.
-    pub fn lines(&self) -> impl Iterator<Item = String> {
+    fn lines(&self) -> impl Iterator<Item = String> {
         self.kinds.iter().flat_map(|of| self.sources.words(*of, " "))
     }
 
-    fn as_json(&self) -> Value {
-        let mut value = json!({"trials": self.sources.trials});
-        for of in &self.kinds {
+    fn section(&self) -> Section {
+        let kinds = self.kinds.iter().map(|&of| {
             let (name, unit) = match of {
                 ErrorOf::Position => ("tip_error", "mm"),
                 ErrorOf::Angle => ("angle_error", "deg"),
             };
-            let sensors = self.sources.sensors.iter().map(|sensor| {
-                let mut value = json!({
-                    "body": body_key(sensor.body),
-                    "sensor": sensor.name,
-                    "part": sensor.part(*of),
-                });
-                value[format!("rms_without_{unit}")] = json!(sensor.rms_without(*of));
-                value
-            });
-            let mut kind = json!({
-                "sensors": sensors.collect::<Vec<_>>(),
-                "worst": self.sources.worst(*of).map(worst_as_json),
-            });
-            kind[format!("rms_{unit}")] = json!(self.sources.rms(*of));
-            value[name] = kind;
-        }
-        value
+            let sensors = Table::of("sensors", &self.sources.sensors)
+                .data("body", |sensor| body_key(sensor.body))
+                .data("sensor", |sensor| sensor.name.clone())
+                .data("part", |sensor| sensor.part(of))
+                .data(format!("rms_without_{unit}"), |sensor| sensor.rms_without(of));
+            Section::of([
+                data(format!("rms_{unit}"), self.sources.rms(of)),
+                data("worst", self.sources.worst(of).map(worst_section)),
+            ])
+            .with(sensors.done())
+            .named(name)
+        });
+        Section::of([data("trials", self.sources.trials)]).with_all(kinds).named("error_sources")
     }
 }
 
 /// `error_sources` where a bound is missed, and `worst_contributions`, whatever the verdict.
-pub fn add_sources(
-    value: &mut Value,
+pub(super) fn sources_section(
     role: BodyRole,
     (scenario, mode): (&Scenario, &Mode),
     figures: &RoomFieldFigures,
     missed: Option<&Missed>,
-) {
-    if let Some(missed) = missed {
-        value["error_sources"] = missed.as_json();
-    }
+) -> Section {
     let worst = trial_pose(scenario, mode, figures.worst.trial);
     let sources = worst.map(|trial| trial_sources(scenario, trial)).unwrap_or_default();
-    let each = sources.iter().map(|source| {
-        json!({
-            "body": body_key(body_name(role, source.body)),
-            "sensor": source.name,
-            "along_tip_error_mm": source.along_tip_error_mm,
-        })
-    });
-    value["worst_contributions"] = each.collect();
+    let contributions = Table::of("worst_contributions", &sources)
+        .data("body", |source| body_key(body_name(role, source.body)))
+        .data("sensor", |source| source.name.clone())
+        .data("along_tip_error_mm", |source| source.along_tip_error_mm);
+    Section::default()
+        .with(contributions.done())
+        .with_all(missed.map(Missed::section))
+        .with_all(missed.into_iter().flat_map(Missed::lines))
+        .below(0)
 }
 
 /// Alone, a CRF has the place of the tool in its scenario.
@@ -110,19 +102,16 @@ fn body_key(body: &str) -> &'static str {
     if body == "tool" { "tool" } else { "crf" }
 }
 
-fn worst_as_json(worst: &WorstTrials) -> Value {
-    json!({
-        "trials": worst.trials,
-        "within": worst.within,
-        "ranges": worst.ranges.iter().map(range_as_json).collect::<Vec<_>>(),
-    })
-}
-
-fn range_as_json(span: &AxisSpan) -> Value {
-    let unit = if span.axis.starts_with('r') { "deg" } else { "mm" };
-    let mut value = json!({"axis": span.axis});
-    for (end, at) in [("from", span.from), ("to", span.to)] {
-        value[format!("{end}_{unit}")] = json!(at);
-    }
-    value
+fn worst_section(worst: &WorstTrials) -> Section {
+    let range = |span: &AxisSpan| {
+        let unit = if span.axis.starts_with('r') { "deg" } else { "mm" };
+        let end = |end: &str, at: f64| data(format!("{end}_{unit}"), at);
+        Section::of([data("axis", span.axis), end("from", span.from), end("to", span.to)])
+    };
+    let ranges: Vec<Section> = worst.ranges.iter().map(range).collect();
+    Section::of([
+        data("trials", worst.trials),
+        data("within", worst.within),
+        data("ranges", ranges),
+    ])
 }

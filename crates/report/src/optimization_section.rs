@@ -1,9 +1,7 @@
 //! A search for the best places of sensors, and what came of it, as a result.
 
-use crate::comparison_json::differences_json;
-use crate::figures_json::study_json;
+use crate::comparison::differences_json;
 use crate::study::StudyReport;
-use serde_json::{Value, json};
 use std::sync::Arc;
 use trackwright_design::{BodyRole, EditError};
 use trackwright_field::Environment;
@@ -17,6 +15,7 @@ use trackwright_result::{Row, Section, Table, data, with_separators};
 use trackwright_simulation::comparison::difference_words;
 use trackwright_simulation::{
     CancelToken, Coil, ErrorOf, Metric, RigidBody, Sensor, SensorOrientation, Study, StudyError,
+    coil_section,
 };
 
 /// What the start is called beside the best.
@@ -140,25 +139,21 @@ impl FoundPlaces {
         let each = self.rooms.iter().map(|room| {
             let scenario = resolve(world.document.design(), room);
             let study = StudyReport::run(BodyRole::Tool, (&scenario, mode), cancel)?;
-            let mut value = study.as_json((&scenario, mode));
-            if !coils.is_empty() {
-                value["coils"] = json!(coils);
-            }
-            Ok(value)
+            Ok(study.section((&scenario, mode), false).with(coil_section(&coils)))
         });
         Ok(self.layout_data(layout, &each.collect::<Result<Vec<_>, StudyError>>()?))
     }
 
     fn layouts(&self, layouts: &[Layout]) -> Vec<Section> {
         let data_of = |layout: &Layout| {
-            let studies: Vec<Value> =
-                layout.studies.iter().map(|study| study_json(study, None)).collect();
+            let studies: Vec<Section> =
+                layout.studies.iter().map(|study| study.section(None)).collect();
             self.layout_data(layout, &studies)
         };
         layouts.iter().map(data_of).collect()
     }
 
-    fn layout_data(&self, layout: &Layout, studies: &[Value]) -> Section {
+    fn layout_data(&self, layout: &Layout, studies: &[Section]) -> Section {
         let start = &self.optimized.start;
         let rooms: Vec<_> = self.rooms.iter().zip(studies).collect();
         let rooms = Table::of("rooms", &rooms)

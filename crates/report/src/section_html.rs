@@ -20,7 +20,7 @@ pub fn section_html(section: &Section) -> Markup {
             _ => None,
         })
         .collect();
-    html! {
+    let content = html! {
         @if !rows.is_empty() {
             table { @for row in rows { (row_html(row)) } }
         }
@@ -29,20 +29,20 @@ pub fn section_html(section: &Section) -> Markup {
                 Item::Row(_) => {}
                 Item::Table(table) => { (table_html(table)) }
                 Item::Line(line) => { p { (line) } }
-                Item::Section(within) => {
-                    @let html = section_html(within);
-                    @if !html.0.is_empty() && !within.heading.is_empty() { p { (within.heading) } }
-                    (html)
-                }
+                Item::Section(within) => { (section_html(within)) }
             }
         }
         @for note in &section.notes { p { (note.sentence(Remedy::as_keyword)) } }
+    };
+    html! {
+        @if !content.0.is_empty() && !section.heading.is_empty() { p { (section.heading) } }
+        (content)
     }
 }
 
 fn row_html(row: &Row) -> Markup {
     let indent = if row.is_part { "\u{2003}" } else { "" };
-    html! { tr { th { (indent) (row.label) } td { (row.value_text()) " " (row.unit) } } }
+    html! { tr { th { (indent) (row.label) } td { (row.value_text()) " " (row.unit) " " (row.remark) } } }
 }
 
 fn table_html(table: &Table) -> Markup {

@@ -10,10 +10,19 @@ use trackwright_result::{Column, Item, Row, Section, Table, value_text};
 /// ```
 /// use trackwright_report::section_text::section_text;
 /// use trackwright_result::{Section, count, mm};
-/// let found = Section::of([count("poses", "poses", 12), mm("rms_mm", "RMS", 0.5).part()]);
-/// assert_eq!(section_text(&found), "poses     12\n  RMS  0.500 mm");
+/// let rms = mm("rms_mm", "RMS", 0.5).part().remarked("(95 %: 0.4 to 0.6)");
+/// let found = Section::of([count("poses", "poses", 12), rms]);
+/// let found = found.with(Section::of([mm("max_mm", "largest", 0.9)]).below(2));
+/// let lines = ["poses     12", "  RMS  0.500 mm (95 %: 0.4 to 0.6)", "  largest  0.900 mm"];
+/// assert_eq!(section_text(&found), lines.join("\n"));
 /// ```
 pub fn section_text(section: &Section) -> String {
+    let heading = (!section.heading.is_empty()).then(|| printable(&section.heading).into_owned());
+    heading.into_iter().chain(lines_of(section)).collect::<Vec<_>>().join("\n")
+}
+
+/// All but the heading.
+fn lines_of(section: &Section) -> Vec<String> {
     let mut text: Vec<String> = Vec::new();
     let mut rows: Vec<&Row> = Vec::new();
     for item in &section.items {
@@ -25,23 +34,27 @@ pub fn section_text(section: &Section) -> String {
         match item {
             Item::Row(_) => {}
             Item::Table(table) => text.extend(table_lines(table)),
-            Item::Line(line) => text.push(line.clone()),
-            Item::Section(section) => {
-                let within = section_text(section);
-                if !section.heading.is_empty() && !within.is_empty() {
-                    text.push(printable(&section.heading).into_owned());
-                    text.extend(within.lines().map(|line| format!("  {line}")));
+            Item::Line(line) => text.extend(line.lines().map(str::to_owned)),
+            Item::Section(within) => {
+                let lines = lines_of(within);
+                let is_headed = !within.heading.is_empty();
+                if lines.is_empty() {
                     continue;
                 }
-                if !within.is_empty() && !text.is_empty() {
+                if is_headed {
+                    text.push(printable(&within.heading).into_owned());
+                } else if !text.is_empty() && within.indent.is_none() {
                     text.push(String::new());
                 }
-                text.extend((!within.is_empty()).then_some(within));
+                let indent = " ".repeat(within.indent.unwrap_or(if is_headed { 2 } else { 0 }));
+                text.extend(
+                    lines.iter().map(|line| format!("{indent}{line}").trim_end().to_owned()),
+                );
             }
         }
     }
     text.extend(aligned(&rows));
-    text.join("\n")
+    text
 }
 
 /// Label, value and unit of each row, in one line whatever is in a name.
@@ -59,7 +72,13 @@ fn aligned(rows: &[&Row]) -> Vec<String> {
     cells
         .iter()
         .zip(rows)
-        .map(|([l, v], row)| format!("{l:<label$}  {v:>value$} {}", row.unit).trim_end().to_owned())
+        .map(|([l, v], row)| {
+            let after = match (row.unit, printable(&row.remark)) {
+                ("", remark) => remark.into_owned(),
+                (unit, remark) => format!("{unit} {remark}"),
+            };
+            format!("{l:<label$}  {v:>value$} {after}").trim_end().to_owned()
+        })
         .collect()
 }
 

@@ -1,9 +1,8 @@
 //! A study with all that is reported of it, the same wherever it is reported.
 
-use crate::figures_json::{add_needed, study_json};
-use crate::missed::{Missed, add_sources};
-use serde_json::Value;
+use crate::missed::{Missed, sources_section};
 use trackwright_design::BodyRole;
+use trackwright_result::{Item, Section, data};
 use trackwright_simulation::expected::{ExpectedError, MoreMeasuring, more_measuring};
 use trackwright_simulation::{
     CancelToken, Mode, Scenario, Study, StudyError, Trial, Undecided, study,
@@ -63,12 +62,18 @@ impl StudyReport {
         Ok(Self { study, single, needed, missed, role })
     }
 
-    /// The study as `simulate --format json` prints it.
-    pub fn as_json(&self, (scenario, mode): (&Scenario, &Mode)) -> Value {
-        let mut value = study_json(&self.study, self.single.as_ref());
-        add_needed(&mut value, &self.needed);
-        let room_field = &self.study.room_field;
-        add_sources(&mut value, self.role, (scenario, mode), room_field, self.missed.as_ref());
-        value
+    /// The study as `simulate` prints it; people read the paper's simulation where it is requested.
+    pub fn section(&self, of: (&Scenario, &Mode), has_room_field: bool) -> Section {
+        let (single, room_field) = (self.single.as_ref(), &self.study.room_field);
+        let needed = self.needed.iter().flat_map(|more| {
+            let key = format!("measurements_needed.{}", more.metric.name());
+            [data(key, more.measurements).into(), Item::Line(more.statement())]
+        });
+        let paper = has_room_field.then(|| room_field.paper_section(single).below(0));
+        self.study
+            .section(single)
+            .with(sources_section(self.role, of, room_field, self.missed.as_ref()))
+            .with_all(needed)
+            .with_all(paper)
     }
 }

@@ -49,9 +49,17 @@ impl Serialize for Section {
 fn put(object: &mut Map<String, Value>, key: &str, value: Value) {
     match key.split_once('.') {
         None if key.is_empty() => {}
-        None => {
-            object.insert(key.to_owned(), value);
-        }
+        None => match key.strip_suffix("[]") {
+            Some(list) => {
+                let list = object.entry(list).or_insert_with(|| Value::Array(Vec::new()));
+                if let Value::Array(list) = list {
+                    list.push(value);
+                }
+            }
+            None => {
+                object.insert(key.to_owned(), value);
+            }
+        },
         Some((first, rest)) => {
             let inner = object.entry(first).or_insert(Value::Null);
             // A null stands for an object that is not always there.
@@ -87,6 +95,8 @@ mod tests {
         ])
         .with(Section::of([mm("rms_mm", "RMS", None)]).named("inner"))
         .with(Section::of([count("outer", "", 1)]))
+        .with(Section::of([count("step", "", 1)]).named("steps[]"))
+        .with(Section::of([count("step", "", 2)]).named("steps[]"))
         .with(table)
         .with("a sentence".to_owned());
         let expected = json!({
@@ -96,6 +106,7 @@ mod tests {
             "never": null,
             "inner": {"rms_mm": null},
             "outer": 1,
+            "steps": [{"step": 1}, {"step": 2}],
             "each": [{"off": {"mm": 1.0}}, {"off": {"mm": null}}],
         });
         assert_eq!(found.to_json(), expected);

@@ -16,6 +16,8 @@ pub struct Row {
     /// Of numbers that are not counts, where people read them.
     pub decimals: usize,
     pub unit: &'static str,
+    /// What people read after the unit, such as the interval of the value.
+    pub remark: Cow<'static, str>,
     /// A detail of the row above.
     pub is_part: bool,
 }
@@ -24,6 +26,16 @@ impl Row {
     /// As a detail of the row above.
     pub fn part(self) -> Self {
         Self { is_part: true, ..self }
+    }
+
+    /// With words after the unit.
+    pub fn remarked(self, remark: impl Into<Cow<'static, str>>) -> Self {
+        Self { remark: remark.into(), ..self }
+    }
+
+    /// Only programs read it where this does not hold.
+    pub fn shown_if(self, is_shown: bool) -> Self {
+        if is_shown { self } else { Self { label: "".into(), ..self } }
     }
 
     /// The value as people read it, without its unit.
@@ -45,6 +57,7 @@ fn row(
         value: json!(value),
         decimals,
         unit,
+        remark: "".into(),
         is_part: false,
     }
 }

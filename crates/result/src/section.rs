@@ -6,10 +6,14 @@ use std::borrow::Cow;
 /// Figures and tables that belong together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Section {
-    /// The object that it is for programs; empty where it is part of the section around it.
+    /// The object that it is for programs; empty where it is part of the section around it. `steps[]` is
+    /// one more of the list `steps`.
     pub key: Cow<'static, str>,
-    /// A line above, for people, who read the rest indented; empty where it has none.
+    /// A line above, for people; empty where it has none.
     pub heading: String,
+    /// Spaces before the lines of a section within another, which then follow what is above without an
+    /// empty line; two below a heading where nothing is stated.
+    pub indent: Option<usize>,
     pub items: Vec<Item>,
     pub notes: Vec<Note>,
 }
@@ -36,6 +40,11 @@ impl Section {
     /// Under a line for people.
     pub fn headed(self, heading: impl Into<String>) -> Self {
         Self { heading: heading.into(), ..self }
+    }
+
+    /// Its lines directly below what is above, after so many spaces.
+    pub fn below(self, indent: usize) -> Self {
+        Self { indent: Some(indent), ..self }
     }
 
     pub fn with(mut self, item: impl Into<Item>) -> Self {

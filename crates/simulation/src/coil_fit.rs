@@ -18,6 +18,7 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use trackwright_geometry::rotation::perpendicular;
 use trackwright_geometry::surface::{Ray, Surface};
+use trackwright_result::{Section, data};
 
 pub use near::{Nearby, coil_line_near, sticks_out_near};
 
@@ -98,6 +99,12 @@ pub fn coil_statements(findings: &[CoilFinding]) -> Vec<String> {
         CoilMisfit::Overlaps { index, .. } => finding.index < *index,
     };
     findings.iter().filter(is_first).map(CoilFinding::statement).collect()
+}
+
+/// The findings as a result; nothing where there are none.
+pub fn coil_section(findings: &[CoilFinding]) -> Section {
+    let rows = (!findings.is_empty()).then(|| data("coils", findings));
+    Section::of(rows).with_all(coil_statements(findings)).below(0)
 }
 
 /// What is wrong with where the coils of a body are, sensor by sensor; `surface` is the body's, where

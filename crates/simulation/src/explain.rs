@@ -104,6 +104,21 @@ pub fn explain(scenario: &Scenario, study: &Study) -> Vec<Explained> {
             ),
         );
     }
+    match &study.figures.drawn {
+        Some(drawn) => add(
+            Deed::Computed,
+            format!(
+                "{} drawn fields at {} sensor poses of {} trials, given {} measurements",
+                drawn.draws,
+                with_separators(drawn.points),
+                with_separators(drawn.trials),
+                with_separators(drawn.rows)
+            ),
+        ),
+        None => {
+            add(Deed::LeftOut, "drawn fields: there is nothing to draw them from".to_owned());
+        }
+    }
     out
 }
 

@@ -1,6 +1,7 @@
 //! The room's error on a lattice, as other programs take it: displacements, x fastest.
 
 use super::arrows::coordinates_mm;
+use super::metric::Statistics;
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 use trackwright_field::compensation::{Compensator, Method};
@@ -10,6 +11,7 @@ use trackwright_field::{AxisModel, DistortionModel, OutsidePolicy};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::pose::{Pose, pose_from_parts};
 use trackwright_geometry::rotation::{axis_rotation, exp_vector, log_quaternion};
+use trackwright_result::{Section, count, data, mm, text, vector};
 use trackwright_task::{CancelToken, Cancelled, Task};
 
 /// Most points of a lattice: some 2 GB while it is made, and a cube of 256 on a side.
@@ -170,6 +172,45 @@ impl FieldLattice {
     pub fn lengths_mm(&self) -> Vec<f64> {
         let lengths = self.displacement_mm.iter().map(Vector3::norm);
         lengths.filter(|length| length.is_finite()).collect()
+    }
+
+    /// Points without an answer.
+    pub fn missing(&self) -> usize {
+        self.displacement_mm.len() - self.lengths_mm().len()
+    }
+
+    /// What was sampled, and how large it is.
+    pub fn section(&self) -> Section {
+        let plan = &self.plan;
+        let [nx, ny, nz] = plan.counts;
+        let (min, max): ([f64; 3], [f64; 3]) = plan.bounds.into();
+        let outside = self.is_outside.iter().filter(|is| **is).count();
+        let displacement = match plan.displacement {
+            Displacement::Error => "error",
+            Displacement::Correction => "correction",
+        };
+        let sizes = Statistics::of(&mut self.lengths_mm()).map(|size| {
+            [
+                mm("displacement_mm.rms", "displacement, RMS", size.rms()),
+                data("displacement_mm.p95", size.p95()),
+                mm("displacement_mm.max", "displacement, largest", size.max()),
+            ]
+        });
+        Section::of([
+            text("", "points", format!("{nx} x {ny} x {nz}")),
+            data("points", self.displacement_mm.len()),
+            data("counts", plan.counts),
+            vector("spacing_mm", "step", plan.step_mm(), 3, "mm"),
+            vector("", "from", min, 3, "mm"),
+            vector("", "to", max, 3, "mm"),
+            data("box", [min, max]),
+            data("displacement", displacement),
+            count("outside", "outside the model's box", outside),
+            count("missing", "without an answer", self.missing()),
+            data("displacement_mm", ()),
+        ])
+        .with_all(sizes.into_iter().flatten())
+        .with(plan.meaning())
     }
 }
 

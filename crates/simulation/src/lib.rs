@@ -71,6 +71,7 @@ pub mod refit;
 pub mod requirement;
 pub mod run;
 pub mod scenario;
+mod section;
 pub mod shaft;
 pub mod slice;
 pub mod slice_plan;
@@ -97,7 +98,7 @@ pub use arrows::{ArrowOutcome, ArrowPlan, ArrowSensor, sample_arrows};
 pub use body::{Coil, RigidBody, Sensor, SensorOrientation};
 pub use coil_fit::{
     CoilFinding, CoilMisfit, Nearby, coil_findings, coil_fits, coil_gap_mm, coil_line_near,
-    coil_points, coil_statements, sticks_out_near,
+    coil_points, coil_section, coil_statements, sticks_out_near,
 };
 pub use error_sources::{ErrorSources, TrialSource, error_sources, source_words, trial_sources};
 pub use expected::{Expected, ExpectedError, expected};

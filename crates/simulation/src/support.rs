@@ -1,7 +1,6 @@
 //! How far a study depends on field that the environment's samples do not support: a pass of its
 //! own over the trials, done only where it is requested.
 
-use super::figures::{FigureRow, RowOf};
 use super::plan::Plan;
 use super::run::StudyError;
 use super::scenario::{InputTrial, Mode, Scenario};
@@ -11,13 +10,14 @@ use serde::Serialize;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::validity::{ModelValidity, SensorPlace};
 use trackwright_geometry::pose::Pose;
+use trackwright_result::{Section, count, data, number};
 use trackwright_task::{Cancelled, Task};
 
 /// Trials that are computed together before they are summed up in order.
 const BATCH: usize = 4096;
 
 /// What a study's sensors, of tool and CRF, find in the field.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SupportSurvey {
     /// Trials that were looked at: all but those left out of the statistics.
     pub trials: usize,
@@ -34,7 +34,6 @@ pub struct SupportSurvey {
     /// Farthest that a sensor was from the samples; infinite (`null`) where an orientation has none.
     pub greatest_distance_mm: f64,
     /// Poses of sensors that were looked up.
-    #[serde(skip)]
     pub evaluations: u64,
 }
 
@@ -130,26 +129,26 @@ pub fn survey(scenario: &Scenario, mode: &Mode, task: &Task) -> Result<SupportSu
     Ok(found)
 }
 
-/// The survey as rows of label, value and unit, to stand below a study's figures.
-pub fn support_rows(survey: &SupportSurvey) -> Vec<FigureRow> {
-    let row = |label: &str, value: f64, unit| FigureRow {
-        of: RowOf::Other,
-        label: label.to_owned(),
-        value: if value.is_finite() { format!("{value:.4}") } else { "none".to_owned() },
-        unit,
-    };
-    let mut rows = vec![
-        row("field std error RMS at the sensors", survey.std_error_mm.rms, "mm"),
-        row("field std error max at the sensors", survey.std_error_mm.max, "mm"),
-    ];
-    if let Some(deg) = &survey.std_error_deg {
-        rows.push(row("field angle std error RMS", deg.rms, "°"));
-        rows.push(row("field angle std error max", deg.max, "°"));
+impl SupportSurvey {
+    /// All that was found, to stand below a study's figures.
+    pub fn section(&self) -> Section {
+        let deg = self.std_error_deg.unwrap_or_default();
+        let has_deg = self.std_error_deg.is_some();
+        let mm = |key, label, value| number(key, label, value, 4, "mm");
+        let angle = |key, label, value| number(key, label, value, 4, "°").shown_if(has_deg);
+        Section::of([
+            data("trials", self.trials),
+            mm("std_error_mm.rms", "field std error RMS at the sensors", self.std_error_mm.rms),
+            mm("std_error_mm.max", "field std error max at the sensors", self.std_error_mm.max),
+            angle("", "field angle std error RMS", deg.rms),
+            angle("", "field angle std error max", deg.max),
+            data("std_error_deg", self.std_error_deg),
+            mm("greatest_distance_mm", "farthest from the samples", self.greatest_distance_mm),
+            count("unsupported", "trials on poorly supported field", self.unsupported),
+            count("undetermined", "trials on undetermined field", self.undetermined),
+        ])
+        .named("support")
     }
-    rows.push(row("farthest from the samples", survey.greatest_distance_mm, "mm"));
-    rows.push(FigureRow::count("trials on poorly supported field", survey.unsupported));
-    rows.push(FigureRow::count("trials on undetermined field", survey.undetermined));
-    rows
 }
 
 /// What sensors found, of one body, one trial or all.

@@ -12,6 +12,7 @@ use parquet::arrow::arrow_reader::ParquetRecordBatchReaderBuilder;
 use std::fs::File;
 use std::path::Path;
 use trackwright_formats::sweep_plan;
+use trackwright_result::{Section, data, with_separators};
 use trackwright_task::Task;
 
 /// Rows that are written at once. A file's pages depend on it: it is the same however the shards are cut.
@@ -23,6 +24,25 @@ pub struct MergeReport {
     pub rows: u64,
     pub shards: usize,
     pub bytes: u64,
+}
+
+impl MergeReport {
+    /// What was merged into a file.
+    pub fn section(&self, file: &Path) -> Section {
+        let line = format!(
+            "{}: {} rows of {} shards, {:.1} bytes a row",
+            file.display(),
+            with_separators(self.rows as usize),
+            with_separators(self.shards),
+            self.bytes as f64 / self.rows.max(1) as f64
+        );
+        Section::of([
+            data("rows", self.rows),
+            data("shards", self.shards),
+            data("bytes", self.bytes),
+        ])
+        .with(line)
+    }
 }
 
 /// Writes all rows of a folder to one file, whose bytes do not depend on how the rows were sharded.

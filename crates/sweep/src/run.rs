@@ -3,11 +3,13 @@
 use super::error::SweepError;
 use super::folder::{Folder, Part};
 use super::shard::ShardWriter;
+use super::status::rows_there;
 use super::sweep::{Row, Sweep};
 use rayon::prelude::*;
 use std::fs;
 use std::ops::Range;
 use std::time::{Duration, Instant};
+use trackwright_result::{Section, count, data, number};
 use trackwright_task::{Cancelled, Task};
 
 /// How long the threads compute before they wait for each other: long beside the wait, short beside a
@@ -35,6 +37,28 @@ pub struct RunReport {
     pub rows_there: u64,
     /// Rows of the plan.
     pub rows: u64,
+}
+
+impl RunReport {
+    /// What was done in so many seconds.
+    pub fn section(&self, seconds: Option<f64>) -> Section {
+        let of = |key, label, rows: u64| count(key, label, rows as usize);
+        let speed = seconds.map(|seconds| self.computed as f64 / seconds);
+        Section::of([
+            of("computed", "rows computed", self.computed),
+            of("kept", "rows kept", self.kept),
+            of("shards", "shards written", self.shards),
+            of("problems", "rows without figures", self.problems).shown_if(self.problems > 0),
+            of("dropped", "rows that another worker had written", self.dropped)
+                .shown_if(self.dropped > 0),
+            number("", "rows a second", speed, 1, "").shown_if(self.computed > 0),
+            rows_there(self.rows_there, self.rows),
+            data("rows_there", self.rows_there),
+            data("rows", self.rows),
+            data("torn", self.torn),
+        ])
+        .with_all(seconds.map(|seconds| data("seconds", seconds)))
+    }
 }
 
 /// Computes what is missing of a part. `note` gets what a person has to know.

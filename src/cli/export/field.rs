@@ -7,10 +7,7 @@ use trackwright_field::samples::MapKind;
 use trackwright_formats::export::{PatientAxes, field_table, mha, nrrd, vti};
 use trackwright_geometry::bounds::Bounds;
 use trackwright_geometry::number::direction;
-use trackwright_simulation::Statistics;
-use trackwright_simulation::field_lattice::{
-    Displacement, FieldLattice, FieldPlan, FieldSensor, sample_field,
-};
+use trackwright_simulation::field_lattice::{Displacement, FieldPlan, FieldSensor, sample_field};
 
 #[derive(Debug, Args)]
 pub struct FieldArgs {
@@ -101,8 +98,7 @@ pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
         ".vti" => vti::write(out, &field),
         _ => field_table::write(out, &field),
     })?;
-    let mut lengths = field.lengths_mm();
-    let missing = field.displacement_mm.len() - lengths.len();
+    let missing = field.missing();
     if missing > 0 && is_for_slicer {
         output::note(&format!(
             "{}: {} points are NaN, which 3D Slicer cannot move anything by; --outside clamp or a smaller --box leaves \
@@ -111,16 +107,8 @@ pub fn run(args: &FieldArgs, files: &Files) -> anyhow::Result<()> {
             with_separators(missing)
         ));
     }
-    let figures = FieldFigures {
-        points: field.displacement_mm.len(),
-        outside: field.is_outside.iter().filter(|is| **is).count(),
-        missing,
-        displacement_mm: Statistics::of(&mut lengths),
-        field: &field,
-    };
-    let (meaning, file) = (plan.meaning(), args.output.display());
-    let text = || format!("{}\n{meaning}\nwritten to {file}", figures.as_text());
-    args.format.print(|| figures.as_json(), text)
+    let section = field.section().with(format!("written to {}", args.output.display()));
+    output::print_section(args.format, &section)
 }
 
 /// A sensor along a direction, or `mean`.
@@ -146,52 +134,4 @@ fn box_of([x0, y0, z0, x1, y1, z1]: [f64; 6]) -> anyhow::Result<Bounds> {
         }
     }
     Ok(Bounds::from((min, max)))
-}
-
-/// What was sampled, in figures.
-struct FieldFigures<'a> {
-    points: usize,
-    outside: usize,
-    missing: usize,
-    displacement_mm: Option<Statistics>,
-    field: &'a FieldLattice,
-}
-
-impl FieldFigures<'_> {
-    fn as_json(&self) -> Value {
-        let plan = &self.field.plan;
-        let (min, max) = plan.bounds.into();
-        json!({
-            "points": self.points,
-            "counts": plan.counts,
-            "spacing_mm": plan.step_mm(),
-            "box": [min, max],
-            "displacement": match plan.displacement {
-                Displacement::Error => "error",
-                Displacement::Correction => "correction",
-            },
-            "outside": self.outside,
-            "missing": self.missing,
-            "displacement_mm": self.displacement_mm.map(|s| json!({"rms": s.rms(), "p95": s.p95(), "max": s.max()})),
-        })
-    }
-
-    fn as_text(&self) -> String {
-        let plan = &self.field.plan;
-        let list = |values: [f64; 3]| values.map(|v| format!("{v:.3}")).join(" ");
-        let [nx, ny, nz] = plan.counts;
-        let mut rows = vec![
-            row("points", format!("{nx} x {ny} x {nz}"), ""),
-            row("step", list(plan.step_mm()), "mm"),
-            row("from", list(plan.bounds.min_mm.coords.into()), "mm"),
-            row("to", list(plan.bounds.max_mm.coords.into()), "mm"),
-            count("outside the model's box", self.outside),
-            count("without an answer", self.missing),
-        ];
-        if let Some(s) = &self.displacement_mm {
-            rows.push(mm("displacement, RMS", s.rms()));
-            rows.push(mm("displacement, largest", s.max()));
-        }
-        output::aligned(&rows)
-    }
 }

@@ -6,9 +6,9 @@ use crate::cli::simulate::note_world;
 use nalgebra::{Unit, Vector3};
 use trackwright_metal::furnished::Furnisher;
 use trackwright_metal::setup::RoomMetal;
-use trackwright_report::figures_json::add_figures;
 use trackwright_report::metal_chart;
 use trackwright_report::text_table::columns;
+use trackwright_result::{Section, data};
 use trackwright_simulation::metal_distance::{
     MetalDistanceSearch, MetalDistances, MetalGap, metal_distances,
 };
@@ -156,15 +156,15 @@ fn as_text(name: &str, scenario: &Scenario, found: &MetalDistances) -> String {
 }
 
 fn as_json(name: &str, found: &MetalDistances) -> Value {
-    let gap = |gap: &MetalGap| json!({"moved_mm": gap.moved_mm, "from_tip_mm": gap.from_tip_mm});
+    let gap = |gap: &MetalGap| {
+        Section::of([data("moved_mm", gap.moved_mm), data("from_tip_mm", gap.from_tip_mm)])
+    };
     let places = found.places.iter().map(|place| {
-        let mut value = gap(&place.gap);
-        match &place.figures {
-            Ok(figures) => add_figures(&mut value, figures),
-            Err(why) => value["problem"] = json!(why),
-        }
-        value["holds"] = json!(place.holds);
-        value
+        let figures = match &place.figures {
+            Ok(figures) => figures.rows(),
+            Err(why) => vec![data("problem", why)],
+        };
+        gap(&place.gap).with(data("holds", place.holds)).with_all(figures)
     });
     json!({
         "object": name,

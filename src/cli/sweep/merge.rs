@@ -1,7 +1,6 @@
 //! `sweep merge`: all rows of a folder in one file.
 
 use super::super::prelude::*;
-use trackwright_report::sweep_json::merge_json;
 use trackwright_sweep::{Folder, merge};
 
 #[derive(Debug, Args)]
@@ -29,16 +28,5 @@ pub(super) fn run(args: &MergeArgs, files: &Files) -> anyhow::Result<()> {
     let shown = Shown::new("merging");
     let report = merge(&sweep, &folder, &args.output, &shown.task)?;
     drop(shown);
-    args.format.print(
-        || merge_json(&report),
-        || {
-            format!(
-                "{}: {} rows of {} shards, {:.1} bytes a row",
-                args.output.display(),
-                with_separators(report.rows as usize),
-                with_separators(report.shards),
-                report.bytes as f64 / report.rows.max(1) as f64
-            )
-        },
-    )
+    output::print_section(args.format, &report.section(&args.output))
 }

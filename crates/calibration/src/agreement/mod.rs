@@ -30,6 +30,7 @@ pub mod noise;
 mod recording;
 pub mod resampling;
 mod rows;
+mod section;
 mod unknowns;
 mod verdict;
 
@@ -114,7 +115,7 @@ pub struct Agreement {
 }
 
 /// The whole.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     pub poses: usize,
     pub used: usize,

@@ -1,6 +1,7 @@
 //! A tracker received, its poses compensated, recorded and served on, until it is stopped.
 
 mod running;
+mod section;
 
 pub use super::relay::{LiveDesign, LiveRoom};
 

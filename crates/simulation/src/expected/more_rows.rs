@@ -17,6 +17,7 @@ use trackwright_field::Environment;
 use trackwright_field::FieldPoint;
 use trackwright_field::gaussian::{GaussianField, Row};
 use trackwright_geometry::bounds::Bounds;
+use trackwright_result::with_separators;
 use trackwright_task::CancelToken;
 
 /// How many times as many measurements are tried.
@@ -35,6 +36,23 @@ pub struct MoreMeasuring {
     /// Measurements with which it could be decided, if the figure is as expected; `None` where not even
     /// [`most_times`] times as many would do.
     pub measurements: Option<usize>,
+}
+
+impl MoreMeasuring {
+    /// A sentence without its full stop.
+    pub fn statement(&self) -> String {
+        let name = self.metric.name();
+        match self.measurements {
+            Some(measurements) => format!(
+                "requirement {name}: decided with about {} measurements spread as widely, if the figure stays",
+                with_separators(measurements)
+            ),
+            None => format!(
+                "requirement {name}: not decided even with {} times as many measurements, if the figure stays",
+                most_times()
+            ),
+        }
+    }
 }
 
 /// How many times as many measurements are tried at most.
