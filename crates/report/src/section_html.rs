@@ -45,7 +45,7 @@ fn table_html(table: &Table) -> Markup {
     let is_shown = |k: &usize| !table.columns[*k].label.is_empty();
     let shown: Vec<usize> = (0..table.columns.len()).filter(is_shown).collect();
     html! {
-        @if !table.rows.is_empty() {
+        @if !(table.rows.is_empty() || shown.is_empty()) {
             table {
                 thead { tr { @for &k in &shown { th { (table.columns[k].label) } } } }
                 @for row in &table.rows {

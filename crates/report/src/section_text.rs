@@ -58,13 +58,13 @@ fn aligned(rows: &[&Row]) -> Vec<String> {
         .collect()
 }
 
-/// Nothing of a table without rows.
+/// Nothing of a table without rows, and of one that only programs read.
 fn table_lines(table: &Table) -> Vec<String> {
-    if table.rows.is_empty() {
-        return Vec::new();
-    }
     let shown: Vec<(usize, &Column)> =
         table.columns.iter().enumerate().filter(|(_, column)| !column.label.is_empty()).collect();
+    if table.rows.is_empty() || shown.is_empty() {
+        return Vec::new();
+    }
     let mut cells: Vec<Vec<String>> =
         vec![shown.iter().map(|(_, column)| column.label.to_string()).collect()];
     cells.extend(table.rows.iter().map(|row| {
