@@ -24,10 +24,9 @@ use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
 use trackwright_report::figures_json::room_field_json;
 use trackwright_report::study::StudyReport;
-use trackwright_report::uncertainty::{
-    DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
+use trackwright_simulation::uncertainty::{
+    DEFAULT_SAMPLES, Sampling, UncertaintyError, UncertaintyMethods, UncertaintyReport,
 };
-use trackwright_simulation::uncertainty::UncertaintyError;
 use trackwright_simulation::{
     self as simulation, InputTrial, Mode, NoInterval, Outcome, RoomFieldFigures, Scenario, Trial,
     run, survey,
@@ -152,7 +151,7 @@ pub fn simulate(
         .with_context(named)?;
         notes.extend(note);
         if let Some(scattered) = &scattered {
-            figures["uncertainty"] = scattered.as_json(&outcome);
+            figures["uncertainty"] = json!(scattered.section(&outcome));
         }
         if let Some(support) = &support {
             figures["support"] = json!(support);

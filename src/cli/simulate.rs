@@ -4,13 +4,14 @@ use super::figures;
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
 use super::study::run_study;
-use super::uncertainty::{self, UncertaintyArgs};
+use super::uncertainty::UncertaintyArgs;
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::World;
 use trackwright_report::missed::Missed;
+use trackwright_report::section_text::section_text;
 use trackwright_report::study::StudyReport;
 use trackwright_simulation::figures::trial_number;
 use trackwright_simulation::support::{SupportSurvey, support_rows};
@@ -122,13 +123,13 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             output::note(&format!("metal: {line}"));
         }
     }
-    let room_field = &report.study.room_field;
+    let uncertainty = uncertainty.map(|found| found.section(&report.study.room_field));
     let coils = trackwright_project::coil_findings(&world);
     match args.format {
         Format::Json => {
             let mut value = report.as_json((&scenario, &mode));
-            if let Some(report) = &uncertainty {
-                value["uncertainty"] = report.as_json(room_field);
+            if let Some(section) = &uncertainty {
+                value["uncertainty"] = json!(section);
             }
             if let Some(survey) = &survey {
                 value["support"] = json!(survey);
@@ -140,7 +141,7 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
         }
         Format::Text => {
             let mut parts = vec![study_text(&title(&world), &report, args.room_field)];
-            parts.extend(uncertainty.iter().map(|report| uncertainty::as_text(report, room_field)));
+            parts.extend(uncertainty.iter().map(|section| format!("\n{}", section_text(section))));
             parts.extend(survey.iter().map(|survey| output::aligned(&rows(support_rows(survey)))));
             parts.extend(coil_statements(&coils));
             output::print(&parts.join("\n"))

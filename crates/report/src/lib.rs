@@ -43,5 +43,4 @@ pub mod sweep;
 pub mod sweep_json;
 pub mod text_table;
 pub mod tool_json;
-pub mod uncertainty;
 pub mod words;
