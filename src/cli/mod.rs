@@ -43,7 +43,6 @@ mod study;
 mod sweep;
 mod tolerances;
 mod tool_reader;
-mod tool_report;
 mod uncertainty;
 mod validity;
 mod verify;

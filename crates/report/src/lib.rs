@@ -42,5 +42,4 @@ pub mod study;
 pub mod sweep;
 pub mod sweep_json;
 pub mod text_table;
-pub mod tool_json;
 pub mod words;
