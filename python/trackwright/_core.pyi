@@ -51,7 +51,7 @@ class Readings:
     @property
     def outside(self) -> Flags: ...
 
-class Corrected:
+class Corrected(Found):
     """Readings that were corrected; those without an answer are not a number."""
 
     @property
@@ -64,8 +64,6 @@ class Corrected:
     def converged(self) -> Flags: ...
     @property
     def ambiguous(self) -> Flags: ...
-    @property
-    def figures(self) -> Figures: ...
 
 class Environment:
     @staticmethod

@@ -16,7 +16,6 @@
 
 pub mod agreement_chart;
 pub mod comparison_json;
-pub mod compensation_json;
 pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
