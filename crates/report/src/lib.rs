@@ -25,6 +25,7 @@ pub mod kinds;
 pub mod learning_chart;
 pub mod manufacturing;
 pub mod metal_chart;
+pub mod metal_distance;
 pub mod missed;
 pub mod optimization_json;
 pub mod page;
