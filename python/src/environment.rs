@@ -4,6 +4,7 @@ use crate::arrays::{parts, poses};
 use crate::choices::{one_of, outside_policy};
 use crate::errors::{Done, TrackwrightError};
 use crate::fitting;
+use crate::found::Found;
 use crate::long_work;
 use crate::records::{Cell, Field, Records};
 use crate::tables::{Notes, of_memory, take, warn_of};
@@ -23,7 +24,6 @@ use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
 use trackwright_geometry::pose::Pose;
 use trackwright_project::{Files, RoomContent, World};
-use trackwright_report::compensation_json::compensation_json;
 use trackwright_report::room::map_name;
 use trackwright_result::{Section, with_separators};
 
@@ -48,14 +48,13 @@ pub struct Readings {
 }
 
 /// Readings that were corrected.
-#[pyclass(frozen, get_all, module = "trackwright")]
+#[pyclass(frozen, get_all, extends = Found, module = "trackwright")]
 pub struct Corrected {
     positions: Py<PyArray2<f64>>,
     quaternions: Py<PyArray2<f64>>,
     outside: Py<PyArray1<bool>>,
     converged: Py<PyArray1<bool>>,
     ambiguous: Py<PyArray1<bool>>,
-    figures: Py<PyAny>,
 }
 
 impl Environment {
@@ -307,7 +306,7 @@ impl Environment {
         outside: &str,
         method: &str,
         as_is: bool,
-    ) -> Done<Corrected> {
+    ) -> Done<Py<Corrected>> {
         let outside = outside_policy(outside)?;
         let model = &self.solved.model;
         let known = [
@@ -329,20 +328,20 @@ impl Environment {
         let found = long_work::run(py, |task| {
             Ok(Compensation::of(model, &measured, outside, wanted, task)?)
         })?;
-        warn_of(py, notes)?;
+        let base = Found::new(py, found.section(), notes)?;
         let flags = |flag: fn(&field::compensation::Compensated) -> bool| {
             let each: Vec<bool> = found.answers.iter().map(flag).collect();
             each.into_pyarray(py).unbind()
         };
         let (positions, quaternions) = parts(py, found.answers.iter().map(|at| at.pose))?;
-        Ok(Corrected {
+        let corrected = Corrected {
             positions: positions.unbind(),
             quaternions: quaternions.unbind(),
             outside: flags(|at| !at.is_inside),
             converged: flags(|at| at.pose.is_some()),
             ambiguous: flags(|at| matches!(at.state, InverseState::Ambiguous(_))),
-            figures: to_python(py, &compensation_json(&found))?.unbind(),
-        })
+        };
+        Ok(Py::new(py, (corrected, base))?)
     }
 
     /// How far readings at poses may be from the model's, a record a pose.

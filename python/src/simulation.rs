@@ -22,12 +22,11 @@ use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
 use trackwright_report::study::StudyReport;
-use trackwright_report::uncertainty::{
-    DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport,
-};
-use trackwright_result::{Section, data};
+use trackwright_result::Section;
 use trackwright_simulation::support::SupportSurvey;
-use trackwright_simulation::uncertainty::UncertaintyError;
+use trackwright_simulation::uncertainty::{
+    DEFAULT_SAMPLES, Sampling, UncertaintyError, UncertaintyMethods, UncertaintyReport,
+};
 use trackwright_simulation::{
     self as simulation, InputTrial, Mode, NoInterval, Outcome, RoomFieldFigures, Scenario, Trial,
     coil_section, run, survey,
@@ -147,7 +146,7 @@ pub fn simulate(
         .with_context(named)?;
         notes.extend(note);
         if let Some(scattered) = &scattered {
-            section = section.with(data("uncertainty", scattered.as_json(&outcome)));
+            section = section.with(scattered.section(&outcome).named("uncertainty"));
         }
         section = section.with_all(support.as_ref().map(SupportSurvey::section));
         let coils = if has_expected { coil_findings(world) } else { Vec::new() };

@@ -2,9 +2,9 @@
 
 use crate::design::Sensor;
 use crate::errors::{Done, TrackwrightError};
+use crate::found::Found;
 use crate::long_work;
-use crate::tables::warn_of;
-use crate::values::to_python;
+use crate::tables::{Notes, warn_of};
 use anyhow::Context;
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -14,10 +14,9 @@ use trackwright_formats::tool_definition::{
     BodyFormat, DefinitionFormat, OnMismatch, ToolDefinition, from_body, read_body,
 };
 use trackwright_project::{Files, ReadTool, StoreError, body_format_of};
-use trackwright_report::tool_json::tool_json;
 
 /// A tool that was read: its sensors, its tip, and the maker's file that it came from.
-#[pyclass(frozen, module = "trackwright")]
+#[pyclass(frozen, extends = Found, module = "trackwright")]
 pub struct Tool {
     read: ReadTool,
     /// Where its meshes are referred to from.
@@ -33,7 +32,7 @@ impl Tool {
     /// Opens a body (`*.body.ron`) or a maker's definition: an NDI ROM, a .tool file, and others.
     #[staticmethod]
     #[pyo3(signature = (path, *, accept_checksum = false))]
-    fn load(py: Python<'_>, path: PathBuf, accept_checksum: bool) -> Done<Self> {
+    fn load(py: Python<'_>, path: PathBuf, accept_checksum: bool) -> Done<Py<Self>> {
         let read = long_work::run(py, |_| {
             let read = Files::default().read_tool(&path, on_mismatch(accept_checksum));
             read.map_err(|error: StoreError| match error.is_checksum() {
@@ -48,16 +47,24 @@ impl Tool {
         let doubt = definition.as_ref().and_then(ToolDefinition::doubt);
         let size = read.body.rigid.size_doubt();
         let size = size.map(|doubt| format!("tip and sensors: {doubt}"));
-        warn_of(py, doubt.into_iter().chain(size).collect())?;
-        Ok(Self { read, source: path })
+        let notes = doubt.into_iter().chain(size).collect();
+        let base = Found::new(py, read.section(), notes)?;
+        Ok(Py::new(py, (Self { read, source: path }, base))?)
     }
 
     /// A tool from the bytes of its file; extension is that of its name.
     #[staticmethod]
     #[pyo3(signature = (bytes, extension = "rom", *, accept_checksum = false))]
-    fn from_bytes(bytes: &[u8], extension: &str, accept_checksum: bool) -> Done<Self> {
+    fn from_bytes(
+        py: Python<'_>,
+        bytes: &[u8],
+        extension: &str,
+        accept_checksum: bool,
+    ) -> Done<Py<Self>> {
         let (body, kind) = read_body(bytes, extension, on_mismatch(accept_checksum))?;
-        Ok(Self { read: ReadTool { body, kind }, source: PathBuf::new() })
+        let read = ReadTool { body, kind };
+        let base = Found::new(py, read.section(), Notes::new())?;
+        Ok(Py::new(py, (Self { read, source: PathBuf::new() }, base))?)
     }
 
     /// The tool as a maker's definition: "rom", "tool", "ini" or "json".
@@ -116,12 +123,6 @@ impl Tool {
     fn tip<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
         let tip = self.read.body.rigid.tip_in_body?;
         Some(crate::arrays::vector_array(py, tip.coords.into()))
-    }
-
-    /// What `trackwright convert --format json` prints of a tool that it read.
-    #[getter]
-    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &tool_json(&self.read))
     }
 
     fn __repr__(&self) -> String {

@@ -51,7 +51,7 @@ class Readings:
     @property
     def outside(self) -> Flags: ...
 
-class Corrected:
+class Corrected(Found):
     """Readings that were corrected; those without an answer are not a number."""
 
     @property
@@ -64,8 +64,6 @@ class Corrected:
     def converged(self) -> Flags: ...
     @property
     def ambiguous(self) -> Flags: ...
-    @property
-    def figures(self) -> Figures: ...
 
 class Environment:
     @staticmethod
@@ -512,7 +510,7 @@ class Recording:
     def track(self, tool: str | None = None, *, relative_to: str | None = None) -> Records: ...
     def unusable(self, tool: str | None = None) -> dict[str, int]: ...
 
-class Tool:
+class Tool(Found):
     @staticmethod
     def load(path: Path, *, accept_checksum: bool = False) -> Tool: ...
     @staticmethod
@@ -529,8 +527,6 @@ class Tool:
     def sensors(self) -> list[Sensor]: ...
     @property
     def tip(self) -> Floats | None: ...
-    @property
-    def figures(self) -> Figures: ...
 
 class IgtlMessage:
     @property

@@ -11,7 +11,6 @@ use trackwright_field::inverse::InverseState;
 use trackwright_field::samples::MapKind;
 use trackwright_formats::poses::{self, CompensatedRow, RowPlace};
 use trackwright_geometry::pose::Pose;
-use trackwright_report::compensation_json::{compensation_json, method_name};
 
 /// Correct measured poses by the map of an environment, or by the inverse of it
 #[derive(Debug, Args)]
@@ -83,7 +82,8 @@ pub fn run(args: &CompensateArgs, files: &Files) -> anyhow::Result<()> {
         let rows = each.map(|(found, measured)| row(&environment, found, measured));
         poses::write_compensated(out, rows, validity.as_deref())
     })?;
-    args.common.format.print(|| compensation_json(&outcome), || as_text(args, &outcome))
+    let by = format!("by {}, written to {}", outcome.method.about(), args.output.display());
+    output::print_section(args.common.format, &outcome.section().with(by))
 }
 
 fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
@@ -97,7 +97,7 @@ fn method(args: &CompensateArgs, map: MapKind) -> anyhow::Result<Method> {
             "{}: found a correction map, expected a distortion map with --method {}; \
              --method auto applies a correction map as it is",
             args.environment.display(),
-            method_name(wanted)
+            wanted.name()
         );
     }
     Ok(wanted)
@@ -114,38 +114,4 @@ fn row(environment: &Environment, found: &Compensated, measured: &Pose) -> Compe
         },
         is_ambiguous: matches!(found.state, InverseState::Ambiguous(_)),
     }
-}
-
-fn as_text(args: &CompensateArgs, outcome: &Compensation) -> String {
-    let t = &outcome.tally;
-    let mut rows = vec![
-        count("rows", t.rows),
-        count("converged", t.converged),
-        count("of these ambiguous", t.ambiguous),
-        count("folded", t.folded),
-        count("not converged", t.not_converged),
-        count("rejected", t.rejected),
-        count("outside the model's box", t.outside),
-        number("largest correction", t.largest_correction_mm, 4, "mm"),
-        number("", t.largest_correction_rad.to_degrees(), 4, "°"),
-    ];
-    if let Some(d) = &outcome.shortcut {
-        let (rms, max) = ("shortcut against inverse, RMS", "shortcut against inverse, max");
-        rows.extend([
-            number(rms, d.position_rms_mm, 6, "mm"),
-            number(max, d.position_max_mm, 6, "mm"),
-            number(rms, d.angle_rms_rad.to_degrees(), 6, "°"),
-            number(max, d.angle_max_rad.to_degrees(), 6, "°"),
-        ]);
-    }
-    format!(
-        "{}\nby {}, written to {}",
-        output::aligned(&rows),
-        match outcome.method {
-            Method::Correction => "correction map",
-            Method::Inverse => "inverse of the distortion map",
-            Method::Shortcut => "shortcut, the distortion map used as a correction",
-        },
-        args.output.display()
-    )
 }

@@ -3,14 +3,13 @@
 
 use super::numbers::above_zero;
 use super::prelude::*;
-use super::tool_report;
 use nalgebra::Point3;
 use trackwright_design::definition::DefinitionKind;
 use trackwright_formats::tool_definition::{
     BodyFormat, Conversion, Lost, OnMismatch, ToolDefinition, from_body,
 };
 use trackwright_project::{ReadTool, StoreError};
-use trackwright_report::tool_json::tool_json;
+use trackwright_result::{Section, Table, data};
 use trackwright_simulation::SensorOrientation;
 use trackwright_simulation::distinct::{
     Comparison, Distinction, LEAST_MM, compare_tools, compare_with_itself,
@@ -91,12 +90,21 @@ fn convert(args: &ConvertArgs, input: &Path, file: &Path, files: &Files) -> anyh
     for note in notes(&tool, written.as_ref()) {
         output::note(&format!("{}: {note}", file.display()));
     }
-    let text = || {
-        let (kind, read) = (tool_report::kind_name(&tool), tool_report::as_text(&tool));
-        let (input, file) = (input.display(), file.display());
-        format!("{input}: {kind}\n{read}\n{file}: {}, written", written_kind(written.as_ref()))
-    };
-    args.format.print(|| as_json(&tool, written.as_ref()), text)
+    let read = Section::default()
+        .with(format!("{}: {}", input.display(), read_kind(&tool)))
+        .with_all(tool.section().items);
+    let code = written.as_ref().map_or("body", |written| written.definition.kind().code());
+    let lost = written.as_ref().map_or(&[][..], |written| &written.lost);
+    let lost = Table::of("lost", lost).data("what", Lost::code).data("note", Lost::to_string);
+    let found = Section::of([
+        data("written.kind", code),
+        data("written.new_image", written.as_ref().is_some_and(|written| written.is_new_image)),
+        data("written.experimental", code == DefinitionKind::NdiEm.code()),
+    ])
+    .with(read.named("read"))
+    .with(lost.done())
+    .with(format!("{}: {}, written", file.display(), written_kind(written.as_ref())));
+    output::print_section(args.format, &found)
 }
 
 /// The error and, where there is one, the way past it.
@@ -104,6 +112,16 @@ fn with_way_out(error: StoreError) -> anyhow::Error {
     match error.is_checksum() {
         true => anyhow::anyhow!("{error} (--force reads it all the same)"),
         false => error.into(),
+    }
+}
+
+/// What the file was, with its article.
+fn read_kind(tool: &ReadTool) -> String {
+    let carried = tool.body.definition.as_ref().map(|d| d.kind.name());
+    match (tool.kind, carried) {
+        (Some(kind), _) => kind.name().to_owned(),
+        (None, Some(carried)) => format!("a body from {carried}"),
+        (None, None) => "a body".to_owned(),
     }
 }
 
@@ -119,21 +137,6 @@ fn notes(tool: &ReadTool, written: Option<&Conversion>) -> Vec<String> {
     let size = size.map(|doubt| format!("warning: tip and sensors: {doubt}"));
     let notes = written.map(Conversion::notes).unwrap_or_default();
     doubt.into_iter().chain(size).chain(notes).collect()
-}
-
-fn as_json(tool: &ReadTool, written: Option<&Conversion>) -> Value {
-    let code = written.map_or("body", |written| written.definition.kind().code());
-    let lost = written.map_or(&[][..], |written| &written.lost);
-    let line = |lost: &Lost| json!({"what": lost.code(), "note": lost.to_string()});
-    json!({
-        "read": tool_json(tool),
-        "written": {
-            "kind": code,
-            "new_image": written.is_some_and(|written| written.is_new_image),
-            "experimental": code == DefinitionKind::NdiEm.code(),
-        },
-        "lost": lost.iter().map(line).collect::<Vec<_>>(),
-    })
 }
 
 /// A tool that has been read.
@@ -167,8 +170,7 @@ fn check(args: &ConvertArgs, files: &Files) -> anyhow::Result<Ending> {
         ));
     }
     let pairs = compared(&tools, args.least_mm);
-    args.format
-        .print(|| check_json(&tools, &pairs, args.least_mm), || check_text(&tools, &pairs))?;
+    output::print_section(args.format, &check_section(&tools, &pairs, args.least_mm))?;
     let is_apart = |pair: &Pair| pair.found.distinction == Distinction::Apart;
     Ok(match pairs.iter().all(is_apart) {
         true => Ending::Done,
@@ -202,41 +204,35 @@ fn compared(tools: &[CheckedTool], least_mm: f64) -> Vec<Pair> {
     pairs
 }
 
-fn check_text(tools: &[CheckedTool], pairs: &[Pair]) -> String {
-    let lines = pairs.iter().map(|pair| {
-        let [a, b] = pair.tools.map(|tool| &tools[tool]);
-        let Comparison {
-            distinction,
-            markers: [own, other],
-            distance_mm,
-            angle_deg,
-        } = &pair.found;
-        let names = |tool: &CheckedTool, of: &[usize; 3]| of.map(|k| tool.sensors[k].clone()).join(", ");
-        let is_one = pair.tools[0] == pair.tools[1];
-        let who = match is_one {
-            true => format!("{} with itself", a.file.display()),
-            false => format!("{} and {}", a.file.display(), b.file.display()),
-        };
-        let verdict = match (distinction, is_one) {
-            (Distinction::Apart, true) => "looks different from every side",
-            (Distinction::Apart, false) => "distinguishable",
-            (Distinction::ThreeMarkersAlike, _) => "may be confused where only three markers are seen",
-            (Distinction::Alike, true) => "looks the same from two sides",
-            (Distinction::Alike, false) => "indistinguishable",
-        };
-        format!(
-            "{who}: {verdict}; markers {} and {} differ by {distance_mm:.2} mm and {angle_deg:.1}° at most",
-            names(a, own),
-            names(b, other)
-        )
-    });
-    lines.collect::<Vec<_>>().join("\n")
+fn check_section(tools: &[CheckedTool], pairs: &[Pair], least_mm: f64) -> Section {
+    let of = |pair: &Pair| pair.tools.map(|tool| &tools[tool]);
+    let table = Table::of("pairs", pairs)
+        .data("tools", |pair| of(pair).map(|tool| tool.file.display().to_string()))
+        .data("found", |pair| json!(pair.found));
+    Section::of([data("least_mm", least_mm)])
+        .with(table.done())
+        .with_all(pairs.iter().map(|pair| check_line(of(pair), pair)))
 }
 
-fn check_json(tools: &[CheckedTool], pairs: &[Pair], least_mm: f64) -> Value {
-    let pairs = pairs.iter().map(|pair| {
-        let [a, b] = pair.tools.map(|tool| tools[tool].file.display().to_string());
-        json!({ "tools": [a, b], "found": pair.found })
-    });
-    json!({ "least_mm": least_mm, "pairs": pairs.collect::<Vec<_>>() })
+fn check_line([a, b]: [&CheckedTool; 2], pair: &Pair) -> String {
+    let Comparison { distinction, markers: [own, other], distance_mm, angle_deg } = &pair.found;
+    let names =
+        |tool: &CheckedTool, of: &[usize; 3]| of.map(|k| tool.sensors[k].clone()).join(", ");
+    let is_one = pair.tools[0] == pair.tools[1];
+    let who = match is_one {
+        true => format!("{} with itself", a.file.display()),
+        false => format!("{} and {}", a.file.display(), b.file.display()),
+    };
+    let verdict = match (distinction, is_one) {
+        (Distinction::Apart, true) => "looks different from every side",
+        (Distinction::Apart, false) => "distinguishable",
+        (Distinction::ThreeMarkersAlike, _) => "may be confused where only three markers are seen",
+        (Distinction::Alike, true) => "looks the same from two sides",
+        (Distinction::Alike, false) => "indistinguishable",
+    };
+    format!(
+        "{who}: {verdict}; markers {} and {} differ by {distance_mm:.2} mm and {angle_deg:.1}° at most",
+        names(a, own),
+        names(b, other)
+    )
 }

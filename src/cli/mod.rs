@@ -42,7 +42,6 @@ mod study;
 mod sweep;
 mod tolerances;
 mod tool_reader;
-mod tool_report;
 mod uncertainty;
 mod validity;
 mod verify;

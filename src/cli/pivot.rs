@@ -10,7 +10,6 @@ use nalgebra::Point3;
 use spin::SpinArgs;
 use trackwright_calibration::pivot::{Pivot, PivotLimits, pivot};
 use trackwright_formats::points;
-use trackwright_report::compensation_json::tally_json;
 use trackwright_result::data;
 
 /// Find where a tool's tip is from recordings around one point, and which way its shaft points
@@ -124,7 +123,7 @@ pub fn run(args: &PivotArgs, files: &Files) -> anyhow::Result<()> {
         None => found,
     };
     let found = match reader.room {
-        Some(_) => found.with(data("compensated", tally_json(&reader.tally))),
+        Some(_) => found.with(data("compensated", reader.tally.section())),
         None => found,
     };
     output::print_section(args.common.format, &found)

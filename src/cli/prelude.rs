@@ -2,7 +2,7 @@
 
 pub(super) use super::as_is::{AsIsArgs, TableArgs};
 pub(super) use super::choice::Choice;
-pub(super) use super::output::{self, Ending, Format, OUTSIDE, Row, Shown, count, mm, number, row};
+pub(super) use super::output::{self, Ending, Format, OUTSIDE, Shown};
 pub(super) use anyhow::{Context, anyhow, bail};
 pub(super) use clap::Args;
 pub(super) use serde_json::{Value, json};

@@ -3,7 +3,7 @@
 use super::named_design::{named_or_builtin, note_sizes};
 use super::prelude::*;
 use super::study::run_study;
-use super::uncertainty::{self, UncertaintyArgs};
+use super::uncertainty::UncertaintyArgs;
 use clap::ValueEnum;
 use trackwright_design::BodyRole;
 use trackwright_field::samples::MapKind;
@@ -115,16 +115,15 @@ pub fn run(args: &SimulateArgs, files: &Files) -> anyhow::Result<()> {
             output::note(&format!("metal: {line}"));
         }
     }
-    let room_field = &report.study.room_field;
+    let uncertainty = uncertainty.map(|found| found.section(&report.study.room_field));
     let coils = trackwright_project::coil_findings(&world);
-    let mut section = report.section((&scenario, &mode), args.room_field).headed(title(&world));
-    if let Some(report) = &uncertainty {
-        section = section
-            .with(data("uncertainty", report.as_json(room_field)))
-            .with(uncertainty::as_text(report, room_field));
-    }
-    section = section.with_all(survey.as_ref().map(SupportSurvey::section));
-    output::print_section(args.format, &section.with(coil_section(&coils)))
+    let section = report
+        .section((&scenario, &mode), args.room_field)
+        .headed(title(&world))
+        .with_all(uncertainty.map(|section| section.named("uncertainty")))
+        .with_all(survey.as_ref().map(SupportSurvey::section))
+        .with(coil_section(&coils));
+    output::print_section(args.format, &section)
 }
 
 /// `--body crf`: the CRF alone at each of its targets, step 2 of the paper's design procedure.

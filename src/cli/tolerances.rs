@@ -3,7 +3,8 @@
 use super::prelude::*;
 use super::simulate::note_world;
 use trackwright_formats::manufacturing_table;
-use trackwright_report::manufacturing::{built_check_words, sheet_text};
+use trackwright_report::manufacturing::{built_check_words, sheet_section};
+use trackwright_result::{Section, data};
 use trackwright_simulation::tolerance::{MAX_DRAWS, check_built, manufacturing_sheet};
 
 /// Print where a design's sensors are to be built, and how far off each may be before the
@@ -77,22 +78,16 @@ pub fn run(args: &TolerancesArgs, files: &Files) -> anyhow::Result<Ending> {
     if let Some(csv) = &csv {
         csv.write(|out| manufacturing_table::write(out, &sheet))?;
     }
-    match args.format {
-        Format::Json => {
-            let mut value = json!(sheet);
-            value["design"] = json!(design.name);
-            value["environment"] = json!(world.environment.name);
-            value["orientation_weight_mm"] = json!(scenario.orientation_weight_mm);
-            value["check"] = json!(check);
-            output::print_json(&value)?;
-        }
-        Format::Text => {
-            let head = output::head(&design.name, &world.environment.name);
-            let mut lines = vec![head, sheet_text(&sheet)];
-            lines.extend(check.iter().flat_map(built_check_words));
-            output::print(&lines.join("\n"))?;
-        }
-    }
+    let found = Section::of([
+        data("design", &design.name),
+        data("environment", &world.environment.name),
+        data("orientation_weight_mm", scenario.orientation_weight_mm),
+        data("check", &check),
+    ])
+    .with(output::head(&design.name, &world.environment.name))
+    .with_all(sheet_section(&sheet).items)
+    .with_all(check.iter().flat_map(built_check_words));
+    output::print_section(args.format, &found)?;
     if args.check.is_some() && check.is_none() {
         output::note("note: without tolerances there is nothing to check");
     }

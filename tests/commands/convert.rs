@@ -111,7 +111,10 @@ fn the_aurora_sensor_is_two_coils_that_cross() {
     assert!((number(&pair["distance_mm"]) - 0.7).abs() < 1e-6, "{pair}");
     // The polar angles are 0.218224 rad each.
     assert!((number(&pair["angle_deg"]) - 25.0).abs() < 0.05, "{pair}");
-    scratch.succeed_with(format!("convert {} b.body.ron", text(&file)), &["0.700 mm", "25.0"]);
+    scratch.succeed_with(
+        format!("convert {} b.body.ron", text(&file)),
+        &["distance, mm", "0.700", "25.0"],
+    );
 }
 
 const MARKERS: &str = "(version: 1, name: \"triangle\", tip: (0, 0, -120.5), sensors: [

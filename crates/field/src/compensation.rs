@@ -10,10 +10,13 @@ use super::samples::{MapKind, PoseError};
 use rayon::prelude::*;
 use trackwright_geometry::pose::{Pose, distances, is_finite, pose_from_parts};
 use trackwright_geometry::rotation::exp_vector;
+use trackwright_result::{Row, Section, count, data, number};
 use trackwright_task::{Cancelled, Task};
 
 /// Readings that one core corrects before it looks whether anyone still wants them.
 const CHUNK: usize = 4096;
+
+const LARGEST: &str = "largest correction";
 
 /// How a measured pose is corrected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +35,24 @@ impl Method {
         match map {
             MapKind::Correction => Self::Correction,
             MapKind::Distortion => Self::Inverse,
+        }
+    }
+
+    /// Its name for programs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Correction => "correction",
+            Self::Inverse => "inverse",
+            Self::Shortcut => "shortcut",
+        }
+    }
+
+    /// What poses are corrected by.
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Correction => "correction map",
+            Self::Inverse => "inverse of the distortion map",
+            Self::Shortcut => "shortcut, the distortion map used as a correction",
         }
     }
 }
@@ -188,6 +209,22 @@ impl Tally {
         tally
     }
 
+    /// What became of the readings, as a result.
+    pub fn section(&self) -> Section {
+        let angle_deg = self.largest_correction_rad.to_degrees();
+        Section::of([
+            count("rows", "rows", self.rows),
+            count("converged", "converged", self.converged),
+            count("ambiguous", "of these ambiguous", self.ambiguous),
+            count("folded", "folded", self.folded),
+            count("not_converged", "not converged", self.not_converged),
+            count("rejected", "rejected", self.rejected),
+            count("outside", "outside the model's box", self.outside),
+            number("largest_correction_mm", LARGEST, self.largest_correction_mm, 4, "mm"),
+            number("largest_correction_deg", LARGEST, angle_deg, 4, "°"),
+        ])
+    }
+
     /// Counts the rows of another table too.
     pub fn add(&mut self, other: &Self) {
         self.rows += other.rows;
@@ -237,6 +274,15 @@ impl Compensation {
         };
         Ok(Self { method, tally: Tally::of(measured, &answers), answers, shortcut })
     }
+
+    /// All that was found but the poses.
+    pub fn section(&self) -> Section {
+        let difference = self.shortcut.iter().flat_map(Difference::rows);
+        (self.tally.section())
+            .with(data("method", self.method.name()))
+            .with(data("shortcut_against_inverse", ()))
+            .with_all(difference)
+    }
 }
 
 /// How far two ways to compensate are apart, over the readings that both answer.
@@ -250,6 +296,21 @@ pub struct Difference {
 }
 
 impl Difference {
+    fn rows(&self) -> [Row; 5] {
+        let [rms, max] = ["shortcut against inverse, RMS", "shortcut against inverse, max"];
+        let row = |key: &str, label, value, unit| {
+            number(format!("shortcut_against_inverse.{key}"), label, value, 6, unit)
+        };
+        let [rms_deg, max_deg] = [self.angle_rms_rad, self.angle_max_rad].map(f64::to_degrees);
+        [
+            data("shortcut_against_inverse.compared", self.compared),
+            row("position_rms_mm", rms, self.position_rms_mm, "mm"),
+            row("position_max_mm", max, self.position_max_mm, "mm"),
+            row("angle_rms_deg", rms, rms_deg, "°"),
+            row("angle_max_deg", max, max_deg, "°"),
+        ]
+    }
+
     /// Leaves out what either way did not answer, or only ambiguously; `None` if that is all.
     pub fn between(a: &[Compensated], b: &[Compensated]) -> Option<Self> {
         let sure = |c: &Compensated| c.pose.filter(|_| c.state == InverseState::Converged);

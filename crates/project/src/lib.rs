@@ -47,6 +47,7 @@ mod state;
 #[cfg(test)]
 mod tests;
 mod tool;
+mod tool_section;
 mod video;
 mod watch;
 mod world;

@@ -1,8 +1,12 @@
-//! Control charts of several figures as one picture: individuals to the left, moving ranges to the right.
+//! Control charts of several figures, as a result and as one picture: individuals to the left, moving
+//! ranges to the right.
 
 use super::plot::{Axis, Chart, Series, SeriesStyle};
 use maud::{PreEscaped, html};
+use serde_json::json;
+use std::collections::BTreeSet;
 use trackwright_calibration::protocol::control_chart::{ControlChart, Signal};
+use trackwright_result::{Section, Table, data};
 
 /// Size of each chart in pixels.
 const WIDTH: u32 = 640;
@@ -11,9 +15,45 @@ const HEIGHT: u32 = 360;
 /// A figure over the runs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureChart {
+    /// For programs.
+    pub key: String,
     pub label: String,
     pub unit: &'static str,
     pub chart: ControlChart,
+}
+
+/// The charts in figures; `runs` names the runs.
+pub fn section(figures: &[FigureChart], runs: &[String]) -> Section {
+    let marked = |figure: &FigureChart| {
+        figure.chart.signals.iter().map(|(run, _)| run).collect::<BTreeSet<_>>().len()
+    };
+    let signals = |figure: &FigureChart| {
+        let why =
+            |(run, signal): &(usize, Signal)| json!({"run": runs[*run], "why": signal.label()});
+        figure.chart.signals.iter().map(why).collect::<Vec<_>>()
+    };
+    let lines = figures.iter().flat_map(|FigureChart { label, unit, chart, .. }| {
+        chart.signals.iter().map(move |(run, signal)| {
+            let value = chart.values[*run];
+            format!("{label}: {} is {value:.4} {unit}: {}", runs[*run], signal.label())
+        })
+    });
+    let table = Table::of("figures", figures)
+        .data("figure", |figure| figure.key.clone())
+        .text("", "figure", |figure| figure.label.clone())
+        .data("unit", |figure| figure.unit)
+        .number("", "runs", 0, |figure| figure.chart.values.len())
+        .data("values", |figure| figure.chart.values.clone())
+        .data("moving_ranges", |figure| figure.chart.moving_ranges.clone())
+        .data("limits", |figure| figure.chart.limits)
+        .number("", "mean", 4, |figure| Some(figure.chart.limits?.mean))
+        .number("", "lower", 4, |figure| Some(figure.chart.limits?.lower))
+        .number("", "upper", 4, |figure| Some(figure.chart.limits?.upper))
+        .number("", "range", 4, |figure| Some(figure.chart.limits?.mean_range))
+        .number("", "upper", 4, |figure| Some(figure.chart.limits?.upper_range))
+        .number("", "out of control", 0, marked)
+        .data("out_of_control", signals);
+    Section::of([data("runs", runs)]).with(table.done()).with_all(lines)
 }
 
 /// Two charts a figure, one below the other; `runs` names the runs, which are numbered from 1.

@@ -1,7 +1,11 @@
-//! Metal that was found in a measurement table, in words: the same for the command line and the editor.
+//! Metal that was found in a measurement table, as a result, and in words that the editor has too.
 
+use trackwright_field::generator::Generator;
 use trackwright_metal::identify::compare::{Compared, ComparedModel};
-use trackwright_metal::identify::{Identification, MetalKind, Verdict};
+use trackwright_metal::identify::{
+    FoundBody, Identification, IdentifySettings, Interval, MetalKind, Verdict,
+};
+use trackwright_result::{Section, Table, data, with_separators};
 
 /// What a body does to fields, in a word.
 pub fn kind_name(kind: MetalKind) -> &'static str {
@@ -57,6 +61,103 @@ pub fn compared_name(model: ComparedModel) -> String {
     }
 }
 
+/// All that was found in a table of measurements; `of` is what these are, in words.
+pub fn metal_section(
+    of: &str,
+    (generator, settings): (&Generator, &IdentifySettings),
+    found: &Identification,
+    compared: &[Compared],
+) -> Section {
+    let (noise, disturbance) = (&found.noise, &found.disturbance);
+    let [noise_deg, disturbance_deg] =
+        [noise, disturbance].map(|errors| errors.rotation_rad.to_degrees());
+    let (noise_mm, disturbance_mm) = (noise.position_mm, disturbance.position_mm);
+    let contradict = (found.down_weighted > 0).then(|| {
+        let count = with_separators(found.down_weighted);
+        format!("{count} samples contradict the others and count for less")
+    });
+    let bodies = Section::default()
+        .with(verdict_line(found))
+        .with_all((1..).zip(&found.bodies).flat_map(|(number, body)| body_lines(number, body)))
+        .with(bodies_table(&found.bodies))
+        .with_all(misfit_line(found));
+    let folds = settings.folds;
+    let table = Table::of("", &compared_rows(compared))
+        .text("", "model", |[model, ..]| model.clone())
+        .number("", "position RMS, mm", 0, |[_, position, _]| position.clone())
+        .number("", "angle RMS, °", 0, |[.., angle]| angle.clone())
+        .done();
+    let held_out = (!compared.is_empty()).then(|| format!("held out by row, {folds} folds:"));
+    Section::of([
+        data("verdict", found.verdict),
+        data("generator", &generator.name),
+        data("samples", found.measurements),
+        data("down_weighted", found.down_weighted),
+        data("noise_mm", noise_mm),
+        data("noise_deg", noise_deg),
+        data("disturbance_rms_mm", disturbance_mm),
+        data("disturbance_rms_deg", disturbance_deg),
+        data("unexplained", found.unexplained),
+        data("model", found.model),
+        data("tried", &found.tried),
+        data("folds", folds),
+        data("held_out", compared.iter().map(compared_section).collect::<Vec<_>>()),
+    ])
+    .with(format!("{of}, generator {}", generator.name))
+    .with(format!(
+        "noise {noise_mm:.3} mm and {noise_deg:.3}° a component; disturbance {disturbance_mm:.3} mm and \
+         {disturbance_deg:.3}° RMS"
+    ))
+    .with_all(contradict)
+    .with(bodies)
+    .with(Section::default().with_all(held_out).with(table))
+}
+
+fn bodies_table(bodies: &[FoundBody]) -> Table {
+    let ends = |interval: &Interval| [interval.low, interval.high];
+    Table::of("bodies", bodies)
+        .data("kind", |body| kind_name(body.kind))
+        .data("is_determined", |body| body.doubt.is_none())
+        .data("doubt", |body| body.doubt.map(|doubt| doubt.to_string()))
+        .data("center_mm", |body| <[f64; 3]>::from(body.source.center_mm.coords))
+        .data("center_within95_mm", |body| body.center_mm.map(|interval| ends(&interval)))
+        .data("center_cov_mm2", |body| <[[f64; 3]; 3]>::from(body.center_cov_mm2.transpose()))
+        .data("half_length_mm", |body| body.half_length_mm)
+        .data("strength_mm3", |body| body.source.strength_mm3)
+        .data("strength_within95_mm3", |body| ends(&body.strength_mm3))
+        .data("radius_mm", |body| body.source.radius_mm())
+        .data("radius_within95_mm", |body| ends(&body.radius_mm))
+        .data("nearest_sample_mm", |body| body.nearest_mm)
+        .done()
+}
+
+fn body_lines(number: usize, body: &FoundBody) -> Vec<String> {
+    let center = body.source.center_mm;
+    // Plus zero makes of a rounded -0 a 0.
+    let tenths = |value_mm: f64| (10.0 * value_mm).round() / 10.0 + 0.0;
+    let axis =
+        |k: usize| format!("{:.1} ± {:.1}", tenths(center[k]), body.center_mm[k].half_length());
+    let mut lines = vec![
+        format!(
+            "{number}  {}, like a sphere of {:.1} mm radius ({:.1} to {:.1})",
+            kind_name(body.kind),
+            body.source.radius_mm(),
+            body.radius_mm.low,
+            body.radius_mm.high
+        ),
+        format!("   at x {}, y {}, z {} mm (95 %)", axis(0), axis(1), axis(2)),
+        format!(
+            "   strength {:.0} mm³ ({:.0} to {:.0}), nearest sample {:.0} mm away",
+            body.source.strength_mm3,
+            body.strength_mm3.low,
+            body.strength_mm3.high,
+            body.nearest_mm
+        ),
+    ];
+    lines.extend(body.doubt.map(|doubt| format!("   cannot tell: {doubt}")));
+    lines
+}
+
 /// What models leave of samples held out: position RMS in mm, and angle RMS in degrees where it is
 /// known.
 pub fn compared_rows(compared: &[Compared]) -> Vec<[String; 3]> {
@@ -70,4 +171,25 @@ pub fn compared_rows(compared: &[Compared]) -> Vec<[String; 3]> {
         ]
     };
     compared.iter().map(row).collect()
+}
+
+/// What a model leaves, for programs.
+fn compared_section(compared: &Compared) -> Section {
+    let (name, more) = match compared.model {
+        ComparedModel::None => ("none", Vec::new()),
+        ComparedModel::Bodies => ("bodies", Vec::new()),
+        ComparedModel::Harmonic { degree } => ("harmonic", vec![data("degree", degree)]),
+        ComparedModel::PerDirection(candidate) => {
+            let directions = candidate.directions.len();
+            let [order, ridge] = [data("order", candidate.order), data("ridge", candidate.ridge)];
+            ("bernstein", vec![order, data("directions", directions), ridge])
+        }
+    };
+    let overall = &compared.scores.overall;
+    Section::of([
+        data("model", name),
+        data("position_rms_mm", overall.position_rms_mm),
+        data("angle_rms_deg", overall.angle_rms_rad.map(f64::to_degrees)),
+    ])
+    .with_all(more)
 }

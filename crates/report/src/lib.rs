@@ -16,7 +16,6 @@
 
 pub mod agreement_chart;
 pub mod comparison;
-pub mod compensation_json;
 pub mod control_charts;
 pub mod drawing;
 pub mod error_charts;
@@ -25,6 +24,7 @@ pub mod kinds;
 pub mod learning_chart;
 pub mod manufacturing;
 pub mod metal_chart;
+pub mod metal_distance;
 pub mod missed;
 pub mod optimization_section;
 pub mod page;
@@ -41,6 +41,4 @@ pub mod selection_section;
 pub mod study;
 pub mod sweep;
 pub mod text_table;
-pub mod tool_json;
-pub mod uncertainty;
 pub mod words;

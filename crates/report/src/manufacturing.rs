@@ -1,8 +1,6 @@
 //! A manufacturing sheet in words and tables: what a workshop reads, the same everywhere.
 
-use crate::text_table;
-use std::iter;
-use trackwright_result::with_separators;
+use trackwright_result::{Columns, Section, Table, with_separators};
 use trackwright_simulation::ErrorOf;
 use trackwright_simulation::Metric;
 use trackwright_simulation::Verdict;
@@ -10,8 +8,8 @@ use trackwright_simulation::coil_statements;
 use trackwright_simulation::figures::capitalised;
 use trackwright_simulation::requirement::Check;
 use trackwright_simulation::tolerance::{
-    BuiltBody, BuiltCheck, ManufacturingSheet, NoTolerance, SheetBody, SheetSensor, Tolerance,
-    Tolerances, stated_decimals,
+    BuiltBody, BuiltCheck, ManufacturingSheet, NoTolerance, SheetBody, Tolerance, Tolerances,
+    stated_decimals,
 };
 
 /// Of all deviations that are allowed at once, those nearest to missing the requirement.
@@ -166,8 +164,8 @@ pub fn requirement_words(sheet: &ManufacturingSheet) -> Vec<String> {
     words
 }
 
-/// The sheet as text.
-pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
+/// The sheet as a result.
+pub fn sheet_section(sheet: &ManufacturingSheet) -> Section {
     let mut lines = requirement_words(sheet);
     if !sheet.as_drawn.is_empty() {
         lines.push(format!(
@@ -176,17 +174,15 @@ pub fn sheet_text(sheet: &ManufacturingSheet) -> String {
             poses(sheet)
         ));
     }
-    for body in &sheet.bodies {
-        lines.push(String::new());
-        lines.extend(geometry(body));
-    }
-    lines.push(String::new());
-    match &sheet.no_tolerances {
-        Some(reason) => lines.push(format!("No tolerances: {reason}")),
-        None => lines.extend(tolerances(sheet)),
-    }
-    lines.extend(caution_words(sheet).iter().map(|words| format!("Note: {words}.")));
-    lines.join("\n")
+    let tolerances = match &sheet.no_tolerances {
+        Some(reason) => Section::default().with(format!("No tolerances: {reason}")),
+        None => tolerances(sheet),
+    };
+    Section::of_fields(sheet)
+        .with_all(lines)
+        .with_all(sheet.bodies.iter().map(geometry))
+        .with(tolerances)
+        .with_all(caution_words(sheet).iter().map(|words| format!("Note: {words}.")))
 }
 
 /// What has to be known before anything is built: rotations that sensors do not determine, or barely,
@@ -209,65 +205,70 @@ fn poses(sheet: &ManufacturingSheet) -> String {
     }
 }
 
-fn geometry(body: &SheetBody) -> Vec<String> {
-    let mut lines = vec![format!("{} {:?}", capitalised(role_name(body.role)), body.name)];
-    lines.extend(frame_words(body));
-    let three = |v: [f64; 3], decimals: usize| v.map(|c| format!("{:.decimals$}", c + 0.0));
-    let empty = || [const { String::new() }; 3];
-    let has_tip = body.sensors.iter().any(|s| s.position_from_tip_mm.is_some());
-    let mut head = vec!["sensor", "kind", "coil mm", "x mm", "y mm", "z mm"];
-    if has_tip {
-        head.extend(["from tip x", "y", "z", "distance"]);
-    }
-    let rows = body.sensors.iter().map(|s| {
-        let coil =
-            s.coil.map_or_else(String::new, |c| format!("⌀ {} × {}", c.diameter_mm, c.length_mm));
-        let mut row = vec![s.name.clone(), s.kind.to_owned(), coil];
-        row.extend(three(s.position_in_body_mm, 3));
-        if has_tip {
-            row.extend(s.position_from_tip_mm.map_or_else(empty, |v| three(v, 3)));
-            row.extend(s.distance_from_tip_mm.map(|d| format!("{d:.3}")));
-        }
-        row
-    });
-    lines.extend(table(&head, rows));
-    let with_axis: Vec<&SheetSensor> = body.sensors.iter().filter(|s| s.axis.is_some()).collect();
-    if !with_axis.is_empty() {
-        lines.push(
-            "Axes of the sensors: unit vectors; the angle from the body's z, and about it from x towards y."
-                .to_owned(),
-        );
-        let head = ["axis of", "x", "y", "z", "from z °", "about z °", "rotation w x y z"];
-        let rows = with_axis.into_iter().filter_map(|s| {
-            let axis = s.axis?;
-            let mut row = vec![s.name.clone()];
-            row.extend(three(axis.direction, 6));
-            row.push(format!("{:.2}", axis.polar_deg));
-            let azimuth = axis.azimuth_deg.map(|a| format!("{:.2}", a + 0.0));
-            row.push(azimuth.unwrap_or_else(|| "–".to_owned()));
-            let rotation = s.rotation.map(|q| q.map(|c| format!("{c:.6}")).join(" "));
-            row.push(rotation.unwrap_or_default());
-            Some(row)
-        });
-        lines.extend(table(&head, rows));
-    }
-    if !body.pairs.is_empty() {
-        let head = ["between sensors", "distance mm", "axes °"];
-        let rows = body.pairs.iter().filter_map(|pair| {
-            let (a, b) = (body.sensors.get(pair.a)?, body.sensors.get(pair.b)?);
-            let angle = pair.angle_deg.map(|deg| format!("{deg:.2}"));
-            Some(vec![
-                format!("{} – {}", a.name, b.name),
-                format!("{:.3}", pair.distance_mm),
-                angle.unwrap_or_else(|| "–".to_owned()),
-            ])
-        });
-        lines.extend(table(&head, rows));
-    }
-    lines
+/// A column for each of three components.
+fn three<'a, T>(
+    table: Columns<'a, T>,
+    labels: [&'static str; 3],
+    decimals: usize,
+    of: impl Fn(&T) -> Option<[f64; 3]>,
+) -> Columns<'a, T> {
+    // Plus zero makes of -0 a 0.
+    (0..3).zip(labels).fold(table, |table, (k, label)| {
+        table.number("", label, decimals, |item| of(item).map(|v| v[k] + 0.0))
+    })
 }
 
-fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
+fn geometry(body: &SheetBody) -> Section {
+    let sensors = &body.sensors;
+    let table = Table::of("", sensors)
+        .text("", "sensor", |s| s.name.clone())
+        .text("", "kind", |s| s.kind)
+        .text("", "coil mm", |s| {
+            s.coil.map_or_else(String::new, |c| format!("⌀ {} × {}", c.diameter_mm, c.length_mm))
+        });
+    let mut table = three(table, ["x mm", "y mm", "z mm"], 3, |s| Some(s.position_in_body_mm));
+    if sensors.iter().any(|s| s.position_from_tip_mm.is_some()) {
+        table = three(table, ["from tip x", "y", "z"], 3, |s| s.position_from_tip_mm).number(
+            "",
+            "distance",
+            3,
+            |s| s.distance_from_tip_mm,
+        );
+    }
+    let with_axis: Vec<_> = sensors.iter().filter_map(|s| Some((s, s.axis?))).collect();
+    let about = "Axes of the sensors: unit vectors; the angle from the body's z, and about it from x towards y.";
+    let has_rotation = with_axis.iter().any(|(s, _)| s.rotation.is_some());
+    let axes = Table::of("", &with_axis).text("", "axis of", |(s, _)| s.name.clone());
+    let axes = three(axes, ["x", "y", "z"], 6, |(_, axis)| Some(axis.direction))
+        .number("", "from z °", 2, |(_, axis)| axis.polar_deg)
+        .number("", "about z °", 2, |(_, axis)| axis.azimuth_deg.map(|deg| deg + 0.0))
+        .number("", if has_rotation { "rotation w x y z" } else { "" }, 6, |(s, _)| s.rotation);
+    let pairs: Vec<_> = (body.pairs.iter())
+        .filter_map(|pair| Some((pair, sensors.get(pair.a)?, sensors.get(pair.b)?)))
+        .collect();
+    let pairs = Table::of("", &pairs)
+        .text("", "between sensors", |(_, a, b)| format!("{} – {}", a.name, b.name))
+        .number("", "distance mm", 3, |(pair, ..)| pair.distance_mm)
+        .number("", "axes °", 2, |(pair, ..)| pair.angle_deg);
+    Section::default()
+        .with(format!("{} {:?}", capitalised(role_name(body.role)), body.name))
+        .with_all(frame_words(body))
+        .with(table.done())
+        .with_all((!with_axis.is_empty()).then(|| about.to_owned()))
+        .with_all([axes.done(), pairs.done()])
+}
+
+/// Whose they are, and the tolerances.
+type Named<'a> = (String, &'a Tolerances);
+
+fn stated<'t, 'a>(of: &'static str, rows: &'t [Named<'a>]) -> Columns<'t, Named<'a>> {
+    Table::of("", rows)
+        .text("", of, |(name, _)| name.clone())
+        .number("", "position mm", 0, |(_, of)| tolerance_value(&of.position_mm))
+        .number("", "angle °", 0, |(_, of)| tolerance_value(&of.angle_deg))
+}
+
+fn tolerances(sheet: &ManufacturingSheet) -> Section {
     let mut lines = vec![
         "Tolerances: how far a sensor may be from where it is drawn, in any direction, and how far its \
          axis may be tilted to any side (a 6-DOF sensor turned about any axis), before the requirement is missed."
@@ -280,38 +281,23 @@ fn tolerances(sheet: &ManufacturingSheet) -> Vec<String> {
             with_separators(sheet.study_poses)
         ));
     }
-    let cells = |tolerances: &Tolerances| -> Vec<String> {
-        let (p, a) = (&tolerances.position_mm, &tolerances.angle_deg);
-        vec![tolerance_value(p), tolerance_value(a), tolerance_words(p), tolerance_words(a)]
-    };
-    let head = |what| [what, "position mm", "angle °", "position limited by", "angle limited by"];
-    let rows = sheet.bodies.iter().filter_map(|body| {
-        let together = body.together.as_ref()?;
-        let mut row = vec![format!("{}, every sensor", role_name(body.role))];
-        row.extend(cells(together).into_iter().take(2));
-        Some(row)
+    let together = sheet.bodies.iter().filter_map(|body| {
+        Some((format!("{}, every sensor", role_name(body.role)), body.together.as_ref()?))
     });
-    lines.extend(table(&head("all sensors of all bodies at once")[..3], rows));
-    if !sheet.together_worst.is_empty() {
-        lines.push(format!("  {WORST_ALLOWED}: {}", checks_words(&sheet.together_worst)));
-    }
     let sensors = sheet.bodies.iter().flat_map(|body| body.sensors.iter().map(move |s| (body, s)));
-    let rows = sensors.filter_map(|(body, sensor)| {
-        let mut row = vec![format!("{}, {}", role_name(body.role), sensor.name)];
-        row.extend(cells(sensor.alone.as_ref()?));
-        Some(row)
+    let alone = sensors.filter_map(|(body, sensor)| {
+        Some((format!("{}, {}", role_name(body.role), sensor.name), sensor.alone.as_ref()?))
     });
-    lines.extend(table(&head("one sensor alone, one of the two"), rows));
-    lines
-}
-
-/// Columns of numbers to the right, of words to the left.
-fn table(head: &[&str], rows: impl Iterator<Item = Vec<String>>) -> Vec<String> {
-    let head = head.iter().map(|&cell| cell.to_owned()).collect();
-    let rows: Vec<_> = iter::once(head).chain(rows).collect();
-    let is_number = |c: &String| c.is_empty() || c == "–" || c.parse::<f64>().is_ok();
-    let is_right = |k: usize| rows.iter().skip(1).filter_map(|row| row.get(k)).all(is_number);
-    text_table::lines(&rows, is_right).into_iter().map(|line| format!("  {line}")).collect()
+    let worst = || format!("{WORST_ALLOWED}: {}", checks_words(&sheet.together_worst));
+    let (together, alone): (Vec<_>, Vec<_>) = (together.collect(), alone.collect());
+    let alone = stated("one sensor alone, one of the two", &alone)
+        .text("", "position limited by", |(_, of)| tolerance_words(&of.position_mm))
+        .text("", "angle limited by", |(_, of)| tolerance_words(&of.angle_deg));
+    Section::default()
+        .with_all(lines)
+        .with(stated("all sensors of all bodies at once", &together).done())
+        .with_all((!sheet.together_worst.is_empty()).then(worst))
+        .with(alone.done())
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! All that a computation found, in the order in which it is read.
 
-use super::{Note, Row, Table};
+use super::{Note, Row, Table, data};
+use serde::Serialize;
+use serde_json::{Value, json};
 use std::borrow::Cow;
 
 /// Figures and tables that belong together.
@@ -30,6 +32,12 @@ pub enum Item {
 impl Section {
     pub fn of(rows: impl IntoIterator<Item = Row>) -> Self {
         Self { items: rows.into_iter().map(Item::Row).collect(), ..Self::default() }
+    }
+
+    /// The fields of a value, which only programs read.
+    pub fn of_fields(value: &impl Serialize) -> Self {
+        let Value::Object(fields) = json!(value) else { return Self::default() };
+        Self::of(fields.into_iter().map(|(key, value)| data(key, value)))
     }
 
     /// As an object of its own within others.

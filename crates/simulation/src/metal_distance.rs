@@ -8,6 +8,7 @@ use crate::scenario::Mode;
 use crate::scenario::Scenario;
 use crate::study::study;
 use nalgebra::{Point3, Translation3, Unit, Vector3};
+use serde::Serialize;
 use std::sync::Arc;
 use trackwright_field::Environment;
 use trackwright_geometry::limits::length_above_zero_problem;
@@ -51,7 +52,7 @@ pub struct MetalDistances {
 }
 
 /// Where the object is on the line.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MetalGap {
     /// From where it is in the design.
     pub moved_mm: f64,

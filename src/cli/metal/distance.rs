@@ -6,14 +6,10 @@ use crate::cli::simulate::note_world;
 use nalgebra::{Unit, Vector3};
 use trackwright_metal::furnished::Furnisher;
 use trackwright_metal::setup::RoomMetal;
-use trackwright_report::metal_chart;
-use trackwright_report::text_table::columns;
-use trackwright_result::{Section, data};
-use trackwright_simulation::metal_distance::{
-    MetalDistanceSearch, MetalDistances, MetalGap, metal_distances,
-};
-use trackwright_simulation::metric::Metric;
-use trackwright_simulation::{Mode, Scenario};
+use trackwright_report::{metal_chart, metal_distance};
+use trackwright_result::Section;
+use trackwright_simulation::Mode;
+use trackwright_simulation::metal_distance::{MetalDistanceSearch, metal_distances};
 
 #[derive(Debug, Args)]
 pub struct DistanceArgs {
@@ -80,13 +76,10 @@ pub fn run(args: &DistanceArgs, files: &Files) -> anyhow::Result<()> {
         let svg = metal_chart::chart(&design.name, name, &scenario, &found).to_svg((900, 560));
         chart.write_bytes(svg.as_bytes())?;
     }
-    args.format.print(
-        || as_json(name, &found),
-        || {
-            let head = output::head(&design.name, &world.environment.name);
-            format!("{head}\n{}", as_text(name, &scenario, &found))
-        },
-    )
+    let found = Section::default()
+        .with(output::head(&design.name, &world.environment.name))
+        .with_all(metal_distance::section(name, &scenario, &found).items);
+    output::print_section(args.format, &found)
 }
 
 /// The index of an object by its name; of the only one without.
@@ -102,74 +95,4 @@ pub fn object_index(metal: &RoomMetal, name: Option<&str>) -> anyhow::Result<usi
             })
         }
     }
-}
-
-/// The figures that a requirement bounds, else those of position and angle.
-fn shown_metrics(scenario: &Scenario) -> Vec<Metric> {
-    let bounded: Vec<_> = scenario.requirement.iter().flat_map(|r| r.bounds()).collect();
-    match bounded.is_empty() {
-        true => vec![Metric::TIP_RMS, Metric::ANGLE_RMS],
-        false => bounded.into_iter().map(|(metric, _)| metric).collect(),
-    }
-}
-
-fn as_text(name: &str, scenario: &Scenario, found: &MetalDistances) -> String {
-    let metrics = shown_metrics(scenario);
-    let mut rows = vec![vec!["moved, mm".to_owned(), "from the tip, mm".to_owned()]];
-    rows[0].extend(metrics.iter().map(|m| format!("{}, {}", m.label(), m.unit().trim())));
-    if scenario.requirement.is_some() {
-        rows[0].push("requirement".to_owned());
-    }
-    for place in &found.places {
-        let MetalGap { moved_mm, from_tip_mm } = place.gap;
-        let mut row = vec![format!("{moved_mm:.1}"), format!("{from_tip_mm:.1}")];
-        match &place.figures {
-            Ok(figures) => row.extend(metrics.iter().map(|metric| {
-                figures.get(*metric).map_or_else(|| "–".to_owned(), |figure| figure.value_text(3))
-            })),
-            Err(why) => row.push(why.clone()),
-        }
-        if let (Some(holds), Ok(_)) = (place.holds, &place.figures) {
-            row.push(if holds { "holds" } else { "fails" }.to_owned());
-        }
-        rows.push(row);
-    }
-    let d = found.direction;
-    let verdict = match (scenario.requirement.is_some(), found.holds_from) {
-        (false, _) => "the design has no requirement that could hold".to_owned(),
-        (true, None) => "the requirement does not hold at any of these distances".to_owned(),
-        (true, Some(gap)) if gap.moved_mm == 0.0 => {
-            format!("the requirement holds with {name} where it is and farther away")
-        }
-        (true, Some(gap)) => format!(
-            "the requirement holds from {:.0} mm away, {:.0} mm from {name} to the tip",
-            gap.moved_mm, gap.from_tip_mm
-        ),
-    };
-    format!(
-        "{name} moved along ({:.3}, {:.3}, {:.3}) of the tracker frame\n{}\n{verdict}",
-        d.x,
-        d.y,
-        d.z,
-        columns(&rows, 0).join("\n")
-    )
-}
-
-fn as_json(name: &str, found: &MetalDistances) -> Value {
-    let gap = |gap: &MetalGap| {
-        Section::of([data("moved_mm", gap.moved_mm), data("from_tip_mm", gap.from_tip_mm)])
-    };
-    let places = found.places.iter().map(|place| {
-        let figures = match &place.figures {
-            Ok(figures) => figures.rows(),
-            Err(why) => vec![data("problem", why)],
-        };
-        gap(&place.gap).with(data("holds", place.holds)).with_all(figures)
-    });
-    json!({
-        "object": name,
-        "direction": [found.direction.x, found.direction.y, found.direction.z],
-        "holds_from": found.holds_from.as_ref().map(gap),
-        "places": places.collect::<Vec<_>>(),
-    })
 }

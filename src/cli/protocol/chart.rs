@@ -2,12 +2,9 @@
 
 use super::super::prelude::*;
 use clap::ValueEnum;
-use trackwright_calibration::protocol::control_chart::{
-    MIN_FOR_LIMITS, Rules, Signal, control_chart,
-};
+use trackwright_calibration::protocol::control_chart::{MIN_FOR_LIMITS, Rules, control_chart};
 use trackwright_calibration::protocol::table::{ALL, Measure, ProtocolRow, ProtocolTable};
 use trackwright_report::control_charts::{self, FigureChart};
-use trackwright_report::text_table::columns;
 
 #[derive(Debug, Args)]
 pub struct ChartArgs {
@@ -107,21 +104,21 @@ pub fn run(args: &ChartArgs, files: &Files) -> anyhow::Result<()> {
         }
         let chart = control_chart(&values, args.baseline, rules)
             .map_err(|error| anyhow!("no control chart: {error}; a table is a run"))?;
-        let unit = figure.measure.unit();
-        charts.push((figure.measure.key(), FigureChart { label: figure.label(), unit, chart }));
+        let (key, unit) = (figure.measure.key(), figure.measure.unit());
+        charts.push(FigureChart { key, label: figure.label(), unit, chart });
     }
     if charts.is_empty() {
         bail!("no control chart: found no figure that all {} tables have", tables.len());
     }
-    if charts.iter().all(|(_, figure)| figure.chart.limits.is_none()) {
+    if charts.iter().all(|figure| figure.chart.limits.is_none()) {
         output::note(&format!(
             "note: no limits: found {} tables, expected at least {MIN_FOR_LIMITS}",
             tables.len()
         ));
     }
-    let figures: Vec<FigureChart> = charts.iter().map(|(_, figure)| figure.clone()).collect();
-    output.write_bytes(control_charts::svg(&figures, &names).as_bytes())?;
-    args.format.print(|| as_json(&charts, &names), || as_text(args, &figures, &names))
+    output.write_bytes(control_charts::svg(&charts, &names).as_bytes())?;
+    let written = format!("written to {}", args.output.display());
+    output::print_section(args.format, &control_charts::section(&charts, &names).with(written))
 }
 
 /// Figures of any table: of each measure its row over everything, of each rod its nearest distance.
@@ -135,61 +132,4 @@ fn figures(tables: &[&ProtocolTable]) -> Vec<Figure> {
         }
     }
     found
-}
-
-fn as_json(charts: &[(String, FigureChart)], names: &[String]) -> Value {
-    let figure = |(key, figure): &(String, FigureChart)| {
-        let chart = &figure.chart;
-        let signal =
-            |(run, signal): &(usize, Signal)| json!({ "run": names[*run], "why": signal.label() });
-        json!({
-            "figure": key,
-            "unit": figure.unit,
-            "values": chart.values,
-            "moving_ranges": chart.moving_ranges,
-            "limits": chart.limits.map(|limits| json!({
-                "mean": limits.mean,
-                "sigma": limits.sigma,
-                "lower": limits.lower,
-                "upper": limits.upper,
-                "mean_range": limits.mean_range,
-                "upper_range": limits.upper_range,
-            })),
-            "out_of_control": chart.signals.iter().map(signal).collect::<Vec<_>>(),
-        })
-    };
-    json!({ "runs": names, "figures": charts.iter().map(figure).collect::<Vec<_>>() })
-}
-
-fn as_text(args: &ChartArgs, figures: &[FigureChart], names: &[String]) -> String {
-    let header = ["figure", "runs", "mean", "lower", "upper", "range", "upper", "out of control"];
-    let mut cells = vec![header.map(str::to_owned).to_vec()];
-    let mut lines = Vec::new();
-    for figure in figures {
-        let chart = &figure.chart;
-        let mut row = vec![figure.label.clone(), chart.values.len().to_string()];
-        let levels = chart.limits.map(|limits| {
-            [limits.mean, limits.lower, limits.upper, limits.mean_range, limits.upper_range]
-                .map(|level| format!("{level:.4}"))
-        });
-        row.extend(levels.unwrap_or_else(|| [const { "–" }; 5].map(str::to_owned)));
-        let mut marked: Vec<usize> = chart.signals.iter().map(|(run, _)| *run).collect();
-        marked.dedup();
-        row.push(marked.len().to_string());
-        cells.push(row);
-        lines.extend(chart.signals.iter().map(|(run, signal)| {
-            format!(
-                "{}: {} is {:.4} {}: {}",
-                figure.label,
-                names[*run],
-                chart.values[*run],
-                figure.unit,
-                signal.label()
-            )
-        }));
-    }
-    let mut text = columns(&cells, 1);
-    text.extend(lines);
-    text.push(format!("written to {}", args.output.display()));
-    text.join("\n")
 }

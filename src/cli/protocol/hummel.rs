@@ -7,11 +7,11 @@ use super::super::tool_reader::ToolReader;
 use super::rods::{RodArgs, Rods};
 use std::sync::Arc;
 use trackwright_calibration::protocol::evaluation::evaluate;
-use trackwright_calibration::protocol::plate::{GRID_MM, Plate, PlateReading, SensorKind};
+use trackwright_calibration::protocol::plate::{Plate, PlateReading, SensorKind};
 use trackwright_calibration::protocol::readings::{
     PAPER_SAMPLES, SamplingSettings, simulate_readings,
 };
-use trackwright_calibration::protocol::table::{ProtocolRow, ProtocolTable};
+use trackwright_calibration::protocol::table::ProtocolTable;
 use trackwright_design::Day;
 use trackwright_field::Environment;
 use trackwright_field::samples::MapKind;
@@ -20,7 +20,7 @@ use trackwright_formats::protocol_table;
 use trackwright_geometry::pose::pose_from_parts;
 use trackwright_geometry::rotation::exp_vector;
 use trackwright_project::{builtin_rooms, room_name};
-use trackwright_report::text_table;
+use trackwright_result::{Section, data};
 
 #[derive(Debug, Args)]
 pub struct HummelArgs {
@@ -146,8 +146,7 @@ pub fn run(args: &HummelArgs, files: &Files) -> anyhow::Result<()> {
         readings_output.write(|out| plate_recording::write(out, &readings))?;
     }
     output.write(|out| protocol_table::write(out, &table))?;
-    let simulated = simulated.as_ref();
-    args.common.format.print(|| as_json(&table, simulated), || as_text(args, &table, simulated))
+    output::print_section(args.common.format, &section(args, &table, simulated.as_ref()))
 }
 
 /// A room by its file, or a built-in one where no file has that name.
@@ -235,81 +234,20 @@ fn recorded(args: &HummelArgs, file: &Path, files: &Files) -> anyhow::Result<Vec
     Ok(readings)
 }
 
-fn as_json(table: &ProtocolTable, simulated: Option<&Simulated>) -> Value {
-    let row = |row: &ProtocolRow| {
-        let mut value = json!(row);
-        value["unit"] = json!(row.measure.unit());
-        value["paper"] = match row.paper() {
-            Some([aurora, microbird]) => json!({ "aurora": aurora, "microbird": microbird }),
-            None => Value::Null,
-        };
-        value
-    };
-    json!({
-        "source": table.source,
-        "date": table.date,
-        "plate": simulated.map(|simulated| {
-            let Plate { rows, columns, levels, level_mm, steps, .. } = simulated.plate;
-            let at: [f64; 7] =
-                trackwright_geometry::pose::pose_to_array(&simulated.plate.tracker_from_plate);
-            json!({
-                "rows": rows,
-                "columns": columns,
-                "grid_mm": GRID_MM,
-                "levels": levels,
-                "level_mm": level_mm,
-                "steps": steps,
-                "tracker_from_plate": at,
-            })
-        }),
-        "rods": simulated.and_then(|simulated| simulated.rods.as_ref()).map(Rods::as_json),
-        "rows": table.rows.iter().map(row).collect::<Vec<_>>(),
-    })
-}
-
-/// Columns of the printed table that are words.
-const TEXT_COLUMNS: [usize; 5] = [0, 1, 8, 9, 10];
-
-fn as_text(args: &HummelArgs, table: &ProtocolTable, simulated: Option<&Simulated>) -> String {
+fn section(args: &HummelArgs, table: &ProtocolTable, simulated: Option<&Simulated>) -> Section {
     let date = table.date.as_ref().map(|date| format!(", {date}")).unwrap_or_default();
-    let mut lines = vec![output::head("Protocol of Hummel et al. 2005", &table.source) + &date];
+    let mut found = Section::of([
+        data("source", &table.source),
+        data("date", &table.date),
+        data("plate", ()),
+        data("rods", ()),
+    ])
+    .with(output::head("Protocol of Hummel et al. 2005", &table.source) + &date);
     if let Some(Simulated { plate, rods }) = simulated {
-        let at = plate.tracker_from_plate.translation.vector;
-        let levels = match plate.levels {
-            1 => "one level".to_owned(),
-            levels => format!("{levels} levels {} mm apart", plate.level_mm),
-        };
-        lines.push(format!(
-            "{} by {} holes {GRID_MM} mm apart on {}, disc of {} steps; middle of level 0 at \
-             ({:.1}, {:.1}, {:.1}) mm",
-            plate.rows, plate.columns, levels, plate.steps, at.x, at.y, at.z
-        ));
-        lines.extend(rods.iter().flat_map(Rods::lines));
+        found = found.with(plate.section().named("plate")).with(plate.statement());
+        if let Some(rods) = rods {
+            found = found.with(rods.section().named("rods")).with_all(rods.lines());
+        }
     }
-    let header = [
-        "measure",
-        "of",
-        "count",
-        "mean",
-        "std",
-        "rms",
-        "min",
-        "max",
-        "unit",
-        "paper: Aurora",
-        "microBIRD",
-    ];
-    let mut cells = vec![header.map(str::to_owned).to_vec()];
-    for row in &table.rows {
-        let found = &row.statistics;
-        let mut of_row = vec![row.measure.label(), row.condition.clone(), found.count.to_string()];
-        let values = [found.mean, found.std, found.rms, found.min, found.max];
-        of_row.extend(values.map(|value| format!("{value:.3}")));
-        of_row.push(row.measure.unit().to_owned());
-        of_row.extend(row.paper().unwrap_or_default().map(str::to_owned));
-        cells.push(of_row);
-    }
-    lines.extend(text_table::lines(&cells, |column| !TEXT_COLUMNS.contains(&column)));
-    lines.push(format!("written to {}", args.output.display()));
-    lines.join("\n")
+    found.with(table.rows_table()).with(format!("written to {}", args.output.display()))
 }

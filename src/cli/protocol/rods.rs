@@ -8,6 +8,7 @@ use trackwright_calibration::protocol::rods::{
 };
 use trackwright_field::generator::Generator;
 use trackwright_metal::material::{Material, NAMED_MATERIALS, NamedMaterial};
+use trackwright_result::{Section, data};
 
 /// Repeated for each argument: a heading for the group would go on to whatever follows it.
 const HEADING: &str = "Rods of metal";
@@ -178,16 +179,16 @@ impl RodArgs {
 }
 
 impl Rods {
-    pub(super) fn as_json(&self) -> Value {
-        json!({
-            "generator": self.generator,
-            "frequency_hz": self.settings.frequency_hz,
-            "diameter_mm": self.settings.diameter_mm,
-            "length_mm": self.settings.length_mm,
-            "estimate": self.found.is_estimate,
-            "in_generator": self.found.in_generator,
-            "without_pose": self.found.without_pose,
-        })
+    pub(super) fn section(&self) -> Section {
+        Section::of([
+            data("generator", &self.generator),
+            data("frequency_hz", self.settings.frequency_hz),
+            data("diameter_mm", self.settings.diameter_mm),
+            data("length_mm", self.settings.length_mm),
+            data("estimate", self.found.is_estimate),
+            data("in_generator", self.found.in_generator),
+            data("without_pose", self.found.without_pose),
+        ])
     }
 
     /// What a reader of the table has to know of its rods.

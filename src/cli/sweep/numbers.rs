@@ -1,6 +1,8 @@
 //! `sweep numbers`: what a plan may vary of a design.
 
 use super::super::prelude::*;
+use trackwright_report::section_text::section_text;
+use trackwright_result::{Row, Section, text};
 
 #[derive(Debug, Args)]
 pub(super) struct NumbersArgs {
@@ -19,16 +21,11 @@ pub(super) struct NumbersArgs {
 pub(super) fn run(args: &NumbersArgs, files: &Files) -> anyhow::Result<()> {
     let world = files.open_design_without_meshes(&args.design)?;
     let all = trackwright_sweep::number_paths(world.document.design());
-    args.format.print(
-        || {
-            let each = all
-                .iter()
-                .map(|(path, value, unit)| json!({"path": path, "value": value, "unit": unit}));
-            each.collect::<Vec<_>>()
-        },
-        || {
-            let rows = all.iter().map(|(path, value, unit)| row(path, value.to_string(), unit));
-            output::aligned(&rows.collect::<Vec<_>>())
-        },
-    )
+    let rows = all.iter().map(|(path, value, unit)| Row {
+        unit,
+        ..text(path.clone(), path.clone(), value.to_string())
+    });
+    let rows = Section::of(rows);
+    let each = |(path, value, unit): &(String, f64, &str)| json!({"path": path, "value": value, "unit": unit});
+    args.format.print(|| all.iter().map(each).collect::<Vec<_>>(), || section_text(&rows))
 }

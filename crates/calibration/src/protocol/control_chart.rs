@@ -6,6 +6,7 @@
 //! `m̄ (1 + 3 d₃/d₂)`, `d₃² = 2 − 4/π`. Montgomery, Introduction to Statistical Quality Control, chapters 5
 //! and 6.
 
+use serde::Serialize;
 use std::f64::consts::PI;
 use trackwright_simulation::statistics::Sample;
 
@@ -35,7 +36,7 @@ pub enum Signal {
 }
 
 /// Levels of both charts.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limits {
     pub mean: f64,
     pub sigma: f64,

@@ -4,7 +4,8 @@
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use trackwright_field::Environment;
 use trackwright_geometry::limits::{length_above_zero_problem, position_problem, short};
-use trackwright_geometry::pose::{Pose, is_finite, pose_from_parts};
+use trackwright_geometry::pose::{Pose, is_finite, pose_from_parts, pose_to_array};
+use trackwright_result::{Section, data};
 
 /// Distance of neighbouring holes.
 pub const GRID_MM: f64 = 50.0;
@@ -36,6 +37,36 @@ pub struct Plate {
     /// Positions of the disc.
     pub steps: usize,
     pub tracker_from_plate: Pose,
+}
+
+impl Plate {
+    /// The plate and where it is, as a result.
+    pub fn section(&self) -> Section {
+        Section::of([
+            data("rows", self.rows),
+            data("columns", self.columns),
+            data("grid_mm", GRID_MM),
+            data("levels", self.levels),
+            data("level_mm", self.level_mm),
+            data("steps", self.steps),
+            data("tracker_from_plate", pose_to_array(&self.tracker_from_plate)),
+        ])
+    }
+
+    /// The same in words.
+    pub fn statement(&self) -> String {
+        let Self { rows, columns, steps, .. } = self;
+        let at = self.tracker_from_plate.translation.vector;
+        let levels = match self.levels {
+            1 => "one level".to_owned(),
+            levels => format!("{levels} levels {} mm apart", self.level_mm),
+        };
+        format!(
+            "{rows} by {columns} holes {GRID_MM} mm apart on {levels}, disc of {steps} steps; middle of level 0 at \
+             ({:.1}, {:.1}, {:.1}) mm",
+            at.x, at.y, at.z
+        )
+    }
 }
 
 /// Where a sensor is on the plate. Everything is counted from 0.

@@ -1,13 +1,14 @@
 //! The protocol's table: the same rows for text, JSON, CSV and control charts.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
+use trackwright_result::Table;
 use trackwright_simulation::statistics::Sample;
 
 /// The condition of a row over everything that was measured of its kind.
 pub const ALL: &str = "all";
 
 /// What one run of the protocol found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProtocolTable {
     /// Name of the room or of the recording.
     pub source: String,
@@ -16,21 +17,45 @@ pub struct ProtocolTable {
     pub rows: Vec<ProtocolRow>,
 }
 
+impl ProtocolTable {
+    /// The rows as a result.
+    pub fn rows_table(&self) -> Table {
+        Table::of("rows", &self.rows)
+            .data("measure", |row| row.measure.key())
+            .text("", "measure", |row| row.measure.label())
+            .text("condition", "of", |row| row.condition.clone())
+            .number("count", "count", 0, |row| row.statistics.count)
+            .number("mean", "mean", 3, |row| row.statistics.mean)
+            .number("std", "std", 3, |row| row.statistics.std)
+            .number("rms", "rms", 3, |row| row.statistics.rms)
+            .number("min", "min", 3, |row| row.statistics.min)
+            .number("max", "max", 3, |row| row.statistics.max)
+            .text("unit", "unit", |row| row.measure.unit())
+            .data("worst", |row| row.worst.clone())
+            .data("paper", |row| {
+                row.paper().map(|found| {
+                    BTreeMap::from_iter(["aurora", "microbird"].into_iter().zip(found))
+                })
+            })
+            .text("", "paper: Aurora", |row| row.paper().unwrap_or_default()[0])
+            .text("", "microBIRD", |row| row.paper().unwrap_or_default()[1])
+            .done()
+    }
+}
+
 /// One line of the table.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ProtocolRow {
     pub measure: Measure,
     /// Levels, directions or distances that it is of.
     pub condition: String,
-    #[serde(flatten)]
     pub statistics: Statistics,
     /// Where the value is that is farthest from zero.
     pub worst: String,
 }
 
 /// What is measured.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-#[serde(into = "String")]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Measure {
     /// RMS distance of single readings from their mean, at each site.
     Jitter,
@@ -43,7 +68,7 @@ pub enum Measure {
 }
 
 /// Of the values of one row, in its unit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
     pub count: usize,
     pub mean: f64,
@@ -112,12 +137,6 @@ impl Measure {
             Self::Rotation => "deg",
             _ => "mm",
         }
-    }
-}
-
-impl From<Measure> for String {
-    fn from(measure: Measure) -> Self {
-        measure.key()
     }
 }
 

@@ -7,6 +7,7 @@ use super::search::search;
 use super::solve::Solution;
 use super::sources::{OF_BODY, Source, SourceModel, radius_mm};
 use nalgebra::{Matrix3, Point3};
+use serde::Serialize;
 use trackwright_field::generator::reading::ReadingError;
 use trackwright_field::generator::{Generator, GeneratorError};
 use trackwright_field::harmonic::fit::check;
@@ -140,7 +141,8 @@ pub struct FoundBody {
 }
 
 /// What is known.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// At least one body is determined.
     Found,
@@ -153,7 +155,7 @@ pub enum Verdict {
 }
 
 /// How a number of bodies did.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Tried {
     pub bodies: usize,
     /// Mean loss of a row held out, in squares of noise: 1 where only noise is left.

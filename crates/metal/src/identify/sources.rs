@@ -6,6 +6,7 @@ use crate::material::Material;
 use crate::room::{MetalRoom, PlacedBody};
 use nalgebra::{DMatrix, Matrix3, Point3, Vector3};
 use rayon::prelude::*;
+use serde::Serialize;
 use std::sync::Arc;
 use trackwright_field::generator::dipole::Dipole;
 use trackwright_field::generator::{Coil, Generator};
@@ -39,7 +40,8 @@ pub struct Source {
 }
 
 /// What bodies are modelled as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum SourceModel {
     /// Induced dipoles, each in the fields of the coils alone.
     Dipoles,

@@ -16,6 +16,7 @@ use super::still::{Refit, Refitted, Still};
 use crate::scenario::Scenario;
 use crate::work::Work;
 use nalgebra::Vector3;
+use serde::Serialize;
 
 /// Difference, as a part, up to which the first order counts as holding.
 pub const TOLERANCE: f64 = 0.02;
@@ -24,7 +25,7 @@ pub const TOLERANCE: f64 = 0.02;
 const MAX_DIMENSIONS: usize = 100;
 
 /// What the first order's scatter is compared with.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FirstOrderCheck {
     /// RMS distance of the tip from where it is without jitter, right to the next order.
     pub next_order_rms_mm: f64,
@@ -33,6 +34,7 @@ pub struct FirstOrderCheck {
     pub relative_difference: f64,
     /// Whether that is within 2 %.
     pub holds: bool,
+    #[serde(skip)]
     pub work: Work,
 }
 

@@ -10,6 +10,8 @@ mod error;
 mod first_order;
 mod monte_carlo;
 mod motion;
+mod report;
+mod section;
 mod still;
 
 pub use check::{FirstOrderCheck, TOLERANCE, check_first_order};
@@ -18,3 +20,4 @@ pub use error::{MAX_SAMPLES, MIN_SAMPLES, UncertaintyError};
 pub use first_order::{BiasCheck, DeterminedPart, TipUncertainty, first_order};
 pub use monte_carlo::{Estimate, MonteCarlo, monte_carlo};
 pub use motion::{MotionUncertainty, over_motion};
+pub use report::{DEFAULT_SAMPLES, Sampling, UncertaintyMethods, UncertaintyReport};

@@ -9,6 +9,7 @@ use crate::linear_fit::{LinearFit, MotionCovariance, SensorCovariance};
 use crate::metric::Statistics;
 use crate::scenario::{Scenario, ScenarioCrf};
 use rayon::prelude::*;
+use serde::Serialize;
 use trackwright_field::OutsidePolicy;
 use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::Pose;
@@ -18,7 +19,7 @@ use trackwright_task::{Cancelled, Task};
 const BATCH: usize = 65_536;
 
 /// The scatter over a range of motion, of the jitter alone and to first order.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MotionUncertainty {
     pub trials: usize,
     /// Poses with a sensor outside the model's box that were left out.
