@@ -22,7 +22,7 @@ use trackwright_field::environment::Jitter;
 use trackwright_geometry::pose::pose_to_array;
 use trackwright_project::{Files, coil_findings, resolve, resolve_crf};
 use trackwright_report::study::StudyReport;
-use trackwright_result::Section;
+use trackwright_result::{Section, data};
 use trackwright_simulation::support::SupportSurvey;
 use trackwright_simulation::uncertainty::{
     DEFAULT_SAMPLES, Sampling, UncertaintyError, UncertaintyMethods, UncertaintyReport,
