@@ -142,7 +142,7 @@ mod tests {
 
     fn figure(values: &[f64]) -> FigureChart {
         let chart = control_chart(values, None, Rules::NelsonFirst).unwrap();
-        FigureChart { label: "jitter".to_owned(), unit: "mm", chart }
+        FigureChart { key: "jitter".to_owned(), label: "jitter".to_owned(), unit: "mm", chart }
     }
 
     #[test]
